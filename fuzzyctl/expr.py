@@ -25,6 +25,8 @@ CompareOp = Literal["<", "<=", ">", ">=", "==", "!="]
 #: Functions that are 1 where a comparison holds and 0 where it does not, under the names of IEC 61131-3.
 COMPARISONS: Final[dict[str, CompareOp]] = {"lt": "<", "le": "<=", "gt": ">", "ge": ">=", "eq": "==", "ne": "!="}
 
+_NAMES_OF_COMPARISONS: Final = {op: name for name, op in COMPARISONS.items()}
+
 #: Functions whose names params, inputs and terms may have as well: a parenthesis behind the name tells them apart.
 SOFT: Final = frozenset({"floor", "ceil", "round", "mod", "fmod", *COMPARISONS})
 
@@ -283,6 +285,26 @@ def rebuilt(expr: Expr, parts: Sequence[Expr]) -> Expr:
             return Logic(op, tuple(parts), span)
     fields = [f.name for f in dataclasses.fields(expr) if isinstance(getattr(expr, f.name), Expr)]
     return dataclasses.replace(expr, **dict(zip(fields, parts, strict=True)))
+
+
+def as_number(expr: Expr) -> Expr:
+    """Return an expression in which each condition is a number: 1 where it holds, else 0; locations stay."""
+    match expr:
+        case Compare(op=op, left=left, right=right, span=span):
+            return Call(_NAMES_OF_COMPARISONS[op], (as_number(left), as_number(right)), span)
+        case Logic(op="not", operands=(operand,), span=span):
+            return Binary("-", ONE, as_number(operand), span)
+        case Logic(op=logic, operands=operands, span=span):
+            return Call("min" if logic == "and" else "max", tuple(map(as_number, operands)), span)
+        case Negate(operand=operand, span=span):
+            return Negate(as_number(operand), span)
+        case Binary(op=arithmetic, left=left, right=right, span=span):
+            return Binary(arithmetic, as_number(left), as_number(right), span)
+        case Call(function=function, arguments=arguments, span=span):
+            return Call(function, tuple(map(as_number, arguments)), span)
+        case Keyword(name=name, value=value, span=span):
+            return Keyword(name, as_number(value), span)
+    return expr
 
 
 def evaluate(expr: Expr, names: Mapping[str, float]) -> float:

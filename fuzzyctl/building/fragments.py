@@ -9,7 +9,7 @@ from typing import Final, TypeVar
 
 from fuzzyctl.diagnostics.diagnostic import ArgumentError, Diagnostic, DiagnosticError
 from fuzzyctl.diagnostics.source import SourceText, Span
-from fuzzyctl.expr import FUNCTIONS, ONE, Expr, Name, Number, replace
+from fuzzyctl.expr import FUNCTIONS, ONE, Expr, Name, Number, as_number, replace
 from fuzzyctl.lang import syntax as sx
 from fuzzyctl.lang.parser import parse
 from fuzzyctl.model.guarantee import Guarantee, Hedge
@@ -214,7 +214,7 @@ def rule(text: str) -> Rule:
     found = _statement(_RULE_FORM, text, sx.Rule)
     consequents = []
     for c in found.consequents:
-        term = c.term.text if isinstance(c.term, sx.Word) else _function(c.term)
+        term = _cell_term(c.term)
         consequents.append(Consequent(output=c.output.text, term=term, hedges=tuple(h.text for h in c.hedges)))
     weight = ONE if found.weight is None else _placeless(found.weight)
     return Rule(antecedent=_antecedent(found.antecedent), consequents=tuple(consequents), weight=weight)
@@ -250,12 +250,15 @@ def guarantee(text: str) -> Guarantee:
 
 def hedge(name: str, text: str) -> Hedge:
     """Parse a hedge as an expression over `x`, such as `x ^ 3`."""
-    return Hedge(name=name, parameter="x", expression=expression(text))
+    return Hedge(name=name, parameter="x", expression=as_number(expression(text)))
 
 
 def _cell(cell: sx.CellText) -> Cell:
     weight = ONE if cell.weight is None else _placeless(cell.weight)
-    return Cell(terms=tuple(_cell_term(t) for t in cell.terms), weight=weight)
+    hedged = [t if isinstance(t, sx.HedgedTerm) else None for t in cell.terms]
+    terms = tuple(_cell_term(t.term if isinstance(t, sx.HedgedTerm) else t) for t in cell.terms)
+    hedges = tuple(() if h is None else tuple(w.text for w in h.hedges) for h in hedged)
+    return Cell(terms=terms, weight=weight, hedges=hedges if any(hedges) else ())
 
 
 def _cell_term(term: sx.ConsequentTerm) -> str | Membership:
@@ -268,7 +271,7 @@ def _cell_term(term: sx.ConsequentTerm) -> str | Membership:
 
 
 def _function(term: sx.FunctionTerm) -> Membership:
-    return Membership(kind=term.kind.text, arguments=tuple(map(_placeless, term.arguments)))
+    return Membership(kind=term.kind.text, arguments=tuple(as_number(_placeless(a)) for a in term.arguments))
 
 
 def _antecedent(truth: sx.Truth) -> Antecedent:

@@ -6,6 +6,7 @@ import gc
 import io
 import re
 import sys
+import warnings
 from collections.abc import Mapping
 from importlib import import_module
 from typing import Any, Final
@@ -72,7 +73,9 @@ class Program(click.Group):
         for stream in (sys.stdout, sys.stderr):
             if isinstance(stream, io.TextIOWrapper):
                 stream.reconfigure(errors=SPELT)
-        return super().main(*args, **kwargs)
+        with warnings.catch_warnings():
+            warnings.showwarning = _say_warning
+            return super().main(*args, **kwargs)
 
     def invoke(self, ctx: click.Context) -> Any:
         """Run the command; messages about wrong usage repeat names of files, and an interruption is a single line."""
@@ -84,6 +87,11 @@ class Program(click.Group):
         except KeyboardInterrupt:
             say("interrupted", err=True)
             sys.exit(1)
+
+
+def _say_warning(message: Warning | str, *_: object, **__: object) -> None:
+    """Print a warning for people, without the line of the program that gives it."""
+    say(f"warning: {message}", err=True)
 
 
 def say(text: object, *, err: bool = False) -> None:

@@ -289,7 +289,12 @@ def cell_text(cell: Cell) -> str:
     if not cell.terms:
         return "."
     weight = f"*{_value(cell.weight)}" if cell.weight != ONE else ""
-    return "/".join(_cell_term(t) for t in cell.terms) + weight
+    hedges = cell.hedges or ((),) * len(cell.terms)
+    return "/".join(_hedged(h, _cell_term(t)) for h, t in zip(hedges, cell.terms, strict=True)) + weight
+
+
+def _hedged(hedges: tuple[str, ...], term: str) -> str:
+    return f"[{' '.join([*hedges, term])}]" if hedges else term
 
 
 def _cell_term(term: str | Membership) -> str:

@@ -6,6 +6,7 @@ import dataclasses
 import math
 import re
 import unicodedata
+from collections.abc import Sequence
 from typing import Any, Final, TypeVar
 
 from lark import Token, Transformer, v_args
@@ -211,15 +212,17 @@ class Builder(Transformer[Token, Any]):
     def run(self, _keyword: Token, duration: ex.Expr, _step: Token | None, step: ex.Expr | None) -> sx.Run:
         return sx.Run(self.line, duration, step)
 
-    def input(self, keyword: Token, name: Token, label: Token | None, _in: Token, *rest: Any) -> sx.Variable:
-        (lower, upper), *clauses = rest
-        return sx.Variable(
-            self.line, self._word(keyword), self._word(name), self._string(label), lower, upper, tuple(clauses)
-        )
+    def input(self, keyword: Token, *parts: Any) -> sx.Variable:
+        at = next(i for i, p in enumerate(parts) if isinstance(p, Token) and p.type == "IN")
+        (lower, upper), *clauses = parts[at + 1 :]
+        declared = zip(self._words(parts[:at:2]), map(self._string, parts[1:at:2]), strict=True)
+        (name, label), *others = declared
+        word, rest = self._word(keyword), tuple(others)
+        return sx.Variable(self.line, word, name, label, lower, upper, tuple(clauses), others=rest)
 
-    def output(self, keyword: Token, name: Token, label: Token | None, _in: Token, *rest: Any) -> sx.Variable:
-        *before, value = rest
-        return dataclasses.replace(self.input(keyword, name, label, _in, *before), value=value)
+    def output(self, keyword: Token, *parts: Any) -> sx.Variable:
+        *before, value = parts
+        return dataclasses.replace(self.input(keyword, *before), value=value)
 
     def let(
         self,
@@ -241,6 +244,9 @@ class Builder(Transformer[Token, Any]):
 
     def range(self, lower: ex.Expr, upper: ex.Expr) -> tuple[ex.Expr, ex.Expr]:
         return lower, upper
+
+    def shared_terms(self, keyword: Token, _of: Token, variable: Token) -> sx.TermsClause:
+        return sx.TermsClause(self._word(variable), self._at(keyword).to(self._at(variable)))
 
     def unit(self, keyword: Token, text: Token) -> sx.UnitClause:
         return sx.UnitClause(self._string(text), self._at(keyword).to(self._at(text)))
@@ -271,6 +277,12 @@ class Builder(Transformer[Token, Any]):
     def item_value(self, name: Token, value: ex.Expr) -> sx.PartitionItem:
         return sx.PartitionItem(self._word(name), None, value)
 
+    def item_number(self, sign: Token | None, first: ex.Expr, *rest: Any) -> ex.Expr:
+        value = first if sign is None else self.signed(sign, first)
+        for operator, factor in zip(rest[::2], rest[1::2], strict=True):
+            value = self.sum(value, operator, factor)
+        return self._bounded(value)
+
     def table(
         self,
         _keyword: Token,
@@ -278,12 +290,14 @@ class Builder(Transformer[Token, Any]):
         first: Token,
         _x: Token | None,
         second: Token | None,
+        _scale: Token | None,
+        scale: ex.Expr | None,
         _from: Token | None,
         csv: Token | None,
     ) -> sx.Table:
         word = self._word(second) if second is not None else None
         place = self._at(csv) if csv is not None else None
-        return sx.Table(self.line, outputs, self._word(first), word, self._string(csv), place)
+        return sx.Table(self.line, outputs, self._word(first), word, self._string(csv), place, scale=scale)
 
     def rules(self, _keyword: Token, name: Token, *settings: sx.Setting | sx.Activation) -> sx.Rules:
         return sx.Rules(self.line, self._word(name), settings)
@@ -291,12 +305,19 @@ class Builder(Transformer[Token, Any]):
     def names(self, *names: Token) -> tuple[sx.Word, ...]:
         return self._words(names)
 
-    def rule(self, _if: Token, antecedent: sx.Truth, _then: Token, *rest: Any) -> sx.Rule:
-        *consequents, _weight, weight = rest
-        return sx.Rule(self.line, antecedent, tuple(consequents), weight)
+    def rule(self, _if: Token, *parts: Any) -> sx.Rule:
+        *rest, _weight, weight = parts
+        antecedent, *exceptions = (p for p in rest if isinstance(p, sx.Truth))
+        for exception in exceptions:
+            antecedent = self._bounded(_except(antecedent, exception))
+        return sx.Rule(self.line, antecedent, _consequents(rest), weight)
 
-    def consequent(self, output: Token, _is: Token, *words: Token | sx.FunctionTerm) -> sx.ConsequentText:
-        if isinstance(words[0], sx.FunctionTerm):
+    def otherwise(self, _otherwise: Token, *parts: Any) -> sx.Otherwise:
+        *rest, _weight, weight = parts
+        return sx.Otherwise(self.line, _consequents(rest), weight)
+
+    def consequent(self, output: Token, _is: Token, *words: Token | ex.Expr | sx.FunctionTerm) -> sx.ConsequentText:
+        if not isinstance(words[0], Token):
             return sx.ConsequentText(self._word(output), words[0])
         *hedges, term = self._words(tuple(w for w in words if isinstance(w, Token)))
         if getattr(words[-1], "type", "") == "NOT":
@@ -327,20 +348,30 @@ class Builder(Transformer[Token, Any]):
         word = self._word(keyword)
         return sx.Argument(value, word, word.span.to(ex.span_of(value) or word.span))
 
-    def header(self, *terms: Token) -> sx.HeaderLine:
-        return sx.HeaderLine(self.line, self._words(terms))
+    def header(self, *terms: Token | sx.Word) -> sx.HeaderLine:
+        return sx.HeaderLine(self.line, tuple(map(self.label, terms)))
 
-    def label(self, term: Token) -> sx.Word:
-        return self._word(term)
+    def label(self, term: Token | sx.Word) -> sx.Word:
+        return self._word(term) if isinstance(term, Token) else term
 
-    def row(self, label: Token | None, *cells: sx.CellText) -> sx.RowLine:
-        return sx.RowLine(self.line, self._word(label) if label is not None else None, cells)
+    def number_label(self, sign: Token | None, number: Token) -> sx.Word:
+        value = self.signed_number(sign, number)
+        return sx.Word(ex.to_text(value), value.span or self.line)
+
+    def row(self, label: Token | sx.Word | None, *cells: sx.CellText) -> sx.RowLine:
+        return sx.RowLine(self.line, self.label(label) if label is not None else None, cells)
 
     def cell(self, *parts: Any) -> sx.CellText:
         *given, weight = parts
         terms = tuple(self._word(t) if isinstance(t, Token) else t for t in given if not _is_slash(t))
         first, last = _place(terms[0]) or self.line, _place(terms[-1]) or self.line
         return sx.CellText(terms, weight, first.to(last))
+
+    def hedged(self, *words: Token) -> sx.HedgedTerm:
+        *hedges, term = self._words(words)
+        if words[-1].type == "NOT":
+            self.problems.append(Diagnostic("FZ102", "'not' needs a term behind it", term.span))
+        return sx.HedgedTerm(tuple(hedges), term, self._at(words[0]).to(term.span))
 
     def empty_cell(self, dot: Token) -> sx.CellText:
         return sx.CellText((), None, self._at(dot))
@@ -355,6 +386,24 @@ class Builder(Transformer[Token, Any]):
         if words[-1].type == "NOT":
             self.problems.append(Diagnostic("FZ102", "'not' needs a term behind it", self._at(words[-1])))
         return sx.Literal(self._at(variable).to(self._at(words[-1])), self._word(variable), tuple(hedges), term)
+
+    def alternative(self, *words: Token) -> tuple[Token, ...]:
+        return words
+
+    def alternatives(self, variable: Token, is_: Token, *parts: Any) -> sx.Truth:
+        """Read `e is (A or B)` as `(e is A or e is B)`, and behind `not` as its negation."""
+        before = [p for p in parts if isinstance(p, Token) and p.type in ("NOT", "NAME")]
+        connective = next(p for p in parts if isinstance(p, Token) and p.type in ("OR", "AND"))
+        operands = tuple(self.literal(variable, is_, *p) for p in parts if isinstance(p, tuple))
+        whole: sx.Truth = sx.Chain(operands[0].span.to(operands[-1].span), str(connective), operands)
+        whole = sx.Group(whole.span, whole)
+        for word in reversed(before):
+            if word.type == "NAME":
+                message = f"'{_short(word)}' applies to one term, not to several in parentheses"
+                help_text = f"put it before each term: ({_short(word)} {operands[0].term.text} {connective} ...)"
+                self.problems.append(Diagnostic("FZ102", message, self._at(word), help=help_text))
+            whole = self.negation(word, whole)
+        return whole
 
     def negation(self, keyword: Token, operand: sx.Truth) -> sx.Negation:
         return sx.Negation(self._at(keyword).to(operand.span), operand)
@@ -490,12 +539,24 @@ class Builder(Transformer[Token, Any]):
         return first.to(last) if first is not None and last is not None else first or last
 
 
+def _except(antecedent: sx.Truth, exception: sx.Truth) -> sx.Truth:
+    """Return `A and not B` for `A unless B`."""
+    denied = sx.Negation(exception.span, sx.Group(exception.span, exception))
+    is_joined = isinstance(antecedent, sx.Chain) and antecedent.connective == "and"
+    operands = antecedent.operands if isinstance(antecedent, sx.Chain) and is_joined else (antecedent,)
+    return sx.Chain(antecedent.span.to(exception.span), "and", (*operands, denied))
+
+
+def _consequents(parts: Sequence[Any]) -> tuple[sx.ConsequentText, ...]:
+    return tuple(p for p in parts if isinstance(p, sx.ConsequentText))
+
+
 def _is_slash(part: Any) -> bool:
     return isinstance(part, Token) and part.type != "NAME"
 
 
-def _place(term: sx.ConsequentTerm) -> Span | None:
-    return term.span if isinstance(term, sx.Word | sx.FunctionTerm) else ex.span_of(term)
+def _place(term: sx.ConsequentTerm | sx.HedgedTerm) -> Span | None:
+    return ex.span_of(term) if isinstance(term, ex.Expr) else term.span
 
 
 def _parts(node: Any) -> tuple[Any, ...]:

@@ -32,6 +32,8 @@ def repair(source: SourceText, line: LogicalLine, at: int) -> str:
         return NO_RULE
     if text[at - 1 : at + 1] == "**":
         return "write '^' for a power"
+    if line.word == "table" and re.match(r"[x×]\s", text[at : at + 2]):
+        return "for a third variable put 'with VARIABLE is TERM' above a table for each of its terms"
     if line.word == "require" and text.startswith("within", at):
         return "write 'within' once, and before 'when'"
     return ""

@@ -35,6 +35,12 @@ class Edit:
     why: str
 
 
+def _declared(keyword: str, text: str) -> frozenset[str]:
+    """Return the names behind a keyword, which may be several, each with its label."""
+    lists = re.findall(rf'(?im)^[ \t]*{keyword}[ \t]+(\w+(?:[ \t]*(?:"[^"\n]*"[ \t]*)?,[ \t]*\w+)*)', text)
+    return frozenset(name for names in lists for name in re.findall(r"\w+", re.sub(r'"[^"\n]*"', "", names)))
+
+
 @dataclass(frozen=True)
 class Declared:
     """Names that a text declares; each kind is looked for once, when it is first asked for."""
@@ -49,12 +55,12 @@ class Declared:
     @cached_property
     def variables(self) -> frozenset[str]:
         """Names of inputs and outputs, as far as their lines look like one."""
-        return self.outputs | frozenset(re.findall(r"(?im)^[ \t]*input[ \t]+(\w+)", self.text))
+        return self.outputs | _declared("input", self.text)
 
     @cached_property
     def outputs(self) -> frozenset[str]:
         """Names of outputs, as far as their lines look like one."""
-        return frozenset(re.findall(r"(?im)^[ \t]*output[ \t]+(\w+)", self.text))
+        return _declared("output", self.text)
 
     @cached_property
     def names(self) -> frozenset[str]:
@@ -72,12 +78,13 @@ class Declared:
     def words(self) -> dict[str, set[str]]:
         """All words in the lines of each variable, among them its terms."""
         found: dict[str, set[str]] = {}
-        variable = ""
+        variables: list[str] = []
         for line in self.text.split("\n"):
             first, *others = re.findall(NAME, line) or [""]
             if first.lower() in STATEMENT_KEYWORDS and first.lower() != "terms":
-                variable = others[0] if others and first.lower() in ("input", "output") else ""
-            if variable:
+                head = re.split(r"\bin\b|[\[(=:]", line)[0] if first.lower() in ("input", "output") else ""
+                variables = re.findall(NAME, re.sub(_OPAQUE, "", head))[1:]
+            for variable in variables:
                 found.setdefault(variable, set()).update((first, *others))
         return found
 

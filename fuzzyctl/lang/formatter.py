@@ -23,7 +23,8 @@ _CELL_TOKEN: Final = re.compile(rf"{_NUMBER}|{NAME}|[^\s]")
 
 #: Words after which an opening parenthesis stands apart.
 _APART: Final = frozenset(
-    {"in", "and", "or", "not", "if", "else", "then", "when", "within", "rate", "weight", "require"}
+    {"in", "and", "or", "not", "if", "is", "unless", "else", "then", "otherwise", "when", "within", "rate", "weight"}
+    | {"require"}
 )
 _BINARY: Final = frozenset({"+", "-", "*", "/", "<=", ">=", "==", "!=", "<", ">", "="})
 _SETTINGS: Final = frozenset({"and", "or", "implication", "aggregation", "activation", "defuzzifier", "semantics"})
@@ -107,7 +108,9 @@ def _as_typed(text: str) -> str:
 def _code(line: LogicalLine, text: str) -> str:
     tokens = _TOKEN.findall(text)
     if line.kind == "statement" and line.word == "terms":
-        return _INDENT + _spaced(tokens, tight="=@", text=text)
+        return _INDENT + _items(tokens, text)
+    if line.kind == "statement" and line.word in ("if", "otherwise"):
+        return _spaced(tokens, tight="=", text=text)
     if line.kind == "statement" and line.word in ("rules", "output"):
         at = _outer_equal(tokens)
         before = _spaced(tokens[:at], tight="=", text=text)
@@ -120,6 +123,15 @@ def _code(line: LogicalLine, text: str) -> str:
         at = tokens.index("=")
         return f"{_spaced(tokens[:at], tight='', text=text)} = {_spaced(tokens[at + 1 :], tight='=', text=text)}"
     return _spaced(tokens, tight="", text=text)
+
+
+def _items(tokens: Sequence[str], text: str) -> str:
+    """Join the tokens of a `terms` line: blanks separate its items, and operators only inside parentheses."""
+    joined, depth = "", 0
+    for part in re.split(r"( [*/] |[()])", _spaced(tokens, tight="=@", text=text)):
+        depth += (part == "(") - (part == ")")
+        joined += part.strip() if part in (" * ", " / ") and depth == 0 else part
+    return joined
 
 
 def _setting(text: str, width: int) -> str:
@@ -168,10 +180,11 @@ def _cells(text: str) -> list[str]:
         is_call = token == "(" and before in ("linear", "function", "constant")
         inside = depth > 0 or token in ("/", "*") or before in ("/", "*", "+", "-")
         if cells and (is_call or inside):
-            cells[-1] += token
+            are_words = (before[-1:].isalnum() or before[-1:] == "_") and re.match(r"[\w.]", token)
+            cells[-1] += f" {token}" if are_words else token
         else:
             cells.append(token)
-        depth += (token == "(") - (token == ")")
+        depth += (token in "([") - (token in ")]")
         before = token
     return cells
 

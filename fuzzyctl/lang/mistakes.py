@@ -43,6 +43,7 @@ FORMS: Final[dict[str, str]] = {
     "with": "with INPUT is TERM (above a table)",
     "table": "table OUTPUT = ROW_INPUT x COLUMN_INPUT, or table OUTPUT = INPUT",
     "if": "if INPUT is TERM and INPUT is TERM then OUTPUT is TERM weight 0.5",
+    "otherwise": "otherwise OUTPUT is TERM weight 0.5",
     "require": "require EXPRESSION >= EXPRESSION within 1e-12 when CONDITION",
     "allow": 'allow FZ208 "reason"',
     "deny": 'deny FZ208 "reason"',
@@ -98,6 +99,7 @@ _BELOW: Final[dict[str, str]] = {
 _TERMINALS: Final[dict[str, str]] = {
     "NAME": "a name",
     "NUMBER": "a number",
+    "QUANTITY": "a number",
     "STRING": 'a text in "quotes"',
     "COMPARE": "a comparison (<, <=, >, >=, ==, !=)",
     "SUM": "+ or -",
@@ -122,6 +124,10 @@ _TERMINALS: Final[dict[str, str]] = {
 RULE_WORDS: Final = frozenset({"is", "and", "or", "not", "then", "weight"})
 
 _NO_TERM: Final = re.compile(r"\bis\s+(and|or|then|\))(?!\w)")
+#: A line that goes on with the rule above it.
+_GOES_ON: Final = re.compile(rf"\s*(and|or)\s+(?:if\b|not\b|\(|{NAME}\s+is\b)")
+#: A comparison with a number in a condition.
+_COMPARED: Final = re.compile(r"(?<![-=<>])([<>]=?)\s*+([-+]?[\d.]++)")
 _THEN: Final = re.compile(r"\bthen\b")
 _WORD: Final = re.compile(NAME)
 #: What is found where the weight of a rule is expected.
@@ -174,6 +180,11 @@ def form_of(line: LogicalLine) -> str:
 
 def _slip_in_a_rule(source: SourceText, line: LogicalLine) -> Diagnostic | None:
     """Find a word of a rule that is a keyword but for its capitals, or that is found where a term is expected."""
+    goes_on = _GOES_ON.match(source.text, line.start, line.end) if line.word in ("and", "or") else None
+    if goes_on is not None:
+        message = f"'{goes_on[1]}' continues no rule: a rule is one line, which goes on inside parentheses"
+        help_text = f"the form is: if (INPUT is TERM {goes_on[1]} INPUT is TERM) then OUTPUT is TERM"
+        return Diagnostic("FZ102", message, Span(source, *goes_on.span(1)), help=help_text)
     if line.word not in ("if", "with"):
         return None
     lacking = _NO_TERM.search(source.text, line.start, line.end)
@@ -182,6 +193,10 @@ def _slip_in_a_rule(source: SourceText, line: LogicalLine) -> Diagnostic | None:
         return Diagnostic(
             "FZ102", f"a term is missing before '{lacking[1]}'", place, help=f"the form is: {FORMS['if']}"
         )
+    then = _THEN.search(source.text, line.start, line.end)
+    compared = _COMPARED.search(source.text, line.start, line.end if then is None else then.start())
+    if compared is not None:
+        return _comparison(source, compared)
     late = _NEAR_WEIGHT.search(source.text, line.start, line.end)
     if late is not None and late[1] != "weight" and closest(late[1], ["weight"]):
         place = Span(source, late.start(1), late.end(1))
@@ -192,6 +207,14 @@ def _slip_in_a_rule(source: SourceText, line: LogicalLine) -> Diagnostic | None:
         if small in RULE_WORDS and match[0] != small:
             return capital_keyword(match[0], Span(source, match.start(), match.end()))
     return None
+
+
+def _comparison(source: SourceText, found: re.Match[str]) -> Diagnostic:
+    sign, number = found[1], found[2]
+    ends = f"-inf, {number}" if sign[0] == "<" else f"{number}, inf"
+    help_text = f"declare a term of the input, such as: LIMIT = rectangle({ends}), and write: INPUT is LIMIT"
+    message = "the condition of a rule compares with terms, not with numbers"
+    return Diagnostic("FZ102", message, Span(source, *found.span(1)), help=help_text)
 
 
 def capital_keyword(word: str, place: Span, code: str = "FZ102") -> Diagnostic:
@@ -218,8 +241,6 @@ def _repair(error: UnexpectedToken, help_text: str) -> str:
         # A word in the place of `then` was taken for a hedge.
         return f"is 'then' missing or misspelt? {help_text}"
     accepted = set(error.accepts or error.expected or ())
-    if error.token.type == "NUMBER" and "CONSTANT" in accepted:
-        return f"for a number write: constant({error.token})"
     if error.token.type == "NAME" and "NUMBER" in accepted and "NAME" not in accepted:
         # Only a number or parentheses may stand here.
         sign = "" if "SUM" in accepted else "with its sign "

@@ -79,7 +79,7 @@ _NUMBERED: Final = re.compile(r"\s*\d+(?:(?:st|nd|rd|th)\b|\s+(?!(?:unit|within|
 def _comment_behind(code: str, text: str, around: Surroundings) -> Iterator[Edit]:
     """Replace the sign of a comment behind code; in an expression it may be an operator or a percent sign."""
     computes = _EXPRESSIONS.match(code) is not None
-    for m in re.finditer(r"(?<=[\s;)\]}\"])(?<!unit )(//+|%+(?!\s*(?://|#)))(?!\s*(?:$|else\b|unit\b))", code):
+    for m in re.finditer(r"(?<=[\s;)\]}\"])(?<!unit )(//+|%+(?!\s*(?://|#)))(?!\s*(?:;*\s*$|else\b|unit\b))", code):
         before, behind = code[: m.start()], code[m.end() :]
         inside = len(re.findall(r"[(\[]", before)) > len(re.findall(r"[)\]]", before))
         goes_on = (_OPERATION if m[0] == "%" else _OPERAND).match(behind) and not _NUMBERED.match(behind)
@@ -141,6 +141,10 @@ def _signs(code: str, text: str, around: Surroundings) -> Iterator[Edit]:
             yield Edit(start, end, new, f"U+{ord(char):04X}, {name}, is not a character of the language")
 
 
+def _bare_term(groups: list[str], around: Surroundings) -> str | None:
+    return None if groups[2] in around.declared.params | around.declared.variables else groups[2]
+
+
 CHARACTERS: Final[tuple[Repair, ...]] = (
     by_pattern(r"(?P<x>\(\*(.*?)\*\)|/\*(.*?)\*/)[ \t]*(?=(\S)?)", _block_comment, COMMENT),
     by_pattern(r"^[ \t]*(?P<x>;+|--+|//+|%+|'+(?=[^'\n]*$))", "#", COMMENT),
@@ -155,6 +159,10 @@ CHARACTERS: Final[tuple[Repair, ...]] = (
     by_pattern(r"(?<!\w)[!~](?!=)\s*(?=[\w(])", "not ", "the negation is written 'not'"),
     by_pattern(r"~=", "!=", "inequality is written '!='"),
     _signs,
+    # No character, but a line that holds it may be valid otherwise: a consequent in parentheses is a number.
+    by_pattern(
+        rf"\bis\s+(?:not\s+)?(?P<x>\(\s*({NAME})\s*\))", _bare_term, "a term has no parentheses", heads="if with"
+    ),
 )
 
 # ---- statements -----------------------------------------------------------------------------------------------------
@@ -163,12 +171,12 @@ _CASE: Final = "keywords are written in small letters"
 _DERIVATIVE: Final = "a derivative is written: der STATE = EXPRESSION"
 _DECIMAL: Final = "decimals are written with a point"
 _SETTINGS: Final = ("and", "or", "implication", "aggregation", "activation", "defuzzifier", "semantics")
-_IN_RULES: Final = "if with is and or not then weight"
+_IN_RULES: Final = "if with is and or not unless then weight"
 _IN_HEADS: Final = "input output in unit else extrapolate clamp adaptive rate hold midpoint nan error"
 
 #: Keywords inside statements, by the first word.
 _KEYWORDS: Final[dict[str, frozenset[str]]] = {
-    **dict.fromkeys(("if", "with", "else"), frozenset(_IN_RULES.split())),
+    **dict.fromkeys(("if", "with", "otherwise", "else"), frozenset(_IN_RULES.split())),
     **dict.fromkeys(("input", "output"), frozenset(_IN_HEADS.split())),
     "table": frozenset({"x", "from"}),
     "require": frozenset({"within", "when", "and", "or", "not"}),
@@ -326,6 +334,9 @@ def _header(groups: list[str], around: Surroundings) -> str | None:
 
 _SIGNED: Final = r"[-+]?[\w.]+"
 
+#: Variables of one line, each with its label.
+_NAMED_ONES: Final = rf"{NAME}(?:\s*\"[^\"]*\")?(?:\s*,\s*{NAME}(?:\s*\"[^\"]*\")?)*"
+
 STATEMENTS: Final[tuple[Repair, ...]] = (
     by_pattern(";", "\n", "a line holds one statement"),
     *_QUOTED,
@@ -384,7 +395,7 @@ STATEMENTS: Final[tuple[Repair, ...]] = (
     ),
     _decimal_commas,
     by_pattern(
-        rf"^\s*(?:input|output)\s+(?!in\b){NAME}(?:\s*\"[^\"]*\")?(?P<x>\s*(?:\bin\b|=|:|\brange\b|\bfrom\b)?\s*(?:range\s*)?"
+        rf"^\s*(?:input|output)\s+(?!in\b){_NAMED_ONES}(?P<x>\s*(?:\bin\b|=|:|\brange\b|\bfrom\b)?\s*(?:range\s*)?"
         rf"[=:]?\s*[\[({{]?\s*({_SIGNED}?)\s*(?:,|;|:|\.\.+|\bto\b|\s)\s*({_SIGNED})\s*[\])}}]?)(?=\s*$|\s+\w)",
         _range,
         "a range is written: in [low, high]",
@@ -392,6 +403,12 @@ STATEMENTS: Final[tuple[Repair, ...]] = (
     ),
     by_pattern(
         r"\s*\b(?P<x>default|otherwise)\s*(?::=|=|:)?\s*", "else ", "the value without rules is 'else'", heads="output"
+    ),
+    by_pattern(
+        r"(?P<x>\s*,\s*)(?=(?:unit|else|clamp|extrapolate|adaptive|implication|aggregation|defuzzifier|terms)\b)",
+        " ",
+        "what follows the range is separated by blanks",
+        heads="input output",
     ),
     by_pattern(r"\belse(?P<x>\s*(?::=|=|:)\s*)", " ", "'else' is followed by its value", heads="output"),
     by_pattern(r"\bunit(?P<x>\s*[=:]\s*)", " ", "'unit' is followed by a text", heads="input output param"),

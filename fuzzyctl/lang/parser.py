@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import re
+from collections.abc import Iterator
 from itertools import chain, pairwise
 from typing import Any, Final
 
@@ -288,17 +289,21 @@ class _Assembler:
             self.diagnostics.append(describe_barless(self.source, self.barless, self.statements[-1]))
             self.incomplete = True
         if self.block in ("variable", "table"):
-            head = self.statements[-1]
-            if isinstance(head, sx.Variable):
-                head = dataclasses.replace(head, terms=tuple(self.lines), incomplete=self.incomplete)
-            elif isinstance(head, sx.Table):
-                headers = [n for n in self.lines if isinstance(n, sx.HeaderLine)]
-                rows = tuple(n for n in self.lines if isinstance(n, sx.RowLine))
-                head = dataclasses.replace(
-                    head, header=headers[0] if headers else None, rows=rows, incomplete=self.incomplete
-                )
-            self.statements[-1] = head
+            self.statements.extend(self._with_lines(self.statements.pop()))
         self.block, self.lines, self.incomplete, self.barless = "", [], False, []
+
+    def _with_lines(self, head: sx.Statement) -> Iterator[sx.Statement]:
+        """Yield the head of a block with the lines below it, each variable of a line by itself."""
+        lines = tuple(self.lines)
+        if isinstance(head, sx.Variable):
+            first = dataclasses.replace(head, terms=lines, incomplete=self.incomplete, others=())
+            yield first
+            for name, label in head.others:
+                yield dataclasses.replace(first, name=name, label=label)
+        elif isinstance(head, sx.Table):
+            header = next((n for n in lines if isinstance(n, sx.HeaderLine)), None)
+            rows = tuple(n for n in lines if isinstance(n, sx.RowLine))
+            yield dataclasses.replace(head, header=header, rows=rows, incomplete=self.incomplete)
 
     def finish(self) -> tuple[sx.SyntaxTree, list[Diagnostic]]:
         self._close_block()

@@ -20,7 +20,6 @@ _WEIGHT: Final = r"\d+(?:[.,]\d*)?|[.,]\d+"
 #: A formula without commas but those of calls.
 _FORMULA: Final = r"(?:[^,()]|\((?:[^()]|\([^()]*\))*\))+?"
 _IS: Final = "a variable and its term are joined by 'is'"
-_UNLESS: Final = "'unless' is written 'and not'"
 _MIXED: Final = "AND and OR are mixed; in other languages AND comes first"
 _NO_ELSE: Final = "rules have no 'else'"
 #: Words that are no misspelt 'and' or 'or'.
@@ -33,6 +32,8 @@ def _alternatives(groups: list[str], around: Surroundings) -> str | None:
     if groups[3] and "(" not in groups[4]:
         # What 'not' takes of 'not A or B' is open.
         return None
+    if {"or", "and"} <= set(re.findall(NAME, groups[4])):
+        return None
     variable, negation, names = groups[2], groups[3], re.split(r"\s+(or|and)\s+|\s*,\s*", groups[4].strip("() "))
     terms = [n for n in names if n and n not in ("or", "and")]
     joined = " and " if " and " in groups[4] else " or "
@@ -41,12 +42,14 @@ def _alternatives(groups: list[str], around: Surroundings) -> str | None:
 
 
 def _otherwise(code: str, text: str, around: Surroundings) -> Iterator[Edit]:
-    """Give a line that begins with `else` the negated condition of the rule above it."""
+    """Give a line that begins with `else` the negated condition of the rule above it, or `otherwise`."""
     found = re.match(r"\s*(else\b,?\s*(?:then\s+)?)(?!if\b)", code, re.IGNORECASE)
     above = [re.match(r"(?:else\s+)?if\s+(.*?)\s+then\b", rule, re.IGNORECASE) for rule in around.above]
-    if found is not None and above and all(above) and " is " in code.lower():
-        none = " and ".join(f"not ({_lowered(_bare(m[1]))})" for m in above if m is not None)
-        yield Edit(found.start(1), found.end(1), f"if {none} then ", _NO_ELSE)
+    if found is None or " is " not in code.lower():
+        return
+    none = " and ".join(f"not ({_lowered(_bare(m[1]))})" for m in above if m is not None)
+    condition = f"if {none} then " if above and all(above) else "otherwise "
+    yield Edit(found.start(1), found.end(1), condition, _NO_ELSE)
 
 
 def _else_behind(code: str, text: str, around: Surroundings) -> Iterator[Edit]:
@@ -64,22 +67,6 @@ def _lowered(condition: str) -> str:
 def _bare(condition: str) -> str:
     inner = re.fullmatch(r"\(([^()]*)\)", condition)
     return (inner[1] if inner is not None else condition).strip()
-
-
-def _unless(code: str, text: str, around: Surroundings) -> Iterator[Edit]:
-    """Write the exception of a rule, before or behind its consequent, as a part of its condition."""
-    inside = re.match(r"\s*if\s+(.*?)\s+unless\s+(.*?)\s+then\b", code, re.IGNORECASE)
-    behind = re.match(r"\s*if\s+(.*?)\s+then\b.*?(\s+unless\s+(.*?))\s*$", code, re.IGNORECASE)
-    found = inside or behind
-    if found is None:
-        return
-    exception = f") and not ({_bare(text[slice(*found.span(2 if inside else 3))])})"
-    yield Edit(found.start(1), found.start(1), "(", _UNLESS)
-    if inside:
-        yield Edit(found.end(1), found.end(2), exception, _UNLESS)
-    else:
-        yield Edit(found.end(1), found.end(1), exception, _UNLESS)
-        yield Edit(found.start(2), found.end(2), "", _UNLESS)
 
 
 def _conjunction(code: str, text: str, around: Surroundings) -> Iterator[Edit]:
@@ -108,10 +95,6 @@ def _weight_in_parentheses(groups: list[str], around: Surroundings) -> str | Non
     return f" weight {value}" if not called and float(value) <= 1 else None
 
 
-def _bare_term(groups: list[str], around: Surroundings) -> str | None:
-    return None if groups[2] in around.declared.params | around.declared.variables else groups[2]
-
-
 def _number_or_formula(groups: list[str], around: Surroundings) -> str | None:
     value = groups[2].strip()
     own = re.findall(rf"(?m)^\s*function\s+({NAME})", around.declared.text)
@@ -119,8 +102,6 @@ def _number_or_formula(groups: list[str], around: Surroundings) -> str | None:
     if any(value.startswith(name) or known_kind(name) for name in unknown):
         # A term before parentheses, or a membership function.
         return None
-    if re.fullmatch(NUMBER, value):
-        return f"constant({value})"
     names = set(re.findall(NAME, value))
     if re.fullmatch(rf"\(\s*{NAME}\s*\)", value) and not names <= around.declared.variables | around.declared.params:
         return None
@@ -180,7 +161,7 @@ RULES: Final[tuple[Repair, ...]] = (
         lambda g, _: f"if not ({_bare(g[2])})",
         "'unless' is written 'if not'",
     ),
-    _unless,
+    by_pattern(r"(?P<x>\s*,\s*)(?=unless\b)", " ", "'unless' follows without a comma", heads="if"),
     _else_behind,
     by_pattern(rf"({NAME})(?P<x>\[\s*\"([^\"]*)\"\s*\])", " is {3}", _IS, heads="if with"),
     by_pattern(
@@ -192,6 +173,25 @@ RULES: Final[tuple[Repair, ...]] = (
     by_pattern(r"\s*(?:->|=>|:(?=\s*\w+\s+is\b))\s*", " then ", "the consequent begins with 'then'", heads="if"),
     by_pattern(r"\band\s+(?=then\b)", "", "'then' follows the condition", heads="if"),
     by_pattern(r"(?P<x>,\s*)(?=then\b)", " ", "'then' follows without a comma", heads="if"),
+    by_pattern(
+        rf"(?P<x>\s*,\s*)(?=(?:not\s+)?\(?{_WORD}\s+is\b.*\bthen\b)",
+        " and ",
+        "conditions are joined by 'and' or 'or'",
+        heads="if",
+    ),
+    by_pattern(r"\b(?:and|or)\s+(?P<x>if\s+)", "", "a rule has one 'if'", heads="if"),
+    by_pattern(
+        rf"\bis\s+(?P<x>(?:in\s+)?between\s+({_WORD})\s+and\s+({_WORD}))",
+        "({2} or {3})",
+        "terms are joined by 'or', with those between them if there are any",
+        heads="if with",
+    ),
+    by_pattern(
+        rf"({_WORD})\s+is\s+(?P<x>({_WORD}(?:\s+{_WORD})*\s+(?:and|or)\s+not\s+{_WORD}))(?=\s+(?:and|or|then)\b)",
+        "({3})",
+        "each term has its variable",
+        heads="if with",
+    ),
     by_pattern(r"\s*\|\s*", " or ", "the disjunction is written 'or'", heads="if with"),
     by_pattern(
         r"\s*(?:!=|<>|\bisn't\b|\bisnt\b)\s*", " is not ", "a negated term is written 'is not'", heads="if with"
@@ -224,12 +224,6 @@ RULES: Final[tuple[Repair, ...]] = (
     ),
     by_pattern(
         r"\bis\s+(?P<x>(constant|linear|function)\s+\()", "{2}(", "the parenthesis follows its function", heads="if"
-    ),
-    by_pattern(
-        rf"\bis\s+(?:not\s+)?(?P<x>\(\s*({NAME})\s*\))",
-        _bare_term,
-        "a term has no parentheses",
-        heads="if with",
     ),
     by_pattern(
         rf"(\w+)\)*(?P<x>\s*(?:\(\s*({_WEIGHT})\s*\)|\[\s*({_WEIGHT})\s*\]))\s*$",
@@ -268,12 +262,6 @@ RULES: Final[tuple[Repair, ...]] = (
         rf"\bthen\b.*\bis\s+({NAME})(?P<x>\s*\*\s*({NUMBER}))\s*$",
         _weight_of_term,
         "a weight begins with 'weight'",
-        heads="if",
-    ),
-    by_pattern(
-        rf"(?:\bthen\s+|,\s*){NAME}\s+is\s+(?P<x>({NUMBER}))(?=\s*(?:$|,|\bweight\b))",
-        "constant({2})",
-        "a number is a consequent as constant(NUMBER)",
         heads="if",
     ),
     by_pattern(

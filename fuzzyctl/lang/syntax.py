@@ -34,6 +34,7 @@ STATEMENT_KEYWORDS: Final = (
     "with",
     "table",
     "if",
+    "otherwise",
     "require",
     "allow",
     "deny",
@@ -278,7 +279,15 @@ class SettingClause:
     span: Span
 
 
-Clause = UnitClause | FallbackClause | AdaptiveClause | ExtrapolateClause | ClampClause | SettingClause
+@record(frozen=True, slots=True, eq=False)
+class TermsClause:
+    """`terms of VARIABLE`."""
+
+    variable: Word
+    span: Span
+
+
+Clause = TermsClause | UnitClause | FallbackClause | AdaptiveClause | ExtrapolateClause | ClampClause | SettingClause
 
 
 @record(frozen=True, slots=True, eq=False)
@@ -290,13 +299,22 @@ class FunctionTerm:
     span: Span
 
 
-#: What stands for a term in a cell or a consequent; an expression is a constant.
+@record(frozen=True, slots=True, eq=False)
+class HedgedTerm:
+    """`[hedges term]` in a cell."""
+
+    hedges: tuple[Word, ...]
+    term: Word
+    span: Span
+
+
+#: What is a consequent in a rule; an expression is a constant.
 ConsequentTerm = Word | Expr | FunctionTerm
 
 
 @record(frozen=True, slots=True, eq=False)
 class Variable(Statement):
-    """An `input`, `output` or `let` with the term lines below it."""
+    """An `input`, `output` or `let` with the term lines below it, which all variables of one line have in common."""
 
     keyword: Word
     name: Word
@@ -311,13 +329,15 @@ class Variable(Statement):
     value: Expr | None = None
     #: Whether a `let` has a range.
     ranged: bool = True
+    #: The other variables of the line, each with its label.
+    others: tuple[tuple[Word, str], ...] = ()
 
 
 @record(frozen=True, slots=True, eq=False)
 class CellText:
     """One cell of a table row; no terms means no rule."""
 
-    terms: tuple[ConsequentTerm, ...]
+    terms: tuple[ConsequentTerm | HedgedTerm, ...]
     weight: Expr | None
     span: Span
 
@@ -355,7 +375,8 @@ class RowLine(Statement):
 class Table(Statement):
     """`table OUT = ROWS x COLUMNS` with header and rows; `second` is None for `table OUT = INPUT`.
 
-    `csv` names a file that holds header and rows; `condition` is what a `with` line above the table says.
+    `csv` names a file that holds header and rows; `condition` is what a `with` line above the table says; `scale`
+    multiplies the numbers of its cells. A label of a row or a column may be a number, as text.
     """
 
     outputs: tuple[Word, ...]
@@ -367,6 +388,7 @@ class Table(Statement):
     header: HeaderLine | None = None
     rows: tuple[RowLine, ...] = ()
     incomplete: bool = False
+    scale: Expr | None = None
 
 
 @record(frozen=True, slots=True, eq=False)
@@ -410,10 +432,10 @@ class Chain(Truth):
 
 @record(frozen=True, slots=True, eq=False)
 class ConsequentText:
-    """`output is hedges term`."""
+    """`output is hedges term`, or a number or a function in place of the term."""
 
     output: Word
-    term: Word | FunctionTerm
+    term: ConsequentTerm
     hedges: tuple[Word, ...] = ()
 
 
@@ -422,6 +444,14 @@ class Rule(Statement):
     """`if ... then ... weight w`."""
 
     antecedent: Truth
+    consequents: tuple[ConsequentText, ...]
+    weight: Expr | None
+
+
+@record(frozen=True, slots=True, eq=False)
+class Otherwise(Statement):
+    """`otherwise ... weight w`: the rule that fires as far as the others do not."""
+
     consequents: tuple[ConsequentText, ...]
     weight: Expr | None
 

@@ -10,7 +10,7 @@ from fuzzyctl.formulas import MEMBERSHIP
 from fuzzyctl.lang.edits import Edit, Repair, Surroundings
 from fuzzyctl.lang.notations import NUMBER, by_pattern, head
 from fuzzyctl.lang.other_tools import ORDERS, SCIKIT_ORDERS, known_kind
-from fuzzyctl.lang.syntax import NAME
+from fuzzyctl.lang.syntax import NAME, STATEMENT_KEYWORDS
 
 _NUMBERS: Final = re.compile(rf"(?:{NUMBER}|[-+]?(?:inf(?:inity)?)\b)", re.IGNORECASE)
 _CALL: Final = re.compile(
@@ -133,7 +133,15 @@ _SPACED: Final = "cells are separated by blanks"
 #: A formula; signs with a blank only before them begin a cell of their own.
 _VALUE: Final = rf"[-+]?[\w.]+(?:(?:\s*[*/^]\s*|[-+]|\s+[-+]\s+)[\w.(]+\)*)+|[-+]{NAME}"
 
+#: What follows the name of a term.
+_FUNCTION: Final = rf"\s*=\s*(?:{'|'.join(MEMBERSHIP)})\s*\("
+
 TERMS: Final[tuple[Repair, ...]] = (
+    by_pattern(
+        rf"^\s*(?!(?:{'|'.join(STATEMENT_KEYWORDS)})\b)(?P<x>{NAME}(?:[ \t]+{NAME})+)(?={_FUNCTION})",
+        lambda g, _: "_".join(g[1].split()),
+        "a name has no blanks",
+    ),
     by_pattern(rf"^\s*({NAME}(?:-{NAME})+)(?=\s*=|\s*\|)", _hyphen_name, "a name has no hyphen, which is a minus sign"),
     by_pattern(
         rf"^\s*terms(?P<x>\s*[:=]?\s*([\[({{]?\s*\"?{NAME}\"?(?:[\s,]+\"?{NAME}\"?)+\s*[\])}}]?))\s*$",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import os
+import re
 from collections.abc import Collection, Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, TypeVar
@@ -33,6 +34,9 @@ if TYPE_CHECKING:
 #: Most systems of a file, and most statements that they share, counted once for each system.
 MAX_SYSTEMS: Final = 200
 MAX_SHARED: Final = 20_000
+
+_TERM_LINE: Final = re.compile(rf"[ \t]*(?:terms\b|{sx.NAME}[ \t]*=)")
+_QUOTED: Final = re.compile(r"'[^']*'")
 
 _Block = TypeVar("_Block", "FuzzySystem", "Controller", "Plant", "Loop", "FuzzySystem | Controller")
 
@@ -484,15 +488,26 @@ def _same_names(systems: list[FuzzySystem]) -> list[Diagnostic]:
 
 
 def in_order(source: SourceText, diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
-    """Sort by place, those of used files last, and drop what shared lines give once for each system."""
+    """Sort by place, those of used files last, and drop what shared lines give once for each system or variable."""
 
     def place(d: Diagnostic) -> tuple[bool, str, int]:
         if d.span is None:
             return (False, "", -1)
         return (d.span.source.name != source.name, d.span.source.name, d.span.start)
 
-    unique = {(d.code, d.message, place(d)): d for d in diagnostics}
+    unique: dict[object, Diagnostic] = {}
+    for d in diagnostics:
+        unique.setdefault((d.code, _without_variable(d), place(d)), d)
     return sorted(unique.values(), key=place)
+
+
+def _without_variable(d: Diagnostic) -> str:
+    """Return the message, about a line of terms without its names: several variables may share the line."""
+    if d.span is None:
+        return d.message
+    text = d.span.source.text
+    line = text.rfind("\n", 0, d.span.start) + 1
+    return _QUOTED.sub("", d.message) if _TERM_LINE.match(text, line) else d.message
 
 
 def apply_policy(diagnostics: list[Diagnostic], lines: Iterable[sx.Allow]) -> list[Diagnostic]:

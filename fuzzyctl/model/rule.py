@@ -79,10 +79,17 @@ class Rule(Node):
 
 @dataclass(frozen=True, kw_only=True)
 class Cell(Node):
-    """One cell of a rule table: a term for each output of the table, or none at all where there is no rule."""
+    """One cell of a rule table.
+
+    Args:
+        terms: A term for each output of the table, or none at all where there is no rule.
+        weight: That of its rule.
+        hedges: Those of each term, as in a consequent; nothing where no term has any.
+    """
 
     terms: tuple[str | Membership, ...]
     weight: Expr = ONE
+    hedges: tuple[tuple[str, ...], ...] = ()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -91,8 +98,8 @@ class RuleTable(Node):
 
     Args:
         outputs: The outputs that the cells name, in order.
-        rows: The input whose terms lead the rows; None for a one-way table, which has a single row.
-        columns: The input whose terms head the columns.
+        rows: The input whose terms lead the rows, or an output; None for a one-way table, which has a single row.
+        columns: The input whose terms head the columns, or an output.
         row_terms: Terms of the rows in the order written; empty for a one-way table.
         column_terms: Terms of the columns in the order written.
         cells: One tuple a row.
@@ -124,8 +131,10 @@ class RuleTable(Node):
                 if self.condition is not None:
                     parts = antecedent.operands if isinstance(antecedent, And) else (antecedent,)
                     antecedent = And(operands=(self.condition, *parts))
+                hedges = cell.hedges or ((),) * len(cell.terms)
                 consequents = tuple(
-                    Consequent(output=o, term=t, span=cell.span) for o, t in zip(self.outputs, cell.terms, strict=True)
+                    Consequent(output=o, term=t, hedges=h, span=cell.span)
+                    for o, t, h in zip(self.outputs, cell.terms, hedges, strict=True)
                 )
                 yield Rule(antecedent=antecedent, consequents=consequents, weight=cell.weight, span=cell.span)
 

@@ -5,13 +5,16 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from fuzzyctl.lang import syntax as sx
-from fuzzyctl.model.rule import Rule, RuleBlock, RuleTable
+from fuzzyctl.model.rule import Rule, RuleBlock, RuleTable, rules_of
 from fuzzyctl.resolve.context import Context
-from fuzzyctl.resolve.rules import resolve_rule
+from fuzzyctl.resolve.rules import resolve_otherwise, resolve_rule
 from fuzzyctl.resolve.settings import resolve_rule_settings
 from fuzzyctl.resolve.tables import resolve_table
 
 Block = RuleTable | Rule | RuleBlock
+
+#: An `otherwise` line waits until all rules of its block are resolved.
+_Part = RuleTable | Rule | sx.Otherwise
 
 
 def resolve_blocks(
@@ -28,8 +31,8 @@ def resolve_blocks(
     Returns:
         Tables and rules of no block, then the blocks that have some rule with a meaning.
     """
-    loose: list[RuleTable | Rule] = []
-    blocks: list[tuple[sx.Rules, list[RuleTable | Rule]]] = []
+    loose: list[_Part] = []
+    blocks: list[tuple[sx.Rules, list[_Part]]] = []
     empty: list[sx.Rules] = []
     own = loose
     for position, s in enumerate(statements):
@@ -40,15 +43,42 @@ def resolve_blocks(
                 own = []
                 blocks.append((s, own))
                 empty.append(s)
-            case sx.Rule() | sx.Table():
+            case sx.Rule() | sx.Table() | sx.Otherwise():
                 if blocks and own is blocks[-1][1] and blocks[-1][0] in empty:
                     empty.remove(blocks[-1][0])
-                part = resolve_rule(context, s) if isinstance(s, sx.Rule) else resolve_table(context, s)
+                part = _part(context, s)
                 own.extend([part] if part is not None else [])
     if not broken:
         _tell_empty(context, empty)
-    made = [_block(context, head, parts) for head, parts in _each_once(context, blocks)]
-    return (*loose, *(b for b in made if b is not None))
+    made = [
+        _block(context, head, _complete(context, parts, broken=broken)) for head, parts in _each_once(context, blocks)
+    ]
+    return (*_complete(context, loose, broken=broken), *(b for b in made if b is not None))
+
+
+def _part(context: Context, statement: sx.Rule | sx.Table | sx.Otherwise) -> _Part | None:
+    match statement:
+        case sx.Rule():
+            return resolve_rule(context, statement)
+        case sx.Table():
+            return resolve_table(context, statement)
+    return statement
+
+
+def _complete(context: Context, parts: Sequence[_Part], *, broken: bool) -> list[RuleTable | Rule]:
+    """Resolve the `otherwise` lines of a block, which need all of its rules, wherever these are written."""
+    resolved = [p for p in parts if not isinstance(p, sx.Otherwise)]
+    if len(resolved) == len(parts):
+        return resolved
+    others = [rule for part in resolved for rule in rules_of(part)]
+    first: dict[str, sx.Word] = {}
+    found: list[RuleTable | Rule] = []
+    for part in parts:
+        if not isinstance(part, sx.Otherwise):
+            found.append(part)
+        elif all([context.is_first(c.output, first, f"'otherwise' of '{c.output.text}'") for c in part.consequents]):
+            found.extend(resolve_otherwise(context, part, others, broken=broken))
+    return found
 
 
 def _tell_empty(context: Context, empty: Sequence[sx.Rules]) -> None:
@@ -58,9 +88,7 @@ def _tell_empty(context: Context, empty: Sequence[sx.Rules]) -> None:
         context.report("FZ212", message, head.name.span, help=help_text)
 
 
-def _each_once(
-    context: Context, blocks: Sequence[tuple[sx.Rules, list[RuleTable | Rule]]]
-) -> list[tuple[sx.Rules, list[RuleTable | Rule]]]:
+def _each_once(context: Context, blocks: Sequence[tuple[sx.Rules, list[_Part]]]) -> list[tuple[sx.Rules, list[_Part]]]:
     """Return the blocks whose names are taken by no block before."""
     first: dict[str, sx.Rules] = {}
     found = []

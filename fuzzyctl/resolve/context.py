@@ -176,6 +176,17 @@ class Context:
                 ok = False
         return ok
 
+    def check_formula(self, expr: ex.Expr, known: Collection[str], kind: str) -> ex.Expr | None:
+        """Check an expression that may hold conditions as numbers; return it with these, None after a mistake."""
+        ok = True
+        for node in ex.walk(expr):
+            for operand in node.operands if isinstance(node, ex.Logic) else ():
+                if not isinstance(operand, ex.Compare | ex.Logic):
+                    self.report("FZ307", "expected a condition, found a number", ex.span_of(operand))
+                    ok = False
+        number = ex.as_number(expr)
+        return number if self.check_names(number, known, kind) and ok else None
+
     def check_call(self, call: ex.Call) -> bool:
         """Check the name of a function and the number of its arguments."""
         if "." in call.function:

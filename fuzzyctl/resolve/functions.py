@@ -109,10 +109,9 @@ class _Expansion:
         return found
 
     def _is_sound(self, function: sx.Function, known: set[str]) -> bool:
-        """Check that a function is a number over its parameters and params."""
+        """Check that a function uses its parameters and params only."""
         own = [n for n in ex.walk(function.expression) if not self._is_call(n)]
-        names = [n for n in own if isinstance(n, ex.Name | ex.Compare | ex.Logic | ex.Call)]
-        return all([self._is_known(n, known) for n in names])
+        return all([self._is_known(n, known) for n in own if isinstance(n, ex.Name | ex.Call)])
 
     def _is_call(self, node: ex.Expr) -> bool:
         return self._is_clamp(node) or (isinstance(node, ex.Call) and node.function in self.context.functions)
@@ -125,7 +124,4 @@ class _Expansion:
     def _is_known(self, node: ex.Expr, known: set[str]) -> bool:
         if isinstance(node, ex.Call):
             return self.context.check_call(node)
-        if isinstance(node, ex.Name):
-            return self.context.check_names(node, known, "parameter or param")
-        self.context.report("FZ307", "expected a number, found a condition", ex.span_of(node))
-        return False
+        return self.context.check_names(node, known, "parameter or param")

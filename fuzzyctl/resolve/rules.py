@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Sequence
 from itertools import pairwise
 from typing import Final
@@ -24,6 +25,9 @@ MAX_RULES: Final = 20_000
 #: Most outputs of one system; each may read others, and they are put in order before anything is computed.
 MAX_OUTPUTS: Final = 200
 
+#: Most operands of a disjunction that `otherwise` makes.
+_BROAD: Final = 20
+
 #: Placeholder for an unresolved antecedent in a system with errors; only its numbers are checked.
 _UNKNOWN: Final = And(operands=())
 
@@ -31,23 +35,59 @@ _UNKNOWN: Final = And(operands=())
 def resolve_function(context: Context, term: sx.FunctionTerm) -> Membership | None:
     """Resolve a Takagi-Sugeno consequent: `constant(c)`, `linear(a, b, ..., c)`, `function(expression)`."""
     kind = term.kind.text
+    given = _by_name(context, term) if any(isinstance(a, ex.Keyword) for a in term.arguments) else term.arguments
+    if given is None:
+        return None
     due = {"constant": 1, "function": 1}.get(kind, len(context.inputs) + 1)
-    if len(term.arguments) != due and not (kind == "linear" and context.lost_input):
+    if len(given) != due and not (kind == "linear" and context.lost_input):
         form = f"linear({', '.join([*(f'per {name}' for name in context.inputs), 'constant'])})"
         facts = (f"the form is: {form if kind == 'linear' else kind + '(expression)'}",)
-        message = f"'{kind}' takes {counted(due, 'parameter')}, not {len(term.arguments)}"
+        message = f"'{kind}' takes {counted(due, 'parameter')}, not {len(given)}"
         context.report("FZ303", message, term.span, facts=facts)
         return None
-    if kind == "function" and context.functions:
-        whole = expanded(context, term.arguments[0])
-        if whole is None:
-            return None
-        term = sx.FunctionTerm(term.kind, (whole,), term.span)
-    names = context.read if kind == "function" else context.params
-    what = "param, input or output" if kind == "function" else "param"
-    if not all([context.check_names(a, names, what) for a in term.arguments]):
+    if kind == "function":
+        whole = expanded(context, given[0])
+        formula = context.check_formula(whole, context.read, "param, input or output") if whole is not None else None
+        return None if formula is None else Membership(kind=kind, arguments=(formula,), span=term.span)
+    if not all([context.check_names(a, context.params, "param") for a in given]):
         return None
-    return Membership(kind=kind, arguments=term.arguments, span=term.span)
+    return Membership(kind=kind, arguments=given, span=term.span)
+
+
+def _by_name(context: Context, term: sx.FunctionTerm) -> tuple[ex.Expr, ...] | None:
+    """Return the parameters of `linear(1, x=2)` in order: factors, 0 where left out, and the constant."""
+    named = [a for a in term.arguments if isinstance(a, ex.Keyword)]
+    constants = [a for a in term.arguments if not isinstance(a, ex.Keyword)]
+    if term.kind.text != "linear":
+        context.report("FZ303", f"'{term.kind.text}' takes no named parameters", named[0].span, help="drop the name")
+        return None
+    if len(constants) > 1:
+        facts = ("the form is: linear(constant, INPUT=factor, ...)",)
+        context.report("FZ303", "beside named factors 'linear' takes one constant", term.span, facts=facts)
+        return None
+    factors: dict[str, ex.Expr] = {}
+    for a in named:
+        if a.name not in context.inputs:
+            context.unknown("input", ex.Name(a.name, a.span), context.inputs)
+            return None
+        if a.name in factors:
+            context.report("FZ303", f"the factor of '{a.name}' is given twice", a.span, help="remove one of them")
+            return None
+        factors[a.name] = a.value
+    return (*(factors.get(name, ex.ZERO) for name in context.inputs), *(constants or [ex.ZERO]))
+
+
+def resolve_value(context: Context, output: sx.Variable, term: ex.Expr | sx.FunctionTerm) -> Membership | None:
+    """Resolve a consequent without a name: a number, or a function."""
+    if isinstance(term, sx.FunctionTerm):
+        return resolve_function(context, term)
+    if isinstance(term, ex.Name) and term.name not in context.params and term.name in terms_of(output):
+        help_text = f"write the term without parentheses: {term.name}"
+        context.report("FZ202", f"no param '{term.name}'", term.span, help=help_text)
+        return None
+    if not context.check_names(term, context.params, "param"):
+        return None
+    return Membership(kind="constant", arguments=(term,), span=ex.span_of(term))
 
 
 def terms_of(variable: sx.Variable) -> list[str]:
@@ -77,6 +117,48 @@ def is_unsure(variable: sx.Variable) -> bool:
 def resolve_rule(context: Context, statement: sx.Rule) -> Rule | None:
     """Resolve an `if ... then ...` line; of one that has no meaning its numbers are kept, for the checks of numbers."""
     antecedent = resolve_antecedent(context, statement.antecedent)
+    return _concluding(context, statement, antecedent if antecedent is not None else _UNKNOWN)
+
+
+def resolve_otherwise(
+    context: Context, statement: sx.Otherwise, others: Sequence[Rule], *, broken: bool = False
+) -> list[Rule]:
+    """Resolve an `otherwise` line: for each output one rule, whose antecedent denies those of the other rules.
+
+    Args:
+        context: What is declared, and where mistakes go.
+        statement: The line.
+        others: The `if` lines and cells of its block.
+        broken: Whether some lines could not be read, so that missing rules are no mistake of their own.
+    """
+    whole = _concluding(context, statement, _UNKNOWN)
+    found: list[Rule] = []
+    for consequent in whole.consequents:
+        output = consequent.output
+        antecedents = [r.antecedent for r in others if output in {c.output for c in r.consequents}]
+        if not antecedents and broken:
+            continue
+        if not antecedents:
+            message = f"no other rule sets '{output}'"
+            help_text = f"for a rule that always fires write: if INPUT is any then {output} is ..."
+            context.report("FZ212", message, consequent.span, help=help_text)
+            continue
+        antecedent = Not(operand=_any_of(antecedents), span=statement.span)
+        found.append(dataclasses.replace(whole, antecedent=antecedent, consequents=(consequent,)))
+    return found
+
+
+def _any_of(antecedents: Sequence[Antecedent]) -> Antecedent:
+    """Return a disjunction, of many operands as a tree, since a chain of them would nest too deeply to be read."""
+    if len(antecedents) == 1:
+        return antecedents[0]
+    size = -(-len(antecedents) // _BROAD)
+    parts = [antecedents[k : k + size] for k in range(0, len(antecedents), size)]
+    return Or(operands=tuple(map(_any_of, parts)))
+
+
+def _concluding(context: Context, statement: sx.Rule | sx.Otherwise, antecedent: Antecedent) -> Rule:
+    """Resolve consequents and weight of a rule."""
     consequents = [_consequent(context, c) for c in statement.consequents]
     ok = statement.weight is None or context.check_names(statement.weight, context.params, "param")
     named = [c.output.text for c in statement.consequents]
@@ -85,7 +167,7 @@ def resolve_rule(context: Context, statement: sx.Rule) -> Rule | None:
             context.report("FZ215", f"the rule sets '{c.output.text}' twice", c.output.span)
             break
     return Rule(
-        antecedent=antecedent if antecedent is not None else _UNKNOWN,
+        antecedent=antecedent,
         consequents=tuple(c for c in consequents if c is not None),
         weight=statement.weight if statement.weight is not None and ok else ex.ONE,
         span=statement.span,
@@ -98,7 +180,8 @@ def resolve_antecedent(context: Context, truth: sx.Truth) -> Antecedent | None:
         case sx.Literal(variable=variable, hedges=hedges, term=term, span=span):
             if _runs_on(context, hedges):
                 return None
-            hedged = all([_known_hedge(context, h) for h in hedges])
+            hedges, term = _any(context, variable, hedges, term)
+            hedged = all([known_hedge(context, h) for h in hedges])
             places = (context.outputs, context.lets, context.inputs)
             among = next((p for p in places if variable.text in p), context.inputs)
             if not _known_term(context, variable, term, among, "input or output") or not hedged:
@@ -116,6 +199,17 @@ def resolve_antecedent(context: Context, truth: sx.Truth) -> Antecedent | None:
                 return None
             return And(operands=known, span=span) if connective == "and" else Or(operands=known, span=span)
     raise TypeError(type(truth).__name__)
+
+
+def _any(
+    context: Context, variable: sx.Word, hedges: tuple[sx.Word, ...], term: sx.Word
+) -> tuple[tuple[sx.Word, ...], sx.Word]:
+    """Give `is any` the first term of the variable, since the degree is 1 whatever the term."""
+    declared = {**context.inputs, **context.lets, **context.outputs}.get(variable.text)
+    names = terms_of(declared) if declared is not None and term.text == "any" else []
+    if not names or "any" in names:
+        return hedges, term
+    return (*hedges, term), sx.Word(names[0], term.span)
 
 
 def _runs_on(context: Context, hedges: Sequence[sx.Word]) -> bool:
@@ -138,7 +232,8 @@ def _runs_on(context: Context, hedges: Sequence[sx.Word]) -> bool:
     return False
 
 
-def _known_hedge(context: Context, hedge: sx.Word) -> bool:
+def known_hedge(context: Context, hedge: sx.Word) -> bool:
+    """Check that a hedge is one of the language or of the file."""
     known = hedge.text in HEDGES or hedge.text in context.hedges
     if not known:
         context.unknown("hedge", hedge, [*HEDGES, *context.hedges])
@@ -146,9 +241,7 @@ def _known_hedge(context: Context, hedge: sx.Word) -> bool:
 
 
 def _consequent(context: Context, text: sx.ConsequentText) -> Consequent | None:
-    hedged = not text.hedges or (
-        not _term_runs_on(context, text) and all(_known_hedge(context, h) for h in text.hedges)
-    )
+    hedged = not text.hedges or (not _term_runs_on(context, text) and all(known_hedge(context, h) for h in text.hedges))
     if text.output.text in context.inputs or text.output.text in context.lets:
         kind = "an input" if text.output.text in context.inputs else "a let"
         message = f"'{text.output.text}' is {kind}; a consequent sets an output"
@@ -164,11 +257,13 @@ def _consequent(context: Context, text: sx.ConsequentText) -> Consequent | None:
         declared = context.outputs.get(text.output.text)
         if declared is None and text.output.text not in context.where:
             context.unknown("output", text.output, context.outputs)
-        term = resolve_function(context, text.term) if declared is not None else None
+        term = resolve_value(context, declared, text.term) if declared is not None else None
     if term is None:
         return None
     hedges = tuple(h.text for h in text.hedges)
-    return Consequent(output=text.output.text, term=term, hedges=hedges, span=text.output.span.to(text.term.span))
+    end = ex.span_of(text.term) if isinstance(text.term, ex.Expr) else text.term.span
+    span = text.output.span.to(end or text.output.span)
+    return Consequent(output=text.output.text, term=term, hedges=hedges, span=span)
 
 
 def _term_runs_on(context: Context, text: sx.ConsequentText) -> bool:
@@ -198,9 +293,7 @@ def _known_term(context: Context, variable: sx.Word, term: sx.Word, among: dict[
         elif variable.text in context.params:
             context.report("FZ214", f"'{variable.text}' is a param, not an {kind}", variable.span)
         return False
-    return known_term(
-        context, declared, term, f"for the param write: constant({term.text})" if kind == "output" else ""
-    )
+    return known_term(context, declared, term, f"for the param write: ({term.text})" if kind == "output" else "")
 
 
 def known_term(context: Context, variable: sx.Variable, term: sx.Word, param_help: str = "") -> bool:

@@ -95,13 +95,13 @@ def find_idle_settings(
             if s.keyword.text == "implication":
                 heeding = [o for o in heeding if o.name not in implied]
             if outputs and not heeding:
-                _idle(context, s, kinds[outputs[0].name])
+                _idle(context, s, kinds[outputs[0].name], method)
         elif isinstance(s, sx.Rules):
-            _find_idle_implication(context, s, kinds, named, joins=joins)
+            _find_idle_implication(context, s, kinds, named, method)
         elif isinstance(s, sx.Variable) and s.name.text in kinds and kinds[s.name.text].over_rules:
             own = [c.setting for c in s.clauses if isinstance(c, sx.SettingClause)]
             for setting in (s for s in own if _may_be_idle(s, joins)):
-                _idle(context, setting, kinds[s.name.text])
+                _idle(context, setting, kinds[s.name.text], method)
         elif isinstance(s, sx.Variable) and s.name.text in implied:
             for c in s.clauses:
                 if isinstance(c, sx.SettingClause) and c.setting.keyword.text == "implication":
@@ -130,17 +130,17 @@ def _find_idle_implication(
     head: sx.Rules,
     kinds: Mapping[str, Defuzzifier],
     blocks: Mapping[str, RuleBlock],
-    *,
-    joins: bool,
+    method: Method,
 ) -> None:
     """Warn of the implication of a rule block that sets no output which looks at sets."""
+    joins = method.semantics.joins_rules
     setting = next((s for s in head.settings if isinstance(s, sx.Setting) and _may_be_idle(s, joins)), None)
     if setting is None:
         return
     own = blocks.get(head.name.text)
     reached = [kinds[name] for name in sorted(_set_by(own)) if name in kinds] if own is not None else []
     if reached and all(kind.over_rules for kind in reached):
-        _idle(context, setting, reached[0])
+        _idle(context, setting, reached[0], method)
 
 
 def _may_be_idle(s: sx.Setting, joins: bool) -> bool:
@@ -149,11 +149,13 @@ def _may_be_idle(s: sx.Setting, joins: bool) -> bool:
     return s.keyword.text in idle and s.value.text in _FIELDS[s.keyword.text][1]
 
 
-def _idle(context: Context, setting: sx.Setting, defuzzifier: Defuzzifier) -> None:
+def _idle(context: Context, setting: sx.Setting, defuzzifier: Defuzzifier, method: Method) -> None:
     reason = f"'{defuzzifier.kind}' sums over rules" if defuzzifier.over_rules else "every output has its own"
     help_text = "remove it, or take 'defuzzifier centroid'" if defuzzifier.over_rules else "remove it"
     message = f"'{setting.keyword.text}' has no effect: {reason}"
-    context.report("FZ214", message, setting.keyword.span, help=help_text, warning=True)
+    place = method.spans.get("defuzzifier") if defuzzifier.over_rules and defuzzifier == method.defuzzifier else None
+    note = (place, "the defuzzifier is given here") if place is not None else None
+    context.report("FZ214", message, setting.keyword.span, help=help_text, note=note, warning=True)
 
 
 def resolve_own_setting(context: Context, s: sx.Setting, values: dict[str, Any]) -> bool:

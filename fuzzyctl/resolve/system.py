@@ -24,6 +24,7 @@ from fuzzyctl.resolve.functions import declare_function
 from fuzzyctl.resolve.rules import MAX_OUTPUTS, MAX_RULES, resolve_require
 from fuzzyctl.resolve.semantics import resolve_semantics
 from fuzzyctl.resolve.settings import find_idle_settings, resolve_method
+from fuzzyctl.resolve.shared_terms import share_terms
 from fuzzyctl.resolve.variables import resolve_param, resolve_variable
 
 #: Most inputs and outputs of a system together, those shared with other systems included.
@@ -59,6 +60,7 @@ def resolve(
     if crowd is not None:
         return None, [crowd]
     heads = _declare(context, whole)
+    whole = dataclasses.replace(whole, statements=tuple(share_terms(context, whole.statements)))
     _check_heads(context, whole, heads, broken)
     system = _build(context, whole, shared, heads[0] if heads else None, broken=broken)
     if broken or any(d.severity == "error" for d in context.diagnostics):
@@ -176,7 +178,7 @@ def _has_functions(statement: sx.Statement) -> bool:
             return True
         case sx.Variable(keyword=keyword, terms=lines) if keyword.text == "output":
             kinds = [line.kind.text for line in lines if isinstance(line, sx.TermLine)]
-        case sx.Rule(consequents=consequents):
+        case sx.Rule(consequents=consequents) | sx.Otherwise(consequents=consequents):
             kinds = [c.term.kind.text for c in consequents if isinstance(c.term, sx.FunctionTerm)]
         case sx.Table(rows=rows):
             terms = [t for row in rows for cell in row.cells for t in cell.terms]
@@ -269,15 +271,16 @@ def _without_idle(system: FuzzySystem, shared: set[str]) -> FuzzySystem:
 
 def _hedge(context: Context, s: sx.Hedge) -> Hedge | None:
     names = ChainMap[str, Any]({s.parameter.text: s}, context.params)
-    if not context.check_names(s.expression, names, f"a param nor '{s.parameter.text}'"):
+    expression = context.check_formula(s.expression, names, f"a param nor '{s.parameter.text}'")
+    if expression is None:
         return None
-    return Hedge(name=s.name.text, parameter=s.parameter.text, expression=s.expression, span=s.name.span)
+    return Hedge(name=s.name.text, parameter=s.parameter.text, expression=expression, span=s.name.span)
 
 
 def _few_rules(context: Context, statements: Sequence[sx.Statement], place: Span | None) -> bool:
     """Check the number of rules before any is resolved, so that no file keeps a reader waiting."""
     cells = sum(len(row.cells) for s in statements if isinstance(s, sx.Table) for row in s.rows)
-    rules = cells + sum(isinstance(s, sx.Rule) for s in statements)
+    rules = cells + sum(isinstance(s, sx.Rule | sx.Otherwise) for s in statements)
     if rules > MAX_RULES:
         context.report("FZ112", f"the system has {rules} rules, more than {MAX_RULES}", place)
     return rules <= MAX_RULES

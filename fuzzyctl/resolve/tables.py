@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import re
 from collections.abc import Sequence
 from itertools import pairwise
@@ -10,12 +11,14 @@ from typing import Final
 from fuzzyctl import expr as ex
 from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.diagnostics.suggestions import counted
+from fuzzyctl.formulas import HEDGES
 from fuzzyctl.lang import syntax as sx
 from fuzzyctl.lang.repaired_text import rewritten
 from fuzzyctl.model.rule import Cell, RuleTable
 from fuzzyctl.model.variable import Membership
 from fuzzyctl.resolve.context import Context
-from fuzzyctl.resolve.rules import is_unsure, known_term, resolve_antecedent, resolve_function, terms_of
+from fuzzyctl.resolve.numeric_labels import is_number, with_names
+from fuzzyctl.resolve.rules import is_unsure, known_hedge, known_term, resolve_antecedent, resolve_value, terms_of
 
 _WHOLE: Final = re.compile(r"[^\s,#]+")
 _NO_RULE: Final = "write '.' in a cell where there is to be no rule"
@@ -26,17 +29,27 @@ def resolve_table(context: Context, statement: sx.Table) -> RuleTable | None:
     outputs = [_variable(context, w, context.outputs, "output") for w in statement.outputs]
     if not _distinct(context, statement.outputs):
         return None
-    crossed = context.inputs | context.lets
-    rows = _variable(context, statement.first, crossed, "input")
+    known = {**context.inputs, **context.lets, **context.outputs}
+    rows = _variable(context, statement.first, known, "input or output")
     columns = rows
     if statement.second is not None:
-        columns = _variable(context, statement.second, crossed, "input")
+        columns = _variable(context, statement.second, known, "input or output")
         if rows is columns and rows is not None:
             context.report("FZ214", f"the table crosses '{statement.first.text}' with itself", statement.second.span)
+            return None
+    for word in (statement.first, statement.second):
+        if word is not None and word.text in {w.text for w in statement.outputs}:
+            context.report(
+                "FZ214", f"the table sets '{word.text}' and reads it", word.span, help="cross other variables"
+            )
             return None
     condition = resolve_antecedent(context, statement.condition) if statement.condition is not None else None
     if columns is None or rows is None or any(o is None for o in outputs):
         return None
+    named = with_names(context, statement, rows, columns)
+    if named is None:
+        return None
+    statement = named
     ok = _check_frame(context, statement, rows, columns)
     cells = _cells(context, [o for o in outputs if o is not None], statement, ok)
     one_way = statement.second is None
@@ -60,6 +73,10 @@ def _cells(
     if statement.header is None or not _same_counts(context, statement):
         return []
     columns = statement.header.terms if framed else None
+    if statement.scale is not None:
+        if not _can_scale(context, statement, statement.scale):
+            return []
+        statement = _scaled(statement, statement.scale)
     found = []
     for row in statement.rows:
         counted_right = not _begins_with_input(context, outputs, row)
@@ -68,6 +85,29 @@ def _cells(
         found.append((row, cells))
     # Only a table without mistakes goes beyond the checks of numbers, so gaps need no filling.
     return [pair for pair in found if framed and pair[1]]
+
+
+def _can_scale(context: Context, statement: sx.Table, scale: ex.Expr) -> bool:
+    """Check that the factor of a table has a value and all of its cells are numbers; one message for the rest."""
+    cells = [t for row in statement.rows for c in row.cells for t in c.terms]
+    others = [t for t in cells if not isinstance(t, ex.Expr)]
+    if others:
+        message = f"'scale' multiplies numbers, and '{others[0].span.text}' is none"
+        more = len(others) - 1
+        facts = (f"nor {'is' if more == 1 else 'are'} {counted(more, 'other cell')}",) if more else ()
+        context.report("FZ214", message, others[0].span, facts=facts, help="write numbers, or leave 'scale' out")
+    return context.check_names(scale, context.params, "param") and not others
+
+
+def _scaled(statement: sx.Table, scale: ex.Expr) -> sx.Table:
+    """Return a table of numbers with each multiplied by a factor."""
+
+    def cell(c: sx.CellText) -> sx.CellText:
+        numbers = (ex.Binary("*", scale, t, ex.span_of(t)) for t in c.terms if isinstance(t, ex.Expr))
+        return dataclasses.replace(c, terms=tuple(numbers))
+
+    rows = tuple(dataclasses.replace(row, cells=tuple(map(cell, row.cells))) for row in statement.rows)
+    return dataclasses.replace(statement, rows=rows)
 
 
 def _check_frame(context: Context, statement: sx.Table, rows: sx.Variable, columns: sx.Variable) -> bool:
@@ -96,9 +136,10 @@ def _check_frame(context: Context, statement: sx.Table, rows: sx.Variable, colum
 def _check_what_is_there(context: Context, statement: sx.Table, rows: sx.Variable, columns: sx.Variable) -> None:
     """Check the labels of a table with an unreadable line; a missing label may belong to that line."""
     for word in statement.header.terms if statement.header is not None else ():
-        known_term(context, columns, word)
+        if not is_number(word):
+            known_term(context, columns, word)
     for row in statement.rows if statement.second is not None else ():
-        if row.label is not None:
+        if row.label is not None and not is_number(row.label):
             known_term(context, rows, row.label)
 
 
@@ -216,12 +257,8 @@ def _variable(context: Context, word: sx.Word, among: dict[str, sx.Variable], ki
     elif declared is None and (
         word.text in context.inputs or word.text in context.outputs or word.text in context.params
     ):
-        help_text = ""
-        if kind == "input" and word.text in context.outputs:
-            term = next(iter(terms_of(context.outputs[word.text])), "TERM")
-            help_text = f"a table crosses inputs; a rule may read an output: if {word.text} is {term} and ... then ..."
-        facts = (f"{kind}s: {', '.join(among)}",)
-        context.report("FZ214", f"'{word.text}' is not an {kind}", word.span, facts=facts, help=help_text)
+        facts = (f"{kind.replace(' or ', 's and ')}s: {', '.join(among)}",)
+        context.report("FZ214", f"'{word.text}' is not an {kind}", word.span, facts=facts)
     return declared
 
 
@@ -290,6 +327,10 @@ def _has_count(context: Context, row: sx.RowLine, header: Sequence[sx.Word]) -> 
     many = "too many" if len(row.cells) > len(header) else "too few"
     sums = (_whole(c) for c, after in pairwise(row.cells) if c.span.end == after.span.start)
     help_text = next((_as_expression(context, whole) for whole in sums), "") if many == "too many" else _NO_RULE
+    words = [c.terms[0].text for c in row.cells if c.terms and isinstance(c.terms[0], sx.Word)]
+    hedge = next((w for w in words if w in HEDGES or w in context.hedges), None)
+    if many == "too many" and hedge is not None:
+        help_text = f"a hedged term is written in brackets: [{hedge} TERM]"
     context.report(
         "FZ207",
         f"the row has {counted(len(row.cells), 'cell')}, {many} for {counted(len(header), 'column')}",
@@ -308,24 +349,29 @@ def _cell(context: Context, outputs: Sequence[sx.Variable], cell: sx.CellText) -
         word = cell.terms[0]
         return Cell(terms=(word.text,) if _is_named(context, outputs[0], word) else (), span=cell.span)
     terms = [_cell_term(context, o, t) for o, t in zip(outputs, cell.terms, strict=True)]
-    ok = all(t is not None for t in terms)
+    hedges = [t.hedges if isinstance(t, sx.HedgedTerm) else () for t in cell.terms]
+    ok = all(t is not None for t in terms) and all([known_hedge(context, h) for own in hedges for h in own])
     if cell.weight is not None:
         ok = context.check_names(cell.weight, context.params, "param") and ok
     if not ok:
         return Cell(terms=(), span=cell.span)
-    return Cell(terms=tuple(t for t in terms if t is not None), weight=cell.weight or ex.ONE, span=cell.span)
+    return Cell(
+        terms=tuple(t for t in terms if t is not None),
+        weight=cell.weight or ex.ONE,
+        hedges=tuple(tuple(h.text for h in own) for own in hedges) if any(hedges) else (),
+        span=cell.span,
+    )
 
 
 def _is_named(context: Context, output: sx.Variable, term: sx.Word) -> bool:
     return known_term(context, output, term, f"for the param write: ({term.text})")
 
 
-def _cell_term(context: Context, output: sx.Variable, term: sx.ConsequentTerm) -> str | Membership | None:
-    match term:
-        case sx.Word():
-            return term.text if _is_named(context, output, term) else None
-        case sx.FunctionTerm():
-            return resolve_function(context, term)
-    if not context.check_names(term, context.params, "param"):
-        return None
-    return Membership(kind="constant", arguments=(term,), span=ex.span_of(term))
+def _cell_term(
+    context: Context, output: sx.Variable, term: sx.ConsequentTerm | sx.HedgedTerm
+) -> str | Membership | None:
+    if isinstance(term, sx.HedgedTerm):
+        term = term.term
+    if isinstance(term, sx.Word):
+        return term.text if _is_named(context, output, term) else None
+    return resolve_value(context, output, term)

@@ -68,13 +68,14 @@ def _formula(context: Context, statement: sx.Variable, value: ex.Expr) -> ex.Exp
         return _NO_VALUE
     if statement.keyword.text == "let":
         names = ChainMap[str, Any](context.inputs, context.lets, context.params)
-        return whole if context.check_names(_arguments_of(whole), names, "param, input or let") else _NO_VALUE
+        known = context.check_formula(_arguments_of(whole), names, "param, input or let")
+        return _NO_VALUE if known is None else ex.as_number(whole)
     for clause in statement.clauses:
         if not isinstance(clause, sx.UnitClause | sx.ClampClause):
             word = clause.span.text.split("(")[0].split()[0]
             message = f"output '{statement.name.text}' is a formula, and '{word}' needs rules"
             context.report("FZ214", message, clause.span, help=f"remove '{word}', or let rules set the output")
-    return whole if context.check_names(whole, context.read, "param, input or output") else _NO_VALUE
+    return context.check_formula(whole, context.read, "param, input or output") or _NO_VALUE
 
 
 def _arguments_of(expr: ex.Expr) -> ex.Expr:
@@ -267,14 +268,15 @@ def _form(formula: MembershipFormula) -> str:
 def _function(context: Context, statement: sx.Variable, line: sx.TermLine) -> Membership | None:
     """Resolve `function(...)` of an input or an output, and `linear(...)` of an output."""
     named = [a for a in line.arguments if a.keyword is not None]
-    if named:
+    if named and (line.kind.text == "function" or statement.keyword.text == "input"):
         context.report("FZ303", f"'{line.kind.text}' takes no named parameters", named[0].span, help="drop the name")
         return None
     is_set = line.kind.text == "function" and statement.name.text in {
         n.name for a in line.arguments for n in ex.names_in(a.value)
     }
     if statement.keyword.text == "output" and not is_set:
-        return resolve_function(context, sx.FunctionTerm(line.kind, tuple(a.value for a in line.arguments), line.span))
+        given = (a.value if a.keyword is None else ex.Keyword(a.keyword.text, a.value, a.span) for a in line.arguments)
+        return resolve_function(context, sx.FunctionTerm(line.kind, tuple(given), line.span))
     name = statement.name.text
     if line.kind.text == "linear":
         help_text = f"write a membership function, or: function(expression over {name})"
@@ -284,10 +286,10 @@ def _function(context: Context, statement: sx.Variable, line: sx.TermLine) -> Me
         form = f"function(expression over {name})"
         context.report("FZ303", "'function' takes one expression", line.kind.span, facts=(f"the form is: {form}",))
         return None
-    expression = expanded(context, line.arguments[0].value)
-    if expression is None or not context.check_names(
-        expression, ChainMap[str, Any]({name: None}, context.params), f"a param nor '{name}' itself"
-    ):
+    names = ChainMap[str, Any]({name: None}, context.params)
+    whole = expanded(context, line.arguments[0].value)
+    expression = context.check_formula(whole, names, f"a param nor '{name}' itself") if whole is not None else None
+    if expression is None:
         return None
     kind = "formula" if is_set and statement.keyword.text == "output" else "function"
     return Membership(kind=kind, arguments=(expression,), span=line.kind.span)

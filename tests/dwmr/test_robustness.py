@@ -36,7 +36,11 @@ class TestOddValues:
             (".".join(["a"] * 3000) + "=1", 2, "3000 parts"),
             ("run.horizon=2\nrun.dt=1", 2, "line break"),
             ("robot=5", 1, "robot must be a table, got 5"),
-            ("rules.ais_raction.k_s=0.5", 1, "unknown key rules.ais_raction"),
+            (
+                "rules.ais_raction.k_s=0.5",
+                1,
+                "--set rules.ais_raction.k_s=0.5: error[FZ902]: unknown key",
+            ),
             ("rules.ais_reaction.f_max=0.1", 1, "set k_h_min, G_min, k_s instead"),
             ("rules.ais_reaction.file=" + "a" * 5000, 1, "does not exist"),
             ("avoidance.largest_radius=0.4", 1, "no robot would ever avoid it"),

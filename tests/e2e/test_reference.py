@@ -108,7 +108,7 @@ class TestReference:
             *OPERATORS,
             *FUNCTIONS,
         ]
-        pages = ("language.md", "controllers.md", "plants.md", "loops.md")
+        pages = ("language.md", "imported-files.md", "controllers.md", "plants.md", "loops.md")
         page = "".join(without_code(DOCS / "reference" / name) for name in pages)
         shown = set(re.findall(r"\w+", " ".join(re.findall(r"`([^`\n]+)`", page))))
         assert [w for w in words if w not in shown] == []
@@ -122,7 +122,8 @@ class TestReference:
         }
 
     def test_every_membership_function_is_described_with_its_parameters(self) -> None:
-        rows = dict(re.findall(r"^\| `(\w+)\(([^`]*)\)` \|", _reference("language.md"), flags=re.MULTILINE))
+        text = _reference("language.md") + _reference("imported-files.md")
+        rows = dict(re.findall(r"^\| `(\w+)\(([^`]*)\)` \|", text, flags=re.MULTILINE))
         for name, formula in formulas.MEMBERSHIP.items():
             assert rows[name].startswith(", ".join(formula.parameters)), name
             assert rows[name].endswith("...") == formula.variadic, name

@@ -28,6 +28,7 @@ from fuzzyctl.support.shipped import rules_folder
 
 TOKEN = re.compile(r'"[^"\n]*"|[\d.]+(?:[eE][+-]?\d+)?|[^\W\d]\w*|<=|>=|==|!=|\n *|[^\s]')
 WORDS = [*STATEMENT_KEYWORDS, *MEMBERSHIP, *HEDGES, *"a b u x NB ZO PB 0 1 -1 0.5 1e-3 1e999 inf pi nan error".split()]
+WORDS += "unless any".split()
 WORDS += "in unit else adaptive rate extrapolate then is within when from linear function height midpoint min".split()
 WORDS += ["\n", "\n", "\n", "\t", *'( ) [ ] , = | @ * / + - ^ < <= == . # " σ ½ ∞'.split()]
 

@@ -24,7 +24,12 @@ def said(*pairs, after="", folder=None):
     for old, new in pairs:
         assert old in text, old
         text = text.replace(old, new, 1)
-    _, diagnostics = check_source(SourceText("t.fz", text + after), folder=folder)
+    return said_of(text + after, folder=folder)
+
+
+def said_of(text, folder=None):
+    """Return what is said of a text: place, code, words."""
+    _, diagnostics = check_source(SourceText("t.fz", text), folder=folder)
     return [
         (d.span.line if d.span else 0, d.code, " | ".join([d.message, *d.facts, d.help, *(n.message for n in d.notes)]))
         for d in diagnostics

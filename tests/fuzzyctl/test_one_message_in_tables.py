@@ -111,10 +111,10 @@ class TestRowsAndHeadersAsPapersPrintThem:
         assert where == "11 FZ102"
         assert words == "a table of a rule file has no corner | write: N Z P"
 
-    def test_an_output_in_place_of_an_input_is_read_by_a_rule(self):
+    def test_a_table_does_not_read_the_output_that_it_sets(self):
         where, words = only(said(*TWO_WAY, ("= d x e", "= d x u")))
         assert where == "10 FZ214"
-        assert words.endswith("a rule may read an output: if u is a and ... then ...")
+        assert words.startswith("the table sets 'u' and reads it")
 
     def test_so_is_the_bar_of_a_header(self):
         says("10 FZ212", "leave the bar of the first line out", *TWO_WAY, ("    N Z P\n  A", "  | N Z P\n  A"))

@@ -152,7 +152,6 @@ class TestOtherNotations:
             ("if e is N then u is 2*e + 3 weight 0.5", "u is function(2*e + 3)"),
             ("if e is N then u = 2 + e", "u is function(2 + e)"),
             ("if e is N then u is e + 2", "u is function(e + 2)"),
-            ("if e is N then u is -2", "u is constant(-2)"),
             ("if e is N then u = a", "write: if e is N then u is a"),
             ("if e = N then u is a", "write: if e is N then u is a"),
             ("if e is N then u is a else u is a", "rules have no 'else'"),

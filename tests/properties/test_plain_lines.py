@@ -78,7 +78,7 @@ def mostly(plain, odd):
 NAME_PIECES = mostly(st.sampled_from(["NB", "x", "_a1", "linear", "σ"]), WORDS)
 VALUE_PIECES = mostly(st.sampled_from(["-1", "2.5", "-k", "1e3", "inf"]), VALUES)
 STRING_PIECES = mostly(st.sampled_from(['"a"', '""', '"e\u0301"']), st.just("") | STRINGS)
-UNIT_PIECES = mostly(st.sampled_from(["", 'unit "m/s"']), STRINGS | st.just("clamp"))
+UNIT_PIECES = mostly(st.sampled_from(["", 'unit "m/s"']), STRINGS | st.sampled_from(["clamp", "terms of x", ", b"]))
 
 
 @st.composite
@@ -113,7 +113,12 @@ _IS = st.tuples(
     mostly(st.just("is"), st.sampled_from(["is not", "IS", "is very", "is not very", "is and"])),
     NAME_PIECES,
 ).map(" ".join)
-_REST = mostly(st.just(""), st.sampled_from(["and y is Z", "or y is Z and x is P", "and y is Z and not x is P"]))
+_REST = mostly(
+    st.just(""),
+    st.sampled_from(
+        ["and y is Z", "or y is Z and x is P", "and y is Z and not x is P", "unless y is Z", "and y is (Z or P)"]
+    ),
+)
 _WEIGHT = mostly(st.sampled_from(["", "weight 0.5", "weight (1 / 3)"]), (FORMULAS | VALUES).map("weight {}".format))
 FORMS = {
     "system": [NAME_PIECES, STRING_PIECES],

@@ -225,4 +225,6 @@ def _is_model(kind: Any) -> bool:
 def unknown_role(places: Places, role: str) -> Diagnostic:
     """Describe a table of [rules] that no control law asks for."""
     key, facts = f"rules.{role}", (f"the roles are {', '.join(ROLES)}",)
-    return places.diagnostic("FZ902", key, f"unknown key {key}", facts=facts, help=places.did_you_mean(key, ROLES))
+    # An argument of the command line that gives a value of the table is where the table is named.
+    given = next((k for k in places.overrides if f"{k}.".startswith(f"{key}.")), key)
+    return places.diagnostic("FZ902", given, f"unknown key {key}", facts=facts, help=places.did_you_mean(key, ROLES))

@@ -243,6 +243,8 @@ def unused_terms(system: FuzzySystem) -> Iterator[Diagnostic]:
     written = {(c.output, c.term) for rule in system.rules for c in rule.consequents if isinstance(c.term, str)}
     used = read | written
     in_antecedents, touched = {name for name, _ in read}, {name for name, _ in used}
+    # Variables may share terms, and each need not use all of them.
+    lines = {t.span for v in system.variables for t in v.terms if (v.name, t.name) in used}
     for variable in system.variables:
         if variable.name not in touched:
             continue
@@ -250,7 +252,7 @@ def unused_terms(system: FuzzySystem) -> Iterator[Diagnostic]:
         kept = (t for t in variable.terms if (variable.name, t.name) in used)
         helps = helps_by_line(kept, only_peaks=only_peaks)
         for term in variable.terms:
-            if (variable.name, term.name) not in used:
+            if (variable.name, term.name) not in used and (term.span is None or term.span not in lines):
                 message = f"no rule uses term '{term.name}' of '{variable.name}'"
                 facts, help_text = removal(term, helps, only_peaks=only_peaks)
                 yield Diagnostic("FZ208", message, term.span, "warning", facts, help_text)

@@ -88,9 +88,11 @@ def culprit(ranks: list[list[int]]) -> Place | None:
 
 
 def ranks_of(system: FuzzySystem, table: RuleTable) -> list[list[int]] | None:
-    """Return the place of each cell's term among the terms of the output; None where a cell is no term."""
+    """Return the position of each cell's term among the terms of the output; None where a cell is no term alone."""
     order = {t.name: i for i, t in enumerate(system.output(table.outputs[0]).terms)}
     ranks: list[list[int]] = []
+    if any(c.hedges for row in table.cells for c in row):
+        return None
     for row in table.cells:
         named = [c.terms[0] if c.terms else "" for c in row]
         if not all(isinstance(n, str) and n in order for n in named):

@@ -11,7 +11,7 @@ from typing import Final
 
 from fuzzyctl.diagnostics.diagnostic import Diagnostic
 from fuzzyctl.diagnostics.source import Span
-from fuzzyctl.expr import Expr, Number, span_of
+from fuzzyctl.expr import Expr, Number, span_of, to_text
 from fuzzyctl.formulas import MEMBERSHIP
 from fuzzyctl.model.checks.claims import bad_claims, uncomputable_claims
 from fuzzyctl.model.computed_numbers import Numbers, Shape, parameters
@@ -163,6 +163,9 @@ def _bad_shape(v: LinguisticVariable, shape: Shape, mistake: str) -> Diagnostic:
     formula = MEMBERSHIP[term.membership.kind]
     order = f"; the order is {', '.join(formula.parameters)}" if unordered and not formula.variadic else ""
     help_text = "give the points from left to right" if unordered and formula.variadic else ""
+    if unordered and not formula.variadic:
+        points = sorted(zip(given, map(to_text, term.membership.arguments), strict=True), key=lambda p: p[0])
+        help_text = f"from left to right it is: {formula.name}({', '.join(text for _, text in points)})"
     message = f"term '{term.name}' of '{v.name}': {mistake}{order}"
     place = term.membership.span or term.span
     return Diagnostic("FZ301" if unordered else "FZ302", message, place, help=help_text)

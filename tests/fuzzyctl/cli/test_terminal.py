@@ -4,6 +4,7 @@ import os
 import struct
 import subprocess
 import sys
+import warnings
 
 import click
 import pytest
@@ -97,3 +98,17 @@ def test_an_interruption_is_a_single_line():
     program = Program("program", [endless])
     done = CliRunner().invoke(program, ["endless"])
     assert (done.exit_code, done.stdout, done.stderr) == (1, "", "interrupted\n")
+
+
+@pytest.mark.filterwarnings("default")
+def test_a_warning_is_a_single_line_without_the_place_in_the_program():
+    @click.group(cls=Program)
+    def program():
+        pass
+
+    @program.command()
+    def slow():
+        warnings.warn("it takes longer", RuntimeWarning, stacklevel=1)
+
+    result = CliRunner().invoke(program, ["slow"])
+    assert result.stderr == "warning: it takes longer\n"

@@ -49,10 +49,10 @@ MISTAKES = {
     ),
     "function f(x) = x\nfunction f(y) = y\n" + SYSTEM + OUTPUT: ("FZ201", "there is a function 'f' already", "f"),
     "function sin(x) = x\n" + SYSTEM + OUTPUT: ("FZ201", "there is a function 'sin' already", "sin"),
-    "function f(x) = x > 1\n" + SYSTEM + "output u in [0, 1] = f(e)\n": (
+    "function f(x) = not x\n" + SYSTEM + "output u in [0, 1] = f(e)\n": (
         "FZ307",
-        "expected a number, found a condition",
-        "x > 1",
+        "expected a condition, found a number",
+        "e",
     ),
     "function f(x) = x\n" + SYSTEM + "output u in [0, 1] = f(e) + q\n": ("FZ202", "no param, input or output 'q'", "q"),
     "function f(x) = x * x * x * x\n" + SYSTEM + "output u in [0, 1] = f(f(f(f(f(f(e))))))\n": (
