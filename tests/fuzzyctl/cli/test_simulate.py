@@ -107,6 +107,11 @@ class TestText:
         assert "--substeps 4" in result.output
         assert "FZ706" not in run(small(), "--set", "p.T=0.05", "--substeps", 20).output
 
+    def test_standard_input_is_a_file(self, small):
+        path = small()
+        piped = run("-", stdin=path.read_text("utf-8"))
+        assert (piped.exit_code, piped.output) == (0, run(path).output)
+
     def test_other_solvers_give_the_same(self, small):
         first = run(small()).output.split("\n")[4:]
         assert run(small(), "--solver", "DOP853").output.split("\n")[3:] == first
