@@ -66,7 +66,7 @@ def test_degrees_are_held_and_0_where_they_have_no_value():
         ("centroid", "has no closed form"),
         ("mom", "has no closed form"),
         ("weighted_average", "without a peak"),
-        ("tsukamoto", "has no inverse"),
+        ("tsukamoto", "inverse .tsukamoto. does not know"),
         ("inverse_tsukamoto", "is a formula"),
     ],
 )
