@@ -33,7 +33,7 @@ from fuzzyctl.analysis.coverage.box_search import Undecided as Unclear
 from fuzzyctl.analysis.coverage.coverage import uncovered_of
 from fuzzyctl.analysis.coverage.fires import Silence, unclear_at
 from fuzzyctl.analysis.coverage.pattern_search import silent_point
-from fuzzyctl.analysis.multilinear import decide, slopes
+from fuzzyctl.analysis.multilinear import pointwise, slopes
 from fuzzyctl.analysis.multilinear.surface import Surface, surface_of
 from fuzzyctl.analysis.verdicts import Proved, Refuted, Undecided, Verdict
 from fuzzyctl.analysis.witnesses import Judge
@@ -230,7 +230,7 @@ class Prover:
     def _pointwise(self, claim: Claim) -> Verdict:
         if self._follows_from_bounds(claim.truth):
             return Proved(claim.text)
-        found = decide.decide(self.system, self.surfaces, claim, self.judge)
+        found = pointwise.decide(self.system, self.surfaces, claim, self.judge)
         return self._divided(claim) if found is None else found
 
     def _follows_from_bounds(self, truth: Truth) -> bool:
@@ -294,7 +294,7 @@ class Prover:
             if witness is not None:
                 return Refuted(claim.text, witness)
             return Undecided(claim.text, "it takes subdivision, for which no time is given")
-        from fuzzyctl.analysis.branch_and_bound import decide as branching
+        from fuzzyctl.analysis.branch_and_bound import pointwise as branching
         from fuzzyctl.analysis.branch_and_bound import slope as box_slopes
         from fuzzyctl.analysis.branch_and_bound.boxed_system import System
 

@@ -16,7 +16,7 @@ from typing import Final
 
 from fuzzyctl.analysis.work import Work
 from fuzzyctl.expr import Expr, Name, replace_names
-from fuzzyctl.kernels.inference.defuzzify.adaptive import places_of
+from fuzzyctl.kernels.inference.defuzzify.curved_sets import places_of
 from fuzzyctl.kernels.inference.defuzzify.turning_points import is_own, monotone_parts
 from fuzzyctl.kernels.plan.build import OutputPlan
 from fuzzyctl.kernels.plan.sets import ITSELF, SetPlan

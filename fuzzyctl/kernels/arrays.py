@@ -39,7 +39,7 @@ def fill_of(program: Program, backend: str, plan: Plan) -> Fill:
 
         source = python_backend.storing_source(program)
         return fill_by_storing(python_backend.compile_source(source, program, names))
-    from fuzzyctl.kernels.backends.numba.loop import loop
+    from fuzzyctl.kernels.backends.numba.batch_loop import loop
 
     refused = [s.output for s in program.body if isinstance(s, Refuse)]
     return fill_by_loop(loop(program), refused, Promises(plan, known=True))

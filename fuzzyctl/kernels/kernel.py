@@ -175,7 +175,7 @@ class Kernel:
 
         if self.backend == "python":
             return fill_by_calls(self.jit)
-        from fuzzyctl.kernels.backends.numba.loop import loop
+        from fuzzyctl.kernels.backends.numba.batch_loop import loop
 
         return fill_by_loop(loop(self.algorithm.many), list(self._refusals.values()), self._promises)
 

@@ -13,7 +13,8 @@ from typing import TypeVar
 from fuzzyctl import expr as ex
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 from fuzzyctl.expr import ZERO, Call, Expr, Keyword, Name, Number
-from fuzzyctl.kernels.plan.equations import Equation, Equations, Evaluation, feedthrough, ordered
+from fuzzyctl.kernels.plan.algebraic_loops import feedthrough, ordered
+from fuzzyctl.kernels.plan.equations import Equation, Equations, Evaluation
 from fuzzyctl.kernels.plan.expansion import equations_of
 from fuzzyctl.loading.block_numbers import numbers
 from fuzzyctl.model.controller import Controller, Definition, Instance, Result, Signal

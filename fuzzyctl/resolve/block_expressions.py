@@ -11,9 +11,9 @@ from fuzzyctl.lang import syntax as sx
 from fuzzyctl.model.controller import Controller
 from fuzzyctl.model.forms import NEEDED, Form
 from fuzzyctl.model.measures import MEASURES
-from fuzzyctl.model.operators import OPERATORS
 from fuzzyctl.model.plant import Plant
 from fuzzyctl.model.signals import SIGNALS
+from fuzzyctl.model.stateful_operators import OPERATORS
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Hold
 from fuzzyctl.resolve.block_names import FUNCTIONS, Names

@@ -10,8 +10,8 @@ from fuzzyctl import expr as ex
 from fuzzyctl.diagnostics.suggestions import a_or_an
 from fuzzyctl.lang import syntax as sx
 from fuzzyctl.model.controller import Controller
-from fuzzyctl.model.operators import OPERATORS
 from fuzzyctl.model.plant import Plant
+from fuzzyctl.model.stateful_operators import OPERATORS
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.resolve.context import Context
 

@@ -11,8 +11,8 @@ from fuzzyctl.lang import syntax as sx
 from fuzzyctl.model.checks.checks import in_order
 from fuzzyctl.model.controller import Controller, Instance
 from fuzzyctl.model.node import Node
-from fuzzyctl.model.operators import OPERATORS
 from fuzzyctl.model.plant import Plant
+from fuzzyctl.model.stateful_operators import OPERATORS
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.resolve.block_expressions import Inner
 from fuzzyctl.resolve.block_names import Find

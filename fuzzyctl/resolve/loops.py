@@ -14,10 +14,10 @@ from fuzzyctl.model.controller import Controller, Instance
 from fuzzyctl.model.guarantee import Guarantee
 from fuzzyctl.model.loop import Loop, Measure
 from fuzzyctl.model.measures import MEASURES
-from fuzzyctl.model.operators import OPERATORS
 from fuzzyctl.model.plant import Plant
 from fuzzyctl.model.plant_forms import PLANTS
 from fuzzyctl.model.signals import SIGNALS, TIME
+from fuzzyctl.model.stateful_operators import OPERATORS
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.resolve.block_expressions import Inner
 from fuzzyctl.resolve.block_names import Find

@@ -10,7 +10,8 @@ from typing import Final
 from fuzzyctl.diagnostics.diagnostic import ArgumentError, Diagnostic, DiagnosticError
 from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.expr import Call, Compare, Expr, ExprError, Keyword, Name, Number, Where, evaluate, names_in, span_of
-from fuzzyctl.kernels.plan.equations import DT, Equation, Evaluation, KeptState, ordered
+from fuzzyctl.kernels.plan.algebraic_loops import ordered
+from fuzzyctl.kernels.plan.equations import DT, Equation, Evaluation, KeptState
 from fuzzyctl.kernels.plan.expansion import Expansion, Scope, split
 from fuzzyctl.kernels.program.builder import any_nan
 from fuzzyctl.kernels.program.program import NAN

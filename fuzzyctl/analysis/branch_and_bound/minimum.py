@@ -9,7 +9,7 @@ from typing import Final, Protocol
 import numpy as np
 
 from fuzzyctl.analysis.branch_and_bound.boxed_system import System
-from fuzzyctl.analysis.branch_and_bound.decide import Enclosed
+from fuzzyctl.analysis.branch_and_bound.pointwise import Enclosed
 from fuzzyctl.analysis.branch_and_bound.queue import Search, middles, signed_points, start_of
 from fuzzyctl.analysis.work import Work
 from fuzzyctl.expr import Name

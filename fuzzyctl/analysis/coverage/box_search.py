@@ -25,7 +25,7 @@ from fuzzyctl.analysis.degrees import (
 from fuzzyctl.analysis.work import COVERAGE, SPENT, SpentError, Work, sampling, units_of
 from fuzzyctl.expr import Name
 from fuzzyctl.formulas import CONJUNCTIONS, EXACT_IMPLICATIONS
-from fuzzyctl.kernels.inference.defuzzify.adaptive import nodes_of, places_of
+from fuzzyctl.kernels.inference.defuzzify.curved_sets import nodes_of, places_of
 from fuzzyctl.kernels.inference.defuzzify.defuzzify import closed_form, support
 from fuzzyctl.kernels.inference.defuzzify.sampling import sampled_degrees, seen_points
 from fuzzyctl.kernels.interval.scalar import Interval, enclose, hull

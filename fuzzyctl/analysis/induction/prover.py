@@ -8,7 +8,7 @@ from functools import cached_property, partial
 from typing import Final
 
 from fuzzyctl.analysis import clock
-from fuzzyctl.analysis.branch_and_bound.decide import decide
+from fuzzyctl.analysis.branch_and_bound.pointwise import decide
 from fuzzyctl.analysis.claims import Claim, bounds_in
 from fuzzyctl.analysis.induction.boxed_step import BoxedStep, Ends
 from fuzzyctl.analysis.induction.claims import Claims, StepClaim, loosened, names_in_claim, tolerance_of

@@ -15,8 +15,8 @@ from fuzzyctl.kernels.plan.expressions import constants_of, guarded, require_kno
 from fuzzyctl.kernels.plan.plan import ChainPlan, DegreePlan, chain_name, degree_name, step_name
 from fuzzyctl.kernels.plan.sets import SetPlan
 from fuzzyctl.kernels.program.builder import DEEPEST, depth
-from fuzzyctl.model.dependencies import ordered_lets
 from fuzzyctl.model.guarantee import Hedge
+from fuzzyctl.model.output_dependencies import ordered_lets
 from fuzzyctl.model.rule import And, Antecedent, Is, Not, Or
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Output, Term

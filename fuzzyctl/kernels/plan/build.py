@@ -41,8 +41,8 @@ from fuzzyctl.kernels.plan.plan import (
 )
 from fuzzyctl.kernels.plan.sets import ITSELF, SetPlan
 from fuzzyctl.model.checks.semantics import misfitting_semantics
-from fuzzyctl.model.dependencies import comparisons_that_wait, ordered_lets, reads_of
 from fuzzyctl.model.method import AVERAGES, Activation
+from fuzzyctl.model.output_dependencies import comparisons_that_wait, ordered_lets, reads_of
 from fuzzyctl.model.rule import Rule
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Hold, Input, Let, LinguisticVariable, Output, Term

@@ -26,12 +26,13 @@ from fuzzyctl.expr import (
     rebuilt,
     span_of,
 )
+from fuzzyctl.kernels.plan.algebraic_loops import ordered
 from fuzzyctl.kernels.plan.build import OutputPlan, plan
-from fuzzyctl.kernels.plan.equations import DT, Equation, Equations, Evaluation, KeptState, ordered
+from fuzzyctl.kernels.plan.equations import DT, Equation, Equations, Evaluation, KeptState
 from fuzzyctl.kernels.plan.free_states import FreeNumber, free_names
 from fuzzyctl.model.controller import Controller, Definition, Function, Result
 from fuzzyctl.model.guarantee import Bounds
-from fuzzyctl.model.operators import OPERATORS
+from fuzzyctl.model.stateful_operators import OPERATORS
 from fuzzyctl.model.system import FuzzySystem
 
 #: Most parts of expressions that a controller expands to, and their deepest nesting.

@@ -206,7 +206,7 @@ class Step:
             return numpy_backend.compile_batch(self._program, self._argument_names())
         if self.backend == "python":
             return self._fill_by_calls
-        from fuzzyctl.kernels.backends.numba.loop import loop
+        from fuzzyctl.kernels.backends.numba.batch_loop import loop
 
         return self._checked(loop(self._program))
 
@@ -215,7 +215,7 @@ class Step:
         """What makes steps along time; the state is left in its second argument."""
         if self.backend != "numba":
             return self._run_by_calls
-        from fuzzyctl.kernels.backends.numba.loop import sequence
+        from fuzzyctl.kernels.backends.numba.batch_loop import sequence
 
         return self._checked(sequence(self._program, len(self.output_names)))
 

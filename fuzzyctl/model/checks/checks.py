@@ -17,7 +17,7 @@ from fuzzyctl.model.checks.symmetry import odd_cells
 from fuzzyctl.model.checks.terms import SHAPE_CHECKS, SHAPE_HINTS
 from fuzzyctl.model.checks.units import unlike_units
 from fuzzyctl.model.computed_numbers import Numbers
-from fuzzyctl.model.dependencies import comparisons_that_wait, reads_of, values_of
+from fuzzyctl.model.output_dependencies import comparisons_that_wait, reads_of, values_of
 from fuzzyctl.model.rule import And, Antecedent, Is, Not, Or, Rule, literals
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import LinguisticVariable, Membership, Output

@@ -23,7 +23,7 @@ from fuzzyctl.lang.highlight import (
     FuzzyLexer,
     textmate,
 )
-from fuzzyctl.model import operators
+from fuzzyctl.model import stateful_operators
 from fuzzyctl.resolve.block_names import FUNCTIONS
 from fuzzyctl.support.shipped import rules_folder
 
@@ -68,7 +68,7 @@ class TestKeywords:
         assert (Keyword, word) in tokens(f"output u in [0, 1] {word} N")
 
     def test_operators_are_those_of_the_model(self):
-        assert set(OPERATORS) == set(operators.OPERATORS)
+        assert set(OPERATORS) == set(stateful_operators.OPERATORS)
         assert set(CONTROLLER_FUNCTIONS) == set(FUNCTIONS)
 
 

@@ -18,7 +18,7 @@ from llvmlite import ir
 from numba.core import types
 
 from fuzzyctl.kernels.backends.numba import source as numba_backend
-from fuzzyctl.kernels.backends.numba.loop import address_of
+from fuzzyctl.kernels.backends.numba.batch_loop import address_of
 from fuzzyctl.kernels.backends.numba.parameters import Numbers
 from fuzzyctl.kernels.program.program import Program
 

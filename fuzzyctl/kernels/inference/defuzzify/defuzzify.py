@@ -10,13 +10,13 @@ from typing import Final
 
 from fuzzyctl.expr import ZERO, Compare, Expr, Logic, Name, Number, Where, replace_names
 from fuzzyctl.formulas import FINITE, Vertex, exact_norms
-from fuzzyctl.kernels.inference.defuzzify.adaptive import adaptive
 from fuzzyctl.kernels.inference.defuzzify.alpha_cuts import has_cuts, maximum_of_union
-from fuzzyctl.kernels.inference.defuzzify.bisector import sampled_bisector
 from fuzzyctl.kernels.inference.defuzzify.centroid import Height, exact_centroid, has_many_pieces, unit_of
+from fuzzyctl.kernels.inference.defuzzify.curved_sets import adaptive
 from fuzzyctl.kernels.inference.defuzzify.envelope import size_of
 from fuzzyctl.kernels.inference.defuzzify.maxima import sampled_maximum
 from fuzzyctl.kernels.inference.defuzzify.piecewise_linear import straight_bisector, straight_maximum
+from fuzzyctl.kernels.inference.defuzzify.sampled_bisector import sampled_bisector
 from fuzzyctl.kernels.inference.defuzzify.sampling import Samples, sample_points, sampled_degrees, sampled_moments
 from fuzzyctl.kernels.plan.build import OutputPlan, SetPlan
 from fuzzyctl.kernels.plan.traced import greatest, is_free, least
