@@ -23,8 +23,8 @@ def enclosed(flat: Plan) -> dict[str, Interval]:
 
 def narrowed(flat: Plan) -> Plan:
     """Return a plan whose lets have no wider ranges than they need: it computes the same."""
-    box = enclosed(flat) if flat.lets else {}
-    return replace(flat, lets=tuple(_narrowed(let, box[let.name]) for let in flat.lets)) if flat.lets else flat
+    box = enclosed(flat)
+    return replace(flat, lets=tuple(_narrowed(let, box[let.name]) for let in flat.lets))
 
 
 def _narrowed(let: LetPlan, ends: Interval) -> LetPlan:

@@ -16,13 +16,12 @@ from fuzzyctl.cli.common import (
     end_of_range,
     timeout_option,
 )
-from fuzzyctl.cli.loading import Choice, chooses, controllers_of, load_checked, open_blocks, source_of
+from fuzzyctl.cli.loading import Choice, Opened, chooses, controllers_of, load_checked, open_blocks
 from fuzzyctl.cli.streams import say, write_json
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 
 if TYPE_CHECKING:
     from fuzzyctl.analysis.extremes import Extent
-    from fuzzyctl.diagnostics.source import SourceText
     from fuzzyctl.model.controller import Controller
     from fuzzyctl.model.system import FuzzySystem
 
@@ -46,12 +45,12 @@ def bounds(file: str, choice: Choice, timeout: float, form: str) -> int:
     """
     from fuzzyctl.analysis.extremes import extents
 
-    source = source_of(file)
-    controller = _controller(file, choice, source)
+    opened = open_blocks(file, choice)
+    controller = _controller(file, opened)
     if controller is not None:
         _show_controller(controller, timeout, form)
         return DONE
-    system = load_checked(file, choice, source)
+    system = load_checked(file, choice, opened.file)
     found = extents(system, timeout=timeout)
     if form == "json":
         data = {
@@ -65,13 +64,13 @@ def bounds(file: str, choice: Choice, timeout: float, form: str) -> int:
     return DONE
 
 
-def _controller(file: str, choice: Choice, source: SourceText) -> Controller | None:
+def _controller(file: str, opened: Opened) -> Controller | None:
     """Return the only controller of a file, or the one named; None where there is none or a system is named.
 
     Raises:
-        DiagnosticError: For mistakes of the file, and for several controllers without a name.
+        DiagnosticError: For several controllers without a name.
     """
-    controllers = controllers_of(open_blocks(file, choice, source))
+    controllers = controllers_of(opened)
     if len(controllers) > 1:
         names = [c.name for c in controllers]
         message, help_text = "the file holds several controllers, and none is chosen", f"write --system {names[0]}"

@@ -123,7 +123,7 @@ def open_systems(
     several: bool = True,
     hints: bool = True,
     blocks: bool = False,
-    source: SourceText | None = None,
+    examined: Examined | None = None,
 ) -> Opened:
     """Open the systems of a file.
 
@@ -133,7 +133,7 @@ def open_systems(
         several: Whether the command works on several systems.
         hints: Whether to look for what can only be a warning.
         blocks: Whether the command works on controllers, plants and loops as well.
-        source: The text of the file, where it was read before.
+        examined: What the file holds, where it was read before.
 
     Raises:
         DiagnosticError: With all errors of the file, and its warnings where one system is wanted, as they may explain
@@ -142,8 +142,9 @@ def open_systems(
     """
     from fuzzyctl.loading.load import choose, look_through, without_system
 
-    source = source_of(file) if source is None else source
-    examined = look_through(source, folder=Path(file).parent, hints=hints)
+    if examined is None:
+        examined = look_through(source_of(file), folder=Path(file).parent, hints=hints)
+    source = examined.source
     systems, diagnostics = examined.systems, examined.reported(examined.diagnostics)
     chosen = tuple(b for b in examined.blocks if blocks and choice.name in (None, b.name))
     if chosen and choice.name is not None:
@@ -160,13 +161,13 @@ def open_systems(
     return replace(opened, blocks=tuple(map(choice.with_settings, chosen))) if chosen else opened
 
 
-def open_blocks(file: str, choice: Choice, source: SourceText | None = None) -> Opened:
+def open_blocks(file: str, choice: Choice) -> Opened:
     """Open the systems, and the other blocks, of a file, or the one named; each takes the settings of its own params.
 
     Raises:
         DiagnosticError: As `open_systems` does.
     """
-    opened = open_systems(file, replace(choice, settings=(), profile=None), blocks=True, source=source)
+    opened = open_systems(file, replace(choice, settings=(), profile=None), blocks=True)
     if not opened.blocks:
         return replace(opened, systems=tuple(map(choice.changed, opened.systems)))
     params = [[p.name for p in s.params] for s in opened.systems] + [[p.name for p in b.params] for b in opened.blocks]
@@ -185,11 +186,11 @@ def controllers_of(opened: Opened) -> list[Controller]:
     return [b for b in opened.blocks if isinstance(b, Controller)]
 
 
-def load_checked(file: str, choice: Choice, source: SourceText | None = None) -> FuzzySystem:
+def load_checked(file: str, choice: Choice, examined: Examined | None = None) -> FuzzySystem:
     """Open the one system of a file, or the one named, for use: all its checks must pass; warnings are printed."""
     from fuzzyctl.analysis.coverage import coverage
 
-    opened = open_systems(file, choice, several=False, source=source)
+    opened = open_systems(file, choice, several=False, examined=examined)
     system = opened.systems[0]
     diagnostics = opened.file.reported([*opened.file.diagnostics, *coverage.diagnostics(system)])
     if any(d.severity == "error" for d in diagnostics):

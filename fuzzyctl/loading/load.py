@@ -399,7 +399,9 @@ def look_through(
     diagnostics.extend(_same_names(systems))
     used = _Used(tree, folder, {} if opened is None else opened)
     failed = any(d.severity == "error" for d in diagnostics)
-    called, wrong = with_called(systems, used.system, broken=failed)
+    called, wrong = tuple(systems), list[Diagnostic]()
+    if any(s.lets for s in systems):
+        called, wrong = with_called(systems, used.system, broken=failed)
     linked, more = link(called, used.system, broken=failed or bool(wrong))
     diagnostics.extend(wrong)
     equations: tuple[Block, ...] = ()

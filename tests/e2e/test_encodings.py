@@ -56,6 +56,7 @@ COMMANDS = {
     "diff": [["diff", FILE, "other.fz"], ["diff", "--format", "json", FILE, "other.fz"]],
     "doctor": [["doctor"], ["doctor", "--format", "json"]],
     "new": [["new", "σ"], ["new", "→"]],
+    "simulate": [["simulate", "loop.fz"], ["simulate", "loop.fz", "-o", "→", "--format", "json"], ["simulate", FILE]],
     "why": [["why", FILE, "σ=3"], ["why", "--format", "json", FILE, "σ=3"]],
 }
 ROBOTS = {
@@ -70,6 +71,18 @@ ROBOTS = {
     "compare": [["compare", "mine.toml", "--controller", "smc", "--jobs", "1"]],
     "sweep": [["sweep", "spec.toml", "--jobs", "1", "-o", "→"], ["sweep", "→.toml"]],
 }
+LOOP = """plant tank
+state höhe "Höhe →" unit "m" = 1
+der höhe = -höhe
+output level "Höhe 中" unit "m" = höhe
+
+loop leert "Leert sich →"
+block tank = tank()
+measure höchst "höchste Höhe 中" unit "m" = maximum(tank.level)
+run 1 s step 0.1 s
+require höchst <= 0.5
+"""
+
 #: Commands that print data.
 DATA = [["fmt", "-"], ["eval", FILE, "--points", "-"], ["convert", FILE, "-", "--to", "fz"]]
 
@@ -86,6 +99,7 @@ def folder(tmp_path, monkeypatch):
         FILE: SYSTEM,
         "bad.fz": SYSTEM.replace("table y = σ", "table y = τ\x1b[31m"),
         "wide.fz": SYSTEM.replace("höhe\n", "höhe  \n", 1),
+        "loop.fz": LOOP,
         "other.fz": SYSTEM.replace("höhe", "hoch→".replace("→", "中")),
         "mine.toml": SCENARIO,
         "broken.toml": SCENARIO.replace("horizon", '"hörizon→\\u001b"'),

@@ -42,7 +42,7 @@ def uncovered(system: FuzzySystem) -> dict[str, Verdict]:
 def uncovered_of(flat: Plan, work: Work | None = None) -> dict[str, Verdict]:
     """Do the same for a plan; `work` is what may be computed for all outputs."""
     whole = Work(len(flat.outputs) * COVERAGE) if work is None else work
-    flat = narrowed(flat)
+    flat = narrowed(flat) if flat.lets else flat
     verdicts: dict[int, Verdict] = {}
     for position in flat.order:
         verdicts[position] = _verdict(flat, flat.outputs[position], verdicts, whole.part(COVERAGE))
