@@ -46,7 +46,7 @@ class _OneLine:
     def fields(self, plant: LinearPlant) -> dict[str, Any] | None:
         """Return the fields of the model, after the checks of their names and numbers."""
         own: list[Signal | Definition] = [*plant.inputs, *plant.states, *plant.results, *plant.definitions]
-        for name in {item.name for item in own} & self.names.context.params.keys():
+        for name in (item.name for item in own if item.name in self.names.context.params):
             message = f"'{name}' is a name of the plant itself and cannot name a param"
             self.report("FZ201", message, self.names.context.params[name].name.span, help="rename it")
             return None
