@@ -90,7 +90,7 @@ class Context:
         # An output may be called in a guarantee, as `u(-e)`, where nothing would tell it from a function.
         functions = ex.FUNCTIONS if what == "an output" else ex.FUNCTIONS.keys() - ex.SOFT
         if word.text in sx.RESERVED or word.text in functions or word.text in CLAIM_FUNCTIONS:
-            self.report("FZ201", f"'{word.text}' is a word of the language and cannot name {what}", word.span)
+            self._reserved(word, what)
             self.unread |= {word.text}
             self.lost_input = self.lost_input or what == "an input"
             return False
@@ -122,9 +122,13 @@ class Context:
         """Report a name that is a word of the language."""
         # `not` is a hedge already, which has a message of its own.
         if word.text in sx.RESERVED and not (word.text == "not" and what == "a hedge"):
-            self.report("FZ201", f"'{word.text}' is a word of the language and cannot name {what}", word.span)
+            self._reserved(word, what)
             return False
         return True
+
+    def _reserved(self, word: sx.Word, what: str) -> None:
+        message = f"'{word.text}' is a word of the language and cannot name {what}"
+        self.report("FZ201", message, word.span, help=f"rename it, such as: {word.text}_1")
 
     def unknown(self, kind: str, word: sx.Word | ex.Name, known: Collection[str], code: str = "FZ202") -> None:
         """Report a name that is not declared.

@@ -44,7 +44,7 @@ def resolve_loop(
 class _Loop(Statements):
     kind = "loop"
     given = (TIME,)
-    own = SIGNALS.keys() | MEASURES.keys()
+    own = tuple(dict.fromkeys((*SIGNALS, *MEASURES)))
     #: What is being checked: a "let", "measure" or "require" line, or the "argument" of a measure.
     line = "let"
 

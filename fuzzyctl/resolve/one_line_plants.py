@@ -43,10 +43,23 @@ class _OneLine:
     def report(self, code: str, message: str, span: Span | None, **rest: Any) -> None:
         self.names.context.report(code, message, span or self.call.span, **rest)
 
+    def _constant(self, expr: Expr) -> bool:
+        """Check an expression over params, and that it has a value."""
+        return self.names.constant(expr) and self._has_value(expr)
+
+    def _has_value(self, expr: Expr) -> bool:
+        try:
+            ex.evaluate(expr, self.values.values)
+        except ex.ExprError as error:
+            if not self.values.lacks(expr):
+                self.report("FZ307", error.message, error.span)
+            return False
+        return True
+
     def fields(self, plant: LinearPlant) -> dict[str, Any] | None:
         """Return the fields of the model, after the checks of their names and numbers."""
         own: list[Signal | Definition] = [*plant.inputs, *plant.states, *plant.results, *plant.definitions]
-        for name in {item.name for item in own} & self.names.context.params.keys():
+        for name in (item.name for item in own if item.name in self.names.context.params):
             message = f"'{name}' is a name of the plant itself and cannot name a param"
             self.report("FZ201", message, self.names.context.params[name].name.span, help="rename it")
             return None
@@ -81,7 +94,7 @@ class _OneLine:
         if not items.items:
             self.report("FZ303", f"'{name}' is empty", items.span, help=f"the form is: {PLANTS['tf'].form}")
             return None
-        if not all([self.names.constant(c) for c in items.items]):
+        if not all([self._constant(c) for c in items.items]):
             return None
         if self.values.of(items.items[0]) == 0:
             message = f"the leading coefficient of '{name}' is 0"
@@ -92,7 +105,7 @@ class _OneLine:
 
     def zpk(self, given: dict[str, Expr]) -> LinearPlant | None:
         zeros, poles = self._roots(given["zeros"]), self._roots(given["poles"])
-        if zeros is None or poles is None:
+        if not self._has_value(given["gain"]) or zeros is None or poles is None:
             return None
         above, below = (sum(map(len, roots)) for roots in (zeros, poles))
         if above > below:
@@ -115,7 +128,7 @@ class _OneLine:
                 fine = self._is_pair(item) and fine
                 roots.append((item.arguments[0], item.arguments[-1]) if item.arguments else (ZERO, ZERO))
             else:
-                fine = self.names.constant(item) and fine
+                fine = self._constant(item) and fine
                 roots.append((item,))
         return roots if fine else None
 
@@ -125,7 +138,7 @@ class _OneLine:
             help_text = "the form is: pair(real part, imaginary part)"
             self.report("FZ303", message, pair.span, help=help_text)
             return False
-        return all([self.names.constant(a) for a in pair.arguments])
+        return all([self._constant(a) for a in pair.arguments])
 
     def ss(self, given: dict[str, Expr]) -> LinearPlant | None:
         rows = {name: self._matrix(name, given[name]) for name in "ABCD"}
@@ -160,7 +173,7 @@ class _OneLine:
             self.report("FZ303", message, items.span, help=f"the form is: {PLANTS['ss'].form}")
             return None
         rows = [flat] if flat else rows
-        return rows if all([self.names.constant(e) for row in rows for e in row]) else None
+        return rows if all([self._constant(e) for row in rows for e in row]) else None
 
     def _fits(self, name: str, rows: list[list[Expr]], high: int, wide: int, given: dict[str, Expr]) -> bool:
         if len(rows) == high and all(len(row) == wide for row in rows):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, Final
 
@@ -24,6 +25,13 @@ SOLVERS: Final = ("RK45", "DOP853", "Radau", "BDF", "LSODA")
 #: Tolerances of a step: a part of the state, and an absolute one.
 RELATIVE: Final = 1e-8
 ABSOLUTE: Final = 1e-10
+#: Evaluations of the derivatives between two samples after which a solver has given up; LSODA does not end by itself
+#: where a state goes to infinity.
+EVALUATIONS: Final = 100_000
+
+
+class _GaveUpError(Exception):
+    """A solver took more evaluations than it may."""
 
 
 def solved(
@@ -115,9 +123,15 @@ def _integrated(
     if not len(x):
         return x
     last = end * BEFORE
+    evaluations = itertools.count()
 
     def rates(t: float, y: FloatArray) -> list[float]:
+        if next(evaluations) == EVALUATIONS:
+            raise _GaveUpError
         return derivative([min(t, last), *y.tolist(), *given], [])[: len(x)]
 
-    found = solve_ivp(rates, (begin, end), x, method=solver, rtol=relative, atol=absolute)
+    try:
+        found = solve_ivp(rates, (begin, end), x, method=solver, rtol=relative, atol=absolute)
+    except _GaveUpError:
+        return np.full(len(x), np.nan)
     return np.asarray(found.y[:, -1]) if found.success else np.full(len(x), np.nan)

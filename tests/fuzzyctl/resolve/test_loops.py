@@ -2,6 +2,8 @@
 
 import pytest
 
+from fuzzyctl.diagnostics.source import SourceText
+from fuzzyctl.loading.load import look_through
 from fuzzyctl.model.measures import MEASURES
 from fuzzyctl.model.signals import SIGNALS
 from tests.fuzzyctl.resolve.mistakes import errors_in
@@ -183,6 +185,12 @@ class TestMistakes:
         assert sorted(code for code, _, _ in errors_in(text)) == [
             "FZ101", "FZ202", "FZ302", "FZ302", "FZ303", "FZ307",
         ]  # fmt: skip
+
+    def test_known_functions_are_listed_in_the_same_order_in_every_process(self):
+        text = SourceText("c.fz", BLOCKS + LINES + RUN + "let a = step(0: 1)")
+        (error,) = [d for d in look_through(text).diagnostics if d.severity == "error"]
+        names = ", ".join(dict.fromkeys([*SIGNALS, *MEASURES]))
+        assert error.facts[0].endswith(f"where, {names}")
 
     def test_a_mistake_inside_a_block_is_reported_once(self):
         text = BLOCKS.replace("der h = v - h", "der h = q") + LINES + RUN

@@ -82,6 +82,16 @@ ONE_LINE = {
         "remove zeros",
     ),
     "tf(num=[1], den=[0, 1])": ("FZ302", "the leading coefficient of 'den' is 0", "0", "remove it"),
+    "tf(num=[1 / 0], den=[1, 1])": ("FZ307", "division by zero", "1 / 0", ""),
+    "zpk(zeros=[], poles=[-1, pair(-1, log(-2))], gain=1)": (
+        "FZ307",
+        "an argument lies outside the function's domain",
+        "log(-2",
+        "",
+    ),
+    "zpk(zeros=[], poles=[-1], gain=1 / 0)": ("FZ307", "division by zero", "1 / 0", ""),
+    "tf(num=[1], den=[1, 1], delay=1 / 0)": ("FZ307", "division by zero", "1 / 0", ""),
+    "ss(A=[[-1, 1 / 0], [0, -1]], B=[1, 0], C=[1, 0])": ("FZ307", "division by zero", "1 / 0", ""),
     "tf(num=[0, 1], den=[1, 1])": ("FZ302", "the leading coefficient of 'num' is 0", "0", "remove it"),
     "tf(num=[], den=[1, 1])": ("FZ303", "'num' is empty", "[]", "the form is: tf("),
     "tf(num=[1])": ("FZ303", "wrong arguments of 'tf'", "tf(num=[1]", "the form is: tf("),
@@ -180,3 +190,9 @@ class TestMistakes:
     def test_quantities_of_different_units_are_not_added(self):
         text = 'plant p\ninput u unit "V"\nstate h unit "m" = 0\nder h = u\noutput y = h + u\n'
         require_one(text, ("FZ312", "'h' is measured in m, 'u' in V", "u", "same unit"))
+
+
+def test_a_word_of_the_language_as_a_name_is_repaired():
+    text = "controller pi\ninput e\noutput u = e\n"
+    assert errors_in(text) == [("FZ201", "'pi' is a word of the language and cannot name a controller", "pi")]
+    assert repairs_in(text) == ["rename it, such as: pi_1"]

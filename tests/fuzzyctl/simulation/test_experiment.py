@@ -389,6 +389,13 @@ class TestStops:
         assert len(run) in (10, 11)
         assert "left its range" in run.stopped.message
 
+    @pytest.mark.parametrize("solver", ["LSODA", "RK45", "Radau"])
+    def test_an_adaptive_solver_gives_up_where_a_state_goes_to_infinity(self, loop, solver):
+        cubic = "input u\nstate x = 1\nder x = x * x * x\noutput y = x"  # infinite at t = 0.5 s
+        run = fuzzyctl.simulate(loop(driven(cubic, "0", "1 s step 10 ms")), solver=solver)
+        assert 49 <= len(run) <= 52
+        assert run.stopped.code == "FZ701"
+
 
 class TestFree:
     def test_free_params_are_arguments_of_a_run(self, loop):
