@@ -38,9 +38,15 @@ class Witness:
     other: dict[str, float] | None = None
 
     def __str__(self) -> str:
-        point = ", ".join(f"{n} = {v:.12g}" for n, v in self.point.items())
+        point = ", ".join(f"{n} = {_digits(v)}" for n, v in self.point.items())
         values = ", ".join(f"{text} {'is' if ' = ' in text else '='} {v:.12g}" for text, v in self.sides)
         return f"at {point}: {values}"
+
+
+def _digits(x: float) -> str:
+    """Return a number with 12 digits, or in full beside one with few: a claim may hold at that one."""
+    short = f"{x:.12g}"
+    return repr(x) if float(short) == float(f"{x:.6g}") != x else short
 
 
 @dataclass(frozen=True)

@@ -161,6 +161,14 @@ class Expressions(Names):
             owner = _owner(call.function)
             self.context.report("FZ214", f"'{call.function}' belongs to {owner}", call.span, help=other)
             return
+        system, _, output = call.function.partition(".")
+        called = self.found(system) if output else None
+        if isinstance(called, FuzzySystem):
+            # In a system the same call is written with its output.
+            several = f"let NAME = {system}(...)' and read 'NAME.{output}"
+            form = several if len(called.outputs) > 1 else f"{system}(...)"
+            self.context.report("FZ202", f"no {what} '{call.function}'", call.span, help=f"write '{form}'")
+            return
         facts = (f"functions: {', '.join(known)}",) if known else ()
         help_text = did_you_mean(call.function, known) or "add the block, or 'use' the file that holds it"
         self.context.report("FZ202", f"no {what} '{call.function}'", call.span, facts=facts, help=help_text)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Final
 
@@ -30,8 +30,9 @@ from fuzzyctl.kernels.plan.algebraic_loops import ordered
 from fuzzyctl.kernels.plan.build import OutputPlan, plan
 from fuzzyctl.kernels.plan.equations import DT, Equation, Equations, Evaluation, KeptState
 from fuzzyctl.kernels.plan.free_states import FreeNumber, free_names
+from fuzzyctl.model.checks.checks import unused_params
 from fuzzyctl.model.controller import Controller, Definition, Function, Result
-from fuzzyctl.model.guarantee import Bounds
+from fuzzyctl.model.guarantee import Bounds, Param
 from fuzzyctl.model.stateful_operators import OPERATORS
 from fuzzyctl.model.system import FuzzySystem
 
@@ -63,6 +64,7 @@ def equations_of(controller: Controller, free: Sequence[str] = ()) -> Equations:
     expansion.free = {n: FreeNumber(*n.split(".", 1)) for n in names if n not in controller.param_values.values}
     period = None if controller.period is None else evaluate(controller.period, controller.param_values.values)
     symbolic: dict[str, Expr] = {n: Name(n) for n in names if n not in expansion.free}
+    expansion.written = {p.span: Name(p.name) for p in controller.params if p.name in symbolic and p.span is not None}
     scope = Scope(controller, "", {s.name: Name(s.name) for s in controller.inputs}, period, symbolic)
     expansion.enter(scope)
     for name, number in zip(names, numbers, strict=True):
@@ -155,6 +157,8 @@ class Expansion:
     _depth: int = 0
     #: Free numbers of systems by the names of their states.
     free: dict[str, FreeNumber] = field(default_factory=dict)
+    #: Free params by the place where they are written: before the first block they belong to all blocks.
+    written: dict[Span, Expr] = field(default_factory=dict)
     #: Whether states before the first step depend on free numbers.
     starts_vary: bool = False
     #: The functions that are being expanded.
@@ -201,6 +205,7 @@ class Expansion:
         given, named = split(arguments)
         bound = dict(zip(inputs, given, strict=False)) | {n: v for n, v in named.items() if n in inputs}
         params, symbolic = self._split_params({n: v for n, v in named.items() if n not in inputs}, scope)
+        symbolic |= self._written(inner.params, named)
         names: dict[str, Expr] = {}
         for key, value in symbolic.items():
             prefixed = f"{scope.prefix}{name}.{key}"
@@ -294,6 +299,9 @@ class Expansion:
                 if number.name in params:
                     raise ArgumentError(f"'{state}' cannot be free: a call of the system sets it")
                 symbolic[number.name] = Name(state)
+        shared = self._written(system.params, {**named, **symbolic})
+        if shared:
+            symbolic |= {p.name: shared[p.name] for p in _read_params(system) if p.name in shared}
         free = tuple(symbolic.items())
         key = (system, arguments, free)
         if key not in self._calls:
@@ -308,6 +316,11 @@ class Expansion:
             own = tuple(s.name for s in states)
             self.body.append(Evaluation(system, arguments, self._calls[key], call.span, own, updates, free))
         return self._calls[key]
+
+    def _written(self, params: Iterable[Param], given: Mapping[str, Expr]) -> dict[str, Expr]:
+        """Return the params that are written once for all blocks and free, but for those that are given."""
+        found = {p.name: self.written[p.span] for p in params if p.span is not None and p.span in self.written}
+        return {name: value for name, value in found.items() if name not in given}
 
     def _states_of(self, system: FuzzySystem, name: str) -> list[KeptState]:
         """Return the states of an evaluation: one for each rule of an adaptive output, and the outputs that hold."""
@@ -482,6 +495,14 @@ def with_values(controller: Controller, values: Mapping[str, float]) -> Controll
         dataclasses.replace(p, expression=Number(values[p.name])) if p.name in values else p for p in controller.params
     )
     return dataclasses.replace(controller, params=params)
+
+
+def _read_params(system: FuzzySystem) -> tuple[Param, ...]:
+    """Return the params that something else than unused params reads."""
+    kept = system
+    while unused := {d.span for d in unused_params(kept)}:
+        kept = dataclasses.replace(kept, params=tuple(p for p in kept.params if p.span not in unused))
+    return kept.params
 
 
 def _range_of(output: OutputPlan) -> Bounds:

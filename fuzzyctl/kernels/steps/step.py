@@ -96,8 +96,10 @@ class Step:
         self._require_states(kept, ())
         results = np.empty(len(self.output_names) + len(self.state_names))
         given = [as_number(x) for x in inputs] + self._times(dt)
+        # Python warns of overflows of numpy's numbers, not of its own.
+        before = writable(kept) if self.backend == "numba" else kept.tolist()
         try:
-            self.jit(*given, *([writable(kept)] if self.state_names else []), results)
+            self.jit(*given, *([before] if self.state_names else []), results)
         except ArithmeticError as error:
             output = {s.message: s.output for s in self._program.body if isinstance(s, Refuse)}.get(str(error))
             if output is None:

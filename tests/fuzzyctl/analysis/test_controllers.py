@@ -328,3 +328,10 @@ def test_progress_is_reported():
 def test_no_time_leaves_claims_undecided():
     prover = ControllerProver(controller_of(HEAD + OUT + "require x <= 2\n"), timeout=0.0)
     assert isinstance(prover.verdict(prover.claims.own[0]), Undecided)
+
+
+def test_a_witness_beside_a_round_number_is_printed_in_full():
+    text = "controller c\nstate n in [0, 10] = 0\nnext n = where(n >= 10, 0, n + 1)\noutput y = n\nevery 1 s\n"
+    (verdict,) = (v for v in verdicts(text) if isinstance(v, Refuted))
+    assert 9 < verdict.witness.point["n"] < 10
+    assert f"n = {verdict.witness.point['n']!r}: " in str(verdict.witness)

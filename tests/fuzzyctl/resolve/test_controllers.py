@@ -164,3 +164,12 @@ class TestMistakes:
     def test_systems_do_not_take_statements_of_controllers(self):
         ((code, message, _),) = found_in(SYSTEM + "state s = 1\n")
         assert (code, message) == ("FZ101", "'state' belongs to a controller")
+
+
+@pytest.mark.parametrize(("names", "form"), [("u", "'rule(...)'"), ("uv", "'let NAME = rule(...)' and read 'NAME.u'")])
+def test_a_call_as_systems_write_it_is_answered_with_the_form_of_controllers(names, form):
+    outputs = "".join(f"output {name} in [0, 1] = x\n" for name in names)
+    text = f"system rule\ninput x in [0, 1]\n{outputs}{HEAD}output y = rule.u(x)\n"
+    examined = look_through(SourceText("c.fz", text))
+    (found,) = (d for d in examined.diagnostics if d.severity == "error")
+    assert (found.code, found.help) == ("FZ202", f"write {form}")

@@ -137,3 +137,50 @@ def test_a_param_that_others_depend_on_may_be_free_beside_them(controller):
     typed = controller(TEXT.replace("= 2 unit", "= 3 unit").replace("k ^ 2", "5"))
     expected, _ = fuzzyctl.compile(typed, "python").run(INPUTS)
     assert step.run(INPUTS, step.start(k=3, k2=5))[0] == pytest.approx(expected, abs=1e-12)
+
+
+WRITTEN_ONCE = """
+param K = 1
+param L = 2 * K
+
+system surface
+defuzzifier weighted_average
+input e in [-1, 1]
+  terms N P
+output u in [-9, 9] = L * e + K
+
+system other
+defuzzifier weighted_average
+input x in [-1, 1]
+  terms N P
+output F in [-2, 2] adaptive rate x
+  terms N=0 P=0
+table F = x
+    N P
+  | N P
+
+controller inner
+input x
+state s = K
+next s = 0.5 * s + x
+output y = K * s
+
+controller law
+input r
+block b = inner(r)
+output u = surface(r) + b.y + other(r)
+every 1 s
+"""
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_a_param_that_is_written_once_for_all_blocks_is_one_number(controller, backend):
+    step = fuzzyctl.compile(controller(WRITTEN_ONCE), backend, free=["K"])
+    expected, _ = fuzzyctl.compile(controller(WRITTEN_ONCE.replace("K = 1", "K = 3")), "python").run(INPUTS)
+    assert step.run(INPUTS, step.start(K=3))[0] == pytest.approx(expected, abs=1e-12)
+
+
+def test_it_cannot_be_free_where_a_system_with_a_state_reads_it(controller):
+    text = WRITTEN_ONCE.replace("rate x", "rate K * x")
+    with pytest.raises(ArgumentError, match=r"'other\.K' cannot be free: the system has a state"):
+        fuzzyctl.compile(controller(text), "python", free=["K"])

@@ -233,6 +233,19 @@ class TestStep:
         assert math.isnan(step.run([[1.0, math.nan]], state)[0][0])
 
     @pytest.mark.parametrize("backend", BACKENDS)
+    def test_overflow_of_a_state_gives_infinity_without_a_warning(self, controller, backend):
+        lines = "controller c\nstate s = 1\nnext s = s * 1e200\noutput y = s - s / 0\nevery 1 s\n"
+        step = fuzzyctl.compile(controller(lines), backend)
+        state = step.start()
+        found = []
+        for _ in range(4):
+            output, state = step(state)
+            found.append(output)
+        assert found[:2] == [-math.inf, -math.inf]
+        assert math.isnan(found[3])
+        assert state.tolist() == [math.inf]
+
+    @pytest.mark.parametrize("backend", BACKENDS)
     def test_a_rule_base_with_a_gap_is_an_error_of_the_step(self, controller, backend):
         step = fuzzyctl.compile(controller(SILENT + "controller c\ninput x\noutput y = surface(x)\n"), backend)
         assert step(0.5, step.start(), dt=1.0)[0] == 1.0
