@@ -24,6 +24,7 @@ from fuzzyctl.model.measures import MEASURES
 from fuzzyctl.model.plant import Plant
 from fuzzyctl.model.plant_forms import PLANT_FUNCTIONS
 from fuzzyctl.model.signals import SIGNALS, TIME
+from fuzzyctl.simulation.equations import sample_times
 
 Block = TypeVar("Block", bound=Controller | Plant | Loop)
 
@@ -117,7 +118,8 @@ def loop_parts(loop: Loop) -> int:
     """Return how many parts the expressions of a loop expand to.
 
     Raises:
-        DiagnosticError: For an algebraic loop through its blocks, and as `parts_of`.
+        DiagnosticError: For an algebraic loop through its blocks, for sample times that do not fit together, and as
+            `parts_of`.
     """
     callees: list[Controller | Plant] = [*loop.controllers, *loop.plants]
     inputs = {b.name: [i.name for i in b.inputs] for b in callees}
@@ -147,6 +149,8 @@ def loop_parts(loop: Loop) -> int:
         ordered([*equations.body, *through])
     except DiagnosticError as error:
         raise DiagnosticError([_in_loop(d) for d in error.diagnostics]) from None
+    if loop.step is not None or any(c.period is not None for c in loop.controllers):
+        sample_times(loop)
     return equations.parts
 
 

@@ -7,6 +7,8 @@ import pytest
 
 import fuzzyctl
 from fuzzyctl import ArgumentError, DiagnosticError, Experiment, UnknownNameError
+from fuzzyctl.analysis.check import check_source
+from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.simulation.solvers import solved
 from fuzzyctl.support.shipped import rules_folder
 
@@ -220,6 +222,11 @@ class TestSampleTimes:
         text += "let x = steps(0: 0, 2 s: 0.8, 3 s: 0)\nrun 4 s\n"
         for backend in BACKENDS:
             assert Experiment(loop(text), backend).run()["c.u"].tolist() == [0.5, 0.5, 1, 1, 1]
+
+    def test_check_reports_a_period_that_is_no_multiple_of_the_step(self):
+        text = f"{self.SLOW}loop l\nblock slow = slow(t)\nrun 1 s step 15 ms\n"
+        _, found = check_source(SourceText("l.fz", text))
+        assert [d.code for d in found] == ["FZ702"]
 
     def test_a_period_that_is_no_multiple_of_the_step_is_a_mistake(self, loop):
         with pytest.raises(DiagnosticError) as error:
