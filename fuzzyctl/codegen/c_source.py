@@ -25,7 +25,7 @@ def header_text(name: str, about: Sequence[str], declared: Sequence[str], includ
     Args:
         name: What its file is called.
         about: Its comment.
-        declared: What stands in it.
+        declared: What it declares.
         included: Headers that this needs.
     """
     guard = f"{name.upper()}_H"

@@ -17,7 +17,7 @@ from fuzzyctl.simulation.equations import LoopEquations, free_name, reached
 
 @record(frozen=True)
 class LoopPrograms:
-    """A loop as two programs, whose names and tables are told apart.
+    """A loop as two programs, with distinct names and tables.
 
     Args:
         sample: From the time, the plants' states, delayed signals, free params, outputs of plants in Python, columns
