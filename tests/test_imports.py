@@ -20,7 +20,7 @@ ORDER = [
     ["formats", "kernels", "resolve"],
     ["simulation"],
     ["comparison", "explain", "loading"],
-    ["analysis", "building", "plot"],
+    ["analysis", "building", "interop", "plot", "sweep"],
     ["codegen", "convert"],
     ["cli"],
 ]
@@ -60,7 +60,7 @@ HOMES = {
     "mpl_toolkits": {"fuzzyctl/plot", "apps/dwmr/figures"},
     "click": {"fuzzyctl/cli", "apps/dwmr/cli"},
     "plotly": {"apps/dwmr/page/plots.py"},
-    "pydantic": {"apps/dwmr", "fuzzyctl/experiments/sweep"},
+    "pydantic": {"apps/dwmr", "fuzzyctl/experiments/sweep", "fuzzyctl/sweep/spec.py"},
     "PIL": {"apps/dwmr/figures"},
     "pygments": {"fuzzyctl/lang/highlight.py"},
     "pyarrow": {"fuzzyctl/experiments/results/parquet.py", "apps/dwmr/output/data/parquet_file.py"},
