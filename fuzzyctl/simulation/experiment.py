@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, final
@@ -210,8 +210,74 @@ class Experiment:
             message = f"no rule fires for output '{outputs[kind - len(states)]}' at t = {sample * self.step:.6g} s"
             help_text = "add rules, or an 'else' to the output"
             return sample, Diagnostic("FZ701", message, self.loop.span, help=help_text)
-        before = record[sample - 1, self.positions[states[kind].name]] if sample else None
+        before = record[sample - 1, self.positions[states[kind].name]] if 0 < sample <= len(record) else None
         return sample, left(states[kind], float(x[kind]), sample * self.step, before)
+
+
+@final
+class Stepper:
+    """A run of a loop sample by sample, with values of its free params that are held from one sample to the next.
+
+    Args:
+        experiment: The loop; without plants in Python the same machine code, or generated Python, computes `run`.
+        substeps: Steps of integration between two samples.
+        seed: As for `Experiment.run`.
+        start: Values of states of plants at the begin, by name; others start as the file says.
+
+    Attributes:
+        sample: The number of the present sample; the last one is `experiment.samples - 1`.
+
+    Raises:
+        UnknownNameError: For a name of no state.
+    """
+
+    def __init__(
+        self,
+        experiment: Experiment,
+        substeps: int = 1,
+        seed: int | None = None,
+        start: Mapping[str, float] | None = None,
+    ) -> None:
+        self.experiment, self.sample = experiment, 0
+        self._substeps = experiment._enough(substeps)
+        given = experiment.given if seed is None else experiment._columns(seed)
+        self._x, self._c, self._given, self._lags = experiment._state(given, self._substeps)
+        names = [s.name for s in experiment.equations.plant_states]
+        for name, value in (start or {}).items():
+            if name not in names:
+                raise UnknownNameError("state", name, names)
+            self._x[names.index(name)] = value
+
+    def look(self, values: Any) -> FloatArray | Diagnostic:
+        """Return what the record has at the present sample, shape (signals,), without going on.
+
+        Args:
+            values: Those of the free params in order, shape (free,).
+
+        Returns:
+            The signals; a diagnostic where a state has left its range, or a plant in Python cannot be used.
+        """
+        return self._made(values, self._x.copy(), self._c.copy(), self.sample + 1)
+
+    def advance(self, values: Any) -> FloatArray | Diagnostic:
+        """Do the same, and go on to the next sample."""
+        found = self._made(values, self._x, self._c, self.sample + 2)
+        self.sample += 1
+        return found
+
+    def _made(self, values: Any, x: Any, c: Any, total: int) -> FloatArray | Diagnostic:
+        experiment, k = self.experiment, self.sample
+        free, width = experiment._values(values), len(experiment.positions)
+        record: Any = np.empty(width) if experiment.backend == "numba" else [0.0] * width
+        try:
+            code = experiment._kernel(
+                k, 1, total, self._substeps, experiment.step, x, c, free, self._given, record, *self._lags
+            )
+        except DiagnosticError as error:  # of a plant in Python
+            return error.diagnostics[0]
+        if code >= 0:
+            return experiment._stopped(code, x, np.empty((0, width)))[1]
+        return np.asarray(record)
 
 
 def _backend(name: str, loop: Loop) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import traceback
 from collections.abc import Callable, Sequence
 from typing import Any, Final, final
@@ -66,6 +67,10 @@ class PythonPlant:
         if len(numbers) != count:
             message = f"'{function}' of plant '{self._plant.name}' returned {_shown(found)} at t = {t:.6g} s"
             raise self._mistake(message, (f"expected {count} numbers, one for each of: {self._names(function)}",))
+        if any(map(math.isnan, numbers)):
+            message = f"'{function}' of plant '{self._plant.name}' returned {_shown(found)} at t = {t:.6g} s"
+            help_text = "keep arguments of sqrt and log in their domain, and divisors away from 0"
+            raise self._mistake(message, (f"expected numbers for: {self._names(function)}",), help_text)
         return numbers
 
     def _names(self, function: str) -> str:
