@@ -65,6 +65,8 @@ HOMES = {
     "pygments": {"fuzzyctl/lang/highlight.py"},
     "pyarrow": {"fuzzyctl/experiments/results/parquet.py", "apps/dwmr/output/data/parquet_file.py"},
     "distributed": {"fuzzyctl/experiments/sweep/cluster.py"},
+    "control": set(),  # by name, when it is called
+    "gymnasium": {"fuzzyctl/interop/environments.py"},
     "scipy": {
         "apps/dwmr/calibration/search.py",
         "apps/dwmr/output/data/mat_file.py",

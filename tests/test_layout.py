@@ -34,6 +34,7 @@ THROUGH = {
     "fuzzyctl/formats/fll": "fuzzyctl/formats/fll/test_fll_reader.py fuzzyctl/formats/fll/test_fll_writer.py",
     "fuzzyctl/formats/fml": "fuzzyctl/formats/fml/test_fml_reader.py fuzzyctl/formats/fml/test_fml_round_trip.py",
     "fuzzyctl/formulas": "fuzzyctl/formulas/test_memberships.py fuzzyctl/kernels/test_exact.py",
+    "fuzzyctl/interop": "fuzzyctl/interop/test_gymnasium.py fuzzyctl/interop/test_control.py",
     "fuzzyctl/kernels": "fuzzyctl/kernels/test_engine.py fuzzyctl/kernels/test_exact.py properties/test_engine.py",
     "fuzzyctl/lang": "fuzzyctl/lang/test_parser.py fuzzyctl/lang/test_mistakes.py fuzzyctl/lang/test_recovery.py",
     "fuzzyctl/loading/block_equations.py": "fuzzyctl/resolve/test_loops.py fuzzyctl/resolve/test_plants.py",

@@ -43,8 +43,8 @@ def nlsys(
 
     Raises:
         MissingPackageError: Where python-control is not installed.
-        ArgumentError: For another object, a system with state, a plant with dead time, a sample time that does not divide
-            the period, and a controller without any.
+        ArgumentError: For another object, a system with state, a plant with dead time, a sample time that does not
+            divide the period, and a controller without any.
         ValueOutOfBoundsError: For a sample time or number of steps that is not positive.
         DiagnosticError: For a plant in Python that cannot be executed; by the system where it raises, or returns NaN or
             another number of values.
@@ -64,8 +64,8 @@ def nlsys(
         raise ArgumentError(f"expected a FuzzySystem, Controller or Plant, got {type(block).__name__}")
     results = block.outputs if isinstance(block, FuzzySystem) else block.results
     found = control.NonlinearIOSystem(
-        update, output, inputs=[s.name for s in block.inputs], outputs=[s.name for s in results], states=states or None, dt=dt,
-        name=block.name if name is None else name,
+        update, output, inputs=[s.name for s in block.inputs], outputs=[s.name for s in results],
+        states=states or None, dt=dt, name=block.name if name is None else name,
     )  # fmt: skip
     found.__doc__ = _described(block)
     return found

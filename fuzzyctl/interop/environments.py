@@ -89,8 +89,8 @@ class LoopEnvironment(gymnasium.Env[Any, Any]):  # type: ignore[misc]  # gymnasi
             action: Shape (outputs of the controller,).
 
         Returns:
-            Observation, reward, whether a range was left, whether the run ended, and the signals by name, with why it was
-            terminated under `stopped`.
+            Observation, reward, whether a range was left, whether the run ended, and the signals by name; `stopped`
+            says why it was terminated.
 
         Raises:
             ArgumentError: For an action of another shape or with NaN, and before the first `reset`.

@@ -107,8 +107,8 @@ def environment(
     Args:
         system: The loop or plant.
         block: The block of the loop whose place the agent takes.
-        reward: A function of the signals by name, as a run has them, with `t` [s], at the end of each step; or a measure
-            of the loop that is an integral (`iae`, `ise`, `integral`, `effort`) of which each step costs its part.
+        reward: A function of the signals by name, as a run has them, with `t` [s], at the end of each step; or a
+            measure of the loop that is an integral (`iae`, `ise`, `integral`, `effort`), whose part each step costs.
         dt: Time between two steps of a plant [s].
         duration: Length of an episode of a plant [s].
         start: Range from which `reset` draws states of plants, by name: `BLOCK.STATE` in a loop, `STATE` of a plant.

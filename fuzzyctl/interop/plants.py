@@ -1,18 +1,19 @@
-"""Linear systems of python-control and scipy as plants of loops."""
+"""Systems of python-control and scipy, and functions in Python, as plants of loops."""
 
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, TypeVar
 
 import numpy as np
 
 from fuzzyctl.diagnostics.diagnostic import ArgumentError, DiagnosticError, UnknownNameError
 from fuzzyctl.diagnostics.source import SourceText
-from fuzzyctl.expr import Expr, Keyword, Name, replace_names
+from fuzzyctl.diagnostics.suggestions import counted
+from fuzzyctl.expr import Expr, Keyword, Name, Number, replace_names
 from fuzzyctl.loading.load import look_through
-from fuzzyctl.model.controller import Controller, Definition, Signal
+from fuzzyctl.model.controller import Controller, Definition, Result, Signal, State
 from fuzzyctl.model.loop import Loop
 from fuzzyctl.model.plant import Plant
 from fuzzyctl.simulation.settings import blocks_of
@@ -25,23 +26,87 @@ def plant_of(system: Any, name: str = "plant") -> Plant | Controller:
 
     Args:
         system: `TransferFunction` or `StateSpace` of python-control; `lti` or `dlti` of scipy.signal in any of their
-            three forms. Transfer functions have one input and one output.
+            three forms. Transfer functions have one input and one output. Also a `NonlinearIOSystem` of python-control
+            in continuous time, whose outputs depend on time and states alone.
         name: Its name.
 
     Returns:
-        A plant with inputs `u` and outputs `y`, or `u1`, `u2` and `y1`, `y2`. A system in discrete time becomes a
-        controller with the period of the system, whose outputs are held between its samples.
+        A plant whose states start at 0, with inputs `u` and outputs `y`, or `u1`, `u2` and `y1`, `y2`. A linear system
+        in discrete time becomes a controller with the period of the system, whose outputs are held between its samples.
 
     Raises:
         ArgumentError: For another object, several inputs of a transfer function, and discrete time without a period.
         DiagnosticError: For a system that is not proper, or has coefficients that are not finite.
     """
+    if hasattr(system, "dynamics") and not hasattr(system, "A") and not hasattr(system, "num_list"):
+        return _nonlinear(system, name)
     period = getattr(system, "dt", None)
     if period is True:
         raise ArgumentError(f"{_kind(system)} is in discrete time without a sample time: give it one as 'dt'")
     if period:
         return _read(_discrete_text(name, float(period), *_matrices(system)), name)
     return _read(f"plant {name} = {_form(system)}\n", name)
+
+
+def python_plant(
+    name: str,
+    inputs: Sequence[str],
+    states: Mapping[str, float],
+    outputs: Sequence[str],
+    *,
+    derivative: Callable[[float, tuple[float, ...], tuple[float, ...]], Sequence[float]],
+    output: Callable[[float, tuple[float, ...]], Sequence[float]],
+) -> Plant:
+    """Return a plant whose equations are functions in Python, as `python("FILE")` takes them from a file.
+
+    Args:
+        name: Its name.
+        inputs: Their names.
+        states: Their names, with their starts.
+        outputs: Their names.
+        derivative: Returns the derivative of each state by time from the time [s], the states and the inputs.
+        output: Returns the outputs from the time [s] and the states.
+
+    Raises:
+        ArgumentError: For a name that no signal can have, and two of the same name.
+    """
+    names = [*inputs, *states, *outputs]
+    for one in (name, *names):
+        if not (one.isidentifier() and one.isascii()):
+            raise ArgumentError(f"{one!r} is no name: expected letters, digits and _")
+    for of, own in (("state", [*inputs, *states]), ("output", [*inputs, *outputs])):
+        if len(set(own)) < len(own):
+            raise ArgumentError(f"an input and a {of} of plant '{name}' have one name")
+    return Plant(
+        name=name,
+        inputs=tuple(Signal(name=n) for n in inputs),
+        states=tuple(State(name=n, start=Number(float(v))) for n, v in states.items()),
+        results=tuple(Result(name=n, value=Name(n)) for n in outputs),
+        python=f"<{name}>",
+        calls=(derivative, output),
+    )
+
+
+def _nonlinear(system: Any, name: str) -> Plant:
+    """Return a nonlinear system of python-control in continuous time as a plant."""
+    if system.dt:
+        raise ArgumentError(f"{_kind(system)} is in discrete time: a plant of a loop is in continuous time")
+
+    def output(t: float, x: tuple[float, ...]) -> Any:
+        found = system.output(t, x, np.full(system.ninputs, np.nan))
+        if np.isnan(found).any() and not np.isnan(system.output(t, x, np.zeros(system.ninputs))).any():
+            raise ArgumentError("the outputs depend on the inputs of the same instant: give it a state in between")
+        return found
+
+    return python_plant(
+        name, _numbered("u", system.ninputs), dict.fromkeys(_numbered("x", system.nstates), 0.0),
+        _numbered("y", system.noutputs), derivative=system.dynamics, output=output,
+    )  # fmt: skip
+
+
+def _numbered(letter: str, count: int) -> list[str]:
+    """Return the names of several signals; that of a single input or output is the letter."""
+    return [letter] if count == 1 and letter != "x" else [f"{letter}{k + 1}" for k in range(count)]
 
 
 def with_plant(loop: Loop, block: str, system: Any) -> Loop:
@@ -56,7 +121,8 @@ def with_plant(loop: Loop, block: str, system: Any) -> Loop:
 
     Raises:
         UnknownNameError: For a name of no block.
-        ArgumentError: For a block that is a controller, another number of inputs or outputs, and what `plant_of` refuses.
+        ArgumentError: For a block that is a controller, another number of inputs or outputs, and what `plant_of`
+            refuses.
         DiagnosticError: As for `plant_of`.
     """
     plants = {p.name: p for p in loop.plants}
@@ -70,7 +136,9 @@ def with_plant(loop: Loop, block: str, system: Any) -> Loop:
     for what, mine, theirs in (("input", old.inputs, found.inputs), ("output", old.results, found.results)):
         if len(mine) != len(theirs):
             names = ", ".join(s.name for s in mine)
-            raise ArgumentError(f"block '{block}' has {len(mine)} {what}s ({names}), {_kind(system)} has {len(theirs)}")
+            raise ArgumentError(
+                f"block '{block}' has {counted(len(mine), what)} ({names}), {_kind(system)} {len(theirs)}"
+            )
     new = _renamed(found, old, _free_name(f"{block}_system", blocks_of(loop)))
     inputs = {s.name for s in old.inputs}
     arguments = tuple(a for a in instance.arguments if not isinstance(a, Keyword) or a.name in inputs)
@@ -122,8 +190,7 @@ def _coefficients(system: Any) -> tuple[Sequence[float], Sequence[float]]:
         num, den = system.num, system.den
     else:
         raise ArgumentError(
-            "expected a TransferFunction or StateSpace of python-control, or an lti or dlti of scipy.signal, got "
-            f"{type(system).__name__}"
+            f"expected a system of python-control or an lti or dlti of scipy.signal, got {type(system).__name__}"
         )
     if np.ndim(num) != 1:
         raise ArgumentError(f"{_kind(system)} has several outputs: convert it with to_ss")
@@ -165,8 +232,8 @@ def _roots(roots: Any) -> str:
 def _discrete_text(name: str, period: float, *matrices: np.ndarray[Any, Any]) -> str:
     a, b, c, d = (m.tolist() for m in matrices)
     count = [len(d[0]), len(d)]
-    u, y = ([s] if n == 1 else [f"{s}{k + 1}" for k in range(n)] for s, n in zip("uy", count, strict=True))
-    x = [f"x{k + 1}" for k in range(len(a))]
+    u, y = (_numbered(letter, n) for letter, n in zip("uy", count, strict=True))
+    x = _numbered("x", len(a))
     lines = [f"controller {name}", *(f"input {n}" for n in u), *(f"state {n} = 0" for n in x)]
     lines += [f"next {n} = {_sum((*row, *more), (*x, *u))}" for n, row, more in zip(x, a, b, strict=True)]
     lines += [f"output {n} = {_sum((*row, *more), (*x, *u))}" for n, row, more in zip(y, c, d, strict=True)]
