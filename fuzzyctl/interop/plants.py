@@ -256,7 +256,8 @@ def _renamed(block: Plant | Controller, like: Plant, name: str) -> Plant | Contr
     signals = {s.name: o for s, o in zip((*block.inputs, *block.results), (*like.inputs, *like.results), strict=True)}
     taken = {o.name: o for o in signals.values()}
     names = {old: new.name for old, new in signals.items()}
-    for item in (*block.states, *block.definitions):
+    own: list[Signal | Definition] = [*block.states, *block.definitions]
+    for item in own:
         names[item.name] = _free_name(item.name, taken)
     values: dict[str, Expr] = {old: Name(new) for old, new in names.items()}
 
@@ -273,5 +274,7 @@ def _renamed(block: Plant | Controller, like: Plant, name: str) -> Plant | Contr
         return tuple(changed)
 
     moves = "derivatives" if isinstance(block, Plant) else "updates"
-    parts = {n: renamed(getattr(block, n)) for n in ("inputs", "states", "definitions", "results", moves)}
+    parts: dict[str, Any] = {
+        n: renamed(getattr(block, n)) for n in ("inputs", "states", "definitions", "results", moves)
+    }
     return dataclasses.replace(block, name=name, **parts)

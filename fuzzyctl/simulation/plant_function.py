@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Final, final
 from fuzzyctl.diagnostics.diagnostic import ArgumentError
 from fuzzyctl.expr import Call, Number, evaluate, walk
 from fuzzyctl.kernels.compile import compile
-from fuzzyctl.model.controller import Controller, Signal
+from fuzzyctl.model.controller import Controller, Definition, Result, Signal
 from fuzzyctl.model.plant import Plant
 from fuzzyctl.model.signals import TIME
 from fuzzyctl.simulation.python_plant import PythonPlant
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     import numpy.typing as npt
 
     FloatArray = npt.NDArray[np.float64]
+    Numbers = Sequence[float] | FloatArray
 
 #: Weights of the stages of the classical method of fourth order, and where in the step they lie.
 _STAGES: Final = ((1 / 6, 0.0), (1 / 3, 0.5), (1 / 3, 0.5), (1 / 6, 1.0))
@@ -41,7 +42,7 @@ class PlantFunction:
     def __init__(self, plant: Plant, backend: str = "python") -> None:
         if not isinstance(plant, Plant):
             raise ArgumentError(f"expected a Plant, got {type(plant).__name__}")
-        items = (*plant.definitions, *plant.derivatives, *plant.results)
+        items: list[Definition | Result] = [*plant.definitions, *plant.derivatives, *plant.results]
         if any(isinstance(e, Call) and e.function == "delay" for item in items for e in walk(item.value)):
             raise ArgumentError(
                 f"plant '{plant.name}' has dead time, which is no state: simulate it in a loop, or approximate the "
@@ -57,7 +58,7 @@ class PlantFunction:
         self._python = PythonPlant(plant, plant.name, plant.span) if plant.python else None
         self._step = None if plant.python else compile(_as_step(plant), backend)
 
-    def derivative(self, t: float, x: Sequence[float], u: Sequence[float]) -> FloatArray:
+    def derivative(self, t: float, x: Numbers, u: Numbers) -> FloatArray:
         """Return the derivatives of the states by time, shape (states,); NaN where an input is NaN.
 
         Args:
@@ -71,11 +72,11 @@ class PlantFunction:
         """
         return self._evaluated(t, x, u)[1]
 
-    def output(self, t: float, x: Sequence[float], u: Sequence[float]) -> FloatArray:
+    def output(self, t: float, x: Numbers, u: Numbers) -> FloatArray:
         """Return the outputs, shape (outputs,); arguments and errors are those of `derivative`."""
         return self._evaluated(t, x, u)[0]
 
-    def _evaluated(self, t: float, x: Sequence[float], u: Sequence[float]) -> tuple[FloatArray, FloatArray]:
+    def _evaluated(self, t: float, x: Numbers, u: Numbers) -> tuple[FloatArray, FloatArray]:
         import numpy as np
 
         state, given = (tuple(float(v) for v in np.atleast_1d(one)) for one in (x, u))
@@ -93,7 +94,7 @@ class PlantFunction:
             rates = np.full(len(state), math.nan)
         return np.atleast_1d(np.array(outputs, dtype=np.float64)), rates
 
-    def advanced(self, t: float, x: Sequence[float], u: Sequence[float], time: float, substeps: int = 1) -> FloatArray:
+    def advanced(self, t: float, x: Numbers, u: Numbers, time: float, substeps: int = 1) -> FloatArray:
         """Return the states some time later, with inputs held: steps of Runge and Kutta, as `simulate` takes them.
 
         Args:

@@ -15,7 +15,8 @@ from fuzzyctl.diagnostics.suggestions import did_you_mean
 from fuzzyctl.experiments.settings.overrides import OverrideError, join_key, override, shorten, split_key
 from fuzzyctl.experiments.settings.validation import show
 from fuzzyctl.loading.load import look_through
-from fuzzyctl.model.loop import Loop
+from fuzzyctl.model.guarantee import Param
+from fuzzyctl.model.loop import Loop, Measure
 from fuzzyctl.simulation.settings import params_of, short_names, with_settings
 from fuzzyctl.support.reading import read_source, recorded
 
@@ -152,7 +153,8 @@ def read_files(path: Path, against: Sequence[Path]) -> LoopFiles:
 
 def _require_columns(loops: Sequence[Loop]) -> None:
     """Refuse measures and params of loops that have the name of a column of the results."""
-    taken = [one for loop in loops for one in (*loop.measures, *loop.params) if one.name in COLUMNS]
+    named: list[Measure | Param] = [one for loop in loops for one in (*loop.measures, *loop.params)]
+    taken = [one for one in named if one.name in COLUMNS]
     if taken:
         help_text = "rename it: the results have a column of this name for each run"
         raise DiagnosticError([Diagnostic("FZ904", f"'{m.name}' is taken", m.span, help=help_text) for m in taken])

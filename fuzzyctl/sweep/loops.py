@@ -80,7 +80,7 @@ class Loops(Runnable[LoopScenario]):
             equations = loop_equations(loop)
             if label not in self.known.tables:
                 tables = [one for one in equations.given.values() if isinstance(one, Table)]
-                columns(tables, np.arange(equations.samples) * equations.step, Path(loop.path).parent)
+                columns(tables, np.arange(equations.samples, dtype=np.float64) * equations.step, Path(loop.path).parent)
                 self.known.tables.add(label)
         return self._used(scenario)
 
