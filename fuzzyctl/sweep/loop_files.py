@@ -7,6 +7,7 @@ import hashlib
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 from typing import Any, Final
 
@@ -44,8 +45,9 @@ class LoopFiles:
     own: int = 1
     warnings: tuple[Diagnostic, ...] = ()
 
+    @cached_property
     def names(self) -> dict[str, str]:
-        """Return the full names of all params of all loops by the names that they may be given by."""
+        """The full names of all params of all loops by the names that they may be given by."""
         taken = {m.name for loop in self.loops.values() for m in loop.measures}
         found = {name: full for loop in self.loops.values() for name, full in short_names(loop).items()}
         return {name: full for name, full in found.items() if name == full or name not in taken}
@@ -107,15 +109,6 @@ class LoopScenario:
                 table.setdefault(own, *numbers)
         return tables
 
-    def loop(self, label: str) -> Loop:
-        """Return a loop with those values that it has params for.
-
-        Raises:
-            DiagnosticError: For values outside of the ranges of their params.
-        """
-        found = self.files.loops[label]
-        return with_settings(found, self.of(found))
-
     def of(self, loop: Loop) -> dict[str, float]:
         """Return the values that are params of a loop."""
         known = params_of(loop)
@@ -153,7 +146,9 @@ def read_files(path: Path, against: Sequence[Path]) -> LoopFiles:
 
 def _require_columns(loops: Sequence[Loop]) -> None:
     """Refuse measures and params of loops that have the name of a column of the results."""
-    named: list[Measure | Param] = [one for loop in loops for one in (*loop.measures, *loop.params)]
+    named: list[Measure | Param] = []
+    for loop in loops:
+        named += [*loop.measures, *loop.params]
     taken = [one for one in named if one.name in COLUMNS]
     if taken:
         help_text = "rename it: the results have a column of this name for each run"
@@ -167,7 +162,7 @@ def with_overrides(files: LoopFiles, overrides: Sequence[str]) -> LoopScenario:
         DiagnosticError: With every mistake.
         OverrideError: When an override is malformed.
     """
-    names, given = files.names(), dict[str, str]()
+    names, given = files.names, dict[str, str]()
     values: dict[str, float] = {}
     seed: int | None = None
     mistakes: list[Diagnostic] = []
@@ -204,7 +199,7 @@ def _seed(value: Any) -> tuple[int | None, list[Diagnostic]]:
 
 def _mistakes(files: LoopFiles, key: str, full: str, value: Any) -> Iterator[Diagnostic]:
     """Yield what is wrong with the value of a param."""
-    names = files.names()
+    names = files.names
     if key not in names:
         facts = (f"params: {', '.join(dict.fromkeys(names.values())) or 'none'}",)
         yield Diagnostic("FZ902", f"unknown param {key}", facts=facts, help=did_you_mean(key, [*names, SEED]))

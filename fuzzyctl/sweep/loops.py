@@ -33,9 +33,9 @@ class Known:
     """What a process has read and compiled."""
 
     files: dict[Path, LoopFiles] = field(default_factory=dict)
-    free: dict[tuple[str, tuple[str, ...]], tuple[str, ...]] = field(default_factory=dict)
+    free: dict[tuple[str, tuple[str, ...]], set[str]] = field(default_factory=dict)
     experiments: dict[str, tuple[Any, Experiment]] = field(default_factory=dict)
-    tables: set[str] = field(default_factory=set)
+    checked: set[tuple[Any, ...]] = field(default_factory=set)
 
 
 @dataclass(frozen=True)
@@ -74,14 +74,16 @@ class Loops(Runnable[LoopScenario]):
         return tuple(dict.fromkeys(m.name for label in controllers for m in scenario.files.loops[label].measures))
 
     def check(self, scenario: LoopScenario, controllers: Sequence[str]) -> Mapping[str, UsedFile]:
-        """Expand the loops with their values, and read their tables."""
+        """Expand the loops, once for all values of free params, and read their tables."""
         for label in controllers:
-            loop = scenario.loop(label)
+            fixed = self._split(scenario, label)[1]
+            if (label, *fixed.items()) in self.known.checked:
+                continue
+            loop = with_settings(scenario.files.loops[label], fixed)
             equations = loop_equations(loop)
-            if label not in self.known.tables:
-                tables = [one for one in equations.given.values() if isinstance(one, Table)]
-                columns(tables, np.arange(equations.samples, dtype=np.float64) * equations.step, Path(loop.path).parent)
-                self.known.tables.add(label)
+            tables = [one for one in equations.given.values() if isinstance(one, Table)]
+            columns(tables, np.arange(equations.samples, dtype=np.float64) * equations.step, Path(loop.path).parent)
+            self.known.checked.add((label, *fixed.items()))
         return self._used(scenario)
 
     def unread(
@@ -90,7 +92,7 @@ class Loops(Runnable[LoopScenario]):
         """Return the param that none of the loops has, or the seed of noise where there is none."""
         name = ".".join(key)
         loops = [scenario.files.loops[label] for label in controllers]
-        full = scenario.files.names().get(name, name)
+        full = scenario.files.names.get(name, name)
         if full == SEED and not any(full in params_of(loop) for loop in loops):
             given = [one for loop in loops for one in loop_equations(loop).given.values()]
             return "" if any(isinstance(one, Noise) for one in given) else "a seed of noise"
@@ -113,7 +115,7 @@ class Loops(Runnable[LoopScenario]):
             return "s"
         loops = scenario.files.loops.values()
         units = [m.unit for loop in loops for m in loop.measures if m.name == column]
-        full = scenario.files.names().get(column, column)
+        full = scenario.files.names.get(column, column)
         return next(iter([*units, *(unit for loop in loops for name, unit in _param_units(loop) if name == full)]), "")
 
     def software(self) -> dict[str, str | None]:
@@ -122,18 +124,22 @@ class Loops(Runnable[LoopScenario]):
 
     def _experiment(self, scenario: LoopScenario, label: str) -> tuple[Experiment, list[float]]:
         """Return a compiled loop, and the values of its free params."""
+        free, fixed = self._split(scenario, label)
+        key, experiment = self.known.experiments.get(label, (None, None))
+        if experiment is None or key != (tuple(free), fixed):
+            experiment = Experiment(with_settings(scenario.files.loops[label], fixed), free=tuple(free))
+            self.known.experiments[label] = ((tuple(free), fixed), experiment)
+        return experiment, list(free.values())
+
+    def _split(self, scenario: LoopScenario, label: str) -> tuple[dict[str, float], dict[str, float]]:
+        """Return the values that are arguments of a compiled loop, and those that it has as constants."""
         loop = scenario.files.loops[label]
         given = scenario.of(loop)
         chosen = (label, tuple(given))
         if chosen not in self.known.free:
-            self.known.free[chosen] = tuple(name for name in given if _can_be_free(loop, name))
-        free = self.known.free[chosen]
-        fixed = {name: value for name, value in given.items() if name not in free}
-        key, experiment = self.known.experiments.get(label, (None, None))
-        if experiment is None or key != (free, fixed):
-            experiment = Experiment(with_settings(loop, fixed), free=free)
-            self.known.experiments[label] = ((free, fixed), experiment)
-        return experiment, [given[name] for name in free]
+            self.known.free[chosen] = {name for name in given if _can_be_free(loop, name)}
+        free = {name: value for name, value in given.items() if name in self.known.free[chosen]}
+        return free, {name: value for name, value in given.items() if name not in free}
 
     def _used(self, scenario: LoopScenario, again: bool = False) -> dict[str, UsedFile]:
         """Return the files that those with loops use, such as tables and plants in Python; `again` reads them anew."""
