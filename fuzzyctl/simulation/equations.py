@@ -21,7 +21,7 @@ from fuzzyctl.model.loop import Loop
 from fuzzyctl.model.plant import Plant
 from fuzzyctl.model.signals import SIGNALS, TIME
 from fuzzyctl.records import record
-from fuzzyctl.simulation.settings import block_params, blocks_of
+from fuzzyctl.simulation.settings import block_params, blocks_of, timing_params
 from fuzzyctl.simulation.signals import Given, Signals
 
 #: Most numbers that a run records: 0.8 gigabytes.
@@ -158,6 +158,9 @@ def loop_equations(loop: Loop, extra: Sequence[Expr] = (), free: Sequence[str] =
         DiagnosticError: For an algebraic loop, sample times that do not fit together, and a run of too many numbers.
         ArgumentError: For a free param that something needs as a constant, such as the start of a state.
     """
+    fixed = timing_params(loop).intersection(free)
+    if fixed:
+        raise ArgumentError(f"'{min(fixed)}' cannot be free: the sample times or the duration depend on it")
     step, every = sample_times(loop)
     samples = _samples(loop, step)
     expansion = _LoopExpansion(loop, step, every, free)

@@ -210,7 +210,7 @@ class Experiment:
             message = f"no rule fires for output '{outputs[kind - len(states)]}' at t = {sample * self.step:.6g} s"
             help_text = "add rules, or an 'else' to the output"
             return sample, Diagnostic("FZ701", message, self.loop.span, help=help_text)
-        before = record[sample - 1, self.positions[states[kind].name]] if 0 < sample <= len(record) else None
+        before = record[sample - 1, self.positions[states[kind].name]] if sample else None
         return sample, left(states[kind], float(x[kind]), sample * self.step, before)
 
 
@@ -242,6 +242,7 @@ class Stepper:
         self._substeps = experiment._enough(substeps)
         given = experiment.given if seed is None else experiment._columns(seed)
         self._x, self._c, self._given, self._lags = experiment._state(given, self._substeps)
+        self._before = np.zeros(len(experiment.positions))
         names = [s.name for s in experiment.equations.plant_states]
         for name, value in (start or {}).items():
             if name not in names:
@@ -276,8 +277,13 @@ class Stepper:
         except DiagnosticError as error:  # of a plant in Python
             return error.diagnostics[0]
         if code >= 0:
-            return experiment._stopped(code, x, np.empty((0, width)))[1]
-        return np.asarray(record)
+            past = np.zeros((k, width))
+            past[-1:] = self._before
+            return experiment._stopped(code, x, past)[1]
+        found = np.asarray(record)
+        if total == k + 2:
+            self._before = found
+        return found
 
 
 def _backend(name: str, loop: Loop) -> str:

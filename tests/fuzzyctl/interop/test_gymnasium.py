@@ -59,6 +59,7 @@ class TestLoop:
         assert terminated
         assert rewards[-1] == -99.0
         assert "state 'cart.th' left its range" in signals[-1]["stopped"]
+        assert 1.0 < signals[-1]["cart.angle"] <= 1.5
 
     @pytest.mark.parametrize(
         ("block", "reward", "error", "words"),

@@ -452,3 +452,27 @@ run 20 s
     assert found.measures["m"] == pytest.approx(0.5, abs=1e-6)
     with pytest.raises(DiagnosticError, match="FZ220"):
         Experiment(loop(text.replace("first(a.u)", "first(a.direct)").replace("- b.u", "- b.direct")), "python")
+
+
+@pytest.mark.parametrize("name", ["a.T", "half", "length", "scale"])
+def test_what_sample_times_depend_on_cannot_be_free(loop, name):
+    text = """
+param scale = 1
+param half = 0.05 * scale
+param length = 2
+controller law
+input r
+param T = 0.1
+param both = 2 * T
+output u = r
+every both
+loop l
+block a = law(1, T=half)
+measure m = final(a.u)
+run length
+"""
+    text = text.replace("param length = 2\n", "").replace("loop l\n", "loop l\nparam length = 2\n")
+    known = Experiment(loop(text), "python")
+    assert known.step == pytest.approx(0.1)
+    with pytest.raises(ArgumentError, match=f"'{name}' cannot be free"):
+        Experiment(loop(text), "python", free=[name])
