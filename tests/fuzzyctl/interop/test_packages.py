@@ -1,5 +1,6 @@
 """A package of the extra that is missing is named, with what installs it."""
 
+import subprocess
 import sys
 
 import pytest
@@ -31,3 +32,10 @@ def test_it_is_named_with_the_extra(monkeypatch, tank, package, call):
 
 def test_what_is_there_is_returned():
     assert required("math", "math").pi > 3
+
+
+def test_nothing_is_imported_before_it_is_called():
+    modules = ", ".join(f"fuzzyctl.interop.{name}" for name in ("control", "gymnasium", "plants", "scipy"))
+    code = f"import sys, {modules}; print(sorted({{'control', 'gymnasium', 'scipy', 'numba'}} & sys.modules.keys()))"
+    found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert found.stdout == "[]\n"
