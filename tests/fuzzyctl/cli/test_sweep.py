@@ -4,6 +4,8 @@ import json
 
 import pytest
 
+from fuzzyctl.experiments.sweep import pool
+from fuzzyctl.experiments.sweep.worker import work
 from fuzzyctl.support.shipped import rules_folder
 from tests.commands import runner
 
@@ -17,6 +19,12 @@ measures = ["iae", "settling"]
 """
 
 run = runner("sweep")
+
+
+@pytest.fixture(autouse=True)
+def here(monkeypatch):
+    """Compute in this process."""
+    monkeypatch.setattr(pool, "compute", lambda setup, runs, jobs: (work(setup, one) for one in runs))
 
 
 @pytest.fixture
