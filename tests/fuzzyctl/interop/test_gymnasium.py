@@ -39,6 +39,11 @@ class TestLoop:
         assert -sum(rewards) == pytest.approx(run.measures["iae"], rel=1e-12)
         assert not terminated
 
+    def test_a_measure_of_a_part_of_the_run_is_its_reward(self, tank):
+        loop = with_noise(tank("4 s step 10 ms", "measure part = ise(0.5 * tank.y, 1, begin=1 s, end=3 s)\n"), 0.0)
+        _, _, rewards, _, _ = episode(environment(loop, "law", reward="part"), Policy(loop.controllers[0]))
+        assert -sum(rewards) == pytest.approx(fuzzyctl.Experiment(loop).run().measures["part"], rel=1e-12)
+
     def test_passes_the_checks_of_gymnasium(self, tank):
         env = environment(tank("2 s"), "law", reward="iae", start={"tank.h": (0.3, 0.7)})
         with pytest.warns(UserWarning, match="Box"):  # ranges are the user's
