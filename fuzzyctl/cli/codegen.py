@@ -35,9 +35,9 @@ if TYPE_CHECKING:
 @click.argument("file")
 @click.option(
     "--target",
-    type=click.Choice(["c", "st", "python"]),
+    type=click.Choice(["c", "st", "python", "javascript"]),
     required=True,
-    help="C99, Structured Text or one Python module.",
+    help="C99, Structured Text, one Python module or one ES module.",
 )
 @click.option("-o", "--output", "out", metavar="DIR", default=".", help="The folder to write to.  [default: this one]")
 @ALGORITHM
@@ -72,7 +72,7 @@ def codegen(
     form: str,
     choice: Choice,
 ) -> int:
-    """Write a system or a controller as C, Structured Text or Python.
+    """Write a system or a controller as C, Structured Text, Python or JavaScript.
 
     C is C99, Structured Text that of IEC 61131-3. A file with a controller is written as its controller.
 
@@ -85,8 +85,9 @@ def codegen(
     at the head of the file; where none can be proved the system is refused.
     """
     chosen = _format(fixed, target, precision)
-    if target == "python" and precision == "float":
-        raise click.BadParameter("Python has double precision only", param_hint="--float")
+    if target in ("python", "javascript") and precision == "float":
+        language = {"python": "Python", "javascript": "JavaScript"}[target]
+        raise click.BadParameter(f"{language} has double precision only", param_hint="--float")
     from fuzzyctl.loading.load import choose_controller, look_through
 
     source = source_of(file)
@@ -130,7 +131,7 @@ def _written_system(
         algorithm=algorithm,
         precision=precision,
         table=table,
-        small=target != "python",
+        small=target in ("c", "st"),
         verdicts=verdicts,
     )
     generated = generate(unit, target, fixed_point(unit, fixed) if fixed else None)
@@ -176,7 +177,7 @@ def _written_controller(
         settings=assignments(choice.settings, [p.name for p in controller.params], "param"),
         algorithm=algorithm,
         precision=precision,
-        small=target != "python",
+        small=target in ("c", "st"),
         guarded=target == "st",
         free=free,
     )
