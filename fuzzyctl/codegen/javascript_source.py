@@ -66,8 +66,8 @@ def module(unit: Unit) -> str:
 
     It exports `NAME(inputs)`, which returns a number, or an array for several outputs; with a state
     `NAME(inputs, state)`, `NAME_init()` that gives the first one, an object, and `NAME_rates(inputs, state)` and
-    `NAME_adapt(state, inputs, dt)` where something adapts; `inputs` and `outputs` with names, units and ranges. Where no
-    rule fires for an output that says `else error`, the function throws NoRuleFiresError.
+    `NAME_adapt(state, inputs, dt)` where something adapts; `inputs` and `outputs` with names, units and ranges. Where
+    no rule fires for an output that says `else error`, the function throws NoRuleFiresError.
     """
     layout = JavaScriptLayout(unit)
     rates = with_prefix(unit.rates, "r") if unit.rates is not None else None
