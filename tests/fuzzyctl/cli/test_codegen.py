@@ -43,6 +43,7 @@ class TestCodegen:
             ("c", ["ais_reaction.c", "ais_reaction.h", "ais_reaction_selftest.c"]),
             ("st", ["ais_reaction.st"]),
             ("python", ["ais_reaction.py"]),
+            ("javascript", ["ais_reaction.mjs", "ais_reaction.test.mjs"]),
         ],
     )
     def test_writes_the_files_of_its_target_and_no_others(self, run, tmp_path, target, files):
@@ -64,6 +65,7 @@ class TestCodegen:
             (4, "st", "auto", "rules"),
             (4, "c", "active", "active"),
             (4, "python", "auto", "active"),
+            (4, "javascript", "auto", "active"),
             (3, "c", "auto", "active"),
         ],
     )
@@ -147,7 +149,12 @@ class TestController:
 
     @pytest.mark.parametrize(
         ("target", "files"),
-        [("c", ["first.h", "first.c", "first_selftest.c"]), ("st", ["first.st"]), ("python", ["first.py"])],
+        [
+            ("c", ["first.h", "first.c", "first_selftest.c"]),
+            ("st", ["first.st"]),
+            ("python", ["first.py"]),
+            ("javascript", ["first.mjs", "first.test.mjs"]),
+        ],
     )
     def test_is_what_a_file_with_one_is_written_as(self, run, file, target, files):
         result = run(file, "--target", target)
@@ -269,7 +276,7 @@ require u <= 0.97
 
 
 class TestGuarantees:
-    @pytest.mark.parametrize("target", ["c", "st", "python"])
+    @pytest.mark.parametrize("target", ["c", "st", "python", "javascript"])
     def test_that_are_proved_stand_at_the_head(self, run, tmp_path, target):
         result = run(AIS, "--target", target)
         assert (result.exit_code, result.stderr) == (0, "")
@@ -331,7 +338,7 @@ class TestGuarantees:
 
 
 class TestProfile:
-    @pytest.mark.parametrize("target", ["c", "st", "python"])
+    @pytest.mark.parametrize("target", ["c", "st", "python", "javascript"])
     def test_stands_at_the_head_whoever_names_it(self, run, tmp_path, target):
         (tmp_path / "own.fz").write_text(OPEN.replace("\ninput", "\nsemantics octave\ninput"), encoding="utf-8")
         lines = []
@@ -352,6 +359,8 @@ class TestMistakes:
             (["--target", "st", "--fixed", "Q3.12"], 2),
             (["--target", "c", "--fixed", "Q3.12", "--float", "float"], 2),
             (["--target", "python", "--float", "float"], 2),
+            (["--target", "javascript", "--float", "float"], 2),
+            (["--target", "javascript", "--fixed", "Q3.12"], 2),
             (["--target", "c", "--table", "1"], 2),
             (["--target", "c", "--fixed", "Q15.0", "--table", "3"], 1),
             (["--target", "c", "--fixed", "Q0.15", "--algorithm", "rules"], 1),
