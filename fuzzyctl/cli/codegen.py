@@ -94,8 +94,8 @@ def codegen(
     numbers: Precision = "float" if precision == "float" else "double"
     controller = choose_controller(examined, choice.name)
     if controller is not None:
-        _refuse_for_controllers(controller, chosen, table)
-        data = _written_controller(examined, controller, choice, target, Path(out), algorithm, numbers, free)
+        _refuse_for_controllers(controller, chosen, table, free)
+        data = _written_controller(examined, controller, choice, target, Path(out), algorithm, numbers, free, chosen)
     else:
         if free:
             raise click.BadParameter("only controllers take numbers from their caller", param_hint="--free")
@@ -154,6 +154,7 @@ def _written_controller(
     algorithm: str,
     precision: Precision,
     free: tuple[str, ...],
+    fixed: Format | None,
 ) -> dict[str, Any]:
     """Write the files of a controller and return what is reported.
 
@@ -163,6 +164,7 @@ def _written_controller(
     from fuzzyctl.analysis.check import check_examined
     from fuzzyctl.codegen.files import write
     from fuzzyctl.codegen.steps.files import generate_step
+    from fuzzyctl.codegen.steps.fixed_step import fixed_step
     from fuzzyctl.codegen.steps.unit import prepare_step
 
     _, diagnostics = check_examined(examined, profile=choice.profile)
@@ -180,12 +182,14 @@ def _written_controller(
         guarded=target == "st",
         free=free,
     )
+    integers = fixed_step(unit, fixed) if fixed else None
+    generated = generate_step(unit, target, integers)
     return {
         "controller": controller.name,
         "target": target,
-        "algorithms": {u.system.name: u.algorithm.name for u in unit.systems},
-        "files": [str(p) for p in write(generate_step(unit, target), out)],
-        "errors": {},
+        "algorithms": {u.system.name: u.algorithm.name for u in (integers.unit if integers else unit).systems},
+        "files": [str(p) for p in write(generated, out)],
+        "errors": dict(generated.errors),
     }
 
 
@@ -195,20 +199,19 @@ def _under(controller: Controller, profile: str | None) -> Controller:
     return replace(controller, systems=systems, controllers=tuple(_under(c, profile) for c in controller.controllers))
 
 
-def _refuse_for_controllers(controller: Controller, fixed: Format | None, table: int | None) -> None:
-    """Refuse what only systems have.
+def _refuse_for_controllers(
+    controller: Controller, fixed: Format | None, table: int | None, free: tuple[str, ...]
+) -> None:
+    """Refuse what only systems have, and free numbers in fixed point.
 
     Raises:
-        CodegenError: For fixed point, with the state whose error has no bound.
-        BadParameter: For a lookup table.
+        BadParameter: For a lookup table, and for a free number whose integer has no range.
     """
-    from fuzzyctl.codegen.steps.unit import require_no_fixed_point
-
     if table is not None:
         message = f"'{controller.name}' is a controller, whose steps no table holds; name a system with --system"
         raise click.BadParameter(message, param_hint="--table")
-    if fixed is not None:
-        require_no_fixed_point(controller)
+    if fixed is not None and free:
+        raise click.BadParameter("fixed point takes the numbers of the file: drop --free", param_hint="--fixed")
 
 
 def _told(data: dict[str, Any]) -> Iterator[str]:

@@ -70,6 +70,7 @@ CODES: Final[dict[str, str]] = {
     "FZ407": "it is not decided whether some rule always fires",
     "FZ408": "an output may leave its range",
     "FZ409": "the accuracy of a defuzzifier is not guaranteed",
+    "FZ410": "no error of fixed point is proved",
     "FZ501": "a value is missing",
     "FZ502": "a name is not known to the system",
     "FZ503": "a value is not a number",
