@@ -168,7 +168,6 @@ class _Writer:
                 return self.scaled(left, sides[1].factor)
             case "*" if sides[0].kind == "constant":
                 return self.scaled(right, sides[0].factor)
-        assert node.op != "/"
         return self.add(Operation(node.op, (left, right)))
 
     def _power(self, node: Binary, base: int) -> int:
@@ -211,10 +210,10 @@ class _Writer:
                 settles = op == "or"
                 if any(t is settles for t in truths):
                     return settles
-                left = [t for t in truths if not isinstance(t, bool)]
-                if len(left) < 2:
-                    return left[0] if left else not settles
-                return self.add(Operation(op, tuple(left)))
+                open_ = tuple(t for t in truths if not isinstance(t, bool))
+                if len(open_) < 2:
+                    return open_[0] if open_ else not settles
+                return self.add(Operation(op, open_))
         raise UnsuitedError(f"fixed point has no {type(node).__name__} as a condition", node)
 
     def _compared(self, op: Operator, left: int, right: int) -> int | bool:

@@ -55,7 +55,7 @@ class TestErrors:
         assert Fraction(1, 2048) <= Fraction(error) <= Fraction(1, 2047)
 
     def test_of_a_lag_is_what_its_roundings_add_up_to(self):
-        """By hand: s' = s + a (x - s), off by the sum of its roundings, each half a unit of the state at most, over a."""
+        """By hand: s' = s + a (x - s), off by the sum of its roundings, half a unit of the state each, over a."""
         found = step_of("output u = lowpass(x, 0.95 s)")
         (slot,) = (k for k, s in enumerate(found.unit.slots) if s.name.endswith("filtered"))
         unit_in_last = 2.0 ** -found.formats.slots[slot]
