@@ -9,6 +9,7 @@ from typing import Any, Final
 from fuzzyctl.kernels.program.printer import IEEE_SCALAR, INDENT, Dialect, block, number, text
 from fuzzyctl.kernels.program.program import Program, Refuse
 from fuzzyctl.kernels.program.scalar import RUNTIME, execute
+from fuzzyctl.kernels.program.stores import store_lines
 from fuzzyctl.simulation.equations import LARGEST, LoopEquations, PlantState
 from fuzzyctl.simulation.programs import LoopPrograms
 from fuzzyctl.simulation.python_plant import PythonPlant
@@ -79,13 +80,13 @@ class RunSource:
         values = ["t", *(f"x{k}" for k in self.states), *self._shared(), *given, *flags]
         yield from (f"{a} = {v}" for a, v in zip(program.arguments, values, strict=True))
         yield from self._block(program)
-        results = [text(r, self.dialect) for r in program.results]
         width, held = len(equations.signals), len(self.programs.held)
+        results = [text(r, self.dialect) for r in program.results[: width + held]]
         yield from (f"R[{width} * (k - first) + {j}] = {r}" for j, r in enumerate(results[:width]))
         yield from (f"h{j} = {r}" for j, r in enumerate(results[width : width + held]))
-        updates = results[width + held :]
+        updates = program.results[width + held :]
         # The next states go behind the present ones, and replace them when all are computed.
-        yield from (f"C[{len(updates) + j}] = {r}" for j, r in enumerate(updates))
+        yield from store_lines(updates, self.dialect, lambda k: f"C[{len(updates)} + {k}]")
         if updates:
             yield from (f"for n in range({len(updates)}):", f"{INDENT}C[n] = C[{len(updates)} + n]")
 
