@@ -36,23 +36,23 @@ class Run:
         """Whether it is long enough for a loop."""
         return self.count >= LEAST_LOOP
 
-    def is_shifted(self, base: int) -> bool:
-        """Return whether each reads its own number of the state and the one before only, as in a delay.
-
-        Args:
-            base: Position of the result that is the first number of the state.
-        """
-        own = self.first - base
-        return self.is_loop and all(item.index in (own, own - 1) for item in _items(self.value))
+    @property
+    def is_shifted(self) -> bool:
+        """Whether each next state is its own number of the state, or the one before, as in a delay."""
+        return self.is_loop and all(item.index in (self.first, self.first - 1) for item in _items(self.value))
 
     def in_loop(self) -> Expr:
         """Return the value with positions that the counter of a loop moves."""
-        return replace(self.value, lambda n: Item(STATE, Place(COUNTER, n.index)) if _is_state(n) else n)  # type: ignore[union-attr,arg-type]
+        return _moved(self.value, lambda index: Place(COUNTER, index))
 
 
 def runs(results: Sequence[Expr]) -> list[Run]:
     """Return some results as runs, in order."""
-    breaks = [k for k, (a, b) in enumerate(pairwise(results), start=1) if not (_items(b) and _moved(a) == b)]
+    breaks = [
+        k
+        for k, (a, b) in enumerate(pairwise(results), start=1)
+        if not (_items(b) and _moved(a, lambda index: index + 1) == b)
+    ]
     ends = [0, *breaks, len(results)]
     long = [(a, b) for a, b in pairwise(ends) if b - a >= LEAST_LOOP]
     found: list[Run] = []
@@ -80,14 +80,16 @@ def store_lines(results: Sequence[Expr], dialect: Dialect, target: Callable[[str
             yield f"{target(str(run.first))} = {text(run.value, dialect)}"
 
 
-def _is_state(node: Expr) -> bool:
-    return isinstance(node, Item) and node.array == STATE and isinstance(node.index, int)
-
-
 def _items(value: Expr) -> list[Item]:
-    return [n for n in walk(value) if isinstance(n, Item) and _is_state(n)]
+    return [n for n in walk(value) if isinstance(n, Item) and n.array == STATE and isinstance(n.index, int)]
 
 
-def _moved(value: Expr) -> Expr:
-    """Return a value that reads the next numbers of the state."""
-    return replace(value, lambda n: Item(STATE, n.index + 1) if _is_state(n) else n)  # type: ignore[union-attr,operator]
+def _moved(value: Expr, change: Callable[[int], int | Place]) -> Expr:
+    """Return a value that reads numbers of the state at other positions."""
+
+    def moved(node: Expr) -> Expr:
+        if isinstance(node, Item) and node.array == STATE and isinstance(node.index, int):
+            return Item(STATE, change(node.index))
+        return node
+
+    return replace(value, moved)

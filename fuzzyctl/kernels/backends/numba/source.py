@@ -29,7 +29,7 @@ if numba.config.DISABLE_JIT:
 from fuzzyctl.expr import Expr
 from fuzzyctl.kernels.backends.numba import intrinsics
 from fuzzyctl.kernels.backends.numba.corner_loops import is_in_passes, pass_lines
-from fuzzyctl.kernels.backends.numba.integrals import SCALAR, integral_lines
+from fuzzyctl.kernels.backends.numba.integrals import INNER, SCALAR, integrals_lines
 from fuzzyctl.kernels.backends.numba.parameters import TABLE, Numbers
 from fuzzyctl.kernels.backends.python.backend import RESULT
 from fuzzyctl.kernels.program.primitives import PRIMITIVES
@@ -64,9 +64,9 @@ floor, fmod = np.floor, np.fmod
 
 #: Finds the last of some rising numbers in a table that is not above x; the first one for NaN. Inlined, with a count
 #: that is a number, it is as many loads, comparisons and choices as the count has bits, and no branch.
-_SEARCH: Final = """
+_SEARCH: Final = f"""
 
-@njit(error_model="numpy")
+{INNER}
 def search(table, first, count, x):
     low, size = first, count
     while size > 1:
@@ -178,7 +178,7 @@ def sequence_source(program: Program, outputs: int) -> str:
 def _next_states(updates: Sequence[Expr], dialect: Dialect) -> Iterator[str]:
     """Yield lines that replace the states: delays move in place, from behind, after all else has read them."""
     found = runs(updates)
-    loops = [run for run in found if run.is_shifted(0)]
+    loops = [run for run in found if run.is_shifted]
     single = [run.first + k for run in found if run not in loops for k in range(run.count)]
     yield from (f"n{k} = {text(updates[k], dialect)}" for k in single)
     for run in reversed(loops):
@@ -233,7 +233,7 @@ def module_source(program: Program, signature: str, lines: list[str], *, numbers
     tables = [f"{name} = np.array({list(values)!r})" for name, values in own]
     # error_model: 0/0 is NaN without a test; fastmath would delete the NaN that an input may bring.
     decorator = f'@native("{signature}", error_model="numpy")'
-    sets = [line for s in program.body if isinstance(s, Quadrature) for line in integral_lines(s)]
+    sets = list(integrals_lines([s for s in program.body if isinstance(s, Quadrature)], dict(program.tables)))
     code = [*_helpers([*lines, *sets]), *sets, "", decorator, *lines]
     return "\n".join([_HEADER, *map(_unmistakable, [*tables, *code])]) + "\n"
 
@@ -252,7 +252,7 @@ def _helpers(lines: list[str]) -> Iterator[str]:
     for name, own in PRIMITIVES.items():
         if not own.numba.isidentifier() and any(f"{name}(" in line for line in lines):
             arguments = ", ".join(own.arguments.split())
-            yield f'\n\n@njit(error_model="numpy")\ndef {name}({arguments}):\n{INDENT}return {own.numba}\n'
+            yield f"\n\n{INNER}\ndef {name}({arguments}):\n{INDENT}return {own.numba}\n"
 
 
 def compile_source(source: str) -> Callable[..., Any]:

@@ -28,7 +28,7 @@ def test_results_that_follow_each_other_are_a_run():
 @pytest.mark.parametrize(("first", "is_shifted"), [(1, True), (0, False), (3, False)])
 def test_a_delay_reads_itself_and_what_stands_before_it(first, is_shifted):
     (*_, run) = runs([X] * 1 + [kept(k) for k in range(first, first + 5)])
-    assert run.is_shifted(0) == is_shifted
+    assert run.is_shifted == is_shifted
 
 
 def test_lines_store_what_the_results_are():
