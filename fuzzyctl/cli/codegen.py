@@ -94,7 +94,7 @@ def codegen(
     numbers: Precision = "float" if precision == "float" else "double"
     controller = choose_controller(examined, choice.name)
     if controller is not None:
-        _refuse_for_controllers(controller, chosen, table, free)
+        _refuse_for_controllers(controller, chosen, table, free, algorithm)
         data = _written_controller(examined, controller, choice, target, Path(out), algorithm, numbers, free, chosen)
     else:
         if free:
@@ -200,18 +200,20 @@ def _under(controller: Controller, profile: str | None) -> Controller:
 
 
 def _refuse_for_controllers(
-    controller: Controller, fixed: Format | None, table: int | None, free: tuple[str, ...]
+    controller: Controller, fixed: Format | None, table: int | None, free: tuple[str, ...], algorithm: str
 ) -> None:
-    """Refuse what only systems have, and free numbers in fixed point.
+    """Refuse what only systems have, and options that do not go with fixed point.
 
     Raises:
-        BadParameter: For a lookup table, and for a free number whose integer has no range.
+        BadParameter: For a lookup table; in fixed point for free numbers and for another algorithm than interpolation.
     """
     if table is not None:
         message = f"'{controller.name}' is a controller, whose steps no table holds; name a system with --system"
         raise click.BadParameter(message, param_hint="--table")
     if fixed is not None and free:
         raise click.BadParameter("fixed point takes the numbers of the file: drop --free", param_hint="--fixed")
+    if fixed is not None and algorithm not in ("auto", "interpolation"):
+        raise click.BadParameter(f"fixed point interpolates: drop --algorithm {algorithm}", param_hint="--fixed")
 
 
 def _told(data: dict[str, Any]) -> Iterator[str]:

@@ -112,6 +112,29 @@ def test_numpy_makes_the_steps_of_generated_python(text):
     require_equal(text, ["python", "numpy"])
 
 
+@given(controllers())
+@quick(15)
+def test_derivatives_are_those_of_differences_and_alike_on_backends(text):
+    step, other = (step_of(text, backend) for backend in ("python", "numpy"))
+    rows = np.random.default_rng(len(text)).uniform(-2, 2, (8, 2))
+    _, state = step.run(rows, dt=0.05)
+    point = np.concatenate([rows[3], state])
+    outputs, after = step.gradient(point[:2], point[2:], dt=0.05)
+    found = np.concatenate([outputs, after])
+    for own, same in zip(other.gradient(point[:2], point[2:], dt=0.05), (outputs, after), strict=True):
+        np.testing.assert_allclose(own, same, rtol=1e-12, atol=1e-12)
+
+    def results(at):
+        made, following = step(*at[:2], at[2:], dt=0.05)
+        return np.concatenate([made, following])
+
+    for k in range(len(point)):
+        sides = [s * (results(point + s * 1e-6 * np.eye(len(point))[k]) - results(point)) / 1e-6 for s in (1.0, -1.0)]
+        # At a kink or a jump the sides differ.
+        smooth = np.abs(sides[0] - sides[1]) <= 1e-3 * (1.0 + np.abs(sides[0]))
+        np.testing.assert_allclose(found[smooth, k], sides[0][smooth], rtol=2e-3, atol=2e-3)
+
+
 @pytest.mark.long
 @given(controllers())
 @quick(20)
