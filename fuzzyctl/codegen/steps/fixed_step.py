@@ -51,6 +51,8 @@ _SECONDS: Final = 2.0
 _ROUNDS: Final = 24
 #: What sums and products of errors are rounded by, relative to them.
 _OUTWARD: Final = 1.0 + 2.0**-40
+#: By how much slopes and roundings are taken larger, relative to them, so that a solution is one after rounding, too.
+_ROOM: Final = 2.0**-24
 
 _FLOAT: Final = "or write single precision with --float float"
 
@@ -279,7 +281,7 @@ class _Bound:
                 whole = max(0, math.ceil(math.log2(max(-low, high, 1e-9) * (1 + 1e-9))))
                 bits = 15 if self.form.bits == 16 and whole <= 15 else 31
                 help_text = f"take --fixed Q{whole}.{bits - whole}" if whole <= bits else "limit it with 'clamp'"
-                if self.open_inputs:
+                if self.open_inputs and declared.bounds is None:
                     help_text = f"give {self.open_inputs[0]!r} a range; without one it has that of the format"
                 raise _refused(message, declared.span, help_text=help_text)
 
@@ -318,15 +320,18 @@ class _Bound:
         added = np.array([total for _, total in rows])
         starts = np.array([2.0 ** -(formats.slots[s] + 1) for s in kept])
         self._require_contraction(kept, matrix)
-        # The least solution, then a little more, until it is seen to be one.
-        error = np.maximum(np.linalg.solve(np.eye(len(kept)) - matrix, added), starts) if kept else added
-        for _ in range(64):
-            after = (matrix @ error + added) * _OUTWARD
-            if np.all(after <= error):
+        # Both grow a little, so that what the solution is rounded by does not matter.
+        wider, more = matrix * (1.0 + _ROOM), added * (1.0 + _ROOM)
+        error = added
+        for _ in range(_ROUNDS):
+            error = np.linalg.solve(np.eye(len(kept)) - wider, more)
+            if np.all(error >= starts):
                 break
-            error = np.maximum(error, after) * (1.0 + 2.0**-20)
-        else:
-            raise self._not_kept(kept[int(np.argmax(error))], "its error grows step by step")
+            more = more + np.maximum(starts - error, 0.0) * (1.0 + _ROOM)
+        if not (np.all(error >= starts) and np.all((matrix @ error + added) * _OUTWARD <= error)):
+            raise self._not_kept(
+                kept[int(np.argmax(error))], "the errors of states that feed one another add up to too much"
+            )
         errors = [0.0] * len(off)
         for s, e in zip(kept, error.tolist(), strict=True):
             errors[s] = e
