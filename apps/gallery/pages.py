@@ -1,0 +1,110 @@
+"""Pages of the gallery: the table of numbers and the picture of each, made from runs of its loops.
+
+The folder NAME holds NAME.fz, the page README.md and the picture NAME.png. What was printed is a line of the loop:
+
+    require overshoot == 32 within 0.5
+
+The table of the page stands between the lines TABLE and END. The line `<!-- drawn: LOOP LOOP -->` above the picture
+names the loops that it shows; without it, it shows all.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Final
+
+from fuzzyctl.diagnostics.diagnostic import DiagnosticError
+from fuzzyctl.expr import Compare, Name, evaluate
+from fuzzyctl.loading.load import look_through
+from fuzzyctl.model.guarantee import Guarantee
+from fuzzyctl.model.loop import Loop, Measure
+from fuzzyctl.plot.runs import draw_runs
+from fuzzyctl.plot.style import saved
+from fuzzyctl.simulation.run import Run
+from fuzzyctl.simulation.simulate import simulate
+from fuzzyctl.support.reading import read_source
+
+HERE: Final = Path(__file__).parent
+TABLE: Final = "<!-- table: python -m gallery -->"
+END: Final = "<!-- end of table -->"
+BLOCK: Final = re.compile(f"{re.escape(TABLE)}\n(.*?){re.escape(END)}", flags=re.DOTALL)
+DRAWN: Final = re.compile(r"^<!-- drawn: (.+) -->$", flags=re.MULTILINE)
+
+
+def entries() -> dict[str, Path]:
+    """Return the folders of the gallery by name."""
+    return {path.parent.name: path.parent for path in sorted(HERE.glob("*/*.fz")) if path.stem == path.parent.name}
+
+
+def loops_of(folder: Path) -> tuple[Loop, ...]:
+    """Return the loops of a folder.
+
+    Raises:
+        DiagnosticError: With all errors and warnings of the file.
+    """
+    examined = look_through(read_source(folder / f"{folder.name}.fz"), folder=folder)
+    if found := examined.reported(examined.diagnostics):
+        raise DiagnosticError(found)
+    return examined.loops
+
+
+def table_of(runs: Sequence[Run]) -> str:
+    """Return the Markdown table of runs: a row for each measure, a column for each loop, printed values in brackets."""
+    measures = {m.name: m for run in runs for m in run.loop.measures}
+    rows = [[_label(m), *(_cell(run, m.name) for run in runs)] for m in measures.values()]
+    head = ["", *(run.loop.title or run.loop.name for run in runs)]
+    return "".join(f"| {' | '.join(row)} |\n" for row in [head, ["---"] * len(head), *rows])
+
+
+def _label(measure: Measure) -> str:
+    label = measure.label or measure.name.replace("_", " ")
+    return f"{label} [{measure.unit}]" if measure.unit else label
+
+
+def _cell(run: Run, measure: str) -> str:
+    """Return the value of a measure, and the requirements on it in brackets: `32.34 (32 ± 1)`."""
+    if measure not in run.measures:
+        return ""
+    printed = ", ".join(_printed(run.loop, g) for g in run.loop.requirements if _measure_of(g) == measure)
+    return f"{run.measures[measure]:.4g}" + (f" ({printed})" if printed else "")
+
+
+def _measure_of(g: Guarantee) -> str:
+    """Return the measure that a requirement compares with a number; none for other claims."""
+    match g.claim:
+        case Compare(left=Name(name=name)):
+            return name
+    return ""
+
+
+def _printed(loop: Loop, g: Guarantee) -> str:
+    assert isinstance(g.claim, Compare)
+    values = loop.param_values.values
+    sign = {"==": "", "<=": "≤ ", ">=": "≥ "}.get(g.claim.op, f"{g.claim.op} ")
+    tolerance = "" if g.within is None else f" ± {evaluate(g.within, values):.3g}"
+    return f"{sign}{evaluate(g.claim.right, values):.6g}{tolerance}"
+
+
+def remade(folder: Path) -> str:
+    """Make the table and the picture of a page again, and say which requirements are not met."""
+    page = folder / "README.md"
+    text = page.read_text(encoding="utf-8")
+    runs = [simulate(loop) for loop in loops_of(folder)]
+    page.write_text(BLOCK.sub(lambda _: f"{TABLE}\n{table_of(runs)}{END}", text), encoding="utf-8")
+    draw(folder / f"{folder.name}.png", runs, text)
+    missed = [
+        f"{run.loop.name}: {r.text}, {', '.join(r.facts)}" for run in runs for r in run.requirements if not r.holds
+    ]
+    return "\n  ".join([f"{folder.name}: {len(runs)} loops", *(f"not met: {m}" for m in missed)])
+
+
+def draw(target: Path, runs: Sequence[Run], page: str) -> None:
+    """Draw the runs that a page shows."""
+    names = match[1].split() if (match := DRAWN.search(page)) else [run.loop.name for run in runs]
+    shown = [run for name in names for run in runs if run.loop.name == name]
+    with saved(target) as figure:
+        draw_runs(figure, shown, [run.loop.title or run.loop.name for run in shown])
+        if len(shown) > 1:
+            figure.axes[0].set_title("")
