@@ -263,6 +263,22 @@ class TestLackingInputs:
         step = fuzzyctl.compile(loop(text).controllers[0], "python")
         assert step.run(run["c.x"])[0] == pytest.approx(run["c.u"], nan_ok=True)
 
+    @pytest.mark.parametrize("backend", BACKENDS)
+    @pytest.mark.parametrize("first", ["law", "walk"])
+    def test_an_output_that_needs_no_input_is_known_before_the_inputs(self, loop, backend, first):
+        text = "controller walk\ninput u\nstate n = 0\nnext n = n + u\noutput y = n\nevery 1 s\n"
+        text += "controller law\ninput y\noutput u = 0.5 * (8 - y)\nevery 2 s\n"
+        blocks = {"law": "block law = law(walk.y)\n", "walk": "block walk = walk(law.u)\n"}
+        text += f"loop l\n{blocks.pop(first)}{''.join(blocks.values())}run 4 s\n"
+        run = Experiment(loop(text), backend).run()
+        assert run["walk.y"].tolist() == [0, 4, 8, 8, 8]
+        assert run["law.u"].tolist() == [4, 4, 0, 0, 0]
+
+    def test_an_integral_breaks_a_circle_through_a_plant_without_a_state_between(self, loop):
+        text = "controller law\ninput y\noutput u = integral(1 - y)\nevery 10 ms\n"
+        text += "plant p = tf(num=[1, 2], den=[1, 1])\nloop l\nblock p = p(law.u)\nblock law = law(p.y)\nrun 9 s\n"
+        assert Experiment(loop(text), "python").run()["p.y"][-1] == pytest.approx(1, abs=1e-3)
+
 
 class TestDeadTime:
     @pytest.mark.parametrize("backend", BACKENDS)
