@@ -11,6 +11,7 @@ another one instead of both over time.
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Sequence
 from pathlib import Path
@@ -32,6 +33,8 @@ TABLE: Final = "<!-- table: python -m gallery -->"
 END: Final = "<!-- end of table -->"
 BLOCK: Final = re.compile(f"{re.escape(TABLE)}\n(.*?){re.escape(END)}", flags=re.DOTALL)
 PATH: Final = re.compile(r"^<!-- path: (\S+) (\S+) -->$", flags=re.MULTILINE)
+#: Size of the pictures as a part of that of `fuzzyctl simulate`, so that they are small files.
+SIZE: Final = 0.8
 DRAWN: Final = re.compile(r"^<!-- drawn: (.+) -->$", flags=re.MULTILINE)
 
 
@@ -66,11 +69,14 @@ def _label(measure: Measure) -> str:
 
 
 def _cell(run: Run, measure: str) -> str:
-    """Return the value of a measure, and the requirements on it in brackets: `32.34 (32 ± 1)`."""
+    """Return the value of a measure, and the requirements on it in brackets: `32.3 (32 ± 1)`."""
     if measure not in run.measures:
         return ""
-    printed = ", ".join(_printed(run.loop, g) for g in run.loop.requirements if _measure_of(g) == measure)
-    return f"{run.measures[measure]:.4g}" + (f" ({printed})" if printed else "")
+    claims = [g for g in run.loop.requirements if _measure_of(g) == measure]
+    value, printed = run.measures[measure], ", ".join(_printed(run.loop, g) for g in claims)
+    tolerance = min((_tolerance(run.loop, g) for g in claims), default=0.0)
+    shown = f"{value:.{max(0, 1 - math.floor(math.log10(tolerance)))}f}" if tolerance else f"{value:.4g}"
+    return f"{shown} ({printed})" if printed else shown
 
 
 def _measure_of(g: Guarantee) -> str:
@@ -81,12 +87,15 @@ def _measure_of(g: Guarantee) -> str:
     return ""
 
 
+def _tolerance(loop: Loop, g: Guarantee) -> float:
+    return 0.0 if g.within is None else evaluate(g.within, loop.param_values.values)
+
+
 def _printed(loop: Loop, g: Guarantee) -> str:
     assert isinstance(g.claim, Compare)
-    values = loop.param_values.values
     sign = {"==": "", "<=": "≤ ", ">=": "≥ "}.get(g.claim.op, f"{g.claim.op} ")
-    tolerance = "" if g.within is None else f" ± {evaluate(g.within, values):.3g}"
-    return f"{sign}{evaluate(g.claim.right, values):.6g}{tolerance}"
+    tolerance = f" ± {_tolerance(loop, g):.3g}" if g.within is not None else ""
+    return f"{sign}{evaluate(g.claim.right, loop.param_values.values):.10g}{tolerance}"
 
 
 def remade(folder: Path) -> str:
@@ -112,6 +121,7 @@ def draw(target: Path, runs: Sequence[Run], page: str) -> None:
             draw_paths(figure, shown, *path.groups())
             return
         draw_runs(figure, shown, [run.loop.title or run.loop.name for run in shown])
+        figure.set_size_inches(SIZE * figure.get_size_inches())
         if len(shown) > 1:
             figure.axes[0].set_title("")
 

@@ -50,9 +50,7 @@ def headings(samples, k_0, tau_10, tau_20, tau_30):
     return np.array(found)
 
 
-@pytest.mark.parametrize(
-    ("loop", "ship"), [("calm", (5.88, -16.91, 0.45, 1.43)), ("full", (0.83, -2.88, 0.38, 1.07))]
-)
+@pytest.mark.parametrize(("loop", "ship"), [("calm", (5.88, -16.91, 0.45, 1.43)), ("full", (0.83, -2.88, 0.38, 1.07))])
 def test_the_heading_is_that_of_the_program(loop, ship):
     (found,) = [found for found in pages.loops_of(pages.entries()["passino_tanker"]) if found.name == loop]
     samples = 6001 if sizes.LONG else 2001
