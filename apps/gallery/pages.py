@@ -17,6 +17,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Final
 
+from PIL import Image
+
 from fuzzyctl.diagnostics.diagnostic import DiagnosticError
 from fuzzyctl.expr import Compare, Name, evaluate
 from fuzzyctl.loading.load import look_through
@@ -119,11 +121,14 @@ def draw(target: Path, runs: Sequence[Run], page: str) -> None:
     with saved(target) as figure:
         if path is not None:
             draw_paths(figure, shown, *path.groups())
-            return
-        draw_runs(figure, shown, [run.loop.title or run.loop.name for run in shown])
-        figure.set_size_inches(SIZE * figure.get_size_inches())
-        if len(shown) > 1:
-            figure.axes[0].set_title("")
+        else:
+            draw_runs(figure, shown, [run.loop.title or run.loop.name for run in shown])
+            figure.set_size_inches(SIZE * figure.get_size_inches())
+            if len(shown) > 1:
+                figure.axes[0].set_title("")
+    with Image.open(target) as image:
+        small = image.convert("RGB").quantize(64)
+    small.save(target, optimize=True)
 
 
 def draw_paths(figure: Any, runs: Sequence[Run], x: str, y: str) -> None:

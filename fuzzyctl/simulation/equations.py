@@ -161,11 +161,9 @@ def loop_equations(loop: Loop, extra: Sequence[Expr] = (), free: Sequence[str] =
     step, every = sample_times(loop)
     samples = _samples(loop, step)
     try:
-        expansion, scope, body = _expanded(loop, step, every, free, False)
+        expansion, signals, body = _expanded(_LoopExpansion(loop, step, every, free, direct=False), loop, extra)
     except DiagnosticError:
-        expansion, scope, body = _expanded(loop, step, every, free, True)
-    signals = dict(_recorded(loop))
-    signals |= {f"#{k}": expansion.expanded(e, scope) for k, e in enumerate(extra)}
+        expansion, signals, body = _expanded(_LoopExpansion(loop, step, every, free, direct=True), loop, extra)
     _require_room(loop, samples, len(signals))
     plants = {i.name for i in loop.instances if i.controller in {p.name for p in loop.plants}}
     kept = [s for s in expansion.states if s.name.partition(".")[0] not in plants]
@@ -188,19 +186,20 @@ def loop_equations(loop: Loop, extra: Sequence[Expr] = (), free: Sequence[str] =
 
 
 def _expanded(
-    loop: Loop, step: float, every: Mapping[str, int], free: Sequence[str], direct: bool
-) -> tuple[_LoopExpansion, Scope, tuple[Equation | Evaluation, ...]]:
-    """Expand a loop and put its equations in order."""
-    expansion = _LoopExpansion(loop, step, every, free, direct)
-    scope = Scope(_as_controller(loop), "", {TIME: Name(TIME)}, step)
+    expansion: _LoopExpansion, loop: Loop, extra: Sequence[Expr]
+) -> tuple[_LoopExpansion, dict[str, Expr], tuple[Equation | Evaluation, ...]]:
+    """Expand a loop: with what is recorded, and the equations in order."""
+    scope = Scope(_as_controller(loop), "", {TIME: Name(TIME)}, expansion.step)
     try:
         expansion.enter(scope)
     except ExprError as error:
-        if not free:
+        if not expansion.free_params:
             raise
         message = f"a constant depends on a free param: {error.message} at {error.span}"
         raise ArgumentError(message) from None
-    return expansion, scope, ordered(expansion.body)
+    signals = dict(_recorded(loop))
+    signals |= {f"#{k}": expansion.expanded(e, scope) for k, e in enumerate(extra)}
+    return expansion, signals, ordered(expansion.body)
 
 
 def sample_times(loop: Loop) -> tuple[float, dict[str, int]]:
@@ -320,7 +319,7 @@ class _LoopExpansion(Expansion):
     on within the same sample: then a controller may give an output before its inputs are known.
     """
 
-    def __init__(self, loop: Loop, step: float, every: Mapping[str, int], free: Sequence[str], direct: bool) -> None:
+    def __init__(self, loop: Loop, step: float, every: Mapping[str, int], free: Sequence[str], *, direct: bool) -> None:
         super().__init__()
         self.step, self.every, self.free_params, self.direct = step, every, set(free), direct
         #: Params of blocks that depend on free ones, by prefix.

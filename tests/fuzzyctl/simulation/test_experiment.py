@@ -252,6 +252,13 @@ class TestSampleTimes:
             Experiment(loop(text))
 
 
+def test_a_measure_may_call_a_system(loop):
+    text = "system double\ndefuzzifier weighted_average\ninput x in [0, 1]\nall = function(1)\noutput y in [0, 2]\n"
+    text += "if x is all then y is linear(x=2)\n"
+    text += f"{LAG_PLANT}loop l\nblock p = p(0.5)\nmeasure m = final(double(0.25 * t))\nrun 2 s step 10 ms\n"
+    assert Experiment(loop(text), "python").run().measures["m"] == pytest.approx(1)
+
+
 class TestLackingInputs:
     @pytest.mark.parametrize("backend", BACKENDS)
     def test_a_controller_without_an_input_gives_nan_and_keeps_its_state(self, loop, backend):
