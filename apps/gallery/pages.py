@@ -137,6 +137,6 @@ def draw_paths(figure: Any, runs: Sequence[Run], x: str, y: str) -> None:
     axes = figure.subplots()
     for run, color in zip(runs, COLORS, strict=False):
         axes.plot(run[x], run[y], ".-", color=color, markersize=3, linewidth=1, label=run.loop.title or run.loop.name)
-        axes.plot(run[x][0], run[y][0], "o", color=color)
+        axes.plot(run[x][0], run[y][0], "o", color=color, markersize=5)
     axes.set(xlabel=x, ylabel=y, aspect="equal")
     axes.legend(fontsize="small", loc="center left", bbox_to_anchor=(1, 0.5))
