@@ -17,8 +17,6 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Final
 
-from PIL import Image
-
 from fuzzyctl.diagnostics.diagnostic import DiagnosticError
 from fuzzyctl.expr import Compare, Name, evaluate
 from fuzzyctl.loading.load import look_through
@@ -35,8 +33,8 @@ TABLE: Final = "<!-- table: python -m gallery -->"
 END: Final = "<!-- end of table -->"
 BLOCK: Final = re.compile(f"{re.escape(TABLE)}\n(.*?){re.escape(END)}", flags=re.DOTALL)
 PATH: Final = re.compile(r"^<!-- path: (\S+) (\S+) -->$", flags=re.MULTILINE)
-#: Size of the pictures as a part of that of `fuzzyctl simulate`, so that they are small files.
-SIZE: Final = 0.8
+#: Pixels per inch of the pictures, which are small files.
+DPI: Final = 90
 DRAWN: Final = re.compile(r"^<!-- drawn: (.+) -->$", flags=re.MULTILINE)
 
 
@@ -95,9 +93,14 @@ def _tolerance(loop: Loop, g: Guarantee) -> float:
 
 def _printed(loop: Loop, g: Guarantee) -> str:
     assert isinstance(g.claim, Compare)
+    labels = {m.name: m.label or m.name for m in loop.measures}
     sign = {"==": "", "<=": "≤ ", ">=": "≥ "}.get(g.claim.op, f"{g.claim.op} ")
     tolerance = f" ± {_tolerance(loop, g):.3g}" if g.within is not None else ""
-    return f"{sign}{evaluate(g.claim.right, loop.param_values.values):.10g}{tolerance}"
+    match g.claim.right:
+        case Name(name=name) if name in labels:
+            return f"{sign}{labels[name]}{tolerance}"
+        case right:
+            return f"{sign}{evaluate(right, loop.param_values.values):.10g}{tolerance}"
 
 
 def remade(folder: Path) -> str:
@@ -118,17 +121,13 @@ def draw(target: Path, runs: Sequence[Run], page: str) -> None:
     names = match[1].split() if (match := DRAWN.search(page)) else [run.loop.name for run in runs]
     shown = [run for name in names for run in runs if run.loop.name == name]
     path = PATH.search(page)
-    with saved(target) as figure:
+    with saved(target, DPI) as figure:
         if path is not None:
             draw_paths(figure, shown, *path.groups())
         else:
             draw_runs(figure, shown, [run.loop.title or run.loop.name for run in shown])
-            figure.set_size_inches(SIZE * figure.get_size_inches())
             if len(shown) > 1:
                 figure.axes[0].set_title("")
-    with Image.open(target) as image:
-        small = image.convert("RGB").quantize(64)
-    small.save(target, optimize=True)
 
 
 def draw_paths(figure: Any, runs: Sequence[Run], x: str, y: str) -> None:
