@@ -32,7 +32,7 @@ TABLE: Final = "<!-- table: python -m gallery -->"
 END: Final = "<!-- end of table -->"
 BLOCK: Final = re.compile(f"{re.escape(TABLE)}\n(.*?){re.escape(END)}", flags=re.DOTALL)
 #: Pixels per inch of the pictures, which are small files.
-DPI: Final = 90
+DPI: Final = 80
 DRAWN: Final = re.compile(r"^<!-- drawn: (.+) -->$", flags=re.MULTILINE)
 
 
