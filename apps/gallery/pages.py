@@ -5,7 +5,8 @@ The folder NAME holds NAME.fz, the page README.md and the picture NAME.png. What
     require overshoot == 32 within 0.5
 
 The table of the page stands between the lines TABLE and END. The line `<!-- drawn: LOOP LOOP -->` above the picture
-names the loops that it shows; without it, it shows all.
+names the loops that it shows; without it, it shows all. The line `<!-- path: BLOCK.X BLOCK.Y -->` draws one signal over
+another one instead of both over time.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ import math
 import re
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 from fuzzyctl.diagnostics.diagnostic import DiagnosticError
 from fuzzyctl.expr import Compare, Name, evaluate
@@ -22,7 +23,7 @@ from fuzzyctl.loading.load import look_through
 from fuzzyctl.model.guarantee import Guarantee
 from fuzzyctl.model.loop import Loop, Measure
 from fuzzyctl.plot.runs import draw_runs
-from fuzzyctl.plot.style import saved
+from fuzzyctl.plot.style import COLORS, saved
 from fuzzyctl.simulation.run import Run
 from fuzzyctl.simulation.simulate import simulate
 from fuzzyctl.support.reading import read_source
@@ -31,6 +32,7 @@ HERE: Final = Path(__file__).parent
 TABLE: Final = "<!-- table: python -m gallery -->"
 END: Final = "<!-- end of table -->"
 BLOCK: Final = re.compile(f"{re.escape(TABLE)}\n(.*?){re.escape(END)}", flags=re.DOTALL)
+PATH: Final = re.compile(r"^<!-- path: (\S+) (\S+) -->$", flags=re.MULTILINE)
 #: Pixels per inch of the pictures, which are small files.
 DPI: Final = 80
 DRAWN: Final = re.compile(r"^<!-- drawn: (.+) -->$", flags=re.MULTILINE)
@@ -118,7 +120,22 @@ def draw(target: Path, runs: Sequence[Run], page: str) -> None:
     """Draw the runs that a page shows."""
     names = match[1].split() if (match := DRAWN.search(page)) else [run.loop.name for run in runs]
     shown = [run for name in names for run in runs if run.loop.name == name]
+    path = PATH.search(page)
     with saved(target, DPI) as figure:
-        draw_runs(figure, shown, [run.loop.title or run.loop.name for run in shown])
-        if len(shown) > 1:
-            figure.axes[0].set_title("")
+        if path is not None:
+            draw_paths(figure, shown, *path.groups())
+        else:
+            draw_runs(figure, shown, [run.loop.title or run.loop.name for run in shown])
+            if len(shown) > 1:
+                figure.axes[0].set_title("")
+
+
+def draw_paths(figure: Any, runs: Sequence[Run], x: str, y: str) -> None:
+    """Draw a signal of runs over another one, with a dot at each start."""
+    figure.set_size_inches(6, 4)
+    axes = figure.subplots()
+    for run, color in zip(runs, COLORS, strict=False):
+        axes.plot(run[x], run[y], ".-", color=color, markersize=3, linewidth=1, label=run.loop.title or run.loop.name)
+        axes.plot(run[x][0], run[y][0], "o", color=color, markersize=5)
+    axes.set(xlabel=x, ylabel=y, aspect="equal")
+    axes.legend(fontsize="small", loc="center left", bbox_to_anchor=(1, 0.5))

@@ -6,14 +6,12 @@ from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError, UnknownNameError
-from fuzzyctl.diagnostics.source import Span
-from fuzzyctl.expr import Expr, Keyword, Number, evaluate
+from fuzzyctl.expr import Keyword, Number, evaluate
 from fuzzyctl.model.controller import Controller, Instance
-from fuzzyctl.model.guarantee import Param
 from fuzzyctl.model.loop import Loop
 from fuzzyctl.model.params import ParamValues
 from fuzzyctl.model.plant import Plant
-from fuzzyctl.model.system import FuzzySystem
+from fuzzyctl.model.shared_params import with_shared
 
 
 def blocks_of(loop: Loop) -> dict[str, Controller | Plant]:
@@ -51,8 +49,6 @@ def short_names(loop: Loop) -> dict[str, str]:
 def with_settings(loop: Loop, values: Mapping[str, float]) -> Loop:
     """Return a loop with some params set to numbers.
 
-    A param before the first block of a file is one number: blocks and systems have that of the loop.
-
     Raises:
         UnknownNameError: For a name of no param, or of several.
         DiagnosticError: For values outside of the ranges of their params.
@@ -67,32 +63,7 @@ def with_settings(loop: Loop, values: Mapping[str, float]) -> Loop:
         raise DiagnosticError(outside)
     params = tuple(replace(p, expression=Number(settings[p.name])) if p.name in settings else p for p in loop.params)
     instances = tuple(_set(instance, settings) for instance in loop.instances)
-    written: dict[Span | None, Expr] = {
-        p.span: p.expression for p in params if p.name in settings and p.span is not None
-    }
-    controllers = tuple(_controller(c, written) for c in loop.controllers)
-    plants = tuple(replace(p, params=_params(p, written), systems=_systems(p, written)) for p in loop.plants)
-    systems = _systems(loop, written)
-    return replace(loop, params=params, instances=instances, controllers=controllers, plants=plants, systems=systems)
-
-
-def _params(block: Controller | Plant, written: Mapping[Span | None, Expr]) -> tuple[Param, ...]:
-    """Return the params of a block, those with new expressions at the place where they are written."""
-    return tuple(replace(p, expression=written[p.span]) if p.span in written else p for p in block.params)
-
-
-def _systems(block: Controller | Plant | Loop, written: Mapping[Span | None, Expr]) -> tuple[FuzzySystem, ...]:
-    """Return the systems that a block calls, with params as in `_params`."""
-    found = []
-    for system in block.systems:
-        values = {p.name: evaluate(written[p.span], {}) for p in system.params if p.span in written}
-        found.append(system.with_params(**values) if values else system)
-    return tuple(found)
-
-
-def _controller(block: Controller, written: Mapping[Span | None, Expr]) -> Controller:
-    inner = tuple(_controller(c, written) for c in block.controllers)
-    return replace(block, params=_params(block, written), systems=_systems(block, written), controllers=inner)
+    return with_shared(replace(loop, params=params, instances=instances), settings)
 
 
 def _outside(loop: Loop, name: str, value: float) -> Iterator[Diagnostic]:

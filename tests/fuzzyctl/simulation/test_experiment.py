@@ -293,6 +293,13 @@ class TestSampleTimes:
             Experiment(loop(text))
 
 
+def test_a_measure_may_call_a_system(loop):
+    text = "system double\ndefuzzifier weighted_average\ninput x in [0, 1]\nall = function(1)\noutput y in [0, 2]\n"
+    text += "if x is all then y is linear(x=2)\n"
+    text += f"{LAG_PLANT}loop l\nblock p = p(0.5)\nmeasure m = final(double(0.25 * t))\nrun 2 s step 10 ms\n"
+    assert Experiment(loop(text), "python").run().measures["m"] == pytest.approx(1)
+
+
 class TestLackingInputs:
     @pytest.mark.parametrize("backend", BACKENDS)
     def test_a_controller_without_an_input_gives_nan_and_keeps_its_state(self, loop, backend):
@@ -303,6 +310,22 @@ class TestLackingInputs:
         assert run["c.n"].tolist() == [0, 1, 2, 2, 2, 3, 4]
         step = fuzzyctl.compile(loop(text).controllers[0], "python")
         assert step.run(run["c.x"])[0] == pytest.approx(run["c.u"], nan_ok=True)
+
+    @pytest.mark.parametrize("backend", BACKENDS)
+    @pytest.mark.parametrize("first", ["law", "walk"])
+    def test_an_output_that_needs_no_input_is_known_before_the_inputs(self, loop, backend, first):
+        text = "controller walk\ninput u\nstate n = 0\nnext n = n + u\noutput y = n\nevery 1 s\n"
+        text += "controller law\ninput y\noutput u = 0.5 * (8 - y)\nevery 2 s\n"
+        blocks = {"law": "block law = law(walk.y)\n", "walk": "block walk = walk(law.u)\n"}
+        text += f"loop l\n{blocks.pop(first)}{''.join(blocks.values())}run 4 s\n"
+        run = Experiment(loop(text), backend).run()
+        assert run["walk.y"].tolist() == [0, 4, 8, 8, 8]
+        assert run["law.u"].tolist() == [4, 4, 0, 0, 0]
+
+    def test_an_integral_breaks_a_circle_through_a_plant_without_a_state_between(self, loop):
+        text = "controller law\ninput y\noutput u = integral(1 - y)\nevery 10 ms\n"
+        text += "plant p = tf(num=[1, 2], den=[1, 1])\nloop l\nblock p = p(law.u)\nblock law = law(p.y)\nrun 9 s\n"
+        assert Experiment(loop(text), "python").run()["p.y"][-1] == pytest.approx(1, abs=1e-3)
 
 
 class TestDeadTime:
