@@ -12,7 +12,7 @@ from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.expr import Call, Compare, Expr, ExprError, Keyword, Name, Number, Where, evaluate, names_in, span_of
 from fuzzyctl.kernels.plan.algebraic_loops import feedthrough, ordered
 from fuzzyctl.kernels.plan.equations import DT, Equation, Evaluation, KeptState
-from fuzzyctl.kernels.plan.expansion import Expansion, Scope, equations_of, read_params, split
+from fuzzyctl.kernels.plan.expansion import Expansion, Scope, equations_of, split
 from fuzzyctl.kernels.program.builder import any_nan
 from fuzzyctl.kernels.program.program import NAN
 from fuzzyctl.model.controller import Controller, Signal
@@ -322,10 +322,6 @@ class _LoopExpansion(Expansion):
     def __init__(self, loop: Loop, step: float, every: Mapping[str, int], free: Sequence[str], *, direct: bool) -> None:
         super().__init__()
         self.step, self.every, self.free_params, self.direct = step, every, set(free), direct
-        #: Free params of the loop by the line that they are written on, which blocks may share.
-        self.shared: dict[Span, Expr] = {
-            p.span: Name(free_name(p.name)) for p in loop.params if p.name in self.free_params and p.span is not None
-        }
         #: Params of blocks that depend on free ones, by prefix.
         self._bound: dict[str, dict[str, Expr]] = {}
         self.plants = {i.name for i in loop.instances if i.name not in every}
@@ -341,7 +337,7 @@ class _LoopExpansion(Expansion):
     def enter(self, scope: Scope) -> None:
         """Take the equations of a block whose inputs and params are known."""
         block, _, inner = scope.prefix.partition(".")
-        if not inner or scope.prefix in self._bound:
+        if not inner:
             self._free_params(scope)
         if not block or inner:
             super().enter(scope)
@@ -367,6 +363,8 @@ class _LoopExpansion(Expansion):
                 i for i in self.body if not (isinstance(i, Equation) and i.name in outputs and i.value == Name(i.name))
             ]
             return
+        if scope.controller.period is not None:
+            scope.constant(scope.controller.period)
         inputs = [Name(f"{block}.{i.name}") for i in scope.controller.inputs]
         self._lacks |= {block: any_nan(inputs)} if inputs else {}
         direct = feedthrough(equations_of(scope.controller)) if self.direct else {}
@@ -384,6 +382,9 @@ class _LoopExpansion(Expansion):
             if scope.prefix + p.name in self.free_params
         }
         scope.names |= changed
+        if not scope.prefix:
+            own = {p.name: p.span for p in scope.controller.params if p.span is not None}
+            self.written = {own[name]: value for name, value in changed.items() if name in own}
         waiting = [p for p in scope.controller.params if p.name not in changed] if changed else []
         while ready := [p for p in waiting if any(n.name in changed for n in names_in(p.expression))]:
             for param in ready:
@@ -400,18 +401,10 @@ class _LoopExpansion(Expansion):
             for a in arguments
             if isinstance(a, Keyword) and a.name in params and not self._is_constant(a.value, scope)
         }
-        named = {a.name for a in arguments if isinstance(a, Keyword)}
-        bound |= {p.name: self.shared[p.span] for p in inner.params if p.span in self.shared and p.name not in named}
         if bound:
             self._bound[f"{scope.prefix}{name}."] = bound
             arguments = tuple(a for a in arguments if not (isinstance(a, Keyword) and a.name in bound))
         super()._enter_instance(scope, name, of, arguments)
-
-    def _evaluation(self, call: Call, scope: Scope, name: str = "") -> tuple[str, ...]:
-        for param in read_params(scope.systems[call.function]) if self.shared else ():
-            if param.span in self.shared:
-                raise ArgumentError(f"'{param.name}' cannot be free: system '{call.function}' reads it")
-        return super()._evaluation(call, scope, name)
 
     def _is_constant(self, expr: Expr, scope: Scope) -> bool:
         return all(isinstance(scope.names.get(n.name, Number(0.0)), Number) for n in names_in(expr))

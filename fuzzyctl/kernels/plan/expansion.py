@@ -301,7 +301,7 @@ class Expansion:
                 symbolic[number.name] = Name(state)
         shared = self._written(system.params, {**named, **symbolic})
         if shared:
-            symbolic |= {p.name: shared[p.name] for p in read_params(system) if p.name in shared}
+            symbolic |= {p.name: shared[p.name] for p in _read_params(system) if p.name in shared}
         free = tuple(symbolic.items())
         key = (system, arguments, free)
         if key not in self._calls:
@@ -497,7 +497,7 @@ def with_values(controller: Controller, values: Mapping[str, float]) -> Controll
     return dataclasses.replace(controller, params=params)
 
 
-def read_params(system: FuzzySystem) -> tuple[Param, ...]:
+def _read_params(system: FuzzySystem) -> tuple[Param, ...]:
     """Return the params that something else than unused params reads."""
     kept = system
     while unused := {d.span for d in unused_params(kept)}:

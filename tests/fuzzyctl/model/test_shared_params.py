@@ -1,6 +1,5 @@
 import pytest
 
-from fuzzyctl.diagnostics.diagnostic import ArgumentError
 from fuzzyctl.loading.block_equations import with_params
 from fuzzyctl.loading.load import load_loop
 from fuzzyctl.model.shared_params import with_shared
@@ -48,14 +47,10 @@ class TestAParamBeforeTheFirstBlock:
         assert simulate(written(f"param k = 2\n{rest}"), k=0.5)["p.y"] == pytest.approx(expected["p.y"], abs=1e-15)
         assert expected["p.y"][-1] == pytest.approx(0.607, abs=0.002)  # exp(-0.5), sampled
 
-    def test_it_may_be_free_where_no_system_reads_it(self, written, use):
+    def test_it_may_be_free(self, written, use):
         loop = written(f"param k = 2\n{SYSTEM}{INNER}{USES[use]}{LOOP}")
-        if use == "system":
-            with pytest.raises(ArgumentError, match="'k' cannot be free: system 's' reads it"):
-                Experiment(loop, "python", free=["k"])
-        else:
-            run = Experiment(loop, "python", free=["k"]).run([0.5])
-            assert run.measures["m"] == pytest.approx(simulate(loop, k=0.5).measures["m"], abs=1e-15)
+        run = Experiment(loop, "python", free=["k"]).run([0.5])
+        assert run.measures["m"] == pytest.approx(simulate(loop, k=0.5).measures["m"], abs=1e-15)
 
 
 def test_a_block_that_is_given_a_value_keeps_it(written):

@@ -14,6 +14,47 @@ from fuzzyctl.support.shipped import rules_folder
 
 BACKENDS = ("python", "numba")
 
+#: Params that stand before the first block reach systems, controllers inside others, plants and measures.
+SHARED = """
+param k = 2
+param T = 0.01
+param q = 2 * k
+
+system gain
+defuzzifier weighted_average
+input y in [-9, 9]
+  terms N P
+output u in [-99, 99]
+  terms low=(-9*k) high=(9*k)
+table u = y
+     N    P
+  |  low  high
+
+controller part
+input y
+output u = -gain(y)
+every T
+
+controller law
+input y
+block part = part(y)
+output u = part.u - q
+every T
+
+plant p
+input u
+state x = 2
+der x = u + q
+output y = x
+
+loop l
+block law = law(p.y)
+block p   = p(law.u)
+measure twice   = k + q
+measure largest = maximum(abs(law.u))
+measure last    = final(p.y)
+run 1 s step 10 ms
+"""
 PI = """
 controller pi_law
 input r
@@ -443,6 +484,21 @@ class TestFree:
         assert experiment.run()["c.u"].tolist() == [8] * 3
         assert experiment.run([4.0])["c.u"].tolist() == [10] * 3
         assert experiment.run([4.0]).measures == {"m": 14}
+
+    @pytest.mark.parametrize("change", ["set", "free"])
+    def test_a_param_before_the_first_block_is_one_number(self, loop, change):
+        own = loop(SHARED)
+        changed = fuzzyctl.simulate(own, k=3) if change == "set" else Experiment(own, "python", free=["k"]).run([3])
+        expected = fuzzyctl.simulate(loop(SHARED.replace("param k = 2", "param k = 3"))).measures
+        assert changed.measures == pytest.approx(expected, rel=1e-12)
+        assert changed.measures["last"] != pytest.approx(fuzzyctl.simulate(own).measures["last"], rel=1e-3)
+
+    def test_a_period_before_the_first_block_is_set_and_cannot_be_free(self, loop):
+        own = loop(SHARED)
+        expected = fuzzyctl.simulate(loop(SHARED.replace("param T = 0.01", "param T = 0.02"))).measures
+        assert fuzzyctl.simulate(own, T=0.02).measures == expected != fuzzyctl.simulate(own).measures
+        with pytest.raises(ArgumentError, match="T"):
+            Experiment(own, "python", free=["T"])
 
     def test_what_must_be_a_constant_cannot_be_free(self, loop):
         text = driven("input u\nparam a = 1\nstate x = a\nder x = -a * x\noutput y = x", "0", "1 s step 0.1 s")
