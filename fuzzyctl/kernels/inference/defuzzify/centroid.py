@@ -102,8 +102,8 @@ def exact_moments(builder: Builder, output: OutputPlan, heights: Sequence[Height
 def has_many_pieces(output: OutputPlan, heights: Sequence[Height], most_pairs: int | None) -> bool:
     """Return whether the exact moments would take too many statements, counted without writing any.
 
-    Each corner of a term cuts all terms that are there, and lines that meet in a piece are compared pair by pair. A sum of
-    sets compares none.
+    Each corner of a term cuts all terms that are there, and lines that meet in a piece are compared pair by pair. A sum
+    compares none.
     """
     if most_pairs is None:
         return False
