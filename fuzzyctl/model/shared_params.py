@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Mapping
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.expr import Number
@@ -22,12 +22,14 @@ def with_shared(block: Block, values: Mapping[str, float]) -> Block:
         block: A block, whose own params are left as they are.
         values: Values of its params, by name; other names do not count.
     """
-    written = {p.span: values[p.name] for p in block.params if p.name in values and p.span is not None}
+    written: dict[Span | None, float] = {
+        p.span: values[p.name] for p in block.params if p.name in values and p.span is not None
+    }
     return _with_inner(block, written) if written else block
 
 
 def _with_inner(block: Block, written: Mapping[Span | None, float]) -> Block:
-    changed: dict[str, object] = {
+    changed: dict[str, Any] = {
         "systems": tuple(
             system.with_params(**own)
             if (own := {p.name: written[p.span] for p in system.params if p.span in written})
