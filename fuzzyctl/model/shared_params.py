@@ -22,9 +22,7 @@ def with_shared(block: Block, values: Mapping[str, float]) -> Block:
         block: A block, whose own params are left as they are.
         values: Values of its params, by name; other names do not count.
     """
-    written: dict[Span | None, float] = {
-        p.span: values[p.name] for p in block.params if p.name in values and p.span is not None
-    }
+    written: dict[Span | None, float] = {p.span: values[p.name] for p in block.params if p.name in values and p.span}
     return _with_inner(block, written) if written else block
 
 
