@@ -29,8 +29,11 @@ def text(name):
 
 @pytest.mark.parametrize("name", ENTRIES)
 class TestEveryEntry:
-    def test_its_file_is_laid_out(self, name):
+    def test_its_file_is_clean_and_laid_out(self, name):
         path = str(ENTRIES[name] / f"{name}.fz")
+        found = CliRunner().invoke(main, ["check", path])
+        assert found.exit_code == 0, found.output
+        assert "warning[" not in found.output
         assert CliRunner().invoke(main, ["fmt", "--check", path]).exit_code == 0
 
     def test_it_names_its_source(self, name):
