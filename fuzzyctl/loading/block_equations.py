@@ -23,6 +23,7 @@ from fuzzyctl.model.loop import Loop
 from fuzzyctl.model.measures import MEASURES
 from fuzzyctl.model.plant import Plant
 from fuzzyctl.model.plant_forms import PLANT_FUNCTIONS
+from fuzzyctl.model.shared_params import with_shared
 from fuzzyctl.model.signals import SIGNALS, TIME
 from fuzzyctl.simulation.equations import sample_times
 
@@ -39,7 +40,7 @@ def with_params(block: Block, values: Mapping[str, float]) -> Block:
         dataclasses.replace(p, expression=Number(values[p.name], span=p.span)) if p.name in values else p
         for p in block.params
     )
-    changed = dataclasses.replace(block, params=params)
+    changed = with_shared(dataclasses.replace(block, params=params), values)
     found = list(numbers(changed, changed.param_values))
     if found:
         raise DiagnosticError(found)

@@ -352,6 +352,8 @@ class _LoopExpansion(Expansion):
                 i for i in self.body if not (isinstance(i, Equation) and i.name in outputs and i.value == Name(i.name))
             ]
             return
+        if scope.controller.period is not None:
+            scope.constant(scope.controller.period)
         inputs = [Name(f"{block}.{i.name}") for i in scope.controller.inputs]
         self._lacks |= {block: any_nan(inputs)} if inputs else {}
         for result in scope.controller.results:
@@ -367,6 +369,9 @@ class _LoopExpansion(Expansion):
             if scope.prefix + p.name in self.free_params
         }
         scope.names |= changed
+        if not scope.prefix:
+            own = {p.name: p.span for p in scope.controller.params if p.span is not None}
+            self.written = {own[name]: value for name, value in changed.items() if name in own}
         waiting = [p for p in scope.controller.params if p.name not in changed] if changed else []
         while ready := [p for p in waiting if any(n.name in changed for n in names_in(p.expression))]:
             for param in ready:

@@ -75,7 +75,8 @@ def _write(
     """Write equations, and enter what their names are into `env`."""
     for item in body:
         if isinstance(item, Evaluation):
-            values = [builder.let(numeric(replace_names(a, env))) for a in item.arguments]
+            given = (*item.arguments, *(value for _, value in item.free))
+            values = [builder.let(numeric(replace_names(a, env))) for a in given]
             before = [env[s] for s in item.states]
             block = item.states[0].partition(".")[0] if item.states else ""
             dt = Number(equations.periods.get(block, equations.step))

@@ -12,6 +12,7 @@ from fuzzyctl.model.guarantee import Param
 from fuzzyctl.model.loop import Loop
 from fuzzyctl.model.params import ParamValues
 from fuzzyctl.model.plant import Plant
+from fuzzyctl.model.shared_params import with_shared
 
 
 def blocks_of(loop: Loop) -> dict[str, Controller | Plant]:
@@ -90,7 +91,7 @@ def with_settings(loop: Loop, values: Mapping[str, float]) -> Loop:
         raise DiagnosticError(outside)
     params = tuple(replace(p, expression=Number(settings[p.name])) if p.name in settings else p for p in loop.params)
     instances = tuple(_set(instance, settings) for instance in loop.instances)
-    return replace(loop, params=params, instances=instances)
+    return with_shared(replace(loop, params=params, instances=instances), settings)
 
 
 def _outside(loop: Loop, name: str, value: float) -> Iterator[Diagnostic]:

@@ -135,7 +135,9 @@ def test_a_command_prints_in_this_process_what_it_prints_in_a_shell(
     assert found[0] == found[1]
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda p: str(p.relative_to(ROOT)))
+@pytest.mark.parametrize(
+    "page", [*PAGES, *sorted((ROOT / "apps").rglob("*.md"))], ids=lambda p: str(p.relative_to(ROOT))
+)
 def test_every_relative_link_leads_somewhere(page: Path) -> None:
     for target in re.findall(r"\]\(([^)\s]+)\)", without_code(page)):
         if "://" in target or target.startswith("mailto:"):
