@@ -69,7 +69,7 @@ HOMES = {
     "pygments": {"fuzzyctl/lang/highlight.py"},
     "pyarrow": {"fuzzyctl/experiments/results/parquet.py", "apps/dwmr/output/data/parquet_file.py"},
     "distributed": {"fuzzyctl/experiments/sweep/cluster.py"},
-    "control": set(),  # by name, when it is called
+    "control": {"apps/gallery/beside_upa.py"},  # interop imports it by name, when it is called
     "gymnasium": {"fuzzyctl/interop/environments.py"},
     "scipy": {
         "apps/dwmr/calibration/search.py",
