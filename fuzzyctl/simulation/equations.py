@@ -10,9 +10,9 @@ from typing import Final
 from fuzzyctl.diagnostics.diagnostic import ArgumentError, Diagnostic, DiagnosticError
 from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.expr import Call, Compare, Expr, ExprError, Keyword, Name, Number, Where, evaluate, names_in, span_of
-from fuzzyctl.kernels.plan.algebraic_loops import feedthrough, ordered
+from fuzzyctl.kernels.plan.algebraic_loops import ordered
 from fuzzyctl.kernels.plan.equations import DT, Equation, Evaluation, KeptState
-from fuzzyctl.kernels.plan.expansion import Expansion, Scope, equations_of, split
+from fuzzyctl.kernels.plan.expansion import Expansion, Scope, split
 from fuzzyctl.kernels.program.builder import any_nan
 from fuzzyctl.kernels.program.program import NAN
 from fuzzyctl.model.controller import Controller, Signal
@@ -163,15 +163,22 @@ def loop_equations(loop: Loop, extra: Sequence[Expr] = (), free: Sequence[str] =
         raise ArgumentError(f"'{min(fixed)}' cannot be free: the sample times or the duration depend on it")
     step, every = sample_times(loop)
     samples = _samples(loop, step)
+    expansion = _LoopExpansion(loop, step, every, free)
+    scope = Scope(_as_controller(loop), "", {TIME: Name(TIME)}, step)
     try:
-        expansion, signals, body = _expanded(_LoopExpansion(loop, step, every, free, direct=False), loop, extra)
-    except DiagnosticError:
-        expansion, signals, body = _expanded(_LoopExpansion(loop, step, every, free, direct=True), loop, extra)
+        expansion.enter(scope)
+    except ExprError as error:
+        if not free:
+            raise
+        message = f"a constant depends on a free param: {error.message} at {error.span}"
+        raise ArgumentError(message) from None
+    signals = dict(_recorded(loop))
+    signals |= {f"#{k}": expansion.expanded(e, scope) for k, e in enumerate(extra)}
     _require_room(loop, samples, len(signals))
     plants = {i.name for i in loop.instances if i.controller in {p.name for p in loop.plants}}
     kept = [s for s in expansion.states if s.name.partition(".")[0] not in plants]
     return LoopEquations(
-        body=body,
+        body=ordered(expansion.body),
         plant_states=tuple(expansion.plant_states()),
         states=tuple(kept),
         updates=tuple(expansion.update(s.name) for s in kept),
@@ -186,23 +193,6 @@ def loop_equations(loop: Loop, extra: Sequence[Expr] = (), free: Sequence[str] =
         free=tuple(free),
         externals=tuple(_externals(loop, tuple(expansion.states_of_plants))),
     )
-
-
-def _expanded(
-    expansion: _LoopExpansion, loop: Loop, extra: Sequence[Expr]
-) -> tuple[_LoopExpansion, dict[str, Expr], tuple[Equation | Evaluation, ...]]:
-    """Expand a loop: with what is recorded, and the equations in order."""
-    scope = Scope(_as_controller(loop), "", {TIME: Name(TIME)}, expansion.step)
-    try:
-        expansion.enter(scope)
-    except ExprError as error:
-        if not expansion.free_params:
-            raise
-        message = f"a constant depends on a free param: {error.message} at {error.span}"
-        raise ArgumentError(message) from None
-    signals = dict(_recorded(loop))
-    signals |= {f"#{k}": expansion.expanded(e, scope) for k, e in enumerate(extra)}
-    return expansion, signals, ordered(expansion.body)
 
 
 def sample_times(loop: Loop) -> tuple[float, dict[str, int]]:
@@ -316,15 +306,11 @@ def _flag(every: int) -> str:
 
 
 class _LoopExpansion(Expansion):
-    """Collects the equations of a loop; plants are expanded as controllers whose next values are derivatives.
+    """Collects the equations of a loop; plants are expanded as controllers whose next values are derivatives."""
 
-    An output of a controller is NaN where any of its inputs is. With `direct` only inputs count that the output depends
-    on within the same sample: then a controller may give an output before its inputs are known.
-    """
-
-    def __init__(self, loop: Loop, step: float, every: Mapping[str, int], free: Sequence[str], *, direct: bool) -> None:
+    def __init__(self, loop: Loop, step: float, every: Mapping[str, int], free: Sequence[str]) -> None:
         super().__init__()
-        self.step, self.every, self.free_params, self.direct = step, every, set(free), direct
+        self.step, self.every, self.free_params = step, every, set(free)
         #: Params of blocks that depend on free ones, by prefix.
         self._bound: dict[str, dict[str, Expr]] = {}
         self.plants = {i.name for i in loop.instances if i.name not in every}
@@ -370,11 +356,9 @@ class _LoopExpansion(Expansion):
             scope.constant(scope.controller.period)
         inputs = [Name(f"{block}.{i.name}") for i in scope.controller.inputs]
         self._lacks |= {block: any_nan(inputs)} if inputs else {}
-        direct = feedthrough(equations_of(scope.controller)) if self.direct else {}
         for result in scope.controller.results:
             self.held.add(f"{block}.{result.name}")
-            needed = [Name(f"{block}.{i}") for i in direct[result.name]] if self.direct else inputs
-            self._hold(f"{block}.{result.name}", block, needed)
+            self._hold(f"{block}.{result.name}", block)
 
     def _free_params(self, scope: Scope) -> None:
         """Put names in the place of the values of free params, and of those that depend on them."""
@@ -412,14 +396,14 @@ class _LoopExpansion(Expansion):
     def _is_constant(self, expr: Expr, scope: Scope) -> bool:
         return all(isinstance(scope.names.get(n.name, Number(0.0)), Number) for n in names_in(expr))
 
-    def _hold(self, name: str, block: str, needed: Sequence[Expr]) -> None:
+    def _hold(self, name: str, block: str) -> None:
         """Make an output NaN where an input is, and keep that of a controller that does not run at each sample."""
         at = next(k for k, item in enumerate(self.body) if isinstance(item, Equation) and item.name == name)
         item = self.body[at]
         assert isinstance(item, Equation)
         own = f"{name}#new"
-        reads = needs(self.body, [item.value], {n.name for n in names_in(any_nan(needed))}) if needed else False
-        value = Where(any_nan(needed), NAN, Name(own)) if reads else Name(own)
+        reads = block in self._lacks and needs(self.body, [item.value], {n.name for n in names_in(self._lacks[block])})
+        value = Where(self._lacks[block], NAN, Name(own)) if reads else Name(own)
         self.body[at] = Equation(own, item.value, item.span)
         if self.every[block] > 1:
             value = Where(_runs(self.every[block]), value, self.keep(f"{name}#kept", 0.0, Name(name)))
