@@ -51,9 +51,12 @@ def checked_block(examined: Examined, block: _Block, choice: Choice) -> _Block:
 
 def _under(block: _Block, profile: str | None) -> _Block:
     """Return a block whose systems are under a profile."""
+    from fuzzyctl.model.controller import Controller
+
     systems = tuple(under(s, profile) for s in block.systems)
-    inner = [_under(c, profile) for c in getattr(block, "controllers", ())]
-    return replace(block, systems=systems, **({"controllers": tuple(inner)} if inner else {}))
+    if isinstance(block, Controller):
+        return replace(block, systems=systems, controllers=tuple(_under(c, profile) for c in block.controllers))
+    return replace(block, systems=systems)
 
 
 def _undecided(verdicts: tuple[Verdict, ...]) -> list[Diagnostic]:

@@ -93,8 +93,8 @@ def _is_given(value: str | float | None) -> bool:
 
 
 def _interface2(model: Model, files: Sequence[str]) -> Iterator[str]:
-    able = ("canHandleVariableCommunicationStepSize", "canNotUseMemoryManagementFunctions")
-    able += ("canGetAndSetFMUstate", "canSerializeFMUstate")
+    able = ["canHandleVariableCommunicationStepSize", "canNotUseMemoryManagementFunctions"]
+    able += ["canGetAndSetFMUstate", "canSerializeFMUstate"]
     yield f"  <CoSimulation{_attributes(modelIdentifier=model.name, **dict.fromkeys(able, 'true'))}>"
     yield from ("    <SourceFiles>", *(f"      <File{_attributes(name=name)}/>" for name in files))
     yield from ("    </SourceFiles>", "  </CoSimulation>")

@@ -14,7 +14,7 @@ from fuzzyctl.codegen.steps import c_source
 from fuzzyctl.codegen.steps.c_layout import StepLayout
 from fuzzyctl.codegen.steps.unit import prepare_step
 from fuzzyctl.expr import Call, Expr, evaluate, walk
-from fuzzyctl.model.controller import Controller, Result, Signal
+from fuzzyctl.model.controller import Controller, Definition, Result, Signal
 from fuzzyctl.model.plant import Plant
 from fuzzyctl.model.plant_forms import PLANT_FUNCTIONS
 from fuzzyctl.model.signals import TIME
@@ -76,11 +76,12 @@ def plant_model(plant: Plant, text: str, free: Sequence[str] = ()) -> Model:
 
 
 def _require_equations(plant: Plant) -> None:
-    if plant.python:
-        raise CodegenError(f"plant '{plant.name}' is in Python, so there are no equations to write in C")
+    if plant.external:
+        raise CodegenError(f"plant '{plant.name}' is in {plant.external}, so it has no equations to write in C")
     if not plant.states:
         raise CodegenError(f"plant '{plant.name}' has no states, so there is nothing to integrate")
-    values = [d.value for d in (*plant.definitions, *plant.results, *plant.derivatives)]
+    equations: list[Definition | Result] = [*plant.definitions, *plant.results, *plant.derivatives]
+    values = [equation.value for equation in equations]
     if any(isinstance(e, Call) and e.function in PLANT_FUNCTIONS for value in values for e in walk(value)):
         message = f"plant '{plant.name}' has dead time, which the FMU of a plant cannot keep"
         raise CodegenError(f"{message}; put the delay into a controller: delay(x, samples)")
