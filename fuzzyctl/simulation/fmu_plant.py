@@ -94,14 +94,12 @@ class FmuPlant:
     def _require_binary(self) -> None:
         if self._fmu.platform in self._fmu.platforms:
             return
-        facts = (
-            f"it has binaries for: {', '.join(self._fmu.platforms) or 'no machine'}; this is {self._fmu.platform}",
-        )
-        name = Path(self._plant.fmu).name
-        compiled = (
-            f"compile it: python -m fmpy compile {name}" if self._fmu.has_sources else "export it on this machine"
-        )
-        raise FmuError("the FMU has no binary for this machine", facts, compiled)
+        has = ", ".join(self._fmu.platforms) or "no machine"
+        help_text = "export it on this machine"
+        if self._fmu.has_sources:
+            help_text = f"it holds its source; compile that: fmpy compile {Path(self._plant.fmu).name}"
+        facts = (f"it has binaries for: {has}; this is {self._fmu.platform}",)
+        raise FmuError("the FMU has no binary for this machine", facts, help_text)
 
     def _mistake(self, message: str, facts: tuple[str, ...], help_text: str = "") -> DiagnosticError:
         facts = (*facts, f"it is block '{self._block}', {self._plant.fmu}")

@@ -56,7 +56,8 @@ def solved(
     """
     equations = experiment.equations
     if equations.delays or equations.externals:
-        what = "dead time" if equations.delays else "a plant in Python or an FMU"
+        in_python = any(e.plant.python for e in equations.externals)
+        what = "dead time" if equations.delays else "a plant in Python" if in_python else "an FMU"
         raise ArgumentError(f"a loop with {what} takes the solver RK4, not {solver}")
     sample, derivative = (_function(p) for p in (experiment.programs.sample, experiment.programs.derivative))
     free = list(experiment.nominal.values())
