@@ -14,6 +14,7 @@ import zipfile
 import zlib
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import islice
 from pathlib import Path, PurePosixPath
 from typing import Final
 
@@ -200,14 +201,18 @@ _KINDS: Final = ("input", "output", "parameter")
 
 
 def _variables(found: list[Element], version: int) -> Iterator[Element]:
-    """Yield the real scalars: their attributes, those of the type included."""
+    """Yield the real scalars; of FMI 2 with the attributes of their type."""
     for k, element in enumerate(found):
-        inner = [e for e in found[k + 1 : k + 4] if e.depth > element.depth]
-        if version == 2 and element.name == "ScalarVariable":
-            real = next((e for e in inner if e.name == "Real"), None)
-            if real is not None:
-                yield Element("Real", {**real.attributes, **element.attributes}, element.depth)
-        elif version == 3 and element.name == "Float64" and not any(e.name == "Dimension" for e in inner):
+        if element.name not in ("ScalarVariable", "Float64"):
+            continue
+        inner = {}
+        for below in islice(found, k + 1, None):
+            if below.depth <= element.depth:
+                break
+            inner[below.name] = below
+        if version == 2 and "Real" in inner:
+            yield Element("Real", {**inner["Real"].attributes, **element.attributes}, element.depth)
+        elif version == 3 and element.name == "Float64" and "Dimension" not in inner:
             yield element
 
 

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import shutil
 import tempfile
 import weakref
 from collections.abc import Mapping, Sequence
+from contextlib import chdir
 from pathlib import Path
 from typing import Any, Final, final
 
@@ -38,12 +40,15 @@ class FmuPlant:
             _fmpy()
             self._fmu = read_description(plant.fmu)
             self._require_binary()
-            self._folder = tempfile.TemporaryDirectory(prefix="fuzzyctl-fmu-")
-            unpack(plant.fmu, Path(self._folder.name))
+            self._folder = tempfile.mkdtemp(prefix="fuzzyctl-fmu-")
+            weakref.finalize(self, shutil.rmtree, self._folder, ignore_errors=True)
+            unpack(plant.fmu, Path(self._folder))
         except FmuError as error:
             raise self._mistake(error.message, error.facts, error.help_text) from None
         self._params = {v.reference: params[v.identifier] for v in self._fmu.params if v.identifier in params}
         self._instance: _Instance | None = None
+        self._messages: list[str] = []
+        self._broken: DiagnosticError | None = None
         self._sample = -1
         self._values: tuple[float, ...] = ()
 
@@ -51,20 +56,27 @@ class FmuPlant:
         """Return the outputs as they are since the last step; at the time 0 the FMU begins anew."""
         if t == 0.0 and self._sample != 0:
             self._guarded(self._begin, "begin", t)
+        if self._broken is not None:
+            raise self._broken
         return self._values
 
     def advance(self, k: int, step: float, inputs: tuple[float, ...]) -> None:
-        """Make the communication step from sample `k` to the next one."""
+        """Make the communication step from sample `k` to the next one, where a mistake of it is raised."""
         assert self._instance is not None, "outputs are read before a step"
         instance = self._instance
-        self._guarded(lambda: instance.step(k * step, step, inputs), "make a step", k * step)
         self._sample = k + 1
-        self._read((k + 1) * step)
+        try:
+            self._guarded(lambda: instance.step(k * step, step, inputs), "make a step", k * step)
+            self._read((k + 1) * step)
+        except DiagnosticError as error:
+            self._broken = error
 
     def _begin(self) -> None:
         if self._instance is not None:
             self._instance.close()
-        self._instance = _Instance(self._fmu, self._folder.name, f"{self._plant.name}.{self._block}")
+        self._messages.clear()
+        self._broken = None
+        self._instance = _Instance(self._fmu, self._folder, self._messages)
         weakref.finalize(self, self._instance.close)
         self._instance.begin(self._params)
         self._sample = 0
@@ -77,7 +89,9 @@ class FmuPlant:
         for variable, value in zip(self._fmu.outputs, found, strict=True):
             if not abs(value) < float("inf"):
                 message = f"output '{variable.name}' of FMU '{self._plant.name}' is {value:g} at t = {t:.6g} s"
-                raise self._mistake(message, instance.said(), "see that its inputs and params are in their ranges")
+                raise self._mistake(
+                    message, tuple(self._messages), "see that its inputs and params are in their ranges"
+                )
         self._values = tuple(found)
 
     def _guarded(self, call: Any, what: str, t: float) -> Any:
@@ -87,9 +101,8 @@ class FmuPlant:
         except (DiagnosticError, KeyboardInterrupt):
             raise
         except Exception as error:  # noqa: BLE001 - FMPy raises plain exceptions; what it raised is reported
-            said = self._instance.said() if self._instance is not None else ()
             message = f"FMU '{self._plant.name}' cannot {what} at t = {t:.6g} s"
-            raise self._mistake(message, (str(error), *said), "see what the tool that made it says") from None
+            raise self._mistake(message, (str(error), *self._messages), "see what the tool that made it says") from None
 
     def _require_binary(self) -> None:
         if self._fmu.platform in self._fmu.platforms:
@@ -112,17 +125,18 @@ class _Instance:
     Args:
         fmu: Its description.
         folder: Where it is unpacked.
-        name: What the FMU calls it in messages.
+        messages: Where its last messages go.
     """
 
-    def __init__(self, fmu: FmuDescription, folder: str, name: str) -> None:
+    def __init__(self, fmu: FmuDescription, folder: str, messages: list[str]) -> None:
         fmpy = _fmpy()
-        self._messages: list[str] = []
+        self._messages = messages
         description = fmpy.read_model_description(folder, validate=False)
         from fmpy.simulation import instantiate_fmu
 
         self._fmu, self._open = fmu, False
-        self._own: Any = instantiate_fmu(folder, description, fmi_type="CoSimulation", logger=self._log)
+        with chdir(folder):  # FMPy goes elsewhere to load the library, and stays there where that fails
+            self._own: Any = instantiate_fmu(folder, description, fmi_type="CoSimulation", logger=self._log)
         self._open = True
         self._inputs = [v.reference for v in fmu.inputs]
         self._outputs = [v.reference for v in fmu.outputs]
@@ -130,11 +144,8 @@ class _Instance:
     def _log(self, *told: Any) -> None:
         """Keep a message; of FMI 2 the name of the instance comes before the status."""
         text = (told[-1] or b"").decode("utf-8", "replace")
-        self._messages = [*self._messages, f"it says: {text}"][-_MESSAGES:]
-
-    def said(self) -> tuple[str, ...]:
-        """Return the last messages."""
-        return tuple(self._messages)
+        self._messages.append(f"it says: {text}")
+        del self._messages[:-_MESSAGES]
 
     def begin(self, params: Mapping[int, float]) -> None:
         """Initialize at the time 0, with some params set."""
