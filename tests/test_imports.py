@@ -65,6 +65,7 @@ HOMES = {
     "pygments": {"fuzzyctl/lang/highlight.py"},
     "pyarrow": {"fuzzyctl/experiments/results/parquet.py", "apps/dwmr/output/data/parquet_file.py"},
     "distributed": {"fuzzyctl/experiments/sweep/cluster.py"},
+    "fmpy": {"fuzzyctl/simulation/fmu_plant.py"},
     "scipy": {
         "apps/dwmr/calibration/search.py",
         "apps/dwmr/output/data/mat_file.py",
