@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import math
+import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -125,12 +126,17 @@ class Model:
 
 
 def closed_range(bounds: Bounds | None, values: Mapping[str, float]) -> tuple[float, float]:
-    """Return the ends of a range; an end outside of it is replaced by the next number inside."""
+    """Return the ends of a range; an end outside of it is replaced by the next normal number inside."""
     if bounds is None:
         return -math.inf, math.inf
     lower, upper = evaluate(bounds.lower, values), evaluate(bounds.upper, values)
-    lower = math.nextafter(lower, math.inf) if bounds.without_lower and math.isfinite(lower) else lower
-    return lower, math.nextafter(upper, -math.inf) if bounds.without_upper and math.isfinite(upper) else upper
+    lower = _beside(lower, 1.0) if bounds.without_lower and math.isfinite(lower) else lower
+    return lower, _beside(upper, -1.0) if bounds.without_upper and math.isfinite(upper) else upper
+
+
+def _beside(end: float, way: float) -> float:
+    # Beside 0 some importers take numbers that are not normal for mistakes.
+    return math.nextafter(end, way * math.inf) if end else way * sys.float_info.min
 
 
 def near_zero(lower: float, upper: float) -> float:

@@ -217,7 +217,7 @@ static fmu_Status fmu_refuse(const fmu_Instance *own, const char *call, uint32_t
     }
     // The inputs themselves may leave their ranges, and be NaN: what then follows is the model's part.
     if (param && !(value >= variable->lower && value <= variable->upper)) {
-        return fmu_log(own, FMU_ERROR, "%s: parameter '%s' must be from %.17g to %.17g, got %.17g", call,
+        return fmu_log(own, FMU_ERROR, "%s: parameter '%s' must be from %.9g to %.9g, got %.9g", call,
                        variable->name, variable->lower, variable->upper, value);
     }
     return FMU_OK;
@@ -263,7 +263,7 @@ static fmu_Status fmu_missing(fmu_Instance *own, const char *call)
             const bool before = own->now.missing;
             own->now.missing = true;
             return before ? FMU_WARNING
-                          : fmu_log(own, FMU_WARNING, "%s: input '%s' is NaN from t = %.17g s on", call,
+                          : fmu_log(own, FMU_WARNING, "%s: input '%s' is NaN from t = %.9g s on", call,
                                     fmu_variables[k].name, own->now.time);
         }
     }
@@ -285,7 +285,7 @@ static const char *fmu_advance(fmu_Instance *own, double begin, double end)
         why = fmu_make(&now->model, FMU_PERIOD);
         now->samples += 1.0;
         if (own->events) {
-            (void)fmu_log(own, FMU_OK, "sample %.0f at t = %.17g s", now->samples, at);
+            (void)fmu_log(own, FMU_OK, "sample %.0f at t = %.9g s", now->samples, at);
         }
     }
 #else
@@ -307,7 +307,7 @@ static fmu_Status fmu_step(fmu_Instance *own, const char *call, double begin, do
     }
     if (fabs(begin - own->now.time) > (FMU_ALIGNED * size) + (1e-9 * fabs(begin))) {
         own->now.phase = FMU_FAILED;
-        return fmu_log(own, FMU_ERROR, "%s: the step begins at %.17g s, the one before ended at %.17g s", call, begin,
+        return fmu_log(own, FMU_ERROR, "%s: the step begins at %.9g s, the one before ended at %.9g s", call, begin,
                        own->now.time);
     }
     const fmu_Status status = fmu_missing(own, call);
@@ -315,7 +315,7 @@ static fmu_Status fmu_step(fmu_Instance *own, const char *call, double begin, do
     own->now.time = end;
     if (why != NULL) {
         own->now.phase = FMU_FAILED;
-        return fmu_log(own, FMU_ERROR, "%s: %s at t = %.17g s", call, why, begin);
+        return fmu_log(own, FMU_ERROR, "%s: %s at t = %.9g s", call, why, begin);
     }
     return status;
 }

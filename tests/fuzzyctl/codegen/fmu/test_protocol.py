@@ -118,7 +118,7 @@ def test_nan_gives_nan_leaves_the_state_and_is_logged_once(built, version):
     assert all(np.isnan(instance.step(0.1, x=float("nan"))) for _ in range(3))
     assert instance.step(0.1, x=1.0) == [4]
     assert [m for m in made.messages if m[0] == "logStatusWarning"] == [
-        ("logStatusWarning", f"fmi{version}DoStep: input 'x' is NaN from t = 0.20000000000000001 s on")
+        ("logStatusWarning", f"fmi{version}DoStep: input 'x' is NaN from t = 0.2 s on")
     ]
 
 
@@ -130,14 +130,14 @@ def test_samples_are_logged_where_they_are_wanted(built, version):
         instance.own.component, 1, 0, None
     )
     instance.step(0.2, x=1.0)
-    assert [m[1] for m in made.messages] == ["sample 1 at t = 0 s", "sample 2 at t = 0.10000000000000001 s"]
+    assert [m[1] for m in made.messages] == ["sample 1 at t = 0 s", "sample 2 at t = 0.1 s"]
 
 
 @VERSIONS
 @pytest.mark.parametrize(
     ("act", "message"),
     [
-        (lambda i: i.set(gain=0.0), "parameter 'gain' must be from 4.9406564584124654e-324 to 10, got 0"),
+        (lambda i: i.set(gain=0.0), "parameter 'gain' must be from 2.22507386e-308 to 10, got 0"),
         (lambda i: i.set(gain=float("nan")), "parameter 'gain' must be from"),
         (lambda i: i.set(y=1.0), "'y' is no input and no parameter"),
         (lambda i: i.step(float("inf")), "expected a finite time"),
