@@ -141,8 +141,10 @@ def _opened(path: str) -> zipfile.ZipFile:
         archive = zipfile.ZipFile(path)
     except zipfile.BadZipFile:
         raise FmuError("the file is no zip archive, so it is no FMU", help_text="export it again") from None
+    except FileNotFoundError:
+        raise FmuError("there is no such file") from None
     except OSError as error:
-        raise FmuError(f"the file cannot be read: {(error.strerror or str(error)).lower()}") from None
+        raise FmuError(f"the file cannot be read: {error.strerror or error}") from None
     try:
         _require_harmless(archive.infolist())
     except FmuError:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterator, Sequence
 from html import escape
 from typing import Final
@@ -10,7 +11,6 @@ from xml.sax.saxutils import quoteattr
 
 from fuzzyctl import __version__
 from fuzzyctl.codegen.fmu.model import Model, Variable
-from fuzzyctl.codegen.unit import printable
 
 #: Options of a compiler for the C: sums and products are rounded one by one, as the kernel rounds them.
 OPTIONS: Final = ("-std=c99", "-O2", "-ffp-contract=off")
@@ -53,12 +53,14 @@ def build_description(model: Model, files: Sequence[str]) -> str:
 
 def page(model: Model) -> str:
     """Return the text of documentation/index.html."""
-    title = escape(model.title or model.block)
+    title = escape(xml_text(model.title or model.block))
     if model.period is not None:
         steps = f"It samples every {model.period!r} s from the start time on, whatever the communication steps are."
     else:
         steps = "Each communication step is a step of it."
-    rows = "".join(f"<tr>{''.join(f'<td>{escape(cell)}</td>' for cell in row)}</tr>\n" for row in _rows(model))
+    rows = "".join(
+        f"<tr>{''.join(f'<td>{escape(xml_text(cell))}</td>' for cell in row)}</tr>\n" for row in _rows(model)
+    )
     return f"""<!DOCTYPE html>
 <html lang="en">
 <head><meta charset="utf-8"><title>{title}</title></head>
@@ -85,7 +87,12 @@ def _rows(model: Model) -> Iterator[tuple[str, ...]]:
 def _attributes(**values: str | float | None) -> str:
     """Return attributes of XML; those without a value, and ranges without an end, are left out."""
     texts = {n: repr(v) if isinstance(v, float) else str(v) for n, v in values.items() if _is_given(v)}
-    return "".join(f" {name}={quoteattr(printable(text))}" for name, text in texts.items())
+    return "".join(f" {name}={quoteattr(xml_text(text))}" for name, text in texts.items())
+
+
+def xml_text(text: str) -> str:
+    """Return a text with a space in place of each character that XML has not."""
+    return re.sub(r"[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]", " ", text)
 
 
 def _is_given(value: str | float | None) -> bool:

@@ -4,8 +4,9 @@ import zipfile
 
 import pytest
 
-from fuzzyctl import dumps, load_plant
+from fuzzyctl import DiagnosticError, dumps, load_plant
 from fuzzyctl.diagnostics.source import SourceText
+from fuzzyctl.loading.fmu_interface import fmu_plant
 from fuzzyctl.loading.load import look_through
 from tests.fuzzyctl.simulation.test_fmu_archive import FMI2
 
@@ -46,7 +47,7 @@ def test_its_text_can_be_read_again(found, tmp_path):
         ),
         (
             'fmu("gone.fmu")',
-            ("FZ218", '"gone.fmu" cannot be used: the file cannot be read: no such file', '"gone.fmu"'),
+            ("FZ218", '"gone.fmu" cannot be used: there is no such file', '"gone.fmu"'),
         ),
         ('fmu("/m.fmu")', ("FZ218", "'/m.fmu' lies outside the folder of this file", '"/m.fmu"')),
         ('fmu("m.fmu")\nparam iff = 3', ("FZ202", "the FMU has no parameter 'iff'", "iff")),
@@ -66,3 +67,17 @@ def test_an_fmu_for_model_exchange_is_refused_with_a_repair(found):
     assert mistake.message == '"m.fmu" cannot be used: the FMU is not for co-simulation'
     assert mistake.facts == ("it is for: ModelExchange",)
     assert mistake.help == "export it for co-simulation"
+
+
+def test_a_name_that_is_nearly_there_is_suggested(found):
+    (mistake,) = found('plant p = fmu("n.fmu")\n').diagnostics
+    assert mistake.help == "did you mean 'm.fmu'?"
+    (mistake,) = found('plant p = fmu("m.fmu")\nparam nut_ = 3\n').diagnostics
+    assert mistake.help == "did you mean 'not_'?"
+
+
+def test_an_fmu_is_a_plant_in_python_too(found, tmp_path):
+    plant = found('plant p = fmu("m.fmu")\n').plants[0]
+    assert fmu_plant(tmp_path / "m.fmu", "p") == plant
+    with pytest.raises(DiagnosticError, match=r"text.fmu: error\[FZ218\]: the file is no zip archive"):
+        fmu_plant(tmp_path / "text.fmu")

@@ -74,6 +74,11 @@ class Built:
         self._instances.clear()
         self.messages.clear()
 
+    def forget(self, instance):
+        """Free one instance."""
+        instance.own.freeInstance()
+        self._instances.remove(instance)
+
     def remove(self):
         shutil.rmtree(self.folder, ignore_errors=True)
 

@@ -1,15 +1,20 @@
 """What an importer may ask of an FMU: samples between communication points, states, errors, messages."""
 
 import subprocess
+from dataclasses import replace
+from xml.etree import ElementTree
 
 import fmpy.validation
 import numpy as np
 import pytest
 from fmpy.fmi1 import FMICallException
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
 
 from fuzzyctl.codegen.errors import CodegenError
 from fuzzyctl.codegen.fmu.archive import fmu, sources
 from fuzzyctl.codegen.fmu.binary import compiler
+from fuzzyctl.codegen.fmu.description import model_description, xml_text
 from tests.fuzzyctl.codegen.conftest import STRICT, averaged, text
 from tests.fuzzyctl.codegen.fmu.fmus import controller_fmu, plant_fmu, system_fmu
 from tests.fuzzyctl.codegen.fmu.test_agreement import TANK
@@ -62,6 +67,24 @@ def test_a_controller_samples_at_its_own_instants(built, version):
     found = [small.step(0.025, x=1.0)[0] for _ in range(10)]
     assert found == [0, 0, 0, 0, 2, 2, 2, 2, 4, 4]
     assert [large.step(size, x=1.0)[0] for size in (0.3, 0.1, 0.15, 0.05)] == [4, 6, 10, 10]
+
+
+@given(
+    sizes=st.lists(st.integers(1, 30), min_size=1, max_size=20),
+    start=st.floats(-10, 10),
+    inputs=st.lists(st.floats(-2, 2), min_size=20, max_size=20),
+)
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
+def test_samples_do_not_hang_on_the_communication_steps(built, sizes, start, inputs):
+    """Steps of 10 ms to 0.3 s: the samples lie in [begin, end), each with the input of its step."""
+    instance = built(controller_fmu(COUNTER)).instance(start=start)
+    total, before, made, ticks = 0.0, 0.0, 0, 0
+    for size, x in zip(sizes, inputs, strict=False):
+        ticks += size
+        while made * 10 < ticks:
+            before, total, made = total, total + 2 * x, made + 1
+        assert instance.step(size / 100, x=x) == pytest.approx([before], abs=1e-12)
+    built(controller_fmu(COUNTER)).forget(instance)
 
 
 @VERSIONS
@@ -234,3 +257,11 @@ def test_the_same_text_gives_the_same_fmu_and_another_text_another_token(built):
 def test_what_has_no_fmu_is_refused(model, message):
     with pytest.raises(CodegenError, match=message):
         model()
+
+
+@given(label=st.text(st.characters(codec="utf-8"), max_size=20))
+def test_any_label_is_an_attribute(label):
+    model = replace(controller_fmu(COUNTER), title=label)
+    for version in (2, 3):
+        head = ElementTree.fromstring(model_description(model, version, ["a.c"]))
+        assert head.get("description", "") == xml_text(label)
