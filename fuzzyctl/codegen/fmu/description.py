@@ -58,9 +58,8 @@ def page(model: Model) -> str:
         steps = f"It samples every {model.period!r} s from the start time on, whatever the communication steps are."
     else:
         steps = "Each communication step is a step of it."
-    rows = "".join(
-        f"<tr>{''.join(f'<td>{escape(xml_text(cell))}</td>' for cell in row)}</tr>\n" for row in _rows(model)
-    )
+    cells = [[f"<td>{escape(xml_text(cell))}</td>" for cell in row] for row in _rows(model)]
+    rows = "".join(f"<tr>{''.join(row)}</tr>\n" for row in cells)
     return f"""<!DOCTYPE html>
 <html lang="en">
 <head><meta charset="utf-8"><title>{title}</title></head>
