@@ -22,7 +22,9 @@ ORDER = [
     ["comparison", "explain", "loading"],
     ["analysis", "building", "plot"],
     ["codegen", "convert"],
+    ["editor"],
     ["cli"],
+    ["__main__"],
 ]
 #: The same for the sub-packages of packages.
 SUBORDER = {
@@ -62,6 +64,8 @@ HOMES = {
     "plotly": {"apps/dwmr/page/plots.py"},
     "pydantic": {"apps/dwmr", "fuzzyctl/experiments/sweep"},
     "PIL": {"apps/dwmr/figures"},
+    "lsprotocol": {"fuzzyctl/editor/server.py"},
+    "pygls": {"fuzzyctl/editor/server.py"},
     "pygments": {"fuzzyctl/lang/highlight.py"},
     "pyarrow": {"fuzzyctl/experiments/results/parquet.py", "apps/dwmr/output/data/parquet_file.py"},
     "distributed": {"fuzzyctl/experiments/sweep/cluster.py"},

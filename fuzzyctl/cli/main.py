@@ -19,6 +19,7 @@ COMMANDS: Final = {
     "diff": ("fuzzyctl.cli.diff", "diff", "Show what was changed from one rule file to another."),
     "doctor": ("fuzzyctl.cli.doctor", "doctor", "Say what is installed, and what is in use."),
     "eval": ("fuzzyctl.cli.eval", "evaluate", "Evaluate a rule file at a point, or at all points of a CSV."),
+    "lsp": ("fuzzyctl.cli.lsp", "lsp", "Serve an editor: mistakes, completion, hover, renaming."),
     "explain": ("fuzzyctl.cli.explain", "explain", "Explain a diagnostic code."),
     "fmt": ("fuzzyctl.cli.fmt", "fmt", "Lay rule files out: spacing, indentation, columns of tables."),
     "new": ("fuzzyctl.cli.new", "new", "Write an annotated rule file to begin with."),

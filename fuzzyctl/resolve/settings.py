@@ -28,6 +28,9 @@ _FIELDS: Final[dict[str, tuple[str, tuple[str, ...]]]] = {
 
 _Option = TypeVar("_Option", sx.Option, sx.ActivationOption)
 
+#: Settings with the values that each may have.
+SETTINGS: Final = {keyword: known for keyword, (_, known) in _FIELDS.items()}
+
 #: Options of the activation methods.
 _OPTIONS: Final[dict[str, tuple[str, ...]]] = {
     "general": (),
