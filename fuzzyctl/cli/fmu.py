@@ -54,7 +54,7 @@ def write_fmu(
     _write(path, made.data)
     if made.missing:
         help_text = "install a C compiler (cc, gcc or clang), or name yours in the environment variable CC"
-        show([Diagnostic("FZ709", made.missing, severity="warning", file=str(path), help=help_text)])
+        show([Diagnostic("FZ712", made.missing, severity="warning", file=str(path), help=help_text)])
     return {
         kind: model.block,
         "target": "fmu",

@@ -116,7 +116,7 @@ class FmuPlant:
 
     def _mistake(self, message: str, facts: tuple[str, ...], help_text: str = "") -> DiagnosticError:
         facts = (*facts, f"it is block '{self._block}', {self._plant.fmu}")
-        return DiagnosticError([Diagnostic("FZ708", message, self._span, facts=facts, help=help_text)])
+        return DiagnosticError([Diagnostic("FZ711", message, self._span, facts=facts, help=help_text)])
 
 
 class _Instance:

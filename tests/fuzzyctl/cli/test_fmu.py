@@ -30,7 +30,7 @@ def test_an_fmu_without_a_compiler_holds_its_source_and_says_so():
     result = run(RULES / "tipper.fz", "-o", "build/own.fmu")
     assert result.exit_code == 0
     assert result.stdout == "wrote build/own.fmu\n"
-    assert "warning[FZ709]: there is no C compiler" in result.stderr
+    assert "warning[FZ712]: there is no C compiler" in result.stderr
     assert "help: install a C compiler" in result.stderr
     assert names("build/own.fmu") == [
         "documentation/index.html",

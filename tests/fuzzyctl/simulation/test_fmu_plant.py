@@ -100,7 +100,7 @@ def test_each_run_begins_anew_and_each_block_is_an_instance(fmu_loop):
 
 def test_what_was_computed_until_its_error_is_kept(fmu_loop):
     run = Experiment(fmu_loop(LOOP.replace("law.u + push", "20"))).run()
-    assert run.stopped.code == "FZ708"
+    assert run.stopped.code == "FZ711"
     assert run.stopped.message == "FMU 'p' cannot make a step at t = 0.3 s"
     said = "it says: fmi3DoStep: state 'x' is not a number, or left its range at t = 0.3 s"
     assert said in run.stopped.facts
@@ -141,7 +141,7 @@ def test_an_fmu_that_cannot_be_run_here(fmu_loop, fmus, tmp_path, change, messag
     here = Path.cwd()
     found = stopped(fmu_loop(data=changed(fmus[2], tmp_path, change)))
     assert Path.cwd() == here
-    assert (found.code, found.message) == ("FZ708", message)
+    assert (found.code, found.message) == ("FZ711", message)
     assert any(fact in f for f in found.facts), found.facts
     assert found.help
 
