@@ -69,7 +69,7 @@ HOMES = {
     "pygments": {"fuzzyctl/lang/highlight.py"},
     "pyarrow": {"fuzzyctl/experiments/results/parquet.py", "apps/dwmr/output/data/parquet_file.py"},
     "distributed": {"fuzzyctl/experiments/sweep/cluster.py"},
-    "fmpy": {"fuzzyctl/simulation/fmu_plant.py"},
+    "fmpy": set(),  # by name, when a loop with an FMU is run
     "scipy": {
         "apps/dwmr/calibration/search.py",
         "apps/dwmr/output/data/mat_file.py",

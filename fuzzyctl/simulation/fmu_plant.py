@@ -7,6 +7,7 @@ import tempfile
 import weakref
 from collections.abc import Mapping, Sequence
 from contextlib import chdir
+from importlib import import_module
 from pathlib import Path
 from typing import Any, Final, final
 
@@ -132,11 +133,10 @@ class _Instance:
         fmpy = _fmpy()
         self._messages = messages
         description = fmpy.read_model_description(folder, validate=False)
-        from fmpy.simulation import instantiate_fmu
-
         self._fmu, self._open = fmu, False
         with chdir(folder):  # FMPy goes elsewhere to load the library, and stays there where that fails
-            self._own: Any = instantiate_fmu(folder, description, fmi_type="CoSimulation", logger=self._log)
+            make = import_module("fmpy.simulation").instantiate_fmu
+            self._own: Any = make(folder, description, fmi_type="CoSimulation", logger=self._log)
         self._open = True
         self._inputs = [v.reference for v in fmu.inputs]
         self._outputs = [v.reference for v in fmu.outputs]
@@ -158,7 +158,9 @@ class _Instance:
     def step(self, begin: float, size: float, inputs: Sequence[float]) -> None:
         """Set the inputs and make a step."""
         self._set(self._inputs, inputs)
-        self._own.doStep(currentCommunicationPoint=begin, communicationStepSize=size)
+        found = self._own.doStep(currentCommunicationPoint=begin, communicationStepSize=size)
+        if self._fmu.version == 3 and found[1]:
+            raise RuntimeError("it asks to end the simulation")
 
     def outputs(self) -> list[float]:
         """Return the outputs."""
@@ -178,11 +180,10 @@ class _Instance:
 
 def _fmpy() -> Any:
     try:
-        import fmpy
+        return import_module("fmpy")
     except ImportError as error:
         message = "FMUs are run by FMPy, which is not installed"
         raise FmuError(message, (str(error),), "pip install 'fuzzyctl[interop]'") from None
-    return fmpy
 
 
 def require_fixed(loop: Loop, free: Sequence[str]) -> None:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from fuzzyctl import ArgumentError, DiagnosticError, Experiment, simulate
-from fuzzyctl.codegen.fmu.archive import fmu
+from fuzzyctl.codegen.fmu.archive import fmu, sources
 from fuzzyctl.codegen.fmu.binary import compiler
 from tests.fuzzyctl.codegen.fmu.fmus import controller_fmu, plant_fmu, system_fmu
 
@@ -144,6 +144,20 @@ def test_an_fmu_that_cannot_be_run_here(fmu_loop, fmus, tmp_path, change, messag
     assert (found.code, found.message) == ("FZ711", message)
     assert any(fact in f for f in found.facts), found.facts
     assert found.help
+
+
+def test_an_fmu_may_end_the_simulation(fmu_loop, monkeypatch):
+    def changed_sources(model, version):
+        texts, old = sources(model, version), "    *lastSuccessfulTime"
+        return texts | {
+            "fmi3.c": texts["fmi3.c"].replace(old, f"    *terminateSimulation = own->now.time > 0.25;\n{old}")
+        }
+
+    monkeypatch.setattr("fuzzyctl.codegen.fmu.archive.sources", changed_sources)
+    run = Experiment(fmu_loop(data=fmu(plant_fmu(f"plant p\n{TEXT}"), 3).data)).run()
+    assert run.stopped.facts[0] == "it asks to end the simulation"
+    assert run.stopped.message == "FMU 'p' cannot make a step at t = 0.24 s"
+    assert len(run) == 13
 
 
 def test_without_fmpy_it_says_what_to_install(fmu_loop, monkeypatch):
