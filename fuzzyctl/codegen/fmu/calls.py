@@ -6,6 +6,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 from fuzzyctl.codegen import c_source
 from fuzzyctl.codegen.c_layout import CLayout
+from fuzzyctl.codegen.errors import CodegenError
 from fuzzyctl.codegen.fmu.model import USUAL_STEP, Model, Variable, c_text, closed_range, near_zero
 from fuzzyctl.codegen.steps import c_source as step_source
 from fuzzyctl.codegen.steps.c_layout import StepLayout
@@ -63,10 +64,12 @@ def controller_model(unit: StepUnit) -> Model:
         unit: The controller, as it is written in C.
 
     Raises:
-        CodegenError: For a name that begins as those of the standard.
+        CodegenError: For a name that begins as those of the standard, and a free param that the period depends on.
     """
     layout, controller, period = StepLayout(unit), unit.controller, unit.equations.period
-    values = controller.param_values.values
+    values, fixed = controller.param_values.values, _of_period(controller)
+    for number in (n for n in unit.numbers if n.name in fixed):
+        raise CodegenError(f"the period depends on '{number.name}', which so cannot be free")
     inputs = [signal_variable(s, values) for s in controller.inputs]
     outputs = [signal_variable(s, values) for s in controller.results]
     params, constants = params_of(unit)
@@ -121,7 +124,7 @@ def tunable(controller: Controller) -> tuple[str, ...]:
     """
     found: list[str] = []
     for param in controller.params:
-        if names_in(param.expression):
+        if names_in(param.expression) or param.name in _of_period(controller):
             continue
         try:
             equations = equations_of(controller, [*found, param.name])
@@ -130,6 +133,10 @@ def tunable(controller: Controller) -> tuple[str, ...]:
         if not equations.starts_vary and not any(isinstance(i, Evaluation) and i.free for i in equations.body):
             found.append(param.name)
     return tuple(found)
+
+
+def _of_period(controller: Controller) -> set[str]:
+    return read_by([controller.period] if controller.period is not None else [], controller.params)
 
 
 def read_by(expressions: Iterable[Expr], params: Sequence[Param]) -> set[str]:

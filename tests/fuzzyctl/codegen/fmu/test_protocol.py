@@ -13,12 +13,13 @@ from hypothesis import strategies as st
 from fuzzyctl.codegen.errors import CodegenError
 from fuzzyctl.codegen.fmu.archive import fmu, sources
 from fuzzyctl.codegen.fmu.binary import compiler
+from fuzzyctl.codegen.fmu.calls import tunable
 from fuzzyctl.codegen.fmu.description import model_description, xml_text
 from fuzzyctl.codegen.fmu.model import Model
 from tests.fuzzyctl.codegen.conftest import STRICT, averaged, text
 from tests.fuzzyctl.codegen.fmu.fmus import controller_fmu, plant_fmu, system_fmu
 from tests.fuzzyctl.codegen.fmu.test_agreement import TANK
-from tests.fuzzyctl.codegen.steps.targets import by_kernel
+from tests.fuzzyctl.codegen.steps.targets import by_kernel, controller_of
 from tests.fuzzyctl.codegen.steps.texts import TEXTS
 
 COUNTER = """controller counter
@@ -265,3 +266,16 @@ def test_any_label_is_an_attribute(label):
     for version in (2, 3):
         head = ElementTree.fromstring(model_description(model, version, ["a.c"]))
         assert head.get("description", "") == xml_text(label)
+
+
+def test_what_is_known_before_the_c_is_written_is_no_parameter():
+    own = averaged("own", "param p = 2").replace("constant(19)", "constant(p)")
+    own += "\ncontroller c\ninput e in [0, 10]\nparam gain = 2\nparam double = 2 * gain\nparam begin = 1\n"
+    own += "param time = 0.1\nparam heavy = 3\nstate s = begin\nnext s = double * e\n"
+    own += "let k = own(gain * e, 0, p=heavy)\noutput u = k + s\nevery time\n"
+    assert tunable(controller_of(own)) == ("gain",)
+    model = controller_fmu(own)
+    assert [v.name for v in model.params] == ["gain"]
+    assert [v.name for v in model.constants] == ["begin", "time", "heavy"]
+    with pytest.raises(CodegenError, match="the period depends on 'time'"):
+        controller_fmu(own, free=["time"])
