@@ -20,7 +20,7 @@ ORDER = [
     ["formats", "kernels", "resolve"],
     ["simulation"],
     ["comparison", "explain", "loading"],
-    ["analysis", "building", "plot"],
+    ["analysis", "building", "interop", "plot", "sweep"],
     ["codegen", "convert"],
     ["editor"],
     ["cli"],
@@ -62,7 +62,7 @@ HOMES = {
     "mpl_toolkits": {"fuzzyctl/plot", "apps/dwmr/figures"},
     "click": {"fuzzyctl/cli", "apps/dwmr/cli"},
     "plotly": {"apps/dwmr/page/plots.py"},
-    "pydantic": {"apps/dwmr", "fuzzyctl/experiments/sweep"},
+    "pydantic": {"apps/dwmr", "fuzzyctl/experiments/sweep", "fuzzyctl/sweep/spec.py"},
     "PIL": {"apps/dwmr/figures"},
     "lsprotocol": {"fuzzyctl/editor/server.py"},
     "pygls": {"fuzzyctl/editor/server.py"},
@@ -70,6 +70,8 @@ HOMES = {
     "pyarrow": {"fuzzyctl/experiments/results/parquet.py", "apps/dwmr/output/data/parquet_file.py"},
     "distributed": {"fuzzyctl/experiments/sweep/cluster.py"},
     "fmpy": set(),  # by name, when a loop with an FMU is run
+    "control": set(),  # by name, when it is called
+    "gymnasium": {"fuzzyctl/interop/environments.py"},
     "scipy": {
         "apps/dwmr/calibration/search.py",
         "apps/dwmr/output/data/mat_file.py",

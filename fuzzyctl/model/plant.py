@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Any
 
 from fuzzyctl.model.controller import Definition, Function, Result, Signal, State
 from fuzzyctl.model.guarantee import Param
@@ -35,6 +37,8 @@ class Plant(Node):
             are those of the file, read without running it; `derivatives` are empty, and the value of each output is its
             own name.
         fmu: The file of a plant that is an FMU, else an empty string. The same holds for it; it has no states here.
+        calls: Of a plant whose code is functions in place of a file: its derivatives from time, states and inputs, and
+            its outputs from time and states. `python` then says what they are.
         path: The file it was read from, or an empty string.
     """
 
@@ -51,6 +55,7 @@ class Plant(Node):
     systems: tuple[FuzzySystem, ...] = ()
     python: str = ""
     fmu: str = ""
+    calls: tuple[Callable[..., Any], ...] = ()
     path: str = field(default="", compare=False, repr=False)
 
     @property

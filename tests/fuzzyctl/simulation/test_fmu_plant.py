@@ -10,6 +10,8 @@ import pytest
 from fuzzyctl import ArgumentError, DiagnosticError, Experiment, simulate
 from fuzzyctl.codegen.fmu.archive import fmu, sources
 from fuzzyctl.codegen.fmu.binary import compiler
+from fuzzyctl.model.plant import Plant
+from fuzzyctl.simulation.plant_function import PlantFunction
 from tests.fuzzyctl.codegen.fmu.fmus import controller_fmu, plant_fmu, system_fmu
 
 TEXT = """input u "force" unit "N"
@@ -183,3 +185,8 @@ def test_a_controller_as_an_fmu_drives_a_plant_one_sample_later(loop, tmp_path, 
     text = LOOP.replace("block law = law(p.y)", "block law = own(p.y)").replace("controller law", "controller unused")
     run = simulate(loop(f'plant own = fmu("own.fmu")\nplant p\n{TEXT}{text}'))
     assert run["law.u"][1:] == pytest.approx(-2 * run["p.y"][:-1])
+
+
+def test_an_fmu_is_no_function_of_its_states():
+    with pytest.raises(ArgumentError, match="plant 'p' is an FMU, whose states only it knows"):
+        PlantFunction(Plant(name="p", fmu="p.fmu"))

@@ -21,6 +21,7 @@ from tests.fuzzyctl.codegen.fmu.fmus import controller_fmu, plant_fmu, system_fm
 from tests.fuzzyctl.codegen.fmu.test_agreement import TANK
 from tests.fuzzyctl.codegen.steps.targets import by_kernel, controller_of
 from tests.fuzzyctl.codegen.steps.texts import TEXTS
+from tests.sizes import examples
 
 COUNTER = """controller counter
 input x in [-2, 2]
@@ -34,19 +35,24 @@ every 0.1 s
 VERSIONS = pytest.mark.parametrize("version", [2, 3])
 
 
-@VERSIONS
-@pytest.mark.parametrize(
-    "model",
-    [
-        lambda: controller_fmu(COUNTER),
-        lambda: controller_fmu(TEXTS["greek"]),
-        lambda: controller_fmu(TEXTS["clock"]),
-        lambda: controller_fmu(TEXTS["operators"]),
-        lambda: system_fmu(averaged("gaps", otherwise=" else error")),
-        lambda: plant_fmu(TANK),
-    ],
-    ids=["counter", "greek", "clock", "operators", "system", "plant"],
-)
+#: Models that differ in what their FMUs hold.
+MODELS = {
+    "counter": lambda: controller_fmu(COUNTER),
+    "greek": lambda: controller_fmu(TEXTS["greek"]),
+    "clock": lambda: controller_fmu(TEXTS["clock"]),
+    "operators": lambda: controller_fmu(TEXTS["operators"]),
+    "system": lambda: system_fmu(averaged("gaps", otherwise=" else error")),
+    "plant": lambda: plant_fmu(TANK),
+}
+#: In the test line each has one version: they differ in their descriptions, which golden texts hold.
+DESCRIBED = [
+    pytest.param(model, version, id=f"{name}-{version}", marks=[pytest.mark.long] if (k + version) % 2 else [])
+    for k, (name, model) in enumerate(MODELS.items())
+    for version in (2, 3)
+]
+
+
+@pytest.mark.parametrize(("model", "version"), DESCRIBED)
 def test_fmpy_finds_no_problem_and_the_c_compiles_without_a_warning(model, version, built, tmp_path):
     made = built(model(), version)
     assert fmpy.validation.validate_fmu(str(made.path)) == []
@@ -75,7 +81,7 @@ def test_a_controller_samples_at_its_own_instants(built, version):
     start=st.floats(-10, 10),
     inputs=st.lists(st.floats(-2, 2), min_size=20, max_size=20),
 )
-@settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture], max_examples=examples(100, 20))
 def test_samples_do_not_hang_on_the_communication_steps(built, sizes, start, inputs):
     """Steps of 10 ms to 0.3 s: the samples lie in [begin, end), each with the input of its step."""
     instance = built(controller_fmu(COUNTER)).instance(start=start)
