@@ -23,11 +23,12 @@ from fuzzyctl.kernels.compile import numba_is_missing
 from fuzzyctl.model.loop import Loop
 from fuzzyctl.simulation.columns import columns
 from fuzzyctl.simulation.equations import DeadTime, LoopEquations, PlantState, loop_equations
+from fuzzyctl.simulation.fmu_plant import FmuPlant, require_fixed
 from fuzzyctl.simulation.judgement import Judgement
 from fuzzyctl.simulation.programs import LoopPrograms, programs
 from fuzzyctl.simulation.python_plant import PythonPlant
 from fuzzyctl.simulation.run import Run
-from fuzzyctl.simulation.settings import params_of
+from fuzzyctl.simulation.settings import block_params, params_of
 from fuzzyctl.simulation.source import LAGS, WEIGHTS, compiled, interpreted, refused
 
 if TYPE_CHECKING:
@@ -75,6 +76,7 @@ class Experiment:
                 raise UnknownNameError("param", name, tuple(known))
         #: The free params with their values in the file.
         self.nominal = {name: known[name] for name in free}
+        require_fixed(loop, free)
         self.judgement = Judgement(loop)
         self.equations = loop_equations(loop, self.judgement.signals, tuple(free))
         self.programs = programs(self.equations, algorithm)
@@ -104,12 +106,18 @@ class Experiment:
     def _kernel(self) -> Callable[..., int]:
         if self.backend == "numba":
             return compiled(self.equations, self.programs)
-        return interpreted(self.equations, self.programs, self.python_plants)
+        return interpreted(self.equations, self.programs, self.external_plants)
 
     @cached_property
-    def python_plants(self) -> list[PythonPlant]:
-        """The plants in Python; their files are executed."""
-        return [PythonPlant(e.plant, e.block, e.span) for e in self.equations.externals]
+    def external_plants(self) -> list[PythonPlant | FmuPlant]:
+        """The plants in Python, and FMUs; their code is executed."""
+        params = {i.name: block_params(self.loop, i) for i in self.loop.instances}
+        return [
+            PythonPlant(e.plant, e.block, e.span)
+            if e.plant.python
+            else FmuPlant(e.plant, e.block, e.span, params[e.block])
+            for e in self.equations.externals
+        ]
 
     def run(
         self, values: Any = None, *, substeps: int = 1, progress: Progress | None = None, seed: int | None = None
@@ -185,7 +193,7 @@ class Experiment:
                 done += count
                 if progress is not None:
                     progress(done, self.samples)
-        except DiagnosticError as error:  # of a plant in Python
+        except DiagnosticError as error:  # of a plant in Python, or an FMU
             return done, error.diagnostics[0]
         except KeyboardInterrupt:
             return done, interrupted(self.loop, done * self.step)
@@ -287,14 +295,15 @@ class Stepper:
 
 
 def _backend(name: str, loop: Loop) -> str:
-    """Return what computes runs: numba where it can be imported; generated Python for plants in Python."""
+    """Return what computes runs: numba where it can be imported; generated Python for plants in Python and FMUs."""
     if name not in BACKENDS:
         raise UnknownNameError("backend", name, BACKENDS)
-    called = next((p.name for p in loop.plants if p.python), None)
+    called = next((p for p in loop.plants if p.external), None)
     if called is not None and name != "numba":
         return "python"
     if called is not None:
-        raise ArgumentError(f"plant '{called}' is in Python, and called by generated Python: backend 'python'")
+        what = "in Python" if called.python else "an FMU"
+        raise ArgumentError(f"plant '{called.name}' is {what}, and called by generated Python: backend 'python'")
     missing = numba_is_missing() if name != "python" else None
     if name == "numba" and missing is not None:
         raise BackendUnavailableError(name, missing)
