@@ -93,6 +93,7 @@ CODES: Final[dict[str, str]] = {
     "FZ705": "a table of a signal cannot be used",
     "FZ706": "the integration is not accurate",
     "FZ707": "the run of a loop was interrupted",
+    "FZ708": "a signal is not a number",
     "FZ901": "a scenario file is malformed",
     "FZ902": "a scenario has an unknown key",
     "FZ903": "a scenario value is missing",

@@ -16,7 +16,7 @@ from fuzzyctl.formats.registry import format_of
 from fuzzyctl.lang import syntax as sx
 from fuzzyctl.lang.parser import parse
 from fuzzyctl.lang.repaired_text import in_original
-from fuzzyctl.loading.assembly import Part, bring_in, split
+from fuzzyctl.loading.assembly import Part, bring_in, split, without_other_loops
 from fuzzyctl.loading.calls import with_called
 from fuzzyctl.loading.linking import link
 from fuzzyctl.model.checks.checks import check_model
@@ -363,7 +363,12 @@ class Examined:
 
 
 def look_through(
-    source: SourceText, *, folder: Path | None = None, hints: bool = True, opened: Opened | None = None
+    source: SourceText,
+    *,
+    folder: Path | None = None,
+    hints: bool = True,
+    opened: Opened | None = None,
+    loop: str | None = None,
 ) -> Examined:
     """Examine all systems of a source; what it allows and denies is left to whoever knows all diagnostics.
 
@@ -372,6 +377,7 @@ def look_through(
         folder: Where the files stand that it uses.
         hints: Whether to look for what can only be a warning.
         opened: The systems of files that have been read for this check already.
+        loop: Name of the loop that is wanted; mistakes in other loops of the file are left out.
     """
     foreign = format_of(source.name)
     if foreign is not None:
@@ -379,6 +385,8 @@ def look_through(
 
         return Examined(source, *examine_foreign(foreign, source))
     tree, mistakes = parse(source)
+    if loop is not None:
+        tree, mistakes = without_other_loops(tree, mistakes, loop)
     tree, more = bring_in(tree, folder)
     diagnostics = [*mistakes, *more]
     broken = bool(more) or (bool(mistakes) and not tree.repaired)
