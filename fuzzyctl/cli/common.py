@@ -324,7 +324,7 @@ def end_of_range(value: float) -> float | str | None:
     """Return an end of what something lies between: None for NaN, texts for infinities, which say where it is open."""
     if math.isnan(value):
         return None
-    return value if math.isfinite(value) else ("inf" if value > 0 else "-inf")
+    return value + 0.0 if math.isfinite(value) else ("inf" if value > 0 else "-inf")
 
 
 def missing_inputs(system: FuzzySystem, given: Mapping[str, float], command: str) -> list[Diagnostic]:

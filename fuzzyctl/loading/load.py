@@ -294,9 +294,12 @@ def chosen_block(source: SourceText, blocks: Sequence[_Block], kind: str, name: 
     names = [b.name for b in blocks]
     if name is None and len(blocks) == 1:
         return blocks[0]
-    if name in names:
-        return blocks[names.index(name)]
-    if not blocks:
+    return blocks[names.index(name)] if name in names else not_chosen(source, names, kind, name)
+
+
+def not_chosen(source: SourceText, names: Sequence[str], kind: str, name: str | None) -> Diagnostic:
+    """Return why none of the systems or other blocks of a file is chosen."""
+    if not names:
         message, help_text = f"the file holds no {kind}", ""
     elif name is None:
         message, help_text = f"the file holds several {kind}s, and none is chosen", f"name one, such as '{names[0]}'"
@@ -420,8 +423,20 @@ def look_through(
         equations = blocks.all()
         diagnostics.extend(blocks.diagnostics)
     # What was read after repairs is no system of the file, but its mistakes are those of the file.
-    found = [in_original(d) for d in (*diagnostics, *more, *used.mistakes)]
+    found = _without_follow_ups([in_original(d) for d in (*diagnostics, *more, *used.mistakes)])
     return Examined(source, () if mistakes else linked, found, tuple(policy), () if mistakes else equations)
+
+
+def _without_follow_ups(diagnostics: list[Diagnostic]) -> list[Diagnostic]:
+    """Leave out what is wrong with the meaning of lines that begin with no keyword, or have an open parenthesis."""
+    odd = {
+        (d.span.source.name, d.span.line) for d in diagnostics if d.code in ("FZ101", "FZ103") and d.span is not None
+    }
+    return [
+        d
+        for d in diagnostics
+        if d.code.startswith("FZ1") or d.span is None or (d.span.source.name, d.span.line) not in odd
+    ]
 
 
 def _crowded(source: SourceText, parts: Sequence[Part]) -> Diagnostic | None:

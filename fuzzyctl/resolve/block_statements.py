@@ -113,7 +113,8 @@ class Statements(Expressions):
 
     def require_outputs(self, statements: Sequence[sx.Statement]) -> None:
         """Report a block without outputs."""
-        if not any(isinstance(s, sx.Signal) and s.keyword.text == "output" for s in statements):
+        has_outputs = any(isinstance(s, sx.Signal) and s.keyword.text == "output" for s in statements)
+        if not has_outputs and "output" not in self.context.unread:
             message = f"{self.kind} '{self.head.name.text}' has no outputs"
             self.context.report("FZ212", message, self.head.name.span, help="add an 'output NAME = EXPRESSION' line")
 
@@ -125,7 +126,9 @@ class Statements(Expressions):
             if not (isinstance(s, sx.Equation) and s.keyword.text == keyword):
                 continue
             name = s.name.text
-            if name not in states:
+            if name not in states and (name in self.context.unread or "state" in self.context.nameless):
+                self.incomplete = True
+            elif name not in states:
                 found = self.what(name)
                 facts = (
                     (f"'{name}' is {found}",)
@@ -140,7 +143,7 @@ class Statements(Expressions):
             updates.setdefault(name, s)
         self.incomplete = self.incomplete or not states.keys() <= updates.keys()
         for name, state in states.items():
-            if name not in updates and name not in self.context.unread:
+            if name not in updates and name not in self.context.unread and keyword not in self.context.nameless:
                 help_text = f"add: {keyword} {name} = EXPRESSION"
                 message = f"state '{name}' has no '{keyword}' line"
                 self.context.report("FZ212", message, state.name.span, help=help_text)

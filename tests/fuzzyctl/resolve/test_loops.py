@@ -140,7 +140,7 @@ MISTAKES = {
     "output u = r": ("FZ101", "'output' belongs to a controller, not to a loop", "output", "let NAME = EXPRESSION"),
     "state s = 0": ("FZ101", "'state' belongs to a controller, not to a loop", "state", "add that as a block"),
     "every 5 ms": ("FZ101", "'every' belongs to a controller, not to a loop", "every", "run 50 s step 10 ms"),
-    "measrue m = 1": ("FZ101", "'measrue' begins no statement", "measrue", "did you mean 'measure'?"),
+    "measrue m = 1": ("FZ101", "unexpected 'measrue': did you mean 'measure'?", "measrue", "measure m = 1"),
 }
 
 #: The lines of `run`, with the one mistake in each.

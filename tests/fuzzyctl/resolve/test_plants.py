@@ -29,7 +29,7 @@ MISTAKES = {
     ),
     "run 5 s\noutput y = x": ("FZ101", "'run' belongs to a loop, not to a plant", "run", "put it into a loop"),
     "terms A B\noutput y = x": ("FZ101", "'terms' belongs to a system, not to a plant", "terms", "call that system"),
-    "dre x = 1\noutput y = x": ("FZ101", "'dre' begins no statement", "dre", "did you mean 'der'?"),
+    "dre x = 1\noutput y = x": ("FZ101", "unexpected 'dre': did you mean 'der'?", "dre", "der x = 1"),
     "let t = 1\noutput y = x": ("FZ201", "'t' is a word of plants and cannot name a let", "t", "rename it"),
     "output y = previous(x)": ("FZ214", "'previous' belongs to controllers", "previous(x", "use a state, or delay"),
     "output y = derivative(x)": ("FZ214", "'derivative' belongs to controllers", "derivative(x", "use a state"),
