@@ -421,22 +421,16 @@ def look_through(
 
         blocks = Blocks(parts, linked, used.block, folder)
         equations = blocks.all()
-        diagnostics.extend(blocks.diagnostics)
+        diagnostics.extend(_without_follow_ups(source, mistakes, blocks.diagnostics))
     # What was read after repairs is no system of the file, but its mistakes are those of the file.
-    found = _without_follow_ups([in_original(d) for d in (*diagnostics, *more, *used.mistakes)])
+    found = [in_original(d) for d in (*diagnostics, *more, *used.mistakes)]
     return Examined(source, () if mistakes else linked, found, tuple(policy), () if mistakes else equations)
 
 
-def _without_follow_ups(diagnostics: list[Diagnostic]) -> list[Diagnostic]:
+def _without_follow_ups(source: SourceText, mistakes: list[Diagnostic], found: list[Diagnostic]) -> list[Diagnostic]:
     """Leave out what is wrong with the meaning of lines that begin with no keyword, or have an open parenthesis."""
-    odd = {
-        (d.span.source.name, d.span.line) for d in diagnostics if d.code in ("FZ101", "FZ103") and d.span is not None
-    }
-    return [
-        d
-        for d in diagnostics
-        if d.code.startswith("FZ1") or d.span is None or (d.span.source.name, d.span.line) not in odd
-    ]
+    lines = {d.span.line for d in mistakes if d.code in ("FZ101", "FZ103") and d.span is not None}
+    return [d for d in found if d.span is None or d.span.source.name != source.name or d.span.line not in lines]
 
 
 def _crowded(source: SourceText, parts: Sequence[Part]) -> Diagnostic | None:
