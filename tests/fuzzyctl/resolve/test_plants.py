@@ -189,7 +189,7 @@ class TestMistakes:
 
     def test_quantities_of_different_units_are_not_added(self):
         text = 'plant p\ninput u unit "V"\nstate h unit "m" = 0\nder h = u\noutput y = h + u\n'
-        require_one(text, ("FZ312", "'h' is measured in m, 'u' in V", "u", "same unit"))
+        require_one(text, ("FZ312", "'h' is measured in m, 'u' in V", "u", "one unit"))
 
 
 def test_a_word_of_the_language_as_a_name_is_repaired():
