@@ -93,18 +93,39 @@ def codegen(
     examined = look_through(source, folder=Path(file).parent)
     numbers: Precision = "float" if precision == "float" else "double"
     controller = choose_controller(examined, choice.name)
-    if controller is not None:
-        _refuse_for_controllers(controller, chosen, table)
-        data = _written_controller(examined, controller, choice, target, Path(out), algorithm, numbers, free)
-    else:
-        if free:
-            raise click.BadParameter("only controllers take numbers from their caller", param_hint="--free")
-        data = _written_system(examined, choice, target, Path(out), algorithm, numbers, chosen, table)
+    if controller is None and free:
+        raise click.BadParameter("only controllers take numbers from their caller", param_hint="--free")
+    from fuzzyctl.codegen.errors import CodegenError
+
+    try:
+        if controller is not None:
+            _refuse_for_controllers(controller, chosen, table)
+            data = _written_controller(examined, controller, choice, target, Path(out), algorithm, numbers, free)
+        else:
+            data = _written_system(examined, choice, target, Path(out), algorithm, numbers, chosen, table)
+    except CodegenError as error:
+        block = controller or next(s for s in examined.systems if choice.name in (None, s.name))
+        raise DiagnosticError([_refused(block, target, error)]) from None
     if form == "json":
         write_json(data)
     else:
         say("\n".join(_told(data)))
     return DONE
+
+
+def _refused(block: FuzzySystem | Controller, target: str, error: CodegenError) -> Diagnostic:
+    """Return why a system or controller is not written, at the call of a function that the target has not."""
+    from fuzzyctl.expr import Call, walk
+    from fuzzyctl.model.system import FuzzySystem
+
+    if isinstance(block, FuzzySystem):
+        values = [v.value for v in (*block.lets, *block.outputs) if v.value is not None]
+    else:
+        values = [item.value for item in (*block.definitions, *block.results, *block.updates)]
+    calls = (e for value in values for e in walk(value) if isinstance(e, Call))
+    place = next((call.span for call in calls if call.function == error.function and call.span is not None), block.span)
+    language = {"c": "C", "st": "Structured Text", "python": "Python"}[target]
+    return Diagnostic("FZ608", f"'{block.name}' cannot be written in {language}", place, facts=(str(error),))
 
 
 def _written_system(

@@ -8,11 +8,12 @@ from typing import Any
 from fuzzyctl.diagnostics.suggestions import did_you_mean, listed
 from fuzzyctl.lang import syntax as sx
 from fuzzyctl.model.controller import Controller, Definition, Function, Result, Signal, State
-from fuzzyctl.model.guarantee import Bounds, Param
+from fuzzyctl.model.guarantee import Param
 from fuzzyctl.model.node import Node
 from fuzzyctl.model.plant import Plant
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.resolve.block_expressions import Expressions
+from fuzzyctl.resolve.variables import resolve_bounds
 
 
 class Statements(Expressions):
@@ -65,24 +66,10 @@ class Statements(Expressions):
 
     def _param(self, s: sx.Param) -> Param | None:
         fine = self.context.check_names(s.expression, self.context.params, "param")
-        bounds = self._bounds(s.bounds)
+        bounds = resolve_bounds(self.context, s.bounds)
         if not fine:
             return None
         return Param(name=s.name.text, expression=s.expression, unit=s.unit, bounds=bounds, span=s.name.span)
-
-    def _bounds(self, bounds: sx.Bounds | None) -> Bounds | None:
-        if bounds is None:
-            return None
-        fine = [self.context.check_names(e, self.context.params, "param") for e in (bounds.lower, bounds.upper)]
-        if not all(fine):
-            return None
-        return Bounds(
-            lower=bounds.lower,
-            upper=bounds.upper,
-            without_lower=bounds.without_lower,
-            without_upper=bounds.without_upper,
-            span=bounds.span,
-        )
 
     def _function(self, s: sx.Function) -> Function | None:
         parameters = [p.text for p in s.parameters]
@@ -101,7 +88,7 @@ class Statements(Expressions):
             "name": s.name.text,
             "label": s.label,
             "unit": s.unit,
-            "bounds": self._bounds(s.bounds),
+            "bounds": resolve_bounds(self.context, s.bounds),
             "span": s.name.span,
         }
         if s.value is None:

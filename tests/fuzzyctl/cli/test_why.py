@@ -118,7 +118,7 @@ class TestWhy:
 
     def test_a_missing_input_is_named_with_its_range(self):
         result = run(str(RULES / "tipper.fz"), "service=7")
-        assert result.exit_code == 1
+        assert result.exit_code == 2
         assert "input 'food' has no value" in result.output
         assert "write: fuzzyctl why FILE service=VALUE food=VALUE" in result.output
 
