@@ -24,6 +24,7 @@ from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 
 if TYPE_CHECKING:
     from fuzzyctl.analysis.verdicts import Verdict
+    from fuzzyctl.codegen.errors import CodegenError
     from fuzzyctl.codegen.fixed_format import Format
     from fuzzyctl.codegen.unit import Precision
     from fuzzyctl.loading.load import Examined

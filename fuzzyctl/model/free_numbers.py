@@ -80,7 +80,7 @@ def _with_weights(system: FuzzySystem, output: Output, place: str | None) -> tup
     for k in chosen:
         name = f"{output.name}.weights[{k}]"
         if k >= len(concluding):
-            raise UnknownNameError(_WORD, name, [f"{output.name}.weights[{r}]" for r in range(len(concluding))])
+            raise UnknownNameError(_WORD, name, [f"{output.name}.weights[0] to [{len(concluding) - 1}]"])
         rule = rules[concluding[k]]
         params += _params(system, name, rule.weight)
         rules[concluding[k]] = replace(rule, weight=Name(name))
