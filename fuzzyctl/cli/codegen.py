@@ -116,13 +116,16 @@ def codegen(
 
 def _refused(block: FuzzySystem | Controller, target: str, error: CodegenError) -> Diagnostic:
     """Return why a system or controller is not written, at the call of a function that the target has not."""
-    from fuzzyctl.expr import Call, walk
+    from fuzzyctl.expr import Call, Expr, walk
     from fuzzyctl.model.system import FuzzySystem
 
+    values: list[Expr] = []
     if isinstance(block, FuzzySystem):
-        values = [v.value for v in (*block.lets, *block.outputs) if v.value is not None]
+        values += [let.value for let in block.lets]
+        values += [o.value for o in block.outputs if o.value is not None]
     else:
-        values = [item.value for item in (*block.definitions, *block.results, *block.updates)]
+        values += [d.value for d in (*block.definitions, *block.updates)]
+        values += [r.value for r in block.results]
     calls = (e for value in values for e in walk(value) if isinstance(e, Call))
     place = next((call.span for call in calls if call.function == error.function and call.span is not None), block.span)
     language = {"c": "C", "st": "Structured Text", "python": "Python"}[target]
