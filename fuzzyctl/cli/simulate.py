@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -168,7 +169,7 @@ def _write(files: Results, runs: Sequence[Labelled], folders: Mapping[str, str],
     written = []
     for labelled in runs:
         own = f"{folders[labelled.label]}data.{data}"
-        files.write(own, lambda path, run=labelled.run: save(run, path, data))
+        files.write(own, partial(save, labelled.run, form=data))
         write_summary(files, _summary(labelled), folders[labelled.label])
         written += [own, f"{folders[labelled.label]}summary.json"]
 

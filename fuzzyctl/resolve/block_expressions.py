@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 
 from fuzzyctl import expr as ex
+from fuzzyctl.diagnostics.fixes import respelt_as_suggested
 from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.diagnostics.suggestions import a_or_an, counted, did_you_mean, listed
 from fuzzyctl.lang import syntax as sx
@@ -173,10 +174,11 @@ class Expressions(Names):
             self.context.report("FZ202", f"no {what} '{call.function}'", call.span, help=f"write '{form}'")
             return
         facts = (f"functions: {', '.join(known)}",) if known else ()
-        help_text = did_you_mean(
-            call.function, known
-        ) or f"declare a {what} of that name, or 'use' a file that does".replace("or system", "or a system")
-        self.context.report("FZ202", f"no {what} '{call.function}'", call.span, facts=facts, help=help_text)
+        near = did_you_mean(call.function, known)
+        kinds = what.replace("or system", "or a system")
+        help_text = near or f"declare a {kinds} of that name, or 'use' a file that does"
+        fix = respelt_as_suggested(call.span, call.function, known)
+        self.context.report("FZ202", f"no {what} '{call.function}'", call.span, facts=facts, help=help_text, fix=fix)
 
     def _counted(self, call: ex.Call, expected: Sequence[str]) -> bool:
         named = next((a for a in call.arguments if isinstance(a, ex.Keyword)), None)
@@ -214,9 +216,9 @@ class Expressions(Names):
                 known = [*inputs, *params]
                 facts = (f"inputs: {', '.join(inputs)}", *((f"params: {', '.join(params)}",) if params else ()))
                 message = f"'{call.function}' has no input or param '{argument.name}'"
-                self.context.report(
-                    "FZ202", message, argument.span, facts=facts, help=did_you_mean(argument.name, known)
-                )
+                help_text = did_you_mean(argument.name, known)
+                fix = respelt_as_suggested(argument.span, argument.name, known)
+                self.context.report("FZ202", message, argument.span, facts=facts, help=help_text, fix=fix)
                 fine = False
             if isinstance(argument, ex.Keyword):
                 bound.append(argument.name)
