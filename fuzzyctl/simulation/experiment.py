@@ -27,7 +27,7 @@ from fuzzyctl.simulation.judgement import Judgement
 from fuzzyctl.simulation.programs import LoopPrograms, programs
 from fuzzyctl.simulation.python_plant import PythonPlant
 from fuzzyctl.simulation.run import Run
-from fuzzyctl.simulation.settings import params_of, require_in_ranges
+from fuzzyctl.simulation.settings import Ranges, params_of
 from fuzzyctl.simulation.source import LAGS, WEIGHTS, compiled, interpreted, refused
 from fuzzyctl.simulation.stops import first_without_value, interrupted, left, without_value
 
@@ -76,7 +76,7 @@ class Experiment:
                 raise UnknownNameError("param", name, tuple(known))
         #: The free params with their values in the file.
         self.nominal = {name: known[name] for name in free}
-        self._allowed = list(self.nominal.values())
+        self._ranges = Ranges(loop, tuple(self.nominal))
         self.judgement = Judgement(loop)
         self.equations = loop_equations(loop, self.judgement.signals, tuple(free))
         self.programs = programs(self.equations, algorithm)
@@ -158,9 +158,8 @@ class Experiment:
             names = ", ".join(self.nominal) or "none"
             raise ArgumentError(f"expected {len(self.nominal)} values ({names}), got the shape {found.shape}")
         numbers = found.tolist()
-        if numbers != self._allowed:
-            require_in_ranges(self.loop, dict(zip(self.nominal, numbers, strict=True)))
-            self._allowed = numbers
+        if not self._ranges.surely_hold(numbers):
+            self._ranges.require(numbers)
         return writable(found)
 
     def _enough(self, substeps: int) -> int:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError, UnknownNameError, ValueOutOfBoundsError
@@ -68,18 +68,40 @@ def with_settings(loop: Loop, values: Mapping[str, float]) -> Loop:
     return replace(loop, params=params, instances=instances)
 
 
-def require_in_ranges(loop: Loop, values: Mapping[str, float]) -> None:
-    """Check values of params by full name.
+class Ranges:
+    """Ranges of free params, checked at each run.
 
-    Raises:
-        ValueOutOfBoundsError: For one that is not finite, or outside the range of its param.
+    Args:
+        loop: The loop.
+        names: Full names of params.
     """
-    for name, value in values.items():
-        if not math.isfinite(value):
-            raise ValueOutOfBoundsError(f"free number '{name}'", value, "a finite number")
-        param, numbers = _declared(loop, name, values)
-        if param.bounds is not None:
-            require_bounds(name, value, param.bounds, numbers, param.unit)
+
+    def __init__(self, loop: Loop, names: tuple[str, ...]) -> None:
+        self._loop, self._names = loop, names
+        found = [(k, _declared(loop, name, {})[0].bounds) for k, name in enumerate(names)]
+        bounds = [(k, b, b.lower, b.upper) for k, b in found if b is not None]
+        #: Those with numbers as ends, which are quickly checked, and whether there are no others.
+        self._plain = [(k, b, x.value, y.value) for k, b, x, y in bounds if type(x) is type(y) is Number]
+        self._only_plain = len(self._plain) == len(bounds)
+
+    def surely_hold(self, values: Sequence[float]) -> bool:
+        """Return whether values are finite and in their ranges; False also where that takes longer to say."""
+        inside = self._only_plain and all(b.holds(values[k], low, high) for k, b, low, high in self._plain)
+        return inside and all(map(math.isfinite, values))
+
+    def require(self, values: Sequence[float]) -> None:
+        """Check values.
+
+        Raises:
+            ValueOutOfBoundsError: For one that is not finite, or outside the range of its param.
+        """
+        settings = dict(zip(self._names, values, strict=True))
+        for name, value in settings.items():
+            if not math.isfinite(value):
+                raise ValueOutOfBoundsError(f"free number '{name}'", value, "a finite number")
+            param, numbers = _declared(self._loop, name, settings)
+            if param.bounds is not None:
+                require_bounds(name, value, param.bounds, numbers, param.unit)
 
 
 def _declared(loop: Loop, name: str, settings: Mapping[str, float]) -> tuple[Param, dict[str, float]]:

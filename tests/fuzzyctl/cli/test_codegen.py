@@ -377,6 +377,23 @@ class TestMistakes:
         assert "error[FZ" in result.output
         assert names(tmp_path) == ["gap.fz"]
 
+    @pytest.mark.parametrize(
+        ("value", "target", "place", "reason"),
+        [
+            ("fmod(x, 0.3)", "st", "4:31", "Structured Text has no standard function for 'fmod'"),
+            ("x ^ 1.5", "c", "", ""),
+        ],
+    )
+    def test_what_a_target_cannot_express_has_a_location(self, run, tmp_path, value, target, place, reason):
+        text = f"system s\n\ninput x in [0, 1]\noutput u in [-1, 1] = 0 * x + {value}\n"
+        (tmp_path / "f.fz").write_text(text, encoding="utf-8")
+        result = run("f.fz", "--target", target)
+        assert result.exit_code == (1 if reason else 0)
+        assert (f"f.fz:{place}: error[FZ608]: 's' cannot be written in Structured Text" in result.output) == bool(
+            reason
+        )
+        assert reason in result.output
+
     def test_a_folder_that_cannot_be_made_is_a_diagnostic(self, run, tmp_path):
         (tmp_path / "taken").write_text("")
         result = run(AIS, "--target", "c", "-o", "taken")
