@@ -19,12 +19,15 @@ from fuzzyctl.cli.common import (
 )
 from fuzzyctl.cli.loading import Choice, chooses, source_of
 from fuzzyctl.cli.streams import say, write_json
+from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 
 if TYPE_CHECKING:
+    from fuzzyctl.codegen.errors import CodegenError
     from fuzzyctl.codegen.fixed_format import Format
     from fuzzyctl.codegen.unit import Precision
     from fuzzyctl.loading.load import Examined
     from fuzzyctl.model.controller import Controller
+    from fuzzyctl.model.system import FuzzySystem
 
 
 @click.command("codegen")
@@ -94,7 +97,6 @@ def codegen(
     source = source_of(file)
     examined = look_through(source, folder=Path(file).parent)
     numbers: Precision = "float" if precision == "float" else "double"
-    controller = choose_controller(examined, choice.name) if target != "fmu" else None
     if target == "fmu":
         from fuzzyctl.cli.fmu import write_fmu
 
@@ -102,18 +104,46 @@ def codegen(
         data = write_fmu(
             examined, choice, out, version=version, algorithm=algorithm, precision=numbers, table=table, free=free
         )
-    elif controller is not None:
-        _refuse_for_controllers(controller, chosen, table, free, algorithm)
-        data = _written_controller(examined, controller, choice, target, Path(out), algorithm, numbers, free, chosen)
     else:
-        if free:
+        controller = choose_controller(examined, choice.name)
+        if controller is None and free:
             raise click.BadParameter("only controllers take numbers from their caller", param_hint="--free")
-        data = _written_system(examined, choice, target, Path(out), algorithm, numbers, chosen, table)
+        from fuzzyctl.codegen.errors import CodegenError
+
+        try:
+            if controller is not None:
+                _refuse_for_controllers(controller, chosen, table, free, algorithm)
+                data = _written_controller(
+                    examined, controller, choice, target, Path(out), algorithm, numbers, free, chosen
+                )
+            else:
+                data = _written_system(examined, choice, target, Path(out), algorithm, numbers, chosen, table)
+        except CodegenError as error:
+            block = controller or next(s for s in examined.systems if choice.name in (None, s.name))
+            raise DiagnosticError([_refused(block, target, error)]) from None
     if form == "json":
         write_json(data)
     else:
         say("\n".join(_told(data)))
     return DONE
+
+
+def _refused(block: FuzzySystem | Controller, target: str, error: CodegenError) -> Diagnostic:
+    """Return why a system or controller is not written, at the call of a function that the target has not."""
+    from fuzzyctl.expr import Call, Expr, walk
+    from fuzzyctl.model.system import FuzzySystem
+
+    values: list[Expr] = []
+    if isinstance(block, FuzzySystem):
+        values += [let.value for let in block.lets]
+        values += [o.value for o in block.outputs if o.value is not None]
+    else:
+        values += [d.value for d in (*block.definitions, *block.updates)]
+        values += [r.value for r in block.results]
+    calls = (e for value in values for e in walk(value) if isinstance(e, Call))
+    place = next((call.span for call in calls if call.function == error.function and call.span is not None), block.span)
+    language = {"c": "C", "st": "Structured Text", "python": "Python"}[target]
+    return Diagnostic("FZ608", f"'{block.name}' cannot be written in {language}", place, facts=(str(error),))
 
 
 def _written_system(

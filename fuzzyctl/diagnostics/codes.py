@@ -94,6 +94,7 @@ CODES: Final[dict[str, str]] = {
     "FZ705": "a table of a signal cannot be used",
     "FZ706": "the integration is not accurate",
     "FZ707": "the run of a loop was interrupted",
+    "FZ708": "a signal is not a number",
     "FZ711": "an FMU cannot be used",
     "FZ712": "an FMU has no binary for this machine",
     "FZ901": "a scenario file is malformed",

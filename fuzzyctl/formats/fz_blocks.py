@@ -7,9 +7,9 @@ from pathlib import Path
 
 from fuzzyctl.diagnostics.diagnostic import ArgumentError, ValueOutOfBoundsError
 from fuzzyctl.expr import to_text
-from fuzzyctl.formats.fz_strings import quoted, require_names
+from fuzzyctl.formats.fz_strings import bounds_text, param_text, quoted, require_names
 from fuzzyctl.model.controller import Controller, Function, Result, Signal, State
-from fuzzyctl.model.guarantee import Bounds, Param
+from fuzzyctl.model.guarantee import Param
 from fuzzyctl.model.loop import Loop
 from fuzzyctl.model.plant import Plant
 from fuzzyctl.model.system import FuzzySystem
@@ -118,23 +118,9 @@ def function_text(function: Function) -> str:
     return f"function {function.name}({', '.join(function.parameters)}) = {to_text(function.expression)}"
 
 
-def param_text(param: Param) -> str:
-    """Return a `param` line."""
-    unit = quoted(" unit ", param.unit, "unit")
-    return f"param {param.name}{bounds_text(param.bounds)} = {to_text(param.expression)}{unit}"
-
-
 def signal_text(keyword: str, signal: Signal) -> str:
     """Return an `input`, `state` or `output` line."""
     label, unit = quoted(" ", signal.label, "label"), quoted(" unit ", signal.unit, "unit")
     value = signal.start if isinstance(signal, State) else signal.value if isinstance(signal, Result) else None
     defined = "" if value is None else f" = {to_text(value)}"
     return f"{keyword} {signal.name}{label}{bounds_text(signal.bounds)}{unit}{defined}"
-
-
-def bounds_text(bounds: Bounds | None) -> str:
-    """Return a range with the word before it; nothing for none."""
-    if bounds is None:
-        return ""
-    left, right = "(" if bounds.without_lower else "[", ")" if bounds.without_upper else "]"
-    return f" in {left}{to_text(bounds.lower)}, {to_text(bounds.upper)}{right}"

@@ -13,7 +13,7 @@ from fuzzyctl.diagnostics.source import SourceText, Span
 from fuzzyctl.lang import fast_path
 from fuzzyctl.lang import syntax as sx
 from fuzzyctl.lang.foreign import foreign
-from fuzzyctl.lang.lines import LineKind, LogicalLine, split
+from fuzzyctl.lang.lines import LineKind, LogicalLine, half_typed, meant_head, split
 from fuzzyctl.lang.missing_keywords import (
     Headless,
     describe_barless,
@@ -166,8 +166,18 @@ class _Assembler:
             self.headless = node is None
         if line.kind == "unknown":
             self.diagnostics.append(line.mistake or describe_unknown_line(self.source, line, ""))
+            code, keywords = self.source.text[line.start : line.end], sx.BLOCKS[line.in_block]
+            self.headless = self.headless or meant_head(code, line.in_block) is not None
+            meant = half_typed(line.word, keywords) if line.word else None
+            if meant is not None:
+                self.unread.add(meant)
+                # What one letter begins may be any of them.
+                named = keywords if len(line.word) < 3 else (meant,)
+                self.nameless.update(named if code.strip() == line.word else ())
         if node is None or self.headless:
             self._remember_words(line)
+            if is_nameless(self.source, line):
+                self.nameless.add(line.word)
         else:
             self.statements.append(node)
 
@@ -209,6 +219,8 @@ class _Assembler:
         self.diagnostics.append(line.mistake or describe_unknown_line(self.source, line, self.block))
         self.condition = None
         meant = meant_keyword(line.word)
+        if meant is not None and self.source.text[line.start : line.end].strip() == line.word:
+            self.nameless.add(meant)
         is_variable = looks_like_variable(self.source, line)
         if meant in ("input", "output", "table") or is_variable:
             # It was the head of the block that follows.

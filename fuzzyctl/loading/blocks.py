@@ -20,6 +20,7 @@ from fuzzyctl.model.loop import Loop
 from fuzzyctl.model.params import ParamValues
 from fuzzyctl.model.plant import Plant
 from fuzzyctl.model.system import FuzzySystem
+from fuzzyctl.resolve.context import Context
 from fuzzyctl.resolve.controllers import resolve_controller
 from fuzzyctl.resolve.loops import resolve_loop
 from fuzzyctl.resolve.plants import resolve_plant
@@ -119,10 +120,11 @@ class Blocks:
 
     def _examined(self, part: Part, head: sx.Head) -> Block | None:
         """Resolve a block and check it; None after a mistake."""
-        unread = part.tree.unread | (self._declared - self._systems.keys())
+        broken = self._declared - self._systems.keys()
+        context = Context(unread=part.tree.unread, nameless=part.tree.nameless, broken=broken)
         statements = (*part.shared, *part.tree.statements)
         resolve = _RESOLVERS[head.keyword.text]
-        block, incomplete, found = resolve(statements, head, self.find, unread=unread, path=part.tree.source.name)
+        block, incomplete, found = resolve(statements, head, self.find, context, path=part.tree.source.name)
         if isinstance(block, Plant) and block.python:
             block, more = with_interface(block, head, self._folder)
             found = [*found, *more]

@@ -32,10 +32,10 @@ _BLOCK = "CONTROLLER_OR_PLANT(input=EXPRESSION, ..., param=value)"
 
 
 def resolve_loop(
-    statements: Sequence[sx.Statement], head: sx.Head, find: Find, *, unread: frozenset[str], path: str
+    statements: Sequence[sx.Statement], head: sx.Head, find: Find, context: Context, *, path: str
 ) -> tuple[Loop, bool, list[Diagnostic]]:
     """Give the statements of a loop their meaning; as `resolve_controller`."""
-    work = _Loop(Context(unread=unread), head, find)
+    work = _Loop(context, head, find)
     work.declare(statements)
     loop = work.build(statements, path)
     return loop, work.incomplete, in_order(work.context.diagnostics)
@@ -54,7 +54,8 @@ class _Loop(Statements):
         claims = [self._require(s) for s in statements if isinstance(s, sx.Require)]
         self.incomplete = self.incomplete or None in claims
         duration, step = self._run(statements)
-        if not any(isinstance(s, sx.Equation) and s.keyword.text == "block" for s in statements):
+        has_blocks = any(isinstance(s, sx.Equation) and s.keyword.text == "block" for s in statements)
+        if not has_blocks and "block" not in self.context.unread:
             message = f"loop '{self.head.name.text}' has no blocks"
             help_text = f"add a controller and a plant: block NAME = {_BLOCK}"
             self.context.report("FZ212", message, self.head.name.span, help=help_text)

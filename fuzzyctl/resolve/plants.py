@@ -24,10 +24,10 @@ from fuzzyctl.resolve.one_line_plants import one_line_plant
 
 
 def resolve_plant(
-    statements: Sequence[sx.Statement], head: sx.Head, find: Find, *, unread: frozenset[str], path: str
+    statements: Sequence[sx.Statement], head: sx.Head, find: Find, context: Context, *, path: str
 ) -> tuple[Plant, bool, list[Diagnostic]]:
     """Give the statements of a plant their meaning; as `resolve_controller`."""
-    work = _Plant(Context(unread=unread), head, find)
+    work = _Plant(context, head, find)
     work.declare(statements)
     plant = work.build(statements, path)
     return plant, work.incomplete, in_order(work.context.diagnostics)

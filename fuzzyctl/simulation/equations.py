@@ -217,7 +217,8 @@ def sample_times(loop: Loop) -> tuple[float, dict[str, int]]:
             instance = next(i for i in loop.instances if i.name == name)
             message = f"block '{name}' runs every {period:g} s, which is no multiple of the step of {step:g} s"
             help_text = f"write a step that divides all periods, such as: step {_divisor(periods.values()):g} s"
-            mistakes.append(Diagnostic("FZ702", message, instance.span, help=help_text))
+            span = instance.span if loop.step is None or period > step else span_of(loop.step)
+            mistakes.append(Diagnostic("FZ702", message, span, help=help_text))
     if mistakes:
         raise DiagnosticError(mistakes)
     return step, every

@@ -11,9 +11,10 @@ import numpy as np
 from fuzzyctl.diagnostics.diagnostic import ArgumentError, Diagnostic
 from fuzzyctl.kernels.backends.python import backend as python_backend
 from fuzzyctl.kernels.program.program import Program
-from fuzzyctl.simulation.experiment import Experiment, Progress, interrupted, left
+from fuzzyctl.simulation.experiment import Experiment, Progress
 from fuzzyctl.simulation.run import Run
 from fuzzyctl.simulation.source import BEFORE
+from fuzzyctl.simulation.stops import interrupted, left
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -103,8 +104,8 @@ def _outside(experiment: Experiment, x: FloatArray, sample: int, record: FloatAr
     """Return the diagnostic of the first state that has left its range."""
     for state, value in zip(experiment.equations.plant_states, x.tolist(), strict=True):
         if not state.holds(value):
-            before = float(record[sample - 1, experiment.positions[state.name]]) if sample else None
-            return left(state, value, sample * experiment.step, before)
+            time, positions = sample * experiment.step, experiment.positions
+            return left(state, value, time, experiment.loop, positions, record[:sample])
     return None
 
 

@@ -96,7 +96,7 @@ class TestStandardInput:
         two = base + base.replace("system base", "system other")
         assert run("diff", "-", "a.fz", "--system", "base", stdin=two).exit_code == 0
         result = run("diff", "-", "a.fz", stdin=two)
-        assert result.exit_code == 1
+        assert result.exit_code == 2
         assert "<stdin>: error[FZ502]: system 'other'" in result.stderr
 
     def test_of_a_diff_has_its_allowed_codes_compared(self, tmp_path, base):
