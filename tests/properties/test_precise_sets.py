@@ -8,7 +8,7 @@ from tests import sizes
 from tests.properties.precise_sets import IMPLICATIONS, Case, Drawn, drawn_case, outcome
 
 #: Sets under each implication.
-SETS = 3
+SETS = sizes.examples(3, 1)
 
 
 def drawn(implication, seed=0):

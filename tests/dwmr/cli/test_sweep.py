@@ -92,6 +92,7 @@ class TestSweep:
         dwmr("sweep", one[0], "-o", tmp_path, "--jobs", "2", "--data", "csv,parquet")
         require_same(one[1], tmp_path)
 
+    @pytest.mark.long
     def test_is_the_same_on_a_cluster_beside_another_one(self, one, tmp_path, dask_port):
         done = dwmr("sweep", one[0], "-o", tmp_path, "--dask", "local:2", "--data", "csv,parquet")
         assert done.stderr == ""
