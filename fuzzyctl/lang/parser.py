@@ -296,9 +296,7 @@ class _Assembler:
     def _count(self, line: LogicalLine) -> None:
         self.equations += bool(line.in_block) or line.word == "let"
         if self.equations > MAX_EQUATIONS:
-            raise _TooMuchError(
-                f"more than {MAX_EQUATIONS:,} lines of controllers, plants, loops and lets"
-            )
+            raise _TooMuchError(f"more than {MAX_EQUATIONS:,} lines of controllers, plants, loops and lets")
 
     def _count_words(self, line: LogicalLine) -> None:
         """Count what takes long to read."""

@@ -63,12 +63,13 @@ def circle_run(folder, law, by, move):
     return simulate.run(simulate.prepare(file, law, Rules(file.scenario.rules, (), file.places)))
 
 
-class TestSceneTurnedAndMoved:
-    @pytest.fixture(scope="class")
-    def folder(self, tmp_path_factory):
-        """A folder for the scenarios of all runs, so that the usual one is made once for each law."""
-        return tmp_path_factory.mktemp("circles")
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """A folder for the scenarios of all runs, so that the usual one is made once for each law."""
+    return tmp_path_factory.mktemp("circles")
 
+
+class TestSceneTurnedAndMoved:
     @pytest.mark.parametrize(("by", "move"), [(0.0, (30.0, -12.0)), (2.5, (0.0, 0.0)), (-1.2, (-7.0, 4.0))])
     @pytest.mark.parametrize("law", ["aifqsmc", "fcafsmc"])
     def test_the_formation_does_the_same(self, folder, law, by, move):
