@@ -88,7 +88,7 @@ class Expressions(Names):
         if name.partition(".")[0] in self.lost:
             return False
         if name not in known and name not in ex.CONSTANTS:
-            self.context.unknown(kind, expr, sorted(known))
+            self.context.unknown(kind, expr, self.ordered_names if names is None else sorted(known))
             return False
         if isinstance(self.named.get(name), sx.Equation) and self.is_several(name):
             outputs = [m for m in self.members if m.startswith(f"{name}.")]

@@ -116,6 +116,11 @@ class Names:
         """All names that an expression may use, once all are entered."""
         return {*self.context.params, *self.named, *self.members, *self.given}
 
+    @cached_property
+    def ordered_names(self) -> Sequence[str]:
+        """The same in alphabetical order, as messages list them."""
+        return sorted(self.names)
+
     def what(self, name: str) -> str:
         """Return what a name is, such as "a param"; empty for none."""
         if name in self.context.params:
