@@ -284,7 +284,8 @@ class _Assembler:
             self.diagnostics.append(line.mistake)
             return None
         self._count(line)
-        node, problems = fast_path.read(self.source, line, kind), []
+        problems: list[Diagnostic] = []
+        node = fast_path.read(self.source, line, kind)
         if node is None:
             self._count_words(line)
             node, problems = parse_by_grammar(self.source, line, kind)

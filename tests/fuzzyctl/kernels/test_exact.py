@@ -178,20 +178,21 @@ class TestCurvedSides:
         ("defuzzifier", "norms"),
         [
             ("centroid", ("nilpotent_minimum", "probabilistic_sum")),
-            *(pytest.param(kind, ("min", "max"), marks=pytest.mark.long) for kind in ("bisector", "centroid")),
+            ("bisector", ("min", "max")),
+            pytest.param("centroid", ("min", "max"), marks=pytest.mark.long),
             pytest.param("bisector", ("nilpotent_minimum", "probabilistic_sum"), marks=pytest.mark.long),
         ],
     )
     def test_all_backends_agree(self, defuzzifier, norms):
         terms = ["gaussian(-1, 0.7)", "bell(2, 1, 3)", "z_shape(0, 1)"]
         system = build(terms, *norms, defuzzifier)
-        kernels = [compile_system(system, b) for b in ("python", "numpy", "numba")]
+        kernels = [compile_system(system, b) for b in SOME]
         points = np.array([[0.3, 0.8, 0.5], [1, 0, 0], [1e-9, 1e-12, 0], [0, 0, 0], [0.4, 0.4, 0.4]])
         found = [k.batch(points) for k in kernels]
-        assert found[1] == pytest.approx(found[0], rel=1e-12)
-        assert found[2] == pytest.approx(found[0], rel=1e-12)
+        for other in found[1:]:
+            assert other == pytest.approx(found[0], rel=1e-12)
         assert found[0][3] == 77
-        assert [k(*points[0]) for k in kernels] == pytest.approx([found[0][0]] * 3, rel=1e-12)
+        assert [k(*points[0]) for k in kernels] == pytest.approx([found[0][0]] * len(kernels), rel=1e-12)
         assert all(math.isnan(k(math.nan, 1, 1)) for k in kernels)
 
     @given(sets((*CURVED, "triangle(-1, 0, 1)", "rectangle(0.25, 3)")), st.sampled_from(["som", "lom"]))
