@@ -81,6 +81,7 @@ class TestCache:
         first, second = run(), run()
         assert (first.stdout.strip(), second.stdout.strip()) == ("0", "1"), first.stderr + second.stderr
 
+    @pytest.mark.long
     def test_processes_may_compile_the_same_at_the_same_time(self, folder):
         with ThreadPoolExecutor(2) as pool:
             done = list(pool.map(lambda _: run(), range(2)))
