@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 
-from fuzzyctl.diagnostics.diagnostic import ValueOutOfBoundsError
+from fuzzyctl.diagnostics.diagnostic import ArgumentError, ValueOutOfBoundsError
 from fuzzyctl.expr import to_text
 from fuzzyctl.formats.fz_strings import quoted, require_names
 from fuzzyctl.model.controller import Controller, Function, Result, Signal, State
@@ -50,6 +50,8 @@ def _parts(block: FuzzySystem | Block) -> Iterator[FuzzySystem | Block]:
 
 def _lines(block: Block) -> Iterator[str]:
     require_names([block.name, *_names(block)])
+    if isinstance(block, Plant) and block.calls:
+        raise ArgumentError(f"plant '{block.name}' is functions in Python, which no rule file can hold")
     kind = type(block).__name__.lower()
     formula = f" = python({quoted('', _relative(block), 'file')})" if isinstance(block, Plant) and block.python else ""
     yield f"{kind} {block.name}{quoted(' ', block.title, 'title')}{formula}"

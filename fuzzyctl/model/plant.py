@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Any
 
 from fuzzyctl.model.controller import Definition, Function, Result, Signal, State
 from fuzzyctl.model.guarantee import Param
@@ -34,6 +36,8 @@ class Plant(Node):
         python: The file of a plant in Python, an empty string for one in text. Its `inputs`, `states` and `outputs`
             are those of the file, read without running it; `derivatives` are empty, and the value of each output is its
             own name.
+        calls: Of a plant whose code is functions in place of a file: its derivatives from time, states and inputs, and
+            its outputs from time and states. `python` then says what they are.
         path: The file it was read from, or an empty string.
     """
 
@@ -49,6 +53,7 @@ class Plant(Node):
     derivatives: tuple[Definition, ...] = ()
     systems: tuple[FuzzySystem, ...] = ()
     python: str = ""
+    calls: tuple[Callable[..., Any], ...] = ()
     path: str = field(default="", compare=False, repr=False)
 
     @cached_property

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence, Set
 from dataclasses import field
 from typing import Final
 
@@ -21,7 +21,7 @@ from fuzzyctl.model.loop import Loop
 from fuzzyctl.model.plant import Plant
 from fuzzyctl.model.signals import SIGNALS, TIME
 from fuzzyctl.records import record
-from fuzzyctl.simulation.settings import block_params, blocks_of
+from fuzzyctl.simulation.settings import block_params, blocks_of, timing_params
 from fuzzyctl.simulation.signals import Given, Signals
 
 #: Most numbers that a run records: 0.8 gigabytes.
@@ -158,6 +158,9 @@ def loop_equations(loop: Loop, extra: Sequence[Expr] = (), free: Sequence[str] =
         DiagnosticError: For an algebraic loop, sample times that do not fit together, and a run of too many numbers.
         ArgumentError: For a free param that something needs as a constant, such as the start of a state.
     """
+    fixed = timing_params(loop).intersection(free)
+    if fixed:
+        raise ArgumentError(f"'{min(fixed)}' cannot be free: the sample times or the duration depend on it")
     step, every = sample_times(loop)
     samples = _samples(loop, step)
     expansion = _LoopExpansion(loop, step, every, free)
@@ -394,7 +397,8 @@ class _LoopExpansion(Expansion):
         item = self.body[at]
         assert isinstance(item, Equation)
         own = f"{name}#new"
-        value = Where(self._lacks[block], NAN, Name(own)) if block in self._lacks else Name(own)
+        reads = block in self._lacks and needs(self.body, [item.value], {n.name for n in names_in(self._lacks[block])})
+        value = Where(self._lacks[block], NAN, Name(own)) if reads else Name(own)
         self.body[at] = Equation(own, item.value, item.span)
         if self.every[block] > 1:
             value = Where(_runs(self.every[block]), value, self.keep(f"{name}#kept", 0.0, Name(name)))
@@ -462,6 +466,21 @@ def _ends(scope: Scope, bounds: Bounds | None) -> tuple[float, float, bool, bool
     if bounds is None:
         return -math.inf, math.inf, False, False
     return scope.constant(bounds.lower), scope.constant(bounds.upper), bounds.without_lower, bounds.without_upper
+
+
+def needs(body: Sequence[Equation | Evaluation], values: Sequence[Expr], names: Set[str]) -> bool:
+    """Return whether some values need one of some names, themselves or through equations."""
+    makers = {n: i for i in body for n in (i.defined if isinstance(i, Evaluation) else (i.name,))}
+    seen: set[str] = set()
+    stack = list(values)
+    while stack:
+        found = {n.name for n in names_in(stack.pop())} - seen
+        if found & names:
+            return True
+        seen |= found
+        for item in (makers[n] for n in found if n in makers):
+            stack += item.arguments if isinstance(item, Evaluation) else (item.value,)
+    return False
 
 
 def reached(equations: LoopEquations, values: Sequence[Expr]) -> tuple[list[Equation | Evaluation], list[str]]:

@@ -431,3 +431,48 @@ class TestFree:
             Experiment(loop(FILL), "python", free=["law.Kq"])
         with pytest.raises(ArgumentError, match=r"expected 1 values \(law.Kp\), got the shape \(2,\)"):
             Experiment(loop(FILL), "python", free=["law.Kp"]).run([1, 2])
+
+
+def test_an_output_of_states_alone_breaks_an_algebraic_loop(loop):
+    text = """
+controller first
+input e
+state s = 0
+next s = s + 0.1 * (e - s)
+output u = s
+output direct = s + e
+every 0.1 s
+loop l
+block a = first(1 - b.u)
+block b = first(a.u)
+measure m = final(a.u)
+run 20 s
+"""
+    found = Experiment(loop(text), "python").run()
+    assert found.measures["m"] == pytest.approx(0.5, abs=1e-6)
+    with pytest.raises(DiagnosticError, match="FZ220"):
+        Experiment(loop(text.replace("first(a.u)", "first(a.direct)").replace("- b.u", "- b.direct")), "python")
+
+
+@pytest.mark.parametrize("name", ["a.T", "half", "length", "scale"])
+def test_what_sample_times_depend_on_cannot_be_free(loop, name):
+    text = """
+param scale = 1
+param half = 0.05 * scale
+param length = 2
+controller law
+input r
+param T = 0.1
+param both = 2 * T
+output u = r
+every both
+loop l
+block a = law(1, T=half)
+measure m = final(a.u)
+run length
+"""
+    text = text.replace("param length = 2\n", "").replace("loop l\n", "loop l\nparam length = 2\n")
+    known = Experiment(loop(text), "python")
+    assert known.step == pytest.approx(0.1)
+    with pytest.raises(ArgumentError, match=f"'{name}' cannot be free"):
+        Experiment(loop(text), "python", free=[name])
