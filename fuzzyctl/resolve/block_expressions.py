@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence, Set
 
 from fuzzyctl import expr as ex
 from fuzzyctl.diagnostics.fixes import respelt_as_suggested
@@ -42,7 +42,7 @@ class Expressions(Names):
         expr: ex.Expr,
         *,
         truth: bool | None = None,
-        names: set[str] | None = None,
+        names: Set[str] | None = None,
         kind: str = "name",
         pure: bool = False,
     ) -> bool:
@@ -81,15 +81,15 @@ class Expressions(Names):
 
     def constant(self, expr: ex.Expr) -> bool:
         """Check an expression that may use params only."""
-        return self.formula(expr, truth=False, names=set(self.context.params), kind="param", pure=True)
+        return self.formula(expr, truth=False, names=self.context.params.keys(), kind="param", pure=True)
 
-    def _name(self, expr: ex.Name, names: set[str] | None, kind: str) -> bool:
+    def _name(self, expr: ex.Name, names: Set[str] | None, kind: str) -> bool:
         name = expr.name
-        known = self.names() if names is None else names
+        known = self.names if names is None else names
         if name.partition(".")[0] in self.lost:
             return False
         if name not in known and name not in ex.CONSTANTS:
-            self.context.unknown(kind, expr, sorted(known))
+            self.context.unknown(kind, expr, self.ordered_names if names is None else sorted(known))
             return False
         if isinstance(self.named.get(name), sx.Equation) and self.is_several(name):
             outputs = [m for m in self.members if m.startswith(f"{name}.")]

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection, Sequence, Set
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import ClassVar, Final
 
 from fuzzyctl import expr as ex
@@ -120,9 +121,15 @@ class Names:
         """Whether a name is that of several outputs."""
         return any(m.startswith(f"{name}.") for m in self.members)
 
-    def names(self) -> set[str]:
-        """Return all names that an expression may use."""
+    @cached_property
+    def names(self) -> Set[str]:
+        """All names that an expression may use, once all are entered."""
         return {*self.context.params, *self.named, *self.members, *self.given}
+
+    @cached_property
+    def ordered_names(self) -> Sequence[str]:
+        """The same in alphabetical order, as messages list them."""
+        return sorted(self.names)
 
     def what(self, name: str) -> str:
         """Return what a name is, such as "a param"; empty for none."""

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Sequence, Set
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 from fuzzyctl import expr as ex
@@ -71,11 +72,15 @@ class _Loop(Statements):
             path=path,
         )
 
-    def names(self) -> set[str]:
-        return super().names() - self._measures()
+    @cached_property
+    def names(self) -> Set[str]:
+        """All names that a signal may use."""
+        signals = (n for n, s in self.named.items() if s.keyword.text != "measure")
+        return {*self.context.params, *signals, *self.members, *self.given}
 
-    def _measures(self) -> set[str]:
-        return {n for n, s in self.named.items() if s.keyword.text == "measure"}
+    @cached_property
+    def _measures_and_params(self) -> Set[str]:
+        return {*self.context.params, *(n for n, s in self.named.items() if s.keyword.text == "measure")}
 
     def equation(self, s: sx.Equation) -> Node | None:
         return self._instance(s) if s.keyword.text == "block" else super().equation(s)
@@ -111,8 +116,7 @@ class _Loop(Statements):
         """Resolve a `measure` line."""
         assert s.value is not None, "only inputs have none"
         self.line = "measure"
-        names = {*self.context.params, *self._measures()}
-        fine = self.formula(s.value, truth=False, names=names, kind="measure or param")
+        fine = self.formula(s.value, truth=False, names=self._measures_and_params, kind="measure or param")
         self.line = "let"
         if not fine:
             return None
@@ -155,7 +159,7 @@ class _Loop(Statements):
 
     def _require(self, s: sx.Require) -> Guarantee | None:
         """Resolve a claim about measures."""
-        names = {*self.context.params, *self._measures()}
+        names = self._measures_and_params
         if s.when is not None:
             help_text = "put the condition into the claim, such as: a <= 1 or b > 2"
             self.context.report(

@@ -17,7 +17,16 @@ from tests import sizes
 from tests.e2e.pages import DOCS, FOLLOWED, PAGES, ROOT, Session, anchors, follow, without_code
 
 #: Pages that take seconds: they are followed a second time only before a release.
-SLOW = ("another-plant.md", "exchange-fmus.md", "run-many-times.md", "show-a-run.md")
+SLOW = (
+    *(
+        "another-plant.md",
+        "exchange-fmus.md",
+        "edit-a-rule-and-run-again.md",
+        "evaluate-many-points.md",
+        "first-steps.md",
+    ),
+    *("make-a-scenario.md", "run-many-times.md", "show-a-run.md", "simulate-a-loop.md", "tune-numbers.md"),
+)
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda p: str(p.relative_to(ROOT)))

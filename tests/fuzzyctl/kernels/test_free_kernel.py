@@ -10,6 +10,7 @@ import fuzzyctl
 from fuzzyctl import ArgumentError, NoRuleFiresError, UnknownNameError, ValueOutOfBoundsError, loads
 from fuzzyctl.kernels.compile import compile as compile_system
 from fuzzyctl.kernels.free_kernel import FreeKernel
+from tests import sizes
 
 BACKENDS = ("python", "numpy", "numba")
 NAMES = ["g", "e.Z.peak", "u.P.peak", "u.weights"]
@@ -146,7 +147,7 @@ def test_numbers_that_a_program_is_worked_out_from_cannot_be_free():
         compile_system(loads(TEXT), "python", free=["g"], algorithm="interpolation")
 
 
-@pytest.mark.parametrize("backend", BACKENDS)
+@pytest.mark.parametrize("backend", sizes.BACKENDS)
 @pytest.mark.parametrize("kind", ["centroid", "bisector", "mom"])
 def test_corners_of_sampled_sets_may_be_free(backend, kind):
     text = TEXT.replace("center_average", f"{kind}(resolution=40)").replace("N=-1 Z=0 P=1", "N@-1 Z@0 P@1")
@@ -157,7 +158,7 @@ def test_corners_of_sampled_sets_may_be_free(backend, kind):
         assert kernel.batch(POINTS, [float(peak)]) == pytest.approx(expected, abs=1e-12)
 
 
-@pytest.mark.parametrize("backend", BACKENDS)
+@pytest.mark.parametrize("backend", sizes.BACKENDS)
 def test_heights_of_straight_sets_beside_curved_ones_may_be_free(backend):
     curves = "N = gaussian(-1, 0.3)\n  Z = triangle(-1, 0, 1)\n  P = gaussian(1, 0.3)"
     text = TEXT.replace("center_average", "centroid").replace("terms N=-1 Z=0 P=1", curves)
@@ -223,7 +224,7 @@ def test_a_corner_may_meet_the_end_of_the_range():
         assert kernel.batch(POINTS, [left]) == pytest.approx(typed.batch(POINTS), abs=1e-12)
 
 
-@pytest.mark.parametrize("backend", BACKENDS)
+@pytest.mark.parametrize("backend", sizes.BACKENDS)
 def test_where_no_rule_fires_a_kernel_of_free_numbers_says_so(backend):
     text = TEXT.replace("in [-1, 1]\n  terms N=-1", "in [-1, 1] else error\n  terms N=-1")
     kernel = compile_system(loads(text), backend, free=["u.weights"])
@@ -274,7 +275,7 @@ def test_degrees_have_names(system, backend):
     assert [degrees["d"][t][1, 0] for t in "NZP"] == [0.0, 0.0, 1.0]
 
 
-@pytest.mark.parametrize("backend", BACKENDS)
+@pytest.mark.parametrize("backend", sizes.BACKENDS)
 def test_strengths_are_activations_of_rules(backend):
     kernel = compile_system(retyped(weight="0.5"), backend)
     strengths = kernel.strengths([[-0.5, -0.2], [np.nan, 0.0]])
@@ -284,7 +285,7 @@ def test_strengths_are_activations_of_rules(backend):
     assert np.isnan(strengths[1]).all()
 
 
-@pytest.mark.parametrize("backend", BACKENDS)
+@pytest.mark.parametrize("backend", sizes.BACKENDS)
 def test_numbers_of_lets_may_be_free(backend):
     text = """
 system s
