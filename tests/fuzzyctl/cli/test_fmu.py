@@ -96,7 +96,7 @@ def test_only_params_that_are_named_are_free():
     assert 'name="A" valueReference="3" causality="parameter" variability="tunable"' in text
     assert 'name="b" valueReference="6" causality="local" variability="constant"' in text
     result = run(TANK, "--system", "tank", "--free", "q")
-    assert (result.exit_code, result.stderr) == (1, "error: no free number 'q'; there are: A, a, b\n")
+    assert (result.exit_code, result.stderr) == (2, "error: no free number 'q'; there are: A, a, b\n")
 
 
 def test_a_version_is_given_for_an_fmu_only():
