@@ -221,7 +221,7 @@ def helpers(functions: Iterable[str], statements: Sequence[Statement]) -> Iterat
     for name in sorted(set(functions) - _PRINTED):
         own = PRIMITIVES.get(name)
         if own is None:
-            raise CodegenError(f"the function {name!r} has no text in JavaScript")
+            raise CodegenError(f"the function {name!r} has no text in JavaScript", name)
         if own.javascript == f"Math.{name}":
             yield from (f"const {name} = {own.javascript};", "")
         else:

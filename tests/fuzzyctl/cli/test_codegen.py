@@ -99,7 +99,7 @@ class TestCodegen:
                 for n in ("first", "second")
             )
         )
-        assert run("two.fz", "--target", "st").exit_code == 1
+        assert run("two.fz", "--target", "st").exit_code == 2
         assert run("two.fz", "--target", "st", "--system", "second").exit_code == 0
         assert (tmp_path / "second.st").exists()
 
@@ -179,7 +179,7 @@ class TestController:
     )
     def test_that_is_not_chosen_is_asked_for(self, run, file, options, message, facts):
         result = run("two.fz", "--target", "c", *options)
-        assert result.exit_code == 1
+        assert result.exit_code == 2
         assert f"error[FZ502]: {message}" in result.output
         assert facts in result.output
 
@@ -214,7 +214,7 @@ class TestController:
     )
     def test_params_that_it_cannot_take_are_refused(self, run, file, tmp_path, setting, message):
         result = run(file, "--target", "c", "--set", setting)
-        assert result.exit_code == 1
+        assert result.exit_code == (1 if setting in ("K=0", "K=5") else 2)
         assert message in result.output
         assert not (tmp_path / "first.c").exists()
 
@@ -224,11 +224,21 @@ class TestController:
         assert "'first' is a controller, whose steps no table holds; name a system with --system" in result.output
         assert run(file, "--target", "c", "--table", "9", "--system", "surface").exit_code == 0
 
-    def test_has_no_fixed_point_since_no_error_of_its_state_is_bounded(self, run, file):
+    def test_fixed_point_is_refused_where_no_error_is_bounded(self, run, file, tmp_path):
         result = run(file, "--target", "c", "--fixed", "Q3.12")
         assert result.exit_code == 1
-        assert "fixed point needs a bound of the error of state 's' over all steps, and none is proved" in result.output
+        assert "error[FZ410]: " in result.output
+        assert not list(tmp_path.glob("*.c"))
         assert run(file, "--target", "c", "--fixed", "Q3.12", "--system", "surface").exit_code == 0
+
+    def test_fixed_point_is_proved_where_errors_fade(self, run, tmp_path):
+        text = "controller lag\ninput x in [-2, 2]\noutput u in [-2, 2] = lowpass(x, 0.2)\nevery 10 ms\n"
+        (tmp_path / "lag.fz").write_text(text, encoding="utf-8")
+        result = run(tmp_path / "lag.fz", "--target", "c", "--fixed", "Q3.12")
+        assert result.exit_code == 0
+        assert "proved: u is off by 0.000123 at most" in result.output
+        for more in (["--free", "x"], ["--float", "float"], ["--algorithm", "rules"], ["--table", "9"]):
+            assert run(tmp_path / "lag.fz", "--target", "c", "--fixed", "Q3.12", *more).exit_code == 2
 
     def test_takes_free_numbers(self, run, file, tmp_path):
         assert run(file, "--target", "c", "--free", "surface.e.P.peak").exit_code == 0
@@ -238,7 +248,7 @@ class TestController:
         result = run(file, "--target", "c", "--free", "K")
         assert (result.exit_code, "the start of a state depends on a free number" in result.output) == (1, True)
         result = run(file, "--target", "c", "--free", "k")
-        assert (result.exit_code, "k" in result.output) == (1, True)
+        assert (result.exit_code, "k" in result.output) == (2, True)
         result = run(file, "--target", "c", "--system", "surface", "--free", "K")
         assert (result.exit_code, "only controllers take numbers" in result.output) == (2, True)
 
@@ -365,8 +375,8 @@ class TestMistakes:
             (["--target", "c", "--fixed", "Q15.0", "--table", "3"], 1),
             (["--target", "c", "--fixed", "Q0.15", "--algorithm", "rules"], 1),
             (["--target", "c", "--table", "300"], 1),
-            (["--target", "c", "--set", "nope=1"], 1),
-            (["--target", "c", "--system", "nope"], 1),
+            (["--target", "c", "--set", "nope=1"], 2),
+            (["--target", "c", "--system", "nope"], 2),
         ],
     )
     def test_write_nothing_and_show_no_traceback(self, run, tmp_path, arguments, code):
@@ -385,6 +395,23 @@ class TestMistakes:
         assert result.exit_code == 1
         assert "error[FZ" in result.output
         assert names(tmp_path) == ["gap.fz"]
+
+    @pytest.mark.parametrize(
+        ("value", "target", "place", "reason"),
+        [
+            ("fmod(x, 0.3)", "st", "4:31", "Structured Text has no standard function for 'fmod'"),
+            ("x ^ 1.5", "c", "", ""),
+        ],
+    )
+    def test_what_a_target_cannot_express_has_a_location(self, run, tmp_path, value, target, place, reason):
+        text = f"system s\n\ninput x in [0, 1]\noutput u in [-1, 1] = 0 * x + {value}\n"
+        (tmp_path / "f.fz").write_text(text, encoding="utf-8")
+        result = run("f.fz", "--target", target)
+        assert result.exit_code == (1 if reason else 0)
+        assert (f"f.fz:{place}: error[FZ608]: 's' cannot be written in Structured Text" in result.output) == bool(
+            reason
+        )
+        assert reason in result.output
 
     def test_a_folder_that_cannot_be_made_is_a_diagnostic(self, run, tmp_path):
         (tmp_path / "taken").write_text("")
