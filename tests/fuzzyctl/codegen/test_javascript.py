@@ -95,6 +95,23 @@ if {second} then u is q weight 0.8
 """
 
 
+#: Both evaluation and rates sample the first output.
+ADAPTIVE = """system gains
+input x in [0, 1]
+  terms low up
+output v in [0, 1] defuzzifier centroid(resolution=37)
+  off = gaussian(0, 0.3)
+  on  = gaussian(1, 0.2)
+output k in [-3, 3] adaptive rate 2 - 3 * x defuzzifier weighted_average
+  a = constant(-1)
+  b = constant(1)
+if x is low then v is off
+if x is up then v is on
+if v is off then k is a
+if v is on then k is b
+"""
+
+
 def two(name, settings, first="x is a and y is a", second="x is b or y is b"):
     text = TWO.format(name=name, settings=settings, first=first, second=second)
     return prepare(loads(text), text)
@@ -139,7 +156,7 @@ class TestNumbers:
 
     def test_of_every_function_of_the_language_are(self, tmp_path):
         calls = {name: f"{name}({', '.join(['x', 'y'][:least])})" for name, (least, _) in FUNCTIONS.items()}
-        calls |= {"min": "min(x, y, 0.25)", "max": "max(x, y, 0.25)", "power": "x ^ y", "tiny": "x ^ -inf"}
+        calls |= {"min": "min(x, y, 0.25)", "max": "max(x, y, 0.25)", "power": "x ^ y", "tiny": "abs(x) ^ inf"}
         lines = ["system functions", "defuzzifier weighted_average", "input x in [-2, 2] extrapolate"]
         lines += ["  any = trapezoid(-inf, 0, 1, inf)", "input y in [-3, 3] extrapolate"]
         for k, call in enumerate(calls.values()):
@@ -147,6 +164,19 @@ class TestNumbers:
         lines += [f"if x is any then {', '.join(f'u{k} is f' for k in range(len(calls)))}"]
         text = "\n".join(lines) + "\n"
         agree([prepare(loads(text), text)], tmp_path)
+
+    def test_that_are_held_stay_where_an_output_has_no_value(self, tmp_path):
+        text = (
+            "system roots\ndefuzzifier weighted_average\ninput x in [-2, 2]\n  low = triangle(-inf, -2, -1)\n"
+            "  high = triangle(-0.5, 2, inf)\noutput u in [-9, 9] else hold(3)\n"
+            "if x is low then u is function(sqrt(x + 1.5))\nif x is high then u is function(x)\n"
+        )
+        agree([prepare(loads(text), text)], tmp_path)
+
+    def test_of_rates_with_tables_of_their_own_are(self, tmp_path):
+        unit = prepare(loads(ADAPTIVE), ADAPTIVE)
+        assert unit.rates.tables
+        agree([unit], tmp_path)
 
     def test_of_powers_are_those_of_ieee_754(self, tmp_path):
         text = (
