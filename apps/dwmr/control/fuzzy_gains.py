@@ -1,27 +1,33 @@
 """Rule files as gain kernels: load, check the role of a file, prove the properties that the law requires, compile.
 
-The only control module that imports fuzzyctl's engine. Everything but compiling works without the compiler, so that a
-broken rule file is answered at once.
+With `law_text` the only modules that import fuzzyctl's engine. Everything but compiling works without the compiler, so
+that a broken rule file is answered at once.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import fuzzyctl
+from dwmr.control import law_text
 from dwmr.control.gain_floor import ROLE, Channel, not_positive, prove_floor
 from dwmr.control.roles import ROLES, check_role
 from dwmr.control.rule_files import RuleFiles, Used, read_whole
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError, UnknownNameError, ValueOutOfBoundsError
 from fuzzyctl.expr import names_in
+from fuzzyctl.kernels.plan.expansion import with_values
 
 if TYPE_CHECKING:
     from dwmr.control.rule_file_settings import RuleFile
     from dwmr.core.arrays import FloatArray
     from fuzzyctl.analysis.verdicts import Verdict
     from fuzzyctl.experiments.settings.locations import Places
+    from fuzzyctl.kernels.steps.step import Step
+    from fuzzyctl.model.controller import Controller
+    from fuzzyctl.model.system import FuzzySystem
 
 #: Identity of a fuzzy system: its file and the values of its params.
 Key = tuple[Path, tuple[tuple[str, float], ...]]
@@ -35,8 +41,10 @@ class Known:
         changed: Systems with other params.
         sound: Systems that give a number everywhere.
         bounds: Proved bounds of outputs.
-        verdicts: On the guarantees of a file, by its checksum and the values of its params.
+        verdicts: On the guarantees of a file, by its checksum and the values of its params; on those of a law.
         kernels: Compiled kernels.
+        laws: Control laws as their files have them.
+        steps: Compiled control laws.
     """
 
     def __init__(self) -> None:
@@ -44,8 +52,10 @@ class Known:
         self.changed: dict[Key, Any] = {}
         self.sound: set[Key] = set()
         self.bounds: dict[Key, Any] = {}
-        self.verdicts: dict[tuple[str, tuple[tuple[str, float], ...]], tuple[Verdict, ...]] = {}
+        self.verdicts: dict[Any, tuple[Verdict, ...]] = {}
         self.kernels: dict[Key, Any] = {}
+        self.laws: dict[Path, law_text.LawText] = {}
+        self.steps: dict[Any, Any] = {}
 
 
 class Rules:
@@ -60,6 +70,7 @@ class Rules:
     Attributes:
         files: Where they are.
         used: The files read so far, by role.
+        laws: The control laws read so far that are text, by file name.
         warnings: What the checks of those files warn of.
     """
 
@@ -68,6 +79,7 @@ class Rules:
     ) -> None:
         self.files = RuleFiles(named, folders, places)
         self.used: dict[str, Used] = {}
+        self.laws: dict[str, Used] = {}
         self.warnings: list[Diagnostic] = []
         self.known = Known() if known is None else known
 
@@ -139,6 +151,59 @@ class Rules:
         """Return the proved and compiled β(|σ*|)."""
         return self.kernel("boundary_layer", self.prove_boundary_layer()).value
 
+    def law(self, name: str) -> law_text.LawText:
+        """Read a control law once, and remember its warnings.
+
+        Args:
+            name: Name of its file.
+
+        Raises:
+            DiagnosticError: When the file has mistakes, or is no control law.
+        """
+        path = self.files.law(name)
+        if path not in self.known.laws:
+            self.known.laws[path] = law_text.read(path)
+        found = self.known.laws[path]
+        if name not in self.laws:
+            self.laws[name] = found.used
+            self.warnings += [d for d in found.warnings if d not in self.warnings]
+        return found
+
+    def with_roles(self, law: Controller) -> Controller:
+        """Return a control law that calls the rule files of the scenario, each by the name of its role.
+
+        A param of the law that is a number of its own has the value of the rule files' param of the same name.
+        """
+        roles = [role for role in law_text.systems_of(law) if role in self.files.named]
+        systems = {role: replace(self.system(role, {}), name=role) for role in roles}
+        values = {name: value for system in systems.values() for name, value in system.values.items()}
+        given = {p.name: values[p.name] for p in law.params if p.name in values and not [*names_in(p.expression)]}
+        return with_values(law_text.with_systems(law, systems), given)
+
+    def prove_law(self, law: Controller, where: str) -> None:
+        """Refuse a control law unless what it and the systems that it calls require is proved.
+
+        Args:
+            law: The law with its params.
+            where: The robot whose gains these are.
+
+        Raises:
+            DiagnosticError: With each guarantee that is refuted, or that cannot be decided in time.
+        """
+        for name, system in law_text.systems_of(law).items():
+            if name not in self.used:
+                self._require_coverage(system, Path(system.path))
+                self._prove(system, system, system.path)
+        self._prove(law, law, law.path, where)
+
+    def compiled_law(self, law: Controller) -> Step:
+        """Return the compiled step of a control law; one for all values of its params."""
+        if law not in self.known.steps:
+            from dwmr.core import jit
+
+            self.known.steps[law] = law_text.compiled(law, "numba" if jit.COMPILED else "python")
+        return self.known.steps[law]
+
     def prove_adaptive_gain(self) -> Any:
         """Prove what the rule file requires and return the fuzzy system F(σ*).
 
@@ -183,7 +248,7 @@ class Rules:
             raise DiagnosticError(derived)
         changes = {**params, **own}
         if not changes:
-            self._require_coverage(role, system)
+            self._require_coverage(system, self.used[role].path)
             return system
         key = (self.used[role].path, tuple(sorted(changes.items())))
         if key not in self.known.changed:
@@ -192,7 +257,7 @@ class Rules:
             except (UnknownNameError, ValueOutOfBoundsError) as error:
                 raise DiagnosticError([Diagnostic("FZ905", str(error), file=str(self.used[role].path))]) from error
         changed = self.known.changed[key]
-        self._require_coverage(role, changed)
+        self._require_coverage(changed, self.used[role].path)
         return changed
 
     def _load(self, role: str) -> Any:
@@ -234,20 +299,23 @@ class Rules:
             DiagnosticError: With each guarantee that is refuted, or that cannot be decided in time.
         """
         key = self.used[role].sha256, tuple(sorted(system.values.items()))
+        self._prove(system, key, str(self.used[role].path), where)
+
+    def _prove(self, subject: FuzzySystem | Controller, key: Any, path: str, where: str = "") -> None:
         if key not in self.known.verdicts:
-            self.known.verdicts[key] = fuzzyctl.prove(system)
+            self.known.verdicts[key] = fuzzyctl.prove(subject)
         broken = [v for v in self.known.verdicts[key] if not isinstance(v, fuzzyctl.Proved)]
         if broken:
-            raise DiagnosticError([_unproved(v, str(self.used[role].path), where) for v in broken])
+            raise DiagnosticError([_unproved(v, path, where) for v in broken])
 
-    def _require_coverage(self, role: str, system: Any) -> None:
+    def _require_coverage(self, system: Any, path: Path) -> None:
         """Refuse a system that is not proved to have a number as its output everywhere; params may have opened a hole.
 
         A hole whose `else` is a number is none: the number counts in the bounds.
         """
         from fuzzyctl.analysis.coverage import coverage
 
-        key = self._key(role, system)
+        key = path, tuple(sorted(system.values.items()))
         if key in self.known.sound:
             return
         found = [d for d in coverage.diagnostics(system) if d.severity == "error"]
@@ -256,7 +324,7 @@ class Rules:
         (output,) = system.outputs
         verdict = coverage.uncovered(system)[output.name]
         if verdict is not None and output.otherwise in (None, "nan", "error"):
-            raise DiagnosticError([_not_covered(output, verdict, str(self.used[role].path))])
+            raise DiagnosticError([_not_covered(output, verdict, str(path))])
         self.known.sound.add(key)
 
     def _not_positive(self, asked: Channel, name: str, value: float) -> Diagnostic:

@@ -283,7 +283,9 @@ def step(error, dt, gains, state, kernels, next_state, signals):
 
     def test_does_not_take_the_place_of_a_shipped_law(self, tmp_path):
         (tmp_path / "smc.py").write_text("raise RuntimeError", encoding="utf-8")
-        assert laws.find("smc", tmp_path).__name__ == "dwmr.control.laws.smc"
+        file = read(find("paper"))
+        rules = Rules(file.scenario.rules, (tmp_path,), file.places)
+        assert laws.find("smc", tmp_path, rules).text.path == rules_folder() / "smc.fz"
 
     def test_of_another_folder_is_unknown(self, tmp_path):
         scenario = self.beside(tmp_path)
@@ -303,14 +305,3 @@ def step(error, dt, gains, state, kernels, next_state, signals):
         with pytest.raises(DiagnosticError, match="ZeroDivisionError") as caught:
             self.ready(scenario)
         assert caught.value.diagnostics[0].place == f"{tmp_path / 'mine.py'}:3"
-
-    def test_is_one_file_and_one_table(self, tmp_path, monkeypatch):
-        import importlib
-
-        (tmp_path / "mine.py").write_text(self.LAW, encoding="utf-8")
-        monkeypatch.setattr(laws, "__path__", [*laws.__path__, str(tmp_path)])
-        importlib.invalidate_caches()
-        assert "mine" in laws.names()
-        trajectory = simulate.run(ready("mine", "run.horizon=5", "robot.controllers.mine.k=0.5"))
-        assert trajectory.stop is None
-        assert trajectory["twice"] == pytest.approx(2.0 * trajectory["x_e"])

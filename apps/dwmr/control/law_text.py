@@ -1,0 +1,187 @@
+"""Control laws as text: a controller of a rule file, matched with what the formation offers, and compiled."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from typing import TYPE_CHECKING, NamedTuple
+
+from dwmr.control.rule_files import Used, read_whole
+from fuzzyctl.analysis.check import check_examined
+from fuzzyctl.diagnostics.diagnostic import ArgumentError, Diagnostic, DiagnosticError, ValueOutOfBoundsError
+from fuzzyctl.diagnostics.suggestions import did_you_mean
+from fuzzyctl.expr import Name, span_of
+from fuzzyctl.kernels.free_values import require_bounds
+from fuzzyctl.kernels.plan.equations import Equations, KeptState
+from fuzzyctl.kernels.plan.expansion import equations_of
+from fuzzyctl.loading.load import chosen_block, look_through
+from fuzzyctl.model.controller import Controller, Result
+from fuzzyctl.support.reading import read_source
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from fuzzyctl.kernels.steps.step import Step
+    from fuzzyctl.model.system import FuzzySystem
+
+#: What the formation offers as inputs, and their units: the fields of `TrackingError`, in their order.
+OFFERED = {
+    "x_e": "m",
+    "y_e": "m",
+    "theta_e_star": "rad",
+    "drift_x": "m/s",
+    "drift_y": "m/s",
+    "drift_theta": "rad/s",
+    "d": "m",
+}
+#: The outputs that a law must have; all others are recorded.
+COMMANDS = {"v_c": "m/s", "omega_c": "rad/s"}
+
+
+class LawText(NamedTuple):
+    """A control law as its file has it.
+
+    Attributes:
+        path: The file.
+        controller: The controller in it.
+        used: Checksums of all that it reads.
+        warnings: What its checks warn of.
+    """
+
+    path: Path
+    controller: Controller
+    used: Used
+    warnings: tuple[Diagnostic, ...]
+
+    @property
+    def recorded(self) -> tuple[Result, ...]:
+        """The outputs that are recorded."""
+        return tuple(r for r in self.controller.results if r.name not in COMMANDS)
+
+
+def read(path: Path) -> LawText:
+    """Read a control law: the controller that is called as its file, or the only one in it.
+
+    Raises:
+        DiagnosticError: When the file has mistakes, or its controller does not fit the formation.
+    """
+    examined = look_through(read_source(path), folder=path.parent)
+    found = check_examined(examined, guarantees=False)[1]
+    errors = [d for d in found if d.severity == "error"]
+    if errors:
+        raise DiagnosticError(errors)
+    controllers = examined.controllers
+    name = path.stem if path.stem in {c.name for c in controllers} else None
+    chosen = chosen_block(examined.source, controllers, "controller", name)
+    mistakes = [chosen] if isinstance(chosen, Diagnostic) else list(_misfits(chosen))
+    if mistakes:
+        raise DiagnosticError(mistakes)
+    assert isinstance(chosen, Controller)
+    return LawText(path, chosen, read_whole(path), tuple(d for d in found if d.severity == "warning"))
+
+
+def _misfits(controller: Controller) -> Iterator[Diagnostic]:
+    """Yield what keeps a controller from being a control law of the formation."""
+    offered = f"the formation offers {', '.join(f'{name} [{unit}]' for name, unit in OFFERED.items())}"
+    for signal in controller.inputs:
+        if signal.name not in OFFERED:
+            message = f"input '{signal.name}' is nothing that the formation offers"
+            yield Diagnostic(
+                "FZ905", message, signal.span, facts=(offered,), help=did_you_mean(signal.name, tuple(OFFERED))
+            )
+        elif signal.unit not in ("", unit := OFFERED[signal.name]):
+            message = f"input '{signal.name}' has the unit {signal.unit}, and the formation gives {unit}"
+            yield Diagnostic("FZ905", message, signal.span, help=f'write: unit "{unit}"')
+    outputs = {r.name: r for r in controller.results}
+    for name, unit in COMMANDS.items():
+        if name not in outputs:
+            message = f"controller '{controller.name}' has no output '{name}'"
+            facts = (f"a control law has the outputs {', '.join(f'{n} [{u}]' for n, u in COMMANDS.items())}",)
+            yield Diagnostic("FZ905", message, controller.span, facts=facts)
+        elif outputs[name].unit not in ("", unit):
+            message = f"output '{name}' has the unit {outputs[name].unit}, and the formation takes {unit}"
+            yield Diagnostic("FZ905", message, outputs[name].span, help=f'write: unit "{unit}"')
+
+
+def require_period(controller: Controller, dt: float) -> None:
+    """Refuse a law whose sample time is not the control period of the run.
+
+    Args:
+        controller: The law.
+        dt: Control period [s].
+
+    Raises:
+        DiagnosticError: At its `every` line.
+    """
+    if controller.period is None or controller.number(controller.period) == dt:
+        return
+    own = controller.number(controller.period)
+    message = f"the law runs every {own:g} s, and the control period run.dt is {dt:g} s"
+    help_text = "leave out 'every', so that run.dt is the sample time"
+    raise DiagnosticError([Diagnostic("FZ905", message, span_of(controller.period), help=help_text)])
+
+
+def systems_of(controller: Controller) -> dict[str, FuzzySystem]:
+    """Return the systems that a controller and those inside it call, by name."""
+    found = {s.name: s for s in controller.systems}
+    for inner in controller.controllers:
+        found |= systems_of(inner)
+    return found
+
+
+def with_systems(controller: Controller, systems: Mapping[str, FuzzySystem]) -> Controller:
+    """Return a controller that calls other systems in place of those with the same names."""
+    return replace(
+        controller,
+        systems=tuple(systems.get(s.name, s) for s in controller.systems),
+        controllers=tuple(with_systems(c, systems) for c in controller.controllers),
+    )
+
+
+def out_of_bounds(controller: Controller) -> Iterator[tuple[str, str]]:
+    """Yield the names of params that have no value, or one out of its bounds, and what is wrong with each."""
+    params = controller.param_values
+    yield from zip(sorted(params.failed), map(str, params.errors), strict=False)
+    for param in controller.params:
+        if param.bounds is not None and param.name in params.values:
+            try:
+                require_bounds(param.name, params.values[param.name], param.bounds, params.values, param.unit)
+            except ValueOutOfBoundsError as error:
+                yield param.name, str(error)
+
+
+def compiled(controller: Controller, backend: str) -> Step:
+    """Compile a control law to a step that takes `OFFERED` and dt, and gives `COMMANDS` first.
+
+    Its params are states, so that one machine code serves all gains.
+
+    Args:
+        controller: The law, called with the systems it shall have.
+        backend: "numba" or "python".
+    """
+    from fuzzyctl.kernels.steps.step import Step
+    from fuzzyctl.kernels.steps.values import StepValues
+
+    equations = _with_free_params(controller)
+    outputs = sorted(equations.outputs, key=lambda one: list(COMMANDS).index(one[0]) if one[0] in COMMANDS else 2)
+    changed = replace(equations, inputs=tuple(OFFERED), outputs=tuple(outputs), period=None)
+    if not equations.states:
+        changed = replace(changed, states=(KeptState("none", 0.0),), updates=(Name("none"),))
+    return Step(changed, backend, values=StepValues(controller, equations) if equations.free else None)
+
+
+def _with_free_params(controller: Controller) -> Equations:
+    """Expand a law with all params free but for those that must be known beforehand, such as samples of a delay."""
+    names = [p.name for p in controller.params]
+    try:
+        return equations_of(controller, names)
+    except ArgumentError:
+        return equations_of(controller, [name for name in names if _can_be_free(controller, name)])
+
+
+def _can_be_free(controller: Controller, name: str) -> bool:
+    try:
+        equations_of(controller, [name])
+    except ArgumentError:
+        return False
+    return True
