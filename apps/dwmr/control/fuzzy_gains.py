@@ -18,7 +18,6 @@ from dwmr.control.roles import ROLES, check_role
 from dwmr.control.rule_files import RuleFiles, Used, read_whole
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError, UnknownNameError, ValueOutOfBoundsError
 from fuzzyctl.expr import names_in
-from fuzzyctl.kernels.plan.expansion import with_values
 
 if TYPE_CHECKING:
     from dwmr.control.rule_file_settings import RuleFile
@@ -178,7 +177,7 @@ class Rules:
         systems = {role: replace(self.system(role, {}), name=role) for role in roles}
         values = {name: value for system in systems.values() for name, value in system.values.items()}
         given = {p.name: values[p.name] for p in law.params if p.name in values and not [*names_in(p.expression)]}
-        return with_values(law_text.with_systems(law, systems), given)
+        return law_text.with_params(law_text.with_systems(law, systems), given)
 
     def prove_law(self, law: Controller, where: str) -> None:
         """Refuse a control law unless what it and the systems that it calls require is proved.

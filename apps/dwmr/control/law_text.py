@@ -13,7 +13,7 @@ from fuzzyctl.diagnostics.suggestions import did_you_mean
 from fuzzyctl.expr import Name, span_of
 from fuzzyctl.kernels.free_values import require_bounds
 from fuzzyctl.kernels.plan.equations import Equations, KeptState
-from fuzzyctl.kernels.plan.expansion import equations_of
+from fuzzyctl.kernels.plan.expansion import equations_of, with_values
 from fuzzyctl.loading.load import chosen_block, look_through
 from fuzzyctl.model.controller import Controller, Result
 from fuzzyctl.support.reading import read_source
@@ -136,6 +136,11 @@ def with_systems(controller: Controller, systems: Mapping[str, FuzzySystem]) -> 
         systems=tuple(systems.get(s.name, s) for s in controller.systems),
         controllers=tuple(with_systems(c, systems) for c in controller.controllers),
     )
+
+
+def with_params(controller: Controller, values: Mapping[str, float]) -> Controller:
+    """Return a controller with some params set; those that are computed from them follow."""
+    return with_values(controller, values)
 
 
 def out_of_bounds(controller: Controller) -> Iterator[tuple[str, str]]:

@@ -102,23 +102,6 @@ class TestRun:
         assert stop is not None
         assert "is not finite: the run diverged" in stop.reason
 
-    def test_the_last_row_of_a_stopped_run_is_whole(self):
-        run = ready("aifqsmc", "run.horizon=20")
-        run.laws["leader"].gains[4] = 10.0
-        trajectory = simulate.run(run)
-        assert trajectory.stop is not None
-        assert trajectory.stop.robot == "leader"
-        assert trajectory["x"][-1] == pytest.approx(trajectory["x"][-2], abs=0.02)
-        assert (trajectory["x"][-1] != 0.0).all()
-        assert (trajectory["beta_v"][-1] > 0.0).all()
-
-    def test_stops_where_the_guard_of_the_law_says_so(self):
-        run = ready("aifqsmc", "run.horizon=20")
-        run.laws["follower1"].gains[9] = 10.0  # k_s that no proof would have let through
-        stop = simulate.run(run).stop
-        assert stop is not None
-        assert (stop.robot, stop.reason) == ("follower1", "G_AIS of the angular channel is not positive")
-
     def test_keeps_what_is_done_when_interrupted(self):
         def interrupt(done):
             if done > 0:  # 0 is reported when all is compiled
@@ -305,3 +288,17 @@ def step(error, dt, gains, state, kernels, next_state, signals):
         with pytest.raises(DiagnosticError, match="ZeroDivisionError") as caught:
             self.ready(scenario)
         assert caught.value.diagnostics[0].place == f"{tmp_path / 'mine.py'}:3"
+
+    def test_stops_a_run_with_its_reason_and_the_last_row_is_whole(self, tmp_path):
+        faulty = self.LAW.replace("FAULTS = {}", 'FAULTS = {1: "the gain is too large"}').replace(
+            "theta_e_star, 0", "theta_e_star, 1 if gains[0] > 5.0 and error.drift_x > 0.5 else 0"
+        )
+        scenario = self.beside(tmp_path, faulty)
+        file = read(scenario, ["robots.follower1.controllers.mine.k=6", "run.horizon=20"])
+        run = simulate.prepare(file, "mine", Rules(file.scenario.rules, (), file.places))
+        trajectory = simulate.run(run)
+        assert trajectory.stop is not None
+        assert (trajectory.stop.robot, trajectory.stop.reason) == ("follower1", "the gain is too large")
+        assert trajectory["x"][-1] == pytest.approx(trajectory["x"][-2], abs=0.02)
+        assert (trajectory["x"][-1] != 0.0).all()
+        assert (trajectory["twice"][-1] != 0.0).all()

@@ -11,7 +11,6 @@ from pydantic import ConfigDict, Field
 from dwmr.control import law_text
 from dwmr.control.laws.settings import LawSettings
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
-from fuzzyctl.kernels.plan.expansion import with_values
 
 if TYPE_CHECKING:
     from dwmr.control.fuzzy_gains import Rules
@@ -50,7 +49,7 @@ class TextLaw:
         if part and part not in controller.param_values.values:
             message = f"controller '{controller.name}' has no param '{part}', which {name} sets to 0"
             raise DiagnosticError([Diagnostic("FZ905", message, controller.span)])
-        self.controller = with_values(controller, {part: 0.0} if part else {})
+        self.controller = law_text.with_params(controller, {part: 0.0} if part else {})
 
     @cached_property
     def SIGNALS(self) -> tuple[interfaces.Signal, ...]:  # noqa: N802 - a part of every control law
@@ -111,7 +110,7 @@ class TextLaw:
         unknown = [rules.files.unknown_gain(path, self.name, robot, name, known) for name in gains if name not in known]
         if unknown:
             raise DiagnosticError(unknown)
-        valued = with_values(controller, gains)
+        valued = law_text.with_params(controller, gains)
         wrong = [
             rules.files.wrong_gain(self.name, robot, name, reason) for name, reason in law_text.out_of_bounds(valued)
         ]
