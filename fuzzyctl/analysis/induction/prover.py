@@ -77,11 +77,6 @@ class ControllerProver:
     def ranges(self) -> dict[str, Ends]:
         """Ranges that no run leaves: of the inputs, by declaration; of the states, proved by induction."""
         held = {c.state: c for c in (*self.claims.own, *self.claims.inner) if c.state}
-        for claim in held.values():
-            refuted = self._by_run(claim)
-            if refuted is not None:
-                self._verdicts[claim.state] = refuted
-        held = {n: c for n, c in held.items() if n not in self._verdicts}
         tried: dict[str, Verdict] = {}
         while True:
             ranges = self._ranges_with(held.values())
@@ -90,7 +85,7 @@ class ControllerProver:
                 break
             for name, verdict in failed.items():
                 wider = loosened(held[name])
-                first = tried.setdefault(name, verdict)
+                first = tried.setdefault(name, self._by_run(held[name]) or verdict)
                 if isinstance(first, Refuted) or tolerance_of(wider) == tolerance_of(held[name]):
                     self._verdicts[name] = first
                     del held[name]
@@ -121,9 +116,6 @@ class ControllerProver:
 
     def _of_step(self, claim: StepClaim) -> Verdict:
         """Return what is proved of a claim that is no range of a state."""
-        refuted = self._by_run(claim)
-        if refuted is not None:
-            return refuted
         if not claim.is_range:
             found = self._decided(claim.claim, self.ranges, self.timeout)
         else:
@@ -134,7 +126,8 @@ class ControllerProver:
             void = self._decided(claim.nowhere, self.ranges, 0.1 * self.timeout)
             if isinstance(void, Proved):
                 return replace(found, note="nothing is claimed: no step is in the region")
-        return self._with_reason(found, claim)
+        # What is proved is false in no run.
+        return found if isinstance(found, Proved) else self._by_run(claim) or self._with_reason(found, claim)
 
     def _with_reason(self, found: Verdict, claim: StepClaim) -> Verdict:
         """Name the ranges of states that are not proved where a claim is undecided."""
