@@ -161,7 +161,8 @@ class Rules:
         """
         path = self.files.law(name)
         if path not in self.known.laws:
-            self.known.laws[path] = law_text.read(path)
+            systems = {one.resolve(): (system,) for one, (system, *_) in self.known.systems.items()}
+            self.known.laws[path] = law_text.read(path, systems)
         found = self.known.laws[path]
         if name not in self.laws:
             self.laws[name] = found.used

@@ -59,13 +59,17 @@ class LawText(NamedTuple):
         return tuple(r for r in self.controller.results if r.name not in COMMANDS)
 
 
-def read(path: Path) -> LawText:
+def read(path: Path, opened: Mapping[Path, tuple[FuzzySystem, ...]]) -> LawText:
     """Read a control law: the controller that is called as its file, or the only one in it.
+
+    Args:
+        path: Its file.
+        opened: Systems of files that have been read already.
 
     Raises:
         DiagnosticError: When the file has mistakes, or its controller does not fit the formation.
     """
-    examined = look_through(read_source(path), folder=path.parent)
+    examined = look_through(read_source(path), folder=path.parent, opened=dict(opened))
     found = check_examined(examined, guarantees=False)[1]
     errors = [d for d in found if d.severity == "error"]
     if errors:

@@ -34,9 +34,11 @@ def check(file: ScenarioFile, laws: Iterable[str], rules: Rules) -> None:
     """
     found: dict[tuple[str, str, str], Diagnostic] = {}
     for name in laws:
+        law = None
         for robot in file.scenario.robots:
             try:
-                _check(file, name, robot, rules)
+                law = law or controllers.find(name, file.path.parent, rules)
+                _check(file, name, law, robot, rules)
             except DiagnosticError as error:
                 for one in error.diagnostics:
                     found.setdefault((one.code, one.place, one.message), one)
@@ -44,15 +46,13 @@ def check(file: ScenarioFile, laws: Iterable[str], rules: Rules) -> None:
         raise DiagnosticError(tuple(found.values()))
 
 
-def _check(file: ScenarioFile, name: str, robot: str, rules: Rules) -> None:
+def _check(file: ScenarioFile, name: str, law: Any, robot: str, rules: Rules) -> None:
     """Check a control law for one robot."""
-    with _named(file, name):
-        law = controllers.find(name, file.path.parent, rules)
     settings = settings_of(file, robot, name, law)
     if isinstance(law, TextLaw):
         with _named(file, name):
-            law.require_period(file.scenario.run.dt)
             law.prove(settings, rules, robot)
+            law.require_period(file.scenario.run.dt)
     else:
         with reported(name, Path(str(law.__file__)), "checked", only_own=True):
             settings.prove(rules, robot)

@@ -90,8 +90,7 @@ def find(name: str, folder: Path, rules: Rules) -> Any:
         rules: Rule files of the scenario.
 
     Raises:
-        DiagnosticError: When the file has mistakes, cannot be imported, or lacks a part of a control law; when there
-            are two.
+        DiagnosticError: When a file in Python cannot be imported or lacks a part of a control law; when there are two.
     """
     path = python_file(name, folder)
     if path is None:

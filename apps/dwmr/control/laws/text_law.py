@@ -34,22 +34,34 @@ class TextLaw:
         file: Name of the rule file.
         settings: What a scenario says of its gains.
         rules: Rule files of the scenario.
-
-    Raises:
-        DiagnosticError: When the file has mistakes, or is no control law.
     """
 
     FAULTS: Mapping[int, str] = {}
 
     def __init__(self, name: str, part: str, file: str, settings: type[LawSettings], rules: Rules) -> None:
         self.name, self.Settings = name, settings
-        self.text = rules.law(file)
-        self.__file__ = str(self.text.path)
-        controller = self.text.controller
-        if part and part not in controller.param_values.values:
-            message = f"controller '{controller.name}' has no param '{part}', which {name} sets to 0"
-            raise DiagnosticError([Diagnostic("FZ905", message, controller.span)])
-        self.controller = law_text.with_params(controller, {part: 0.0} if part else {})
+        self._part, self._rules, self._file = part, rules, file
+        #: States before the first step, by the values of the params.
+        self._starts: dict[tuple[float, ...], Any] = {}
+
+    @cached_property
+    def text(self) -> law_text.LawText:
+        """The law as its file has it."""
+        return self._rules.law(self._file)
+
+    @cached_property
+    def controller(self) -> Controller:
+        """The law with the rule files of the scenario, before robots give it their gains."""
+        own = self.text.controller
+        if self._part and self._part not in own.param_values.values:
+            message = f"controller '{own.name}' has no param '{self._part}', which {self.name} sets to 0"
+            raise DiagnosticError([Diagnostic("FZ905", message, own.span)])
+        return self._rules.with_roles(law_text.with_params(own, {self._part: 0.0} if self._part else {}))
+
+    @property
+    def __file__(self) -> str:
+        """The file, as modules have it."""
+        return str(self.text.path)
 
     @cached_property
     def SIGNALS(self) -> tuple[interfaces.Signal, ...]:  # noqa: N802 - a part of every control law
@@ -81,7 +93,7 @@ class TextLaw:
                 the law does not have.
         """
         settings.prove(rules, robot)
-        rules.prove_law(self._with_gains(settings, rules, robot), f"robot {robot}")
+        rules.prove_law(self._with_gains(settings, robot), f"robot {robot}")
 
     def init(self, settings: LawSettings, rules: Rules, robot: str) -> interfaces.Law:
         """Prepare the law for one robot; its gains are the last states.
@@ -94,26 +106,27 @@ class TextLaw:
         from dwmr.core.interfaces import Law
 
         self.prove(settings, rules, robot)
-        values = self._with_gains(settings, rules, robot).param_values.values
-        step = rules.compiled_law(rules.with_roles(self.controller))
-        start = step.start({name: values[name] for name in step.free_names})
-        return Law(np.zeros(0), np.concatenate([np.zeros(len(step.output_names)), start]), (step.jit,))
+        values = self._with_gains(settings, robot).param_values.values
+        step = rules.compiled_law(self.controller)
+        given = tuple(values[name] for name in step.free_names)
+        if given not in self._starts:
+            self._starts[given] = step.start(dict(zip(step.free_names, given, strict=True)))
+        state = np.concatenate([np.zeros(len(step.output_names)), self._starts[given]])
+        return Law(np.zeros(0), state, (step.jit,))
 
-    def _with_gains(self, settings: LawSettings, rules: Rules, robot: str) -> Controller:
+    def _with_gains(self, settings: LawSettings, robot: str) -> Controller:
         """Return the controller with the gains of a robot.
 
         Raises:
             DiagnosticError: For gains that it does not have, or that are out of their bounds.
         """
-        controller, gains = rules.with_roles(self.controller), settings.model_dump(exclude_none=True)
-        known, path = tuple(p.name for p in controller.params), self.text.path
-        unknown = [rules.files.unknown_gain(path, self.name, robot, name, known) for name in gains if name not in known]
+        files, gains = self._rules.files, settings.model_dump(exclude_none=True)
+        known, path = tuple(p.name for p in self.controller.params), self.text.path
+        unknown = [files.unknown_gain(path, self.name, robot, name, known) for name in gains if name not in known]
         if unknown:
             raise DiagnosticError(unknown)
-        valued = law_text.with_params(controller, gains)
-        wrong = [
-            rules.files.wrong_gain(self.name, robot, name, reason) for name, reason in law_text.out_of_bounds(valued)
-        ]
+        valued = law_text.with_params(self.controller, gains)
+        wrong = [files.wrong_gain(self.name, robot, name, reason) for name, reason in law_text.out_of_bounds(valued)]
         if wrong:
             raise DiagnosticError(wrong)
         return valued
