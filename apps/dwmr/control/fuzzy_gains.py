@@ -180,12 +180,16 @@ class Rules:
         given = {p.name: values[p.name] for p in law.params if p.name in values and not [*names_in(p.expression)]}
         return law_text.with_params(law_text.with_systems(law, systems), given)
 
-    def prove_law(self, law: Controller, where: str) -> None:
+    def prove_law(self, law: Controller, gains: Mapping[str, float], where: str) -> None:
         """Refuse a control law unless what it and the systems that it calls require is proved.
 
+        It is proved for all values of most gains at once, so that robots and runs that differ in them share it; where
+        that fails, for these.
+
         Args:
-            law: The law with its params.
-            where: The robot whose gains these are.
+            law: The law, called with the systems it shall have.
+            gains: The gains of a robot.
+            where: Which robot that is.
 
         Raises:
             DiagnosticError: With each guarantee that is refuted, or that cannot be decided in time.
@@ -194,7 +198,13 @@ class Rules:
             if name not in self.used:
                 self._require_coverage(system, Path(system.path))
                 self._prove(system, system, system.path)
-        self._prove(law, law, law.path, where)
+        varying = law_text.varying(law)
+        most = law_text.with_params(law, {name: value for name, value in gains.items() if name not in varying})
+        if most not in self.known.verdicts:
+            self.known.verdicts[most] = law_text.proved(most)
+        if not all(isinstance(v, fuzzyctl.Proved) for v in self.known.verdicts[most]):
+            own = law_text.with_params(law, gains)
+            self._prove(own, (own, "gains"), law.path, where)
 
     def compiled_law(self, law: Controller) -> Step:
         """Return the compiled step of a control law; one for all values of its params."""

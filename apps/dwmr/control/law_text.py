@@ -10,17 +10,21 @@ from dwmr.control.rule_files import Used, read_whole
 from fuzzyctl.analysis.check import check_examined
 from fuzzyctl.diagnostics.diagnostic import ArgumentError, Diagnostic, DiagnosticError, ValueOutOfBoundsError
 from fuzzyctl.diagnostics.suggestions import did_you_mean
-from fuzzyctl.expr import Name, span_of
+from fuzzyctl.analysis.induction.prover import verdicts
+from fuzzyctl.analysis.prove import TIMEOUT
+from fuzzyctl.expr import Call, Keyword, Name, names_in, span_of, walk
 from fuzzyctl.kernels.free_values import require_bounds
 from fuzzyctl.kernels.plan.equations import Equations, KeptState
 from fuzzyctl.kernels.plan.expansion import equations_of, with_values
 from fuzzyctl.loading.load import chosen_block, look_through
 from fuzzyctl.model.controller import Controller, Result
+from fuzzyctl.model.stateful_operators import OPERATORS
 from fuzzyctl.support.reading import read_source
 
 if TYPE_CHECKING:
     from pathlib import Path
 
+    from fuzzyctl.analysis.verdicts import Verdict
     from fuzzyctl.kernels.steps.step import Step
     from fuzzyctl.model.system import FuzzySystem
 
@@ -157,6 +161,42 @@ def out_of_bounds(controller: Controller) -> Iterator[tuple[str, str]]:
                 require_bounds(param.name, params.values[param.name], param.bounds, params.values, param.unit)
             except ValueOutOfBoundsError as error:
                 yield param.name, str(error)
+
+
+def proved(controller: Controller) -> tuple[Verdict, ...]:
+    """Return what is proved of each claim of a control law, whatever values its `varying` params have."""
+    return verdicts(controller, TIMEOUT, free=varying(controller))
+
+
+def varying(controller: Controller) -> tuple[str, ...]:
+    """Return the params on which no system, start, range or period depends."""
+    known, params = _known(controller), {p.name: p for p in controller.params}
+    waiting = [name for name in known if name in params]
+    while waiting:
+        for name in names_in(params[waiting.pop()].expression):
+            if name.name in params and name.name not in known:
+                known.add(name.name)
+                waiting.append(name.name)
+    return tuple(name for name in params if name not in known)
+
+
+def _known(controller: Controller) -> set[str]:
+    """Return the names in what must be known before a controller is expanded."""
+    ranges = [s.bounds for s in (*controller.states, *controller.results) if s.bounds is not None]
+    parts = [*(s.start for s in controller.states), *(e for b in ranges for e in (b.lower, b.upper))]
+    parts += [e for e in (controller.period, *(g.within for g in controller.guarantees)) if e is not None]
+    values = [d.value for d in (*controller.definitions, *controller.results, *controller.updates)]
+    calls = [
+        e for v in (*values, *(f.expression for f in controller.functions)) for e in walk(v) if isinstance(e, Call)
+    ]
+    for call in calls:  # params of systems, settings of operators
+        parts += [a.value for a in call.arguments if isinstance(a, Keyword)]
+        parts += call.arguments[1:] if call.function in OPERATORS else ()
+    inner = {c.name: {p for p in (x.name for x in c.params) if p not in varying(c)} for c in controller.controllers}
+    for instance in controller.instances:
+        named = [a for a in instance.arguments if isinstance(a, Keyword)]
+        parts += [a.value for a in named if a.name in inner[instance.controller]]
+    return {n.name for e in parts for n in names_in(e)}
 
 
 def compiled(controller: Controller, backend: str) -> Step:

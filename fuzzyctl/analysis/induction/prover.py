@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from functools import cached_property, partial
 from typing import Final
@@ -38,13 +38,17 @@ class ControllerProver:
         controller: The controller.
         timeout: Seconds that one claim may take.
         progress: Called now and then.
+        free: Params that may have any value in their ranges; no system, start or range depends on them.
     """
 
-    def __init__(self, controller: Controller, timeout: float, progress: Progress | None = None) -> None:
+    def __init__(
+        self, controller: Controller, timeout: float, progress: Progress | None = None, free: Sequence[str] = ()
+    ) -> None:
         self.controller, self.timeout, self.progress = controller, timeout, progress
-        self.claims = Claims(controller)
+        self.claims = Claims(controller, tuple(free))
         self.model = StepModel(self.claims.equations)
-        self.inputs = {s.name: ends_of(self._computed(s.bounds)) for s in controller.inputs}
+        varied = [*controller.inputs, *(p for p in controller.params if p.name in free)]
+        self.inputs = {s.name: ends_of(self._computed(s.bounds)) for s in varied}
         every = [*self.claims.own, *self.claims.inner]
         bounds = [b for c in every for b in bounds_in(c.claim.truth) if not b.tolerance]
         self.replay = Replay(self.claims, frozenset(b for b in bounds if not self.model.is_limit(b)))
@@ -188,7 +192,9 @@ class ControllerProver:
         return {s.name: s.start for s in self.model.equations.states}
 
 
-def verdicts(controller: Controller, timeout: float, progress: Progress | None = None) -> tuple[Verdict, ...]:
-    """Return what is proved of each claim of a controller, in the order written."""
-    prover = ControllerProver(controller, timeout, progress)
+def verdicts(
+    controller: Controller, timeout: float, progress: Progress | None = None, free: Sequence[str] = ()
+) -> tuple[Verdict, ...]:
+    """Return what is proved of each claim of a controller, in the order written; see `ControllerProver`."""
+    prover = ControllerProver(controller, timeout, progress, free)
     return tuple(prover.verdict(c) for c in prover.claims.own)

@@ -93,7 +93,8 @@ class TextLaw:
                 the law does not have.
         """
         settings.prove(rules, robot)
-        rules.prove_law(self._with_gains(settings, robot), f"robot {robot}")
+        self._with_gains(settings, robot)
+        rules.prove_law(self.controller, settings.model_dump(exclude_none=True), f"robot {robot}")
 
     def init(self, settings: LawSettings, rules: Rules, robot: str) -> interfaces.Law:
         """Prepare the law for one robot; its gains are the last states.
