@@ -6,7 +6,7 @@ that a broken rule file is answered at once.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -24,8 +24,6 @@ if TYPE_CHECKING:
     from dwmr.core.arrays import FloatArray
     from fuzzyctl.analysis.verdicts import Verdict
     from fuzzyctl.experiments.settings.locations import Places
-    from fuzzyctl.kernels.steps.step import Step
-    from fuzzyctl.model.controller import Controller
     from fuzzyctl.model.system import FuzzySystem
 
 #: Identity of a fuzzy system: its file and the values of its params.
@@ -40,10 +38,10 @@ class Known:
         changed: Systems with other params.
         sound: Systems that give a number everywhere.
         bounds: Proved bounds of outputs.
-        verdicts: On the guarantees of a file, by its checksum and the values of its params; on those of a law.
+        verdicts: On the guarantees of a file, by its checksum and the values of its params.
         kernels: Compiled kernels.
         laws: Control laws as their files have them.
-        steps: Compiled control laws.
+        assembled: Control laws with the systems that they call.
     """
 
     def __init__(self) -> None:
@@ -54,7 +52,7 @@ class Known:
         self.verdicts: dict[Any, tuple[Verdict, ...]] = {}
         self.kernels: dict[Key, Any] = {}
         self.laws: dict[Path, law_text.LawText] = {}
-        self.steps: dict[Any, Any] = {}
+        self.assembled: dict[Any, law_text.Assembled] = {}
 
 
 class Rules:
@@ -169,50 +167,42 @@ class Rules:
             self.warnings += [d for d in found.warnings if d not in self.warnings]
         return found
 
-    def with_roles(self, law: Controller) -> Controller:
+    def assembled(self, law: law_text.LawText, part: str) -> law_text.Assembled:
         """Return a control law that calls the rule files of the scenario, each by the name of its role.
 
         A param of the law that is a number of its own has the value of the rule files' param of the same name.
-        """
-        roles = [role for role in law_text.systems_of(law) if role in self.files.named]
-        systems = {role: replace(self.system(role, {}), name=role) for role in roles}
-        values = {name: value for system in systems.values() for name, value in system.values.items()}
-        given = {p.name: values[p.name] for p in law.params if p.name in values and not [*names_in(p.expression)]}
-        return law_text.with_params(law_text.with_systems(law, systems), given)
-
-    def prove_law(self, law: Controller, gains: Mapping[str, float], where: str) -> None:
-        """Refuse a control law unless what it and the systems that it calls require is proved.
-
-        It is proved for all values of most gains at once, so that robots and runs that differ in them share it; where
-        that fails, for these.
 
         Args:
-            law: The law, called with the systems it shall have.
-            gains: The gains of a robot.
-            where: Which robot that is.
+            law: The law.
+            part: A param that is 0; an empty string for none.
+        """
+        own = law.controller
+        systems = {role: self.system(role, {}) for role in law_text.systems_of(own) if role in self.files.named}
+        key = law.path, part, tuple(self._key(role, system) for role, system in systems.items())
+        if key not in self.known.assembled:
+            values = {name: value for system in systems.values() for name, value in system.values.items()}
+            numbers = {p.name: values[p.name] for p in own.params if p.name in values and not [*names_in(p.expression)]}
+            called = law_text.with_systems(own, {role: replace(s, name=role) for role, s in systems.items()})
+            changed = law_text.with_params(called, numbers | ({part: 0.0} if part else {}))
+            self.known.assembled[key] = law_text.Assembled(changed)
+        return self.known.assembled[key]
+
+    def prove_law(self, law: law_text.Assembled, values: Mapping[str, float], where: str) -> None:
+        """Refuse a control law unless what it and the systems that it calls require is proved.
+
+        Args:
+            law: The law.
+            values: Of all its params.
+            where: The robot whose gains these are.
 
         Raises:
             DiagnosticError: With each guarantee that is refuted, or that cannot be decided in time.
         """
-        for name, system in law_text.systems_of(law).items():
+        for name, system in law.systems.items():
             if name not in self.used:
                 self._require_coverage(system, Path(system.path))
-                self._prove(system, system, system.path)
-        varying = law_text.varying(law)
-        most = law_text.with_params(law, {name: value for name, value in gains.items() if name not in varying})
-        if most not in self.known.verdicts:
-            self.known.verdicts[most] = law_text.proved(most)
-        if not all(isinstance(v, fuzzyctl.Proved) for v in self.known.verdicts[most]):
-            own = law_text.with_params(law, gains)
-            self._prove(own, (own, "gains"), law.path, where)
-
-    def compiled_law(self, law: Controller) -> Step:
-        """Return the compiled step of a control law; one for all values of its params."""
-        if law not in self.known.steps:
-            from dwmr.core import jit
-
-            self.known.steps[law] = law_text.compiled(law, "numba" if jit.COMPILED else "python")
-        return self.known.steps[law]
+                self._prove(system, (system.path, tuple(system.values.items())), system.path)
+        _require_proved(law.proved(values), law.controller.path, where)
 
     def prove_adaptive_gain(self) -> Any:
         """Prove what the rule file requires and return the fuzzy system F(σ*).
@@ -311,12 +301,10 @@ class Rules:
         key = self.used[role].sha256, tuple(sorted(system.values.items()))
         self._prove(system, key, str(self.used[role].path), where)
 
-    def _prove(self, subject: FuzzySystem | Controller, key: Any, path: str, where: str = "") -> None:
+    def _prove(self, subject: FuzzySystem, key: Any, path: str, where: str = "") -> None:
         if key not in self.known.verdicts:
             self.known.verdicts[key] = fuzzyctl.prove(subject)
-        broken = [v for v in self.known.verdicts[key] if not isinstance(v, fuzzyctl.Proved)]
-        if broken:
-            raise DiagnosticError([_unproved(v, path, where) for v in broken])
+        _require_proved(self.known.verdicts[key], path, where)
 
     def _require_coverage(self, system: Any, path: Path) -> None:
         """Refuse a system that is not proved to have a number as its output everywhere; params may have opened a hole.
@@ -364,6 +352,12 @@ def _not_covered(output: Any, verdict: Any, path: str) -> Diagnostic:
         (verdict.reason, needed),
     )
     return Diagnostic("FZ407", message, output.span, facts=facts, help="say 'else' with a number", file=path)
+
+
+def _require_proved(verdicts: Sequence[Verdict], path: str, where: str) -> None:
+    broken = [v for v in verdicts if not isinstance(v, fuzzyctl.Proved)]
+    if broken:
+        raise DiagnosticError([_unproved(v, path, where) for v in broken])
 
 
 def _unproved(verdict: Verdict, path: str, where: str) -> Diagnostic:

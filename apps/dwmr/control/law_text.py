@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from dwmr.control.rule_files import Used, read_whole
 from fuzzyctl.analysis.check import check_examined
-from fuzzyctl.diagnostics.diagnostic import ArgumentError, Diagnostic, DiagnosticError, ValueOutOfBoundsError
-from fuzzyctl.diagnostics.suggestions import did_you_mean
 from fuzzyctl.analysis.induction.prover import verdicts
 from fuzzyctl.analysis.prove import TIMEOUT
+from fuzzyctl.analysis.verdicts import Proved
+from fuzzyctl.diagnostics.diagnostic import ArgumentError, Diagnostic, DiagnosticError, ValueOutOfBoundsError
+from fuzzyctl.diagnostics.suggestions import did_you_mean
 from fuzzyctl.expr import Call, Keyword, Name, names_in, span_of, walk
 from fuzzyctl.kernels.free_values import require_bounds
 from fuzzyctl.kernels.plan.equations import Equations, KeptState
@@ -24,6 +25,7 @@ from fuzzyctl.support.reading import read_source
 if TYPE_CHECKING:
     from pathlib import Path
 
+    from dwmr.core.arrays import FloatArray
     from fuzzyctl.analysis.verdicts import Verdict
     from fuzzyctl.kernels.steps.step import Step
     from fuzzyctl.model.system import FuzzySystem
@@ -40,6 +42,9 @@ OFFERED = {
 }
 #: The outputs that a law must have; all others are recorded.
 COMMANDS = {"v_c": "m/s", "omega_c": "rad/s"}
+
+#: Values of gains that are remembered: robots have mostly the same.
+_MOST_VALUES = 100
 
 
 class LawText(NamedTuple):
@@ -61,6 +66,68 @@ class LawText(NamedTuple):
     def recorded(self) -> tuple[Result, ...]:
         """The outputs that are recorded."""
         return tuple(r for r in self.controller.results if r.name not in COMMANDS)
+
+
+class Assembled:
+    """A control law, called with the systems it shall have: what its gains do not change is computed once.
+
+    Args:
+        controller: The law.
+    """
+
+    def __init__(self, controller: Controller) -> None:
+        self.controller = controller
+        self.systems = systems_of(controller)
+        #: Params on which no system, start, range or period depends.
+        self.varying = varying(controller)
+        self._verdicts: dict[tuple[float, ...], tuple[Verdict, ...]] = {}
+        self._starts: dict[tuple[float, ...], FloatArray] = {}
+        self._values: dict[tuple[tuple[str, float], ...], tuple[Mapping[str, float], Mapping[str, str]]] = {}
+        self._step: Step | None = None
+
+    def values(self, gains: Mapping[str, float]) -> tuple[Mapping[str, float], Mapping[str, str]]:
+        """Return the values of all params with some gains, and what is wrong with which."""
+        key = tuple(gains.items())
+        if key not in self._values:
+            if len(self._values) > _MOST_VALUES:
+                self._values.clear()
+            valued = with_values(self.controller, gains)
+            self._values[key] = valued.param_values.values, dict(_out_of_bounds(valued))
+        return self._values[key]
+
+    def _fixed(self, values: Mapping[str, float]) -> tuple[float, ...]:
+        """Return the values of the other params."""
+        return tuple(values[p.name] for p in self.controller.params if p.name not in self.varying)
+
+    def proved(self, values: Mapping[str, float]) -> tuple[Verdict, ...]:
+        """Return what is proved of each claim with some values of all params.
+
+        It is proved for all values of the varying ones at once, and where that fails, for these.
+        """
+        fixed, whole = self._fixed(values), (*self._fixed(values), *values.values())
+        if fixed not in self._verdicts:
+            self._verdicts[fixed] = verdicts(with_values(self.controller, values), TIMEOUT, free=self.varying)
+        if all(isinstance(v, Proved) for v in self._verdicts[fixed]):
+            return self._verdicts[fixed]
+        if whole not in self._verdicts:
+            self._verdicts[whole] = verdicts(with_values(self.controller, values), TIMEOUT)
+        return self._verdicts[whole]
+
+    def step(self, backend: str) -> Step:
+        """Return the compiled step: one for all values of the params; see `compiled`."""
+        if self._step is None:
+            self._step = compiled(self.controller, backend)
+        return self._step
+
+    def start(self, values: Mapping[str, float]) -> FloatArray:
+        """Return the state before the first step with some values of all params, shape (states,)."""
+        assert self._step is not None, "it is compiled before"
+        fixed, names = self._fixed(values), self._step.free_names
+        if fixed not in self._starts:
+            self._starts[fixed] = self._step.start({name: values[name] for name in names})
+        state = self._starts[fixed].copy()
+        state[len(state) - len(names) :] = [values[name] for name in names]
+        return state
 
 
 def read(path: Path, opened: Mapping[Path, tuple[FuzzySystem, ...]]) -> LawText:
@@ -151,7 +218,7 @@ def with_params(controller: Controller, values: Mapping[str, float]) -> Controll
     return with_values(controller, values)
 
 
-def out_of_bounds(controller: Controller) -> Iterator[tuple[str, str]]:
+def _out_of_bounds(controller: Controller) -> Iterator[tuple[str, str]]:
     """Yield the names of params that have no value, or one out of its bounds, and what is wrong with each."""
     params = controller.param_values
     yield from zip(sorted(params.failed), map(str, params.errors), strict=False)
@@ -161,11 +228,6 @@ def out_of_bounds(controller: Controller) -> Iterator[tuple[str, str]]:
                 require_bounds(param.name, params.values[param.name], param.bounds, params.values, param.unit)
             except ValueOutOfBoundsError as error:
                 yield param.name, str(error)
-
-
-def proved(controller: Controller) -> tuple[Verdict, ...]:
-    """Return what is proved of each claim of a control law, whatever values its `varying` params have."""
-    return verdicts(controller, TIMEOUT, free=varying(controller))
 
 
 def varying(controller: Controller) -> tuple[str, ...]:

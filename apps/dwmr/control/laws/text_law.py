@@ -15,7 +15,6 @@ from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 if TYPE_CHECKING:
     from dwmr.control.fuzzy_gains import Rules
     from dwmr.core import interfaces
-    from fuzzyctl.model.controller import Controller
 
 
 class TextSettings(LawSettings):
@@ -41,8 +40,6 @@ class TextLaw:
     def __init__(self, name: str, part: str, file: str, settings: type[LawSettings], rules: Rules) -> None:
         self.name, self.Settings = name, settings
         self._part, self._rules, self._file = part, rules, file
-        #: States before the first step, by the values of the params.
-        self._starts: dict[tuple[float, ...], Any] = {}
 
     @cached_property
     def text(self) -> law_text.LawText:
@@ -50,13 +47,13 @@ class TextLaw:
         return self._rules.law(self._file)
 
     @cached_property
-    def controller(self) -> Controller:
+    def assembled(self) -> law_text.Assembled:
         """The law with the rule files of the scenario, before robots give it their gains."""
         own = self.text.controller
         if self._part and self._part not in own.param_values.values:
             message = f"controller '{own.name}' has no param '{self._part}', which {self.name} sets to 0"
             raise DiagnosticError([Diagnostic("FZ905", message, own.span)])
-        return self._rules.with_roles(law_text.with_params(own, {self._part: 0.0} if self._part else {}))
+        return self._rules.assembled(self.text, self._part)
 
     @property
     def __file__(self) -> str:
@@ -93,8 +90,7 @@ class TextLaw:
                 the law does not have.
         """
         settings.prove(rules, robot)
-        self._with_gains(settings, robot)
-        rules.prove_law(self.controller, settings.model_dump(exclude_none=True), f"robot {robot}")
+        rules.prove_law(self.assembled, self._values(settings, robot), f"robot {robot}")
 
     def init(self, settings: LawSettings, rules: Rules, robot: str) -> interfaces.Law:
         """Prepare the law for one robot; its gains are the last states.
@@ -104,30 +100,26 @@ class TextLaw:
         """
         import numpy as np
 
+        from dwmr.core import jit
         from dwmr.core.interfaces import Law
 
         self.prove(settings, rules, robot)
-        values = self._with_gains(settings, robot).param_values.values
-        step = rules.compiled_law(self.controller)
-        given = tuple(values[name] for name in step.free_names)
-        if given not in self._starts:
-            self._starts[given] = step.start(dict(zip(step.free_names, given, strict=True)))
-        state = np.concatenate([np.zeros(len(step.output_names)), self._starts[given]])
-        return Law(np.zeros(0), state, (step.jit,))
+        step = self.assembled.step("numba" if jit.COMPILED else "python")
+        start = self.assembled.start(self._values(settings, robot))
+        return Law(np.zeros(0), np.concatenate([np.zeros(len(step.output_names)), start]), (step.jit,))
 
-    def _with_gains(self, settings: LawSettings, robot: str) -> Controller:
-        """Return the controller with the gains of a robot.
+    def _values(self, settings: LawSettings, robot: str) -> Mapping[str, float]:
+        """Return the values of all params with the gains of a robot.
 
         Raises:
             DiagnosticError: For gains that it does not have, or that are out of their bounds.
         """
         files, gains = self._rules.files, settings.model_dump(exclude_none=True)
-        known, path = tuple(p.name for p in self.controller.params), self.text.path
+        known, path = tuple(p.name for p in self.assembled.controller.params), self.text.path
         unknown = [files.unknown_gain(path, self.name, robot, name, known) for name in gains if name not in known]
         if unknown:
             raise DiagnosticError(unknown)
-        valued = law_text.with_params(self.controller, gains)
-        wrong = [files.wrong_gain(self.name, robot, name, reason) for name, reason in law_text.out_of_bounds(valued)]
+        values, wrong = self.assembled.values(gains)
         if wrong:
-            raise DiagnosticError(wrong)
-        return valued
+            raise DiagnosticError([files.wrong_gain(self.name, robot, name, why) for name, why in wrong.items()])
+        return values

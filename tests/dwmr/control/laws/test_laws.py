@@ -59,7 +59,7 @@ class Bench:
         made = self.module.init(own.model_copy(update=gains), RULES, "leader")
         self.gains, self.state, self.kernels = made
         self.signals = np.zeros(len(self.module.SIGNALS))
-        step = RULES.compiled_law(RULES.with_roles(self.module.controller))
+        step = self.module.assembled.step("numba")
         self.kept = {n: len(step.output_names) + k for k, n in enumerate(step.state_names)}
 
     def step(self, tracking):
@@ -107,7 +107,7 @@ class TestSurface:
     def test_takes_what_the_formation_offers(self):
         assert tuple(OFFERED) == TrackingError._fields
         for text in ("smc", "aifqsmc", "fcafsmc"):
-            assert {i.name: i.unit for i in law(text).controller.inputs} == OFFERED
+            assert {i.name: i.unit for i in law(text).text.controller.inputs} == OFFERED
 
 
 class TestNames:
