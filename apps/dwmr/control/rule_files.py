@@ -17,6 +17,9 @@ if TYPE_CHECKING:
     from dwmr.control.rule_file_settings import RuleFile
     from fuzzyctl.experiments.settings.locations import Places
 
+#: Files of the shipped control laws.
+LAWS = {"aifqsmc": "aifqsmc.fz", "fcafsmc": "fcafsmc_law.fz", "smc": "smc.fz"}
+
 
 class Used(NamedTuple):
     """A rule file that serves in a role: where it is and what it holds.
@@ -92,8 +95,8 @@ class RuleFiles:
         Raises:
             DiagnosticError: Naming the files that were looked for.
         """
-        wanted = [rule.file for rule in self.named.values()]
-        if not wanted or any(_exists(folder / name) for name in wanted):
+        wanted = self._wanted()
+        if not self.named or any(_exists(folder / name) for name in wanted):
             return
         present = sorted(p.name for p in folder.glob("*.fz"))
         near = next((n for n in (closest(p, wanted) for p in present) if n is not None), None)
@@ -103,9 +106,13 @@ class RuleFiles:
         message = f"--rules {folder} holds no rule file of this scenario"
         raise DiagnosticError([Diagnostic("FZ905", message, facts=tuple(facts), help=help_text, file=str(folder))])
 
+    def _wanted(self) -> list[str]:
+        """Return the names of the files that a folder may replace."""
+        return [*(rule.file for rule in self.named.values()), *LAWS.values()]
+
     def near_misses(self, folder: Path) -> list[Diagnostic]:
         """Warn of rule files in a folder that are named almost like one that the scenario takes from elsewhere."""
-        wanted = [rule.file for rule in self.named.values()]
+        wanted = self._wanted()
         missing = [name for name in wanted if not _exists(folder / name)]
         found = []
         for path in sorted(folder.glob("*.fz")):

@@ -19,17 +19,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from dwmr.control.laws.settings import AifqsmcSettings, FcafsmcSettings, SmcSettings
+from dwmr.control.rule_files import LAWS
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 
 if TYPE_CHECKING:
     from dwmr.control.fuzzy_gains import Rules
 
-#: The shipped laws: their files among the rule files, and their gains in a scenario.
-SHIPPED = {
-    "aifqsmc": ("aifqsmc.fz", AifqsmcSettings),
-    "fcafsmc": ("fcafsmc_law.fz", FcafsmcSettings),
-    "smc": ("smc.fz", SmcSettings),
-}
+#: The gains of the shipped laws in a scenario.
+SHIPPED = {"aifqsmc": AifqsmcSettings, "fcafsmc": FcafsmcSettings, "smc": SmcSettings}
 _WITHOUT = "_without_"
 #: The shipped ablations.
 _ABLATIONS = tuple(f"aifqsmc{_WITHOUT}{part}" for part in ("adaptation", "immunity", "layer"))
@@ -96,8 +93,9 @@ def find(name: str, folder: Path, rules: Rules) -> Any:
     if path is None:
         from dwmr.control.laws import text_law
 
-        file, settings = SHIPPED.get(base(name), (f"{base(name)}.fz", text_law.TextSettings))
-        return text_law.TextLaw(name, name.partition(_WITHOUT)[2], file, settings, rules)
+        law, _, part = name.partition(_WITHOUT)
+        settings = SHIPPED.get(law, text_law.TextSettings)
+        return text_law.TextLaw(name, part, LAWS.get(law, f"{law}.fz"), settings, rules)
     if _is_file(base(name), ".fz", folder):
         message = f"the control law {name} is in two files, {path.name} and {base(name)}.fz"
         raise DiagnosticError([Diagnostic("FZ905", message, help="rename one of them", file=str(path))])

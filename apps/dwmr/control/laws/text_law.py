@@ -96,14 +96,14 @@ class TextLaw:
         """Prepare the law for one robot; its gains are the last states.
 
         Raises:
-            DiagnosticError: As `prove` does.
+            DiagnosticError: As `prove` does, but for claims of the law itself, which take longer.
         """
         import numpy as np
 
         from dwmr.core import jit
         from dwmr.core.interfaces import Law
 
-        self.prove(settings, rules, robot)
+        settings.prove(rules, robot)
         step = self.assembled.step("numba" if jit.COMPILED else "python")
         start = self.assembled.start(self._values(settings, robot))
         return Law(np.zeros(0), np.concatenate([np.zeros(len(step.output_names)), start]), (step.jit,))

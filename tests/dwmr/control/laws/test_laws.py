@@ -319,15 +319,11 @@ class TestFcafsmc:
 class TestEditedText:
     """What the text of a law requires is proved before a run, with the gains of each robot."""
 
-    FOLDED = ("sliding_surface.fz", "ais_reaction.fz", "boundary_layer.fz")
-
     def rules(self, folder, old, new):
-        for name in (*self.FOLDED, "aifqsmc.fz"):
-            text = (rules_folder() / name).read_text(encoding="utf-8")
-            if name == "aifqsmc.fz":
-                assert old in text
-                text = text.replace(old, new, 1)
-            (folder / name).write_text(text, encoding="utf-8")
+        texts = {p.name: p.read_text(encoding="utf-8") for p in rules_folder().glob("*.fz")}
+        assert sum(old in text for text in texts.values()) == 1
+        for name, text in texts.items():
+            (folder / name).write_text(text.replace(old, new, 1), encoding="utf-8")
         return Rules(FILE.scenario.rules, (folder,), FILE.places)
 
     def refusal(self, rules):
