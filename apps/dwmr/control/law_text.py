@@ -221,13 +221,14 @@ def with_params(controller: Controller, values: Mapping[str, float]) -> Controll
 def _out_of_bounds(controller: Controller) -> Iterator[tuple[str, str]]:
     """Yield the names of params that have no value, or one out of its bounds, and what is wrong with each."""
     params = controller.param_values
-    yield from zip(sorted(params.failed), map(str, params.errors), strict=False)
+    yield from ((name, f"has no value: {params.errors[0]}") for name in sorted(params.failed))
     for param in controller.params:
         if param.bounds is not None and param.name in params.values:
             try:
                 require_bounds(param.name, params.values[param.name], param.bounds, params.values, param.unit)
             except ValueOutOfBoundsError as error:
-                yield param.name, str(error)
+                unit = f" {param.unit}" if param.unit else ""
+                yield param.name, f"must be {error.bound}{unit}, got {params.values[param.name]:g}"
 
 
 def varying(controller: Controller) -> tuple[str, ...]:

@@ -133,15 +133,19 @@ class RuleFiles:
 
     def unknown_gain(self, law: Path, name: str, robot: str, gain: str, known: tuple[str, ...]) -> Diagnostic:
         """Describe a gain that the scenario sets for a robot and the text of its control law does not declare."""
-        key = f"robots.{robot}.controllers.{name}.{gain}"
+        key = self._written(robot, name, gain)
         facts = (f"its params are {', '.join(known)}",) if known else ("it has no params",)
         message = f"{key}: {law.name} has no param {gain!r}"
         return self.places.diagnostic("FZ902", key, message, facts=facts, help=self.places.did_you_mean(key, known))
 
     def wrong_gain(self, name: str, robot: str, gain: str, reason: str) -> Diagnostic:
         """Describe a gain of a robot that the text of its control law does not admit."""
-        key = f"robots.{robot}.controllers.{name}.{gain}"
-        return self.places.diagnostic("FZ904", key, f"robots.{robot}.controllers.{name}: {reason}")
+        key = self._written(robot, name, gain)
+        return self.places.diagnostic("FZ904", key, f"{key} {reason}")
+
+    def _written(self, robot: str, name: str, gain: str) -> str:
+        """Return the key of a gain as the scenario has it: of the robot, or of all robots."""
+        return self.places.resolve(("robots", robot, "controllers", name, gain))[0]
 
     def computed_param(self, role: str, name: str, sources: Sequence[str]) -> Diagnostic:
         """Describe a param that the scenario sets and the file of a role computes from others."""

@@ -18,6 +18,7 @@ from dwmr.control.laws.text_law import TextLaw, TextSettings
 from dwmr.scenario.file import ScenarioFile
 from dwmr.scenario.mistakes import diagnose
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError, Note
+from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.experiments.settings.overrides import split_key
 
 
@@ -48,12 +49,12 @@ def check(file: ScenarioFile, laws: Iterable[str], rules: Rules) -> None:
 
 def _check(file: ScenarioFile, name: str, law: Any, robot: str, rules: Rules) -> None:
     """Check a control law for one robot."""
-    settings = settings_of(file, robot, name, law)
     if isinstance(law, TextLaw):
         with _named(file, name):
-            law.prove(settings, rules, robot)
+            law.prove(settings_of(file, robot, name, law), rules, robot)
             law.require_period(file.scenario.run.dt)
     else:
+        settings = settings_of(file, robot, name, law)
         with reported(name, Path(str(law.__file__)), "checked", only_own=True):
             settings.prove(rules, robot)
 
@@ -67,15 +68,15 @@ def _named(file: ScenarioFile, law: str) -> Iterator[None]:
         key, span, argument = file.places.resolve(("run", "controller"))
         if controllers.base(law) in controllers.SHIPPED or file.scenario.run.controller != law:
             raise
-        fact = f"--set {argument} names the control law"
-        raise DiagnosticError(
-            [
-                d if d.span is None or d.span.source.name == file.places.source.name
-                else replace(d, facts=(*d.facts, fact)) if argument or span is None
-                else replace(d, notes=(*d.notes, Note(span, f"{key} names the control law here")))
-                for d in error.diagnostics
-            ]
-        ) from None  # fmt: skip
+        raise DiagnosticError([_with_name(d, law, key, span, argument) for d in error.diagnostics]) from None
+
+
+def _with_name(found: Diagnostic, law: str, key: str, span: Span | None, argument: str) -> Diagnostic:
+    if found.span is None or Path(found.span.source.name).stem != controllers.base(law):
+        return found
+    if argument or span is None:
+        return replace(found, facts=(*found.facts, f"the control law of --set {argument}"))
+    return replace(found, notes=(*found.notes, Note(span, f"{key} names the control law")))
 
 
 def settings_of(file: ScenarioFile, robot: str, name: str, law: Any) -> LawSettings:

@@ -350,7 +350,7 @@ class TestEditedText:
         )
         (one,) = self.refusal(rules)
         assert one.code == "FZ902"
-        assert one.message == "robots.leader.controllers.aifqsmc.epsilon_v: aifqsmc.fz has no param 'epsilon_v'"
+        assert one.message == "robot.controllers.aifqsmc.epsilon_v: aifqsmc.fz has no param 'epsilon_v'"
         assert one.help == "did you mean 'epsilom_v'?"
 
 
