@@ -22,7 +22,9 @@ ORDER = [
     ["comparison", "explain", "loading"],
     ["analysis", "building", "plot"],
     ["codegen", "convert"],
+    ["editor"],
     ["cli"],
+    ["__main__"],
 ]
 #: The same for the sub-packages of packages.
 SUBORDER = {
@@ -62,6 +64,8 @@ HOMES = {
     "plotly": {"apps/dwmr/page/plots.py"},
     "pydantic": {"apps/dwmr", "fuzzyctl/experiments/sweep"},
     "PIL": {"apps/dwmr/figures"},
+    "lsprotocol": {"fuzzyctl/editor/server.py"},
+    "pygls": {"fuzzyctl/editor/server.py"},
     "pygments": {"fuzzyctl/lang/highlight.py"},
     "pyarrow": {"fuzzyctl/experiments/results/parquet.py", "apps/dwmr/output/data/parquet_file.py"},
     "distributed": {"fuzzyctl/experiments/sweep/cluster.py"},
@@ -245,7 +249,7 @@ def test_no_submodule_takes_the_place_of_a_function():
 
 def test_commands_print_through_one_module():
     """Text of a file would control the terminal otherwise, or fail for its encoding; what is painted says so itself."""
-    allowed = {"streams.py", "common.py", "show.py", "explain.py", "fmt.py"}
+    allowed = {"streams.py", "common.py", "show.py", "explain.py", "unified_diff.py"}
     folders = [ROOT / "fuzzyctl" / "cli", ROOT / "apps" / "dwmr" / "cli"]
     users = {p.name for folder in folders for p in folder.glob("*.py") if "click.echo(" in p.read_text("utf-8")}
     assert users <= allowed

@@ -25,6 +25,7 @@ THROUGH = {
     "fuzzyctl/cli/test_compare.py",
     "fuzzyctl/convert": "fuzzyctl/convert/test_markdown.py fuzzyctl/cli/test_convert.py",
     "fuzzyctl/diagnostics": "fuzzyctl/diagnostics/test_diagnostic.py fuzzyctl/cli/test_terminal.py",
+    "fuzzyctl/editor": "fuzzyctl/editor/test_server.py fuzzyctl/editor/test_hover.py",
     "fuzzyctl/experiments": "fuzzyctl/experiments/sweep/test_run.py",
     "fuzzyctl/experiments/sweep": "fuzzyctl/experiments/sweep/test_run.py dwmr/sweep/test_sweep.py",
     "fuzzyctl/explain": "fuzzyctl/cli/test_why.py",

@@ -20,9 +20,11 @@ from fuzzyctl.cli.common import (
     heard,
     show,
 )
+from fuzzyctl.cli.fixes import WithFix, fix_file, fixable
 from fuzzyctl.cli.loading import source_of
 from fuzzyctl.cli.streams import say
 from fuzzyctl.diagnostics.diagnostic import CODES, Diagnostic, DiagnosticError
+from fuzzyctl.diagnostics.fixes import APPLICABILITIES
 from fuzzyctl.diagnostics.suggestions import counted, did_you_mean
 
 if TYPE_CHECKING:
@@ -45,18 +47,31 @@ def _codes(ctx: click.Context, param: click.Parameter, values: tuple[str, ...]) 
     return values
 
 
-@click.command()
+@click.command(cls=WithFix)
 @click.argument("files", nargs=-1, required=True, metavar="FILE...")
 @click.option(
     "--deny", "denied", multiple=True, callback=_codes, metavar="CODE", help="Make a warning, or all 'warnings', fail."
 )
 @click.option("--allow", "allowed", multiple=True, callback=_codes, metavar="CODE", help="Leave out a warning.")
+@click.option(
+    "--fix",
+    type=click.Choice(APPLICABILITIES),
+    metavar="[likely]",
+    help="Repair what has a sure fix, with 'likely' also what has a probable one; then check what is left.",
+)
+@click.option("--diff", "only_diff", is_flag=True, help="With --fix: print what would change; change nothing.")
 @AS
 @QUIET
 @DIAGNOSTICS_FORMAT
 @answers_with_diagnostics
 def check(
-    files: tuple[str, ...], denied: tuple[str, ...], allowed: tuple[str, ...], profile: str | None, form: str
+    files: tuple[str, ...],
+    denied: tuple[str, ...],
+    allowed: tuple[str, ...],
+    fix: str | None,
+    only_diff: bool,
+    profile: str | None,
+    form: str,
 ) -> int:
     """Find the mistakes of rule files.
 
@@ -68,17 +83,26 @@ def check(
     \b
     fuzzyctl check --deny warnings --allow FZ208 rules/*.fz
 
+    '--fix' makes the repairs that diagnostics carry, in the files themselves; of standard input the text goes to
+    standard output. '--fix --diff' prints them as a diff, with exit code 1 if there are any.
+
     A file '-' is standard input. 'allow' and 'deny' lines of a file come first: what it allows is not seen here.
     """
+    if only_diff and fix is None:
+        raise click.UsageError("'--diff' belongs to '--fix'")
+    if only_diff:
+        changes = [fix_file(file, likely=fix == "likely", only_diff=True)[1] for file in dict.fromkeys(files)]
+        return FAILED if any(changes) else DONE
     found: list[Diagnostic] = []
     clean: list[str] = []
     for file in dict.fromkeys(files):
-        systems, diagnostics = _check_file(file, profile)
+        systems, diagnostics = _check_file(file, profile, fix)
         diagnostics = _enforced(diagnostics, denied, allowed)
         found.extend(diagnostics)
         if not any(d.severity == "error" for d in diagnostics):
             shown = STDIN if file == "-" else file
-            clean.extend(f"{shown}: {_clean(s, diagnostics)}" for s in systems)
+            # The text of standard input is on standard output, after its fixes.
+            clean.extend(f"{shown}: {_clean(s, diagnostics)}" for s in systems if fix is None or file != "-")
     undecided = any(d.code == UNCOVERED for d in found)
     found = heard(found)
     show(found, form)
@@ -86,7 +110,8 @@ def check(
         for line in clean:
             say(line)
         if found:
-            say(f"\n{_counted(found)}", err=True)
+            hint = fixable(found) if fix is None else ""
+            say(f"\n{_counted(found)}{'; ' if hint else ''}{hint}", err=True)
     if any(d.severity == "error" for d in found):
         return FAILED
     return UNDECIDED if undecided else DONE
@@ -113,11 +138,15 @@ def _size(block: Block) -> str:
     return counted(len(block.states), "state") if isinstance(block, Plant) else counted(len(block.instances), "block")
 
 
-def _check_file(file: str, profile: str | None) -> tuple[tuple[FuzzySystem | Block, ...], list[Diagnostic]]:
+def _check_file(
+    file: str, profile: str | None, fix: str | None
+) -> tuple[tuple[FuzzySystem | Block, ...], list[Diagnostic]]:
+    """Check a file, after its fixes where they are wanted."""
     from fuzzyctl.analysis.check import check_source
 
     try:
-        return check_source(source_of(file), folder=Path(file).parent, profile=profile)
+        source = fix_file(file, likely=fix == "likely", only_diff=False)[0] if fix is not None else source_of(file)
+        return check_source(source, folder=Path(file).parent, profile=profile)
     except DiagnosticError as error:
         return (), list(error.diagnostics)
 

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
-import re
-import sys
 from dataclasses import dataclass
 from itertools import zip_longest
 from pathlib import Path
@@ -19,12 +16,11 @@ from fuzzyctl.cli.common import (
     answers_with_diagnostics,
     show,
     standard_input,
-    use_color,
 )
 from fuzzyctl.cli.streams import say, write_data
+from fuzzyctl.cli.unified_diff import print_diff
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 from fuzzyctl.diagnostics.source import SourceText, Span
-from fuzzyctl.diagnostics.terminal import printable
 from fuzzyctl.support.writing import written_whole
 
 
@@ -113,33 +109,11 @@ def _differences(laid: _Laid, only_check: bool, only_diff: bool, form: str) -> l
         return []
     name = laid.source.name
     if only_diff:
-        lines = _diff(laid)
-        if use_color(sys.stdout):
-            click.echo("".join(map(_colored, lines)), nl=False, file=sys.stdout)
-        else:
-            write_data("".join(lines))
+        print_diff(name, laid.stored, laid.text)
     elif form == "text":
         say(f"{name}: the file is not formatted")
     help_text = f"run: fuzzyctl fmt {name}"
     return [Diagnostic("FZ006", "the line is not formatted", _first_difference(laid), help=help_text)]
-
-
-def _diff(laid: _Laid) -> list[str]:
-    """Return the lines of a unified diff that `patch` can apply."""
-    name = laid.source.name
-    lines = difflib.unified_diff(_lines(laid.stored), _lines(laid.text), name, name)
-    return [line if line.endswith("\n") else f"{line}\n\\ No newline at end of file\n" for line in lines]
-
-
-def _lines(text: str) -> list[str]:
-    """Split a text at line feeds alone, which stay."""
-    return re.findall(r"[^\n]*\n|[^\n]+", text)
-
-
-def _colored(line: str) -> str:
-    tone = {"-": "31", "+": "32", "@": "36"}.get(line[:1])
-    text = printable(line[:-1])
-    return f"\x1b[{tone}m{text}\x1b[0m\n" if tone else f"{text}\n"
 
 
 def _first_difference(laid: _Laid) -> Span:

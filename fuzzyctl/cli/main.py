@@ -21,12 +21,14 @@ COMMANDS: Final = {
     "eval": ("fuzzyctl.cli.eval", "evaluate", "Evaluate a rule file at a point, or at all points of a CSV."),
     "explain": ("fuzzyctl.cli.explain", "explain", "Explain a diagnostic code."),
     "fmt": ("fuzzyctl.cli.fmt", "fmt", "Lay rule files out: spacing, indentation, columns of tables."),
+    "lsp": ("fuzzyctl.cli.lsp", "lsp", "Serve an editor: mistakes, completion, hover, renaming."),
     "new": ("fuzzyctl.cli.new", "new", "Write an annotated rule file to begin with."),
     "plot-surface": ("fuzzyctl.cli.plot", "plot_surface", "Draw an output over one or two inputs."),
     "plot-terms": ("fuzzyctl.cli.plot", "plot_terms", "Draw the terms of all inputs and outputs."),
     "prove": ("fuzzyctl.cli.prove", "prove", "Prove the guarantees of rule files: their 'require' lines."),
     "show": ("fuzzyctl.cli.show", "show_system", "Print a summary of a rule file."),
     "simulate": ("fuzzyctl.cli.simulate", "simulate", "Run loops of controllers and plants, and judge them."),
+    "watch": ("fuzzyctl.cli.watch", "watch", "Check a file again at every save, with numbers and picture."),
     "why": ("fuzzyctl.cli.why", "why", "Say why a system gives what it gives at a point."),
 }
 
@@ -62,6 +64,7 @@ What to do with it:
   fuzzyctl plot-surface tip.fz -o tip.png draw what it computes
   fuzzyctl simulate loop.fz -o out        run a controller on a plant
   fuzzyctl fmt tip.fz                     lay it out
+  fuzzyctl watch tip.fz -o tip.png        check and draw again at every save
   fuzzyctl codegen tip.fz --target c      write it as C99, or st, or python
   fuzzyctl convert tip.fis tip.fz         from and to .fis, .fll, .fcl, .fml
   fuzzyctl diff old.fz new.fz             what was changed: terms, rules

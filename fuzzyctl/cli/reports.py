@@ -11,6 +11,7 @@ import fuzzyctl
 from fuzzyctl.cli.pages import read_page
 from fuzzyctl.cli.streams import json_text
 from fuzzyctl.diagnostics.diagnostic import CODES, Diagnostic
+from fuzzyctl.diagnostics.fixes import Fix
 from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.diagnostics.terminal import printable
 
@@ -68,12 +69,31 @@ def _result(d: Diagnostic, index: int) -> dict[str, Any]:
         result["locations"] = [{"physicalLocation": _location(d.span)}]
     elif d.file:
         result["locations"] = [{"physicalLocation": {"artifactLocation": {"uri": _uri(d.file)}}}]
+    if d.fix is not None:
+        result["fixes"] = [_sarif_fix(d.fix)]
     if d.notes:
         result["relatedLocations"] = [
             {"id": i, "physicalLocation": _location(n.span), "message": {"text": n.message}}
             for i, n in enumerate(d.notes)
         ]
     return result
+
+
+def _sarif_fix(fix: Fix) -> dict[str, Any]:
+    """Return a fix by the files that it changes; likely ones say so."""
+    sources = dict.fromkeys(r.span.source for r in fix.replacements)
+    changes = [
+        {
+            "artifactLocation": {"uri": _uri(source.name)},
+            "replacements": [
+                {"deletedRegion": _location(r.span)["region"], "insertedContent": {"text": r.text}}
+                for r in fix.replacements
+                if r.span.source == source
+            ],
+        }
+        for source in sources
+    ]
+    return {"description": {"text": f"{fix.applicability} fix"}, "artifactChanges": changes}
 
 
 def _location(span: Span) -> dict[str, Any]:

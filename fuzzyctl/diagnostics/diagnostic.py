@@ -9,6 +9,7 @@ from typing import Any, Literal
 
 from fuzzyctl.diagnostics.codes import CODES as CODES
 from fuzzyctl.diagnostics.codes import WARNINGS as WARNINGS
+from fuzzyctl.diagnostics.fixes import Fix
 from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.diagnostics.suggestions import did_you_mean
 from fuzzyctl.diagnostics.terminal import printable, spelt
@@ -38,6 +39,7 @@ class Diagnostic:
         help: What to do about it, or an empty string; lines to be typed may follow, each as a line of its own.
         notes: Other places that matter.
         file: Shown as the place when there is no span.
+        fix: The repair as data, where it is known.
     """
 
     code: str
@@ -48,6 +50,7 @@ class Diagnostic:
     help: str = ""
     notes: tuple[Note, ...] = ()
     file: str = ""
+    fix: Fix | None = None
 
     def __post_init__(self) -> None:
         if self.code not in CODES:
@@ -78,6 +81,7 @@ class Diagnostic:
         data["facts"] = list(self.facts)
         data["help"] = self.help or None
         data["notes"] = [{"file": n.span.source.name, "line": n.span.line, "message": n.message} for n in self.notes]
+        data["fix"] = self.fix.as_dict() if self.fix is not None else None
         return data
 
 

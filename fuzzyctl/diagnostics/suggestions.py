@@ -86,6 +86,34 @@ def _bare(name: str) -> str:
     return name.casefold().replace("_", "")
 
 
+def is_slip(name: str, meant: str, known: Iterable[str]) -> bool:
+    """Whether a name is a slip of one known name and of no other.
+
+    It differs in capitals, underscores or look-alike letters alone; or, from three letters on, by one letter more,
+    less, changed or swapped with its neighbour.
+    """
+    plain = unicodedata.normalize("NFKC", name).translate(_ALIKE)
+    names = set(known) | {meant}
+    for form in (str, _bare):
+        same = [n for n in names if form(n) == form(plain)]
+        if same:
+            return same == [meant]
+    if len(meant) < 3 or len(names) > _MOST_COMPARED:
+        return False
+    return [n for n in names if _is_one_letter_away(plain, n)] == [meant]
+
+
+def _is_one_letter_away(a: str, b: str) -> bool:
+    """Whether two names differ by one letter more, less or changed, or by two neighbours that are swapped."""
+    a, b = sorted((a.casefold(), b.casefold()), key=len)
+    if len(b) - len(a) > 1:
+        return False
+    at = next((i for i, (x, y) in enumerate(zip(a, b, strict=False)) if x != y), len(a))
+    if len(a) < len(b):
+        return a[at:] == b[at + 1 :]
+    return a[at + 1 :] == b[at + 1 :] or (a[at : at + 2] == b[at : at + 2][::-1] and a[at + 2 :] == b[at + 2 :])
+
+
 def _one_letter_away(name: str, known: tuple[str, ...]) -> str | None:
     """Return a name with one letter more, less, changed or swapped with its neighbour.
 

@@ -27,12 +27,14 @@ class Edit:
         end: Offset after the last one; `start` for an insertion.
         text: The replacement.
         why: The rule of the language behind it, without a full stop.
+        sure: Whether it gives what was meant, where the line can be read after it.
     """
 
     start: int
     end: int
     text: str
     why: str
+    sure: bool = True
 
 
 def _declared(keyword: str, text: str) -> frozenset[str]:
@@ -151,7 +153,7 @@ class Draft:
             last = ends[e.end - 1] if e.end > e.start else first
             # An edit of a range that was edited before replaces those edits.
             done = [d for d in done if not (first <= d.start and d.end <= last and d.end > d.start)]
-            done.append(Edit(first, max(first, last), e.text, e.why))
+            done.append(Edit(first, max(first, last), e.text, e.why, e.sure))
             text = text[: e.start] + e.text + text[e.end :]
             origin[e.start : e.end] = [first] * len(e.text)
             ends[e.start : e.end] = [max(first, last)] * len(e.text)

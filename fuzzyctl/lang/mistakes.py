@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, Final
 
 from fuzzyctl.diagnostics.diagnostic import Diagnostic
+from fuzzyctl.diagnostics.fixes import Fix, Replacement, respelt
 from fuzzyctl.diagnostics.source import SourceText, Span
 from fuzzyctl.diagnostics.suggestions import closest, look_alikes
 from fuzzyctl.lang.common_errors import NO_RULE, SPELLINGS, corner, repair
@@ -220,7 +221,8 @@ def _comparison(source: SourceText, found: re.Match[str]) -> Diagnostic:
 def capital_keyword(word: str, place: Span, code: str = "FZ102") -> Diagnostic:
     """Return the diagnostic for a keyword in capitals."""
     message = f"'{word}' is no keyword: keywords are written small"
-    return Diagnostic(code, message, place, help=f"write '{word.lower()}'")
+    fix = Fix((Replacement(place, word.lower()),), "sure")
+    return Diagnostic(code, message, place, help=f"write '{word.lower()}'", fix=fix)
 
 
 def _expected(error: UnexpectedToken) -> str:
@@ -333,7 +335,8 @@ def describe_unknown_line(source: SourceText, line: LogicalLine, block: str) -> 
     if not hint and block == "variable":
         hint = f"a term is written: {_BELOW['term_line']}"
     facts = (*look_alikes(line.word), _keywords(keywords))
-    return Diagnostic("FZ101", f"'{line.word}' begins no statement", place, facts=facts, help=hint)
+    fix = respelt(place, line.word, near, keywords)
+    return Diagnostic("FZ101", f"'{line.word}' begins no statement", place, facts=facts, help=hint, fix=fix)
 
 
 def _of_another_block(line: LogicalLine, place: Span) -> Diagnostic:

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator
 from typing import Final
 
 from fuzzyctl.diagnostics.other_tools_words import PEER_WORDS
-from fuzzyctl.diagnostics.suggestions import closest, look_alikes
+from fuzzyctl.diagnostics.suggestions import closest, is_slip, look_alikes
 from fuzzyctl.lang.common_errors import SPELLINGS
 from fuzzyctl.lang.edits import Edit, Repair, Surroundings
 from fuzzyctl.lang.other_tools import known_setting, remark
@@ -20,7 +20,7 @@ NUMBER: Final = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 _New = Callable[["list[str]", Surroundings], "str | None"]
 
 
-def by_pattern(pattern: str, new: str | _New, why: str, *, heads: str = "") -> Repair:
+def by_pattern(pattern: str, new: str | _New, why: str, *, heads: str = "", sure: bool = True) -> Repair:
     """Return the repair of all matches of a pattern.
 
     Args:
@@ -28,6 +28,7 @@ def by_pattern(pattern: str, new: str | _New, why: str, *, heads: str = "") -> R
         new: The replacement, with `{1}` for the first group, or a function of all groups.
         why: The rule of the language behind it.
         heads: Words that the line may begin with, in small or capital letters; none for any line.
+        sure: Whether the replacement is what was meant; else it is a guess, such as a name that is made up.
     """
     form = re.compile(pattern, re.IGNORECASE | re.MULTILINE)
     words = frozenset(heads.split())
@@ -40,7 +41,7 @@ def by_pattern(pattern: str, new: str | _New, why: str, *, heads: str = "") -> R
             groups = [text[m.start(i) : m.end(i)] if m.start(i) >= 0 else "" for i in range((form.groups or 0) + 1)]
             made = new.format(*groups) if isinstance(new, str) else new(groups, around)
             if made is not None and made != text[start:end]:
-                yield Edit(start, end, made, why)
+                yield Edit(start, end, made, why, sure)
 
     return repair
 
@@ -207,20 +208,23 @@ def _misspelt(code: str, text: str, around: Surroundings) -> Iterator[Edit]:
     # `allow` takes any words; its codes are known by their form.
     if near is not None and (near not in ("allow", "deny") or re.match(r"\s+FZ\d", code[found.end() :])):
         why = "; ".join((f"did you mean '{near}'?", *look_alikes(found[1])))
-        yield Edit(found.start(1), found.end(1), near, why)
+        yield Edit(found.start(1), found.end(1), near, why, is_slip(found[1], near, STATEMENT_KEYWORDS))
 
 
 def _unclosed(code: str, text: str, around: Surroundings) -> Iterator[Edit]:
     """Close what is open at the end of a line: texts, parentheses and brackets."""
     line = code.rstrip()
     if code.count('"') % 2:
-        yield Edit(len(line), len(line), '"', "a text is closed on its line")
+        yield Edit(len(line), len(line), '"', "a text is closed on its line", sure=False)
         return
     opened = [c for c in line if c in "(["]
     missing = len(opened) - sum(c in ")]" for c in line)
     if 0 < missing <= 5:
         closing = "".join(")" if c == "(" else "]" for c in reversed(opened[-missing:]))
-        yield Edit(len(line), len(line), closing, "parentheses are closed")
+        # In a longer expression it may be another place that was meant.
+        inside = line[max(line.rfind("("), line.rfind("[")) :]
+        sure = re.search(r"[\w)]\s*[-+*/^]\s*[\w(]", inside) is None
+        yield Edit(len(line), len(line), closing, "parentheses are closed", sure)
 
 
 def _setting_of(groups: list[str], around: Surroundings) -> str | None:
@@ -339,6 +343,7 @@ _NAMED_ONES: Final = rf"{NAME}(?:\s*\"[^\"]*\")?(?:\s*,\s*{NAME}(?:\s*\"[^\"]*\"
 
 STATEMENTS: Final[tuple[Repair, ...]] = (
     by_pattern(";", "\n", "a line holds one statement"),
+    by_pattern(rf"^\s*({'|'.join(STATEMENT_KEYWORDS)})\b(?P<x>\s+\1)(?=\s+[\w\"])", "", "a statement has one keyword"),
     *_QUOTED,
     by_pattern(
         r"^(?P<x>(\s*)[^|\n]*\|[^\n]*\|[^\n]*)$", _header, "the header holds the terms of the columns and no bars"
@@ -383,11 +388,13 @@ STATEMENTS: Final[tuple[Repair, ...]] = (
         rf"^\s*system\s+(?P<x>({NAME}(?:[ -]+{NAME})+))(?=\s*(?:\"|$))",
         _joined,
         "a name has no blanks or hyphens",
+        sure=False,
     ),
     by_pattern(
         r"^\s*system(?P<x>\s*\"([^\"]*)\")\s*$",
         _named,
         "a system has a name before its title",
+        sure=False,
     ),
     by_pattern(rf"^\s*param\s+{NAME}(?P<x>\s*(?::=|:|<-)\s*|\s+(?=[-+.\d(]))", " = ", "a value is assigned with '='"),
     _outside_tables(
@@ -449,6 +456,7 @@ STATEMENTS: Final[tuple[Repair, ...]] = (
         rf"^(?P<x>(\s*)(?!(?:{'|'.join(STATEMENT_KEYWORDS)})\b)({NAME})\s*=\s*({NUMBER}))\s*$",
         _declaration,
         "a value alone declares nothing",
+        sure=False,
     ),
 )
 

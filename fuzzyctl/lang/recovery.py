@@ -15,6 +15,7 @@ from itertools import takewhile
 from typing import Final
 
 from fuzzyctl.diagnostics.diagnostic import Diagnostic
+from fuzzyctl.diagnostics.fixes import Fix, Replacement
 from fuzzyctl.diagnostics.source import SourceText, Span
 from fuzzyctl.lang import syntax as sx
 from fuzzyctl.lang.edits import Declared, Draft, Edit, Repair, Surroundings
@@ -24,6 +25,7 @@ from fuzzyctl.lang.repaired_text import RepairedText, in_original
 from fuzzyctl.lang.rule_repairs import RULES
 from fuzzyctl.lang.syntax import STATEMENT_KEYWORDS
 from fuzzyctl.lang.term_repairs import TERMS
+from fuzzyctl.lang.token_repairs import token_fix
 
 #: Largest number of rounds of reading a file again; each round reveals what the repairs of the previous one uncovered.
 _ROUNDS: Final = 4
@@ -37,6 +39,10 @@ _GAP: Final = re.compile(r"\s{41}")
 
 _REPAIRS: Final[tuple[Repair, ...]] = (*STATEMENTS, *TERMS, *RULES, *SPELLING)
 _RULE: Final = re.compile(r"[ \t]*((?:else[ \t]+)?if\b[^\n#]*)", re.IGNORECASE)
+
+#: Codes of lines that cannot be read, and how many of them get a fix by one token, which takes many readings.
+_SYNTAX: Final = frozenset({"FZ101", "FZ102", "FZ103", "FZ105"})
+_TOKEN_FIXES: Final = 4
 
 #: Longer chains of `else if` are not repaired.
 _CHAIN: Final = 10
@@ -75,6 +81,7 @@ def recover(
         text = repaired
         tree, mistakes, foreign = read(text)
     tree = dataclasses.replace(tree, repaired=bool(reports) and not mistakes)
+    mistakes = _with_token_fixes(text, mistakes, reads_line)
     return tree, _joined(source, reports.values(), map(in_original, mistakes))
 
 
@@ -140,6 +147,26 @@ def _repaired(
     origins += origin[at:]
     all_ends += ends[at:]
     return RepairedText(source.name, "".join(pieces), source.encoding, source, origins, all_ends)
+
+
+def _with_token_fixes(text: SourceText, mistakes: list[Diagnostic], reads_line: ReadsLine) -> list[Diagnostic]:
+    """Return the mistakes of a text, the first of those without a fix with one by a single token if there is one."""
+    open_ones = [d for d in mistakes if d.fix is None and d.span is not None and d.code in _SYNTAX][:_TOKEN_FIXES]
+    if not open_ones:
+        return mistakes
+    lines = [line for line in split(text) if line.kind != "blank"]
+    starts = [line.start for line in lines]
+    fixes: dict[int, Fix | None] = {}
+    for d in open_ones:
+        assert d.span is not None
+        at = bisect_right(starts, d.span.start) - 1
+        if at < 0:
+            continue
+        line = lines[at]
+        kind = "block_statement" if line.in_block and line.kind == "unknown" else line.kind
+        stop = _ends(text.text, line)[0]
+        fixes[id(d)] = token_fix(text, line.start, stop, lambda t, kind=kind: _reads(t, kind, reads_line))  # type: ignore[misc]
+    return [dataclasses.replace(d, fix=fixes[id(d)]) if fixes.get(id(d)) is not None else d for d in mistakes]
 
 
 def _surrounded(
@@ -225,7 +252,8 @@ def _reads(text: str, kind: LineKind, reads_line: ReadsLine) -> bool:
     """Return whether all lines of a repaired text can be read."""
     source = SourceText("", text)
     return all(
-        line.mistake is None and reads_line(source, line, kind if line.kind == "unknown" else line.kind)
+        line.mistake is None
+        and reads_line(source, line, kind if line.kind == "unknown" or kind == "block_statement" else line.kind)
         for line in split(source)
         if line.kind != "blank"
     )
@@ -247,14 +275,21 @@ def _report(source: SourceText, draft: Draft, first: Diagnostic, *, whole: bool)
     if len(written) > 1:
         line = "\n".join((f"write {len(written)} lines:", *written))
     help_text = line if whole else _instruction(source, lead)
+    fix = _fix(source, edits) if whole else None
     if whole and first.code in ("FZ103", "FZ104", "FZ109") and lead.why != COMMENT and len({e.why for e in edits}) == 1:
         # What is not closed is named as it was before the repair, which may be anywhere behind it.
-        return dataclasses.replace(in_original(first), facts=(*first.facts, *facts), help=help_text)
+        return dataclasses.replace(in_original(first), facts=(*first.facts, *facts), help=help_text, fix=fix)
     message = f"{_found(source, lead)}: {lead.why}"
     old = source.text[lead.start : lead.end]
     start = lead.start + len(old) - len(old.lstrip())
     place = Span(source, start, max(start + len(old.strip()), start + 1))
-    return Diagnostic(first.code, message, place, facts=tuple(facts), help=help_text)
+    return Diagnostic(first.code, message, place, facts=tuple(facts), help=help_text, fix=fix)
+
+
+def _fix(source: SourceText, edits: Sequence[Edit]) -> Fix:
+    """Return the edits of a line that can be read after them."""
+    replacements = tuple(Replacement(Span(source, e.start, e.end), e.text) for e in edits)
+    return Fix(replacements, "sure" if all(e.sure for e in edits) else "likely")
 
 
 def _found(source: SourceText, edit: Edit) -> str:

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from fuzzyctl.diagnostics.diagnostic import Diagnostic
+from fuzzyctl.diagnostics.fixes import Fix, Replacement
 from fuzzyctl.diagnostics.source import SourceText, Span
 
 
@@ -45,9 +46,15 @@ def _original_span(span: Span) -> Span:
 
 def in_original(diagnostic: Diagnostic) -> Diagnostic:
     """Return a diagnostic whose locations are in texts as they were written."""
-    spans = [s for s in (diagnostic.span, *(n.span for n in diagnostic.notes)) if s is not None]
+    replacements = diagnostic.fix.replacements if diagnostic.fix is not None else ()
+    places = (diagnostic.span, *(n.span for n in diagnostic.notes), *(r.span for r in replacements))
+    spans = [s for s in places if s is not None]
     if not any(isinstance(s.source, RepairedText) for s in spans):
         return diagnostic
     notes = tuple(dataclasses.replace(n, span=_original_span(n.span)) for n in diagnostic.notes)
     span = None if diagnostic.span is None else _original_span(diagnostic.span)
-    return dataclasses.replace(diagnostic, span=span, notes=notes)
+    fix = None
+    if diagnostic.fix is not None:
+        moved = tuple(Replacement(_original_span(r.span), r.text) for r in replacements)
+        fix = Fix(moved, diagnostic.fix.applicability)
+    return dataclasses.replace(diagnostic, span=span, notes=notes, fix=fix)

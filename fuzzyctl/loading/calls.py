@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 
 from fuzzyctl.diagnostics.diagnostic import Diagnostic
+from fuzzyctl.diagnostics.fixes import Fix, respelt_as_suggested
 from fuzzyctl.diagnostics.suggestions import counted, did_you_mean, listed
 from fuzzyctl.expr import Call, walk
 from fuzzyctl.model.system import FuzzySystem
@@ -71,7 +72,10 @@ class _Calls:
             known = [n for n in self.systems if n not in self.path]
             help_text = did_you_mean(name, known) or "add the system, or 'use' the file that holds it"
             is_blameless = self.broken or own is not None
-            return not is_blameless and self._refuse("FZ202", f"no other system '{name}'", call, help=help_text)
+            fix = respelt_as_suggested(call.span, name, known)
+            return not is_blameless and self._refuse(
+                "FZ202", f"no other system '{name}'", call, help=help_text, fix=fix
+            )
         called[name] = replace(other, guarantees=(), compared=())
         return self._fits(call, other, output)
 
@@ -89,6 +93,15 @@ class _Calls:
             return self._refuse("FZ214", message, call, help="call both systems from a controller")
         return True
 
-    def _refuse(self, code: str, message: str, call: Call, *, facts: tuple[str, ...] = (), help: str = "") -> bool:
-        self.mistakes.append(Diagnostic(code, message, call.span, facts=facts, help=help))
+    def _refuse(
+        self,
+        code: str,
+        message: str,
+        call: Call,
+        *,
+        facts: tuple[str, ...] = (),
+        help: str = "",
+        fix: Fix | None = None,
+    ) -> bool:
+        self.mistakes.append(Diagnostic(code, message, call.span, facts=facts, help=help, fix=fix))
         return False

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final, TypeVar
 
 from fuzzyctl.diagnostics.diagnostic import CODES, ArgumentError, Diagnostic, DiagnosticError, Note
+from fuzzyctl.diagnostics.fixes import respelt
 from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.diagnostics.suggestions import closest
 from fuzzyctl.formats.registry import format_of
@@ -522,7 +523,8 @@ def apply_policy(diagnostics: list[Diagnostic], lines: Iterable[sx.Allow]) -> li
             if word.text not in CODES:
                 near = closest(word.text, CODES)
                 help_text = f"did you mean '{near}'?" if near else "'fuzzyctl explain' lists the codes"
-                found.append(Diagnostic("FZ213", f"no diagnostic code '{word.text}'", word.span, help=help_text))
+                message, fix = f"no diagnostic code '{word.text}'", respelt(word.span, word.text, near, CODES)
+                found.append(Diagnostic("FZ213", message, word.span, help=help_text, fix=fix))
             (allowed if line.keyword.text == "allow" else denied).add(word.text)
     return [*found, *enforce(diagnostics, allowed, denied)]
 

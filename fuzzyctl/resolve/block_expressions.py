@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 
 from fuzzyctl import expr as ex
+from fuzzyctl.diagnostics.fixes import respelt_as_suggested
 from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.diagnostics.suggestions import a_or_an, counted, did_you_mean, listed
 from fuzzyctl.lang import syntax as sx
@@ -171,7 +172,8 @@ class Expressions(Names):
             return
         facts = (f"functions: {', '.join(known)}",) if known else ()
         help_text = did_you_mean(call.function, known) or "add the block, or 'use' the file that holds it"
-        self.context.report("FZ202", f"no {what} '{call.function}'", call.span, facts=facts, help=help_text)
+        fix = respelt_as_suggested(call.span, call.function, known)
+        self.context.report("FZ202", f"no {what} '{call.function}'", call.span, facts=facts, help=help_text, fix=fix)
 
     def _counted(self, call: ex.Call, expected: int) -> bool:
         named = next((a for a in call.arguments if isinstance(a, ex.Keyword)), None)
@@ -208,9 +210,9 @@ class Expressions(Names):
                 known = [*inputs, *params]
                 facts = (f"inputs: {', '.join(inputs)}", *((f"params: {', '.join(params)}",) if params else ()))
                 message = f"'{call.function}' has no input or param '{argument.name}'"
-                self.context.report(
-                    "FZ202", message, argument.span, facts=facts, help=did_you_mean(argument.name, known)
-                )
+                help_text = did_you_mean(argument.name, known)
+                fix = respelt_as_suggested(argument.span, argument.name, known)
+                self.context.report("FZ202", message, argument.span, facts=facts, help=help_text, fix=fix)
                 fine = False
             if isinstance(argument, ex.Keyword):
                 bound.append(argument.name)

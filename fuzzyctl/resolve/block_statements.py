@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
+from fuzzyctl.diagnostics.fixes import respelt_as_suggested
 from fuzzyctl.diagnostics.suggestions import did_you_mean, listed
 from fuzzyctl.lang import syntax as sx
 from fuzzyctl.model.controller import Controller, Definition, Function, Result, Signal, State
@@ -133,7 +134,8 @@ class Statements(Expressions):
                     else (f"states: {listed(list(states))}" if states else "there is no state",)
                 )
                 help_text = did_you_mean(name, list(states)) or f"declare it: state {name} = START"
-                self.context.report("FZ202", f"no state '{name}'", s.name.span, facts=facts, help=help_text)
+                fix = respelt_as_suggested(s.name.span, name, list(states))
+                self.context.report("FZ202", f"no state '{name}'", s.name.span, facts=facts, help=help_text, fix=fix)
             elif name in updates:
                 note = (updates[name].span, "first given here")
                 self.context.report("FZ215", f"the {what} of '{name}' is given twice", s.span, note=note)

@@ -9,6 +9,7 @@ from collections.abc import Mapping
 from typing import Final
 
 from fuzzyctl import expr as ex
+from fuzzyctl.diagnostics.fixes import respelt_as_suggested
 from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.diagnostics.suggestions import counted, did_you_mean
 from fuzzyctl.resolve.context import Context
@@ -127,6 +128,7 @@ def _unknown_function(context: Context, call: ex.Call) -> None:
         call.span,
         facts=(f"functions: {', '.join(known)}",),
         help=did_you_mean(call.function, known),
+        fix=respelt_as_suggested(call.span, call.function, known),
     )
 
 

@@ -8,7 +8,8 @@ from dataclasses import dataclass, field
 from typing import Any, Final
 
 from fuzzyctl import expr as ex
-from fuzzyctl.diagnostics.diagnostic import Diagnostic, Note
+from fuzzyctl.diagnostics.diagnostic import Diagnostic, Note, Severity
+from fuzzyctl.diagnostics.fixes import Fix, respelt
 from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.diagnostics.suggestions import closest, counted, listed, look_alikes
 from fuzzyctl.lang import syntax as sx
@@ -75,15 +76,21 @@ class Context:
         return closest(name, known) if self.suggested <= MAX_SUGGESTIONS else None
 
     def report(
-        self, code: str, message: str, span: Span | None, *, facts: Iterable[str] = (), help: str = "", **rest: object
+        self,
+        code: str,
+        message: str,
+        span: Span | None,
+        *,
+        facts: Iterable[str] = (),
+        help: str = "",
+        fix: Fix | None = None,
+        **rest: object,
     ) -> None:
         """Add an error; `note=(span, text)` points at a second place, `warning=True` makes it a warning."""
         note = rest.get("note")
         notes = (Note(*note),) if isinstance(note, tuple) else ()
-        severity = "warning" if rest.get("warning") else "error"
-        self.diagnostics.append(
-            Diagnostic(code, message, span, "warning" if severity == "warning" else "error", tuple(facts), help, notes)
-        )
+        severity: Severity = "warning" if rest.get("warning") else "error"
+        self.diagnostics.append(Diagnostic(code, message, span, severity, tuple(facts), help, notes, fix=fix))
 
     def declare(self, word: sx.Word, what: str) -> bool:
         """Enter a name; report and return False when it is reserved or taken."""
@@ -154,12 +161,14 @@ class Context:
             message, listing = f"no {kind} '{text}'", f"{kind.replace(', ', 's, ').replace(' or ', 's and ')}s"
         facts = (*look_alikes(text), f"{listing}: {listed(known)}" if known else f"there is no {kind}")
         help_text = f"did you mean '{near}'?" if near else ""
+        fix = respelt(word.span, text, near, known)
         if text in self.lets:
+            fix = None
             is_claim = kind == "name"
             help_text = (
                 "guarantees do not name lets" if is_claim else f"a let is no {kind}; a constant begins with 'param'"
             )
-        self.report(code, message, word.span, facts=facts, help=help_text)
+        self.report(code, message, word.span, facts=facts, help=help_text, fix=fix)
 
     def check_names(self, expr: ex.Expr, known: Collection[str], kind: str) -> bool:
         """Check that an expression uses only known names and functions, each with the right number of arguments."""
@@ -205,6 +214,7 @@ class Context:
                 call.span,
                 facts=(f"functions: {', '.join(ex.FUNCTIONS)}",),
                 help=f"did you mean '{near}'?" if near else "",
+                fix=respelt(call.span, call.function, near, ex.FUNCTIONS),
             )
             return False
         low, high = ex.FUNCTIONS[call.function]

@@ -7,6 +7,7 @@ from typing import Any
 
 from fuzzyctl import expr as ex
 from fuzzyctl.diagnostics.diagnostic import Diagnostic
+from fuzzyctl.diagnostics.fixes import respelt_as_suggested
 from fuzzyctl.diagnostics.suggestions import did_you_mean
 from fuzzyctl.lang import syntax as sx
 from fuzzyctl.model.checks.checks import in_order
@@ -69,7 +70,8 @@ class _Plant(Statements):
             name = formula.function if isinstance(formula, ex.Call) else ""
             help_text = did_you_mean(name, list(PLANTS)) or f"the forms are: {forms}"
             message = "expected tf, zpk, ss or python"
-            self.context.report("FZ214", message, ex.span_of(formula), help=help_text)
+            fix = respelt_as_suggested(ex.span_of(formula), name, list(PLANTS))
+            self.context.report("FZ214", message, ex.span_of(formula), help=help_text, fix=fix)
             self.incomplete = True
             return {}
         found = None

@@ -8,6 +8,7 @@ from itertools import pairwise
 from typing import Final
 
 from fuzzyctl import expr as ex
+from fuzzyctl.diagnostics.fixes import respelt
 from fuzzyctl.diagnostics.suggestions import closest, counted, listed, look_alikes
 from fuzzyctl.formulas import HEDGES
 from fuzzyctl.lang import syntax as sx
@@ -311,7 +312,8 @@ def known_term(context: Context, variable: sx.Variable, term: sx.Word, param_hel
         _report_termless(context, variable, term)
     elif names and not is_unsure(variable):
         near = context.near(term.text, names)
-        help_text = param_help if term.text in context.params else f"did you mean '{near}'?" if near else ""
+        is_param = term.text in context.params
+        help_text = param_help if is_param else f"did you mean '{near}'?" if near else ""
         context.report(
             "FZ203",
             f"{variable.keyword.text} '{variable.name.text}' has no term '{term.text}'",
@@ -321,6 +323,7 @@ def known_term(context: Context, variable: sx.Variable, term: sx.Word, param_hel
                 f"terms of '{variable.name.text}': {listed(names)} (line {variable.name.span.line})",
             ),
             help=help_text,
+            fix=None if is_param else respelt(term.span, term.text, near, names),
         )
     return False
 

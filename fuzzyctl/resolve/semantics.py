@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any, Final, get_args, get_type_hints
 
+from fuzzyctl.diagnostics.fixes import respelt
 from fuzzyctl.diagnostics.suggestions import closest
 from fuzzyctl.lang import syntax as sx
 from fuzzyctl.model.profiles import PROFILES
@@ -55,7 +56,8 @@ def _knobs(context: Context, options: Sequence[sx.Option]) -> dict[str, Any]:
             near = closest(word.text, CHOICES[name])
             facts = (f"one of: {', '.join(CHOICES[name])}",)
             help_text = f"did you mean '{near}'?" if near else ""
-            context.report("FZ213", f"'{name}' knows no '{word.text}'", word.span, facts=facts, help=help_text)
+            fix = respelt(word.span, word.text, near, CHOICES[name])
+            context.report("FZ213", f"'{name}' knows no '{word.text}'", word.span, facts=facts, help=help_text, fix=fix)
         else:
             values[name] = word.text
     return values

@@ -7,6 +7,7 @@ from dataclasses import fields, replace
 from typing import Any, Final, TypeVar
 
 from fuzzyctl import expr as ex
+from fuzzyctl.diagnostics.fixes import respelt_as_suggested
 from fuzzyctl.diagnostics.suggestions import did_you_mean
 from fuzzyctl.formulas import AGGREGATIONS, CONJUNCTIONS, DISJUNCTIONS, IMPLICATIONS
 from fuzzyctl.lang import syntax as sx
@@ -26,6 +27,9 @@ _FIELDS: Final[dict[str, tuple[str, tuple[str, ...]]]] = {
 }
 
 _Option = TypeVar("_Option", sx.Option, sx.ActivationOption)
+
+#: Settings with the values that each may have.
+SETTINGS: Final = {keyword: known for keyword, (_, known) in _FIELDS.items()}
 
 #: Options of the activation methods.
 _OPTIONS: Final[dict[str, tuple[str, ...]]] = {
@@ -168,6 +172,7 @@ def resolve_own_setting(context: Context, s: sx.Setting, values: dict[str, Any])
             s.value.span,
             facts=(f"one of: {', '.join(known)}",),
             help=did_you_mean(s.value.text, known),
+            fix=respelt_as_suggested(s.value.span, s.value.text, known),
         )
         return False
     before = len(context.diagnostics)

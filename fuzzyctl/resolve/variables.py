@@ -8,6 +8,7 @@ from collections import ChainMap
 from typing import Any, Final
 
 from fuzzyctl import expr as ex
+from fuzzyctl.diagnostics.fixes import respelt
 from fuzzyctl.diagnostics.suggestions import closest
 from fuzzyctl.formulas import MEMBERSHIP, MembershipFormula
 from fuzzyctl.lang import syntax as sx
@@ -148,6 +149,7 @@ def _fallback(context: Context, value: ex.Expr | sx.Word | sx.Held) -> ex.Expr |
             value.span,
             facts=(f"a number, an expression in parentheses, or one of: {', '.join(_FALLBACKS)}, hold",),
             help=help_text or (f"did you mean '{near}'?" if near else ""),
+            fix=None if help_text else respelt(value.span, value.text, near, (*_FALLBACKS, "hold")),
         )
         return None
     return value if context.check_names(value, context.params, "param") else None
@@ -258,7 +260,9 @@ def _report_unknown_kind(context: Context, word: sx.Word, known: list[str]) -> N
     if near is not None and kind in MEMBERSHIP:
         help_text += f" the form is: {_form(MEMBERSHIP[kind])}"
         facts += filter(None, [differing_order(kind, near)])
-    context.report("FZ202", f"no membership function '{word.text}'", word.span, facts=facts, help=help_text)
+    # A name of another tool may have its parameters in another order.
+    fix = respelt(word.span, word.text, near, [*known, *PEER_KINDS]) if near in known else None
+    context.report("FZ202", f"no membership function '{word.text}'", word.span, facts=facts, help=help_text, fix=fix)
 
 
 def _form(formula: MembershipFormula) -> str:

@@ -1,0 +1,89 @@
+"""What is shown for the word under the pointer: values, terms, forms, meanings."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+
+from fuzzyctl.diagnostics.source import Span
+from fuzzyctl.editor.document import Document
+from fuzzyctl.editor.navigation import symbol_at
+from fuzzyctl.editor.symbols import Symbol
+from fuzzyctl.editor.words import called, hedges, keywords
+from fuzzyctl.expr import to_text
+from fuzzyctl.lang.syntax import NAME
+from fuzzyctl.model.system import FuzzySystem
+
+
+@dataclass(frozen=True)
+class Hover:
+    """A text in Markdown and the location that it is about."""
+
+    markdown: str
+    span: Span
+
+
+def hover(document: Document, offset: int) -> Hover | None:
+    """Return what is known of the word at an offset; None for nothing."""
+    found = symbol_at(document, offset)
+    if found is not None:
+        return Hover("\n\n".join(_of_symbol(document, found[1])), found[0])
+    span = word_at(document, offset)
+    if span is None:
+        return None
+    _, head = document.symbols.scope_at(offset)
+    block = head.kind if head is not None and head.kind != "system" else ""
+    behind = document.text[span.end :].lstrip(" \t")
+    words = {w.name: w for w in (*hedges(), *keywords(block))}
+    if behind.startswith("("):
+        words = words | called(block)
+    word = words.get(span.text)
+    if word is None:
+        return None
+    return Hover("\n\n".join(filter(None, [f"```fz\n{word.form}\n```", word.what])), span)
+
+
+def word_at(document: Document, offset: int) -> Span | None:
+    """Return the location of the word at an offset; None between words."""
+    start = document.text.rfind("\n", 0, offset) + 1
+    for m in re.finditer(NAME, document.text_before(offset) + document.text[offset:].split("\n", 1)[0]):
+        if m.start() <= offset - start <= m.end():
+            return Span(document.source, start + m.start(), start + m.end())
+    return None
+
+
+def _of_symbol(document: Document, symbol: Symbol) -> list[str]:
+    first = symbol.whole.text.split("\n")[0].split("#")[0].strip()
+    found = [f"```fz\n{first}\n```"]
+    if symbol.label:
+        found.append(symbol.label)
+    if symbol.owner is not None:
+        found.append(f"{symbol.kind} of '{symbol.owner.name}'")
+    system = _system_of(document, symbol)
+    if system is not None:
+        found += _values(system, symbol)
+    return found
+
+
+def _system_of(document: Document, symbol: Symbol) -> FuzzySystem | None:
+    owner = symbol
+    while owner.owner is not None:
+        owner = owner.owner
+    systems = document.examined.systems
+    named = [s for s in systems if s.name == owner.name]
+    return named[0] if named else systems[0] if len(systems) == 1 and owner.kind != "controller" else None
+
+
+def _values(system: FuzzySystem, symbol: Symbol) -> list[str]:
+    """Return the numbers behind a param or a term."""
+    values = system.values
+    if symbol.kind == "param" and symbol.name in values:
+        return [f"value: {values[symbol.name]:g}"]
+    if symbol.kind == "term" and symbol.owner is not None:
+        for variable in (*system.inputs, *system.outputs):
+            if variable.name == symbol.owner.name:
+                for term in variable.terms:
+                    if term.name == symbol.name:
+                        numbers = ", ".join(to_text(p) for p in term.membership.arguments)
+                        return [f"`{term.membership.kind}({numbers})`"]
+    return []

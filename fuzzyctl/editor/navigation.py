@@ -1,0 +1,86 @@
+"""Definition, references and renaming of names."""
+
+from __future__ import annotations
+
+import re
+
+from fuzzyctl.diagnostics.fixes import Fix, Replacement, fixed
+from fuzzyctl.diagnostics.source import SourceText, Span
+from fuzzyctl.editor.document import Document
+from fuzzyctl.editor.symbols import Symbol
+from fuzzyctl.lang.formatter import format_source
+from fuzzyctl.lang.syntax import MAX_NAME, NAME, RESERVED
+
+
+class RenameError(ValueError):
+    """Raised where a name cannot be given another one; the message is for the user."""
+
+
+def symbol_at(document: Document, offset: int) -> tuple[Span, Symbol] | None:
+    """Return the name at an offset with its symbol; None where there is none."""
+    return document.symbols.at(document.source.name, offset)
+
+
+def definition(document: Document, offset: int) -> Span | None:
+    """Return where the name at an offset is declared, which may be in a used file."""
+    found = symbol_at(document, offset)
+    return found[1].span if found is not None else None
+
+
+def references(document: Document, offset: int, *, declaration: bool = True) -> list[Span]:
+    """Return where the name at an offset is used, in this file and in those that it uses."""
+    found = symbol_at(document, offset)
+    if found is None:
+        return []
+    symbol = found[1]
+    return [span for span in document.symbols.uses_of(symbol) if declaration or span != symbol.span]
+
+
+def rename(document: Document, offset: int, name: str) -> list[Replacement]:
+    """Return the changes of all files that give the name at an offset another one.
+
+    Where the file was laid out by `fuzzyctl fmt`, it is afterwards: columns of tables are aligned again.
+
+    Raises:
+        RenameError: Where there is no name, or the new one is none or is taken.
+    """
+    found = symbol_at(document, offset)
+    if found is None:
+        raise RenameError("there is no name here")
+    symbol = found[1]
+    if not re.fullmatch(NAME, name) or name in RESERVED or len(name) > MAX_NAME:
+        raise RenameError(f"'{name}' cannot be a name: it has letters, digits and '_', and is no word of the language")
+    if name == symbol.name:
+        return []
+    taken = _taken(document, symbol, name)
+    if taken is not None:
+        raise RenameError(f"'{name}' is declared already in line {taken.line}")
+    changes = [Replacement(span, name) for span in document.symbols.uses_of(symbol)]
+    own = [c for c in changes if c.span.source.name == document.source.name]
+    others = [c for c in changes if c.span.source.name != document.source.name]
+    return [*_laid_out(document.source, own), *others]
+
+
+def _taken(document: Document, symbol: Symbol, name: str) -> Span | None:
+    """Return where the new name is declared among those that it would be mixed up with."""
+    for other in document.symbols.all:
+        same_kind = (other.kind == "term") == (symbol.kind == "term")
+        if other.name == name and same_kind and other.owner is symbol.owner:
+            return other.span
+    return None
+
+
+def _laid_out(source: SourceText, changes: list[Replacement]) -> list[Replacement]:
+    """Return changes of lines that also keep the layout of a file that had the canonical one."""
+    if format_source(source) != source.text:
+        return changes
+    after = format_source(SourceText(source.name, fixed(source, [Fix(tuple(changes), "sure")])))
+    before_lines, after_lines = source.text.split("\n"), after.split("\n")
+    if len(before_lines) != len(after_lines):
+        return changes
+    found, at = [], 0
+    for before, now in zip(before_lines, after_lines, strict=True):
+        if before != now:
+            found.append(Replacement(Span(source, at, at + len(before)), now))
+        at += len(before) + 1
+    return found

@@ -1,0 +1,97 @@
+import pytest
+
+from fuzzyctl.diagnostics.fixes import Fix, fixed
+from fuzzyctl.diagnostics.source import SourceText
+from fuzzyctl.editor.document import Document
+from fuzzyctl.editor.navigation import RenameError, definition, references, rename
+from fuzzyctl.lang.formatter import format_source
+from tests.fuzzyctl.editor.marked import LOOP, SYSTEM, marked
+
+
+def renamed(text, at, name, before=""):
+    document, offset = marked(text, at, before)
+    return fixed(document.source, [Fix(tuple(rename(document, offset, name)), "sure")])
+
+
+@pytest.mark.parametrize(
+    ("text", "at", "before", "line"),
+    [
+        (SYSTEM, "poor |", "", 7),
+        (SYSTEM, "fine", "table", 10),
+        (SYSTEM, "small  large", "", 12),
+        (SYSTEM, "service x", "", 6),
+        (SYSTEM, "tip >=", "", 11),
+        (SYSTEM, "most]", "", 3),
+        (LOOP, "surface(e", "", 1),
+        (LOOP, "y)\nblock", "", 26),
+        (LOOP, "u = law", "block lag", 22),
+        (LOOP, "total + error", "", 15),
+    ],
+)
+def test_definition(text, at, before, line):
+    document, offset = marked(text, at, before)
+    assert definition(document, offset).line == line
+
+
+def test_no_name_has_none():
+    document, offset = marked(SYSTEM, "else 0")
+    assert definition(document, offset) is None
+    assert references(document, offset) == []
+
+
+def test_references_without_the_declaration():
+    document, offset = marked(SYSTEM, "good |")
+    assert [s.line for s in references(document, offset)] == [8, 17]
+    assert [s.line for s in references(document, offset, declaration=False)] == [17]
+
+
+def test_a_term_is_renamed_everywhere_and_columns_stay_aligned():
+    text = format_source(SourceText("a.fz", SYSTEM))
+    after = renamed(text, "small=0", "very_small")
+    assert after == format_source(SourceText("a.fz", text.replace("small", "very_small")))
+    assert "  poor |  very_small  very_small  large\n" in after
+
+
+def test_a_file_of_another_layout_keeps_it():
+    text = SYSTEM.replace("  poor | small  small  large", " poor |small small   large")
+    assert " poor |tiny tiny   large\n" in renamed(text, "small=0", "tiny")
+
+
+def test_names_of_other_blocks_stay():
+    after = renamed(LOOP, "u\nparam T", "force")
+    assert "input force\nparam T = 1" in after
+    assert "der x = (force - x) / T" in after
+    assert "block lag = lag(force = law.u)" in after
+    assert "output u = gain" in after
+
+
+@pytest.mark.parametrize("name", ["", "two words", "3", "and", "not", "a" * 201, "a-b"])
+def test_what_is_no_name(name):
+    with pytest.raises(RenameError, match="cannot be a name"):
+        renamed(SYSTEM, "service", name, "input")
+
+
+def test_a_name_that_is_taken_or_missing():
+    with pytest.raises(RenameError, match="'food' is declared already in line 9"):
+        renamed(SYSTEM, "service", "food", "input")
+    with pytest.raises(RenameError, match="'good' is declared already in line 8"):
+        renamed(SYSTEM, "poor", "good")
+    with pytest.raises(RenameError, match="no name here"):
+        renamed(SYSTEM, "else", "food")
+    # Terms of another variable have names of their own.
+    assert "  terms poor fine great" in renamed(SYSTEM, "bad", "poor")
+
+
+def test_the_same_name_changes_nothing():
+    assert renamed(SYSTEM, "service", "service", "input") == SYSTEM
+
+
+def test_used_files(tmp_path):
+    (tmp_path / "shared.fz").write_text("input service in [0, 10]\n  terms poor good\n")
+    text = 'use "shared.fz"\noutput tip in [0, 1]\n  terms small=0 large=1\nif service is poor then tip is small\n'
+    path = tmp_path / "a.fz"
+    document = Document(SourceText(str(path), text), tmp_path)
+    found = definition(document, text.index("poor"))
+    assert (found.source.name, found.line) == (str(tmp_path / "shared.fz"), 2)
+    changed = rename(document, text.index("poor"), "bad")
+    assert {r.span.source.name for r in changed} == {str(path), str(tmp_path / "shared.fz")}

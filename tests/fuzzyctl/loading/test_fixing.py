@@ -1,0 +1,68 @@
+import pytest
+
+from fuzzyctl.diagnostics.source import SourceText
+from fuzzyctl.loading.fixing import fix_source
+
+FOREIGN = """system t;
+and product
+defuzzifer center_average
+input x in [0, 1]
+  a = trimf [0 0 1]
+  b = gaussmf(0.1, 1)  % other
+output y in [0, 1] else 0
+  terms lo=0 hi=1
+IF x is a THEN y is lo;
+if x is b && x is not a then y is hii
+"""
+RIGHT = """system t
+and product
+defuzzifier center_average
+input x in [0, 1]
+  a = triangle(0, 0, 1)
+  b = gaussian(1, 0.1)  # other
+output y in [0, 1] else 0
+  terms lo=0 hi=1
+if x is a then y is lo
+if x is b and x is not a then y is hi
+"""
+
+
+def text_of(text, *, likely=False):
+    return fix_source(SourceText("t.fz", text), likely=likely).source.text
+
+
+def test_all_repairs_of_all_lines_are_made_at_once():
+    assert text_of(FOREIGN) == RIGHT.replace("is hi\n", "is hii\n")
+    assert text_of(FOREIGN, likely=True) == RIGHT
+
+
+def test_a_mistake_that_another_one_hid_is_fixed_too():
+    # The misspelt setting is reported once its line is read.
+    text = RIGHT.replace("and product", "adn produkt")
+    assert text_of(text) == RIGHT
+
+
+@pytest.mark.parametrize("text", [RIGHT, "", "system t\n", "{}[]\n", "input " * 1000])
+def test_nothing_to_fix_gives_the_very_source(text):
+    source = SourceText("t.fz", text)
+    assert fix_source(source, likely=True).source is source
+
+
+def test_line_ends_stay():
+    text = FOREIGN.replace("\n", "\r\n")
+    assert text_of(text, likely=True) == RIGHT.replace("\n", "\r\n")
+
+
+def test_fixes_that_leave_as_many_errors_are_not_made():
+    # With its name the output has a rule, whose term it lacks: no fewer errors.
+    text = "system t\ninput x in [0, 1]\n  terms a b\noutput speed in [0, 1] else 0\n  terms lo hi\n"
+    text += "if x is a then speeed is fast\nif x is a then speed is lo\n"
+    assert text_of(text) == text
+    assert [d.code for d in fix_source(SourceText("t.fz", FOREIGN)).repaired] == [
+        "FZ105",
+        "FZ101",
+        "FZ102",
+        "FZ105",
+        "FZ101",
+        "FZ105",
+    ]

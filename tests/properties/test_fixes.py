@@ -1,0 +1,98 @@
+"""Slips of typists and of hands from other tools: `check --fix` brings most texts back and makes none worse."""
+
+import random
+import re
+from collections import Counter
+from pathlib import Path
+
+from fuzzyctl.diagnostics.source import SourceText
+from fuzzyctl.loading.fixing import errors_of, fix_source
+from fuzzyctl.support.shipped import rules_folder
+from tests import sizes
+from tests.properties.test_mutations import TOKEN
+
+PUBLISHED = Path(__file__).parent.parent / "registry" / "published"
+LETTERS = "abcdefghijklmnopqrstuvwxyz"
+
+
+def texts():
+    return sorted([*rules_folder().rglob("*.fz"), *PUBLISHED.glob("*.fz")])
+
+
+def slipped(rng, word):
+    """Return a word with one letter less, more, changed, or swapped with its neighbour, or in capitals."""
+    k = rng.randrange(len(word) - 1)
+    changed = word[:k] + rng.choice(LETTERS) + word[k + 1 :]
+    swapped = word[:k] + word[k + 1] + word[k] + word[k + 2 :]
+    return rng.choice(
+        [word[:k] + word[k + 1 :], word[:k] + word[k] + word[k:], changed, swapped, word.upper(), word.capitalize()]
+    )
+
+
+def of_another_tool(rng, line):
+    """Return a line with one habit of MATLAB, FCL, C or a word processor."""
+    code = line.split("#")[0].rstrip()
+    habits = [code + ";" + line[len(code) :]]
+    if "#" in line:
+        habits += [line.replace("#", "%", 1), line.replace("#", "//", 1)]
+    if '"' in line:
+        habits.append(re.sub(r'"([^"]*)"', "“\\1”", line))
+    if " and " in code or " or " in code:
+        habits.append(line.replace(" and ", " && ").replace(" or ", " || "))
+    if re.search(r"\d\.\d", code):
+        habits.append(re.sub(r"(\d)\.(\d)", r"\1,\2", line, count=1))
+    if " = " in code:
+        habits.append(line.replace(" = ", " := ", 1))
+    return rng.choice(habits)
+
+
+def mutant(rng, text):
+    """Return a text with one slip, as (kind, text); None where the slip changes nothing."""
+    lines = text.split("\n")
+    i = rng.randrange(len(lines))
+    line = lines[i]
+    tokens = list(TOKEN.finditer(line.split("#")[0]))
+    if not tokens:
+        return None
+    k = rng.randrange(len(tokens))
+    (a, b), word = tokens[k].span(), tokens[k][0]
+    kind = rng.choice(["letter", "letter", "letter", "habit", "habit", "repeated", "lost", "swapped"])
+    if kind == "letter":
+        changed = line[:a] + slipped(rng, word) + line[b:] if word.isidentifier() and len(word) > 3 else line
+    elif kind == "habit":
+        changed = of_another_tool(rng, line)
+    elif kind == "repeated":
+        changed = f"{line[:b]} {line[a:]}"
+    elif kind == "lost":
+        changed = line[:a] + line[b:]
+    else:
+        c, d = tokens[min(k + 1, len(tokens) - 1)].span()
+        changed = line[:a] + line[c:d] + line[b:c] + word + line[d:] if c > a else line
+    return None if changed.split() == line.split() else (kind, "\n".join([*lines[:i], changed, *lines[i + 1 :]]))
+
+
+def words_of(text):
+    return [line.split() for line in text.split("\n")]
+
+
+def test_sure_fixes_bring_texts_back_and_make_none_worse():
+    rng = random.Random(20)
+    files = [(path, path.read_text(encoding="utf-8")) for path in texts()]
+    wanted, seen, equal = sizes.examples(1000, 100), Counter(), Counter()
+    while seen.total() < wanted:
+        path, text = rng.choice(files)
+        made = mutant(rng, text)
+        if made is None:
+            continue
+        kind, source = made[0], SourceText(str(path), made[1])
+        errors = errors_of(source, path.parent)
+        if not errors:  # another valid file, such as one with another title
+            continue
+        seen[kind] += 1
+        once = fix_source(source, folder=path.parent).source
+        assert fix_source(once, folder=path.parent).source is once, made[1]
+        assert len(errors_of(once, path.parent)) <= len(errors), made[1]
+        equal[kind] += words_of(once.text) == words_of(text)
+        likely = fix_source(source, folder=path.parent, likely=True).source
+        assert len(errors_of(likely, path.parent)) <= len(errors), made[1]
+    assert equal.total() >= 0.6 * wanted, {k: (equal[k], seen[k]) for k in seen}
