@@ -248,7 +248,7 @@ def _known(controller: Controller) -> set[str]:
     ranges = [s.bounds for s in (*controller.states, *controller.results) if s.bounds is not None]
     parts = [*(s.start for s in controller.states), *(e for b in ranges for e in (b.lower, b.upper))]
     parts += [e for e in (controller.period, *(g.within for g in controller.guarantees)) if e is not None]
-    values = [d.value for d in (*controller.definitions, *controller.results, *controller.updates)]
+    values = [d.value for d in (*controller.definitions, *controller.updates)] + [r.value for r in controller.results]
     calls = [
         e for v in (*values, *(f.expression for f in controller.functions)) for e in walk(v) if isinstance(e, Call)
     ]

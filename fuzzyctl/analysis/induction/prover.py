@@ -47,8 +47,8 @@ class ControllerProver:
         self.controller, self.timeout, self.progress = controller, timeout, progress
         self.claims = Claims(controller, tuple(free))
         self.model = StepModel(self.claims.equations)
-        varied = [*controller.inputs, *(p for p in controller.params if p.name in free)]
-        self.inputs = {s.name: ends_of(self._computed(s.bounds)) for s in varied}
+        self.inputs = {s.name: ends_of(self._computed(s.bounds)) for s in controller.inputs}
+        self.inputs |= {p.name: ends_of(self._computed(p.bounds)) for p in controller.params if p.name in free}
         every = [*self.claims.own, *self.claims.inner]
         bounds = [b for c in every for b in bounds_in(c.claim.truth) if not b.tolerance]
         self.replay = Replay(self.claims, frozenset(b for b in bounds if not self.model.is_limit(b)))

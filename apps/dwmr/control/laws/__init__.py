@@ -18,7 +18,7 @@ import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from dwmr.control.laws.settings import AifqsmcSettings, FcafsmcSettings, SmcSettings
+from dwmr.control.laws.settings import AifqsmcSettings, FcafsmcSettings, LawSettings, SmcSettings
 from dwmr.control.rule_files import LAWS
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from dwmr.control.fuzzy_gains import Rules
 
 #: The gains of the shipped laws in a scenario.
-SHIPPED = {"aifqsmc": AifqsmcSettings, "fcafsmc": FcafsmcSettings, "smc": SmcSettings}
+SHIPPED: dict[str, type[LawSettings]] = {"aifqsmc": AifqsmcSettings, "fcafsmc": FcafsmcSettings, "smc": SmcSettings}
 _WITHOUT = "_without_"
 #: The shipped ablations.
 _ABLATIONS = tuple(f"aifqsmc{_WITHOUT}{part}" for part in ("adaptation", "immunity", "layer"))
