@@ -1,16 +1,12 @@
-from pathlib import Path
-
 import pytest
 
 from fuzzyctl import load
-from tests import shipped
-
-RULES = Path(__file__).parents[3] / "rules"
+from tests.shipped import SYSTEMS
 
 
 @pytest.fixture(scope="session")
 def shipped():
-    return {path.stem: load(path) for path in shipped.SYSTEMS}
+    return {path.stem: load(path) for path in SYSTEMS}
 
 
 @pytest.fixture(scope="session")
