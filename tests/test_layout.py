@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parent.parent
-MIRRORS = {"fuzzyctl": ROOT / "fuzzyctl", "dwmr": ROOT / "apps" / "dwmr"}
+MIRRORS = {"fuzzyctl": ROOT / "fuzzyctl", "dwmr": ROOT / "apps" / "dwmr", "gallery": ROOT / "apps" / "gallery"}
 
 #: Packages whose modules are parts of one entry point, and modules, with the tests that run them. A row holds for the
 #: packages inside, too, unless they have their own.
@@ -35,6 +35,7 @@ THROUGH = {
     "fuzzyctl/formats/fll": "fuzzyctl/formats/fll/test_fll_reader.py fuzzyctl/formats/fll/test_fll_writer.py",
     "fuzzyctl/formats/fml": "fuzzyctl/formats/fml/test_fml_reader.py fuzzyctl/formats/fml/test_fml_round_trip.py",
     "fuzzyctl/formulas": "fuzzyctl/formulas/test_memberships.py fuzzyctl/kernels/test_exact.py",
+    "fuzzyctl/interop": "fuzzyctl/interop/test_gymnasium.py fuzzyctl/interop/test_control.py",
     "fuzzyctl/kernels": "fuzzyctl/kernels/test_engine.py fuzzyctl/kernels/test_exact.py properties/test_engine.py",
     "fuzzyctl/lang": "fuzzyctl/lang/test_parser.py fuzzyctl/lang/test_mistakes.py fuzzyctl/lang/test_recovery.py",
     "fuzzyctl/loading/block_equations.py": "fuzzyctl/resolve/test_loops.py fuzzyctl/resolve/test_plants.py",
@@ -44,6 +45,7 @@ THROUGH = {
     "fuzzyctl/plot": "fuzzyctl/cli/test_plot.py fuzzyctl/cli/test_why.py",
     "fuzzyctl/resolve": "fuzzyctl/resolve/test_rules.py fuzzyctl/resolve/test_settings.py",
     "fuzzyctl/simulation": "fuzzyctl/simulation/test_experiment.py fuzzyctl/cli/test_simulate.py",
+    "fuzzyctl/sweep": "fuzzyctl/sweep/test_loops.py",
     "fuzzyctl/support": "fuzzyctl/test_arbitrary_arguments.py fuzzyctl/loading/test_load.py",
     "dwmr/calibration": "dwmr/calibration/test_calibration.py",
     "dwmr/cli": "dwmr/cli/test_cli.py dwmr/cli/test_sweep.py",

@@ -23,7 +23,14 @@ from fuzzyctl.support.cores import cores
 
 #: What fuzzyctl needs, and what only some commands do, each with the extra that brings it.
 NEEDED: Final = ("lark", "pydantic", "click", "rich", "numpy", "scipy", "matplotlib", "numba", "pygments")
-OPTIONAL: Final = {"plotly": "html", "pyarrow": "data", "distributed": "cluster"}
+OPTIONAL: Final = {
+    "plotly": "html",
+    "pyarrow": "data",
+    "distributed": "cluster",
+    "control": "interop",
+    "gymnasium": "interop",
+    "fmpy": "interop",
+}
 
 #: Folders of compiled code within the cache: of systems and of simulations.
 PARTS: Final = ("kernels", "dwmr")

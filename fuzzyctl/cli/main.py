@@ -28,6 +28,7 @@ COMMANDS: Final = {
     "prove": ("fuzzyctl.cli.prove", "prove", "Prove the guarantees of rule files: their 'require' lines."),
     "show": ("fuzzyctl.cli.show", "show_system", "Print a summary of a rule file."),
     "simulate": ("fuzzyctl.cli.simulate", "simulate", "Run loops of controllers and plants, and judge them."),
+    "sweep": ("fuzzyctl.cli.sweep", "sweep", "Run loops many times with values that vary."),
     "watch": ("fuzzyctl.cli.watch", "watch", "Check a file again at every save, with numbers and picture."),
     "why": ("fuzzyctl.cli.why", "why", "Say why a system gives what it gives at a point."),
 }
@@ -63,6 +64,7 @@ What to do with it:
   fuzzyctl plot-terms tip.fz              draw the terms
   fuzzyctl plot-surface tip.fz -o tip.png draw what it computes
   fuzzyctl simulate loop.fz -o out        run a controller on a plant
+  fuzzyctl sweep spec.toml                run loops many times
   fuzzyctl fmt tip.fz                     lay it out
   fuzzyctl watch tip.fz -o tip.png        check and draw again at every save
   fuzzyctl codegen tip.fz --target c      write it as C99, or st, or python

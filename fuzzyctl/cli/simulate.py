@@ -74,7 +74,8 @@ def simulate(
     fuzzyctl simulate rules/loops/water_tank.fz --set law.GU=2 -o out
     fuzzyctl simulate rules/loops/water_tank.fz fill --against other.fz
 
-    All loops of a file are run side by side, or the one that is named. A plant in Python is executed.
+    All loops of a file are run side by side, or the one that is named. A plant in Python is executed, and so
+    is the native code of an FMU.
 
     Exit code: 0; 1 where a run is stopped or a requirement is not met.
     """

@@ -26,6 +26,15 @@ def files(unit: Unit, fixed: Fixed) -> dict[str, str]:
     return {f"{name}.h": text.header(), f"{name}.c": text.source(), f"{name}_selftest.c": text.selftest()}
 
 
+def functions(unit: Unit, fixed: Fixed) -> list[str]:
+    """Return the lines of a system as static functions, for a source that calls it; see `head` for how."""
+    text = _FixedText(unit, fixed)
+    first, *rest = text._evaluation()
+    types = [*text.types(), ""] if text.layout.many else []
+    helpers = [*text._helpers(), ""] if fixed.axes else []
+    return [*types, *helpers, f"static {first}", *rest, ""]
+
+
 class _FixedText:
     def __init__(self, unit: Unit, fixed: Fixed) -> None:
         self.unit, self.fixed, self.layout = unit, fixed, CLayout(unit)
@@ -60,10 +69,14 @@ class _FixedText:
             f"#define {name.upper()}_FRACTION {form.fraction}",
         ]
         if self.layout.many:
-            lines += ["", "typedef struct {", *(f"{INDENT}{self.word} {o};" for o in self.layout.outputs)]
-            lines += [f"}} {name}_outputs;"]
+            lines += ["", *self.types()]
         lines += ["", f"{self.head};", "", "#ifdef __cplusplus", "}", "#endif", "", f"#endif // {guard}"]
         return "\n".join(lines) + "\n"
+
+    def types(self) -> list[str]:
+        """Return the lines of the type of several outputs."""
+        members = [f"{INDENT}{self.word} {o};" for o in self.layout.outputs]
+        return ["typedef struct {", *members, f"}} {self.layout.name}_outputs;"]
 
     @property
     def _bounded(self) -> Unit:

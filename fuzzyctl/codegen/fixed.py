@@ -109,6 +109,17 @@ def fixed_point(unit: Unit, form: Format) -> Fixed:
     return found
 
 
+def finest(unit: Unit) -> Fixed:
+    """Turn a system into integers of 32 bits, as many of them behind the point as its knots and values leave.
+
+    Raises:
+        CodegenError: See `fixed_point`.
+    """
+    grid = unit.algorithm.grid
+    forms = [] if grid is None else _finest(unit.plan, grid, Format(0, 1))
+    return fixed_point(unit, forms[-1] if forms else Format(15, 16))
+
+
 def _not_interpolated(unit: Unit, form: Format) -> str:
     """Return why a system is not interpolated, and what would be."""
     grid = grid_of(unit.plan)

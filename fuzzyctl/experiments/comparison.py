@@ -86,7 +86,7 @@ def entries(
         runs: Of one or several plans, see `joined`.
         done: Their outcomes by number.
         measures: Columns of the results.
-        unit: As `Runnable.unit`.
+        unit: Returns the unit of a column.
     """
     for (scenario, controller), rows in grouped(runs, done).items():
         for measure in measures:

@@ -150,7 +150,7 @@ class Runnable(ABC, Generic[S]):
         """
         return ""
 
-    def unit(self, column: str) -> str:
+    def unit(self, scenario: S, column: str) -> str:
         """Return the unit of a column of the results, an empty string for what has none."""
         return ""
 

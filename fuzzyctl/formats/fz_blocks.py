@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 
-from fuzzyctl.diagnostics.diagnostic import ValueOutOfBoundsError
+from fuzzyctl.diagnostics.diagnostic import ArgumentError, ValueOutOfBoundsError
 from fuzzyctl.expr import to_text
 from fuzzyctl.formats.fz_strings import quoted, require_names
 from fuzzyctl.model.controller import Controller, Function, Result, Signal, State
@@ -50,18 +50,20 @@ def _parts(block: FuzzySystem | Block) -> Iterator[FuzzySystem | Block]:
 
 def _lines(block: Block) -> Iterator[str]:
     require_names([block.name, *_names(block)])
+    if isinstance(block, Plant) and block.calls:
+        raise ArgumentError(f"plant '{block.name}' is functions in Python, which no rule file can hold")
     kind = type(block).__name__.lower()
-    formula = f" = python({quoted('', _relative(block), 'file')})" if isinstance(block, Plant) and block.python else ""
+    formula = _formula(block) if isinstance(block, Plant) and block.external else ""
     yield f"{kind} {block.name}{quoted(' ', block.title, 'title')}{formula}"
     if block.citation:
         yield f"source{quoted(' ', block.citation, 'citation')}"
     yield from sections(block)
 
 
-def _relative(plant: Plant) -> str:
-    folder = Path(plant.path).parent
-    path = Path(plant.python)
-    return (path.relative_to(folder) if path.is_relative_to(folder) else path).as_posix()
+def _formula(plant: Plant) -> str:
+    folder, path = Path(plant.path).parent, Path(plant.external)
+    relative = (path.relative_to(folder) if path.is_relative_to(folder) else path).as_posix()
+    return f" = {'python' if plant.python else 'fmu'}({quoted('', relative, 'file')})"
 
 
 def _names(block: Block) -> list[str]:
@@ -97,7 +99,7 @@ def _groups(block: Block) -> Iterator[list[str]]:
             for g in block.requirements
         ]
         return
-    if isinstance(block, Plant) and block.python:
+    if isinstance(block, Plant) and block.external:
         return
     yield [signal_text("input", i) for i in block.inputs]
     yield [signal_text("state", s) for s in block.states]

@@ -13,6 +13,7 @@ from fuzzyctl.loading.assembly import Part
 from fuzzyctl.loading.block_equations import loop_parts, parts_of
 from fuzzyctl.loading.block_files import check_csv, with_interface
 from fuzzyctl.loading.block_numbers import numbers
+from fuzzyctl.loading.fmu_interface import with_fmu
 from fuzzyctl.model.checks.block_units import unlike_units
 from fuzzyctl.model.controller import Controller
 from fuzzyctl.model.loop import Loop
@@ -124,6 +125,9 @@ class Blocks:
         block, incomplete, found = resolve(statements, head, self.find, unread=unread, path=part.tree.source.name)
         if isinstance(block, Plant) and block.python:
             block, more = with_interface(block, head, self._folder)
+            found = [*found, *more]
+        if isinstance(block, Plant) and block.fmu:
+            block, more = with_fmu(block, head, self._folder)
             found = [*found, *more]
         failed = incomplete or _has_errors(found)
         found = [*found, *numbers(block, ParamValues(block.params, partial=failed))]

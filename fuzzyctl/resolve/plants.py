@@ -69,7 +69,7 @@ class _Plant(Statements):
         if not isinstance(formula, ex.Call) or formula.function not in PLANTS:
             name = formula.function if isinstance(formula, ex.Call) else ""
             help_text = did_you_mean(name, list(PLANTS)) or f"the forms are: {forms}"
-            message = "expected tf, zpk, ss or python"
+            message = "expected tf, zpk, ss, python or fmu"
             fix = respelt_as_suggested(ex.span_of(formula), name, list(PLANTS))
             self.context.report("FZ214", message, ex.span_of(formula), help=help_text, fix=fix)
             self.incomplete = True

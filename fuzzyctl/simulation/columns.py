@@ -21,13 +21,14 @@ if TYPE_CHECKING:
     FloatArray = npt.NDArray[np.float64]
 
 
-def columns(given: Iterable[Given], times: FloatArray, folder: Path) -> FloatArray:
+def columns(given: Iterable[Given], times: FloatArray, folder: Path, seed: int | None = None) -> FloatArray:
     """Return the columns side by side, shape (samples, columns).
 
     Args:
         given: What they are.
         times: Times of the samples, shape (samples,) [s].
         folder: Where the files are.
+        seed: Draws each noise anew, together with its own seed; None for its own alone.
 
     Raises:
         DiagnosticError: For a file that cannot be read, and for columns that it does not have.
@@ -35,7 +36,7 @@ def columns(given: Iterable[Given], times: FloatArray, folder: Path) -> FloatArr
     found: list[FloatArray] = []
     for one in given:
         if isinstance(one, Noise):
-            generator = np.random.Generator(np.random.PCG64(one.seed))
+            generator = np.random.Generator(np.random.PCG64(one.seed if seed is None else [seed, one.seed]))
             found.append(one.sigma * generator.standard_normal(len(times)))
         else:
             found += _lines(one, times, folder)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence, Set
 from dataclasses import field
 from typing import Final
 
@@ -21,7 +21,7 @@ from fuzzyctl.model.loop import Loop
 from fuzzyctl.model.plant import Plant
 from fuzzyctl.model.signals import SIGNALS, TIME
 from fuzzyctl.records import record
-from fuzzyctl.simulation.settings import block_params, blocks_of
+from fuzzyctl.simulation.settings import block_params, blocks_of, timing_params
 from fuzzyctl.simulation.signals import Given, Signals
 
 #: Most numbers that a run records: 0.8 gigabytes.
@@ -84,7 +84,7 @@ class DeadTime:
 
 @record(frozen=True)
 class External:
-    """A plant in Python, whose outputs are known before the equations, and whose derivatives follow from its inputs.
+    """A plant in Python or an FMU: its outputs are known before the equations, and what follows comes from its inputs.
 
     Args:
         plant: The plant.
@@ -120,7 +120,7 @@ class LoopEquations:
         samples: How many there are.
         periods: The sample time of each state's controller [s], by name of the block.
         free: Names of params whose values are arguments of a run, `BLOCK.PARAM` or `PARAM` of the loop.
-        externals: Plants in Python.
+        externals: Plants in Python and FMUs.
     """
 
     body: tuple[Equation | Evaluation, ...]
@@ -143,7 +143,8 @@ class LoopEquations:
         """What is needed between two samples: derivatives, inputs of plants in Python, signals that are delayed."""
         external = {k for e in self.externals for k in e.states}
         own = [s.derivative for k, s in enumerate(self.plant_states) if k not in external]
-        return [*own, *(Name(n) for e in self.externals for n in e.inputs), *(d.signal for d in self.delays)]
+        inputs = [Name(n) for e in self.externals if e.plant.python for n in e.inputs]
+        return [*own, *inputs, *(d.signal for d in self.delays)]
 
 
 def loop_equations(loop: Loop, extra: Sequence[Expr] = (), free: Sequence[str] = ()) -> LoopEquations:
@@ -158,6 +159,9 @@ def loop_equations(loop: Loop, extra: Sequence[Expr] = (), free: Sequence[str] =
         DiagnosticError: For an algebraic loop, sample times that do not fit together, and a run of too many numbers.
         ArgumentError: For a free param that something needs as a constant, such as the start of a state.
     """
+    fixed = timing_params(loop).intersection(free)
+    if fixed:
+        raise ArgumentError(f"'{min(fixed)}' cannot be free: the sample times or the duration depend on it")
     step, every = sample_times(loop)
     samples = _samples(loop, step)
     expansion = _LoopExpansion(loop, step, every, free)
@@ -254,7 +258,7 @@ def _require_room(loop: Loop, samples: int, signals: int) -> None:
 
 
 def _externals(loop: Loop, states: tuple[str, ...]) -> Iterator[External]:
-    plants = {p.name: p for p in loop.plants if p.python}
+    plants = {p.name: p for p in loop.plants if p.external}
     for i in loop.instances:
         plant = plants.get(i.controller)
         if plant is not None:
@@ -349,6 +353,8 @@ class _LoopExpansion(Expansion):
                 i for i in self.body if not (isinstance(i, Equation) and i.name in outputs and i.value == Name(i.name))
             ]
             return
+        if scope.controller.period is not None:
+            scope.constant(scope.controller.period)
         inputs = [Name(f"{block}.{i.name}") for i in scope.controller.inputs]
         self._lacks |= {block: any_nan(inputs)} if inputs else {}
         for result in scope.controller.results:
@@ -364,6 +370,9 @@ class _LoopExpansion(Expansion):
             if scope.prefix + p.name in self.free_params
         }
         scope.names |= changed
+        if not scope.prefix:
+            own = {p.name: p.span for p in scope.controller.params if p.span is not None}
+            self.written = {own[name]: value for name, value in changed.items() if name in own}
         waiting = [p for p in scope.controller.params if p.name not in changed] if changed else []
         while ready := [p for p in waiting if any(n.name in changed for n in names_in(p.expression))]:
             for param in ready:
@@ -394,7 +403,8 @@ class _LoopExpansion(Expansion):
         item = self.body[at]
         assert isinstance(item, Equation)
         own = f"{name}#new"
-        value = Where(self._lacks[block], NAN, Name(own)) if block in self._lacks else Name(own)
+        reads = block in self._lacks and needs(self.body, [item.value], {n.name for n in names_in(self._lacks[block])})
+        value = Where(self._lacks[block], NAN, Name(own)) if reads else Name(own)
         self.body[at] = Equation(own, item.value, item.span)
         if self.every[block] > 1:
             value = Where(_runs(self.every[block]), value, self.keep(f"{name}#kept", 0.0, Name(name)))
@@ -462,6 +472,21 @@ def _ends(scope: Scope, bounds: Bounds | None) -> tuple[float, float, bool, bool
     if bounds is None:
         return -math.inf, math.inf, False, False
     return scope.constant(bounds.lower), scope.constant(bounds.upper), bounds.without_lower, bounds.without_upper
+
+
+def needs(body: Sequence[Equation | Evaluation], values: Sequence[Expr], names: Set[str]) -> bool:
+    """Return whether some values need one of some names, themselves or through equations."""
+    makers = {n: i for i in body for n in (i.defined if isinstance(i, Evaluation) else (i.name,))}
+    seen: set[str] = set()
+    stack = list(values)
+    while stack:
+        found = {n.name for n in names_in(stack.pop())} - seen
+        if found & names:
+            return True
+        seen |= found
+        for item in (makers[n] for n in found if n in makers):
+            stack += item.arguments if isinstance(item, Evaluation) else (item.value,)
+    return False
 
 
 def reached(equations: LoopEquations, values: Sequence[Expr]) -> tuple[list[Equation | Evaluation], list[str]]:

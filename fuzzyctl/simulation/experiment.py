@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, final
@@ -23,11 +23,12 @@ from fuzzyctl.kernels.compile import numba_is_missing
 from fuzzyctl.model.loop import Loop
 from fuzzyctl.simulation.columns import columns
 from fuzzyctl.simulation.equations import DeadTime, LoopEquations, PlantState, loop_equations
+from fuzzyctl.simulation.fmu_plant import FmuPlant, require_fixed
 from fuzzyctl.simulation.judgement import Judgement
 from fuzzyctl.simulation.programs import LoopPrograms, programs
 from fuzzyctl.simulation.python_plant import PythonPlant
 from fuzzyctl.simulation.run import Run
-from fuzzyctl.simulation.settings import params_of
+from fuzzyctl.simulation.settings import block_params, params_of
 from fuzzyctl.simulation.source import LAGS, WEIGHTS, compiled, interpreted, refused
 
 if TYPE_CHECKING:
@@ -75,6 +76,7 @@ class Experiment:
                 raise UnknownNameError("param", name, tuple(known))
         #: The free params with their values in the file.
         self.nominal = {name: known[name] for name in free}
+        require_fixed(loop, free)
         self.judgement = Judgement(loop)
         self.equations = loop_equations(loop, self.judgement.signals, tuple(free))
         self.programs = programs(self.equations, algorithm)
@@ -95,39 +97,55 @@ class Experiment:
     @cached_property
     def given(self) -> FloatArray:
         """What is known before a run: noise and tables, shape (samples, columns)."""
-        return columns(self.equations.given.values(), self.times, Path(self.loop.path).parent)
+        return self._columns(None)
+
+    def _columns(self, seed: int | None) -> FloatArray:
+        return columns(self.equations.given.values(), self.times, Path(self.loop.path).parent, seed)
 
     @cached_property
     def _kernel(self) -> Callable[..., int]:
         if self.backend == "numba":
             return compiled(self.equations, self.programs)
-        return interpreted(self.equations, self.programs, self.python_plants)
+        return interpreted(self.equations, self.programs, self.external_plants)
 
     @cached_property
-    def python_plants(self) -> list[PythonPlant]:
-        """The plants in Python; their files are executed."""
-        return [PythonPlant(e.plant, e.block, e.span) for e in self.equations.externals]
+    def external_plants(self) -> list[PythonPlant | FmuPlant]:
+        """The plants in Python, and FMUs; their code is executed."""
+        params = {i.name: block_params(self.loop, i) for i in self.loop.instances}
+        return [
+            PythonPlant(e.plant, e.block, e.span)
+            if e.plant.python
+            else FmuPlant(e.plant, e.block, e.span, params[e.block])
+            for e in self.equations.externals
+        ]
 
-    def run(self, values: Any = None, *, substeps: int = 1, progress: Progress | None = None) -> Run:
+    def run(
+        self, values: Any = None, *, substeps: int = 1, progress: Progress | None = None, seed: int | None = None
+    ) -> Run:
         """Simulate the loop.
 
         Args:
             values: Those of the free params in order, shape (free,); None for the values of the file.
             substeps: Steps of integration between two samples; more where a dead time is shorter than one.
             progress: Called now and then in a long run.
+            seed: Draws each noise anew, together with its own seed; None for the draws of the file.
 
         Returns:
             The run; one that was stopped, or interrupted, has the data up to there and says why.
 
         Raises:
-            ArgumentError: For another number of values, and a number of substeps that is no positive integer.
+            ArgumentError: For another number of values, a number of substeps that is no positive integer, and a seed
+                that is negative or no integer.
         """
         if not (type(substeps) is int and substeps >= 1):
             raise ArgumentError(f"'substeps' must be a positive integer, got {substeps!r}")
+        if seed is not None and not (type(seed) is int and seed >= 0):
+            raise ArgumentError(f"'seed' must be an integer >= 0, got {seed!r}")
+        given = self.given if seed is None else self._columns(seed)
         free = self._values(values)
         substeps = self._enough(substeps)
         record = np.empty((self.samples, len(self.positions)))
-        done, stopped = self._advance(record, free, substeps, progress)
+        done, stopped = self._advance(record, free, given, substeps, progress)
         return self.result(record[:done], free, substeps, stopped)
 
     def result(
@@ -151,15 +169,14 @@ class Experiment:
         return max(substeps, math.ceil(self.step / shortest * (1.0 - 1e-9)))
 
     def _advance(
-        self, record: FloatArray, free: FloatArray, substeps: int, progress: Progress | None
+        self, record: FloatArray, free: FloatArray, given: FloatArray, substeps: int, progress: Progress | None
     ) -> tuple[int, Diagnostic | None]:
         """Fill the record and return how many samples it has, and why the run was stopped."""
         chunk = max((CHUNK if self.backend == "numba" else FEW) // substeps, 1)
         kernel = self._kernel
         if self.equations.externals:
             chunk = 1  # so that all samples before a mistake are kept
-        state = self._state(substeps)
-        x, c, given, (kept, integers, weights) = state
+        x, c, known, (kept, integers, weights) = self._state(given, substeps)
         done = 0
         try:
             while done < self.samples:
@@ -167,7 +184,7 @@ class Experiment:
                 part = record[done : done + count].reshape(-1)
                 target: Any = part if self.backend == "numba" else [0.0] * len(part)
                 code = kernel(
-                    done, count, self.samples, substeps, self.step, x, c, free, given, target, kept, integers, weights
+                    done, count, self.samples, substeps, self.step, x, c, free, known, target, kept, integers, weights
                 )
                 if target is not part:
                     part[:] = target
@@ -176,22 +193,22 @@ class Experiment:
                 done += count
                 if progress is not None:
                     progress(done, self.samples)
-        except DiagnosticError as error:  # of a plant in Python
+        except DiagnosticError as error:  # of a plant in Python, or an FMU
             return done, error.diagnostics[0]
         except KeyboardInterrupt:
             return done, interrupted(self.loop, done * self.step)
         return done, None
 
-    def _state(self, substeps: int) -> tuple[Any, Any, Any, tuple[Any, Any, Any]]:
+    def _state(self, given: FloatArray, substeps: int) -> tuple[Any, Any, Any, tuple[Any, Any, Any]]:
         """Return what a run begins with: arrays, and lists for generated Python."""
         equations = self.equations
         x = np.array([s.start for s in equations.plant_states], dtype=np.float64)
         c = np.array([s.start for s in equations.states] * 2, dtype=np.float64)
         lags = dead_times(equations.delays, self.step / substeps)
         if self.backend == "numba":
-            return x, c, self.given.reshape(-1), lags
+            return x, c, given.reshape(-1), lags
         kept, integers, weights = (a.tolist() for a in lags)
-        return x.tolist(), c.tolist(), self.given.reshape(-1).tolist(), (kept, integers, weights)
+        return x.tolist(), c.tolist(), given.reshape(-1).tolist(), (kept, integers, weights)
 
     def _stopped(self, code: int, x: Any, record: FloatArray) -> tuple[int, Diagnostic]:
         states = self.equations.plant_states
@@ -205,15 +222,88 @@ class Experiment:
         return sample, left(states[kind], float(x[kind]), sample * self.step, before)
 
 
+@final
+class Stepper:
+    """A run of a loop sample by sample, with values of its free params that are held from one sample to the next.
+
+    Args:
+        experiment: The loop; without plants in Python the same machine code, or generated Python, computes `run`.
+        substeps: Steps of integration between two samples.
+        seed: As for `Experiment.run`.
+        start: Values of states of plants at the begin, by name; others start as the file says.
+
+    Attributes:
+        sample: The number of the present sample; the last one is `experiment.samples - 1`.
+
+    Raises:
+        UnknownNameError: For a name of no state.
+    """
+
+    def __init__(
+        self,
+        experiment: Experiment,
+        substeps: int = 1,
+        seed: int | None = None,
+        start: Mapping[str, float] | None = None,
+    ) -> None:
+        self.experiment, self.sample = experiment, 0
+        self._substeps = experiment._enough(substeps)
+        given = experiment.given if seed is None else experiment._columns(seed)
+        self._x, self._c, self._given, self._lags = experiment._state(given, self._substeps)
+        self._before = np.zeros(len(experiment.positions))
+        names = [s.name for s in experiment.equations.plant_states]
+        for name, value in (start or {}).items():
+            if name not in names:
+                raise UnknownNameError("state", name, names)
+            self._x[names.index(name)] = value
+
+    def look(self, values: Any) -> FloatArray | Diagnostic:
+        """Return what the record has at the present sample, shape (signals,), without going on.
+
+        Args:
+            values: Those of the free params in order, shape (free,).
+
+        Returns:
+            The signals; a diagnostic where a state has left its range, or a plant in Python cannot be used.
+        """
+        return self._made(values, self._x.copy(), self._c.copy(), self.sample + 1)
+
+    def advance(self, values: Any) -> FloatArray | Diagnostic:
+        """Do the same, and go on to the next sample."""
+        found = self._made(values, self._x, self._c, self.sample + 2)
+        self.sample += 1
+        return found
+
+    def _made(self, values: Any, x: Any, c: Any, total: int) -> FloatArray | Diagnostic:
+        experiment, k = self.experiment, self.sample
+        free, width = experiment._values(values), len(experiment.positions)
+        record: Any = np.empty(width) if experiment.backend == "numba" else [0.0] * width
+        try:
+            code = experiment._kernel(
+                k, 1, total, self._substeps, experiment.step, x, c, free, self._given, record, *self._lags
+            )
+        except DiagnosticError as error:  # of a plant in Python
+            return error.diagnostics[0]
+        if code >= 0:
+            past = np.zeros((k, width))
+            past[-1:] = self._before
+            return experiment._stopped(code, x, past)[1]
+        found = np.asarray(record)
+        if total == k + 2:
+            self._before = found
+        return found
+
+
 def _backend(name: str, loop: Loop) -> str:
-    """Return what computes runs: numba where it can be imported; generated Python for plants in Python."""
+    """Return what computes runs: numba where it can be imported; generated Python for plants in Python and FMUs."""
     if name not in BACKENDS:
         raise UnknownNameError("backend", name, BACKENDS)
-    called = next((p.name for p in loop.plants if p.python), None)
+    called = next((p for p in loop.plants if p.external), None)
     if called is not None and name != "numba":
         return "python"
     if called is not None:
-        raise ArgumentError(f"plant '{called}' is in Python, and called by generated Python: backend 'python'")
+        what = "in Python" if called.python else "an FMU"
+        raise ArgumentError(f"plant '{called.name}' is {what}, and called by generated Python: backend 'python'")
     missing = numba_is_missing() if name != "python" else None
     if name == "numba" and missing is not None:
         raise BackendUnavailableError(name, missing)

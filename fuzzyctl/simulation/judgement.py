@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from dataclasses import replace as replaced
 from typing import TYPE_CHECKING
 
 from fuzzyctl.expr import Call, Compare, Expr, ExprError, Logic, Name, Number, evaluate, names_in, replace
@@ -12,6 +13,7 @@ from fuzzyctl.model.forms import bound
 from fuzzyctl.model.guarantee import Guarantee
 from fuzzyctl.model.loop import Loop
 from fuzzyctl.model.measures import MEASURES
+from fuzzyctl.model.params import ParamValues
 
 if TYPE_CHECKING:
     import numpy as np
@@ -64,7 +66,7 @@ class Judgement:
         """
         from fuzzyctl.simulation.measures import measured
 
-        params = self._params | dict(free)
+        params = self._values(free)
 
         def value(node: Expr) -> Expr:
             if not (isinstance(node, Call) and node.function in MEASURES):
@@ -82,8 +84,13 @@ class Judgement:
 
     def requirements(self, measures: Mapping[str, float], free: Mapping[str, float]) -> tuple[Requirement, ...]:
         """Return whether each requirement holds."""
-        names = self._params | dict(free) | dict(measures)
+        names = self._values(free) | dict(measures)
         return tuple(self._requirement(g, names, measures) for g in self._loop.requirements)
+
+    def _values(self, free: Mapping[str, float]) -> dict[str, float]:
+        """Return the values of all params, those that depend on free ones included."""
+        params = [replaced(p, expression=Number(free[p.name])) if p.name in free else p for p in self._loop.params]
+        return (ParamValues(params).values if free else self._params) | dict(free)
 
     def _requirement(self, g: Guarantee, names: Mapping[str, float], measures: Mapping[str, float]) -> Requirement:
         from fuzzyctl.expr import to_text

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import traceback
 from collections.abc import Callable, Sequence
 from typing import Any, Final, final
@@ -29,6 +30,9 @@ class PythonPlant:
 
     def __init__(self, plant: Plant, block: str, span: Span | None) -> None:
         self._plant, self._block, self._span = plant, block, span
+        if plant.calls:
+            self._derivative, self._output = plant.calls
+            return
         source = read_source(plant.python)
         namespace: dict[str, Any] = {"__name__": "fuzzyctl_plant", "__file__": plant.python}
         self._guarded(lambda: exec(compile(source.text, plant.python, "exec"), namespace), "the file")  # noqa: S102 - the user's own plant, which simulate says it executes
@@ -52,11 +56,13 @@ class PythonPlant:
         try:
             return call()
         except Exception as error:  # noqa: BLE001 - the user's code may raise anything; what it raised is reported
-            own = [f for f in traceback.extract_tb(error.__traceback__) if f.filename == self._plant.python]
-            at = f"{self._plant.python}:{own[-1].lineno}: " if own else ""
+            frames = traceback.extract_tb(error.__traceback__)
+            own = frames[1:][-1:] if self._plant.calls else [f for f in frames if f.filename == self._plant.python]
+            at = f"{own[-1].filename}:{own[-1].lineno}: " if own else ""
             when = "" if t is None else f" at t = {t:.6g} s"
             message = f"{what} of plant '{self._plant.name}' raised {type(error).__name__}{when}"
-            raise self._mistake(message, (f"{at}{error}",), "run the file with python") from None
+            help_text = "call the functions once" if self._plant.calls else "run the file with python"
+            raise self._mistake(message, (f"{at}{error}",), help_text) from None
 
     def _numbers(self, found: Any, count: int, function: str, t: float) -> Sequence[float]:
         try:
@@ -66,6 +72,10 @@ class PythonPlant:
         if len(numbers) != count:
             message = f"'{function}' of plant '{self._plant.name}' returned {_shown(found)} at t = {t:.6g} s"
             raise self._mistake(message, (f"expected {count} numbers, one for each of: {self._names(function)}",))
+        if any(map(math.isnan, numbers)):
+            message = f"'{function}' of plant '{self._plant.name}' returned {_shown(found)} at t = {t:.6g} s"
+            help_text = "keep arguments of sqrt and log in their domain, and divisors away from 0"
+            raise self._mistake(message, (f"expected numbers for: {self._names(function)}",), help_text)
         return numbers
 
     def _names(self, function: str) -> str:

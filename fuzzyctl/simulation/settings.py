@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError, UnknownNameError
-from fuzzyctl.expr import Keyword, Number, evaluate
+from fuzzyctl.expr import Expr, Keyword, Number, evaluate, names_in
 from fuzzyctl.model.controller import Controller, Instance
+from fuzzyctl.model.guarantee import Param
 from fuzzyctl.model.loop import Loop
 from fuzzyctl.model.params import ParamValues
 from fuzzyctl.model.plant import Plant
+from fuzzyctl.model.shared_params import with_shared
 
 
 def blocks_of(loop: Loop) -> dict[str, Controller | Plant]:
@@ -32,6 +34,33 @@ def params_of(loop: Loop) -> dict[str, float]:
     found = dict(loop.param_values.values)
     for instance in loop.instances:
         found |= {f"{instance.name}.{name}": value for name, value in block_params(loop, instance).items()}
+    return found
+
+
+def timing_params(loop: Loop) -> set[str]:
+    """Return the full names of the params that the duration, the step and the periods of controllers depend on."""
+    needed = _depends(loop.params, [e for e in (loop.duration, loop.step) if e is not None])
+    found: set[str] = set()
+    for instance in loop.instances:
+        block = blocks_of(loop)[instance.controller]
+        if not isinstance(block, Controller) or block.period is None:
+            continue
+        given = {a.name: a.value for a in instance.arguments if isinstance(a, Keyword)}
+        own = _depends([p for p in block.params if p.name not in given], [block.period])
+        found |= {f"{instance.name}.{name}" for name in own}
+        needed |= _depends(loop.params, [given[name] for name in own if name in given])
+    return found | needed
+
+
+def _depends(params: Sequence[Param], values: Sequence[Expr]) -> set[str]:
+    """Return the names that expressions use, themselves or through params."""
+    expressions = {p.name: p.expression for p in params}
+    found: set[str] = set()
+    stack = list(values)
+    while stack:
+        new = {n.name for n in names_in(stack.pop())} - found
+        found |= new
+        stack += [expressions[name] for name in new if name in expressions]
     return found
 
 
@@ -62,7 +91,7 @@ def with_settings(loop: Loop, values: Mapping[str, float]) -> Loop:
         raise DiagnosticError(outside)
     params = tuple(replace(p, expression=Number(settings[p.name])) if p.name in settings else p for p in loop.params)
     instances = tuple(_set(instance, settings) for instance in loop.instances)
-    return replace(loop, params=params, instances=instances)
+    return with_shared(replace(loop, params=params, instances=instances), settings)
 
 
 def _outside(loop: Loop, name: str, value: float) -> Iterator[Diagnostic]:

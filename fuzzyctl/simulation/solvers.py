@@ -52,11 +52,12 @@ def solved(
         progress: Called now and then.
 
     Raises:
-        ArgumentError: For a loop with dead time or a plant in Python.
+        ArgumentError: For a loop with dead time, a plant in Python or an FMU.
     """
     equations = experiment.equations
     if equations.delays or equations.externals:
-        what = "dead time" if equations.delays else "a plant in Python"
+        in_python = any(e.plant.python for e in equations.externals)
+        what = "dead time" if equations.delays else "a plant in Python" if in_python else "an FMU"
         raise ArgumentError(f"a loop with {what} takes the solver RK4, not {solver}")
     sample, derivative = (_function(p) for p in (experiment.programs.sample, experiment.programs.derivative))
     free = list(experiment.nominal.values())

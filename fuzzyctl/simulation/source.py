@@ -9,7 +9,9 @@ from typing import Any, Final
 from fuzzyctl.kernels.program.printer import IEEE_SCALAR, INDENT, Dialect, block, number, text
 from fuzzyctl.kernels.program.program import Program, Refuse
 from fuzzyctl.kernels.program.scalar import RUNTIME, execute
+from fuzzyctl.kernels.program.stores import store_lines
 from fuzzyctl.simulation.equations import LARGEST, LoopEquations, PlantState
+from fuzzyctl.simulation.fmu_plant import FmuPlant
 from fuzzyctl.simulation.programs import LoopPrograms
 from fuzzyctl.simulation.python_plant import PythonPlant
 
@@ -56,6 +58,7 @@ class RunSource:
         if self.states:
             lines += _in(2, ["for s in range(substeps):"])
             lines += _in(3, self._step())
+        lines += _in(2, self._advances())
         lines += _in(1, [*(f"X[{k}] = x{k}" for k in self.states), "return -1"])
         return lines
 
@@ -79,13 +82,13 @@ class RunSource:
         values = ["t", *(f"x{k}" for k in self.states), *self._shared(), *given, *flags]
         yield from (f"{a} = {v}" for a, v in zip(program.arguments, values, strict=True))
         yield from self._block(program)
-        results = [text(r, self.dialect) for r in program.results]
         width, held = len(equations.signals), len(self.programs.held)
+        results = [text(r, self.dialect) for r in program.results[: width + held]]
         yield from (f"R[{width} * (k - first) + {j}] = {r}" for j, r in enumerate(results[:width]))
         yield from (f"h{j} = {r}" for j, r in enumerate(results[width : width + held]))
-        updates = results[width + held :]
+        updates = program.results[width + held :]
         # The next states go behind the present ones, and replace them when all are computed.
-        yield from (f"C[{len(updates) + j}] = {r}" for j, r in enumerate(updates))
+        yield from store_lines(updates, self.dialect, lambda k: f"C[{len(updates)} + {k}]")
         if updates:
             yield from (f"for n in range({len(updates)}):", f"{INDENT}C[n] = C[{len(updates)} + n]")
 
@@ -125,13 +128,23 @@ class RunSource:
         yield from (f"d{k} = {value}" for k, value in zip(own, results, strict=False))
         first = len(own)
         for j, e in enumerate(self.equations.externals):
+            if e.plant.fmu:
+                continue
             inputs = results[first : first + len(e.inputs)]
             first += len(e.inputs)
             call = f"derivative{j}(u, {_tuple([f'y{k}' for k in e.states])}, {_tuple(inputs)})"
             yield f"{', '.join(f'd{k}' for k in e.states)}, = {call}" if e.states else call
 
+    def _advances(self) -> Iterator[str]:
+        """Yield lines that step FMUs to the next sample, with the inputs of this one."""
+        width = len(self.equations.signals)
+        column = {name: k for k, name in enumerate(self.equations.signals)}
+        for j, e in enumerate(self.equations.externals):
+            if e.plant.fmu:
+                yield f"advance{j}(k, h, {_tuple([f'R[{width} * (k - first) + {column[n]}]' for n in e.inputs])})"
+
     def _external(self, time: str, state: str) -> Iterator[str]:
-        """Yield lines that compute the outputs of plants in Python."""
+        """Yield lines that compute the outputs of plants in Python, and read those of FMUs."""
         for j, e in enumerate(self.equations.externals):
             call = f"output{j}({time}, {_tuple([f'{state}{k}' for k in e.states])})"
             yield f"{', '.join(f'o{j}_{k}' for k in range(len(e.outputs)))}, = {call}" if e.outputs else call
@@ -201,11 +214,14 @@ def compiled(equations: LoopEquations, programs: LoopPrograms) -> Callable[..., 
 
 
 def interpreted(
-    equations: LoopEquations, programs: LoopPrograms, plants: Sequence[PythonPlant] = ()
+    equations: LoopEquations, programs: LoopPrograms, plants: Sequence[PythonPlant | FmuPlant] = ()
 ) -> Callable[..., int]:
     """Return the run as generated Python, which takes lists in place of arrays."""
     printed = RunSource(equations, programs, IEEE_SCALAR)
     namespace: dict[str, Any] = {**RUNTIME, **dict(joined(programs).tables)}
     for k, plant in enumerate(plants):
-        namespace |= {f"derivative{k}": plant.derivative, f"output{k}": plant.output}
+        namespace[f"output{k}"] = plant.output
+        namespace |= (
+            {f"advance{k}": plant.advance} if isinstance(plant, FmuPlant) else {f"derivative{k}": plant.derivative}
+        )
     return execute("\n".join(printed.lines()) + "\n", namespace)

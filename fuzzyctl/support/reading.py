@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Collection
+from collections.abc import Collection, Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
 from pathlib import Path
 from typing import BinaryIO, Final
 
@@ -16,6 +18,21 @@ MAX_BYTES: Final = 1 << 20
 
 #: Suffixes of files of other tools, which often are not UTF-8.
 FOREIGN: Final = frozenset({".fll", ".fis", ".fcl", ".fml", ".xml"})
+
+
+#: What is read while `recorded` is entered.
+_RECORDED: ContextVar[dict[str, bytes] | None] = ContextVar("recorded", default=None)
+
+
+@contextmanager
+def recorded() -> Iterator[dict[str, bytes]]:
+    """Collect the files that are read meanwhile: their content by path, in the order of reading."""
+    found: dict[str, bytes] = {}
+    token = _RECORDED.set(found)
+    try:
+        yield found
+    finally:
+        _RECORDED.reset(token)
 
 
 def read_source(path: str | os.PathLike[str], *, max_bytes: int = MAX_BYTES, only_regular: bool = False) -> SourceText:
@@ -48,9 +65,13 @@ def read_file(path: str | os.PathLike[str], *, max_bytes: int = MAX_BYTES, only_
         raise DiagnosticError([Diagnostic("FZ001", "this is not a regular file", file=name)])
     try:
         with Path(name).open("rb") as file:
-            return read_bytes(file, name, max_bytes=max_bytes)
+            content = read_bytes(file, name, max_bytes=max_bytes)
     except OSError as error:
         raise DiagnosticError([_unreadable(name, error)]) from None
+    record = _RECORDED.get()
+    if record is not None:
+        record[name] = content
+    return content
 
 
 def read_stream(stream: BinaryIO, name: str, *, max_bytes: int = MAX_BYTES) -> SourceText:

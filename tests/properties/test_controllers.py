@@ -8,10 +8,21 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import fuzzyctl
+from fuzzyctl.codegen.fixed_format import to_format
+from fuzzyctl.codegen.steps.fixed_step import fixed_step
+from fuzzyctl.diagnostics.diagnostic import DiagnosticError
 from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.loading.load import look_through
 from tests.fuzzyctl.codegen.conftest import SANITIZED
-from tests.fuzzyctl.codegen.steps.targets import by_c, by_kernel, by_python, by_structured_text, rows_for, unit_of
+from tests.fuzzyctl.codegen.steps.targets import (
+    by_c,
+    by_fixed_c,
+    by_kernel,
+    by_python,
+    by_structured_text,
+    rows_for,
+    unit_of,
+)
 from tests.properties.running import quick
 
 RULE = """system rule
@@ -101,6 +112,29 @@ def test_numpy_makes_the_steps_of_generated_python(text):
     require_equal(text, ["python", "numpy"])
 
 
+@given(controllers())
+@quick(15)
+def test_derivatives_are_those_of_differences_and_alike_on_backends(text):
+    step, other = (step_of(text, backend) for backend in ("python", "numpy"))
+    rows = np.random.default_rng(len(text)).uniform(-2, 2, (8, 2))
+    _, state = step.run(rows, dt=0.05)
+    point = np.concatenate([rows[3], state])
+    outputs, after = step.gradient(point[:2], point[2:], dt=0.05)
+    found = np.concatenate([outputs, after])
+    for own, same in zip(other.gradient(point[:2], point[2:], dt=0.05), (outputs, after), strict=True):
+        np.testing.assert_allclose(own, same, rtol=1e-12, atol=1e-12)
+
+    def results(at):
+        made, following = step(*at[:2], at[2:], dt=0.05)
+        return np.concatenate([made, following])
+
+    for k in range(len(point)):
+        sides = [s * (results(point + s * 1e-6 * np.eye(len(point))[k]) - results(point)) / 1e-6 for s in (1.0, -1.0)]
+        # At a kink or a jump the sides differ.
+        smooth = np.abs(sides[0] - sides[1]) <= 1e-3 * (1.0 + np.abs(sides[0]))
+        np.testing.assert_allclose(found[smooth, k], sides[0][smooth], rtol=2e-3, atol=2e-3)
+
+
 @pytest.mark.long
 @given(controllers())
 @quick(20)
@@ -131,6 +165,77 @@ def require_equal_in_c(texts, count, folder):
 @quick(1)
 def test_c_makes_the_steps_of_the_kernel(tmp_path_factory, texts):
     require_equal_in_c(texts, 100, tmp_path_factory.mktemp("c"))
+
+
+#: Forms of equations that fixed point has.
+FIXED_FORMS = (
+    "{a} + 0.5 * {b}",
+    "0.3 * {a} * {b}",
+    "max({a}, -{b}) / 3",
+    "abs({a})",
+    "clamp({a}, -1, abs({b}))",
+    "where({a} > {b}, {b}, -{a})",
+    "where({a} > 0.1 and not {b} < 0.5 or {b} == {a}, 1, {b})",
+    "rule({a}, {b})",
+    "rule(d={a}, e=0.5)",
+    "previous({a}, start=0.25)",
+    "difference({a})",
+    "0.1 * derivative({a}, filter=0.5 s)",
+    "lowpass({a}, 0.3)",
+    "delay({a}, 5)",
+    "hysteresis({a}, -0.2, 0.2)",
+    "{a}^2 / 4",
+)
+
+
+@st.composite
+def fixed_steps(draw):
+    """Draw a controller with its fixed-point step, None where no bound is proved."""
+    names, lines = ["x", "y"], ["input x in [-2, 2]", "input y in [-1, 1.5]"]
+    for number in range(draw(st.integers(2, 7))):
+        a, b = draw(st.sampled_from(names)), draw(st.sampled_from(names))
+        lines.append(f"let v{number} = {draw(st.sampled_from(FIXED_FORMS)).format(a=a, b=b)}")
+        names.append(f"v{number}")
+    lines += [f"state s = 1\nnext s = 0.9 * s + 0.1 * {draw(st.sampled_from(names))}"]
+    lines += [f"output z = {names[-1]} + s", f"output w = {draw(st.sampled_from(names))}", "every 50 ms"]
+    text = RULE + "controller drawn\n" + "\n".join(lines) + "\n"
+    form = to_format(draw(st.sampled_from(["Q8.7", "Q10.21"])))
+    try:
+        return text, fixed_step(unit_of(text), form)
+    except DiagnosticError:
+        return None
+
+
+def require_bounds_in_c(drawn, count, folder):
+    """Compare integers with the kernel in double precision, over sequences with every integer that inputs may have."""
+    kept = [d for d in drawn if d is not None]
+    texts = [t.replace("controller drawn", f"controller drawn{k}") for k, (t, _) in enumerate(kept)]
+    steps = [fixed_step(unit_of(t), own.form) for t, (_, own) in zip(texts, kept, strict=True)]
+    rows = []
+    for k, step in enumerate(steps):
+        rng = np.random.default_rng(k)
+        drawn_rows = np.column_stack([rng.integers(low - 5, high + 5, count) for low, high in step.inputs])
+        rows.append(np.where(rng.random(drawn_rows.shape) < 0.5, np.repeat(drawn_rows[::50], 50, axis=0), drawn_rows))
+    for text, step, own, found in zip(texts, steps, rows, by_fixed_c(steps, rows, folder, SANITIZED), strict=True):
+        one = 2.0**step.form.fraction
+        exact = by_kernel(text, np.clip(own, *np.transpose(step.inputs)) / one)
+        assert np.all(np.abs(found / one - exact).max(axis=0) <= step.errors)
+
+
+@pytest.mark.skipif(shutil.which("gcc") is None, reason="gcc is not installed")
+@given(st.lists(fixed_steps(), min_size=6, max_size=6))
+@quick(1)
+def test_fixed_point_in_c_keeps_its_bounds(tmp_path_factory, drawn):
+    require_bounds_in_c(drawn, 500, tmp_path_factory.mktemp("fixed"))
+
+
+@pytest.mark.long
+@pytest.mark.skipif(shutil.which("gcc") is None, reason="gcc is not installed")
+@given(st.lists(fixed_steps(), min_size=40, max_size=40))
+@quick(2)
+def test_fixed_point_in_c_keeps_its_bounds_over_10_000_steps(tmp_path_factory, drawn):
+    assert sum(d is not None for d in drawn) > 20
+    require_bounds_in_c(drawn, 10_000, tmp_path_factory.mktemp("fixed"))
 
 
 @pytest.mark.long

@@ -12,6 +12,7 @@ sys.path.insert(0, str(Path(__file__).parents[2]))
 from tests.targets import run
 
 FIXED = run.Case("ais_reaction", ("--fixed", "Q3.12"))
+FIXED_CONTROLLER = run.Case("heater", ("--fixed", "Q7.8"), folder=run.HERE)
 CONTROLLER = run.Case("valve", (), folder=run.HERE)
 
 
@@ -26,6 +27,12 @@ def required(job: str) -> str:
 def test_integers_agree_on_a_target(job: str, tmp_path: Path) -> None:
     said = run.JOBS[required(job)][1](*run.generate(FIXED, tmp_path))
     assert "352 vectors agree" in said or said.startswith("no rule but")
+
+
+@pytest.mark.parametrize("job", ["arm", "cppcheck"])
+def test_a_controller_in_integers_agrees_on_a_target(job: str, tmp_path: Path) -> None:
+    said = run.JOBS[required(job)][1](*run.generate(FIXED_CONTROLLER, tmp_path))
+    assert "200 vectors agree" in said or said.startswith("no rule but")
 
 
 @pytest.mark.parametrize("job", ["arm", "cppcheck", "host steps", "arm steps"])

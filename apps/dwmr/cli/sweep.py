@@ -2,23 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
 
 from dwmr.cli import run_options
-from dwmr.cli.common import mistakes_as_diagnostics, warn
+from dwmr.cli.common import mistakes_as_diagnostics
 from fuzzyctl.cli import data_formats, worker_options
-from fuzzyctl.cli.interruptions import interrupts_wait, terminated_as_interrupted
 from fuzzyctl.cli.streams import say, write_json
-from fuzzyctl.cli.sweeps import failures, sentence
-
-if TYPE_CHECKING:
-    from dwmr.scenario.file import ScenarioFile
-    from fuzzyctl.experiments.sweep.plan import Plan
-    from fuzzyctl.experiments.sweep.spec_file import SpecFile
+from fuzzyctl.cli.sweeps import planned, sentence, swept
 
 
 @click.command(context_settings={"show_default": True})
@@ -49,34 +41,13 @@ def sweep(
     """
     worker_options.require_one(jobs, cluster)
     data_formats.require(formats)
-    with mistakes_as_diagnostics(style), terminated_as_interrupted():
-        file, plan = _plan(spec, rules_folder, overrides)
-        from fuzzyctl.experiments.sweep import provenance, run
+    with mistakes_as_diagnostics(style):
+        from dwmr.sweep.robots import Robots
+        from dwmr.sweep.spec import read
 
-        about, workers = provenance.describe(file, plan, overrides), run.Workers(jobs, cluster)
-        shown, measures = worker_options.computing, file.spec.measures
-        with failures():
-            summary = run.run(plan, measures, about, folder, formats, workers, resume, shown, interrupts_wait)
+        file, plan = planned(spec, read, lambda _: Robots(rules_folder), overrides)
+        summary = swept(file, plan, overrides, folder, formats, (jobs, cluster), resume).summary
     if style == "json":
         write_json(summary)
     else:
         say(sentence(summary, folder))
-
-
-def _plan(spec: Path, rules_folder: Path | None, overrides: Sequence[str]) -> tuple[SpecFile, Plan[ScenarioFile]]:
-    """Read the SPEC, lay out its runs and check them."""
-    from dwmr.sweep import plan
-    from dwmr.sweep.spec import read
-    from fuzzyctl.experiments.settings.overrides import OverrideError
-    from fuzzyctl.experiments.sweep.plan import count
-
-    if not spec.exists():
-        raise click.UsageError(f"no SPEC {str(spec)[:200]!r}: there is no such file")
-    file = read(spec)
-    try:
-        with worker_options.checking(count(file)) as report:
-            made = plan.make(file, rules_folder, overrides, report)
-    except OverrideError as error:
-        raise click.UsageError(str(error)) from error
-    warn((*made.scenario.warnings, *made.warnings))
-    return file, made

@@ -93,7 +93,7 @@ class Robots(Runnable[ScenarioFile]):
 
         return Prepared(_used(rules), compute)
 
-    def unit(self, column: str) -> str:
+    def unit(self, scenario: ScenarioFile, column: str) -> str:
         """Return the unit of a measure of robots."""
         return columns.unit(column)
 

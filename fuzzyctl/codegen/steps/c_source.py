@@ -27,7 +27,7 @@ def header(unit: StepUnit) -> str:
     """Return the text of NAME.h."""
     layout = StepLayout(unit)
     about = [*described_step(unit), "", *folded(list(_promises(unit)))]
-    declared = [*_period(layout), *_types(layout), *broken(_prototypes(layout), INDENT)]
+    declared = [*period(layout), *_types(layout), *broken(prototypes(layout), INDENT)]
     return header_text(layout.name, about, declared, ["stddef"] if any(k for _, k in layout.members) else [])
 
 
@@ -39,7 +39,8 @@ def _promises(unit: StepUnit) -> Iterator[str]:
         yield f"So it is where no rule fires for {', '.join(unit.refusals)}; the status says which."
 
 
-def _period(layout: StepLayout) -> Iterator[str]:
+def period(layout: StepLayout) -> Iterator[str]:
+    """Yield the macro of the sample time, where there is one."""
     if layout.unit.equations.period is not None:
         number = CText(layout.unit.precision, layout.name, {}).number(layout.unit.equations.period)
         yield from (f"#define {layout.name.upper()}_PERIOD {number} // [s]", "")
@@ -50,22 +51,22 @@ def _types(layout: StepLayout) -> Iterator[str]:
     if layout.many:
         notes = [signal_note(unit, s) for s in unit.controller.results]
         members = [f"{layout.real} {o};" for o in layout.outputs]
-        yield from _struct(f"{name}_outputs", [list(pair) for pair in zip(members, notes, strict=True)])
+        yield from struct(f"{name}_outputs", [list(pair) for pair in zip(members, notes, strict=True)])
     if layout.numbers:
         members = [f"{layout.real} {n};" for n in layout.numbers]
-        yield from _struct(f"{name}_params", [list(pair) for pair in zip(members, number_notes(unit), strict=True)])
+        yield from struct(f"{name}_params", [list(pair) for pair in zip(members, number_notes(unit), strict=True)])
     if layout.members:
         lines = []
         for (own, oldest), slot, note in zip(layout.members, unit.slots, slot_notes(unit), strict=True):
             length = f"[{slot.length}]" if oldest else ""
             lines.append([f"{layout.real} {own}{length};", note])
             lines += [[f"size_t {oldest};", "position of its oldest number"]] if oldest else []
-        yield from _struct(f"{name}_state", lines)
+        yield from struct(f"{name}_state", lines)
     if unit.refusals:
         yield from status_type(name, [layout.status(), *(layout.status(o) for o in unit.refusals)])
 
 
-def _struct(name: str, members: Sequence[Sequence[str]]) -> Iterator[str]:
+def struct(name: str, members: Sequence[Sequence[str]]) -> Iterator[str]:
     """Yield a type with its members, each with a note."""
     yield "typedef struct {"
     for text, note in members:
@@ -73,7 +74,8 @@ def _struct(name: str, members: Sequence[Sequence[str]]) -> Iterator[str]:
     yield from (f"}} {name};", "")
 
 
-def _prototypes(layout: StepLayout) -> Iterator[str]:
+def prototypes(layout: StepLayout) -> Iterator[str]:
+    """Yield the declared functions, each with what it takes and returns."""
     unit = layout.unit
     if layout.members:
         yield from ("// Begin with the state before the first step.", f"{layout.init};", "")

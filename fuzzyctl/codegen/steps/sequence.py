@@ -156,6 +156,36 @@ def _drawn(unit: StepUnit, rng: random.Random, before: tuple[float, ...]) -> tup
     return tuple(rounded(x, unit.precision) for x in values)
 
 
+def sequence_of_points(unit: StepUnit, ranges: Sequence[tuple[int, int]], count: int, seed: int = 1) -> list[list[int]]:
+    """Return integer inputs one after the other: some stay, some move a little, some jump to anywhere or to an end.
+
+    Args:
+        unit: What takes them.
+        ranges: The least and the largest integer of each.
+        count: How many.
+        seed: Of the draws.
+    """
+    rng, point = random.Random(seed), [0] * len(unit.arguments)
+    points = []
+    for k in range(count):
+        drawn = []
+        for before, (least, most) in zip(point, ranges, strict=True):
+            kind, anywhere = rng.random(), rng.randint(least, most)
+            near = min(max(before + round(0.05 * (anywhere - before)), least), most)
+            drawn.append(
+                anywhere
+                if k == 0 or kind < 0.3
+                else rng.choice([least, most])
+                if kind < 0.4
+                else near
+                if kind < 0.7
+                else before
+            )
+        point = drawn
+        points.append(point)
+    return points
+
+
 def _wider(scales: Sequence[float], found: Sequence[Found], unit: StepUnit) -> list[float]:
     """Return the largest magnitudes so far with those of a step; empty where its copies are apart, or too large."""
     first, *others = ([*outputs, *taken] for outputs, taken, _ in found)

@@ -154,20 +154,6 @@ def prepare_step(
     )
 
 
-def require_no_fixed_point(controller: Controller) -> None:
-    """Refuse fixed point: its errors go from step to step, and no bound of their sum is proved.
-
-    Raises:
-        CodegenError: With the first state, or output, without a bound.
-    """
-    equations = equations_of(controller)
-    what = f"state '{equations.states[0].name}'" if equations.states else f"output '{equations.outputs[0][0]}'"
-    raise CodegenError(
-        f"fixed point needs a bound of the error of {what} over all steps, and none is proved; "
-        f"write single precision with --float float"
-    )
-
-
 def _with_guards(equations: Equations) -> Equations:
     """Take quotients of equations for such that may have no value."""
 
@@ -214,8 +200,13 @@ def _computed(node: Expr) -> Expr:
     return node
 
 
-def described_step(unit: StepUnit) -> list[str]:
-    """Return the head of generated text, line by line, in the characters of a comment."""
+def described_step(unit: StepUnit, taken: str = "neither clamped nor checked") -> list[str]:
+    """Return the head of generated text, line by line, in the characters of a comment.
+
+    Args:
+        unit: What is written.
+        taken: How inputs are taken.
+    """
     controller, equations = unit.controller, unit.equations
     lines = [f"{controller.name}: {controller.title}" if controller.title else controller.name]
     if controller.citation:
@@ -229,7 +220,7 @@ def described_step(unit: StepUnit) -> list[str]:
     set_ |= {number.name: number.start for number in unit.numbers}
     lines += [f"Param {name} = {value!r}" for name, value in controller.param_values.values.items() if name not in set_]
     lines += [f"Free: {number.name}, {number.start!r} in the rule file" for number in unit.numbers]
-    lines += ["", "Inputs, which are neither clamped nor checked:"]
+    lines += ["", f"Inputs, which are {taken}:"]
     lines += [f"  {s.name}{_noted(note)}" for s, note in zip(controller.inputs, input_notes(unit), strict=False)]
     lines.append("Outputs:")
     lines += [f"  {s.name}{_noted(signal_note(unit, s))}" for s in controller.results]

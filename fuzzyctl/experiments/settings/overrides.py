@@ -53,7 +53,7 @@ def override(data: dict[str, Any], argument: str) -> tuple[str, str]:
     if len(parts) > DEEPEST:
         raise OverrideError(f"--set {shorten(argument)}: the key has {len(parts)} parts; expected at most {DEEPEST}")
     if value is None or not all(parts):
-        raise OverrideError(f"--set {shorten(argument)}: expected key=value with a dotted key, such as run.horizon=20")
+        raise OverrideError(f"--set {shorten(argument)}: expected key=value with a dotted key, such as table.key=20")
     node: Any = data
     for k, part in enumerate(parts[:-1]):
         node = _child(node, part, ".".join(parts[: k + 1]), argument)

@@ -111,13 +111,13 @@ def _unread(plan: Plan[S], file: SpecFile, controllers: Sequence[str]) -> Iterat
             what = plan.runnable.unread(plan.scenario, controllers, plan.used, split_key(key))
             if what:
                 message = f"{table}.{key} varies in vain: no run reads {what}"
-                facts = (f"the control laws of the sweep are {', '.join(controllers)}",)
+                facts = (f"the controllers of the sweep are {', '.join(controllers)}",)
                 found = file.diagnostic("FZ904", (table, key), message, facts=facts)
                 yield dataclasses.replace(found, severity="warning")
 
 
 def count(file: SpecFile) -> int:
-    """Return how many runs each control law has."""
+    """Return how many runs each controller has."""
     return file.spec.runs * math.prod(len(values) for values in file.spec.grid.values())
 
 

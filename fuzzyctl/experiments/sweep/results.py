@@ -34,7 +34,7 @@ def write(
     """Write the results; with the same description they are the same bytes, `times.csv` aside."""
     found = table(plan.runs, done)
     application = plan.runnable.application
-    whole = {**about, "columns": {name: {"unit": plan.runnable.unit(name)} for name in found}}
+    whole = {**about, "columns": {name: {"unit": plan.runnable.unit(plan.scenario, name)} for name in found}}
     files.write_text(ABOUT, json.dumps(whole, indent=2, ensure_ascii=False) + "\n")
     for one in formats:
         if one == "csv":

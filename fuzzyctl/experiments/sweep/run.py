@@ -48,6 +48,19 @@ class Workers:
         return pool.compute(setup, runs, min(self.jobs or cores(), max(1, len(runs))))
 
 
+@dataclass(frozen=True)
+class Finished:
+    """A sweep whose results are written.
+
+    Args:
+        summary: What there is to say.
+        outcomes: Of all runs, by number.
+    """
+
+    summary: dict[str, Any]
+    outcomes: Mapping[int, Outcome]
+
+
 def silent(total: int) -> AbstractContextManager[Callable[[int], None]]:
     """Show nothing."""
     return nullcontext(lambda done: None)
@@ -85,8 +98,8 @@ def run(
     resume: bool = False,
     shown: Shown = silent,
     shielded: Callable[[], AbstractContextManager[None]] = nullcontext,
-) -> dict[str, Any]:
-    """Compute what is not done yet, write the results, and return what there is to say.
+) -> Finished:
+    """Compute what is not done yet, and write the results.
 
     Args:
         plan: The runs.
@@ -115,7 +128,7 @@ def run(
             with shielded():
                 write(files, formats, plan, kept.done, about)
                 journal.remove(folder)
-    return _summary(plan, kept, len(left), folder)
+    return Finished(_summary(plan, kept, len(left), folder), kept.done)
 
 
 def _compute(outcomes: Iterator[Outcome], left: int, kept: Journal, folder: Path, shown: Shown) -> None:

@@ -59,7 +59,7 @@ class Spec(_Table):
 
     scenario: str = Field(min_length=1, description="shipped name, or a file beside the SPEC")
     controllers: Annotated[tuple[str, ...], Strict(False)] | None = Field(
-        default=None, min_length=1, description="control laws; the scenario's own when absent"
+        default=None, min_length=1, description="what the scenario is run under; its own when absent"
     )
     runs: int = Field(default=1, ge=1, le=1_000_000, description="repetitions at every point of the grid")
     seed: int = Field(default=0, ge=0, le=2**63 - 1, description="first number of all that is drawn")

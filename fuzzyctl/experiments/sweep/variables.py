@@ -38,8 +38,8 @@ class Variable:
     def draw(self, seed: int, repetition: int) -> Any:
         """Return the value of a repetition.
 
-        It follows from seed, repetition and key alone: neither other keys nor control laws nor who computes it change
-        it, so all laws and all points of a grid meet the same values.
+        It follows from seed, repetition and key alone: neither other keys nor controllers nor who computes it change
+        it, so all controllers and all points of a grid meet the same values.
         """
         drawn = _draw(self.distribution, generator(seed, repetition, self.key))
         match self.distribution.relative:

@@ -164,7 +164,7 @@ def divided(a: Enclosure, b: Enclosure) -> Enclosure:
 
 def smaller(a: Enclosure, b: Enclosure) -> Enclosure:
     """Enclose min(a, b)."""
-    slopes = _either(a.hi <= b.lo, b.hi <= a.lo, a.slopes, b.slopes)
+    slopes = either(a.hi <= b.lo, b.hi <= a.lo, a.slopes, b.slopes)
     return Enclosure(np.minimum(a.lo, b.lo), np.minimum(a.hi, b.hi), slopes, _larger_error(a, b))
 
 
@@ -178,8 +178,8 @@ def _larger_error(a: Enclosure, b: Enclosure) -> Array:
     return np.maximum(a.error, b.error)
 
 
-def _either(first: Mask, second: Mask, a: Slopes, b: Slopes) -> Slopes:
-    """Return slopes of one, of the other, or of both where it is not clear which counts."""
+def either(first: Mask, second: Mask, a: Slopes, b: Slopes) -> Slopes:
+    """Return slopes of one, of the other, or of both where neither `first` nor `second` says which counts."""
     if a is None and b is None:
         return None
     zero = np.zeros((1, 1))
@@ -195,7 +195,7 @@ def chosen(yes: Mask, no: Mask, a: Enclosure, b: Enclosure) -> Enclosure:
     hi = np.where(yes, a.hi, np.where(no, b.hi, np.maximum(a.hi, b.hi)))
     open_ = ~(yes | no)
     error = np.where(yes, a.error, np.where(no, b.error, hi - lo))
-    slopes = _either(yes, no, a.slopes, b.slopes)
+    slopes = either(yes, no, a.slopes, b.slopes)
     if open_.any():
         low, high = slopes or (np.zeros((1, 1)), np.zeros((1, 1)))
         slopes = np.where(open_, -np.inf, low), np.where(open_, np.inf, high)

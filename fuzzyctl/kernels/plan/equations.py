@@ -59,11 +59,13 @@ class KeptState:
         name: Its name, with those of the instances it belongs to.
         start: Its value before the first step.
         bounds: The range that the controller declares, its ends numbers; None for none.
+        span: Where it is declared, or the operator that keeps it.
     """
 
     name: str
     start: float
     bounds: Bounds | None = None
+    span: Span | None = field(default=None, compare=False, repr=False)
 
 
 @record(frozen=True)

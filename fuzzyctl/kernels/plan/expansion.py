@@ -174,7 +174,7 @@ class Expansion:
         for state in controller.states:
             name = scope.prefix + state.name
             start = self.start(state.start, scope)
-            self.states.append(KeptState(name, start, scope.computed(state.bounds)))
+            self.states.append(KeptState(name, start, scope.computed(state.bounds), state.span))
         for instance in controller.instances:
             self._enter_instance(scope, instance.name, instance.controller, instance.arguments)
         for item in _defined(controller):
@@ -307,7 +307,7 @@ class Expansion:
         if key not in self._calls:
             start = self.fresh(scope.prefix + call.function)
             self._calls[key] = tuple(f"{start}.{o.name}" for o in system.outputs)
-            states = self._states_of(system, scope.prefix + name if name else start)
+            states = self._states_of(system, scope.prefix + name if name else start, call.span)
             if states and free:
                 raise ArgumentError(f"'{call.function}.{free[0][0]}' cannot be free: the system has a state")
             updates = tuple(f"{start}.next.{k}" for k in range(len(states)))
@@ -322,14 +322,14 @@ class Expansion:
         found = {p.name: self.written[p.span] for p in params if p.span is not None and p.span in self.written}
         return {name: value for name, value in found.items() if name not in given}
 
-    def _states_of(self, system: FuzzySystem, name: str) -> list[KeptState]:
+    def _states_of(self, system: FuzzySystem, name: str, span: Span | None) -> list[KeptState]:
         """Return the states of an evaluation: one for each rule of an adaptive output, and the outputs that hold."""
         planned = plan(system)
         names = [f"{name}.{planned.outputs[o].name}[{k + 1}]" for o, k in planned.states]
         ranges: list[Bounds | None] = [_range_of(planned.outputs[o]) for o, _ in planned.states]
         names += [f"{name}.{planned.outputs[o].name}" for o in planned.held]
         ranges += [None] * len(planned.held)
-        return [KeptState(*one) for one in zip(names, planned.initial_state, ranges, strict=True)]
+        return [KeptState(*one, span) for one in zip(names, planned.initial_state, ranges, strict=True)]
 
     def _split_params(self, given: Mapping[str, Expr], scope: Scope) -> tuple[dict[str, float], dict[str, Expr]]:
         """Return the present values of params that a call sets, and expressions for those that depend on free ones."""
@@ -360,9 +360,9 @@ class Expansion:
         self._count += 1
         return f"{hint}#{self._count}"
 
-    def keep(self, name: str, start: float, update: Expr) -> Name:
+    def keep(self, name: str, start: float, update: Expr, span: Span | None = None) -> Name:
         """Add a state and return its value before the step."""
-        self.states.append(KeptState(name, start))
+        self.states.append(KeptState(name, start, span=span))
         self.updates[name] = update
         return Name(name)
 
@@ -385,7 +385,7 @@ class _Use:
     def is_first(self) -> Expr:
         """Whether this is the first step."""
         if STARTED not in self.expansion.updates:
-            self.expansion.keep(STARTED, 0.0, ONE)
+            self.expansion.keep(STARTED, 0.0, ONE, self.call.span)
         return Compare("==", Name(STARTED), ZERO)
 
     def constant(self, setting: str) -> float:
@@ -401,7 +401,7 @@ class _Use:
         return self.expansion.named(self.value(expr), self.name)
 
     def keep(self, suffix: str, start: float, update: Expr) -> Name:
-        return self.expansion.keep(f"{self.name}{suffix}", start, update)
+        return self.expansion.keep(f"{self.name}{suffix}", start, update, self.call.span)
 
     def result(self, value: Expr) -> Expr:
         return self.expansion.named(value, self.name)
@@ -424,7 +424,7 @@ def _derivative(use: _Use, x: Expr) -> Expr:
     lag = use.value(use.settings["filter"])
     name = f"{use.name}.filtered"
     value = use.result((lag * Name(name) + difference) / (lag + use.dt))
-    use.expansion.keep(name, 0.0, value)
+    use.expansion.keep(name, 0.0, value, use.call.span)
     return value
 
 
@@ -433,7 +433,7 @@ def _integral(use: _Use, x: Expr) -> Expr:
     moved: Expr = Name(name) + use.dt * value
     if "hold" in use.settings:
         moved = Where(use.value(use.settings["hold"]), Name(name), moved)
-    return use.expansion.keep(name, use.start(), moved)
+    return use.expansion.keep(name, use.start(), moved, use.call.span)
 
 
 def _lowpass(use: _Use, x: Expr) -> Expr:
@@ -441,7 +441,7 @@ def _lowpass(use: _Use, x: Expr) -> Expr:
     name = f"{use.name}.filtered"
     moved = Name(name) + use.dt / (lag + use.dt) * (value - Name(name))
     result = use.result(Where(use.is_first, value, moved))
-    use.expansion.keep(name, 0.0, result)
+    use.expansion.keep(name, 0.0, result, use.call.span)
     return result
 
 
@@ -451,7 +451,7 @@ def _rate_limit(use: _Use, x: Expr) -> Expr:
     name = f"{use.name}.limited"
     held = Call("min", (Call("max", (value, Name(name) - most)), Name(name) + most))
     result = use.result(Where(use.is_first, value, held))
-    use.expansion.keep(name, 0.0, result)
+    use.expansion.keep(name, 0.0, result, use.call.span)
     return result
 
 
@@ -461,7 +461,7 @@ def _hysteresis(use: _Use, x: Expr) -> Expr:
     name = f"{use.name}.on"
     on = Where(Compare(">=", value, high), ONE, Where(Compare("<=", value, low), ZERO, Name(name)))
     result = use.result(on)
-    use.expansion.keep(name, use.start(), result)
+    use.expansion.keep(name, use.start(), result, use.call.span)
     return result
 
 

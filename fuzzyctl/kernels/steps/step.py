@@ -10,7 +10,7 @@ from fuzzyctl.diagnostics.diagnostic import ArgumentError, NoRuleFiresError, Unk
 from fuzzyctl.kernels.backends.arguments import float_array, writable
 from fuzzyctl.kernels.backends.python import backend as python_backend
 from fuzzyctl.kernels.plan.equations import DT, Equations
-from fuzzyctl.kernels.program.program import Refuse
+from fuzzyctl.kernels.program.program import Program, Refuse
 from fuzzyctl.kernels.program.scalar import as_number
 from fuzzyctl.kernels.steps.program import step_program
 
@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     import numpy as np
     import numpy.typing as npt
 
+    from fuzzyctl.kernels.steps.gradient import StepGradient
     from fuzzyctl.kernels.steps.values import StepValues
 
     FloatArray = npt.NDArray[np.float64]
@@ -172,6 +173,65 @@ class Step:
         self._fill(np.ascontiguousarray(points).reshape(len(flat), points.shape[-1]), rows, flat)
         return (results[..., 0] if outputs == 1 else results[..., :outputs]), results[..., outputs:]
 
+    def gradient(self, inputs: Any, states: Any, *, dt: Any = None) -> tuple[FloatArray, FloatArray]:
+        """Compute the derivatives of a step by the inputs, then the states, free numbers last; exact but for rounding.
+
+        Args:
+            inputs: Shape (..., inputs); for one input also without that axis.
+            states: Shape (..., states).
+            dt: Time since the step before [s], one number or shape (...), for a controller without period.
+
+        Returns:
+            Those of the outputs, shape (..., inputs + states) for one, (..., outputs, inputs + states) for several, and
+            those of the next states, shape (..., states, inputs + states). At a kink or a jump they are those of the
+            branch that the step takes there. Where an input is NaN no step is made: those of the outputs are NaN.
+
+        Raises:
+            ArgumentError: For arrays of another shape or not of numbers, and where a system has an exact defuzzifier of
+                curved sets.
+            ValueOutOfBoundsError: For a `dt` that is not positive.
+            NoRuleFiresError: For the first copy where no rule of a system fires whose output says `else error`.
+        """
+        import numpy as np
+
+        points = self._points(inputs, dt)
+        shape, outputs = points.shape[:-1], len(self.output_names)
+        kept = float_array(states, "states")
+        self._require_states(kept, shape)
+        gradient, fill = self._gradient
+        flat = np.ascontiguousarray(points).reshape(-1, points.shape[-1])
+        rows = np.ascontiguousarray(kept).reshape(len(flat), -1) if self.state_names else None
+        computed = np.empty((len(flat), len(gradient.places)))
+        if len(gradient.places):
+            fill(flat, rows, computed)
+        found = np.tile(gradient.known.reshape(-1), (len(flat), 1))
+        found[:, gradient.places] = computed
+        found = found.reshape(*shape, *gradient.known.shape)
+        return (found[..., 0, :] if outputs == 1 else found[..., :outputs, :]), found[..., outputs:, :]
+
+    @cached_property
+    def _gradient(self) -> tuple[StepGradient, Any]:
+        """The derivatives, and what fills those that are computed."""
+        from fuzzyctl.kernels.steps.gradient import step_gradient
+
+        gradient = step_gradient(self.equations)
+        return gradient, self._filled(gradient.program)
+
+    def _filled(self, program: Program) -> Any:
+        """Return what fills the results of a program that takes what a step takes."""
+        if self.backend == "numpy":
+            from fuzzyctl.kernels.backends.numpy import backend as numpy_backend
+
+            return numpy_backend.compile_batch(program, self._argument_names())
+        if self.backend == "python":
+            from fuzzyctl.kernels.batch import fill_by_storing
+
+            source = python_backend.storing_source(program)
+            return fill_by_storing(python_backend.compile_source(source, program, self._argument_names()))
+        from fuzzyctl.kernels.backends.numba.batch_loop import loop
+
+        return self._checked(loop(program))
+
     def _points(self, inputs: Any, dt: Any, dimensions: int | None = None) -> FloatArray:
         """Return the inputs; without a period the times since the step before are a last column."""
         import numpy as np
@@ -202,15 +262,7 @@ class Step:
     @cached_property
     def _fill(self) -> Any:
         """What fills the results of copies side by side."""
-        if self.backend == "numpy":
-            from fuzzyctl.kernels.backends.numpy import backend as numpy_backend
-
-            return numpy_backend.compile_batch(self._program, self._argument_names())
-        if self.backend == "python":
-            return self._fill_by_calls
-        from fuzzyctl.kernels.backends.numba.batch_loop import loop
-
-        return self._checked(loop(self._program))
+        return self._filled(self._program)
 
     @cached_property
     def _run(self) -> Any:
@@ -232,10 +284,6 @@ class Step:
                 raise NoRuleFiresError(refused[kind], python_backend.point_text(self._argument_names(), points[first]))
 
         return fill
-
-    def _fill_by_calls(self, points: FloatArray, states: FloatArray | None, results: FloatArray) -> None:
-        for k, point in enumerate(points.tolist()):
-            self.jit(*point, *(() if states is None else (states[k].tolist(),)), results[k])
 
     def _run_by_calls(self, points: FloatArray, state: FloatArray, results: FloatArray) -> None:
         outputs, kept = len(self.output_names), state.tolist()

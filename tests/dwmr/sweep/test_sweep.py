@@ -326,5 +326,5 @@ def test_a_sweep_that_is_terminated_while_it_checks_says_so(dwmr, tmp_path, monk
         time.sleep(600.0)  # until the signal arrives
 
     (tmp_path / "spec.toml").write_text(SPEC, encoding="utf-8")
-    monkeypatch.setattr(plan, "make", terminated)
+    monkeypatch.setattr("fuzzyctl.experiments.sweep.plan.make", terminated)
     assert dwmr("sweep", tmp_path / "spec.toml") == (1, "", "interrupted\n")

@@ -217,11 +217,21 @@ class TestController:
         assert "'first' is a controller, whose steps no table holds; name a system with --system" in result.output
         assert run(file, "--target", "c", "--table", "9", "--system", "surface").exit_code == 0
 
-    def test_has_no_fixed_point_since_no_error_of_its_state_is_bounded(self, run, file):
+    def test_fixed_point_is_refused_where_no_error_is_bounded(self, run, file, tmp_path):
         result = run(file, "--target", "c", "--fixed", "Q3.12")
         assert result.exit_code == 1
-        assert "fixed point needs a bound of the error of state 's' over all steps, and none is proved" in result.output
+        assert "error[FZ410]: " in result.output
+        assert not list(tmp_path.glob("*.c"))
         assert run(file, "--target", "c", "--fixed", "Q3.12", "--system", "surface").exit_code == 0
+
+    def test_fixed_point_is_proved_where_errors_fade(self, run, tmp_path):
+        text = "controller lag\ninput x in [-2, 2]\noutput u in [-2, 2] = lowpass(x, 0.2)\nevery 10 ms\n"
+        (tmp_path / "lag.fz").write_text(text, encoding="utf-8")
+        result = run(tmp_path / "lag.fz", "--target", "c", "--fixed", "Q3.12")
+        assert result.exit_code == 0
+        assert "proved: u is off by 0.000123 at most" in result.output
+        for more in (["--free", "x"], ["--float", "float"], ["--algorithm", "rules"], ["--table", "9"]):
+            assert run(tmp_path / "lag.fz", "--target", "c", "--fixed", "Q3.12", *more).exit_code == 2
 
     def test_takes_free_numbers(self, run, file, tmp_path):
         assert run(file, "--target", "c", "--free", "surface.e.P.peak").exit_code == 0

@@ -129,8 +129,8 @@ ONE_LINE = {
     ),
     "ss(A=[], B=[0], C=[1])": ("FZ303", "'A' is empty", "[]", "the form is: ss("),
     "ss(A=[1, [2]], B=[0], C=[1])": ("FZ303", "'A' mixes rows and numbers", "[1, [2]]", "the form is: ss("),
-    "tff(num=[1])": ("FZ214", "expected tf, zpk, ss or python", "tff(num=[1]", "did you mean 'tf'"),
-    "3": ("FZ214", "expected tf, zpk, ss or python", "3", "the forms are: tf("),
+    "tff(num=[1])": ("FZ214", "expected tf, zpk, ss, python or fmu", "tff(num=[1]", "did you mean 'tf'"),
+    "3": ("FZ214", "expected tf, zpk, ss, python or fmu", "3", "the forms are: tf("),
     "python(cart)": ("FZ303", "expected a text for 'file'", "cart", 'python("cart.py")'),
     'python("cart.py")': ("FZ218", "a text that is no file can use no files", '"cart.py"', "write it to a file"),
     "tf(num=[1], den=[1, 2])\nlet a = 1": (

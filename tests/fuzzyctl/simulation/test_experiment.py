@@ -14,6 +14,47 @@ from fuzzyctl.support.shipped import rules_folder
 
 BACKENDS = ("python", "numba")
 
+#: Params that stand before the first block reach systems, controllers inside others, plants and measures.
+SHARED = """
+param k = 2
+param T = 0.01
+param q = 2 * k
+
+system gain
+defuzzifier weighted_average
+input y in [-9, 9]
+  terms N P
+output u in [-99, 99]
+  terms low=(-9*k) high=(9*k)
+table u = y
+     N    P
+  |  low  high
+
+controller part
+input y
+output u = -gain(y)
+every T
+
+controller law
+input y
+block part = part(y)
+output u = part.u - q
+every T
+
+plant p
+input u
+state x = 2
+der x = u + q
+output y = x
+
+loop l
+block law = law(p.y)
+block p   = p(law.u)
+measure twice   = k + q
+measure largest = maximum(abs(law.u))
+measure last    = final(p.y)
+run 1 s step 10 ms
+"""
 PI = """
 controller pi_law
 input r
@@ -252,6 +293,13 @@ class TestSampleTimes:
             Experiment(loop(text))
 
 
+def test_a_measure_may_call_a_system(loop):
+    text = "system double\ndefuzzifier weighted_average\ninput x in [0, 1]\nall = function(1)\noutput y in [0, 2]\n"
+    text += "if x is all then y is linear(x=2)\n"
+    text += f"{LAG_PLANT}loop l\nblock p = p(0.5)\nmeasure m = final(double(0.25 * t))\nrun 2 s step 10 ms\n"
+    assert Experiment(loop(text), "python").run().measures["m"] == pytest.approx(1)
+
+
 class TestLackingInputs:
     @pytest.mark.parametrize("backend", BACKENDS)
     def test_a_controller_without_an_input_gives_nan_and_keeps_its_state(self, loop, backend):
@@ -262,6 +310,22 @@ class TestLackingInputs:
         assert run["c.n"].tolist() == [0, 1, 2, 2, 2, 3, 4]
         step = fuzzyctl.compile(loop(text).controllers[0], "python")
         assert step.run(run["c.x"])[0] == pytest.approx(run["c.u"], nan_ok=True)
+
+    @pytest.mark.parametrize("backend", BACKENDS)
+    @pytest.mark.parametrize("first", ["law", "walk"])
+    def test_an_output_that_needs_no_input_is_known_before_the_inputs(self, loop, backend, first):
+        text = "controller walk\ninput u\nstate n = 0\nnext n = n + u\noutput y = n\nevery 1 s\n"
+        text += "controller law\ninput y\noutput u = 0.5 * (8 - y)\nevery 2 s\n"
+        blocks = {"law": "block law = law(walk.y)\n", "walk": "block walk = walk(law.u)\n"}
+        text += f"loop l\n{blocks.pop(first)}{''.join(blocks.values())}run 4 s\n"
+        run = Experiment(loop(text), backend).run()
+        assert run["walk.y"].tolist() == [0, 4, 8, 8, 8]
+        assert run["law.u"].tolist() == [4, 4, 0, 0, 0]
+
+    def test_an_integral_breaks_a_circle_through_a_plant_without_a_state_between(self, loop):
+        text = "controller law\ninput y\noutput u = integral(1 - y)\nevery 10 ms\n"
+        text += "plant p = tf(num=[1, 2], den=[1, 1])\nloop l\nblock p = p(law.u)\nblock law = law(p.y)\nrun 9 s\n"
+        assert Experiment(loop(text), "python").run()["p.y"][-1] == pytest.approx(1, abs=1e-3)
 
 
 class TestDeadTime:
@@ -421,6 +485,21 @@ class TestFree:
         assert experiment.run([4.0])["c.u"].tolist() == [10] * 3
         assert experiment.run([4.0]).measures == {"m": 14}
 
+    @pytest.mark.parametrize("change", ["set", "free"])
+    def test_a_param_before_the_first_block_is_one_number(self, loop, change):
+        own = loop(SHARED)
+        changed = fuzzyctl.simulate(own, k=3) if change == "set" else Experiment(own, "python", free=["k"]).run([3])
+        expected = fuzzyctl.simulate(loop(SHARED.replace("param k = 2", "param k = 3"))).measures
+        assert changed.measures == pytest.approx(expected, rel=1e-12)
+        assert changed.measures["last"] != pytest.approx(fuzzyctl.simulate(own).measures["last"], rel=1e-3)
+
+    def test_a_period_before_the_first_block_is_set_and_cannot_be_free(self, loop):
+        own = loop(SHARED)
+        expected = fuzzyctl.simulate(loop(SHARED.replace("param T = 0.01", "param T = 0.02"))).measures
+        assert fuzzyctl.simulate(own, T=0.02).measures == expected != fuzzyctl.simulate(own).measures
+        with pytest.raises(ArgumentError, match="T"):
+            Experiment(own, "python", free=["T"])
+
     def test_what_must_be_a_constant_cannot_be_free(self, loop):
         text = driven("input u\nparam a = 1\nstate x = a\nder x = -a * x\noutput y = x", "0", "1 s step 0.1 s")
         with pytest.raises(ArgumentError, match="a constant depends on a free param"):
@@ -431,3 +510,48 @@ class TestFree:
             Experiment(loop(FILL), "python", free=["law.Kq"])
         with pytest.raises(ArgumentError, match=r"expected 1 values \(law.Kp\), got the shape \(2,\)"):
             Experiment(loop(FILL), "python", free=["law.Kp"]).run([1, 2])
+
+
+def test_an_output_of_states_alone_breaks_an_algebraic_loop(loop):
+    text = """
+controller first
+input e
+state s = 0
+next s = s + 0.1 * (e - s)
+output u = s
+output direct = s + e
+every 0.1 s
+loop l
+block a = first(1 - b.u)
+block b = first(a.u)
+measure m = final(a.u)
+run 20 s
+"""
+    found = Experiment(loop(text), "python").run()
+    assert found.measures["m"] == pytest.approx(0.5, abs=1e-6)
+    with pytest.raises(DiagnosticError, match="FZ220"):
+        Experiment(loop(text.replace("first(a.u)", "first(a.direct)").replace("- b.u", "- b.direct")), "python")
+
+
+@pytest.mark.parametrize("name", ["a.T", "half", "length", "scale"])
+def test_what_sample_times_depend_on_cannot_be_free(loop, name):
+    text = """
+param scale = 1
+param half = 0.05 * scale
+param length = 2
+controller law
+input r
+param T = 0.1
+param both = 2 * T
+output u = r
+every both
+loop l
+block a = law(1, T=half)
+measure m = final(a.u)
+run length
+"""
+    text = text.replace("param length = 2\n", "").replace("loop l\n", "loop l\nparam length = 2\n")
+    known = Experiment(loop(text), "python")
+    assert known.step == pytest.approx(0.1)
+    with pytest.raises(ArgumentError, match=f"'{name}' cannot be free"):
+        Experiment(loop(text), "python", free=[name])

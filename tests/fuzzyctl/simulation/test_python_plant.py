@@ -89,8 +89,15 @@ def test_the_data_before_a_mistake_is_kept(python_loop):
 
 
 def test_numbers_that_are_not_finite_stop_the_run(python_loop):
-    run = Experiment(python_loop(CODE.replace("return speed, u", "return float('nan'), u"))).run()
-    assert run.stopped.message == "state 'p.x' is not a number at t = 0.02 s"
+    run = Experiment(python_loop(CODE.replace("return speed, u", "return 1e305, u"))).run()
+    assert run.stopped.message == "state 'p.x' is infinite at t = 0.02 s"
+
+
+def test_nan_is_reported_with_the_function_that_returns_it(python_loop):
+    run = Experiment(python_loop(CODE.replace("return speed, u", "return float('nan') if t > 1 else 0.0, u"))).run()
+    assert run.stopped.code == "FZ704"
+    assert "'derivative' of plant 'p' returned (nan," in run.stopped.message
+    assert run.t[-1] == pytest.approx(0.98)
 
 
 def test_machine_code_and_adaptive_solvers_are_refused(python_loop):

@@ -7,7 +7,8 @@ from __future__ import annotations
 
 import ast
 import inspect
-from collections.abc import Iterator
+import re
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from typing import Final
 
@@ -39,19 +40,46 @@ _NEEDED: Final = {
     "moments": ("stretch", "rough_area", "summed", "integrals", "moments"),
     "half": ("stretch", "rough_area", "summed", "integrals", "within", "half"),
 }
-#: How functions are compiled that others call.
-_PLAIN: Final = '@njit(error_model="numpy")'
+#: How functions are compiled that only compiled functions call: without what Python and C would call.
+INNER: Final = '@njit(error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True)'
+#: Names of a letter and a number, which differ between sets that are the same.
+_NUMBERED: Final = re.compile(r"(?<![A-Za-z0-9])[A-Za-z]\d+(?![A-Za-z0-9])")
+
+
+def integrals_lines(statements: Iterable[Quadrature], tables: Iterable[str]) -> Iterator[str]:
+    """Yield what integrates some sets; a set that is another one under other names, as in a second call, is that one.
+
+    Args:
+        statements: The integrals of a program.
+        tables: Names of its tables, which functions share.
+    """
+    known: dict[str, str] = {}
+    kept = set(tables)
+    for statement in statements:
+        lines = list(integral_lines(statement))
+        names: dict[str, str] = {}
+
+        def renamed(found: re.Match[str], names: dict[str, str] = names) -> str:
+            return found[0] if found[0] in kept else names.setdefault(found[0], f"#{len(names)}")
+
+        key = _NUMBERED.sub(renamed, "\n".join([statement.kind, *lines]))
+        own = f"{statement.kind}_{statement.function}"
+        if key in known:
+            yield from ("", "", f"{own} = {known[key]}")
+        else:
+            known[key] = own
+            yield from lines
 
 
 def integral_lines(statement: Quadrature) -> Iterator[str]:
     """Yield the functions that integrate one set, its constants and the set itself."""
     yield from (f"{name} = {value!r}" for name, value in vars(quadrature).items() if name.isupper())
-    yield from ("", "", _PLAIN, *printer.set_function(statement, SCALAR))
+    yield from ("", "", INNER, *printer.set_function(statement, SCALAR))
     if statement.marks:
-        yield from ("", "", _PLAIN, ast.unparse(_PutIn("").visit(ast.parse(inspect.getsource(quadrature.marked)))))
+        yield from ("", "", INNER, ast.unparse(_PutIn("").visit(ast.parse(inspect.getsource(quadrature.marked)))))
     for name in _NEEDED[statement.kind]:
         tree = ast.parse(inspect.getsource(_FUNCTIONS[name]))
-        yield from ("", "", _PLAIN, ast.unparse(_PutIn(statement.function).visit(tree)))
+        yield from ("", "", INNER, ast.unparse(_PutIn(statement.function).visit(tree)))
 
 
 class _PutIn(ast.NodeTransformer):

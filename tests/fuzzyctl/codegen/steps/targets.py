@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 import fuzzyctl
-from fuzzyctl.codegen.steps import c_source, python_source, st_source
+from fuzzyctl.codegen.steps import c_fixed_source, c_source, python_source, st_source
 from fuzzyctl.codegen.steps.c_layout import StepLayout
 from fuzzyctl.codegen.steps.unit import prepare_step
 from fuzzyctl.diagnostics.source import SourceText
@@ -100,6 +100,56 @@ def driver(unit, **numbers):
     body = "\n".join("        " + line for line in lines)
     sizes = {"width": max(1, len(layout.arguments)), "outputs": len(layout.outputs)}
     return DRIVER.format(name=layout.name, begin=begin, call=body, **sizes)
+
+
+FIXED_DRIVER = """static void run_{name}(void)
+{{
+{begin}
+    int32_t row[{width}];
+    size_t count = 0U;
+    uint64_t rows = 0U;
+    count = fread(&rows, sizeof rows, 1U, stdin);
+    for (uint64_t k = 0U; (k < rows) && (count > 0U); ++k) {{
+        count = fread(row, sizeof row[0], {width}U, stdin);
+{call}
+        (void)fwrite(found, sizeof found[0], {outputs}U, stdout);
+    }}
+}}
+"""
+
+
+def by_fixed_c(steps: Sequence, rows: Sequence, folder, flags=("-O1",)):
+    """Compile fixed-point steps into one program, and return the integers of the outputs of each over integer rows."""
+    layouts = [c_fixed_source.FixedLayout(s.unit, s.form.bits) for s in steps]
+    texts = []
+    for step, layout in zip(steps, layouts, strict=True):
+        files = c_fixed_source.files(step)
+        for end in ("h", "c"):
+            (folder / f"{layout.name}.{end}").write_text(files[f"{layout.name}.{end}"], encoding="utf-8")
+        given = [*(["&state"] if layout.members else [])]
+        given += [f"({layout.real})row[{k}]" for k in range(len(layout.arguments))]
+        call = f"{layout.name}_step({', '.join([*given, *(['&outputs'] if layout.many else [])])})"
+        found = ", ".join(f"outputs.{o}" for o in layout.outputs) if layout.many else call
+        lines = [f"{layout.name}_outputs outputs;", f"{call};"] if layout.many else []
+        lines.append(f"const int32_t found[{len(layout.outputs)}] = {{{found}}};")
+        begin = f"    {layout.name}_state state;\n    {layout.name}_init(&state);" if layout.members else ""
+        sizes = {"width": max(1, len(layout.arguments)), "outputs": len(layout.outputs)}
+        texts.append(FIXED_DRIVER.format(name=layout.name, begin=begin, call="\n".join(lines), **sizes))
+    heads = ["#include <stdint.h>", "#include <stdio.h>", *(f'#include "{x.name}.h"' for x in layouts)]
+    calls = "".join(f"    run_{x.name}();\n" for x in layouts)
+    main = "\n".join([*heads, *texts, f"int main(void)\n{{\n{calls}    return 0;\n}}\n"])
+    (folder / "main.c").write_text(main, encoding="utf-8")
+    program = folder / "program"
+    sources = [str(folder / "main.c"), *(str(folder / f"{x.name}.c") for x in layouts)]
+    subprocess.run(["gcc", *STRICT, *flags, *sources, "-o", str(program)], check=True)
+    given = b"".join(struct.pack("<Q", len(r)) + np.ascontiguousarray(r, dtype=np.int32).tobytes() for r in rows)
+    printed = subprocess.run([program], input=given, capture_output=True, check=True).stdout
+    found, results, place = np.frombuffer(printed, dtype=np.int32), [], 0
+    for layout, own in zip(layouts, rows, strict=True):
+        size = len(own) * len(layout.outputs)
+        results.append(found[place : place + size].reshape(len(own), -1))
+        place += size
+    return results
 
 
 def by_c(units: Sequence, rows: Sequence, folder, flags=("-O1",), **numbers):

@@ -96,7 +96,7 @@ class Tanks(Runnable[Tank]):
     def unread(self, scenario, controllers, used, key):
         return "the area" if key[-1] == "area" and list(controllers) == ["shut"] else ""
 
-    def unit(self, column):
+    def unit(self, scenario, column):
         return "m" if column == "measures.level" else ""
 
     def _used(self, scenario):

@@ -4,6 +4,7 @@ import csv
 import dataclasses
 import json
 import math
+from functools import partial
 
 import pytest
 
@@ -55,7 +56,7 @@ def made(tank, text=SPEC, overrides=(), **tanks):
 
 def swept(found, folder, resume=False, workers=ALONE, formats=("csv",), **options):
     about = provenance.describe(spec(found.scenario.path), found, ())
-    return run.run(found, ("level",), about, folder, formats, workers, resume, **options)
+    return run.run(found, ("level",), about, folder, formats, workers, resume, **options).summary
 
 
 def rows(folder):
@@ -241,7 +242,7 @@ class TestComparison:
         runs = plan.joined(plans)
         assert [one.number for one in runs] == list(range(24))
         done = {one.number: work(setup_of(*plans, measures=("level",)), one) for one in runs}
-        found = list(entries(runs, done, ["measures.level"], plans[0].runnable.unit))
+        found = list(entries(runs, done, ["measures.level"], partial(plans[0].runnable.unit, plans[0].scenario)))
         assert [(one.scenario, one.controller) for one in found] == [
             ("mine", "open"), ("mine", "shut"), ("other", "open"), ("other", "shut")
         ]  # fmt: skip
@@ -254,7 +255,7 @@ class TestComparison:
         found = made(tank)
         outcomes = {one.number: work(setup_of(found, measures=("level",)), one) for one in found.runs}
         outcomes[0] = dataclasses.replace(outcomes[0], row={"stopped": True, "measures.level": 999.0})
-        (one, _) = entries(found.runs, outcomes, ["measures.level"], found.runnable.unit)
+        (one, _) = entries(found.runs, outcomes, ["measures.level"], partial(found.runnable.unit, found.scenario))
         assert (one.estimate.n, one.stopped) == (5, 1)
         assert one.estimate.mean < 3
 

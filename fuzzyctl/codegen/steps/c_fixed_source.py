@@ -1,0 +1,361 @@
+"""A fixed-point step as C99: integers only, without heap and without globals."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Final
+
+from fuzzyctl.codegen import c_fixed_source
+from fuzzyctl.codegen.c_layout import CLayout
+from fuzzyctl.codegen.c_source import as_comments, comment, header_text
+from fuzzyctl.codegen.c_text import INDENT, wrapped
+from fuzzyctl.codegen.names import C_FUNCTION_RESERVED, Names
+from fuzzyctl.codegen.rounding_text import at_most
+from fuzzyctl.codegen.steps import c_source
+from fuzzyctl.codegen.steps.c_layout import StepLayout
+from fuzzyctl.codegen.steps.fixed_program import Operation, Operator
+from fuzzyctl.codegen.steps.fixed_step import FixedStep
+from fuzzyctl.codegen.steps.sequence import sequence_of_points
+from fuzzyctl.codegen.steps.unit import described_step, signal_note
+from fuzzyctl.codegen.unit import printable
+from fuzzyctl.codegen.wrapping import broken, folded
+from fuzzyctl.kernels.steps.step import Step
+
+#: Steps of the self-test.
+STEPS: Final = 200
+
+_HELPERS: Final = (
+    """static int32_t {name}_rounded(int64_t x, unsigned int shift)
+{{
+    // Unsigned and moved up by 2^63, since C leaves open how negative numbers are shifted.
+    const uint64_t raised = ((uint64_t)x + (UINT64_C(1) << (shift - 1U))) + (UINT64_C(1) << 63U);
+    return (int32_t)((int64_t)(raised >> shift) - (int64_t)(UINT64_C(1) << (63U - shift)));
+}}
+""",
+    """static int32_t {name}_within(int64_t x, int64_t least, int64_t most)
+{{
+    return (int32_t)((x < least) ? least : ((x > most) ? most : x));
+}}
+""",
+)
+
+
+@dataclass(frozen=True)
+class FixedLayout(StepLayout):
+    """What C calls things, where numbers are integers of some bits."""
+
+    bits: int = 32
+
+    @property
+    def real(self) -> str:
+        """The type of inputs and outputs."""
+        return f"int{self.bits}_t"
+
+
+def files(fixed: FixedStep) -> dict[str, str]:
+    """Return header, source and self-test by the names of their files."""
+    text = _FixedText(fixed)
+    name = text.layout.name
+    return {f"{name}.h": text.header(), f"{name}.c": text.source(), f"{name}_selftest.c": text.selftest()}
+
+
+def literal(value: int) -> str:
+    """Return a signed literal of 64 bits."""
+    return f"INT64_C({value})" if value >= 0 else f"(-INT64_C({-value}))"
+
+
+class _FixedText:
+    def __init__(self, fixed: FixedStep) -> None:
+        self.fixed, self.unit, self.items = fixed, fixed.unit, fixed.operations.items
+        self.formats = fixed.formats
+        self.layout = FixedLayout(fixed.unit, fixed.form.bits)
+        names = Names([*C_FUNCTION_RESERVED, *(f"{self.layout.name}_{own}" for own in ("step", "init", "state"))])
+        self.read = self._read()
+        #: The systems that are called, under names of their own, by number.
+        self.systems = {}
+        for k in sorted({self.items[k].system for k in self.read if self.items[k].kind == "system"}):
+            unit = fixed.systems[k].unit
+            name = names.claim(f"{self.layout.name}_{unit.system.name}")
+            self.systems[k] = dataclasses.replace(unit, system=dataclasses.replace(unit.system, name=name))
+
+    # The header.
+
+    def header(self) -> str:
+        """Return the text of NAME.h."""
+        layout, form = self.layout, self.fixed.form
+        about = [*described_step(self.unit, "held within their ranges"), "", *folded(self._promises())]
+        declared = [f"// Bits behind the point of inputs and outputs: {form}."]
+        declared += [f"#define {layout.name.upper()}_FRACTION {form.fraction}", ""]
+        declared += [*c_source.period(layout), *self._types(), *broken(c_source.prototypes(layout), INDENT)]
+        return header_text(layout.name, about, declared, ["stdint", *(["stddef"] if self._has_delays else [])])
+
+    @property
+    def _has_delays(self) -> bool:
+        return any(k for _, k in self.layout.members)
+
+    def _promises(self) -> list[str]:
+        form = self.fixed.form
+        lines = [f"Fixed point {form}: an integer X stands for X / 2^{form.fraction}; integer arithmetic only."]
+        lines.append("Proved for every sequence of inputs and at every step, against double precision:")
+        for name, error in zip(self.unit.outputs, self.fixed.errors, strict=True):
+            last = f"{at_most(error * 2**form.fraction, 4)} / 2^{form.fraction}"
+            lines.append(f"  |{name} - {name} in double precision| <= {at_most(error, 6)}, that is {last}")
+        one = 1 << form.fraction
+        for signal, (least, most) in zip(self.unit.controller.inputs, self.fixed.inputs, strict=True):
+            lines.append(f"{signal.name} counts as {least / one!r} below it, and as {most / one!r} above.")
+        return [printable(line) for line in lines]
+
+    def _types(self) -> Iterator[str]:
+        layout, unit = self.layout, self.unit
+        if layout.many:
+            notes = [signal_note(unit, s) for s in unit.controller.results]
+            members = [f"{layout.real} {o};" for o in layout.outputs]
+            yield from c_source.struct(f"{layout.name}_outputs", list(zip(members, notes, strict=True)))
+        if layout.members:
+            lines = []
+            for (own, oldest), slot, bits in zip(layout.members, unit.slots, self.formats.slots, strict=True):
+                length = f"[{slot.length}]" if oldest else ""
+                lines.append((f"int32_t {own}{length};", f"{slot.name}, {bits} bits behind the point"))
+                lines += [(f"size_t {oldest};", "position of its oldest number")] if oldest else []
+            yield from c_source.struct(f"{layout.name}_state", lines)
+
+    # The source.
+
+    def source(self) -> str:
+        """Return the text of NAME.c."""
+        name = self.layout.name
+        step = list(self._step())
+        lines = [*comment([f"{name}.c: see {name}.h."]), f'#include "{name}.h"', ""]
+        lines += ["#include <stdbool.h>", "#include <stddef.h>", "#include <stdint.h>", ""]
+        for k, own in self.systems.items():
+            lines += c_fixed_source.functions(own, self.fixed.systems[k].fixed)
+        used = "\n".join(step)
+        lines += [
+            h.format(name=name)
+            for h, what in zip(_HELPERS, ("rounded", "within"), strict=True)
+            if f"{name}_{what}(" in used
+        ]
+        lines += [*(self._init() if self.layout.members else ()), *step]
+        return "\n".join(broken(lines, INDENT)) + "\n"
+
+    def _init(self) -> Iterator[str]:
+        yield f"{self.layout.init}\n{{"
+        for (own, oldest), slot, bits in zip(self.layout.members, self.unit.slots, self.formats.slots, strict=True):
+            start = f"(int32_t){literal(round(slot.start * 2.0**bits))}"
+            if oldest:
+                yield f"{INDENT}for (size_t k = 0U; k < {slot.length}U; ++k) {{"
+                yield from (f"{INDENT * 2}state->{own}[k] = {start};", f"{INDENT}}}", f"{INDENT}state->{oldest} = 0U;")
+            else:
+                yield f"{INDENT}state->{own} = {start};"
+        yield "}\n"
+
+    def _step(self) -> Iterator[str]:
+        layout, read = self.layout, self.read
+        yield f"{layout.step}\n{{"
+        for k, item in enumerate(self.items):
+            if item.kind == "input" and k not in read:
+                yield f"{INDENT}(void){layout.arguments[item.place]};"
+            elif k in read and item.kind not in ("output", "store"):
+                name = self.unit.values.get(self.fixed.operations.names.get(k, ""), "")
+                yield from (INDENT + line for line in as_comments({"": [name] if name else []})[""])
+                yield from self._assigned(k, item)
+        for k in (*self.fixed.operations.outputs, *self.fixed.operations.stores):
+            yield f"{INDENT}const int32_t v{k} = {self._value(k, self.items[k])};"
+        for k, (own, oldest), slot in zip(self.fixed.operations.stores, layout.members, self.unit.slots, strict=True):
+            if oldest:
+                yield f"{INDENT}state->{own}[state->{oldest}] = v{k};"
+                yield f"{INDENT}state->{oldest} = (state->{oldest} < {slot.length - 1}U) ? (state->{oldest} + 1U) : 0U;"
+            else:
+                yield f"{INDENT}state->{own} = v{k};"
+        for k, name in zip(self.fixed.operations.outputs, layout.outputs, strict=True):
+            yield f"{INDENT}{f'outputs->{name} =' if layout.many else 'return'} ({layout.real})v{k};"
+        yield "}"
+
+    def _read(self) -> set[int]:
+        """Return the operations that an output or a slot depends on."""
+        found = {*self.fixed.operations.outputs, *self.fixed.operations.stores}
+        for k in range(len(self.items) - 1, -1, -1):
+            if k in found:
+                found.update(self.items[k].operands)
+        return found
+
+    def _assigned(self, k: int, item: Operation) -> Iterator[str]:
+        if item.is_condition:
+            yield f"{INDENT}const bool v{k} = {self._condition(item)};"
+            return
+        if item.kind == "system":
+            own = CLayout(self.systems[item.system])
+            given = ", ".join(f"v{p}" for p in item.operands)
+            if own.many:
+                yield f"{INDENT}{own.name}_outputs o{k};"
+                yield f"{INDENT}{own.name}({given}, &o{k});"
+                yield f"{INDENT}const int32_t v{k} = o{k}.{own.outputs[item.place]};"
+                return
+            yield f"{INDENT}const int32_t v{k} = {own.name}({given});"
+            return
+        yield f"{INDENT}const int32_t v{k} = {self._value(k, item)};"
+
+    def _aligned(self, position: int, fraction: int) -> str:
+        """Return a value as an integer of 64 bits with more bits behind the point."""
+        shift = fraction - self.formats.fractions[position]
+        return f"((int64_t)v{position} * {literal(1 << shift)})" if shift else f"(int64_t)v{position}"
+
+    def _moved(self, text: str, fraction: int, wanted: int) -> str:
+        """Return an integer of 32 bits from one of 64 bits with as many bits behind the point, or more."""
+        return (
+            f"{self.layout.name}_rounded({text}, {fraction - wanted}U)" if fraction > wanted else f"(int32_t)({text})"
+        )
+
+    def _converted(self, position: int, wanted: int) -> str:
+        """Return a value with other bits behind the point."""
+        own = self.formats.fractions[position]
+        return (
+            f"v{position}"
+            if own == wanted
+            else self._moved(self._aligned(position, max(own, wanted)), max(own, wanted), wanted)
+        )
+
+    def _value(self, k: int, item: Operation) -> str:
+        bits, fractions = self.formats.fractions[k], [self.formats.fractions[p] for p in item.operands]
+        match item.kind:
+            case "input":
+                least, most = self.fixed.inputs[item.place]
+                x = f"(int64_t){self.layout.arguments[item.place]}"
+                return f"{self.layout.name}_within({x}, {literal(least)}, {literal(most)})"
+            case "slot":
+                return self.layout.slots[item.place]
+            case "constant":
+                return f"(int32_t){literal(round(item.factor * (1 << bits)))}"
+            case "scale":
+                factor, own = self.formats.factors[k]
+                return self._moved(f"(int64_t)v{item.operands[0]} * {literal(factor)}", fractions[0] + own, bits)
+            case "*":
+                a, b = item.operands
+                return self._moved(f"(int64_t)v{a} * (int64_t)v{b}", sum(fractions), bits)
+            case "where":
+                condition, a, b = item.operands
+                return f"v{condition} ? {self._converted(a, bits)} : {self._converted(b, bits)}"
+            case "argument":
+                form = self.fixed.systems[item.system].fixed.format
+                own = max(bits, fractions[0])
+                x = self._aligned(item.operands[0], own)
+                x = self._moved(x, own, bits) if own > bits else x
+                return f"{self.layout.name}_within({x}, {literal(-form.most - 1)}, {literal(form.most)})"
+            case "output":
+                form = self.fixed.form
+                x = self._aligned(item.operands[0], max(bits, fractions[0]))
+                x = self._moved(x, fractions[0], bits) if fractions[0] > bits else x
+                return f"{self.layout.name}_within({x}, {literal(-form.most - 1)}, {literal(form.most)})"
+            case "store":
+                return self._converted(item.operands[0], bits)
+        own = max(fractions)
+        texts = [self._aligned(p, own) for p in item.operands]
+        return self._moved(_combined(item.kind, texts), own, bits)
+
+    def _condition(self, item: Operation) -> str:
+        match item.kind:
+            case "compare":
+                own = max(self.formats.fractions[p] for p in item.operands)
+                return f" {item.op} ".join(self._aligned(p, own) for p in item.operands)
+            case "compared":
+                (x,) = item.operands
+                op, bound = self._threshold(item.op, item, x)
+                return f"(int64_t)v{x} {op} {literal(bound)}"
+            case "not":
+                return f"!v{item.operands[0]}"
+        return f" {'&&' if item.kind == 'and' else '||'} ".join(f"v{p}" for p in item.operands)
+
+    def _threshold(self, op: Operator, item: Operation, x: int) -> tuple[Operator, int]:
+        """Return a comparison with an integer that holds where that with the number does."""
+        scaled = item.factor * (1 << self.formats.fractions[x])
+        nowhere = 1 << 40
+        match op:
+            case "<" | ">=":
+                bound = math.ceil(scaled)
+            case ">" | "<=":
+                bound = math.floor(scaled)
+            case _:
+                bound = int(scaled) if scaled.denominator == 1 else nowhere
+        return op, max(-nowhere, min(bound, nowhere))
+
+    # The self-test.
+
+    def selftest(self) -> str:
+        """Return a program that makes the steps of a sequence and compares them with what is proved."""
+        name, layout, real = self.layout.name, self.layout, self.layout.real
+        points, expected = self._sequence()
+        about = (
+            f"Self-test of {name}: compile with {name}.c and run on the target; exits with 0 if every output lies where"
+        )
+        lines = [*comment([about, "it is proved to lie: around that of double precision."]), f'#include "{name}.h"', ""]
+        lines += [f"#include <{h}.h>" for h in ("stddef", "stdint", "stdio")] + [
+            "",
+            f"#define VECTORS {len(points)}",
+            "",
+        ]
+        tables = [
+            ("least", [[e[0] for e in row] for row in expected]),
+            ("most", [[e[1] for e in row] for row in expected]),
+        ]
+        for what, rows in ([("inputs", points)] if points[0] else []) + tables:
+            lines.append(f"static const {real} {what}[VECTORS][{len(rows[0])}] = {{")
+            lines += [*wrapped([f"{{{', '.join(map(self._word, row))}}}," for row in rows], INDENT, between=""), "};"]
+        lines += ["", *self._main(layout, name)]
+        return "\n".join(lines) + "\n"
+
+    def _sequence(self) -> tuple[list[list[int]], list[list[tuple[int, int]]]]:
+        """Return the inputs of a sequence, and between which integers the outputs lie."""
+        form, step = self.fixed.form, Step(self.unit.equations, "python")
+        one, state = 1 << form.fraction, step.start()
+        points, expected = [], []
+        for point in sequence_of_points(self.unit, self.fixed.inputs, STEPS):
+            outputs, state = step(*(x / one for x in point), state)
+            values = outputs if isinstance(outputs, tuple) else (outputs,)
+            rows = []
+            for value, error in zip(values, self.fixed.errors, strict=True):
+                low, high = math.ceil((value - error) * one), math.floor((value + error) * one)
+                rows.append((max(low, -form.most - 1), min(high, form.most)))
+            points.append(point)
+            expected.append(rows)
+        return points, expected
+
+    def _word(self, value: int) -> str:
+        return f"(-{-value - 1} - 1)" if value == -self.fixed.form.most - 1 else str(value)
+
+    def _main(self, layout: StepLayout, name: str) -> Iterator[str]:
+        pad = INDENT
+        yield f"int main(void)\n{{\n{pad}int failures = 0;"
+        # The second time shows that the state begins anew.
+        yield f"{pad}for (size_t turn = 0U; turn < 2U; ++turn) {{"
+        if layout.members:
+            yield from (f"{pad * 2}{name}_state state;", f"{pad * 2}{name}_init(&state);")
+        yield f"{pad * 2}for (size_t v = 0U; v < (size_t)VECTORS; ++v) {{"
+        arguments = [*(["&state"] if layout.members else [])]
+        arguments += [f"inputs[v][{k}]" for k in range(len(layout.arguments))]
+        if layout.many:
+            yield f"{pad * 3}{name}_outputs outputs;"
+            yield f"{pad * 3}{name}_step({', '.join([*arguments, '&outputs'])});"
+        found = (
+            ", ".join(f"outputs.{o}" for o in layout.outputs) if layout.many else f"{name}_step({', '.join(arguments)})"
+        )
+        yield f"{pad * 3}const {layout.real} found[{len(layout.outputs)}] = {{{found}}};"
+        yield f"{pad * 3}for (size_t k = 0U; k < {len(layout.outputs)}U; ++k) {{"
+        yield f"{pad * 4}failures += ((found[k] >= least[v][k]) && (found[k] <= most[v][k])) ? 0 : 1;"
+        yield from (f"{pad * 3}}}", f"{pad * 2}}}", f"{pad}}}")
+        yield f'{pad}(void)printf("{name}: %d vectors, %d failures\\n", VECTORS, failures);'
+        yield f"{pad}return (failures == 0) ? 0 : 1;\n}}"
+
+
+def _combined(kind: str, texts: list[str]) -> str:
+    """Return a sum, difference, minimum, maximum or magnitude of integers of 64 bits."""
+    match kind:
+        case "min" | "max":
+            a, b = texts
+            return f"({a} {'<' if kind == 'min' else '>'} {b}) ? {a} : {b}"
+        case "abs":
+            (x,) = texts
+            return f"({x} < 0) ? (-{x}) : {x}"
+    return f" {kind} ".join(texts)

@@ -1,0 +1,233 @@
+"""A step of a controller as operations that fixed point has: sums, products, choices, calls of systems."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Final, Literal
+
+from fuzzyctl.expr import Binary, Call, Compare, Expr, Logic, Name, Negate, Number, Where
+from fuzzyctl.kernels.program.program import Assign, Program, Statement
+
+Kind = Literal[
+    "input", "slot", "constant", "scale", "+", "-", "*", "min", "max", "abs", "where",
+    "compare", "compared", "and", "or", "not", "argument", "system", "output", "store",
+]  # fmt: skip
+
+#: What the calls of systems are named in the program, before their number.
+SYSTEM: Final = "system "
+#: Most operations: the slopes of all along all are computed.
+MOST_OPERATIONS: Final = 1500
+#: Largest whole power that is written as products.
+_LARGEST_POWER: Final = 4
+#: A comparison with its sides exchanged.
+_MIRRORED: Final = {"<": ">", ">": "<", "<=": ">=", ">=": "<=", "==": "==", "!=": "!="}
+
+Operator = Literal["<", "<=", ">", ">=", "==", "!="]
+
+
+class UnsuitedError(ValueError):
+    """Raised for an expression that fixed point has not; `node` is that expression."""
+
+    def __init__(self, message: str, node: Expr) -> None:
+        super().__init__(message)
+        self.node = node
+
+
+@dataclass(frozen=True)
+class Operation:
+    """One operation of a step.
+
+    Args:
+        kind: `scale` is a product with a constant, `compared` a comparison with one; `argument` is what a system takes,
+            `output` and `store` are what leaves the step.
+        operands: Positions of operations before it.
+        factor: The number of a constant, `scale` or `compared`.
+        place: Position of the input, slot or output, or of a system's input or output.
+        system: Number of the system.
+        op: The comparison.
+    """
+
+    kind: Kind
+    operands: tuple[int, ...] = ()
+    factor: Fraction = Fraction(0)
+    place: int = 0
+    system: int = 0
+    op: Operator = "<"
+
+    @property
+    def is_condition(self) -> bool:
+        """Whether its value is a truth value."""
+        return self.kind in ("compare", "compared", "and", "or", "not")
+
+
+@dataclass(frozen=True)
+class Operations:
+    """All operations of a step.
+
+    Args:
+        items: Each after those that it reads.
+        names: Names of values of the program by position.
+        outputs: Positions of the outputs.
+        stores: Positions of what each slot takes.
+    """
+
+    items: tuple[Operation, ...]
+    names: Mapping[int, str]
+    outputs: tuple[int, ...]
+    stores: tuple[int, ...]
+
+
+def operations(program: Program, inputs: int, outputs: int) -> Operations:
+    """Return the operations of a step.
+
+    Args:
+        program: A step in which systems are calls named `SYSTEM`; its arguments are the inputs, then the slots.
+        inputs: Number of inputs.
+        outputs: Number of outputs.
+
+    Raises:
+        UnsuitedError: For an expression that fixed point has not.
+    """
+    writer = _Writer()
+    for k, name in enumerate(program.arguments):
+        kind: Kind = "input" if k < inputs else "slot"
+        writer.known[name] = writer.add(Operation(kind, place=k if k < inputs else k - inputs))
+    names: dict[int, str] = {}
+    for statement in program.body:
+        writer.known[_named(statement)] = own = writer.real(statement.value)  # type: ignore[union-attr]
+        names.setdefault(own, _named(statement))
+    found = [writer.real(r) for r in program.results]
+    left = [writer.add(Operation("output", (p,), place=k)) for k, p in enumerate(found[:outputs])]
+    stored = [writer.add(Operation("store", (p,), place=k)) for k, p in enumerate(found[outputs:])]
+    return Operations(tuple(writer.items), names, tuple(left), tuple(stored))
+
+
+def _named(statement: Statement) -> str:
+    assert isinstance(statement, Assign), "systems are calls"
+    return statement.name
+
+
+class _Writer:
+    """Writes operations, each once."""
+
+    def __init__(self) -> None:
+        self.items: list[Operation] = []
+        self.known: dict[str, int] = {}
+        self._places: dict[Operation, int] = {}
+
+    def add(self, item: Operation) -> int:
+        if item not in self._places:
+            self._places[item] = len(self.items)
+            self.items.append(item)
+        return self._places[item]
+
+    def constant(self, value: float, node: Expr) -> int:
+        if not math.isfinite(value):
+            raise UnsuitedError("fixed point has no infinite numbers", node)
+        return self.add(Operation("constant", factor=Fraction(value)))
+
+    def real(self, node: Expr) -> int:
+        """Write an expression whose value is a number."""
+        match node:
+            case Number(value=value):
+                return self.constant(value, node)
+            case Name(name=name):
+                return self.known[name]
+            case Negate(operand=operand):
+                return self.scaled(self.real(operand), Fraction(-1))
+            case Binary():
+                return self._binary(node)
+            case Where(condition=condition, then=then, otherwise=otherwise):
+                truth = self.condition(condition)
+                if isinstance(truth, bool):
+                    return self.real(then if truth else otherwise)
+                return self.add(Operation("where", (truth, self.real(then), self.real(otherwise))))
+            case Call(function=function, arguments=arguments):
+                return self._call(node, function, arguments)
+        raise UnsuitedError(f"fixed point has no {type(node).__name__}", node)
+
+    def scaled(self, x: int, factor: Fraction) -> int:
+        """Write a product with a number."""
+        return x if factor == 1 else self.add(Operation("scale", (x,), factor=factor))
+
+    def _binary(self, node: Binary) -> int:
+        left = self.real(node.left)
+        if node.op == "^":
+            return self._power(node, left)
+        right = self.real(node.right)
+        sides = (self.items[left], self.items[right])
+        match node.op:
+            case "/":
+                if sides[1].kind != "constant" or not sides[1].factor:
+                    raise UnsuitedError("fixed point divides by numbers only", node)
+                return self.scaled(left, 1 / sides[1].factor)
+            case "*" if sides[1].kind == "constant":
+                return self.scaled(left, sides[1].factor)
+            case "*" if sides[0].kind == "constant":
+                return self.scaled(right, sides[0].factor)
+        return self.add(Operation(node.op, (left, right)))
+
+    def _power(self, node: Binary, base: int) -> int:
+        exponent = node.right.value if isinstance(node.right, Number) else math.nan
+        if exponent not in range(1, _LARGEST_POWER + 1):
+            raise UnsuitedError(f"fixed point has no powers but those by 1 to {_LARGEST_POWER}", node)
+        found = base
+        for _ in range(int(exponent) - 1):
+            found = self.add(Operation("*", (found, base)))
+        return found
+
+    def _call(self, node: Expr, function: str, arguments: Sequence[Expr]) -> int:
+        if function.startswith(SYSTEM):
+            system, (output, *given) = int(function.removeprefix(SYSTEM)), arguments
+            assert isinstance(output, Number)
+            places = [
+                self.add(Operation("argument", (self.real(a),), place=k, system=system)) for k, a in enumerate(given)
+            ]
+            return self.add(Operation("system", tuple(places), place=int(output.value), system=system))
+        match function:
+            case "min" | "max":
+                found, *others = (self.real(a) for a in arguments)
+                for other in others:
+                    found = self.add(Operation(function, (found, other)))
+                return found
+            case "abs":
+                return self.add(Operation("abs", (self.real(arguments[0]),)))
+        raise UnsuitedError(f"fixed point has no '{function}'", node)
+
+    def condition(self, node: Expr) -> int | bool:
+        """Write a condition; return whether it holds where that is known."""
+        match node:
+            case Compare(op=op, left=left, right=right):
+                return self._compared(op, self.real(left), self.real(right))
+            case Logic(op="not", operands=(operand,)):
+                truth = self.condition(operand)
+                return not truth if isinstance(truth, bool) else self.add(Operation("not", (truth,)))
+            case Logic(op="and" | "or" as op, operands=operands):
+                truths = [self.condition(o) for o in operands]
+                settles = op == "or"
+                if any(t is settles for t in truths):
+                    return settles
+                open_ = tuple(t for t in truths if not isinstance(t, bool))
+                if len(open_) < 2:
+                    return open_[0] if open_ else not settles
+                return self.add(Operation(op, open_))
+        raise UnsuitedError(f"fixed point has no {type(node).__name__} as a condition", node)
+
+    def _compared(self, op: Operator, left: int, right: int) -> int | bool:
+        a, b = self.items[left], self.items[right]
+        if b.kind == "constant" and a.kind == "constant":
+            return holds(op, a.factor, b.factor)
+        if b.kind == "constant":
+            return self.add(Operation("compared", (left,), factor=b.factor, op=op))
+        if a.kind == "constant":
+            mirrored: Operator = _MIRRORED[op]  # type: ignore[assignment]
+            return self.add(Operation("compared", (right,), factor=a.factor, op=mirrored))
+        return self.add(Operation("compare", (left, right), op=op))
+
+
+def holds(op: Operator, a: Fraction, b: Fraction) -> bool:
+    """Return whether a comparison of two numbers holds."""
+    return {"<": a < b, "<=": a <= b, ">": a > b, ">=": a >= b, "==": a == b, "!=": a != b}[op]

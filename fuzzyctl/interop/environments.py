@@ -1,0 +1,187 @@
+"""Open loops as environments of gymnasium."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any, Final
+
+import gymnasium
+import numpy as np
+
+from fuzzyctl.diagnostics.diagnostic import ArgumentError, Diagnostic, UnknownNameError
+from fuzzyctl.expr import Call, Expr, Name, evaluate
+from fuzzyctl.interop.opened_loops import OpenedLoop
+from fuzzyctl.model.forms import bound
+from fuzzyctl.model.measures import MEASURES
+from fuzzyctl.simulation.experiment import Experiment, Stepper
+from fuzzyctl.simulation.measures import measured
+
+#: Measures that are sums over the steps.
+INTEGRALS: Final = ("iae", "ise", "integral", "effort")
+
+
+class LoopEnvironment(gymnasium.Env[Any, Any]):  # type: ignore[misc]  # gymnasium has no types here
+    """An open loop; `environment` makes it.
+
+    Args:
+        opened: The loop.
+        reward: A function of the signals, or the name of a measure.
+        start: Ranges of states at the begin.
+        penalty: What a terminated episode costs.
+        substeps: Steps of integration between two samples.
+        backend: As for `Experiment`.
+    """
+
+    metadata: dict[str, Any] = {"render_modes": []}  # noqa: RUF012 - gymnasium declares it so
+
+    def __init__(
+        self,
+        opened: OpenedLoop,
+        reward: str | Callable[[Mapping[str, float]], float],
+        start: Mapping[str, tuple[float, float]],
+        penalty: float,
+        substeps: int,
+        backend: str,
+    ) -> None:
+        self.opened, self._penalty, self._substeps = opened, penalty, substeps
+        self.experiment = Experiment(opened.loop, backend, free=opened.actions)
+        self.action_space = _box(opened.action_ranges)
+        self.observation_space = _box(opened.observation_ranges)
+        states = {s.name for s in self.experiment.equations.plant_states}
+        self._start = {f"{opened.prefix}{name}": ends for name, ends in start.items()}
+        for name in start:
+            if f"{opened.prefix}{name}" not in states:
+                raise UnknownNameError("state", name, [s.removeprefix(opened.prefix) for s in states])
+        self._cost = None if callable(reward) else self._integral(reward)
+        self._reward = reward if callable(reward) else None
+        self._columns = [self.experiment.positions[name] for name in opened.observations]
+        self._stepper: Stepper | None = None
+
+    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
+        """Begin an episode; noise and starts are drawn anew.
+
+        Args:
+            seed: Of the draws; None goes on with those before.
+            options: None, or `{"start": {STATE: VALUE}}`, states that are not drawn.
+
+        Returns:
+            The observation and the signals by name.
+
+        Raises:
+            UnknownNameError: For a name of no state.
+        """
+        super().reset(seed=seed)
+        begin = {name: float(self.np_random.uniform(*ends)) for name, ends in self._start.items()}
+        given = (options or {}).get("start", {})
+        begin |= {f"{self.opened.prefix}{name}": float(value) for name, value in given.items()}
+        noise = int(self.np_random.integers(2**32))
+        self._stepper = Stepper(self.experiment, self._substeps, noise, begin)
+        row = self._stepper.look(np.zeros(len(self.opened.actions)))
+        if isinstance(row, Diagnostic):
+            raise ArgumentError(f"the episode cannot begin: {row.message}")
+        self._last = row
+        return self._observed(row), self._signals(row)
+
+    def step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
+        """Hold an action for a period.
+
+        Args:
+            action: Shape (outputs of the controller,).
+
+        Returns:
+            Observation, reward, whether a range was left, whether the run ended, and the signals by name; `stopped`
+            says why it was terminated.
+
+        Raises:
+            ArgumentError: For an action of another shape or with NaN, and before the first `reset`.
+        """
+        if self._stepper is None:
+            raise ArgumentError("'reset' begins an episode")
+        values = np.asarray(action, dtype=np.float64)
+        if values.shape != self.action_space.shape or np.isnan(values).any():
+            names = ", ".join(self.opened.actions)
+            raise ArgumentError(f"the action must be {self.action_space.shape[0]} numbers ({names}), got {action!r}")
+        stepper, last, total = self._stepper, self.experiment.samples - 1, 0.0
+        row: Any = None
+        for _ in range(self.opened.every):
+            before = stepper.advance(values)
+            row = before if isinstance(before, Diagnostic) else stepper.look(values)
+            if isinstance(row, Diagnostic):
+                previous = self._last if isinstance(before, Diagnostic) else before
+                return self._stopped(previous, row, total)
+            self._last = row
+            total -= 0.0 if self._cost is None else self._cost(before, row)
+            if stepper.sample >= last:
+                break
+        signals = self._signals(row)
+        total = total if self._reward is None else float(self._reward(signals))
+        found = self._observed(row)
+        outside = [n for n, value, low, high in self._ranged(row) if not low <= value <= high]
+        if outside:
+            signals["stopped"] = f"{', '.join(outside)} left the range at t = {signals['t']:.6g} s"
+            total -= self._penalty
+        return found, total, bool(outside), stepper.sample >= last, signals
+
+    def _stopped(self, row: Any, why: Diagnostic, total: float) -> tuple[Any, float, bool, bool, dict[str, Any]]:
+        """Return what a step gives that ends where a state leaves its range."""
+        signals = self._signals(row)
+        reward = total if self._reward is None else float(self._reward(signals))
+        return self._observed(row), reward - self._penalty, True, False, signals | {"stopped": why.message}
+
+    def _ranged(self, row: Any) -> list[tuple[str, float, float, float]]:
+        values = [float(row[k]) for k in self._columns]
+        ends = self.opened.observation_ranges
+        return [(n, v, *e) for n, v, e in zip(self.opened.observations, values, ends, strict=True)]
+
+    def _observed(self, row: Any) -> Any:
+        return np.clip(row[self._columns], self.observation_space.low, self.observation_space.high)
+
+    def _signals(self, row: Any) -> dict[str, Any]:
+        assert self._stepper is not None
+        positions = self.experiment.positions
+        found = {n: float(row[k]) for n, k in positions.items() if not n.startswith("#")}
+        return {"t": self._stepper.sample * self.experiment.step, **found}
+
+    def _integral(self, name: str) -> Callable[[Any, Any], float]:
+        """Return what a step between two samples adds to a measure."""
+        loop = self.opened.loop
+        measures = {m.name: m.value for m in loop.measures}
+        if name not in measures:
+            raise UnknownNameError("measure", name, tuple(measures))
+        call = measures[name]
+        if not (isinstance(call, Call) and call.function in INTEGRALS):
+            raise ArgumentError(
+                f"measure '{name}' is no sum over the steps: a reward is a function of the signals, or one of the "
+                f"measures {', '.join(INTEGRALS)} alone"
+            )
+        form = MEASURES[call.function]
+        arguments = bound(form, call)
+        params = loop.param_values.values
+        settings = {n: evaluate(arguments[n], params) for n in form.settings}
+        columns = [self._column(arguments[n]) for n in form.signals]
+        whole = {**settings, "begin": 0.0, "end": np.inf}
+        begin, end = settings.get("begin", 0.0), settings.get("end", np.inf)
+        step = self.experiment.step
+
+        def cost(before: Any, after: Any) -> float:
+            assert self._stepper is not None
+            t = (self._stepper.sample - 1) * step
+            if not (begin <= t + 0.5 * step <= end):
+                return 0.0
+            signals = tuple(np.array([before[k], after[k]]) for k in columns)
+            return measured(call.function, np.array([t, t + step]), signals, whole)
+
+        return cost
+
+    def _column(self, expr: Expr) -> int:
+        """Return where the record has a signal that a measure takes."""
+        extra = self.experiment.judgement.signals
+        if expr in extra:
+            return self.experiment.positions[f"#{extra.index(expr)}"]
+        assert isinstance(expr, Name)
+        return self.experiment.positions[expr.name]
+
+
+def _box(ranges: tuple[tuple[float, float], ...]) -> Any:
+    low, high = (np.array([ends[k] for ends in ranges]) for k in (0, 1))
+    return gymnasium.spaces.Box(low, high, dtype=np.float64)

@@ -1,0 +1,142 @@
+"""Controllers as policies, and plants or loops as environments of gymnasium."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from fuzzyctl.diagnostics.diagnostic import ArgumentError
+from fuzzyctl.interop.packages import required
+from fuzzyctl.kernels.compile import compile
+from fuzzyctl.model.controller import Controller
+from fuzzyctl.model.loop import Loop
+from fuzzyctl.model.plant import Plant
+from fuzzyctl.model.system import FuzzySystem
+
+if TYPE_CHECKING:
+    import numpy.typing as npt
+
+    FloatArray = npt.NDArray[np.float64]
+
+#: The signals of a loop by name to a reward.
+Reward = Callable[[Mapping[str, float]], float]
+
+
+class Policy:
+    """A system or controller as a policy: `policy(observation)` is the action.
+
+    Args:
+        block: A system without adaptive or held outputs, or a controller.
+        dt: Time between two steps [s], for a controller without period.
+        backend: As for `compile`.
+
+    Attributes:
+        state: Of the controller, shape (states,).
+
+    Raises:
+        ArgumentError: For another object, a system with state, and a `dt` that is missing or one too many.
+    """
+
+    def __init__(self, block: FuzzySystem | Controller, *, dt: float | None = None, backend: str = "python") -> None:
+        if not isinstance(block, FuzzySystem | Controller):
+            raise ArgumentError(f"expected a FuzzySystem or Controller, got {type(block).__name__}")
+        self._names = tuple(s.name for s in block.inputs)
+        self.state: FloatArray = np.empty(0)
+        if isinstance(block, FuzzySystem):
+            self._kernel, self._step = compile(block, backend), None
+            if self._kernel.n_states:
+                raise ArgumentError(f"system '{block.name}' adapts or holds outputs: call it in a controller")
+        else:
+            self._step = compile(block, backend)
+            if (self._step.period is None) == (dt is None):
+                what = "has no 'every' line: give 'dt'" if dt is None else "has a period: leave 'dt' out"
+                raise ArgumentError(f"controller '{block.name}' {what}")
+        self._dt = dt
+        self.reset()
+
+    def reset(self) -> None:
+        """Return to the state before the first step."""
+        if self._step is not None:
+            self.state = self._step.start()
+
+    def __call__(self, observation: Any) -> FloatArray:
+        """Make a step.
+
+        Args:
+            observation: The inputs in order, shape (inputs,).
+
+        Returns:
+            The outputs, shape (outputs,).
+
+        Raises:
+            ArgumentError: For an observation of another shape.
+        """
+        found = np.asarray(observation, dtype=np.float64)
+        if found.shape != (len(self._names),):
+            raise ArgumentError(
+                f"the observation must have the shape ({len(self._names)},) for {', '.join(self._names)}, "
+                f"got {found.shape}"
+            )
+        if self._step is None:
+            return np.atleast_1d(np.array(self._kernel(*found.tolist())))
+        outputs, self.state = self._step(*found.tolist(), self.state, dt=self._dt)
+        return np.atleast_1d(np.array(outputs))
+
+
+def environment(
+    system: Loop | Plant,
+    block: str | None = None,
+    *,
+    reward: str | Reward,
+    dt: float | None = None,
+    duration: float | None = None,
+    start: Mapping[str, tuple[float, float]] | None = None,
+    penalty: float = 0.0,
+    substeps: int = 1,
+    backend: str = "auto",
+) -> Any:
+    """Return a loop without one of its controllers, or a plant, as a `gymnasium.Env`.
+
+    Of a loop the observations are the inputs of the controller that is taken out, references and noise included, and
+    the actions its outputs, one in each of its periods; of a plant they are its outputs and inputs. The spaces have
+    their ranges. An episode is truncated at the end of the run, and terminated where an observation or a state of a
+    plant leaves its range; the last observation is then clipped to the space. `reset(seed=)` draws noise and starts.
+
+    Args:
+        system: The loop or plant.
+        block: The block of the loop whose place the agent takes.
+        reward: A function of the signals by name, as a run has them, with `t` [s], at the end of each step; or a
+            measure of the loop that is an integral (`iae`, `ise`, `integral`, `effort`), whose part each step costs.
+        dt: Time between two steps of a plant [s].
+        duration: Length of an episode of a plant [s].
+        start: Range from which `reset` draws states of plants, by name: `BLOCK.STATE` in a loop, `STATE` of a plant.
+        penalty: What a terminated episode costs.
+        substeps: Steps of integration between two samples.
+        backend: As for `Experiment`.
+
+    Raises:
+        MissingPackageError: Where gymnasium is not installed.
+        ArgumentError: For another object, a block that is no controller, a measure that is no such integral, and a
+            missing `dt` or `duration`.
+        UnknownNameError: For a name of no block, measure or state.
+        DiagnosticError: For a loop that cannot be run without the controller.
+    """
+    required("gymnasium", "gymnasium")
+    from fuzzyctl.interop.environments import LoopEnvironment
+    from fuzzyctl.interop.opened_loops import opened_loop, opened_plant
+
+    if isinstance(system, Loop):
+        if block is None or dt is not None or duration is not None:
+            raise ArgumentError(
+                "of a loop 'block' is the controller that is taken out; 'dt' and 'duration' are its own"
+            )
+        opened = opened_loop(system, block)
+    elif isinstance(system, Plant):
+        if block is not None or dt is None or duration is None:
+            raise ArgumentError("a plant needs 'dt' and 'duration', and has no 'block'")
+        opened = opened_plant(system, dt, duration)
+    else:
+        raise ArgumentError(f"expected a Loop or a Plant, got {type(system).__name__}")
+    return LoopEnvironment(opened, reward, dict(start or {}), penalty, substeps, backend)

@@ -1,0 +1,131 @@
+"""One plant as functions of time, states and inputs, without a loop."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any, Final, final
+
+from fuzzyctl.diagnostics.diagnostic import ArgumentError
+from fuzzyctl.expr import Call, Number, evaluate, walk
+from fuzzyctl.kernels.compile import compile
+from fuzzyctl.model.controller import Controller, Definition, Result, Signal
+from fuzzyctl.model.plant import Plant
+from fuzzyctl.model.signals import TIME
+from fuzzyctl.simulation.python_plant import PythonPlant
+from fuzzyctl.simulation.source import BEFORE
+
+if TYPE_CHECKING:
+    import numpy as np
+    import numpy.typing as npt
+
+    FloatArray = npt.NDArray[np.float64]
+    Numbers = Sequence[float] | FloatArray
+
+#: Weights of the stages of the classical method of fourth order, and where in the step they lie.
+_STAGES: Final = ((1 / 6, 0.0), (1 / 3, 0.5), (1 / 3, 0.5), (1 / 6, 1.0))
+
+
+@final
+class PlantFunction:
+    """Derivatives and outputs of a plant.
+
+    Args:
+        plant: A well-formed plant without dead time.
+        backend: As for `compile`; a plant in Python is called as it is.
+
+    Raises:
+        ArgumentError: For an FMU, and for a plant with dead time, whose state is a function and no vector.
+        DiagnosticError: For a file in Python that cannot be executed.
+    """
+
+    def __init__(self, plant: Plant, backend: str = "python") -> None:
+        if not isinstance(plant, Plant):
+            raise ArgumentError(f"expected a Plant, got {type(plant).__name__}")
+        items: list[Definition | Result] = [*plant.definitions, *plant.derivatives, *plant.results]
+        if any(isinstance(e, Call) and e.function == "delay" for item in items for e in walk(item.value)):
+            raise ArgumentError(
+                f"plant '{plant.name}' has dead time, which is no state: simulate it in a loop, or approximate the "
+                "dead time by a transfer function"
+            )
+        if plant.fmu:
+            raise ArgumentError(f"plant '{plant.name}' is an FMU, whose states only it knows: simulate it in a loop")
+        self.plant = plant
+        self.input_names = tuple(s.name for s in plant.inputs)
+        self.state_names = tuple(s.name for s in plant.states)
+        self.output_names = tuple(s.name for s in plant.results)
+        values = plant.param_values.values
+        #: The states at the begin of a run.
+        self.start = tuple(evaluate(s.start, values) for s in plant.states)
+        self._python = PythonPlant(plant, plant.name, plant.span) if plant.python else None
+        self._step = None if plant.python else compile(_as_step(plant), backend)
+
+    def derivative(self, t: float, x: Numbers, u: Numbers) -> FloatArray:
+        """Return the derivatives of the states by time, shape (states,); NaN where an input is NaN.
+
+        Args:
+            t: Time [s].
+            x: States, shape (states,).
+            u: Inputs, shape (inputs,).
+
+        Raises:
+            ArgumentError: For another number of states or inputs.
+            DiagnosticError: For a plant in Python that raises, or returns NaN or another number of values.
+        """
+        return self._evaluated(t, x, u)[1]
+
+    def output(self, t: float, x: Numbers, u: Numbers) -> FloatArray:
+        """Return the outputs, shape (outputs,); arguments and errors are those of `derivative`."""
+        return self._evaluated(t, x, u)[0]
+
+    def _evaluated(self, t: float, x: Numbers, u: Numbers) -> tuple[FloatArray, FloatArray]:
+        import numpy as np
+
+        state, given = (tuple(float(v) for v in np.atleast_1d(one)) for one in (x, u))
+        for what, names, found in (("state", self.state_names, state), ("input", self.input_names, given)):
+            if len(names) != len(found):
+                raise ArgumentError(
+                    f"expected {len(names)} {what}s ({', '.join(names) or 'none'}) of plant '{self.plant.name}', "
+                    f"got {len(found)}"
+                )
+        if self._python is not None:
+            return np.array(self._python.output(t, state)), np.array(self._python.derivative(t, state, given))
+        assert self._step is not None
+        outputs, rates = self._step(*given, t, np.array(state))
+        if any(math.isnan(v) for v in given):
+            rates = np.full(len(state), math.nan)
+        return np.atleast_1d(np.array(outputs, dtype=np.float64)), rates
+
+    def advanced(self, t: float, x: Numbers, u: Numbers, time: float, substeps: int = 1) -> FloatArray:
+        """Return the states some time later, with inputs held: steps of Runge and Kutta, as `simulate` takes them.
+
+        Args:
+            t: Time [s].
+            x: States, shape (states,).
+            u: Inputs, shape (inputs,).
+            time: How much later [s].
+            substeps: Steps of integration.
+        """
+        import numpy as np
+
+        now, step = np.array(x, dtype=np.float64), time / substeps
+        for s in range(substeps):
+            following, at = now.copy(), now
+            for k, (weight, share) in enumerate(_STAGES):
+                moment = t + (s + share) * step
+                rate = self.derivative(moment * BEFORE if share == 1.0 else moment, at, u)
+                following = following + weight * step * rate
+                if k < 3:
+                    at = now + _STAGES[k + 1][1] * step * rate
+            now = following
+        return now
+
+
+def _as_step(plant: Plant) -> Controller:
+    """Return a controller whose outputs are those of a plant, and whose next states are its derivatives."""
+    shared: dict[str, Any] = {n: getattr(plant, n) for n in ("name", "params", "functions", "definitions", "systems")}
+    inputs = (*plant.inputs, Signal(name=TIME))
+    return Controller(
+        **shared, inputs=inputs, states=plant.states, results=plant.results, updates=plant.derivatives,
+        period=Number(1.0), path=plant.path, span=plant.span,
+    )  # fmt: skip

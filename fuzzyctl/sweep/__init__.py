@@ -1,0 +1,1 @@
+"""Sweeps over loops: many runs with varied params, noise and controllers."""

@@ -1,0 +1,213 @@
+"""Rule files whose loops are swept: read once, with the values that a run gives their params."""
+
+from __future__ import annotations
+
+import dataclasses
+import hashlib
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import Any, Final
+
+from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
+from fuzzyctl.diagnostics.suggestions import did_you_mean
+from fuzzyctl.experiments.settings.overrides import OverrideError, join_key, override, shorten, split_key
+from fuzzyctl.experiments.settings.validation import show
+from fuzzyctl.loading.load import look_through
+from fuzzyctl.model.guarantee import Param
+from fuzzyctl.model.loop import Loop, Measure
+from fuzzyctl.simulation.settings import params_of, short_names, with_settings
+from fuzzyctl.support.reading import read_source, recorded
+
+#: Key of the number by which a run draws its noise anew.
+SEED: Final = "noise.seed"
+#: Columns that the results of each sweep have.
+COLUMNS: Final = ("run", "scenario", "controller", "repetition", "t_end", "stopped", "stop_reason")
+
+
+@dataclass(frozen=True)
+class LoopFiles:
+    """The loops of some files, and everything that was read for them.
+
+    Args:
+        path: The first file.
+        loops: By label: their names, with the file before it where two files have one of the same name.
+        read: Content of each file that was read, by its path.
+        own: How many of them are the files themselves, which come first.
+        warnings: What the files report.
+    """
+
+    path: Path
+    loops: Mapping[str, Loop]
+    read: Mapping[str, bytes] = field(repr=False)
+    own: int = 1
+    warnings: tuple[Diagnostic, ...] = ()
+
+    @cached_property
+    def names(self) -> dict[str, str]:
+        """The full names of all params of all loops by the names that they may be given by."""
+        taken = {m.name for loop in self.loops.values() for m in loop.measures}
+        found = {name: full for loop in self.loops.values() for name, full in short_names(loop).items()}
+        return {name: full for name, full in found.items() if name == full or name not in taken}
+
+
+@dataclass(frozen=True)
+class LoopScenario:
+    """Loops with values of their params.
+
+    Args:
+        files: Where they come from.
+        values: Those that are set, by full name.
+        seed: By which noise is drawn anew, None for the draws of the files.
+    """
+
+    files: LoopFiles
+    values: Mapping[str, float]
+    seed: int | None = None
+
+    @property
+    def name(self) -> str:
+        """Name in the results."""
+        return self.path.stem
+
+    @property
+    def path(self) -> Path:
+        """The first file."""
+        return self.files.path
+
+    @property
+    def warnings(self) -> Sequence[Diagnostic]:
+        """What the files report."""
+        return self.files.warnings
+
+    @property
+    def sha256(self) -> str:
+        """Checksum of all files that were read."""
+        return hashlib.sha256(b"".join(self.files.read.values())).hexdigest()
+
+    @property
+    def texts(self) -> list[dict[str, str]]:
+        """Name and text of each file with loops."""
+        own = list(self.files.read.items())[: self.files.own]
+        return [{"file": Path(name).name, "text": content.decode(errors="replace")} for name, content in own]
+
+    @property
+    def settings(self) -> dict[str, Any]:
+        """Values of the params by key, as tables for those of blocks; what differs from loop to loop is left out."""
+        found: dict[str, set[float]] = {}
+        for loop in self.files.loops.values():
+            values = params_of(loop)
+            for name, full in short_names(loop).items():
+                found.setdefault(name, set()).add(self.values.get(full, values[full]))
+        tables: dict[str, Any] = {}
+        for name, numbers in found.items():
+            block, _, own = name.rpartition(".")
+            table = tables.setdefault(block, {}) if block else tables
+            if len(numbers) == 1 and isinstance(table, dict):
+                table.setdefault(own, *numbers)
+        return tables
+
+    def of(self, loop: Loop) -> dict[str, float]:
+        """Return the values that are params of a loop."""
+        known = params_of(loop)
+        return {name: value for name, value in self.values.items() if name in known}
+
+
+def read_files(path: Path, against: Sequence[Path]) -> LoopFiles:
+    """Read the loops of some files.
+
+    Raises:
+        DiagnosticError: With all errors of the first file that has any; for a file without loops.
+    """
+    found: list[tuple[Path, Loop]] = []
+    warnings: list[Diagnostic] = []
+    with recorded() as read:
+        sources = [(one, read_source(one)) for one in (path, *against)]
+        for one, source in sources:
+            examined = look_through(source, folder=one.parent)
+            reported = examined.reported(examined.diagnostics)
+            if any(d.severity == "error" for d in reported):
+                raise DiagnosticError(reported)
+            if not examined.loops:
+                help_text = "a sweep runs loops: 'loop' joins controllers and plants"
+                raise DiagnosticError([Diagnostic("FZ502", "the file holds no loop", file=str(one), help=help_text)])
+            warnings += reported
+            found += [(one, loop) for loop in examined.loops]
+    _require_columns([loop for _, loop in found])
+    names = [loop.name for _, loop in found]
+    loops = {loop.name if names.count(loop.name) == 1 else f"{one.stem}.{loop.name}": loop for one, loop in found}
+    if len(loops) < len(found):
+        help_text = "rename one of the files"
+        raise DiagnosticError([Diagnostic("FZ502", "two files and their loops have the same names", help=help_text)])
+    return LoopFiles(path, loops, read, len(dict.fromkeys(str(one) for one, _ in sources)), tuple(warnings))
+
+
+def _require_columns(loops: Sequence[Loop]) -> None:
+    """Refuse measures and params of loops that have the name of a column of the results."""
+    named: list[Measure | Param] = []
+    for loop in loops:
+        named += [*loop.measures, *loop.params]
+    taken = [one for one in named if one.name in COLUMNS]
+    if taken:
+        help_text = "rename it: the results have a column of this name for each run"
+        raise DiagnosticError([Diagnostic("FZ904", f"'{m.name}' is taken", m.span, help=help_text) for m in taken])
+
+
+def with_overrides(files: LoopFiles, overrides: Sequence[str]) -> LoopScenario:
+    """Set params of loops by arguments `key=value`; each is a param of one loop at least.
+
+    Raises:
+        DiagnosticError: With every mistake.
+        OverrideError: When an override is malformed.
+    """
+    names, given = files.names, dict[str, str]()
+    values: dict[str, float] = {}
+    seed: int | None = None
+    mistakes: list[Diagnostic] = []
+    for argument in overrides:
+        table: dict[str, Any] = {}
+        key, written = override(table, argument)
+        value = _value(table, key)
+        full = names.get(key, key)
+        if full in given:
+            raise OverrideError(f"--set {shorten(argument)}: {full} is given twice")
+        given[full] = written
+        if full == SEED and SEED not in names:
+            seed, wrong = _seed(value)
+        else:
+            wrong = list(_mistakes(files, key, full, value))
+            values |= {} if wrong else {full: float(value)}
+        mistakes += [dataclasses.replace(d, span=None, file=f"--set {written}") for d in wrong]
+    if mistakes:
+        raise DiagnosticError(mistakes)
+    return LoopScenario(files, values, seed)
+
+
+def _value(table: Any, key: str) -> Any:
+    for part in split_key(key):
+        table = table[part]
+    return table
+
+
+def _seed(value: Any) -> tuple[int | None, list[Diagnostic]]:
+    if type(value) is int and value >= 0:
+        return value, []
+    return None, [Diagnostic("FZ904", f"{SEED} must be a whole number >= 0, got {show(value)}")]
+
+
+def _mistakes(files: LoopFiles, key: str, full: str, value: Any) -> Iterator[Diagnostic]:
+    """Yield what is wrong with the value of a param."""
+    names = files.names
+    if key not in names:
+        facts = (f"params: {', '.join(dict.fromkeys(names.values())) or 'none'}",)
+        yield Diagnostic("FZ902", f"unknown param {key}", facts=facts, help=did_you_mean(key, [*names, SEED]))
+    elif isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+        yield Diagnostic("FZ904", f"{join_key(split_key(key))} must be a finite number, got {show(value)}")
+    else:
+        loop = next(loop for loop in files.loops.values() if full in params_of(loop))
+        try:
+            with_settings(loop, {full: float(value)})
+        except DiagnosticError as error:
+            yield from (dataclasses.replace(d, facts=(*d.facts, f"declared at {d.place}")) for d in error.diagnostics)

@@ -1,0 +1,182 @@
+"""Loops as what a sweep runs."""
+
+from __future__ import annotations
+
+import hashlib
+import math
+import time
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fuzzyctl.diagnostics.diagnostic import ArgumentError, UnknownNameError
+from fuzzyctl.experiments.runnable import Computed, Prepared, Runnable, UsedFile
+from fuzzyctl.experiments.sweep.provenance import sources
+from fuzzyctl.model.loop import Loop
+from fuzzyctl.simulation.columns import columns
+from fuzzyctl.simulation.equations import loop_equations
+from fuzzyctl.simulation.experiment import Experiment
+from fuzzyctl.simulation.run import Run
+from fuzzyctl.simulation.settings import params_of, with_settings
+from fuzzyctl.simulation.signals import Noise, Table
+from fuzzyctl.sweep.loop_files import SEED, LoopFiles, LoopScenario, read_files, with_overrides
+
+#: Packages that no result depends on.
+OUTSIDE = ("analysis/", "cli/", "codegen/", "convert/", "explain/", "interop/", "plot/")
+
+
+@dataclass
+class Known:
+    """What a process has read and compiled."""
+
+    files: dict[Path, LoopFiles] = field(default_factory=dict)
+    free: dict[tuple[str, tuple[str, ...]], set[str]] = field(default_factory=dict)
+    experiments: dict[str, tuple[Any, Experiment]] = field(default_factory=dict)
+    checked: set[tuple[Any, ...]] = field(default_factory=set)
+
+
+@dataclass(frozen=True)
+class Loops(Runnable[LoopScenario]):
+    """Loops of rule files; each counts as a controller.
+
+    Args:
+        against: Files whose loops are run besides those of the scenario.
+        known: What this process knows.
+    """
+
+    seed = SEED
+
+    against: tuple[Path, ...] = ()
+    known: Known = field(default_factory=Known, compare=False, repr=False)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Leave out what this process knows."""
+        return type(self), (self.against,)
+
+    def read(self, path: Path, overrides: Sequence[str]) -> LoopScenario:
+        """Read the files, once in each process, and set params of their loops."""
+        if path not in self.known.files:
+            self.known.files[path] = read_files(path, self.against)
+        return with_overrides(self.known.files[path], overrides)
+
+    def controllers(self, scenario: LoopScenario, names: Sequence[str]) -> tuple[str, ...]:
+        """Return the labels of loops; without names those of all."""
+        for name in names:
+            if name not in scenario.files.loops:
+                raise UnknownNameError("loop", name, tuple(scenario.files.loops))
+        return tuple(names) or tuple(scenario.files.loops)
+
+    def measures(self, scenario: LoopScenario, controllers: Sequence[str]) -> tuple[str, ...]:
+        """Return the measures of some loops."""
+        return tuple(dict.fromkeys(m.name for label in controllers for m in scenario.files.loops[label].measures))
+
+    def check(self, scenario: LoopScenario, controllers: Sequence[str]) -> Mapping[str, UsedFile]:
+        """Expand the loops, once for all values of free params, and read their tables."""
+        for label in controllers:
+            fixed = self._split(scenario, label)[1]
+            if (label, *fixed.items()) in self.known.checked:
+                continue
+            loop = with_settings(scenario.files.loops[label], fixed)
+            equations = loop_equations(loop)
+            tables = [one for one in equations.given.values() if isinstance(one, Table)]
+            columns(tables, np.arange(equations.samples, dtype=np.float64) * equations.step, Path(loop.path).parent)
+            self.known.checked.add((label, *fixed.items()))
+        return self._used(scenario)
+
+    def unread(
+        self, scenario: LoopScenario, controllers: Sequence[str], used: Mapping[str, str], key: Sequence[str]
+    ) -> str:
+        """Return the param that none of the loops has, or the seed of noise where there is none."""
+        name = ".".join(key)
+        loops = [scenario.files.loops[label] for label in controllers]
+        full = scenario.files.names.get(name, name)
+        if full == SEED and not any(full in params_of(loop) for loop in loops):
+            given = [one for loop in loops for one in loop_equations(loop).given.values()]
+            return "" if any(isinstance(one, Noise) for one in given) else "a seed of noise"
+        return "" if "*" in key or any(full in params_of(loop) for loop in loops) else f"param {full}"
+
+    def prepare(self, scenario: LoopScenario, controller: str, measures: Sequence[str]) -> Prepared:
+        """Compile a loop, once for all values of the params that are set."""
+        experiment, values = self._experiment(scenario, controller)
+
+        def compute() -> Computed:
+            began = time.perf_counter()
+            run = experiment.run(values, seed=scenario.seed)
+            return Computed(dict(_row(run, measures)), time.perf_counter() - began)
+
+        return Prepared(self._used(scenario, again=True), compute)
+
+    def unit(self, scenario: LoopScenario, column: str) -> str:
+        """Return the unit of a measure or of a param."""
+        if column == "t_end":
+            return "s"
+        loops = scenario.files.loops.values()
+        units = [m.unit for loop in loops for m in loop.measures if m.name == column]
+        full = scenario.files.names.get(column, column)
+        return next(iter([*units, *(unit for loop in loops for name, unit in _param_units(loop) if name == full)]), "")
+
+    def software(self) -> dict[str, str | None]:
+        """Return the versions of what computes a run, and a checksum of its sources."""
+        return {**super().software(), "sources": sources(Path(__file__).parents[1], OUTSIDE)}
+
+    def _experiment(self, scenario: LoopScenario, label: str) -> tuple[Experiment, list[float]]:
+        """Return a compiled loop, and the values of its free params."""
+        free, fixed = self._split(scenario, label)
+        key, experiment = self.known.experiments.get(label, (None, None))
+        if experiment is None or key != (tuple(free), fixed):
+            experiment = Experiment(with_settings(scenario.files.loops[label], fixed), free=tuple(free))
+            self.known.experiments[label] = ((tuple(free), fixed), experiment)
+        return experiment, list(free.values())
+
+    def _split(self, scenario: LoopScenario, label: str) -> tuple[dict[str, float], dict[str, float]]:
+        """Return the values that are arguments of a compiled loop, and those that it has as constants."""
+        loop = scenario.files.loops[label]
+        given = scenario.of(loop)
+        chosen = (label, tuple(given))
+        if chosen not in self.known.free:
+            self.known.free[chosen] = {name for name in given if _can_be_free(loop, name)}
+        free = {name: value for name, value in given.items() if name in self.known.free[chosen]}
+        return free, {name: value for name, value in given.items() if name not in free}
+
+    def _used(self, scenario: LoopScenario, again: bool = False) -> dict[str, UsedFile]:
+        """Return the files that those with loops use, such as tables and plants in Python; `again` reads them anew."""
+        others = list(scenario.files.read.items())[scenario.files.own :]
+        found = {}
+        for name, content in others:
+            path = Path(name)
+            content = path.read_bytes() if again and path.exists() else content
+            relative = path.relative_to(scenario.path.parent) if path.is_relative_to(scenario.path.parent) else path
+            found[relative.as_posix()] = UsedFile(path, hashlib.sha256(content).hexdigest())
+        return found
+
+
+def _can_be_free(loop: Loop, name: str) -> bool:
+    """Whether a param can be an argument of a compiled run; the start of a state cannot, among others."""
+    try:
+        loop_equations(loop, free=(name,))
+    except ArgumentError:
+        return False
+    return True
+
+
+def _param_units(loop: Loop) -> Iterator[tuple[str, str]]:
+    """Yield the full names of the params of a loop and of its blocks, with their units."""
+    from fuzzyctl.simulation.settings import blocks_of
+
+    yield from ((p.name, p.unit) for p in loop.params)
+    for instance in loop.instances:
+        yield from ((f"{instance.name}.{p.name}", p.unit) for p in blocks_of(loop)[instance.controller].params)
+
+
+def _row(run: Run, wanted: Sequence[str]) -> Iterator[tuple[str, Any]]:
+    """Yield how a run ended, its measures, and which requirements it meets."""
+    yield "t_end", float(run.t[-1]) if len(run) else 0.0
+    yield "stopped", run.stopped is not None
+    yield "stop_reason", None if run.stopped is None else run.stopped.message.partition(" at t = ")[0]
+    for name, value in run.measures.items():
+        if not wanted or name in wanted:
+            yield name, None if math.isnan(value) else value
+    yield from ((f"require {one.text}", one.holds) for one in run.requirements)

@@ -1,0 +1,165 @@
+"""Policies and environments: gymnasium's own checks, and the run of simulate step by step."""
+
+import numpy as np
+import pytest
+from gymnasium.utils.env_checker import check_env
+
+import fuzzyctl
+from fuzzyctl import ArgumentError, UnknownNameError
+from fuzzyctl.interop.gymnasium import Policy, environment
+from fuzzyctl.support.shipped import rules_folder
+from tests import sizes
+
+
+def episode(env, policy, seed=0):
+    """Return observations, actions, rewards and signals of an episode, and whether it was terminated."""
+    observation, info = env.reset(seed=seed)
+    policy.reset()
+    found = [[observation], [], [], [info]]
+    terminated = truncated = False
+    while not (terminated or truncated):
+        action = policy(observation)
+        observation, reward, terminated, truncated, info = env.step(action)
+        for values, one in zip(found, (observation, action, reward, info), strict=True):
+            values.append(one)
+    return (*found, terminated)
+
+
+class TestLoop:
+    @pytest.mark.parametrize("backend", ["numba", "python"])
+    def test_a_controller_as_the_policy_gives_the_run_of_simulate(self, tank, backend):
+        loop = tank(f"{500 if sizes.LONG else 10} s step 10 ms".replace("10 ms", "50 ms" if sizes.LONG else "10 ms"))
+        quiet = with_noise(loop, 0.0)
+        run = fuzzyctl.Experiment(quiet, backend).run()
+        every = 1 if sizes.LONG else 5
+        env = environment(quiet, "law", reward="iae", backend=backend)
+        _, actions, rewards, signals, terminated = episode(env, Policy(quiet.controllers[0]))
+        np.testing.assert_allclose(np.ravel(actions), run["law.valve"][:-1:every], atol=1e-12)
+        np.testing.assert_allclose([s["tank.y"] for s in signals], run["tank.y"][::every], atol=1e-12)
+        assert -sum(rewards) == pytest.approx(run.measures["iae"], rel=1e-12)
+        assert not terminated
+
+    def test_a_measure_of_a_part_of_the_run_is_its_reward(self, tank):
+        loop = with_noise(tank("4 s step 10 ms", "measure part = ise(0.5 * tank.y, 1, begin=1 s, end=3 s)\n"), 0.0)
+        _, _, rewards, _, _ = episode(environment(loop, "law", reward="part"), Policy(loop.controllers[0]))
+        assert -sum(rewards) == pytest.approx(fuzzyctl.Experiment(loop).run().measures["part"], rel=1e-12)
+
+    def test_passes_the_checks_of_gymnasium(self, tank):
+        env = environment(tank("2 s"), "law", reward="iae", start={"tank.h": (0.3, 0.7)})
+        with pytest.warns(UserWarning, match="Box"):  # ranges are the user's
+            check_env(env, skip_render_check=True)
+        assert env.action_space.high == [10.0]
+
+    def test_a_seed_repeats_noise_and_starts(self, tank):
+        env = environment(tank("2 s"), "law", reward="iae", start={"tank.h": (0.3, 0.7)})
+        first, second = (env.reset(seed=3)[0] for _ in range(2))
+        assert first.tolist() == second.tolist()
+        assert env.reset(seed=4)[0].tolist() != first.tolist()
+        assert env.reset(options={"start": {"tank.h": 0.9}})[1]["tank.y"] == 0.9
+
+    def test_leaving_a_range_terminates_with_a_penalty(self):
+        loop = fuzzyctl.load_loop(rules_folder() / "loops" / "pendulum.fz")
+        env = environment(loop, "law", reward=lambda signals: 1.0, penalty=100.0, backend="python")
+        _, _, rewards, signals, terminated = episode(env, lambda_policy([0.0]))
+        assert terminated
+        assert rewards[-1] == -99.0
+        assert "state 'cart.th' left its range" in signals[-1]["stopped"]
+        assert 1.0 < signals[-1]["cart.angle"] <= 1.5
+
+    @pytest.mark.parametrize(
+        ("block", "reward", "error", "words"),
+        [
+            ("tank", "iae", ArgumentError, "block 'tank' is a plant"),
+            ("lwa", "iae", UnknownNameError, "did you mean 'law'"),
+            ("law", "iea", UnknownNameError, "no measure 'iea'"),
+            ("law", "settling", ArgumentError, "no sum over the steps"),
+            (None, "iae", ArgumentError, "'block' is the controller"),
+        ],
+    )
+    def test_mistakes_are_named(self, tank, block, reward, error, words):
+        with pytest.raises(error, match=words):
+            environment(tank(), block, reward=reward)
+
+    def test_actions_are_numbers_of_the_right_count(self, tank):
+        env = environment(tank("1 s"), "law", reward="iae")
+        with pytest.raises(ArgumentError, match="'reset' begins an episode"):
+            env.step([1.0])
+        env.reset()
+        for action in ([1.0, 2.0], [float("nan")]):
+            with pytest.raises(ArgumentError, match="the action must be 1 numbers"):
+                env.step(action)
+        with pytest.raises(UnknownNameError, match=r"no state 'tank\.x'"):
+            environment(tank("1 s"), "law", reward="iae", start={"tank.x": (0, 1)})
+
+
+class TestPlant:
+    def test_its_outputs_are_observed_and_its_inputs_set(self, tank):
+        (plant,) = tank().plants
+        env = environment(
+            plant, reward=lambda s: -abs(s["plant.y"] - 1.0), dt=0.1, duration=2.0, start={"h": (0.2, 0.4)}
+        )
+        with pytest.warns(UserWarning, match="Box"):
+            check_env(env, skip_render_check=True)
+        observation, info = env.reset(seed=1)
+        assert observation.tolist() == [info["plant.y"]]
+        assert 0.2 <= info["plant.h"] <= 0.4
+        observation, reward, *_ = env.step(np.array([5.0]))
+        assert reward == -abs(observation[0] - 1.0)
+
+    def test_dead_time_is_kept_by_the_environment(self, small):
+        (plant,) = small("tf(num=[1], den=[1, 1], delay=0.2 s)").plants
+        env = environment(plant, reward=lambda s: 0.0, dt=0.1, duration=1.0, backend="python")
+        env.reset()
+        found = [env.step([1.0])[0][0] for _ in range(4)]
+        assert found[:2] == [0.0, 0.0]
+        assert found[3] == pytest.approx(1 - np.exp(-0.2), abs=1e-6)
+
+    def test_times_are_needed(self, tank):
+        with pytest.raises(ArgumentError, match="needs 'dt' and 'duration'"):
+            environment(tank().plants[0], reward=lambda s: 0.0)
+
+
+class TestPolicy:
+    def test_a_system_is_a_policy_without_state(self):
+        system = fuzzyctl.load(rules_folder() / "tipper.fz")
+        policy = Policy(system)
+        assert policy([3.0, 8.0]).tolist() == [fuzzyctl.compile(system, "python")(3.0, 8.0)]
+        with pytest.raises(ArgumentError, match=r"must have the shape \(2,\) for service, food"):
+            policy([3.0])
+
+    def test_reset_forgets(self, tank):
+        policy = Policy(tank().controllers[0])
+        first = policy([1.0, 0.5])
+        assert policy([1.0, 0.5]).tolist() != first.tolist()
+        policy.reset()
+        assert policy([1.0, 0.5]).tolist() == first.tolist()
+        with pytest.raises(ArgumentError, match="leave 'dt' out"):
+            Policy(tank().controllers[0], dt=0.1)
+
+
+def lambda_policy(action):
+    """Return a policy that always does the same."""
+
+    class Same:
+        def reset(self):
+            pass
+
+        def __call__(self, observation):
+            return np.array(action)
+
+    return Same()
+
+
+def with_noise(loop, sigma):
+    """Return a loop whose noise has another standard deviation."""
+    import dataclasses
+
+    from fuzzyctl.expr import Call, Keyword, Number, replace
+
+    def change(e):
+        if isinstance(e, Call) and e.function == "noise":
+            return Call("noise", tuple(Keyword(a.name, Number(sigma)) if a.name == "sigma" else a for a in e.arguments))
+        return e
+
+    definitions = tuple(dataclasses.replace(d, value=replace(d.value, change)) for d in loop.definitions)
+    return dataclasses.replace(loop, definitions=definitions)
