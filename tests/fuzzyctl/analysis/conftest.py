@@ -1,6 +1,7 @@
 import pytest
 
 from fuzzyctl import load
+from fuzzyctl.support.shipped import rules_folder
 from tests.shipped import SYSTEMS
 
 
@@ -11,4 +12,4 @@ def shipped():
 
 @pytest.fixture(scope="session")
 def rules():
-    return RULES
+    return rules_folder()
