@@ -26,9 +26,10 @@ def unlike_units(block: Controller | Plant | Loop) -> Iterator[Diagnostic]:
         units.of |= {s.name: s.unit for s in (*block.inputs, *block.states, *block.results)}
     units.arguments = {s.name: [i.unit for i in s.inputs] for s in block.systems}
     _define(units, block.definitions, block.systems)
-    if not isinstance(block, Loop):
-        for item in (*block.results, *(block.updates if isinstance(block, Controller) else ())):
-            units.define(item.name, item.value)
+    for result in () if isinstance(block, Loop) else block.results:
+        units.define(result.name, result.value)
+    for update in block.updates if isinstance(block, Controller) else ():
+        units.define(update.name, update.value)
     for rate in block.derivatives if isinstance(block, Plant) else ():
         units.unit(rate.value)
     if not isinstance(block, Plant):
