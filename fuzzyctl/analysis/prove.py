@@ -43,6 +43,7 @@ from fuzzyctl.expr import Binary, Expr, span_of, to_text, walk
 from fuzzyctl.kernels.plan.build import Plan, plan
 from fuzzyctl.model.controller import Controller
 from fuzzyctl.model.guarantee import Guarantee
+from fuzzyctl.model.inlined_lets import inlined
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.support import arguments
 
@@ -212,7 +213,7 @@ class Prover:
         return Diagnostic("FZ307", message, span_of(culprit) or guarantee.span, help=help_text)
 
     def _part_without_value(self, guarantee: Guarantee, claim: Claim) -> tuple[Expr, dict[str, float]] | None:
-        return sampling.without_value(guarantee, claim, self.plan, self.judge)
+        return sampling.without_value(inlined(self.system, guarantee), claim, self.plan, self.judge)
 
     def _settled(self, claim: Claim) -> Verdict:
         match claim.truth:
@@ -323,7 +324,8 @@ def quickly(system: FuzzySystem, work: Work | None = None) -> tuple[list[Verdict
     verdicts: list[Verdict] = []
     found: list[Diagnostic] = []
     for guarantee in system.guarantees:
-        if not work.takes(_GUARANTEE * sum(1 for e in (guarantee.claim, guarantee.when) if e for _ in walk(e))):
+        written = inlined(system, guarantee)
+        if not work.takes(_GUARANTEE * sum(1 for e in (written.claim, written.when) if e for _ in walk(e))):
             verdicts.append(Undecided(to_text(guarantee.claim), SPENT, span=guarantee.span))
             continue
         lacking = prover.without_value(guarantee)

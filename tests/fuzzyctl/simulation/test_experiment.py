@@ -433,6 +433,11 @@ class TestStops:
         assert found.message.startswith("state 'p.x' left its range at t = 1 s: 1 m is outside of [0, 1)")
         assert found.facts == ("one sample before it was 0.9 m",)
 
+    def test_a_state_beyond_its_range_by_a_rounding_is_shown_with_all_digits(self, loop):
+        message = self.stopped(loop, "input u\nstate x in [0, 1] = 0.3\nder x = u\noutput y = x", "1").stopped.message
+        shown = float(message.rpartition(": ")[2].split()[0])
+        assert 1.0 < shown < 1.0 + 1e-12
+
     @pytest.mark.parametrize("backend", BACKENDS)
     @pytest.mark.parametrize(
         ("derivative", "what"), [("exp(40 * x)", "infinite"), ("sqrt(0.5 - x)", "not a number")], ids=str
