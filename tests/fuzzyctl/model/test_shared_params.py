@@ -1,5 +1,6 @@
 import pytest
 
+from fuzzyctl import DiagnosticError
 from fuzzyctl.loading.block_equations import with_params
 from fuzzyctl.loading.load import load_loop
 from fuzzyctl.model.shared_params import with_shared
@@ -71,6 +72,12 @@ class TestAParamBeforeTheFirstBlock:
         expected = simulate(written(f"param k = 0.5\n{SYSTEM}{INNER}{USES[use]}{LOOP}")).measures["m"]
         assert Experiment(loop, "python", free=[f"{block}.k"]).run([0.5]).measures["m"] == pytest.approx(expected)
         assert simulate(loop, **{f"{block}.k": 0.5}).measures["m"] == pytest.approx(expected)
+
+
+def test_its_range_may_be_open_at_an_end(written):
+    loop = written(f"param k in (0, 9] = 2\n{INNER}{USES['plant']}{LOOP}")
+    with pytest.raises(DiagnosticError, match=r"param 'c\.k' is 0, outside of \(0, 9\]"):
+        simulate(loop, **{"c.k": 0})
 
 
 def test_a_block_that_is_given_a_value_keeps_it(written):
