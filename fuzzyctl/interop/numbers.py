@@ -41,7 +41,7 @@ def number(name: str, value: Any, unit: str = "") -> float:
     """
     if isinstance(value, bool) or np.ndim(value) != 0:
         raise ValueOutOfBoundsError(name, value, "a number", unit)
-    return real(name, value).item()
+    return float(real(name, value))
 
 
 def positive(name: str, value: Any, unit: str = "") -> float:

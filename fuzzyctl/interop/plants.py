@@ -158,7 +158,7 @@ def with_plant(loop: Loop, block: str, system: Any) -> Loop:
     return dataclasses.replace(loop, instances=instances, plants=(*kept, new))
 
 
-def _require_name(name: str) -> None:
+def _require_name(name: object) -> None:
     if not (isinstance(name, str) and name.isidentifier() and name.isascii()):
         raise ArgumentError(f"{name!r} is no name: expected letters, digits and _")
 

@@ -25,7 +25,6 @@ from fuzzyctl.model.plant import Plant
 from fuzzyctl.model.plant_forms import PLANT_FUNCTIONS
 from fuzzyctl.model.shared_params import with_shared
 from fuzzyctl.model.signals import SIGNALS, TIME
-from fuzzyctl.simulation.equations import sample_times
 
 Block = TypeVar("Block", bound=Controller | Plant | Loop)
 
@@ -68,7 +67,7 @@ def parts_of(block: Controller | Plant) -> int:
         DiagnosticError: For an algebraic loop, a function that calls itself, or an expansion that is too large.
     """
     if isinstance(block, Plant):
-        if block.python:
+        if block.external:
             return 0
         try:
             return _plant_equations(block).parts
@@ -125,7 +124,7 @@ def loop_parts(loop: Loop) -> int:
     callees: list[Controller | Plant] = [*loop.controllers, *loop.plants]
     inputs = {b.name: [i.name for i in b.inputs] for b in callees}
     direct = {c.name: feedthrough(equations_of(c)) for c in loop.controllers}
-    direct |= {p.name: feedthrough(_plant_equations(p)) for p in loop.plants if not p.python}
+    direct |= {p.name: feedthrough(_plant_equations(p)) for p in loop.plants if not p.external}
     outputs = {b.name: [r.name for r in b.results] for b in callees}
     arguments = [d for i in loop.instances for d in _arguments(i, inputs[i.controller])]
     members = [f"{i.name}.{o}" for i in loop.instances for o in outputs[i.controller]]
@@ -151,6 +150,8 @@ def loop_parts(loop: Loop) -> int:
     except DiagnosticError as error:
         raise DiagnosticError([_in_loop(d) for d in error.diagnostics]) from None
     if loop.step is not None or any(c.period is not None for c in loop.controllers):
+        from fuzzyctl.simulation.equations import sample_times  # which controllers need not
+
         sample_times(loop)
     return equations.parts
 
