@@ -95,7 +95,7 @@ def test_every_name_of_the_shipped_files_is_found_at_its_text(path):
             # `x` crosses the inputs of a table, measures have names of functions, and arguments by name and members
             # may be those of a block in another file.
             crosses = m[0] == "x" and line.startswith("table")
-            by_name = re.match(r"=\w", code[m.end() :]) is not None and code.strip().find(m[0]) > 0
+            by_name = re.match(r"=\w", code[m.end() :]) is not None
             by_name = by_name or code[: m.start()].endswith(".")
             known = m[0] in names and not crosses and not by_name and code[m.end() :][:1] != "("
             assert not known or offset + m.start() in covered, line
