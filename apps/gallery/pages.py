@@ -18,6 +18,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from fuzzyctl.diagnostics.diagnostic import DiagnosticError
+from fuzzyctl.diagnostics.suggestions import counted
 from fuzzyctl.expr import Compare, Name, evaluate
 from fuzzyctl.loading.load import look_through
 from fuzzyctl.model.guarantee import Guarantee
@@ -113,7 +114,7 @@ def remade(folder: Path) -> str:
     missed = [
         f"{run.loop.name}: {r.text}, {', '.join(r.facts)}" for run in runs for r in run.requirements if not r.holds
     ]
-    return "\n  ".join([f"{folder.name}: {len(runs)} loops", *(f"not met: {m}" for m in missed)])
+    return "\n  ".join([f"{folder.name}: {counted(len(runs), 'loop')}", *(f"not met: {m}" for m in missed)])
 
 
 def draw(target: Path, runs: Sequence[Run], page: str) -> None:

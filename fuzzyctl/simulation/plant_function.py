@@ -81,7 +81,12 @@ class PlantFunction:
     def _evaluated(self, t: float, x: Numbers, u: Numbers) -> tuple[FloatArray, FloatArray]:
         import numpy as np
 
-        state, given = (tuple(float(v) for v in np.atleast_1d(one)) for one in (x, u))
+        try:
+            state, given = (tuple(float(v) for v in np.atleast_1d(one)) for one in (x, u))
+        except (TypeError, ValueError):
+            raise ArgumentError(
+                f"expected numbers as states and inputs of plant '{self.plant.name}', got {u!r}"
+            ) from None
         for what, names, found in (("state", self.state_names, state), ("input", self.input_names, given)):
             if len(names) != len(found):
                 raise ArgumentError(
