@@ -137,8 +137,8 @@ def _write(runs: Sequence[Labelled], folder: Path, data: str, picture: str) -> l
     """Write what is known of runs: one into the folder, several into folders of their own within it."""
     from fuzzyctl.cli.streams import json_text
     from fuzzyctl.plot.names import file_part
-    from fuzzyctl.plot.runs import draw_runs
     from fuzzyctl.plot.style import saved
+    from fuzzyctl.plot.time_series import draw_runs
     from fuzzyctl.simulation.data import save
     from fuzzyctl.support.writing import folder_for, write_together
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, final
 import numpy as np
 
 from fuzzyctl.diagnostics.diagnostic import ArgumentError, NoRuleFiresError, UnknownNameError
+from fuzzyctl.displayed import Displayed
 from fuzzyctl.kernels.arrays import Arrays, broadcast, by_name, derivative_of, fill_of, jacobian
 from fuzzyctl.kernels.backends import blocks
 from fuzzyctl.kernels.backends.arguments import float_array, in_order, point_array, writable
@@ -33,7 +34,7 @@ if TYPE_CHECKING:
 
 
 @final
-class FreeKernel:
+class FreeKernel(Displayed):
     """A compiled system some of whose numbers are arguments.
 
     `kernel(x0, x1, ..., values)` takes the inputs in order, then the values of the free numbers, an array of shape

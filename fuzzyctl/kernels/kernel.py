@@ -7,6 +7,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any, Final, final
 
 from fuzzyctl.diagnostics.diagnostic import ArgumentError, FuzzyctlError, NoRuleFiresError, UnknownNameError
+from fuzzyctl.displayed import Displayed
 from fuzzyctl.kernels.algorithms.select import algorithm_of
 from fuzzyctl.kernels.backends import states
 from fuzzyctl.kernels.backends.arguments import argument_error, float_array, in_order, overflows, too_large, writable
@@ -32,7 +33,7 @@ _REFUSALS: Final = (TypeError, ValueError, ArithmeticError)
 
 
 @final
-class Kernel:
+class Kernel(Displayed):
     """A compiled system: numbers in, numbers out, and no state of its own.
 
     `kernel(x0, x1, ...)` takes real numbers in the order of the inputs and gives a float, or a tuple for several

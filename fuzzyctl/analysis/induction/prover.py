@@ -15,7 +15,7 @@ from fuzzyctl.analysis.induction.claims import Claims, StepClaim, loosened, name
 from fuzzyctl.analysis.induction.ranges import ends_of, ranges_of
 from fuzzyctl.analysis.induction.replay import Judge, Reached, Replay, Runs
 from fuzzyctl.analysis.induction.step_model import FAR, StepModel
-from fuzzyctl.analysis.verdicts import Proved, Refuted, Undecided, Verdict
+from fuzzyctl.analysis.verdicts import Proved, Refuted, Undecided, Verdict, Verdicts
 from fuzzyctl.diagnostics.suggestions import counted
 from fuzzyctl.expr import Number
 from fuzzyctl.kernels.plan.equations import DT
@@ -195,7 +195,7 @@ class ControllerProver:
         return {s.name: s.start for s in self.model.equations.states}
 
 
-def verdicts(controller: Controller, timeout: float, progress: Progress | None = None) -> tuple[Verdict, ...]:
+def verdicts(controller: Controller, timeout: float, progress: Progress | None = None) -> Verdicts:
     """Return what is proved of each claim of a controller, in the order written."""
     prover = ControllerProver(controller, timeout, progress)
-    return tuple(prover.verdict(c) for c in prover.claims.own)
+    return Verdicts(prover.verdict(c) for c in prover.claims.own)

@@ -4,7 +4,7 @@ import pytest
 from matplotlib.figure import Figure
 
 import fuzzyctl
-from fuzzyctl.plot.runs import draw_runs, panels
+from fuzzyctl.plot.time_series import draw_runs, panels
 from fuzzyctl.support.shipped import rules_folder
 
 FOLDER = rules_folder() / "loops"
