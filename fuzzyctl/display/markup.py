@@ -16,7 +16,8 @@ ROWS: Final = 60
 _STYLE: Final = """<style>
 .fuzzyctl { color: #1a1a1a; background: #ffffff; padding: 0.6em 0.8em; max-width: 60em; overflow-x: auto; }
 .fuzzyctl table { border-collapse: collapse; margin: 0.3em 0 0.8em 0; color: inherit; }
-.fuzzyctl caption { text-align: left; font-weight: bold; color: inherit; padding: 0.2em 0; }
+.fuzzyctl caption { text-align: left; font-weight: bold; white-space: nowrap; padding: 0.2em 0;
+  color: inherit; }
 .fuzzyctl th, .fuzzyctl td { border: 1px solid #c8c8c8; padding: 0.2em 0.6em; text-align: left; vertical-align: top;
   color: inherit; background: transparent; }
 .fuzzyctl th { background: #f0f0f0; font-weight: bold; }
