@@ -24,19 +24,11 @@ def html(shown: Kernel | FreeKernel | Step) -> str:
 
 
 def _surface(kernel: Kernel) -> Markup:
-    from matplotlib import rc_context
-    from matplotlib.figure import Figure
-
     from fuzzyctl.plot.figures import png
-    from fuzzyctl.plot.style import STYLE
-    from fuzzyctl.plot.surfaces import draw_surface
+    from fuzzyctl.plot.surfaces import overview
 
-    output = kernel.output_names[0]
-    axes = list(kernel.input_names[:2])
     try:
-        with rc_context(STYLE):
-            figure = Figure()
-            draw_surface(figure, kernel, axes, {}, output, 61)
+        picture = png(overview(kernel))
     except NoRuleFiresError as error:
         return paragraph(f"no surface: {error}", "note")
-    return picture_png(png(figure), f"{output} over {' and '.join(axes)}")
+    return picture_png(picture, f"{kernel.output_names[0]} over {' and '.join(kernel.input_names[:2])}")

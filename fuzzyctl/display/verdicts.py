@@ -12,8 +12,8 @@ from fuzzyctl.display.markup import Markup, lines, page, pairs, paragraph, table
 def html(shown: Verdict | Verdicts) -> str:
     """Return one verdict with its witness, or a table of several."""
     if isinstance(shown, Verdicts):
-        rows = [(word(v), v.claim, _found(v)) for v in shown]
-        return page(counted(len(shown), "guarantee"), table("", ("verdict", "claim", "found"), rows))
+        found = [(word(v), v.claim, _found(v)) for v in shown]
+        return page(counted(len(shown), "guarantee"), table("", ("verdict", "claim", "found"), found))
     parts: list[Markup] = [paragraph(_note(shown), "note")]
     if isinstance(shown, Refuted):
         parts.append(_witness(shown))

@@ -11,6 +11,7 @@ import numpy as np
 from fuzzyctl.diagnostics.diagnostic import ArgumentError, Diagnostic, UnknownNameError
 from fuzzyctl.expr import Call, Expr, Name, evaluate
 from fuzzyctl.interop.opened_loops import OpenedLoop
+from fuzzyctl.kernels.compile import Backend
 from fuzzyctl.model.forms import bound
 from fuzzyctl.model.measures import MEASURES
 from fuzzyctl.simulation.experiment import Experiment, Stepper
@@ -41,7 +42,7 @@ class LoopEnvironment(gymnasium.Env[Any, Any]):  # type: ignore[misc]  # gymnasi
         start: Mapping[str, tuple[float, float]],
         penalty: float,
         substeps: int,
-        backend: str,
+        backend: Backend,
     ) -> None:
         self.opened, self._penalty, self._substeps = opened, penalty, substeps
         self.experiment = Experiment(opened.loop, backend, free=opened.actions)

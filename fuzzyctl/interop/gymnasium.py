@@ -9,7 +9,7 @@ import numpy as np
 
 from fuzzyctl.diagnostics.diagnostic import ArgumentError
 from fuzzyctl.interop.packages import required
-from fuzzyctl.kernels.compile import compile
+from fuzzyctl.kernels.compile import Backend, compile
 from fuzzyctl.model.controller import Controller
 from fuzzyctl.model.loop import Loop
 from fuzzyctl.model.plant import Plant
@@ -39,7 +39,9 @@ class Policy:
         ArgumentError: For another object, a system with state, and a `dt` that is missing or one too many.
     """
 
-    def __init__(self, block: FuzzySystem | Controller, *, dt: float | None = None, backend: str = "python") -> None:
+    def __init__(
+        self, block: FuzzySystem | Controller, *, dt: float | None = None, backend: Backend = "python"
+    ) -> None:
         if not isinstance(block, FuzzySystem | Controller):
             raise ArgumentError(f"expected a FuzzySystem or Controller, got {type(block).__name__}")
         self._names = tuple(s.name for s in block.inputs)
@@ -95,7 +97,7 @@ def environment(
     start: Mapping[str, tuple[float, float]] | None = None,
     penalty: float = 0.0,
     substeps: int = 1,
-    backend: str = "auto",
+    backend: Backend = "auto",
 ) -> Any:
     """Return a loop without one of its controllers, or a plant, as a `gymnasium.Env`.
 

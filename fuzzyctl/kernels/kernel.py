@@ -11,6 +11,7 @@ from fuzzyctl.displayed import Displayed
 from fuzzyctl.kernels.algorithms.select import algorithm_of
 from fuzzyctl.kernels.backends import states
 from fuzzyctl.kernels.backends.arguments import argument_error, float_array, in_order, overflows, too_large, writable
+from fuzzyctl.kernels.backends.labels import labelled
 from fuzzyctl.kernels.backends.python import backend as python_backend
 from fuzzyctl.kernels.inference import inference
 from fuzzyctl.kernels.plan.build import Plan
@@ -153,7 +154,8 @@ class Kernel(Displayed):
             parallel: Whether all cores may be used; they are where the work is worth it.
 
         Returns:
-            Shape (...) for one output, (..., outputs) for several.
+            Shape (...) for one output, (..., outputs) for several. Of a data frame of pandas, or a dict of Series, the
+            results are a Series, for several outputs a DataFrame, with the same index, unless `out` is given.
 
         Raises:
             ArgumentError: For arrays of another shape or not of numbers, and for columns of other names.
@@ -163,7 +165,8 @@ class Kernel(Displayed):
         from fuzzyctl.kernels.batch import Batch
 
         run = Batch(self.plan, self._fill, self._promises, is_compiled=self.backend == "numba")
-        return run(points, state, out, parallel=parallel)
+        results = run(points, state, out, parallel=parallel)
+        return results if out is not None else labelled(results, self.output_names, points)
 
     @cached_property
     def _fill(self) -> Fill:

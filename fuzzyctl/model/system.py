@@ -12,6 +12,7 @@ from typing import Any, TypeVar
 
 from fuzzyctl.diagnostics.diagnostic import ArgumentError, UnknownNameError, ValueOutOfBoundsError
 from fuzzyctl.diagnostics.suggestions import counted
+from fuzzyctl.diagnostics.terminal import printable
 from fuzzyctl.displayed import Printed
 from fuzzyctl.expr import Expr, Number, evaluate
 from fuzzyctl.model.guarantee import Guarantee, Hedge, Param
@@ -69,7 +70,7 @@ class FuzzySystem(Printed, Node):
     def __repr__(self) -> str:
         inputs, outputs = (", ".join(v.name for v in some) for some in (self.inputs, self.outputs))
         rules = counted(sum(map(rule_count, self.tables_and_rules)), "rule")
-        return f"FuzzySystem({self.name}: {inputs} -> {outputs}; {rules})"
+        return printable(f"FuzzySystem({self.name}: {inputs} -> {outputs}; {rules})")
 
     @property
     def variables(self) -> tuple[LinguisticVariable, ...]:
@@ -234,7 +235,8 @@ class FuzzySystem(Printed, Node):
             inputs: A number or an array for every input; arrays broadcast against each other.
 
         Returns:
-            The output, a float or an array of the broadcast shape; for several outputs a dict of them by name.
+            The output, a float or an array of the broadcast shape, for Series of pandas a Series with their index; for
+            several outputs a dict of them by name.
 
         Raises:
             UnknownNameError: For a name that is no input.

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Iterable, Iterator
+import re
+from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any, Final
 
@@ -15,10 +16,12 @@ from matplotlib.text import Text
 from mpl_toolkits.mplot3d import Axes3D
 
 from fuzzyctl.diagnostics.diagnostic import ArgumentError
+from fuzzyctl.diagnostics.terminal import printable
 from fuzzyctl.plot.style import STYLE
 
 #: Pixels per inch in a notebook.
 DPI: Final = 96
+_PICTURES: Final = re.compile("[\u2400-\u2421]")
 
 
 class Panels(tuple[Axes, ...]):
@@ -29,7 +32,9 @@ class Panels(tuple[Axes, ...]):
     @property
     def figure(self) -> Figure:
         """The figure that the axes are part of."""
-        return self[0].get_figure(root=True)
+        found = self[0].get_figure(root=True)
+        assert found is not None, "axes that are drawn are part of a figure"
+        return found
 
     def _repr_svg_(self) -> str:
         return svg(self.figure)
@@ -38,7 +43,7 @@ class Panels(tuple[Axes, ...]):
         return png(self.figure)
 
 
-class Plot(Axes):  # type: ignore[misc]
+class Plot(Axes):
     """Axes that a notebook shows as their picture."""
 
     def _repr_png_(self) -> bytes:
@@ -103,16 +108,18 @@ def sized(figure: Any, width: float, height: float) -> None:
 
 def panels(figure: Any) -> Panels:
     """Return the axes of a figure that is drawn."""
-    return Panels(finished(figure.axes))
+    finish(figure)
+    return Panels(figure.axes)
 
 
-def finished(axes: Iterable[Any]) -> list[Any]:
-    """Return axes whose texts are shown as they are: a dollar sign in a label begins no formula."""
-    found = list(axes)
-    for ax in found:
-        for text in ax.findobj(Text):
-            text.set_parse_math(False)
-    return found
+def finish(drawn: Any) -> None:
+    """Show the texts of axes or a figure as they are: no dollar sign begins a formula, no control character acts."""
+    for text in drawn.findobj(Text):
+        text.set_parse_math(False)
+        # The font of pictures has no pictures of control characters.
+        shown = "\n".join(_PICTURES.sub("\ufffd", printable(line)) for line in text.get_text().split("\n"))
+        if shown != text.get_text():
+            text.set_text(shown)
 
 
 def png(figure: Any) -> bytes:

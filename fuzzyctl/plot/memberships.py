@@ -13,7 +13,7 @@ from fuzzyctl.formulas import MEMBERSHIP
 from fuzzyctl.kernels.compile import degrees
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import LinguisticVariable
-from fuzzyctl.plot.figures import finished, one, panels, place, sized, styled
+from fuzzyctl.plot.figures import finish, one, panels, place, sized, styled
 from fuzzyctl.plot.labels import Label, draw_labels, shortened
 from fuzzyctl.plot.style import COLORS
 from fuzzyctl.support import arguments
@@ -50,7 +50,7 @@ def terms(system: FuzzySystem, variable: str | None = None, *, ax: Any = None) -
         if variable not in known:
             raise UnknownNameError("variable with terms", str(variable), list(known))
         found = draw_variable(one(ax, (7.5, 2.6)), system, known[variable])
-        finished([found])
+        finish(found)
         return found
 
 

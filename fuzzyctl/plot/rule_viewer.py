@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 
-from fuzzyctl.diagnostics.diagnostic import ValueOutOfBoundsError
 from fuzzyctl.explain.implied_sets import ImpliedSets, antecedent_set
 from fuzzyctl.explain.trace import Contribution, FiredRule, Trace, why
 from fuzzyctl.kernels.inference.defuzzify.sampling import sampled_degrees
@@ -18,7 +17,10 @@ from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Input, LinguisticVariable
 from fuzzyctl.plot.figures import panels, place, sized, styled
 from fuzzyctl.plot.style import COLORS
+from fuzzyctl.support import arguments
 
+#: Most rules of a picture.
+MOST: Final = 100
 INPUT, OUTPUT, LINE = COLORS[0], COLORS[1], "#444444"
 
 
@@ -40,7 +42,7 @@ def rules(
     Raises:
         UnknownNameError: For a name that is no input.
         ArgumentError: When an input is missing or no number, and for axes that have no place in a grid.
-        ValueOutOfBoundsError: For fewer rules than one.
+        ValueOutOfBoundsError: For fewer rules than one, or more than a picture has room for.
         NoRuleFiresError: Where no rule fires for an output that says `else error`.
     """
     return viewer(why(system, values, **named), most, ax)
@@ -48,8 +50,7 @@ def rules(
 
 def viewer(found: Trace, most: int = 12, ax: Any = None) -> Any:
     """Draw what was traced, see `rules`."""
-    if not isinstance(most, int) or most < 1:
-        raise ValueOutOfBoundsError("'most'", most, "a number of rules, 1 or more")
+    arguments.integer("'most'", most, 1, MOST)
     with styled(ax):
         figure = place(ax)
         draw_rules(figure, found.system, found, most)

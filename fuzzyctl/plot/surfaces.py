@@ -16,12 +16,14 @@ from fuzzyctl.kernels.compile import compile as compile_system
 from fuzzyctl.kernels.kernel import Kernel
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.plot.axis_choice import chosen_axes
-from fuzzyctl.plot.figures import finished, one, styled
+from fuzzyctl.plot.figures import finish, one, place, styled
 from fuzzyctl.plot.style import COLORS
 from fuzzyctl.support import arguments
 
 #: Fewest and most points along an axis.
 RESOLUTIONS: Final = (2, 2001)
+#: Points along an axis in a notebook.
+OVERVIEW: Final = 61
 #: Longest line of a title.
 LINE: Final = 100
 
@@ -101,15 +103,23 @@ def surface(
     output = _known("output", drawn.kernel.output_names, output or drawn.kernel.output_names[0])
     fixed = _fixed(drawn, at)
     axes = _checked_axes(drawn, x, y, fixed)
-    if not isinstance(resolution, int) or not RESOLUTIONS[0] <= resolution <= RESOLUTIONS[1]:
-        raise ValueOutOfBoundsError("'resolution'", resolution, "an integer from {} to {}".format(*RESOLUTIONS))
+    arguments.integer("'resolution'", resolution, *RESOLUTIONS)
     grids, values = _sample(drawn, axes, fixed, output, resolution)
     with styled(ax):
         found = one(ax, (6.4, 4.0) if len(axes) == 1 else (6.4, 5.0), solid=len(axes) == 2)
         _draw(found, drawn, axes, grids, values, output)
         found.set_title(_title(drawn, axes, fixed, 60))
-        finished([found])
+        finish(found)
     return found
+
+
+def overview(kernel: Kernel) -> Any:
+    """Return a figure of the first output of a kernel over its first inputs, the others at mid-range."""
+    with styled(None):
+        figure = place(None)
+        draw_surface(figure, kernel, list(kernel.input_names[:2]), {}, kernel.output_names[0], OVERVIEW)
+        finish(figure)
+    return figure
 
 
 def _known(kind: str, names: Sequence[str], name: object) -> str:
@@ -151,9 +161,9 @@ def _draw(ax: Any, drawn: Sampled, axes: Sequence[str], grids: Sequence[Any], va
     if len(axes) == 1:
         _draw_curve(ax, grids[0], values, labels)
     elif ax.name == "3d":
-        _draw_surface(ax, *np.meshgrid(*grids), values, labels)
+        _draw_surface(ax, grids, values, labels)
     else:
-        _draw_map(ax, *np.meshgrid(*grids), values, labels)
+        _draw_map(ax, grids, values, labels)
     if not np.isfinite(values).any():
         write = ax.text2D if ax.name == "3d" else ax.text
         write(0.5, 0.5, f"{labels[-1]} has no finite value here", transform=ax.transAxes, ha="center")
@@ -164,8 +174,9 @@ def _draw_curve(ax: Any, x: Any, values: Any, labels: Sequence[str]) -> None:
     ax.set(xlabel=labels[0], ylabel=labels[1], xlim=(x[0], x[-1]))
 
 
-def _draw_surface(ax: Any, x: Any, y: Any, values: Any, labels: Sequence[str]) -> None:
-    stride = max(1, len(x) // 60)
+def _draw_surface(ax: Any, grids: Sequence[Any], values: Any, labels: Sequence[str]) -> None:
+    x, y = np.meshgrid(*grids)
+    stride = max(1, len(grids[0]) // 60)
     if np.isfinite(values).any():
         edge = (0, 0, 0, 0.25)
         ax.plot_surface(x, y, values, cmap="viridis", rstride=stride, cstride=stride, lw=0.2, edgecolor=edge)
@@ -180,7 +191,8 @@ def _draw_surface(ax: Any, x: Any, y: Any, values: Any, labels: Sequence[str]) -
     ax.set_box_aspect(None, zoom=0.8)
 
 
-def _draw_map(ax: Any, x: Any, y: Any, values: Any, labels: Sequence[str]) -> None:
+def _draw_map(ax: Any, grids: Sequence[Any], values: Any, labels: Sequence[str]) -> None:
+    x, y = np.meshgrid(*grids)
     ax.grid(False)
     ax.set(xlabel=labels[0], ylabel=labels[1])
     if np.isfinite(values).any():
