@@ -25,6 +25,7 @@ _STYLE: Final = """<style>
 .fuzzyctl .title { font-weight: bold; font-size: 1.1em; }
 .fuzzyctl .note { color: #555555; }
 .fuzzyctl img { max-width: 100%; background: #ffffff; }
+.fuzzyctl img.lines { max-width: none; }
 @media (prefers-color-scheme: dark) {
 .fuzzyctl { color: #e8e8e8; background: #1c1c1c; }
 .fuzzyctl th, .fuzzyctl td { border-color: #505050; }

@@ -71,7 +71,7 @@ class Instance(Node):
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
-class Controller(Printed, Node):
+class Controller(Node, Printed):
     """A sampled controller: synchronous equations, each name defined once, in any order.
 
     Args:

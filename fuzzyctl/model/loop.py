@@ -25,7 +25,7 @@ class Measure(Definition):
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
-class Loop(Printed, Node):
+class Loop(Node, Printed):
     """An experiment: blocks, what connects them, and what is measured.
 
     Args:

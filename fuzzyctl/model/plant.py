@@ -17,7 +17,7 @@ from fuzzyctl.model.system import FuzzySystem
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
-class Plant(Printed, Node):
+class Plant(Node, Printed):
     """A plant in continuous time; its inputs are held while it is integrated over a period.
 
     A plant that was written as a transfer function, zeros and poles, or matrices is one of linear equations.

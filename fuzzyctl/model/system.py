@@ -24,7 +24,7 @@ from fuzzyctl.model.variable import Input, Let, LinguisticVariable, Output
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
-class FuzzySystem(Printed, Node):
+class FuzzySystem(Node, Printed):
     """A fuzzy system as data; evaluation never writes into it.
 
     Args:
