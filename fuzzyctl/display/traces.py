@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from fuzzyctl.display.markup import Markup, page, paragraph, picture_svg, table
+from fuzzyctl.display.markup import Markup, page, pairs, paragraph, picture_svg, table
 from fuzzyctl.explain.trace import Contribution, Trace
 
 #: Most rules of a text or a picture.
@@ -23,6 +23,7 @@ def html(found: Trace) -> str:
     slopes = [(o, name, _slope(*pair)) for o, own in found.slopes.items() for name, pair in own.items()]
     return page(
         f"{_values(found.outputs, found)} at {_values(found.inputs, found)}",
+        pairs("Lets", {name: f"{value:.6g}" for name, value in found.lets.items()}),
         table("Rules that act", ("rule", "activation", "text", "share"), rows=rules),
         paragraph(f"{found.silent} rules are silent", "note"),
         table("Change per unit of an input, to the left and to the right", ("output", "input", "change"), slopes),
@@ -46,6 +47,9 @@ def text(found: Trace, most: int = MOST) -> str:
     for output in found.system.outputs:
         unit = f" {output.unit}" if output.unit else ""
         lines.append(f"{output.name} = {found.outputs[output.name]!r}{unit}")
+    if found.lets:
+        units = {let.name: f" {let.unit}" if let.unit else "" for let in found.system.lets}
+        lines += ["", "Lets", *(f"  {name} = {value:.6g}{units[name]}" for name, value in found.lets.items())]
     lines += ["", f"Degrees above 0 at {', '.join(f'{n} = {x:.6g}' for n, x in found.inputs.items())}"]
     for variable, degrees in found.degrees.items():
         above = [f"{term} {d:.4g}" for term, d in degrees.items() if d > 0.0]

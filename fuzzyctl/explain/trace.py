@@ -83,6 +83,7 @@ class Trace(Printed):
         degrees: The degrees that rules read, by variable and term; NaN where the variable has no value.
         rules: Those that act, by activation, the highest first; none that reads a variable without a value.
         silent: Number of rules that do not.
+        lets: Values of the lets at the point, by name.
         slopes: Change of each output per unit of each input, to the left and to the right of the point; they differ
             where the surface has an edge.
     """
@@ -94,6 +95,7 @@ class Trace(Printed):
     rules: tuple[FiredRule, ...]
     silent: int
     slopes: dict[str, dict[str, tuple[float, float]]]
+    lets: dict[str, float]
 
     def __repr__(self) -> str:
         values = [", ".join(f"{n} = {x:.6g}" for n, x in part.items()) for part in (self.inputs, self.outputs)]
@@ -178,6 +180,7 @@ def trace(system: FuzzySystem, values: Mapping[str, float]) -> Trace:
         rules=tuple(_fired(system, r, activations[r], own) for r in acting),
         silent=len(flat.rules) - len(acting),
         slopes=_slopes(flat, found, point),
+        lets={let.name: known[let.name] for let in flat.lets},
     )
 
 

@@ -98,8 +98,7 @@ class Judgement:
         within = 0.0 if g.within is None else evaluate(g.within, names)
         used = dict.fromkeys(n.name for n in names_in(g.claim) if n.name in measures)
         facts = tuple(f"{n} = {measures[n]:.6g}" for n in used)
-        applies = g.when is None or _truth(g.when, names, 0.0)
-        return Requirement(to_text(g.claim), not applies or _truth(g.claim, names, within), facts)
+        return Requirement(to_text(g.claim), _truth(g.claim, names, within) is True, facts)
 
 
 def _calls(expr: Expr) -> list[Call]:
@@ -125,21 +124,25 @@ def _number(expr: Expr, names: Mapping[str, float]) -> float:
         return math.nan
 
 
-def _truth(expr: Expr, names: Mapping[str, float], within: float) -> bool:
-    """Return whether a condition holds; comparisons hold up to a tolerance, and none holds for NaN."""
+def _truth(expr: Expr, names: Mapping[str, float], within: float) -> bool | None:
+    """Return whether a condition holds; comparisons hold up to a tolerance, and are open, None, for NaN."""
     match expr:
-        case Logic(op="and", operands=operands):
-            return all(_truth(o, names, within) for o in operands)
-        case Logic(op="or", operands=operands):
-            return any(_truth(o, names, within) for o in operands)
-        case Logic(operands=(operand,)):
-            return not _truth(operand, names, within)
+        case Logic(op="not", operands=(operand,)):
+            found = _truth(operand, names, within)
+            return None if found is None else not found
+        case Logic(op=op, operands=operands):
+            decides = op == "or"
+            known = [_truth(o, names, within) for o in operands]
+            return decides if decides in known else None if None in known else not decides
         case Compare(op=op, left=left, right=right):
             a, b = _number(left, names), _number(right, names)
-            if a == b or math.isnan(a) or math.isnan(b):
-                return a == b and op in ("<=", ">=", "==")
+            if math.isnan(a) or math.isnan(b):
+                return None
+            if a == b and math.isinf(a):
+                return op in ("<=", ">=", "==")
             return {
                 "<": a < b + within, "<=": a <= b + within, ">": a > b - within, ">=": a >= b - within,
                 "==": abs(a - b) <= within, "!=": abs(a - b) > within,
             }[op]  # fmt: skip
-    return _number(expr, names) != 0.0
+    value = _number(expr, names)
+    return None if math.isnan(value) else value != 0.0

@@ -20,10 +20,10 @@ class LoopPrograms:
     """A loop as two programs, with distinct names and tables.
 
     Args:
-        sample: From the time, the plants' states, delayed signals, free params, outputs of plants in Python, columns
+        sample: From the time, the plants' states, delayed signals, free params, outputs of external plants, columns
             known before and flags of slow controllers to what is recorded, what is held, and the controllers' next
             states.
-        derivative: From the time, the plants' states, delayed signals, free params, outputs of plants in Python
+        derivative: From the time, the plants' states, delayed signals, free params, outputs of external plants
             and what is held to `LoopEquations.integrated`.
         held: Names of what is held.
     """

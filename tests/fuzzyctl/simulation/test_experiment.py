@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import fuzzyctl
-from fuzzyctl import ArgumentError, DiagnosticError, Experiment, UnknownNameError
+from fuzzyctl import ArgumentError, DiagnosticError, Experiment, UnknownNameError, ValueOutOfBoundsError
 from fuzzyctl.analysis.check import check_source
 from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.simulation.solvers import solved
@@ -454,6 +454,27 @@ class TestStops:
         assert len(run) == 2
         assert run.stopped.message == "no rule fires for output 'u' at t = 2 s"
 
+    @pytest.mark.parametrize("backend", BACKENDS)
+    @pytest.mark.parametrize(("output", "what"), [("sqrt(0.5 - t)", "not a number"), ("1 / (0.5 - t)", "infinite")])
+    def test_an_output_of_a_plant_without_a_value_stops_the_run(self, loop, backend, output, what):
+        text = driven("input u\nstate x = 0\nder x = u\noutput z = x\noutput y = " + output, "1", "2 s step 0.25 s")
+        run = Experiment(loop(text), backend).run()
+        last = 0.5 if what == "infinite" else 0.75
+        assert run.stopped is not None
+        assert run.stopped.message == f"output 'p.y' is {what} at t = {last:g} s"
+        assert run.stopped.facts == (f"there p.u = 1, p.x = {last:g}",)
+        assert run.stopped.span.text == "y"
+        assert run.t[-1] == last - 0.25
+        solver = solved(Experiment(loop(text), "python"), "DOP853")
+        assert solver.stopped.message.split(" at ")[0] == run.stopped.message.split(" at ")[0]
+
+    def test_a_state_without_a_value_names_where_that_came_from(self, loop):
+        law = "controller law\ninput y\noutput u = sqrt(0.6 - y)\nevery 0.25 s\n"
+        text = "plant p\ninput u\nstate x = 0\nder x = 1 + 0 * u\noutput y = x\nloop l\nblock law = law(p.y)\n"
+        run = Experiment(loop(f"{law}{text}block p = p(law.u)\nrun 2 s\n"), "python").run()
+        assert run.stopped.message == "state 'p.x' is not a number at t = 1 s"
+        assert run.stopped.facts == ("one sample before it was 0.75", "'law.u' was not a number then")
+
     def test_an_adaptive_solver_stops_as_well(self, loop):
         plant = "input u\nstate x in [0, 1) = 0\nder x = u\noutput y = x"
         run = fuzzyctl.simulate(loop(driven(plant, "1", "2 s step 0.1 s")), solver="RK45")
@@ -504,6 +525,25 @@ class TestFree:
         text = driven("input u\nparam a = 1\nstate x = a\nder x = -a * x\noutput y = x", "0", "1 s step 0.1 s")
         with pytest.raises(ArgumentError, match="a constant depends on a free param"):
             Experiment(loop(text), "python", free=["p.a"])
+
+    @pytest.mark.parametrize(
+        ("values", "message"),
+        [
+            ([5.0, 1.0], "'p.k' must be in (0, 4], got 5.0"),
+            ([0.0, 1.0], "'p.k' must be in (0, 4], got 0.0"),
+            ([3.0, 0.5], "'p.k' must be in (0, 2], got 3.0"),
+            ([math.nan, 1.0], "'p.k' must be a finite number, got nan"),
+            ([1.0, math.inf], "'p.top' must be a finite number, got inf"),
+        ],
+    )
+    def test_values_stay_in_the_ranges_of_their_params(self, loop, values, message):
+        plant = "input u\nparam top = 2\nparam k in (0, 4 * top] = 1\nstate x = 0\nder x = k * u\noutput y = x"
+        experiment = Experiment(loop(driven(plant, "1, top=1", "2 s step 1 s")), "python", free=["p.k", "p.top"])
+        assert experiment.run([4.0, 1.0])["p.y"][-1] == pytest.approx(8.0)
+        with pytest.raises(ValueOutOfBoundsError) as caught:
+            experiment.run(values)
+        assert message in str(caught.value)
+        assert experiment.run([4.0, 1.0])["p.y"][-1] == pytest.approx(8.0)
 
     def test_names_and_numbers_of_values_are_checked(self, loop):
         with pytest.raises(UnknownNameError, match=r"law\.Kq"):

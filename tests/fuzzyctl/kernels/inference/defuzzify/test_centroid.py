@@ -11,6 +11,7 @@ from fuzzyctl.kernels.inference.defuzzify.centroid import line_ends, pieces, unc
 from fuzzyctl.kernels.plan.build import plan
 from fuzzyctl.kernels.program.program import Quadrature
 from fuzzyctl.model.method import Defuzzifier
+from tests import sizes
 from tests.tipper import POINTS, TIPS
 
 BACKENDS = ("python", "numpy", "numba")
@@ -23,7 +24,7 @@ def at(kernel, *point):
     return value
 
 
-@pytest.mark.parametrize("backend", BACKENDS)
+@pytest.mark.parametrize("backend", sizes.BACKENDS)
 class TestTipper:
     def test_the_exact_centroid_is_the_limit_of_fine_grids(self, tipper, backend):
         # Integrated with a million midpoints by an independent program.
