@@ -1,5 +1,6 @@
 """Public plots: data and axes in, axes out, and pyplot not involved."""
 
+import dataclasses
 import math
 import re
 import subprocess
@@ -71,12 +72,13 @@ def test_axes_of_three_dimensions_take_a_surface_and_others_a_map(tipper):
     assert tipper.plot(ax=flat, resolution=3).get_ylabel() == "Food"
 
 
-def test_labels_are_no_formulas_in_the_figure_of_a_caller(base):
-    system = fuzzyctl.loads(base.replace("output y in [-1, 1] m", 'output y "$\\frac{" in [-1, 1] m'))
+def test_labels_are_no_formulas_in_the_figure_of_a_caller(tipper):
+    food = dataclasses.replace(tipper.input("food"), label="$\\frac{$")
+    system = dataclasses.replace(tipper, inputs=(tipper.inputs[0], food))
     figure = Figure()
-    ax = fuzzyctl.plot.surface(system, "x", at={}, resolution=3, ax=figure.subplots())
+    ax = fuzzyctl.plot.surface(system, "food", at={"service": 3}, resolution=3, ax=figure.subplots())
     figure.canvas.draw()
-    assert ax.get_xlabel()
+    assert ax.get_xlabel() == "$\\frac{$"
 
 
 def test_where_nothing_is_finite_the_picture_says_so():
