@@ -58,7 +58,7 @@ class TestEachPlot:
             assert found is right
             assert found.has_data()
         assert not left.has_data()
-        figure.canvas.draw()
+        figure.draw_without_rendering()
 
     def test_what_are_no_axes_is_refused(self, tipper, run, name):
         with pytest.raises(fuzzyctl.ArgumentError, match="'ax' must be axes of matplotlib, or None, got Figure"):
@@ -77,7 +77,7 @@ def test_labels_are_no_formulas_in_the_figure_of_a_caller(tipper):
     system = dataclasses.replace(tipper, inputs=(tipper.inputs[0], food))
     figure = Figure()
     ax = fuzzyctl.plot.surface(system, "food", at={"service": 3}, resolution=3, ax=figure.subplots())
-    figure.canvas.draw()
+    figure.draw_without_rendering()
     assert ax.get_xlabel() == "$\\frac{$"
 
 
