@@ -23,8 +23,8 @@ from fuzzyctl.expr import Compare, Name, evaluate
 from fuzzyctl.loading.load import look_through
 from fuzzyctl.model.guarantee import Guarantee
 from fuzzyctl.model.loop import Loop, Measure
-from fuzzyctl.plot.runs import draw_runs
 from fuzzyctl.plot.style import COLORS, saved
+from fuzzyctl.plot.time_series import draw_runs
 from fuzzyctl.simulation.run import Run
 from fuzzyctl.simulation.simulate import simulate
 from fuzzyctl.support.reading import read_source

@@ -35,7 +35,7 @@ from fuzzyctl.analysis.coverage.fires import Silence, unclear_at
 from fuzzyctl.analysis.coverage.pattern_search import silent_point
 from fuzzyctl.analysis.multilinear import pointwise, slopes
 from fuzzyctl.analysis.multilinear.surface import Surface, surface_of
-from fuzzyctl.analysis.verdicts import Proved, Refuted, Undecided, Verdict
+from fuzzyctl.analysis.verdicts import Proved, Refuted, Undecided, Verdict, Verdicts
 from fuzzyctl.analysis.witnesses import Judge
 from fuzzyctl.analysis.work import COVERAGE, SEARCH, SPENT, SpentError, Work
 from fuzzyctl.diagnostics.diagnostic import Diagnostic
@@ -77,7 +77,7 @@ def prove(
     system: str | None = None,
     timeout: float = TIMEOUT,
     progress: Progress | None = None,
-) -> tuple[Verdict, ...]:
+) -> Verdicts:
     """Prove the guarantees of a rule file, a system or a controller, for all inputs in their ranges.
 
     Inputs that extrapolate run over all real numbers. Others are clamped, so that a claim that names outputs at the
@@ -115,7 +115,7 @@ def prove(
 
         path = load(path, system=system)
     prover = Prover(path, timeout=timeout, progress=progress)
-    return tuple(prover.verdict(g) for g in path.guarantees)
+    return Verdicts(prover.verdict(g) for g in path.guarantees)
 
 
 @dataclass

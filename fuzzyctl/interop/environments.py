@@ -12,6 +12,7 @@ from fuzzyctl.diagnostics.diagnostic import ArgumentError, Diagnostic, UnknownNa
 from fuzzyctl.expr import Call, Expr, Name, evaluate
 from fuzzyctl.interop.numbers import number, numbers
 from fuzzyctl.interop.opened_loops import OpenedLoop
+from fuzzyctl.kernels.compile import Backend
 from fuzzyctl.model.forms import bound
 from fuzzyctl.model.measures import MEASURES
 from fuzzyctl.simulation.experiment import Experiment, Stepper
@@ -42,7 +43,7 @@ class LoopEnvironment(gymnasium.Env[Any, Any]):  # type: ignore[misc]  # gymnasi
         start: Mapping[str, tuple[float, float]],
         penalty: float,
         substeps: int,
-        backend: str,
+        backend: Backend,
     ) -> None:
         self.opened, self._penalty, self._substeps = opened, penalty, substeps
         self.experiment = Experiment(opened.loop, backend, free=opened.actions)

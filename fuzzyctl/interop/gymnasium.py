@@ -10,7 +10,7 @@ import numpy as np
 from fuzzyctl.diagnostics.diagnostic import ArgumentError
 from fuzzyctl.interop.numbers import count, number, numbers, positive, span
 from fuzzyctl.interop.packages import required
-from fuzzyctl.kernels.compile import compile
+from fuzzyctl.kernels.compile import Backend, compile
 from fuzzyctl.model.controller import Controller
 from fuzzyctl.model.loop import Loop
 from fuzzyctl.model.plant import Plant
@@ -41,7 +41,9 @@ class Policy:
         ValueOutOfBoundsError: For a `dt` that is not positive.
     """
 
-    def __init__(self, block: FuzzySystem | Controller, *, dt: float | None = None, backend: str = "python") -> None:
+    def __init__(
+        self, block: FuzzySystem | Controller, *, dt: float | None = None, backend: Backend = "python"
+    ) -> None:
         if not isinstance(block, FuzzySystem | Controller):
             raise ArgumentError(f"expected a FuzzySystem or Controller, got {type(block).__name__}")
         self._names = tuple(s.name for s in block.inputs)
@@ -98,7 +100,7 @@ def environment(
     start: Mapping[str, tuple[float, float]] | None = None,
     penalty: float = 0.0,
     substeps: int = 1,
-    backend: str = "auto",
+    backend: Backend = "auto",
 ) -> Any:
     """Return a loop without one of its controllers, or a plant, as a `gymnasium.Env`.
 
