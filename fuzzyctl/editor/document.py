@@ -32,7 +32,7 @@ class Document:
         folder: Where the files stand that it uses; None for a text without a file.
         buffers: Texts that editors have not saved, by absolute path: what `use` reads in place of the files.
         characters: How many the text has where it is too large to be read, and `source` is empty; else 0.
-        verdicts: What proofs have found so far, by the offset of the line.
+        verdicts: What proofs have found so far, by the offset of the line and the name of the block.
         bounds: Proved bounds of outputs so far, by system and output.
     """
 
@@ -40,7 +40,7 @@ class Document:
     folder: Path | None = None
     buffers: Mapping[str, str] = field(default_factory=dict, repr=False)
     characters: int = 0
-    verdicts: dict[int, Verdict] = field(default_factory=dict, init=False, compare=False, repr=False)
+    verdicts: dict[tuple[int, str], Verdict] = field(default_factory=dict, init=False, compare=False, repr=False)
     bounds: dict[tuple[str, str], tuple[float, float]] = field(
         default_factory=dict, init=False, compare=False, repr=False
     )

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Final
 
 from fuzzyctl import expr as ex
 from fuzzyctl.diagnostics.source import Span
@@ -13,6 +15,8 @@ from fuzzyctl.lang import syntax as sx
 from fuzzyctl.model.controller import Controller
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Membership
+
+_UNIT: Final = re.compile(r'\s+unit\s*"[^"]*"\s*$')
 
 
 @dataclass(frozen=True)
@@ -56,14 +60,14 @@ def _values(block: FuzzySystem | Controller, statements: _Statements) -> Iterato
     for param in block.params:
         s = _at(param.span, statements)
         is_written = isinstance(param.expression, ex.Number) or not list(_operations(param.expression))
-        where = ex.span_of(s.expression) if isinstance(s, sx.Param) else None
-        if where is not None and not is_written and isinstance(s, sx.Param) and s.name.text == param.name:
-            yield Hint(where.end, f"= {block.number(param.expression):.6g}", f"value of param '{param.name}'")
+        if isinstance(s, sx.Param) and not is_written:
+            end = s.span.start + len(_UNIT.sub("", s.span.text))
+            yield Hint(end, f"= {block.number(param.expression):.6g}", f"value of param '{param.name}'")
 
 
 def _operations(expression: ex.Expr) -> Iterator[ex.Expr]:
     """Yield what makes an expression more than a number with its sign."""
-    return (n for n in ex.walk(expression) if not isinstance(n, ex.Number | ex.Negative))
+    return (n for n in ex.walk(expression) if not isinstance(n, ex.Number | ex.Negate))
 
 
 def _peaks(system: FuzzySystem, statements: _Statements) -> Iterator[Hint]:
@@ -99,4 +103,4 @@ def _bounds(document: Document, system: FuzzySystem, statements: _Statements) ->
         s, bound = _at(output.span, statements), document.bounds.get((system.name, output.name))
         if isinstance(s, sx.Variable) and bound is not None:
             ends = f"[{bound[0]:.6g}, {bound[1]:.6g}]"
-            yield Hint(s.span.end, f"in {ends}", f"proved: '{output.name}' lies in {ends}")
+            yield Hint(s.span.end, f"proved {ends}", f"'{output.name}' lies in {ends} for all inputs")

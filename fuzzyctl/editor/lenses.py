@@ -40,13 +40,15 @@ class Lens:
 
 def lenses(document: Document) -> list[Lens]:
     """Return the lenses of a document, by location."""
-    found = [_of_light(light) for light in lights(document)]
+    known = lights(document)
+    claiming = {light.block for light in known}
+    found = [_of_light(light) for light in known]
     for _, _, head in document.symbols.scopes:
         if head is None or head.span.source.name != document.source.name:
             continue
         if head.kind == "system":
             found.append(Lens(head.span, "surface", SURFACE, head.name, {}))
-        if head.kind in ("system", "controller"):
+        if head.kind == "controller" or (head.kind == "system" and head.name in claiming):
             found.append(Lens(head.span, "prove", PROVE, head.name, {}))
         elif head.kind == "loop":
             found.append(Lens(head.span, "simulate", SIMULATE, head.name, {}))

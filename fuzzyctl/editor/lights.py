@@ -22,6 +22,8 @@ FIRST: Final = 0.3
 LAST: Final = 10.0
 #: Which verdict counts where several systems share a line.
 _ORDER: Final = (Proved, Undecided, Refuted)
+#: What is said of a guarantee before any proof.
+_OPEN: Final = Undecided("", "")
 
 
 class StoppedError(Exception):
@@ -61,8 +63,8 @@ def lights(document: Document) -> list[Light]:
 
 
 def _light(document: Document, span: Span, name: str, kind: str) -> Light:
-    verdict = document.verdicts.get(span.start)
-    match verdict:
+    found = [v for (at, _), v in document.verdicts.items() if at == span.start]
+    match max(found, key=lambda v: _ORDER.index(type(v)), default=None):
         case Proved(note=note):
             return Light(span, "proved", f"proved{f': {note}' if note else ''}", name, kind)
         case Refuted(witness=witness, note=note):
@@ -101,7 +103,8 @@ def prove(document: Document, seconds: float = FIRST, stopped: Callable[[], bool
     for block in (*document.examined.systems, *document.examined.controllers):
         try:
             for verdict in _verdicts(document, block, seconds, progress):
-                _keep(document, verdict)
+                if verdict.span is not None:
+                    document.verdicts[verdict.span.start, block.name] = verdict
             if isinstance(block, FuzzySystem) and (block.name, block.outputs[0].name) not in document.bounds:
                 bounds = output_bounds(block).values()
                 document.bounds.update({(block.name, b.name): (b.lo, b.hi) for b in bounds})
@@ -118,8 +121,9 @@ def _verdicts(
 
     def is_open(span: Span | None) -> bool:
         progress()
-        earlier = document.verdicts.get(span.start) if span is not None else None
-        return span is not None and (timeout == FIRST or isinstance(earlier, Undecided))
+        if span is None or span.source.name != document.source.name:
+            return False
+        return isinstance(document.verdicts.get((span.start, block.name), _OPEN), Undecided)
 
     if isinstance(block, FuzzySystem):
         prover = Prover(block, timeout, progress)
@@ -127,13 +131,3 @@ def _verdicts(
     else:
         steps = ControllerProver(block, timeout, progress)
         yield from (steps.verdict(c) for c in steps.claims.own if is_open(c.span))
-
-
-def _keep(document: Document, verdict: Verdict) -> None:
-    """Keep a verdict of the document's own lines, the worst where systems share a line."""
-    if verdict.span is None or verdict.span.source.name != document.source.name:
-        return
-    earlier = document.verdicts.get(verdict.span.start)
-    settled = isinstance(earlier, Proved | Refuted)
-    if not settled or _ORDER.index(type(verdict)) > _ORDER.index(type(earlier)):
-        document.verdicts[verdict.span.start] = verdict

@@ -35,11 +35,11 @@ CASES = {
     "inputs of a table": (BASE + "table tip = service x §", "service food tip"),
     "terms of": (BASE + "input mood in [0, 1] terms of §", "service food tip"),
     "expressions of a guarantee": (BASE + "require §", "most service food tip abs min max ..."),
-    "states of next": (LOOP.replace("next total", "next §"), "total"),
+    "states of next": (LOOP.replace("next level", "next §"), "level"),
     "states of der": (LOOP.replace("der x =", "der §"), "x"),
     "names and operators of a controller": (
         LOOP.replace("gain * surface", "§gain * surface"),
-        "r y gain total error u abs ... clamp where previous ...",
+        "r y gain level error u abs ... clamp where previous ...",
     ),
     "members of a block": (LOOP.replace("law(r, lag.y)", "law(r, lag.§)"), "y"),
     "blocks that can be added": (LOOP.replace("law = law(r, lag.y)", "law = §"), "law lag"),
