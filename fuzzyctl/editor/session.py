@@ -29,8 +29,8 @@ from fuzzyctl.editor.workspace import Workspace
 from fuzzyctl.support.reading import MAX_BYTES
 
 #: Seconds that a text rests before it is checked, in which a burst of changes arrives, and before its proofs begin.
-_BREATH: Final = 0.005
-_REST: Final = 0.1
+BREATH: Final = 0.005
+REST: Final = 0.1
 
 _SEVERITIES: Final = {
     "error": lsp.DiagnosticSeverity.Error,
@@ -243,7 +243,7 @@ class FuzzyServer(LanguageServer):
         running = self._proofs.pop(uri, None)
         if running is not None:
             running.cancel()
-        await asyncio.sleep(_BREATH)
+        await asyncio.sleep(BREATH)
         if not self.is_newest(uri, document) or self.document(uri) is not document:
             return
         self.publish(uri, document, proved=False)
@@ -253,7 +253,7 @@ class FuzzyServer(LanguageServer):
             await self.files_changed([uri])
 
     async def _prove(self, uri: str, document: Document) -> None:
-        await asyncio.sleep(_REST)
+        await asyncio.sleep(REST)
         loop = asyncio.get_running_loop()
 
         def stopped() -> bool:
