@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
-from fuzzyctl.diagnostics.diagnostic import DiagnosticError
 from fuzzyctl.diagnostics.fixes import Fix, Replacement, fixed
 from fuzzyctl.diagnostics.source import SourceText, Span
 from fuzzyctl.diagnostics.suggestions import counted
 from fuzzyctl.editor.document import Document
-from fuzzyctl.editor.hints import peak
 from fuzzyctl.editor.layout import laid_out
-from fuzzyctl.expr import number_text
+from fuzzyctl.expr import ONE, to_text
 from fuzzyctl.formats.fz import membership_text
-from fuzzyctl.kernels.plan.build import plan
 from fuzzyctl.lang import syntax as sx
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import LinguisticVariable
@@ -124,23 +122,36 @@ def _as_lines(_: FuzzySystem, variable: LinguisticVariable) -> list[str]:
 
 
 def _as_partition(system: FuzzySystem, variable: LinguisticVariable) -> list[str]:
-    kinds = {t.membership.kind for t in variable.terms}
-    peaks = [peak(system, t.membership) for t in variable.terms]
-    sign = "=" if kinds <= {"singleton", "constant"} else "@"
-    if any(p is None for p in peaks):
+    """Return the `terms` line that means the same functions; nothing where there is none."""
+    sets = [t.membership for t in variable.terms]
+    names = [t.name for t in variable.terms]
+    if any(m.height != ONE for m in sets):
         return []
-    low, high = system.number(variable.lower), system.number(variable.upper)
-    step = (high - low) / max(len(peaks) - 1, 1)
-    if sign == "@" and all(p is not None and abs(p - low - k * step) < 1e-12 * step for k, p in enumerate(peaks)):
-        return ["  terms " + " ".join(t.name for t in variable.terms)]
-    pairs = zip(variable.terms, peaks, strict=True)
-    return ["  terms " + " ".join(f"{t.name}{sign}{number_text(p)}" for t, p in pairs if p is not None)]
+    if {m.kind for m in sets} == {"singleton"}:
+        values = [to_text(m.arguments[0]) for m in sets]
+        return ["  terms " + " ".join(f"{n}={v}" for n, v in zip(names, values, strict=True))]
+    if {m.kind for m in sets} != {"triangle"} or len(sets) < 2:
+        return []
+    corners = [tuple(system.number(e) for e in m.arguments) for m in sets]
+    peaks = [peak for _, peak, _ in corners]
+    if corners != _triangles(peaks):
+        return []
+    low, high, last = system.number(variable.lower), system.number(variable.upper), len(peaks) - 1
+    even = [low, *((low * (last - k) + high * k) / last for k in range(1, last)), high]
+    at = ["" if peaks == even else f"@{to_text(m.arguments[1])}" for m in sets]
+    return ["  terms " + " ".join(f"{n}{p}" for n, p in zip(names, at, strict=True))]
+
+
+def _triangles(peaks: list[float]) -> list[tuple[float, ...]]:
+    """Return the corners of triangles that each reach from the peak before to the peak behind."""
+    ends = [-math.inf, *peaks, math.inf]
+    return [tuple(ends[k : k + 3]) for k in range(len(peaks))]
 
 
 def _rewritten(
     document: Document, s: sx.Variable, title: str, form: Callable[[FuzzySystem, LinguisticVariable], list[str]]
 ) -> Iterator[Action]:
-    """Yield the action that writes the terms in another form, where the system then computes the same."""
+    """Yield the action that writes the terms in another form that means the same."""
     for system in document.examined.systems:
         for variable in system.variables:
             if variable.span is None or variable.span.start != s.name.span.start:
@@ -149,15 +160,6 @@ def _rewritten(
             first, last = s.terms[0].span, s.terms[-1].span
             start = document.text.rfind("\n", 0, first.start) + 1
             change = Replacement(Span(document.source, start, last.end), "\n".join(lines))
-            if lines and "#" not in change.span.text and _is_same(document, system, change):
+            if lines and "#" not in change.span.text:
                 yield Action(title, (change,), rewrites=True)
             return
-
-
-def _is_same(document: Document, system: FuzzySystem, change: Replacement) -> bool:
-    text = fixed(document.source, [Fix((change,), "sure")])
-    after = Document(SourceText(document.source.name, text), document.folder, document.buffers)
-    try:
-        return any(s.name == system.name and plan(s) == plan(system) for s in after.examined.systems)
-    except DiagnosticError:
-        return False

@@ -63,7 +63,7 @@ def lights(document: Document) -> list[Light]:
 
 
 def _light(document: Document, span: Span, name: str, kind: str) -> Light:
-    found = [v for (at, _), v in document.verdicts.items() if at == span.start]
+    found = [v for (at, _), v in list(document.verdicts.items()) if at == span.start]
     match max(found, key=lambda v: _ORDER.index(type(v)), default=None):
         case Proved(note=note):
             return Light(span, "proved", f"proved{f': {note}' if note else ''}", name, kind)

@@ -2,6 +2,7 @@ import pytest
 
 from fuzzyctl.diagnostics.fixes import Fix, fixed
 from fuzzyctl.editor.actions import actions
+from fuzzyctl.kernels.plan.build import plan
 from fuzzyctl.lang.formatter import format_source
 from tests.fuzzyctl.editor.marked import LOOP, SYSTEM, marked
 
@@ -73,6 +74,12 @@ CASES = {
     "peaks as functions": (terms("  terms bad@0 fine@4 great@10\n"), "bad@0", AS_LINES, UNEVEN.splitlines()),
     "values as functions": (SYSTEM, "small=0", AS_LINES, ["  small = singleton(0)", "  large = singleton(most)"]),
     "functions as a partition": (terms(LINES), "fine = ", AS_ONE, ["  terms bad fine great"]),
+    "peaks that are params": (
+        terms(UNEVEN.replace("4", "most / 5")),
+        "fine = ",
+        AS_ONE,
+        ["  terms bad@0 fine@most / 5 great@10"],
+    ),
     "functions as peaks": (terms(UNEVEN), "fine = ", AS_ONE, ["  terms bad@0 fine@4 great@10"]),
     "constants as values": (
         SYSTEM.replace("  terms small=0 large=most\n", "  small = singleton(0)\n  large = singleton(20)\n"),
@@ -94,6 +101,8 @@ def test_an_action_writes(case):
     after_document, place = marked(after, after.split("\n")[0])
     assert title not in {a.title for a in actions(after_document, place)}
     assert [d for d in after_document.mistakes if d.code.startswith("FZ1")] == []
+    if action.rewrites:
+        assert plan(after_document.examined.systems[0]) == plan(document.examined.systems[0])
     if "missing" in title:
         assert format_source(after_document.source).count("|") == after.count("|")
 
@@ -103,6 +112,8 @@ NOTHING = {
     "an output with else": (SYSTEM, "tip in"),
     "ramps that are no partition": (SYSTEM, "poor = "),
     "terms with a comment": (terms(LINES.replace("5)\n", "5)  # why\n", 1)), "fine = "),
+    "feet beyond the peaks": (terms(LINES.replace("(5, 10, inf)", "(4, 10, inf)")), "fine = "),
+    "a height": (terms(LINES.replace("(0, 5, 10)", "(0, 5, 10) height 0.5")), "fine = "),
     "overlapping terms": (terms(LINES.replace("(0, 5, 10)", "(0, 5, 9)")), "fine = "),
     "a guarantee": (SYSTEM, "require"),
     "a broken text": ("table\n", "table"),
