@@ -79,7 +79,7 @@ def _arguments(uri: str, lens: lenses.Lens) -> list[Any]:
 
 
 def _diagnostics(ls: FuzzyServer, params: lsp.DocumentDiagnosticParams) -> lsp.RelatedFullDocumentDiagnosticReport:
-    """Answer with all that is known; a client that cannot be told to ask again is sent diagnostics instead."""
+    """Answer with all that is known; a client without refresh is sent diagnostics instead."""
     document = ls.document(params.text_document.uri)
     if ls.knows.pulls and not ls.knows.refreshes_diagnostics:
         return lsp.RelatedFullDocumentDiagnosticReport(items=[])

@@ -172,7 +172,7 @@ class FuzzyServer(LanguageServer):
         return self._documents.get(uri, (None, None))[1] is document
 
     def publish(self, uri: str, document: Document, *, proved: bool) -> None:
-        """Show what is known of one version of a document; a client that asks for diagnostics is told to ask."""
+        """Show what is known of one version of a document; a client that asks for diagnostics gets a refresh."""
         version, newest = self._documents.get(uri, (None, None))
         if newest is not document:
             return
