@@ -100,7 +100,8 @@ def prove(document: Document, seconds: float = FIRST, stopped: Callable[[], bool
 
     if document.mistakes_stop_proofs:
         return False
-    for block in (*document.examined.systems, *document.examined.controllers):
+    blocks: tuple[FuzzySystem | Controller, ...] = (*document.examined.systems, *document.examined.controllers)
+    for block in blocks:
         try:
             for verdict in _verdicts(document, block, seconds, progress):
                 if verdict.span is not None:
