@@ -47,6 +47,10 @@ class SourceText:
         start = self._line_starts[self.line_of(offset) - 1]
         return len(self.text[start:offset].encode("utf-16-le")) // 2
 
+    def line_start(self, line: int) -> int:
+        """Return the character offset at which a 1-based line begins."""
+        return self._line_starts[line - 1]
+
     def line_text(self, line: int) -> str:
         """Return the text of a 1-based line without its line end."""
         start = self._line_starts[line - 1]

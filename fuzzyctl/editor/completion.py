@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.editor.document import Document
 from fuzzyctl.editor.symbols import Scope, Symbol
-from fuzzyctl.editor.words import LanguageWord, functions, hedges, keywords, measures, memberships, plants
+from fuzzyctl.editor.words import LanguageWord, functions, hedges, keywords, measures, memberships, plants, snippet
 from fuzzyctl.lang import syntax as sx
 from fuzzyctl.lang.edits import masked
 from fuzzyctl.lang.syntax import NAME
@@ -32,12 +32,14 @@ class Item:
         kind: Kind of the symbol or word.
         detail: Its form, or what it belongs to.
         what: What it means; may be empty.
+        snippet: What is put in by editors that know placeholders, such as `${1:name}`; empty for the label.
     """
 
     label: str
     kind: str
     detail: str = ""
     what: str = ""
+    snippet: str = ""
 
 
 @dataclass(frozen=True)
@@ -94,7 +96,7 @@ _Proposals = Callable[[_Place], "Iterable[Item] | None"]
 
 
 def _words(words: Iterable[LanguageWord]) -> Iterator[Item]:
-    return (Item(w.name, w.kind, w.form, w.what) for w in words)
+    return (Item(w.name, w.kind, w.form, w.what, snippet(w)) for w in words)
 
 
 def _names(place: _Place, *kinds: str) -> Iterator[Item]:
@@ -159,7 +161,12 @@ def _at_row(place: _Place) -> Iterator[Item] | None:
     if table is None or table.second is None:
         return None
     labels = {row.label.text for row in table.rows if row.label is not None}
-    missing = [item for item in _terms_of(place, table.first.text) if item.label not in labels]
+    cells = "  ".join(f"${{{k}:.}}" for k, _ in enumerate(table.header.terms if table.header is not None else (), 1))
+    missing = [
+        replace(item, snippet=f"{item.label} |  {cells}" if cells else "")
+        for item in _terms_of(place, table.first.text)
+        if item.label not in labels
+    ]
     return iter([*missing, *_words(keywords(place.block))])
 
 

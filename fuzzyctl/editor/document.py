@@ -2,18 +2,25 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from fuzzyctl.diagnostics.diagnostic import Diagnostic
 from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.editor.symbols import Symbols, symbols_of
 from fuzzyctl.lang.lines import LogicalLine, split
 from fuzzyctl.lang.parser import parse
-from fuzzyctl.lang.syntax import SyntaxTree
+from fuzzyctl.lang.syntax import SyntaxTree, Use
 from fuzzyctl.loading.assembly import bring_in
 from fuzzyctl.loading.load import Examined, look_through
+from fuzzyctl.support.reading import overlaid
+
+if TYPE_CHECKING:
+    from fuzzyctl.analysis.verdicts import Verdict
 
 
 @dataclass(frozen=True)
@@ -23,10 +30,20 @@ class Document:
     Args:
         source: The text, under the path of its file.
         folder: Where the files stand that it uses; None for a text without a file.
+        buffers: Texts that editors have not saved, by absolute path: what `use` reads in place of the files.
+        characters: How many the text has where it is too large to be read, and `source` is empty; else 0.
+        verdicts: What proofs have found so far, by the offset of the line and the name of the block.
+        bounds: Proved bounds of outputs so far, by system and output.
     """
 
     source: SourceText
     folder: Path | None = None
+    buffers: Mapping[str, str] = field(default_factory=dict, repr=False)
+    characters: int = 0
+    verdicts: dict[tuple[int, str], Verdict] = field(default_factory=dict, init=False, compare=False, repr=False)
+    bounds: dict[tuple[str, str], tuple[float, float]] = field(
+        default_factory=dict, init=False, compare=False, repr=False
+    )
 
     @property
     def text(self) -> str:
@@ -36,7 +53,8 @@ class Document:
     @cached_property
     def tree(self) -> SyntaxTree:
         """The statements that could be read, those of used files brought in."""
-        return bring_in(parse(self.source)[0], self.folder)[0]
+        with overlaid(self.buffers):
+            return bring_in(parse(self.source)[0], self.folder)[0]
 
     @cached_property
     def symbols(self) -> Symbols:
@@ -51,12 +69,25 @@ class Document:
     @cached_property
     def examined(self) -> Examined:
         """Blocks and mistakes, as far as no proof is needed."""
-        return look_through(self.source, folder=self.folder)
+        with overlaid(self.buffers):
+            return look_through(self.source, folder=self.folder)
 
     @cached_property
     def mistakes(self) -> list[Diagnostic]:
         """Diagnostics without proofs, by location: what can be shown at once."""
         return self.examined.reported(self.examined.diagnostics)
+
+    @property
+    def mistakes_stop_proofs(self) -> bool:
+        """Whether there are errors, so that nothing is proved of the text."""
+        return any(d.severity == "error" for d in self.mistakes)
+
+    @property
+    def used(self) -> frozenset[str]:
+        """Absolute paths of the rule files that are brought in."""
+        named = [s.path for s in self.tree.statements if isinstance(s, Use)] if self.folder is not None else []
+        read = {s.span.source.name for s in self.tree.used}
+        return frozenset(os.path.abspath(p) for p in [*read, *(os.path.join(self.folder or "", n) for n in named)])
 
     @cached_property
     def proved(self) -> list[Diagnostic]:

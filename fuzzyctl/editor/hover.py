@@ -7,12 +7,15 @@ from dataclasses import dataclass
 
 from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.editor.document import Document
+from fuzzyctl.editor.hints import peak
 from fuzzyctl.editor.navigation import symbol_at
+from fuzzyctl.editor.picture import as_markdown, picture
 from fuzzyctl.editor.symbols import Symbol
 from fuzzyctl.editor.words import called, hedges, keywords
 from fuzzyctl.expr import to_text
 from fuzzyctl.lang.syntax import NAME
 from fuzzyctl.model.system import FuzzySystem
+from fuzzyctl.model.variable import LinguisticVariable, Term
 
 
 @dataclass(frozen=True)
@@ -62,6 +65,9 @@ def _of_symbol(document: Document, symbol: Symbol) -> list[str]:
     system = _system_of(document, symbol)
     if system is not None:
         found += _values(system, symbol)
+        bound = document.bounds.get((system.name, symbol.name))
+        if symbol.kind == "output" and bound is not None:
+            found.append(f"proved: lies in [{bound[0]:.6g}, {bound[1]:.6g}]")
     return found
 
 
@@ -80,10 +86,19 @@ def _values(system: FuzzySystem, symbol: Symbol) -> list[str]:
     if symbol.kind == "param" and symbol.name in values:
         return [f"value: {values[symbol.name]:g}"]
     if symbol.kind == "term" and symbol.owner is not None:
-        for variable in (*system.inputs, *system.outputs):
-            if variable.name == symbol.owner.name:
-                for term in variable.terms:
-                    if term.name == symbol.name:
-                        numbers = ", ".join(to_text(p) for p in term.membership.arguments)
-                        return [f"`{term.membership.kind}({numbers})`"]
+        for variable in system.variables:
+            term = variable.term(symbol.name) if variable.name == symbol.owner.name else None
+            if term is not None:
+                return _of_term(system, variable, term)
     return []
+
+
+def _of_term(system: FuzzySystem, variable: LinguisticVariable, term: Term) -> list[str]:
+    """Return the function of a term, its peak and its picture."""
+    numbers = ", ".join(to_text(p) for p in term.membership.arguments)
+    found = [f"`{term.membership.kind}({numbers})`"]
+    at = peak(system, term.membership)
+    if at is not None:
+        found[0] += f", peak at {at:.6g}"
+    svg = picture(system, variable, term)
+    return [*found, as_markdown(svg, term.name)] if svg else found

@@ -1,52 +1,17 @@
-"""The language server: requests of an editor, answered from documents, over standard input and output.
-
-Diagnostics come in two tiers: names and syntax at once, what needs a proof once the text has rested. A check that a
-newer version of its text has overtaken is not published.
-"""
+"""The language server: requests of an editor, answered from documents, over standard input and output."""
 
 from __future__ import annotations
 
-import asyncio
-import os
-from collections.abc import Iterable
-from concurrent.futures import ThreadPoolExecutor
-from pathlib import Path
 from typing import Any, Final
 
 from lsprotocol import types as lsp
-from pygls import uris
-from pygls.lsp.server import LanguageServer
 
-import fuzzyctl
-from fuzzyctl.diagnostics.diagnostic import CODES, Diagnostic, DiagnosticError
-from fuzzyctl.diagnostics.fixes import Replacement
-from fuzzyctl.diagnostics.source import SourceText, Span
+from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.editor import completion, hover, navigation, outline, signature
-from fuzzyctl.editor.document import Document
+from fuzzyctl.editor.requests import COMMANDS, FEATURES
+from fuzzyctl.editor.session import SYMBOL_KINDS, FuzzyServer, uri_of
 from fuzzyctl.lang.formatter import format_source
-from fuzzyctl.support.reading import MAX_BYTES
 
-#: Seconds that a text rests before its proofs begin.
-_REST: Final = 0.15
-
-_SEVERITIES: Final = {
-    "error": lsp.DiagnosticSeverity.Error,
-    "warning": lsp.DiagnosticSeverity.Warning,
-    "hint": lsp.DiagnosticSeverity.Hint,
-}
-_SYMBOLS: Final = {
-    "system": lsp.SymbolKind.Module,
-    "controller": lsp.SymbolKind.Class,
-    "plant": lsp.SymbolKind.Class,
-    "loop": lsp.SymbolKind.Namespace,
-    "param": lsp.SymbolKind.Constant,
-    "hedge": lsp.SymbolKind.Operator,
-    "function": lsp.SymbolKind.Function,
-    "term": lsp.SymbolKind.EnumMember,
-    "rules": lsp.SymbolKind.Package,
-    "block": lsp.SymbolKind.Object,
-    "measure": lsp.SymbolKind.Event,
-}
 _ITEMS: Final = {
     "keyword": lsp.CompletionItemKind.Keyword,
     "term": lsp.CompletionItemKind.EnumMember,
@@ -63,156 +28,35 @@ _ITEMS: Final = {
     "controller": lsp.CompletionItemKind.Class,
 }
 
-
-class FuzzyServer(LanguageServer):
-    """The documents that are open, each in its last version."""
-
-    def __init__(self) -> None:
-        super().__init__("fuzzyctl", fuzzyctl.__version__)
-        self._documents: dict[str, tuple[int | None, Document]] = {}
-        self._proofs: dict[str, asyncio.Task[None]] = {}
-        # One after the other: two proofs at once take the processor from the answers.
-        self._worker = ThreadPoolExecutor(1, thread_name_prefix="proofs")
-
-    def document(self, uri: str) -> Document:
-        """Return the text of a document as it is now."""
-        text = self.workspace.get_text_document(uri)
-        version, document = self._documents.get(uri, (None, None))
-        if document is None or version != text.version or document.text != text.source:
-            path = uris.to_fs_path(uri)
-            name = path if path is not None else uri
-            folder = Path(path).parent if path is not None else None
-            document = Document(SourceText(name, text.source), folder)
-            self._documents[uri] = (text.version, document)
-        return document
-
-    def position(self, span_or_source: Span | SourceText, offset: int) -> lsp.Position:
-        """Return an offset as line and column of the client's units."""
-        source = span_or_source.source if isinstance(span_or_source, Span) else span_or_source
-        offset = min(max(offset, 0), len(source.text))
-        line = source.line_of(offset)
-        character = source.column_of(offset) - 1
-        lines = _lines(source)
-        return self.workspace.position_codec.position_to_client_units(lines, lsp.Position(line - 1, character))
-
-    def range(self, span: Span) -> lsp.Range:
-        """Return a location in the client's units."""
-        return lsp.Range(self.position(span, span.start), self.position(span, max(span.start, span.end)))
-
-    def location(self, span: Span) -> lsp.Location:
-        """Return a location with its file."""
-        return lsp.Location(_uri(span.source.name), self.range(span))
-
-    def offset(self, document: Document, position: lsp.Position) -> int:
-        """Return the offset of a position; the end of its line, or of the text, for one beyond."""
-        lines = _lines(document.source)
-        if position.line >= len(lines):
-            return len(document.text)
-        inside = self.workspace.position_codec.position_from_client_units(lines, position)
-        start = sum(len(line) for line in lines[: position.line])
-        return start + min(inside.character, len(lines[position.line].rstrip("\r\n")))
-
-    def edits(self, replacements: Iterable[Replacement]) -> dict[str, list[lsp.TextEdit]]:
-        """Return replacements by document."""
-        found: dict[str, list[lsp.TextEdit]] = {}
-        for r in replacements:
-            found.setdefault(_uri(r.span.source.name), []).append(lsp.TextEdit(self.range(r.span), r.text))
-        return found
-
-    # -- diagnostics
-
-    def publish(self, uri: str, document: Document, found: Iterable[Diagnostic]) -> None:
-        """Show the diagnostics of one version of a document."""
-        version, newest = self._documents.get(uri, (None, document))
-        if newest is not document:
-            return
-        own = [self.diagnostic(d) for d in found if d.span is None or d.span.source.name == document.source.name]
-        self.text_document_publish_diagnostics(lsp.PublishDiagnosticsParams(uri, own, version))
-
-    def diagnostic(self, d: Diagnostic) -> lsp.Diagnostic:
-        """Return a diagnostic with its facts, its help and the places that explain it."""
-        nowhere = lsp.Range(lsp.Position(0, 0), lsp.Position(0, 0))
-        text = "\n".join([d.message, *d.facts, *([f"help: {d.help}"] if d.help else [])])
-        related = [lsp.DiagnosticRelatedInformation(self.location(n.span), n.message) for n in d.notes]
-        return lsp.Diagnostic(
-            range=self.range(d.span) if d.span is not None else nowhere,
-            message=text,
-            severity=_SEVERITIES[d.severity],
-            code=d.code,
-            source="fuzzyctl",
-            related_information=related or None,
-            tags=[lsp.DiagnosticTag.Unnecessary] if "is used by nothing" in CODES[d.code] else None,
-        )
-
-    async def check(self, uri: str) -> None:
-        """Show syntax and names of a document now, and what needs a proof once it has rested."""
-        document = self.document(uri)
-        self.publish(uri, document, _found(document, proved=False))
-        running = self._proofs.pop(uri, None)
-        if running is not None:
-            running.cancel()
-        self._proofs[uri] = asyncio.create_task(self._prove(uri, document))
-
-    async def _prove(self, uri: str, document: Document) -> None:
-        await asyncio.sleep(_REST)
-        loop = asyncio.get_running_loop()
-        found = await loop.run_in_executor(self._worker, lambda: _found(document, proved=True))
-        self.publish(uri, document, found)
-
-    def close(self, uri: str) -> None:
-        """Forget a document and take its diagnostics away."""
-        self._documents.pop(uri, None)
-        running = self._proofs.pop(uri, None)
-        if running is not None:
-            running.cancel()
-        self.text_document_publish_diagnostics(lsp.PublishDiagnosticsParams(uri, []))
-
-
-def _found(document: Document, *, proved: bool) -> list[Diagnostic]:
-    """Return the diagnostics of a document, also of one that is too large to be read."""
-    if len(document.text) > MAX_BYTES:
-        message = f"the text has {len(document.text)} characters, more than {MAX_BYTES}"
-        return [Diagnostic("FZ003", message, Span(document.source, 0, 0), help="split the file")]
-    try:
-        return document.proved if proved else document.mistakes
-    except DiagnosticError as error:
-        return list(error.diagnostics)
-
-
-def _lines(source: SourceText) -> list[str]:
-    return source.text.split("\n") if "\n" not in source.text else [f"{line}\n" for line in source.text.split("\n")]
-
-
-def _uri(name: str) -> str:
-    if "://" in name or name.startswith("untitled:"):
-        return name
-    return uris.from_fs_path(os.path.abspath(name)) or name
-
-
 server = FuzzyServer()
 _Params = Any
 
 
 @server.feature(lsp.TEXT_DOCUMENT_DID_OPEN)
 async def _opened(ls: FuzzyServer, params: lsp.DidOpenTextDocumentParams) -> None:
-    await ls.check(params.text_document.uri)
+    await ls.check(params.text_document.uri, others=True)
 
 
 @server.feature(lsp.TEXT_DOCUMENT_DID_CHANGE)
 async def _changed(ls: FuzzyServer, params: lsp.DidChangeTextDocumentParams) -> None:
-    await ls.check(params.text_document.uri)
+    await ls.check(params.text_document.uri, others=True)
 
 
 @server.feature(lsp.TEXT_DOCUMENT_DID_CLOSE)
-def _closed(ls: FuzzyServer, params: lsp.DidCloseTextDocumentParams) -> None:
-    ls.close(params.text_document.uri)
+async def _closed(ls: FuzzyServer, params: lsp.DidCloseTextDocumentParams) -> None:
+    await ls.close(params.text_document.uri)
+
+
+@server.feature(lsp.WORKSPACE_DID_CHANGE_WATCHED_FILES)
+async def _files_changed(ls: FuzzyServer, params: lsp.DidChangeWatchedFilesParams) -> None:
+    await ls.files_changed([change.uri for change in params.changes])
 
 
 @server.feature(lsp.TEXT_DOCUMENT_COMPLETION, lsp.CompletionOptions(trigger_characters=[" ", ".", "|", "="]))
 def _completion(ls: FuzzyServer, params: lsp.CompletionParams) -> lsp.CompletionList:
     document = ls.document(params.text_document.uri)
     done = completion.complete(document, ls.offset(document, params.position))
-    place = ls.range(done.span)
+    place, snippets = ls.range(done.span), ls.knows.snippets
     items = [
         lsp.CompletionItem(
             label=item.label,
@@ -220,7 +64,8 @@ def _completion(ls: FuzzyServer, params: lsp.CompletionParams) -> lsp.Completion
             detail=item.detail or None,
             documentation=item.what or None,
             sort_text=f"{k:04d}",
-            text_edit=lsp.TextEdit(place, item.label),
+            text_edit=lsp.TextEdit(place, item.snippet if snippets and item.snippet else item.label),
+            insert_text_format=lsp.InsertTextFormat.Snippet if snippets and item.snippet else None,
         )
         for k, item in enumerate(done.items)
     ]
@@ -295,7 +140,7 @@ def _symbols(ls: FuzzyServer, params: lsp.DocumentSymbolParams) -> list[lsp.Docu
         return lsp.DocumentSymbol(
             name=symbol.name,
             detail=symbol.label or symbol.kind,
-            kind=_SYMBOLS.get(symbol.kind, lsp.SymbolKind.Variable),
+            kind=SYMBOL_KINDS.get(symbol.kind, lsp.SymbolKind.Variable),
             range=ls.range(symbol.whole),
             selection_range=ls.range(symbol.span),
             children=[shown(e) for e in entry.inside],
@@ -328,7 +173,7 @@ def _links(ls: FuzzyServer, params: lsp.DocumentLinkParams) -> list[lsp.Document
     if document.folder is None:
         return []
     folder = document.folder
-    return [lsp.DocumentLink(ls.range(s), _uri(str(folder / name))) for s, name in outline.links(document)]
+    return [lsp.DocumentLink(ls.range(s), uri_of(str(folder / name))) for s, name in outline.links(document)]
 
 
 @server.feature(lsp.TEXT_DOCUMENT_FORMATTING)
@@ -340,24 +185,7 @@ def _formatting(ls: FuzzyServer, params: lsp.DocumentFormattingParams) -> list[l
     return [lsp.TextEdit(ls.range(Span(document.source, 0, len(document.text))), text)]
 
 
-@server.feature(lsp.TEXT_DOCUMENT_CODE_ACTION, lsp.CodeActionOptions(code_action_kinds=[lsp.CodeActionKind.QuickFix]))
-def _actions(ls: FuzzyServer, params: lsp.CodeActionParams) -> list[lsp.CodeAction]:
-    document = ls.document(params.text_document.uri)
-    first, last = ls.offset(document, params.range.start), ls.offset(document, params.range.end)
-    actions = []
-    for d in _found(document, proved=False):
-        if d.fix is None or d.span is None:
-            continue
-        lines = [Span(d.span.source, r.span.start, r.span.end) for r in d.fix.replacements] + [d.span]
-        if not any(s.start <= last and first <= max(s.end, s.start) for s in lines):
-            continue
-        actions.append(
-            lsp.CodeAction(
-                title=d.help.split("\n")[0] if d.help else f"repair: {d.message}",
-                kind=lsp.CodeActionKind.QuickFix,
-                diagnostics=[ls.diagnostic(d)],
-                is_preferred=d.fix.applicability == "sure",
-                edit=lsp.WorkspaceEdit(changes=ls.edits(d.fix.replacements)),
-            )
-        )
-    return actions
+for _method, _function, _options in FEATURES:
+    server.feature(_method, _options)(_function)
+for _name, _function in COMMANDS.items():
+    server.command(_name)(_function)

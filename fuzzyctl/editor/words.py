@@ -2,19 +2,54 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cache
+from typing import Final
 
 from fuzzyctl import expr as ex
 from fuzzyctl.formulas import MEMBERSHIP
 from fuzzyctl.formulas.hedges import HEDGES
 from fuzzyctl.lang.mistakes import BLOCK_FORMS, FORMS, LET_FORM
-from fuzzyctl.lang.syntax import BLOCKS, STATEMENT_KEYWORDS
+from fuzzyctl.lang.syntax import BLOCKS, NAME, STATEMENT_KEYWORDS
 from fuzzyctl.model.measures import MEASURES
 from fuzzyctl.model.plant_forms import PLANTS
 from fuzzyctl.model.signals import SIGNALS
 from fuzzyctl.model.stateful_operators import OPERATORS
+
+#: Statements with placeholders, where their form is not one.
+_SNIPPETS: Final = {
+    "system": 'system ${1:name} "${2:title}"\n',
+    "source": 'source "${1:where it comes from}"',
+    "use": 'use "${1:file}.fz"',
+    "param": "param ${1:name} = ${2:1}",
+    "hedge": "hedge ${1:name}(x) = ${2:x^2}",
+    "function": "function ${1:name}(${2:x}) = ${3:x}",
+    "controller": 'controller ${1:name} "${2:title}"\ninput ${3:e}\noutput ${4:u} = ${5:e}\nevery ${6:10 ms}',
+    "plant": "plant ${1:name} = tf(num=[${2:1}], den=[${3:1, 1}])",
+    "loop": "loop ${1:name}\nblock ${2:law} = ${2:law}(${3})\nrun ${4:10 s}",
+    "if": "if ${1:input} is ${2:term} then ${3:output} is ${4:term}",
+    "otherwise": "otherwise ${1:output} is ${2:term}",
+    "require": "require ${1:output} >= ${2:0}",
+    "allow": 'allow ${1:FZ208} "${2:reason}"',
+    "deny": 'deny ${1:FZ208} "${2:reason}"',
+    "every": "every ${1:10 ms}",
+    "run": "run ${1:10 s} step ${2:10 ms}",
+    "state": "state ${1:name} = ${2:0}",
+    "next": "next ${1:state} = ${2:state}",
+    "der": "der ${1:state} = ${2:0}",
+    "let": "let ${1:name} = ${2:expression}",
+    "block": "block ${1:name} = ${2:controller}(${3:input})",
+    "measure": "measure ${1:name} = ${2:iae}(${3:signal}, ${4:reference})",
+    "table": "table ${1:output} = ${2:rows} x ${3:columns}\n       ${4:low  high}\n  ${5:low} |  ${6:.  .}",
+}
+#: Those of systems that blocks of equations write in another form.
+_VARIABLES: Final = {
+    "input": "input ${1:name} in [${2:0}, ${3:1}]\n  terms ${4:low high}",
+    "output": "output ${1:name} in [${2:0}, ${3:1}]\n  terms ${4:low=0 high=1}",
+}
+_SIGNALS: Final = {"input": "input ${1:name}", "output": "output ${1:name} = ${2:expression}"}
 
 
 @dataclass(frozen=True)
@@ -26,12 +61,14 @@ class LanguageWord:
         kind: "keyword", "membership function", "function", "operator", "signal", "measure", "plant" or "hedge".
         form: How it is written.
         what: What it means, one sentence; may be empty.
+        block: What it stands in: "controller", "plant", "loop", or the empty text for a system.
     """
 
     name: str
     kind: str
     form: str
     what: str = ""
+    block: str = ""
 
 
 def memberships() -> Iterator[LanguageWord]:
@@ -75,7 +112,19 @@ def keywords(block: str) -> Iterator[LanguageWord]:
     forms = BLOCK_FORMS if block else FORMS
     for name in BLOCKS[block] if block else (*STATEMENT_KEYWORDS, "let"):
         form = LET_FORM if name == "let" and not block else forms.get(name, FORMS.get(name, name))
-        yield LanguageWord(name, "keyword", form)
+        yield LanguageWord(name, "keyword", form, block=block)
+
+
+def snippet(word: LanguageWord) -> str:
+    """Return a word with placeholders for what follows it; empty where nothing does."""
+    if word.kind == "keyword":
+        variables = _SIGNALS if word.block else _VARIABLES
+        return variables.get(word.name) or _SNIPPETS.get(word.name, "")
+    call = re.fullmatch(rf"({NAME})\(((?:{NAME}(?:, )?)+)\)", word.form)
+    if call is None:
+        return ""
+    names = enumerate(call[2].split(", "), 1)
+    return f"{call[1]}({', '.join(f'${{{k}:{name}}}' for k, name in names)})"
 
 
 def hedges() -> Iterator[LanguageWord]:

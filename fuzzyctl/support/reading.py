@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Mapping
 from contextlib import contextmanager
 from contextvars import ContextVar
+from io import BytesIO
 from pathlib import Path
 from typing import BinaryIO, Final
 
@@ -33,6 +34,20 @@ def recorded() -> Iterator[dict[str, bytes]]:
         yield found
     finally:
         _RECORDED.reset(token)
+
+
+#: Texts that stand for files while `overlaid` is entered, by absolute path.
+_OVERLAID: ContextVar[Mapping[str, str] | None] = ContextVar("overlaid", default=None)
+
+
+@contextmanager
+def overlaid(texts: Mapping[str, str]) -> Iterator[None]:
+    """Read texts in place of files meanwhile: those that an editor shows and has not saved, by absolute path."""
+    token = _OVERLAID.set(texts)
+    try:
+        yield
+    finally:
+        _OVERLAID.reset(token)
 
 
 def read_source(path: str | os.PathLike[str], *, max_bytes: int = MAX_BYTES, only_regular: bool = False) -> SourceText:
@@ -63,8 +78,10 @@ def read_file(path: str | os.PathLike[str], *, max_bytes: int = MAX_BYTES, only_
         raise ArgumentError(f"expected the path of a rule file, got {path!r:.80}; 'loads' takes texts")
     if only_regular and is_special(name):
         raise DiagnosticError([Diagnostic("FZ001", "this is not a regular file", file=name)])
+    texts = _OVERLAID.get()
+    shown = texts.get(os.path.abspath(name)) if texts else None
     try:
-        with Path(name).open("rb") as file:
+        with Path(name).open("rb") if shown is None else BytesIO(shown.encode("utf-8", "replace")) as file:
             content = read_bytes(file, name, max_bytes=max_bytes)
     except OSError as error:
         raise DiagnosticError([_unreadable(name, error)]) from None

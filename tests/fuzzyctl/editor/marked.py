@@ -40,10 +40,10 @@ controller law
 input r
 input y
 param gain in [0, 9] = 2
-state total = 0
+state level = 0
 let error = r - y
-next total = total + error
-output u = gain * surface(e = error) + total
+next level = level + error
+output u = gain * surface(e = error) + level
 every 10 ms
 
 plant lag

@@ -1,6 +1,7 @@
 import pytest
 
 from fuzzyctl.editor.completion import complete
+from fuzzyctl.editor.words import functions, keywords, memberships, snippet
 from tests.fuzzyctl.editor.marked import LOOP, SYSTEM, marked
 
 BASE = SYSTEM.replace("require tip >= 0\n", "")
@@ -35,11 +36,11 @@ CASES = {
     "inputs of a table": (BASE + "table tip = service x §", "service food tip"),
     "terms of": (BASE + "input mood in [0, 1] terms of §", "service food tip"),
     "expressions of a guarantee": (BASE + "require §", "most service food tip abs min max ..."),
-    "states of next": (LOOP.replace("next total", "next §"), "total"),
+    "states of next": (LOOP.replace("next level", "next §"), "level"),
     "states of der": (LOOP.replace("der x =", "der §"), "x"),
     "names and operators of a controller": (
         LOOP.replace("gain * surface", "§gain * surface"),
-        "r y gain total error u abs ... clamp where previous ...",
+        "r y gain level error u abs ... clamp where previous ...",
     ),
     "members of a block": (LOOP.replace("law(r, lag.y)", "law(r, lag.§)"), "y"),
     "blocks that can be added": (LOOP.replace("law = law(r, lag.y)", "law = §"), "law lag"),
@@ -77,3 +78,28 @@ def test_an_item_says_what_it_is():
     assert items["triangle"].what
     items = {i.label: i for i in complete(*marked(LOOP.replace("gain * s", "§gain * s"))).items}
     assert items["gain"].detail == "param gain in [0, 9] = 2"
+
+
+@pytest.mark.parametrize("block", ["", "controller", "plant", "loop"])
+def test_skeletons_begin_with_their_word_and_have_placeholders(block):
+    for word in (*keywords(block), *functions(block), *memberships()):
+        skeleton = snippet(word)
+        if skeleton:
+            assert skeleton.startswith(word.name)
+            assert "${1:" in skeleton
+            assert skeleton.count("{") == skeleton.count("}")
+
+
+@pytest.mark.parametrize(
+    ("text", "label", "skeleton"),
+    [
+        ("§", "input", "input ${1:name} in [${2:0}, ${3:1}]\n  terms ${4:low high}"),
+        (LOOP.split("plant")[0] + "§", "input", "input ${1:name}"),
+        (BASE.replace(ROW, "  §\n"), "good", "good |  ${1:.}  ${2:.}  ${3:.}"),
+        ("system t\ninput x in [0, 1]\n  low = §", "triangle", "triangle(${1:left}, ${2:peak}, ${3:right})"),
+        (BASE + "require §", "most", ""),
+    ],
+)
+def test_skeletons_of_proposals(text, label, skeleton):
+    items = {i.label: i for i in complete(*marked(text)).items}
+    assert items[label].snippet == skeleton

@@ -25,7 +25,7 @@ def renamed(text, at, name, before=""):
         (LOOP, "surface(e", "", 1),
         (LOOP, "y)\nblock", "", 26),
         (LOOP, "u = law", "block lag", 22),
-        (LOOP, "total + error", "", 15),
+        (LOOP, "level + error", "", 15),
     ],
 )
 def test_definition(text, at, before, line):

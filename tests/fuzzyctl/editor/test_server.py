@@ -2,6 +2,7 @@
 
 import asyncio
 import sys
+from pathlib import Path
 
 import pytest
 from lsprotocol import types as lsp
@@ -33,13 +34,14 @@ class Client(LanguageClient):
                 return found
 
 
-def with_server(talk):
+def with_server(talk, capabilities=None):
     """Run a conversation with a server of its own."""
+    able = lsp.ClientCapabilities() if capabilities is None else capabilities
 
     async def run():
         client = Client()
         await client.start_io(sys.executable, "-m", "fuzzyctl", "lsp")
-        done = await client.initialize_async(lsp.InitializeParams(capabilities=lsp.ClientCapabilities()))
+        done = await client.initialize_async(lsp.InitializeParams(capabilities=able))
         client.initialized(lsp.InitializedParams())
         try:
             return await asyncio.wait_for(talk(client, done.capabilities), SECONDS)
@@ -138,14 +140,19 @@ ODD = {
     "emoji": "🙂 🙂\r\nsystem 🙂\r\n",
     "nested": "(" * 5000,
     "many": "system t\n" * 3000,
+    "10 MB": "param a = 1\n" * 900_000,
 }
 
 
-@pytest.mark.parametrize("text", ODD.values(), ids=ODD)
-def test_odd_texts_get_answers(text):
+def test_odd_texts_get_answers():
     async def talk(client, _):
-        document = opened(client, text)
-        assert (await client.diagnostics()).uri == document.uri
+        for name, text in ODD.items():
+            await answers(client, text, f"untitled:{name}")
+
+    async def answers(client, text, uri):
+        document = opened(client, text, uri)
+        while (await client.diagnostics()).uri != document.uri:
+            pass
         for place in (lsp.Position(0, 0), lsp.Position(0, 10_000), lsp.Position(99_999, 3)):
             await client.text_document_hover_async(lsp.HoverParams(document, place))
             await client.text_document_completion_async(lsp.CompletionParams(document, place))
@@ -154,6 +161,20 @@ def test_odd_texts_get_answers(text):
             )
         await client.text_document_document_symbol_async(lsp.DocumentSymbolParams(document))
         await client.text_document_folding_range_async(lsp.FoldingRangeParams(document))
+        beyond = lsp.Range(lsp.Position(0, 3), lsp.Position(99_999, 3))
+        options = lsp.FormattingOptions(2, True)
+        await client.text_document_semantic_tokens_full_async(lsp.SemanticTokensParams(document))
+        await client.text_document_semantic_tokens_range_async(lsp.SemanticTokensRangeParams(document, beyond))
+        await client.text_document_inlay_hint_async(lsp.InlayHintParams(document, beyond))
+        await client.text_document_code_lens_async(lsp.CodeLensParams(document))
+        await client.text_document_diagnostic_async(lsp.DocumentDiagnosticParams(document))
+        await client.text_document_range_formatting_async(lsp.DocumentRangeFormattingParams(document, beyond, options))
+        for place in (lsp.Position(0, 0), lsp.Position(99_999, 3)):
+            await client.text_document_on_type_formatting_async(
+                lsp.DocumentOnTypeFormattingParams(document, place, "\n", options)
+            )
+        await client.text_document_code_action_async(lsp.CodeActionParams(document, beyond, lsp.CodeActionContext([])))
+        assert await client.workspace_symbol_async(lsp.WorkspaceSymbolParams("")) is not None
 
     with_server(talk)
 
@@ -200,5 +221,132 @@ def test_loops_have_names_too():
         await client.diagnostics()
         at = {"text_document": document, "position": position(LOOP, "surface(e")}
         assert (await client.text_document_definition_async(lsp.DefinitionParams(**at))).range.start.line == 0
+
+    with_server(talk)
+
+
+REFRESHING = lsp.ClientCapabilities(
+    text_document=lsp.TextDocumentClientCapabilities(
+        completion=lsp.CompletionClientCapabilities(
+            completion_item=lsp.ClientCompletionItemOptions(snippet_support=True)
+        ),
+        diagnostic=lsp.DiagnosticClientCapabilities(),
+    ),
+    workspace=lsp.WorkspaceClientCapabilities(
+        diagnostics=lsp.DiagnosticWorkspaceClientCapabilities(refresh_support=True),
+        code_lens=lsp.CodeLensWorkspaceClientCapabilities(refresh_support=True),
+        inlay_hint=lsp.InlayHintWorkspaceClientCapabilities(refresh_support=True),
+    ),
+)
+
+
+def whole(text):
+    return lsp.Range(lsp.Position(0, 0), lsp.Position(text.count("\n") + 9, 0))
+
+
+def test_a_client_that_asks_for_diagnostics_is_told_when():
+    text = SYSTEM + "require tip <= 19\nparam wide = most + 1\n"
+
+    async def talk(client, capabilities):
+        told = asyncio.Queue()
+        for method in (
+            lsp.WORKSPACE_DIAGNOSTIC_REFRESH,
+            lsp.WORKSPACE_CODE_LENS_REFRESH,
+            lsp.WORKSPACE_INLAY_HINT_REFRESH,
+        ):
+            client.feature(method)(lambda *_, method=method: told.put_nowait(method))
+        shown = []
+        client.feature(lsp.WINDOW_SHOW_MESSAGE)(lambda params: shown.append(params.message))
+        document = opened(client, text)
+        assert {await asyncio.wait_for(told.get(), SECONDS) for _ in range(3)} == {
+            "workspace/diagnostic/refresh",
+            "workspace/codeLens/refresh",
+            "workspace/inlayHint/refresh",
+        }
+        assert client.published.empty()
+        report = await client.text_document_diagnostic_async(lsp.DocumentDiagnosticParams(document))
+        refuted = next(d for d in report.items if d.code == "FZ402")
+        assert refuted.related_information[0].message.startswith("counterexample: service=")
+        point = refuted.related_information[0].message.removeprefix("counterexample: ")
+        assert refuted.data == {"why": point}
+        lenses = await client.text_document_code_lens_async(lsp.CodeLensParams(document))
+        assert [x.command.title[:9] for x in lenses] == ["surface", "prove", "✓ proved", "✗ refuted"]
+        given = lenses[-1].command
+        done = await client.workspace_execute_command_async(
+            lsp.ExecuteCommandParams(given.command, arguments=given.arguments)
+        )
+        assert (done["exit"], "tip" in done["text"], shown[0][:40]) == (0, True, done["text"][:40])
+        hints = await client.text_document_inlay_hint_async(lsp.InlayHintParams(document, whole(text)))
+        assert [h.label for h in hints] == ["@0", "@5", "@10", "proved [0, 20]", "= 21"]
+        options = capabilities.semantic_tokens_provider
+        legend = options.legend
+        found = await client.text_document_semantic_tokens_full_async(lsp.SemanticTokensParams(document))
+        assert [legend.token_types[k] for k in found.data[3:15:5]] == ["keyword", "namespace", "string"]
+        line = lsp.Range(lsp.Position(2, 0), lsp.Position(2, 15))
+        part = await client.text_document_semantic_tokens_range_async(lsp.SemanticTokensRangeParams(document, line))
+        assert list(part.data) == [2, 0, 5, legend.token_types.index("keyword"), 0, 0, 6, 4, 4, 3, 0, 7, 2, 10, 0]
+        proposed = await client.text_document_completion_async(
+            lsp.CompletionParams(document, lsp.Position(text.count("\n"), 0))
+        )
+        require = next(i for i in proposed.items if i.label == "require")
+        assert (require.text_edit.new_text, require.insert_text_format) == ("require ${1:output} >= ${2:0}", 2)
+        loose = text.replace("good | small  large", "good |small large")
+        changed(client, document, 2, loose)
+        row = loose[: loose.index("good |")].count("\n")
+        edits = await client.text_document_on_type_formatting_async(
+            lsp.DocumentOnTypeFormattingParams(document, lsp.Position(row + 1, 0), "\n", lsp.FormattingOptions(2, True))
+        )
+        assert applied(loose, edits).count("  good |  small  large  large\n") == 1
+        edits = await client.text_document_range_formatting_async(
+            lsp.DocumentRangeFormattingParams(document, whole(loose), lsp.FormattingOptions(2, True))
+        )
+        assert "hedge hardly(d) = d^3" in applied(loose, edits)
+
+    with_server(talk, REFRESHING)
+
+
+def test_texts_that_are_not_saved_are_used_and_files_may_vanish(tmp_path):
+    shared = "input service in [0, 10]\n  terms poor good\n"
+    text = 'system t\ndefuzzifier center_average\nuse "shared.fz"\noutput tip in [0, 1] else 0\n'
+    text += "  terms small=0 large=1\nif service is poor then tip is small\nif service is good then tip is large\n"
+    for name, content in (("a.fz", text), ("shared.fz", shared)):
+        (tmp_path / name).write_text(content)
+    uris = {name: (tmp_path / name).as_uri() for name in ("a.fz", "shared.fz")}
+
+    async def of(client, uri, *, wrong):
+        """Wait until a document has an error, or none."""
+        while True:
+            found = await client.diagnostics()
+            if found.uri == uri and any(d.severity == 1 for d in found.diagnostics) == wrong:
+                return found.diagnostics
+
+    async def talk(client, _):
+        opened(client, text, uris["a.fz"])
+        await of(client, uris["a.fz"], wrong=False)
+        document = opened(client, shared, uris["shared.fz"])
+        changed(client, document, 2, shared.replace("good", "great"))
+        (mistake, *_rest) = await of(client, uris["a.fz"], wrong=True)
+        assert mistake.code == "FZ203"
+        found = await client.workspace_symbol_async(lsp.WorkspaceSymbolParams("great"))
+        assert [(s.name, s.container_name, s.location.uri) for s in found] == [("great", "service", uris["shared.fz"])]
+        client.text_document_did_close(lsp.DidCloseTextDocumentParams(document))
+        await of(client, uris["a.fz"], wrong=False)
+        (tmp_path / "shared.fz").unlink()
+        change = lsp.FileEvent(uris["shared.fz"], lsp.FileChangeType.Deleted)
+        client.workspace_did_change_watched_files(lsp.DidChangeWatchedFilesParams([change]))
+        assert (await of(client, uris["a.fz"], wrong=True))[0].code == "FZ218"
+
+    with_server(talk)
+
+
+@pytest.mark.long
+def test_a_surface_is_drawn():
+    async def talk(client, _):
+        document = opened(client, SYSTEM)
+        (lens, *_rest) = await client.text_document_code_lens_async(lsp.CodeLensParams(document))
+        given = lsp.ExecuteCommandParams(lens.command.command, arguments=lens.command.arguments)
+        done = await client.workspace_execute_command_async(given)
+        assert done["exit"] == 0
+        assert "<svg" in Path(done["picture"]).read_text()
 
     with_server(talk)

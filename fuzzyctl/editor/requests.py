@@ -1,0 +1,225 @@
+"""Requests of an editor about one document or all files: tokens, hints, lights, actions, layout, names."""
+
+from __future__ import annotations
+
+import asyncio
+import sys
+import tempfile
+from collections.abc import Iterable, Mapping
+from functools import cache
+from pathlib import Path
+from typing import Any, Final
+
+from lsprotocol import types as lsp
+from pygls import uris
+
+from fuzzyctl.diagnostics.fixes import Replacement
+from fuzzyctl.diagnostics.source import Span
+from fuzzyctl.editor import actions, hints, layout, lenses, tokens
+from fuzzyctl.editor.session import SYMBOL_KINDS, FuzzyServer, diagnostics_of, uri_of
+
+#: Longest message that is shown, in characters, and most seconds that a command may take.
+_MESSAGE: Final = 2000
+_SECONDS: Final = 120.0
+
+
+def _semantic_tokens(ls: FuzzyServer, params: lsp.SemanticTokensParams) -> lsp.SemanticTokens:
+    document = ls.document(params.text_document.uri)
+    return lsp.SemanticTokens(data=_encoded(ls, tokens.tokens(document)))
+
+
+def _tokens_of_range(ls: FuzzyServer, params: lsp.SemanticTokensRangeParams) -> lsp.SemanticTokens:
+    document = ls.document(params.text_document.uri)
+    start, end = ls.offset(document, params.range.start), ls.offset(document, params.range.end)
+    source = document.source
+    start = source.line_start(source.line_of(start))
+    return lsp.SemanticTokens(data=_encoded(ls, tokens.tokens(document, start, end)))
+
+
+def _encoded(ls: FuzzyServer, found: Iterable[tokens.Token]) -> list[int]:
+    """Return tokens as the protocol has them: five numbers each, lines and columns from the token before."""
+    data: list[int] = []
+    line = column = 0
+    for token in found:
+        at = ls.position(token.span.source, token.span.start)
+        text = token.span.text
+        length = len(text) if text.isascii() else ls.units(text)
+        bits = sum(1 << tokens.MODIFIERS.index(m) for m in token.modifiers)
+        column = at.character - column if at.line == line else at.character
+        data += [at.line - line, column, length, tokens.KINDS.index(token.kind), bits]
+        line, column = at.line, at.character
+    return data
+
+
+def _hints(ls: FuzzyServer, params: lsp.InlayHintParams) -> list[lsp.InlayHint]:
+    document = ls.document(params.text_document.uri)
+    start, end = ls.offset(document, params.range.start), ls.offset(document, params.range.end)
+    return [
+        lsp.InlayHint(
+            position=ls.position(document.source, hint.offset),
+            label=hint.text,
+            tooltip=hint.what,
+            padding_left=not hint.text.startswith("@"),
+        )
+        for hint in hints.hints(document, start, end)
+    ]
+
+
+def _lenses(ls: FuzzyServer, params: lsp.CodeLensParams) -> list[lsp.CodeLens]:
+    uri = params.text_document.uri
+    document = ls.document(uri)
+    return [
+        lsp.CodeLens(ls.range(lens.span), lsp.Command(lens.title, lens.command, arguments=_arguments(uri, lens)))
+        for lens in lenses.lenses(document)
+    ]
+
+
+def _arguments(uri: str, lens: lenses.Lens) -> list[Any]:
+    return [uri, lens.block, dict(lens.point)]
+
+
+def _diagnostics(ls: FuzzyServer, params: lsp.DocumentDiagnosticParams) -> lsp.RelatedFullDocumentDiagnosticReport:
+    """Answer with all that is known; a client without refresh is sent diagnostics instead."""
+    document = ls.document(params.text_document.uri)
+    if ls.knows.pulls and not ls.knows.refreshes_diagnostics:
+        return lsp.RelatedFullDocumentDiagnosticReport(items=[])
+    found = ls.diagnostics(document, proved="proved" in document.__dict__)
+    return lsp.RelatedFullDocumentDiagnosticReport(items=found)
+
+
+def _workspace_symbols(ls: FuzzyServer, params: lsp.WorkspaceSymbolParams) -> list[lsp.WorkspaceSymbol]:
+    folders = [uris.to_fs_path(uri) for uri in ls.workspace.folders] or [ls.workspace.root_path]
+    found = ls.files.symbols([Path(f) for f in folders if f], params.query, ls.opened)
+    return [
+        lsp.WorkspaceSymbol(
+            location=ls.location(symbol.span),
+            name=symbol.name,
+            kind=SYMBOL_KINDS.get(symbol.kind, lsp.SymbolKind.Variable),
+            container_name=symbol.owner.name if symbol.owner is not None else None,
+        )
+        for symbol in found
+    ]
+
+
+def _range_formatting(ls: FuzzyServer, params: lsp.DocumentRangeFormattingParams) -> list[lsp.TextEdit]:
+    document = ls.document(params.text_document.uri)
+    start, end = params.range.start, params.range.end
+    last = end.line + (end.character > 0 or end.line == start.line)
+    return _text_edits(ls, layout.laid_out(document.source, start.line + 1, last))
+
+
+def _on_type_formatting(ls: FuzzyServer, params: lsp.DocumentOnTypeFormattingParams) -> list[lsp.TextEdit]:
+    document = ls.document(params.text_document.uri)
+    return _text_edits(ls, layout.typed(document, ls.offset(document, params.position), params.ch))
+
+
+def _text_edits(ls: FuzzyServer, changes: Iterable[Replacement]) -> list[lsp.TextEdit]:
+    return [lsp.TextEdit(ls.range(c.span), c.text) for c in changes]
+
+
+def _actions(ls: FuzzyServer, params: lsp.CodeActionParams) -> list[lsp.CodeAction]:
+    document = ls.document(params.text_document.uri)
+    first, last = ls.offset(document, params.range.start), ls.offset(document, params.range.end)
+    found = []
+    for d in diagnostics_of(document, proved=False):
+        if d.fix is None or d.span is None:
+            continue
+        lines = [Span(d.span.source, r.span.start, r.span.end) for r in d.fix.replacements] + [d.span]
+        if not any(s.start <= last and first <= max(s.end, s.start) for s in lines):
+            continue
+        found.append(
+            lsp.CodeAction(
+                title=d.help.split("\n")[0] if d.help else f"repair: {d.message}",
+                kind=lsp.CodeActionKind.QuickFix,
+                diagnostics=[ls.diagnostic(d)],
+                is_preferred=d.fix.applicability == "sure",
+                edit=lsp.WorkspaceEdit(changes=ls.edits(d.fix.replacements)),
+            )
+        )
+    for action in actions.actions(document, first):
+        kind = lsp.CodeActionKind.RefactorRewrite if action.rewrites else lsp.CodeActionKind.Refactor
+        changes = {params.text_document.uri: _text_edits(ls, action.replacements)}
+        found.append(lsp.CodeAction(title=action.title, kind=kind, edit=lsp.WorkspaceEdit(changes=changes)))
+    return found
+
+
+# -- commands
+
+
+@cache
+def _pictures() -> tempfile.TemporaryDirectory[str]:
+    """Return the folder of pictures, which is removed when the server ends."""
+    return tempfile.TemporaryDirectory(prefix="fuzzyctl-")
+
+
+def _command(name: str) -> Any:
+    async def run(ls: FuzzyServer, uri: str, block: str = "", point: Mapping[str, Any] | None = None) -> dict[str, Any]:
+        document = ls.document(uri)
+        picture = str(Path(_pictures().name) / f"{block or 'surface'}.svg")
+        given = lenses.arguments(name, block, point or {}, picture)
+        code, text = await _printed(given, document.text, document.folder)
+        found = {"exit": code, "text": text, "picture": ""}
+        if name == lenses.SURFACE and code == 0:
+            found["picture"] = picture
+            if ls.knows.shows_documents:
+                await ls.window_show_document_async(lsp.ShowDocumentParams(uri_of(picture), external=True))
+        else:
+            kind = lsp.MessageType.Info if code == 0 else lsp.MessageType.Warning
+            ls.window_show_message(lsp.ShowMessageParams(kind, text[:_MESSAGE]))
+        return found
+
+    return run
+
+
+async def _printed(arguments: Iterable[str], text: str, folder: Path | None) -> tuple[int, str]:
+    """Return exit code and output of a command of fuzzyctl, which reads a text from its standard input."""
+    process = await asyncio.create_subprocess_exec(
+        *(sys.executable, "-m", "fuzzyctl", *arguments),
+        stdin=asyncio.subprocess.PIPE,
+        stdout=asyncio.subprocess.PIPE,
+        stderr=asyncio.subprocess.STDOUT,
+        cwd=folder if folder is not None and folder.is_dir() else None,
+    )
+    try:
+        output, _ = await asyncio.wait_for(process.communicate(text.encode("utf-8", "replace")), _SECONDS)
+    except TimeoutError:
+        process.kill()
+        await process.wait()
+        return 1, f"the command took longer than {_SECONDS:g} s"
+    return process.returncode or 0, output.decode("utf-8", "replace")
+
+
+_LEGEND: Final = lsp.SemanticTokensLegend(list(tokens.KINDS), list(tokens.MODIFIERS))
+
+#: Each method with its answer and its options.
+FEATURES: Final[tuple[tuple[str, Any, Any], ...]] = (
+    (lsp.TEXT_DOCUMENT_SEMANTIC_TOKENS_FULL, _semantic_tokens, _LEGEND),
+    (lsp.TEXT_DOCUMENT_SEMANTIC_TOKENS_RANGE, _tokens_of_range, _LEGEND),
+    (lsp.TEXT_DOCUMENT_INLAY_HINT, _hints, None),
+    (lsp.TEXT_DOCUMENT_CODE_LENS, _lenses, lsp.CodeLensOptions(resolve_provider=False)),
+    (
+        lsp.TEXT_DOCUMENT_DIAGNOSTIC,
+        _diagnostics,
+        lsp.DiagnosticOptions(inter_file_dependencies=True, workspace_diagnostics=False, identifier="fuzzyctl"),
+    ),
+    (lsp.WORKSPACE_SYMBOL, _workspace_symbols, None),
+    (lsp.TEXT_DOCUMENT_RANGE_FORMATTING, _range_formatting, None),
+    (
+        lsp.TEXT_DOCUMENT_ON_TYPE_FORMATTING,
+        _on_type_formatting,
+        lsp.DocumentOnTypeFormattingOptions(first_trigger_character="|", more_trigger_character=["\n"]),
+    ),
+    (
+        lsp.TEXT_DOCUMENT_CODE_ACTION,
+        _actions,
+        lsp.CodeActionOptions(
+            code_action_kinds=[
+                lsp.CodeActionKind.QuickFix,
+                lsp.CodeActionKind.Refactor,
+                lsp.CodeActionKind.RefactorRewrite,
+            ]
+        ),
+    ),
+)
+#: Each command with what runs it: an address, a block and a point are its arguments.
+COMMANDS: Final[dict[str, Any]] = {name: _command(name) for name in lenses.COMMANDS}

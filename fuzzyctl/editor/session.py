@@ -1,0 +1,327 @@
+"""State of the language server: the documents that are open, each in its last version, and their proofs.
+
+Diagnostics come in two tiers: names and syntax at once, what needs a proof once the text has rested. A check that a
+newer version of its text has overtaken is not published, and its proofs stop.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import gc
+import os
+from collections.abc import Iterable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+from lsprotocol import types as lsp
+from pygls import uris
+from pygls.lsp.server import LanguageServer
+
+import fuzzyctl
+from fuzzyctl.diagnostics.diagnostic import CODES, Diagnostic, DiagnosticError
+from fuzzyctl.diagnostics.fixes import Replacement
+from fuzzyctl.diagnostics.source import SourceText, Span
+from fuzzyctl.editor import lenses, lights
+from fuzzyctl.editor.document import Document
+from fuzzyctl.editor.lights import Light
+from fuzzyctl.editor.workspace import Workspace
+from fuzzyctl.support.reading import MAX_BYTES
+
+#: Seconds that a text rests before it is checked, in which a burst of changes arrives, and before its proofs begin.
+BREATH: Final = 0.005
+REST: Final = 0.1
+
+_SEVERITIES: Final = {
+    "error": lsp.DiagnosticSeverity.Error,
+    "warning": lsp.DiagnosticSeverity.Warning,
+    "hint": lsp.DiagnosticSeverity.Hint,
+}
+#: What symbols are in outlines.
+SYMBOL_KINDS: Final = {
+    "system": lsp.SymbolKind.Module,
+    "controller": lsp.SymbolKind.Class,
+    "plant": lsp.SymbolKind.Class,
+    "loop": lsp.SymbolKind.Namespace,
+    "param": lsp.SymbolKind.Constant,
+    "hedge": lsp.SymbolKind.Operator,
+    "function": lsp.SymbolKind.Function,
+    "term": lsp.SymbolKind.EnumMember,
+    "rules": lsp.SymbolKind.Package,
+    "block": lsp.SymbolKind.Object,
+    "measure": lsp.SymbolKind.Event,
+}
+
+
+@dataclass(frozen=True)
+class Abilities:
+    """What the client can do beyond what all can."""
+
+    snippets: bool = False
+    pulls: bool = False
+    refreshes_diagnostics: bool = False
+    refreshes_hints: bool = False
+    refreshes_lenses: bool = False
+    shows_documents: bool = False
+
+
+class FuzzyServer(LanguageServer):
+    """The documents that are open, each in its last version."""
+
+    def __init__(self) -> None:
+        super().__init__("fuzzyctl", fuzzyctl.__version__)
+        self._documents: dict[str, tuple[int | None, Document]] = {}
+        self._proofs: dict[str, asyncio.Task[None]] = {}
+        # One after the other: two proofs at once take the processor from the answers.
+        self._worker = ThreadPoolExecutor(1, thread_name_prefix="proofs")
+        self.files = Workspace()
+        self._proofs_ended = 0
+        settle_collector()
+
+    @property
+    def knows(self) -> Abilities:
+        """What the client can do."""
+        caps = self.client_capabilities
+        text, workspace, window = caps.text_document, caps.workspace, caps.window
+        item = text.completion.completion_item if text and text.completion else None
+        return Abilities(
+            snippets=bool(item and item.snippet_support),
+            pulls=bool(text and text.diagnostic),
+            refreshes_diagnostics=bool(workspace and workspace.diagnostics and workspace.diagnostics.refresh_support),
+            refreshes_hints=bool(workspace and workspace.inlay_hint and workspace.inlay_hint.refresh_support),
+            refreshes_lenses=bool(workspace and workspace.code_lens and workspace.code_lens.refresh_support),
+            shows_documents=bool(window and window.show_document and window.show_document.support),
+        )
+
+    @property
+    def opened(self) -> dict[str, Document]:
+        """The documents that are open and stand for files, by absolute path."""
+        paths = {uri: uris.to_fs_path(uri) for uri in self.workspace.text_documents}
+        return {os.path.abspath(path): self.document(uri) for uri, path in paths.items() if path is not None}
+
+    def document(self, uri: str) -> Document:
+        """Return the text of a document as it is now; an empty one for a text that is too large to be read."""
+        text = self.workspace.get_text_document(uri)
+        version, document = self._documents.get(uri, (None, None))
+        if document is None or text.version is None or version != text.version:
+            path = uris.to_fs_path(uri)
+            name = path if path is not None else uri
+            folder = Path(path).parent if path is not None else None
+            try:
+                content = text.source
+            except (OSError, UnicodeDecodeError):  # of a file that is not open, and has vanished
+                content = ""
+            is_large = len(content) > MAX_BYTES
+            source = SourceText(name, "" if is_large else content)
+            document = Document(source, folder, self._buffers(uri), len(content) if is_large else 0)
+            if uri in self.workspace.text_documents:
+                self._documents[uri] = (text.version, document)
+        return document
+
+    def _buffers(self, uri: str) -> dict[str, str]:
+        """Return the texts of the other open documents by path."""
+        found = {}
+        for other, text in self.workspace.text_documents.items():
+            path = uris.to_fs_path(other)
+            if other != uri and path is not None:
+                found[os.path.abspath(path)] = text.source
+        return found
+
+    def position(self, source: SourceText, offset: int) -> lsp.Position:
+        """Return an offset as line and column of the client's units."""
+        offset = min(max(offset, 0), len(source.text))
+        line = source.line_of(offset)
+        before = source.text[source.line_start(line) : offset]
+        character = len(before) if before.isascii() else self.units(before)
+        return lsp.Position(line - 1, character)
+
+    def units(self, text: str) -> int:
+        """Return the length of a text in the client's units."""
+        return int(self.workspace.position_codec.client_num_units(text))
+
+    def range(self, span: Span) -> lsp.Range:
+        """Return a location in the client's units."""
+        return lsp.Range(self.position(span.source, span.start), self.position(span.source, max(span.start, span.end)))
+
+    def location(self, span: Span) -> lsp.Location:
+        """Return a location with its file."""
+        return lsp.Location(uri_of(span.source.name), self.range(span))
+
+    def offset(self, document: Document, position: lsp.Position) -> int:
+        """Return the offset of a position; the end of its line, or of the text, for one beyond."""
+        source = document.source
+        if position.line >= source.line_count:
+            return len(document.text)
+        line = source.line_text(position.line + 1)
+        at = lsp.Position(0, position.character)
+        inside = self.workspace.position_codec.position_from_client_units([line], at).character
+        return source.line_start(position.line + 1) + (len(line) if position.character > self.units(line) else inside)
+
+    def edits(self, replacements: Iterable[Replacement]) -> dict[str, list[lsp.TextEdit]]:
+        """Return replacements by document."""
+        found: dict[str, list[lsp.TextEdit]] = {}
+        for r in replacements:
+            found.setdefault(uri_of(r.span.source.name), []).append(lsp.TextEdit(self.range(r.span), r.text))
+        return found
+
+    # -- diagnostics
+
+    def is_newest(self, uri: str, document: Document) -> bool:
+        """Whether a document is the last version of its text."""
+        return self._documents.get(uri, (None, None))[1] is document
+
+    def publish(self, uri: str, document: Document, *, proved: bool) -> None:
+        """Show what is known of one version of a document; a client that asks for diagnostics gets a refresh."""
+        version, newest = self._documents.get(uri, (None, None))
+        if newest is not document:
+            return
+        knows = self.knows
+        if not (knows.pulls and knows.refreshes_diagnostics):
+            own = self.diagnostics(document, proved=proved)
+            self.text_document_publish_diagnostics(lsp.PublishDiagnosticsParams(uri, own, version))
+        elif proved:
+            self.workspace_diagnostic_refresh(None)
+        if proved and knows.refreshes_lenses:
+            self.workspace_code_lens_refresh(None)
+        if proved and knows.refreshes_hints:
+            self.workspace_inlay_hint_refresh(None)
+
+    def diagnostics(self, document: Document, *, proved: bool) -> list[lsp.Diagnostic]:
+        """Return the diagnostics of a document, and with proofs what the lights of its guarantees add."""
+        found = [
+            d
+            for d in diagnostics_of(document, proved=proved)
+            if d.span is None or d.span.source.name == document.source.name
+        ]
+        by_line = {light.span.start: light for light in lights.lights(document)} if proved else {}
+        shown = [self.diagnostic(d, by_line.get(d.span.start) if d.span is not None else None) for d in found]
+        reported = {d.span.start for d in found if d.code == "FZ402" and d.span is not None}
+        return [*shown, *(self._of_light(x) for at, x in by_line.items() if at not in reported and _is_shown(x))]
+
+    def diagnostic(self, d: Diagnostic, light: Light | None = None) -> lsp.Diagnostic:
+        """Return a diagnostic with its facts, its help and the places that explain it."""
+        nowhere = lsp.Range(lsp.Position(0, 0), lsp.Position(0, 0))
+        text = "\n".join([d.message, *d.facts, *([f"help: {d.help}"] if d.help else [])])
+        related = [lsp.DiagnosticRelatedInformation(self.location(n.span), n.message) for n in d.notes]
+        is_refuted = d.code == "FZ402" and light is not None and bool(light.point)
+        if is_refuted and light is not None:
+            related.append(self._counterexample(light))
+        return lsp.Diagnostic(
+            range=self.range(d.span) if d.span is not None else nowhere,
+            message=text,
+            severity=_SEVERITIES[d.severity],
+            code=d.code,
+            source="fuzzyctl",
+            related_information=related or None,
+            tags=[lsp.DiagnosticTag.Unnecessary] if "is used by nothing" in CODES[d.code] else None,
+            data={"why": lenses.point_text(light.point)} if is_refuted and light is not None else None,
+        )
+
+    def _of_light(self, light: Light) -> lsp.Diagnostic:
+        """Return what proofs that take longer than a check say of a guarantee."""
+        is_refuted = light.state == "refuted"
+        return lsp.Diagnostic(
+            range=self.range(light.span),
+            message="the guarantee does not hold\n" + light.text if is_refuted else f"the guarantee is {light.text}",
+            severity=lsp.DiagnosticSeverity.Error if is_refuted else lsp.DiagnosticSeverity.Information,
+            code="FZ402" if is_refuted else None,
+            source="fuzzyctl",
+            related_information=[self._counterexample(light)] if light.point else None,
+            data={"why": lenses.point_text(light.point)} if light.point else None,
+        )
+
+    def _counterexample(self, light: Light) -> lsp.DiagnosticRelatedInformation:
+        return lsp.DiagnosticRelatedInformation(
+            self.location(light.span), f"counterexample: {lenses.point_text(light.point)}"
+        )
+
+    async def check(self, uri: str, *, others: bool = False) -> None:
+        """Show syntax and names of a document now, and what needs a proof once it has rested.
+
+        Args:
+            uri: The document.
+            others: Whether documents that use it are checked again, too.
+        """
+        document = self.document(uri)
+        running = self._proofs.pop(uri, None)
+        if running is not None:
+            running.cancel()
+        await asyncio.sleep(BREATH)
+        if not self.is_newest(uri, document) or self.document(uri) is not document:
+            return
+        self.publish(uri, document, proved=False)
+        self._proofs[uri] = asyncio.create_task(self._prove(uri, document))
+        path = uris.to_fs_path(uri)
+        if others and path is not None:
+            await self.files_changed([uri])
+
+    async def _prove(self, uri: str, document: Document) -> None:
+        await asyncio.sleep(REST)
+        loop = asyncio.get_running_loop()
+
+        def stopped() -> bool:
+            return not self.is_newest(uri, document)
+
+        def check() -> bool:
+            diagnostics_of(document, proved=not stopped())
+            return lights.prove(document, lights.FIRST, stopped)
+
+        try:
+            is_open = await loop.run_in_executor(self._worker, check)
+            self.publish(uri, document, proved=True)
+            self._proofs_ended += 1
+            if self._proofs_ended == 1:  # it imported what proofs need
+                settle_collector()
+            if is_open:
+                await loop.run_in_executor(self._worker, lambda: lights.prove(document, lights.LAST, stopped))
+                self.publish(uri, document, proved=True)
+        except (lights.StoppedError, DiagnosticError):
+            return
+
+    async def files_changed(self, changed: Sequence[str]) -> None:
+        """Check the open documents again that use files whose content is another one now."""
+        paths = {os.path.abspath(p) for p in map(uris.to_fs_path, changed) if p is not None}
+        for uri, (_, document) in list(self._documents.items()):
+            if uri not in changed and not paths.isdisjoint(document.used):
+                self._documents.pop(uri, None)
+                if uri in self.workspace.text_documents:
+                    await self.check(uri)
+
+    async def close(self, uri: str) -> None:
+        """Forget a document and take its diagnostics away."""
+        self._documents.pop(uri, None)
+        running = self._proofs.pop(uri, None)
+        if running is not None:
+            running.cancel()
+        self.text_document_publish_diagnostics(lsp.PublishDiagnosticsParams(uri, []))
+        await self.files_changed([uri])
+
+
+def settle_collector() -> None:
+    """Leave what is loaded now out of garbage collections, which otherwise hold answers up by 50 ms."""
+    gc.collect()
+    gc.freeze()
+
+
+def _is_shown(light: Light) -> bool:
+    """Whether a light needs a diagnostic: what is proved, and what is not known yet, is no news."""
+    return light.state in ("refuted", "undecided")
+
+
+def diagnostics_of(document: Document, *, proved: bool) -> list[Diagnostic]:
+    """Return the diagnostics of a document, also of one that is too large to be read."""
+    if document.characters:
+        message = f"the text has {document.characters} characters, more than {MAX_BYTES}"
+        return [Diagnostic("FZ003", message, Span(document.source, 0, 0), help="split the file")]
+    try:
+        return document.proved if proved else document.mistakes
+    except DiagnosticError as error:
+        return list(error.diagnostics)
+
+
+def uri_of(name: str) -> str:
+    """Return the address of a source by its name, which is a path or the address of a text that is no file."""
+    if "://" in name or name.startswith("untitled:"):
+        return name
+    return uris.from_fs_path(os.path.abspath(name)) or name

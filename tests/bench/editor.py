@@ -1,0 +1,142 @@
+"""Answers of the language server: milliseconds on a file of 500 lines, and from the last key to the guarantee lights.
+
+    python tests/bench/editor.py
+
+All times are processor time of one thread. Prints for each answer the median and the 99th percentile over --places
+places of the file; then what comes before them once for each version of the text: tree, names, mistakes; then the time
+from the last key to the lights of each shipped file, the rest before a proof included. Exit code 1 where an answer is
+above 20 ms, or lights above 300 ms.
+"""
+
+from __future__ import annotations
+
+import argparse
+import random
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+sys.path.insert(0, str(Path(__file__).parents[2]))
+
+from fuzzyctl.diagnostics.source import SourceText
+from fuzzyctl.editor import (
+    actions,
+    completion,
+    hints,
+    hover,
+    layout,
+    lenses,
+    lights,
+    navigation,
+    outline,
+    session,
+    signature,
+    tokens,
+)
+from fuzzyctl.editor.document import Document
+
+ROOT = Path(__file__).parents[2]
+LINES = 500
+#: Most milliseconds for an answer, and from the last key to the lights.
+MOST_ANSWER, MOST_LIGHTS = 20.0, 300.0
+
+ANSWERS: dict[str, Callable[[Document, int], Any]] = {
+    "completion": completion.complete,
+    "hover": hover.hover,
+    "signature": signature.signature,
+    "definition": navigation.definition,
+    "references": navigation.references,
+    "selections": outline.selections,
+    "code actions": actions.actions,
+    "layout on type": lambda document, offset: layout.typed(document, offset, "\n"),
+    "semantic tokens": lambda document, _: list(tokens.tokens(document)),
+    "inlay hints": lambda document, _: hints.hints(document),
+    "code lenses": lambda document, _: lenses.lenses(document),
+    "outline": lambda document, _: outline.outline(document),
+    "folds": lambda document, _: list(outline.folds(document)),
+    "layout of a range": lambda document, offset: layout.laid_out(
+        document.source, document.source.line_of(offset), document.source.line_of(offset) + 9
+    ),
+}
+
+
+def text_of(lines: int) -> str:
+    """Return a file of so many lines: systems as they are shipped, one after the other."""
+    text = (ROOT / "rules" / "ais_reaction.fz").read_text(encoding="utf-8")
+    systems = []
+    while sum(s.count("\n") for s in systems) < lines:
+        systems.append(text.replace("system ais_reaction", f"system ais_reaction_{len(systems)}"))
+    return "".join(systems)
+
+
+def milliseconds(call: Callable[[], Any]) -> float:
+    """Return the processor time of a call."""
+    start = time.thread_time()
+    call()
+    return 1e3 * (time.thread_time() - start)
+
+
+def answers(text: str, places: int) -> dict[str, list[float]]:
+    """Return the times of each answer at random places of a text that has been checked."""
+    document = Document(SourceText("bench.fz", text))
+    _ = document.tree, document.symbols, document.lines, document.mistakes
+    offsets = random.Random(1).choices(range(len(text)), k=places)
+    found = {}
+    for name, answer in ANSWERS.items():
+        answer(document, offsets[0])
+        found[name] = sorted(milliseconds(lambda a=answer, o=o: a(document, o)) for o in offsets)
+    return found
+
+
+def checked(text: str) -> dict[str, float]:
+    """Return the times of what is computed once for a text."""
+    document = Document(SourceText("bench.fz", text))
+    return {name: milliseconds(lambda n=name: getattr(document, n)) for name in ("tree", "symbols", "mistakes")}
+
+
+def lit(path: Path) -> float:
+    """Return the time from the last key to the lights of a file."""
+    document = Document(SourceText(str(path), path.read_text(encoding="utf-8")), path.parent)
+    rest = 1e3 * (session.REST + session.BREATH)
+    return rest + milliseconds(lambda: (document.mistakes, document.proved, lights.prove(document)))
+
+
+def percentile(times: list[float], part: float) -> float:
+    """Return a percentile of times in ascending order."""
+    return times[min(len(times) - 1, int(part * len(times)))]
+
+
+def main() -> int:
+    """Print all times; return 1 where one is above its limit."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--places", type=int, default=200)
+    given = parser.parse_args()
+    text = text_of(LINES)
+    is_late = False
+    answers(text, 1)
+    lit(ROOT / "rules" / "tipper.fz")
+    session.settle_collector()  # as the server does
+    print(f"answers on {text.count(chr(10))} lines       median    99 %  [ms]")
+    for name, times in answers(text, given.places).items():
+        late = percentile(times, 0.99) > MOST_ANSWER
+        is_late |= late
+        print(f"{name:<26} {percentile(times, 0.5):8.2f} {percentile(times, 0.99):8.2f}{'  above' if late else ''}")
+    checked(text)
+    print("\nonce for each version, 500 lines and tipper.fz  [ms]")
+    tipper = (ROOT / "rules" / "tipper.fz").read_text(encoding="utf-8")
+    checked(tipper)
+    for (name, large), small in zip(checked(text).items(), checked(tipper).values(), strict=True):
+        print(f"{name:<26} {large:8.2f} {small:8.2f}")
+    print("\nlast key to guarantee lights  [ms]")
+    for path in sorted((ROOT / "rules").glob("*.fz")):
+        lit(path)
+        took = min(lit(path) for _ in range(3))
+        is_late |= took > MOST_LIGHTS
+        print(f"{path.name:<26} {took:8.1f}{'  above' if took > MOST_LIGHTS else ''}")
+    return int(is_late)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
