@@ -10,6 +10,7 @@ import asyncio
 import os
 from collections.abc import Iterable
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any, Final
 
@@ -23,6 +24,7 @@ from fuzzyctl.diagnostics.fixes import Replacement
 from fuzzyctl.diagnostics.source import SourceText, Span
 from fuzzyctl.editor import completion, hover, navigation, outline, signature
 from fuzzyctl.editor.document import Document
+from fuzzyctl.editor.preview import preview
 from fuzzyctl.lang.formatter import format_source
 from fuzzyctl.support.reading import MAX_BYTES
 
@@ -73,6 +75,7 @@ class FuzzyServer(LanguageServer):
         self._proofs: dict[str, asyncio.Task[None]] = {}
         # One after the other: two proofs at once take the processor from the answers.
         self._worker = ThreadPoolExecutor(1, thread_name_prefix="proofs")
+        self.drawer = ThreadPoolExecutor(1, thread_name_prefix="pictures")
 
     def document(self, uri: str) -> Document:
         """Return the text of a document as it is now."""
@@ -361,3 +364,14 @@ def _actions(ls: FuzzyServer, params: lsp.CodeActionParams) -> list[lsp.CodeActi
             )
         )
     return actions
+
+
+@server.feature("fuzzyctl/preview")
+async def _preview(ls: FuzzyServer, params: _Params) -> dict[str, Any]:
+    """Answer `{textDocument, position, point}` with a `Preview`; `point` is a list of `{name, value}`, or null."""
+    document = ls.document(params.textDocument.uri)
+    offset = ls.offset(document, lsp.Position(params.position.line, params.position.character))
+    asked = getattr(params, "point", None)
+    point = None if asked is None else {p.name: float(p.value) for p in asked}
+    found = await asyncio.get_running_loop().run_in_executor(ls.drawer, preview, document, offset, point)
+    return {**asdict(replace(found, rule=None)), "rule": ls.range(found.rule) if found.rule is not None else None}

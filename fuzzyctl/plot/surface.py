@@ -9,6 +9,7 @@ import numpy as np
 from matplotlib.ticker import MaxNLocator
 
 from fuzzyctl.kernels.compile import compile as compile_system
+from fuzzyctl.kernels.kernel import Kernel
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.plot.style import COLORS
 
@@ -29,6 +30,18 @@ def sample(
         The grid of each axis, shape (resolution,), and the values, shape (resolution,) or (resolution, resolution)
         with the second input along the first axis.
     """
+    grids, points = grid(system, axes, fixed, resolution)
+    kernel = compile_system(system, backend="numpy")
+    values = kernel.batch(points, _initial(kernel, points))
+    if len(system.outputs) > 1:
+        values = values[..., [o.name for o in system.outputs].index(output)]
+    return grids, values
+
+
+def grid(
+    system: FuzzySystem, axes: Sequence[str], fixed: Mapping[str, float], resolution: int
+) -> tuple[list[Any], Any]:
+    """Return the grid of each axis, and its points with all inputs, shape (resolution, ..., inputs); see `sample`."""
     grids = [_range(system, name, resolution) for name in axes]
     mesh = dict(zip(axes, np.meshgrid(*grids), strict=True))
     shape = next(iter(mesh.values())).shape
@@ -37,13 +50,35 @@ def sample(
         middle = (system.number(variable.lower) + system.number(variable.upper)) / 2
         column = mesh.get(variable.name)
         columns.append(column if column is not None else np.full(shape, fixed.get(variable.name, middle)))
+    return grids, np.stack(columns, axis=-1)
+
+
+def _initial(kernel: Kernel, points: Any) -> Any:
+    """Return the initial state at each point: a grid is no sequence, and nothing is held from one point to the next."""
+    return np.broadcast_to(kernel.initial_state(), (*points.shape[:-1], kernel.n_states)) if kernel.n_states else None
+
+
+def lead(system: FuzzySystem, output: str, rule: int, points: Any) -> Any:
+    """Compute how far a rule is more active than any other rule of an output.
+
+    Args:
+        system: The system.
+        output: Name of the output.
+        rule: Position of the rule in `FuzzySystem.rules`; it concludes on the output.
+        points: Shape (..., inputs).
+
+    Returns:
+        Shape (...,), above 0 where it is the strongest one.
+    """
+    strengths = rule_strengths(system, points)
+    others = [r for r, _ in system.conclusions[output] if r != rule]
+    return strengths[..., rule] - (np.max(strengths[..., others], axis=-1) if others else 0.0)
+
+
+def rule_strengths(system: FuzzySystem, points: Any) -> Any:
+    """Compute how far each rule is active, shape (..., rules), at points of shape (..., inputs)."""
     kernel = compile_system(system, backend="numpy")
-    # Each point has the initial state: a grid is no sequence, and nothing is held from one point to the next.
-    state = np.broadcast_to(kernel.initial_state(), (*shape, kernel.n_states)) if kernel.n_states else None
-    values = kernel.batch(np.stack(columns, axis=-1), state)
-    if len(system.outputs) > 1:
-        values = values[..., [o.name for o in system.outputs].index(output)]
-    return grids, values
+    return kernel.strengths(points, _initial(kernel, points))
 
 
 def draw_surface(
@@ -95,6 +130,25 @@ def draw_surface(
     right.grid(False)
     right.set(xlabel=names[0], ylabel=names[1])
     figure.colorbar(filled, ax=right, label=label)
+
+
+def mark_rule(ax: Any, grids: Sequence[Any], leads: Any) -> None:
+    """Draw the border of where a rule is the strongest one into the map of a surface, or its range under a curve.
+
+    Args:
+        ax: Axes of the map or of the curve.
+        grids: The grid of each axis.
+        leads: From `lead`, over the grid.
+    """
+    if not (leads > 0).any():
+        return
+    if len(grids) == 1:
+        ax.fill_between(grids[0], 0, 1, where=leads > 0, transform=ax.get_xaxis_transform(), color=COLORS[1], alpha=0.2)
+    else:
+        # A border of its own on the edge of the map, where the region ends, too.
+        leads = np.pad(leads, 1, constant_values=-1e-9)
+        x, y = (np.pad(g, 1, mode="edge") for g in grids)
+        ax.contour(x, y, leads, levels=[0.0], colors=COLORS[1], linewidths=2.5)
 
 
 def _range(system: FuzzySystem, name: str, resolution: int) -> Any:
