@@ -81,7 +81,7 @@ HOMES = {
 
 
 def modules():
-    return [*sorted((ROOT / "fuzzyctl").rglob("*.py")), *sorted((ROOT / "apps").rglob("*.py"))]
+    return [*sorted((ROOT / "fuzzyctl").rglob("*.py")), *sorted((ROOT / "apps" / "dwmr").rglob("*.py"))]
 
 
 def ranks(order):

@@ -22,7 +22,7 @@ TURNS = {
 PATTERN = re.compile("|".join(TURNS).replace(" ", r"\s+"), flags=re.IGNORECASE)
 #: CHANGELOG.md is history: it keeps its words.
 PAGES = sorted([*(ROOT / "docs").rglob("*.md"), *(ROOT / name for name in ("README.md", "CONTRIBUTING.md"))])
-SOURCES = sorted([*(ROOT / "fuzzyctl").rglob("*.py"), *(ROOT / "apps").rglob("*.py")])
+SOURCES = sorted([*(ROOT / "fuzzyctl").rglob("*.py"), *(ROOT / "apps" / "dwmr").rglob("*.py")])
 
 
 def found(text, line=1):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import Any, Final
@@ -74,18 +74,10 @@ def preview(document: Document, offset: int, point: Mapping[str, float] | None =
         point: Values of inputs; those that are missing or no inputs are mid-range. None for no point.
     """
     try:
-        systems = document.examined.systems
-    except DiagnosticError as error:
-        return Preview(error.diagnostics[0].message)
-    head = document.symbols.scope_at(offset)[1]
-    named = head.name if head is not None and head.kind == "system" else None
-    system = next((s for s in systems if named in (None, s.name)), None)
-    if system is None:
-        name = f"system '{named}' has" if named is not None else "the text has no system, or its system has"
-        return Preview(f"{name} mistakes")
-    rule = _rule_at(system, document, offset)
-    output = _output_at(system, document, offset, rule)
-    inputs = _inputs(system, point or {})
+        system, output, rule = chosen(document, offset)
+    except LookupError as error:
+        return Preview(str(error.args[0]))
+    inputs = inputs_at(system, point or {})
     values = tuple((i.name, i.value) for i in inputs)
     title = f"{system.name}: {output}"
     try:
@@ -95,17 +87,39 @@ def preview(document: Document, offset: int, point: Mapping[str, float] | None =
         return Preview(str(error), title, "", _terms(system), inputs=inputs)
     if point is None:
         return Preview("", title, surface, _terms(system), "", frame, inputs)
-    strongest = _strongest(system, output, values)
-    place = system.rules[strongest].span if strongest is not None else None
+    place = strongest(system, output, values)
     own = place if place is not None and place.source.name == document.source.name else None
     return Preview("", title, surface, _terms(system), _rules(system, values), frame, inputs, own)
 
 
-def _inputs(system: FuzzySystem, point: Mapping[str, float]) -> tuple[Axis, ...]:
+def chosen(document: Document, offset: int) -> tuple[FuzzySystem, str, int | None]:
+    """Return the system at an offset, its output there, and the position of the rule there, None for none.
+
+    Raises:
+        LookupError: Where there is no system without mistakes; the message is for the user.
+    """
+    try:
+        systems = document.examined.systems
+    except DiagnosticError as error:
+        raise LookupError(error.diagnostics[0].message) from None
+    head = document.symbols.scope_at(offset)[1]
+    named = head.name if head is not None and head.kind == "system" else None
+    system = next((s for s in systems if named in (None, s.name)), None)
+    if system is None:
+        name = f"system '{named}' has" if named is not None else "the text has no system, or its system has"
+        raise LookupError(f"{name} mistakes")
+    rule = _rule_at(system, document, offset)
+    return system, _output_at(system, document, offset, rule), rule
+
+
+def inputs_at(system: FuzzySystem, point: Mapping[str, float]) -> tuple[Axis, ...]:
+    """Return the inputs with their values at a point, brought into their ranges; mid-range where it has none."""
     found = []
     for v in system.inputs:
         low, high = system.number(v.lower), system.number(v.upper)
-        value = min(max(point.get(v.name, (low + high) / 2), low), high)
+        middle = (low + high) / 2
+        value = point.get(v.name, middle)
+        value = middle if value != value else min(max(value, low), high)
         found.append(Axis(v.name, v.axis_label, low, high, value))
     return tuple(found)
 
@@ -131,15 +145,16 @@ def _output_at(system: FuzzySystem, document: Document, offset: int, rule: int |
     return names[0]
 
 
-def _strongest(system: FuzzySystem, output: str, values: tuple[tuple[str, float], ...]) -> int | None:
-    """Return the rule of an output that is most active at a point; None where none is."""
+def strongest(system: FuzzySystem, output: str, values: Sequence[tuple[str, float]]) -> Span | None:
+    """Return where the rule of an output is written that is most active at a point; None where no rule is active."""
     import numpy as np
 
     from fuzzyctl.plot.surface import rule_strengths
 
     strengths = rule_strengths(system, np.array([value for _, value in values]))
     rules = [r for r, _ in system.conclusions.get(output, ()) if strengths[r] > 0]
-    return max(rules, key=lambda r: float(strengths[r]), default=None)
+    found = max(rules, key=lambda r: float(strengths[r]), default=None)
+    return system.rules[found].span if found is not None else None
 
 
 # A change of a comment, of another system or of the cursor leaves most pictures as they are; systems compare by value.

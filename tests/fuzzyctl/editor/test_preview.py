@@ -1,10 +1,12 @@
 """Pictures of the system at the cursor."""
 
+import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fuzzyctl.editor.preview import preview
+from fuzzyctl.editor.preview import chosen, inputs_at, preview, strongest
+from fuzzyctl.plot.surface import lead
 from tests.fuzzyctl.editor.marked import LOOP, SYSTEM, marked
 
 POINT = {"service": 7.0, "food": 8.0}
@@ -32,8 +34,8 @@ def test_the_surface_and_the_terms():
 
 
 def test_the_same_system_gives_the_same_pictures_whatever_its_comments_say():
-    assert shown(SYSTEM, "food") == shown("# other\n" + SYSTEM, "food")
-    assert shown(SYSTEM, "food").surface != shown(SYSTEM.replace("large  large", "small  large"), "food").surface
+    assert shown(CURVE, "x in") == shown("# other\n" + CURVE, "x in")
+    assert shown(CURVE, "x in") != shown(CURVE.replace("p  q  r", "p  r  r"), "x in")
 
 
 def test_the_region_of_the_rule_at_the_cursor_is_marked():
@@ -47,6 +49,7 @@ def test_the_region_of_the_rule_at_the_cursor_is_marked():
     [
         (TWO, "s\n", "s: y"),
         (TWO, "terms a b c\noutput", "s: y"),
+        (TWO, "system t", "t: y"),
         (OUTPUTS, "terms p", "t: y"),
         (OUTPUTS, "z in", "t: z"),
         (OUTPUTS, "if x is c", "t: z"),
@@ -55,11 +58,8 @@ def test_the_region_of_the_rule_at_the_cursor_is_marked():
     ],
 )
 def test_the_cursor_chooses_system_and_output(text, at, title):
-    assert shown(text, at).title == title
-
-
-def test_the_second_system_has_its_own_name():
-    assert preview(*marked(TWO, "system t"), None).title == "t: y"
+    system, output, _ = chosen(*marked(text, at))
+    assert f"{system.name}: {output}" == title
 
 
 def test_a_point_gives_rules_and_the_cell_of_the_strongest_one():
@@ -73,14 +73,9 @@ def test_a_point_gives_rules_and_the_cell_of_the_strongest_one():
 @pytest.mark.parametrize("at", [(2, 1), (2, 9), (9, 1), (9, 5), (9, 9), (1, 5)])
 def test_the_region_of_a_cell_holds_the_points_that_select_it(at):
     """Both ways agree: a point selects the cell in whose region it is."""
-    import numpy as np
-
-    from fuzzyctl.plot.surface import lead
-
-    point = dict(zip(("service", "food"), map(float, at), strict=True))
     document, _ = marked(SYSTEM, "food")
     (system,) = document.examined.systems
-    place = preview(document, 0, point).rule
+    place = strongest(system, "tip", [("service", at[0]), ("food", at[1])])
     rule = next(k for k, r in enumerate(system.rules) if r.span.start == place.start)
     for k in range(len(system.rules)):
         assert (lead(system, "tip", k, np.array(at, dtype=float)) > 0) == (k == rule)
@@ -116,7 +111,7 @@ def test_without_a_system_there_is_a_message(text, message):
 def test_another_system_may_have_mistakes():
     text = TWO.replace("| p  q  r", "| p  q  rr", 1)
     assert preview(*marked(text, "system s")).message == "system 's' has mistakes"
-    assert preview(*marked(text, "system t")).title == "t: y"
+    assert chosen(*marked(text, "system t"))[0].name == "t"
 
 
 def test_where_no_rule_acts_there_is_none_to_select():
@@ -131,11 +126,11 @@ def test_a_table_with_gaps_has_no_surface_but_terms():
     assert found.terms.startswith("<?xml")
 
 
-@settings(max_examples=20, deadline=None)
-@given(st.dictionaries(st.sampled_from(["service", "food", "other"]), st.floats(allow_nan=True)))
-def test_any_point_is_brought_into_the_ranges(point):
-    from fuzzyctl.editor.preview import _inputs
+TIP = marked(SYSTEM, "food")[0].examined.systems[0]
 
-    document, _ = marked(SYSTEM, "food")
-    for i in _inputs(document.examined.systems[0], point):
+
+@settings(max_examples=20, deadline=None)
+@given(st.dictionaries(st.sampled_from(["service", "food", "other"]), st.floats()))
+def test_any_point_is_brought_into_the_ranges(point):
+    for i in inputs_at(TIP, point):
         assert i.low <= i.value <= i.high
