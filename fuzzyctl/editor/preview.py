@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import Any, Final
@@ -12,6 +13,8 @@ from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.editor.document import Document
 from fuzzyctl.model.system import FuzzySystem
 
+#: Draws one picture after the other: matplotlib's settings are those of the process.
+DRAWER: Final = ThreadPoolExecutor(1, thread_name_prefix="pictures")
 #: Points along an axis of the surface: what is drawn at every key is coarser than what `plot-surface` writes.
 _RESOLUTION: Final = 31
 #: Most rules that the picture of a point has.

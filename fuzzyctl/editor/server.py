@@ -24,7 +24,7 @@ from fuzzyctl.diagnostics.fixes import Replacement
 from fuzzyctl.diagnostics.source import SourceText, Span
 from fuzzyctl.editor import completion, hover, navigation, outline, signature
 from fuzzyctl.editor.document import Document
-from fuzzyctl.editor.preview import preview
+from fuzzyctl.editor.preview import DRAWER, preview
 from fuzzyctl.lang.formatter import format_source
 from fuzzyctl.support.reading import MAX_BYTES
 
@@ -75,7 +75,6 @@ class FuzzyServer(LanguageServer):
         self._proofs: dict[str, asyncio.Task[None]] = {}
         # One after the other: two proofs at once take the processor from the answers.
         self._worker = ThreadPoolExecutor(1, thread_name_prefix="proofs")
-        self.drawer = ThreadPoolExecutor(1, thread_name_prefix="pictures")
 
     def document(self, uri: str) -> Document:
         """Return the text of a document as it is now."""
@@ -373,5 +372,5 @@ async def _preview(ls: FuzzyServer, params: _Params) -> dict[str, Any]:
     offset = ls.offset(document, lsp.Position(params.position.line, params.position.character))
     asked = getattr(params, "point", None)
     point = None if asked is None else {p.name: float(p.value) for p in asked}
-    found = await asyncio.get_running_loop().run_in_executor(ls.drawer, preview, document, offset, point)
+    found = await asyncio.get_running_loop().run_in_executor(DRAWER, preview, document, offset, point)
     return {**asdict(replace(found, rule=None)), "rule": ls.range(found.rule) if found.rule is not None else None}

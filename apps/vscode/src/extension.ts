@@ -71,6 +71,11 @@ async function start(): Promise<void> {
       outputChannel: log,
       // A key during a restart is an error of the client's that no user can do anything about.
       revealOutputChannelOn: RevealOutputChannelOn.Never,
+      middleware: {
+        // The server's own answer to "surface" is a file; here the pane shows it.
+        executeCommand: (command, words, next) =>
+          command === "fuzzyctl.surface" ? preview.open(words[1] as string | undefined) : next(command, words),
+      },
     },
   );
   client.onDidChangeState(({ newState }) => newState === State.Running && preview.update());

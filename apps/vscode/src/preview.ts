@@ -45,11 +45,16 @@ export class Preview implements vscode.Disposable {
     this.listeners.forEach((l) => l.dispose());
   }
 
-  /** Show the pane beside the text. */
-  open(): void {
+  /** Show the pane beside the text; where a system is named, with the cursor at it. */
+  open(system?: string): void {
     const editor = vscode.window.activeTextEditor;
     if (editor?.document.languageId === "fz") {
       this.editor = editor;
+      const at = system ? editor.document.getText().search(new RegExp(`^[ \\t]*system[ \\t]+${system}\\b`, "m")) : -1;
+      if (at >= 0) {
+        const place = editor.document.positionAt(at);
+        editor.selection = new vscode.Selection(place, place);
+      }
     }
     if (this.panel !== undefined) {
       this.panel.reveal(undefined, true);
