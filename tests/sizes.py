@@ -5,8 +5,14 @@
 
 from __future__ import annotations
 
+import pytest
+
 #: Whether all is drawn; tests/conftest.py sets it before any test is imported.
 LONG = False
+
+
+#: Backends of a law that other tests hold compiled code to in the test line: numba takes a second for each kernel.
+BACKENDS = ("python", "numpy", pytest.param("numba", marks=pytest.mark.long))
 
 
 def examples(everything: int, some: int | None = None) -> int:

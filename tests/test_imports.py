@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from tests.imported import circles, imported, imports_between
+from tests.own_files import own_files
 
 ROOT = Path(__file__).parent.parent
 
@@ -29,7 +30,7 @@ ORDER = [
 #: The same for the sub-packages of packages.
 SUBORDER = {
     "analysis": [["coverage", "multilinear"], ["branch_and_bound"], ["induction"]],
-    "codegen": [["steps"]],
+    "codegen": [["steps"], ["fmu"]],
     "experiments": [["settings"], ["results"], ["sweep"]],
     "formats": [["common"], ["fuzzylite"], ["fll"], ["fcl", "fis"], ["fml"]],
     "kernels": [["program"], ["interval", "plan"], ["inference"], ["algorithms"], ["backends"], ["steps"]],
@@ -69,7 +70,8 @@ HOMES = {
     "pygments": {"fuzzyctl/lang/highlight.py"},
     "pyarrow": {"fuzzyctl/experiments/results/parquet.py", "apps/dwmr/output/data/parquet_file.py"},
     "distributed": {"fuzzyctl/experiments/sweep/cluster.py"},
-    "control": set(),  # by name, when it is called
+    "control": {"apps/gallery/beside_upa.py"},  # elsewhere by name, when it is called
+    "fmpy": set(),  # by name, when a loop with an FMU is run
     "gymnasium": {"fuzzyctl/interop/environments.py"},
     "scipy": {
         "apps/dwmr/calibration/search.py",
@@ -81,7 +83,7 @@ HOMES = {
 
 
 def modules():
-    return [*sorted((ROOT / "fuzzyctl").rglob("*.py")), *sorted((ROOT / "apps" / "dwmr").rglob("*.py"))]
+    return [*sorted((ROOT / "fuzzyctl").rglob("*.py")), *own_files(ROOT / "apps", "*.py")]
 
 
 def ranks(order):

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parent.parent
-MIRRORS = {"fuzzyctl": ROOT / "fuzzyctl", "dwmr": ROOT / "apps" / "dwmr"}
+MIRRORS = {"fuzzyctl": ROOT / "fuzzyctl", "dwmr": ROOT / "apps" / "dwmr", "gallery": ROOT / "apps" / "gallery"}
 
 #: Packages whose modules are parts of one entry point, and modules, with the tests that run them. A row holds for the
 #: packages inside, too, unless they have their own.

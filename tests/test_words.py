@@ -8,6 +8,8 @@ from pathlib import Path
 
 import pytest
 
+from tests.own_files import own_files
+
 ROOT = Path(__file__).parent.parent
 
 #: Each turn with what says it better. A turn may be broken over two lines.
@@ -21,8 +23,14 @@ TURNS = {
 }
 PATTERN = re.compile("|".join(TURNS).replace(" ", r"\s+"), flags=re.IGNORECASE)
 #: CHANGELOG.md is history: it keeps its words.
-PAGES = sorted([*(ROOT / "docs").rglob("*.md"), *(ROOT / name for name in ("README.md", "CONTRIBUTING.md"))])
-SOURCES = sorted([*(ROOT / "fuzzyctl").rglob("*.py"), *(ROOT / "apps" / "dwmr").rglob("*.py")])
+PAGES = sorted(
+    [
+        *(ROOT / "docs").rglob("*.md"),
+        *own_files(ROOT / "apps", "*.md"),
+        *(ROOT / name for name in ("README.md", "CONTRIBUTING.md")),
+    ]
+)
+SOURCES = sorted([*(ROOT / "fuzzyctl").rglob("*.py"), *own_files(ROOT / "apps", "*.py")])
 
 
 def found(text, line=1):

@@ -46,8 +46,8 @@ def block_summary(block: Controller | Plant | Loop) -> dict[str, Any]:
 
 
 def _equations(block: Controller | Plant) -> dict[str, list[str]]:
-    if isinstance(block, Plant) and block.python:
-        equations, changes = [f'in "{block.python}"'], []
+    if isinstance(block, Plant) and block.external:
+        equations, changes = [f'in "{block.external}"'], []
     else:
         equations = [_defined(d) for d in in_order(block)]
         following = block.derivatives if isinstance(block, Plant) else block.updates

@@ -92,15 +92,15 @@ def _show_controller(controller: Controller, timeout: float, form: str) -> None:
         return
     for name, bound in found.items():
         unit, what = units[name], "state " if name in states else ""
-        say(f"{what}{name}: from {bound.lo:.9g} to {bound.hi:.9g}{' ' + unit if unit else ''}")
+        say(f"{what}{name}: from {bound.lo + 0.0:.9g} to {bound.hi + 0.0:.9g}{' ' + unit if unit else ''}")
 
 
 def _lines(system: FuzzySystem, extent: Extent) -> Iterator[str]:
     unit = system.output(extent.name).unit
-    yield f"{extent.name}: from {extent.lo:.9g} to {extent.hi:.9g}{' ' + unit if unit else ''}"
+    yield f"{extent.name}: from {extent.lo + 0.0:.9g} to {extent.hi + 0.0:.9g}{' ' + unit if unit else ''}"
     for value, at in ((extent.lo_found, extent.lo_at), (extent.hi_found, extent.hi_at)):
         if at is not None and not math.isnan(value):
-            yield f"  {value:.9g} at {', '.join(f'{n} = {x:.9g}' for n, x in at.items())}"
+            yield f"  {value + 0.0:.9g} at {', '.join(f'{n} = {x + 0.0:.9g}' for n, x in at.items())}"
     slopes = [f"{s:.9g} along {n}" for n, s in extent.steepness.items() if math.isfinite(s)]
     if slopes:
         yield f"  slope at most {', '.join(slopes)}"

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
+from fuzzyctl.cli.checked import checked_block, checked_system
 from fuzzyctl.cli.common import (
     ALGORITHM,
     DONE,
@@ -16,14 +16,13 @@ from fuzzyctl.cli.common import (
     QUIET,
     answers_with_diagnostics,
     assignments,
-    show,
 )
-from fuzzyctl.cli.loading import Choice, chooses, source_of, under
+from fuzzyctl.cli.loading import Choice, chooses, source_of
 from fuzzyctl.cli.streams import say, write_json
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 
 if TYPE_CHECKING:
-    from fuzzyctl.analysis.verdicts import Verdict
+    from fuzzyctl.codegen.errors import CodegenError
     from fuzzyctl.codegen.fixed_format import Format
     from fuzzyctl.codegen.unit import Precision
     from fuzzyctl.loading.load import Examined
@@ -35,11 +34,12 @@ if TYPE_CHECKING:
 @click.argument("file")
 @click.option(
     "--target",
-    type=click.Choice(["c", "st", "python"]),
+    type=click.Choice(["c", "st", "python", "fmu"]),
     required=True,
-    help="C99, Structured Text or one Python module.",
+    help="C99, Structured Text, one Python module, or a Functional Mock-up Unit.",
 )
 @click.option("-o", "--output", "out", metavar="DIR", default=".", help="The folder to write to.  [default: this one]")
+@click.option("--fmi", type=click.Choice(["2", "3"]), help="Version of FMI of an FMU.  [default: 3]")
 @ALGORITHM
 @click.option(
     "--float",
@@ -64,6 +64,7 @@ def codegen(
     file: str,
     target: str,
     out: str,
+    fmi: str | None,
     algorithm: str,
     precision: str | None,
     fixed: str | None,
@@ -72,14 +73,16 @@ def codegen(
     form: str,
     choice: Choice,
 ) -> int:
-    """Write a system or a controller as C, Structured Text or Python.
+    """Write a system or a controller as C, Structured Text, Python or an FMU.
 
-    C is C99, Structured Text that of IEC 61131-3. A file with a controller is written as its controller.
+    C is C99, Structured Text that of IEC 61131-3, an FMU one for co-simulation around the C; of a plant, too. A file
+    with a controller is written as its controller.
 
     \b
     fuzzyctl codegen rules/ais_reaction.fz --target c -o build
     fuzzyctl codegen rules/ais_reaction.fz --target c --fixed Q3.12 -o build
     fuzzyctl codegen rules/tipper.fz --target st --float float
+    fuzzyctl codegen rules/tipper.fz --target fmu -o tipper.fmu
 
     C comes with a self-test to compile and run on the target. Errors of fixed point and of tables are proved, and stand
     at the head of the file; where none can be proved the system is refused.
@@ -87,24 +90,60 @@ def codegen(
     chosen = _format(fixed, target, precision)
     if target == "python" and precision == "float":
         raise click.BadParameter("Python has double precision only", param_hint="--float")
+    if fmi is not None and target != "fmu":
+        raise click.BadParameter(f"an FMU is written with --target fmu, not {target}", param_hint="--fmi")
     from fuzzyctl.loading.load import choose_controller, look_through
 
     source = source_of(file)
     examined = look_through(source, folder=Path(file).parent)
     numbers: Precision = "float" if precision == "float" else "double"
-    controller = choose_controller(examined, choice.name)
-    if controller is not None:
-        _refuse_for_controllers(controller, chosen, table, free, algorithm)
-        data = _written_controller(examined, controller, choice, target, Path(out), algorithm, numbers, free, chosen)
+    if target == "fmu":
+        from fuzzyctl.cli.fmu import write_fmu
+
+        version = int(fmi or 3)
+        data = write_fmu(
+            examined, choice, out, version=version, algorithm=algorithm, precision=numbers, table=table, free=free
+        )
     else:
-        if free:
+        controller = choose_controller(examined, choice.name)
+        if controller is None and free:
             raise click.BadParameter("only controllers take numbers from their caller", param_hint="--free")
-        data = _written_system(examined, choice, target, Path(out), algorithm, numbers, chosen, table)
+        from fuzzyctl.codegen.errors import CodegenError
+
+        try:
+            if controller is not None:
+                _refuse_for_controllers(controller, chosen, table, free, algorithm)
+                data = _written_controller(
+                    examined, controller, choice, target, Path(out), algorithm, numbers, free, chosen
+                )
+            else:
+                data = _written_system(examined, choice, target, Path(out), algorithm, numbers, chosen, table)
+        except CodegenError as error:
+            block = controller or next(s for s in examined.systems if choice.name in (None, s.name))
+            raise DiagnosticError([_refused(block, target, error)]) from None
     if form == "json":
         write_json(data)
     else:
         say("\n".join(_told(data)))
     return DONE
+
+
+def _refused(block: FuzzySystem | Controller, target: str, error: CodegenError) -> Diagnostic:
+    """Return why a system or controller is not written, at the call of a function that the target has not."""
+    from fuzzyctl.expr import Call, Expr, walk
+    from fuzzyctl.model.system import FuzzySystem
+
+    values: list[Expr] = []
+    if isinstance(block, FuzzySystem):
+        values += [let.value for let in block.lets]
+        values += [o.value for o in block.outputs if o.value is not None]
+    else:
+        values += [d.value for d in (*block.definitions, *block.updates)]
+        values += [r.value for r in block.results]
+    calls = (e for value in values for e in walk(value) if isinstance(e, Call))
+    place = next((call.span for call in calls if call.function == error.function and call.span is not None), block.span)
+    language = {"c": "C", "st": "Structured Text", "python": "Python"}[target]
+    return Diagnostic("FZ608", f"'{block.name}' cannot be written in {language}", place, facts=(str(error),))
 
 
 def _written_system(
@@ -122,7 +161,7 @@ def _written_system(
     from fuzzyctl.codegen.fixed import fixed_point
     from fuzzyctl.codegen.unit import prepare
 
-    system, verdicts = _passed(examined, choice)
+    system, verdicts = checked_system(examined, choice)
     unit = prepare(
         system,
         examined.source.text,
@@ -161,17 +200,12 @@ def _written_controller(
     Raises:
         DiagnosticError: With all that `fuzzyctl check` finds, if some of it is an error.
     """
-    from fuzzyctl.analysis.check import check_examined
     from fuzzyctl.codegen.files import write
     from fuzzyctl.codegen.steps.files import generate_step
     from fuzzyctl.codegen.steps.fixed_step import fixed_step
     from fuzzyctl.codegen.steps.unit import prepare_step
 
-    _, diagnostics = check_examined(examined, profile=choice.profile)
-    if any(d.severity == "error" for d in diagnostics):
-        raise DiagnosticError(diagnostics)
-    show(diagnostics)
-    controller = _under(choice.with_settings(controller), choice.profile)
+    controller = checked_block(examined, controller, choice)
     unit = prepare_step(
         controller,
         examined.source.text,
@@ -191,12 +225,6 @@ def _written_controller(
         "files": [str(p) for p in write(generated, out)],
         "errors": dict(generated.errors),
     }
-
-
-def _under(controller: Controller, profile: str | None) -> Controller:
-    """Return a controller whose systems are under a profile."""
-    systems = tuple(under(s, profile) for s in controller.systems)
-    return replace(controller, systems=systems, controllers=tuple(_under(c, profile) for c in controller.controllers))
 
 
 def _refuse_for_controllers(
@@ -222,33 +250,6 @@ def _told(data: dict[str, Any]) -> Iterator[str]:
 
     yield from (f"wrote {path}" for path in data["files"])
     yield from (f"proved: {output} is off by {at_most(error)} at most" for output, error in data["errors"].items())
-
-
-def _passed(examined: Examined, choice: Choice) -> tuple[FuzzySystem, tuple[Verdict, ...]]:
-    """Return a system that passes `fuzzyctl check` with its params set and under the profile; warnings are printed.
-
-    Raises:
-        DiagnosticError: With all that `fuzzyctl check` finds, if some of it is an error.
-    """
-    from fuzzyctl.analysis.check import check_changed
-
-    checked = check_changed(examined, choice.changed, system=choice.name)
-    if checked.system is None:
-        raise DiagnosticError(checked.diagnostics)
-    show([*checked.diagnostics, *_undecided(checked.verdicts)])
-    return checked.system, checked.verdicts
-
-
-def _undecided(verdicts: tuple[Verdict, ...]) -> list[Diagnostic]:
-    """Warn of guarantees that quick methods leave open."""
-    from fuzzyctl.analysis.verdicts import Undecided
-
-    help_text = "'fuzzyctl prove' takes the time to decide more"
-    return [
-        Diagnostic("FZ402", f"the guarantee '{v.claim}' is undecided", v.span, "warning", (v.reason,), help_text)
-        for v in verdicts
-        if isinstance(v, Undecided)
-    ]
 
 
 def _format(fixed: str | None, target: str, precision: str | None) -> Format | None:

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, BinaryIO, Final, ParamSpec
 import click
 
 from fuzzyctl.cli.streams import say, write_data, write_json
-from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError, FuzzyctlError, render_all
+from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError, FuzzyctlError, UnknownNameError, render_all
 from fuzzyctl.diagnostics.suggestions import closest
 from fuzzyctl.support.numerals import to_number
 
@@ -29,6 +29,8 @@ DONE: Final = 0
 FAILED: Final = 1
 USAGE: Final = 2
 UNDECIDED: Final = 3
+#: Codes of mistakes in arguments: a value is missing, a name is unknown, a value is no number.
+_OF_ARGUMENTS: Final = frozenset({"FZ501", "FZ502", "FZ503"})
 
 P = ParamSpec("P")
 
@@ -171,12 +173,12 @@ def answers_with_diagnostics(command: Callable[P, int | None]) -> Callable[P, No
             sys.stdout.flush()
         except DiagnosticError as error:
             show(error.diagnostics, str(kwargs.get("form", "text")))
-            code = FAILED
+            code = _code_of(error.diagnostics)
         except FuzzyctlError as error:
             if kwargs.get("form") == "json":
                 write_json({"error": str(error)})
             say(f"error: {error}", err=True)
-            code = FAILED
+            code = USAGE if isinstance(error, UnknownNameError) else FAILED
         except BrokenPipeError:
             # The reader, such as `head`, has seen enough.
             _silence()
@@ -188,6 +190,12 @@ def answers_with_diagnostics(command: Callable[P, int | None]) -> Callable[P, No
         sys.exit(code or DONE)
 
     return run
+
+
+def _code_of(diagnostics: Iterable[Diagnostic]) -> int:
+    """Return the exit code of a command that gives up: wrong usage where all mistakes are in the command line."""
+    errors = [d for d in diagnostics if d.severity == "error"]
+    return USAGE if errors and all(d.code in _OF_ARGUMENTS for d in errors) else FAILED
 
 
 def _silence() -> None:
@@ -316,7 +324,7 @@ def end_of_range(value: float) -> float | str | None:
     """Return an end of what something lies between: None for NaN, texts for infinities, which say where it is open."""
     if math.isnan(value):
         return None
-    return value if math.isfinite(value) else ("inf" if value > 0 else "-inf")
+    return value + 0.0 if math.isfinite(value) else ("inf" if value > 0 else "-inf")
 
 
 def missing_inputs(system: FuzzySystem, given: Mapping[str, float], command: str) -> list[Diagnostic]:

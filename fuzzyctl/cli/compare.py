@@ -220,7 +220,7 @@ def _output(d: Difference, explained: Explanation, unit: str, beyond: Sequence[s
     if d.largest > 0.0 and d.valued:
         at = _where(d.point, d.first, d.second, unit)
         lines = [f"{d.output}: largest difference {d.largest:.3g}{unit} at {at}", *_indented(beyond)]
-        causes = _indented(_causes(explained.largest))
+        causes = ["  that is rounding"] if explained.rounding else _indented(_causes(explained.largest))
         mean = [f"  on average {d.mean:.3g}"]
         # Causes of the mean stand below it where they are others.
         lines += (

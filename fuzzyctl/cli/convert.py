@@ -24,7 +24,7 @@ from fuzzyctl.cli.common import (
 from fuzzyctl.cli.loading import Choice, open_systems
 from fuzzyctl.cli.progress import progress
 from fuzzyctl.cli.streams import say, write_data, write_json
-from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
+from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError, FuzzyctlError, NoRuleFiresError
 
 if TYPE_CHECKING:
     from fuzzyctl.convert.convert import Conversion
@@ -79,8 +79,11 @@ def convert(
         refuse_to_replace(picture_files(system, Path(target)))
     from fuzzyctl.convert.convert import convert as converted
 
-    with progress() as shown:
-        conversion = converted(system, to, points=points, progress=shown)
+    try:
+        with progress() as shown:
+            conversion = converted(system, to, points=points, progress=shown)
+    except NoRuleFiresError as error:
+        raise _uncovered(system, error) from None
     conversion = replace(conversion, losses=(*lost, *conversion.losses))
     refused = bool(conversion.lossy) and not lossy
     if not refused:
@@ -90,6 +93,14 @@ def convert(
     else:
         say("\n".join(_report(source, target, conversion, refused)), err=target == "-" or refused)
     return FAILED if refused else DONE
+
+
+def _uncovered(system: FuzzySystem, error: NoRuleFiresError) -> FuzzyctlError:
+    """Return a point without a value as `check` reports it, with its location."""
+    from fuzzyctl.analysis.coverage import coverage
+
+    found = [d for d in coverage.diagnostics(system) if d.severity == "error"]
+    return DiagnosticError(found) if found else error
 
 
 def _free(target: Path, force: bool) -> None:

@@ -140,7 +140,7 @@ def open_systems(
             them; for params that the system does not have or take; for a system that the tool of the profile cannot
             evaluate.
     """
-    from fuzzyctl.loading.load import choose, look_through, without_system
+    from fuzzyctl.loading.load import choose, look_through, not_chosen, without_system
 
     if examined is None:
         examined = look_through(source_of(file), folder=Path(file).parent, hints=hints)
@@ -150,15 +150,22 @@ def open_systems(
     if chosen and choice.name is not None:
         systems = ()
     elif choice.name is not None or not several:
+        names = [b.name for b in (*systems, *examined.blocks)]
+        if blocks and examined.blocks and choice.name not in [None, *names]:
+            raise DiagnosticError(_errors(diagnostics) or [not_chosen(source, names, "block", choice.name)])
         system, diagnostics = choose(source, systems, diagnostics, choice.name, examined.blocks)
         systems = (system,) if system is not None else ()
     elif examined.blocks and not systems and not blocks:
         diagnostics = [*diagnostics, without_system(source, examined.blocks)]
-    errors = [d for d in diagnostics if d.severity == "error"]
+    errors = _errors(diagnostics)
     if errors:
         raise DiagnosticError(errors if several else diagnostics)
     opened = Opened(examined, tuple(map(choice.changed, systems)), diagnostics)
     return replace(opened, blocks=tuple(map(choice.with_settings, chosen))) if chosen else opened
+
+
+def _errors(diagnostics: Sequence[Diagnostic]) -> list[Diagnostic]:
+    return [d for d in diagnostics if d.severity == "error"]
 
 
 def open_blocks(file: str, choice: Choice) -> Opened:
@@ -193,7 +200,7 @@ def load_checked(file: str, choice: Choice, examined: Examined | None = None) ->
     opened = open_systems(file, choice, several=False, examined=examined)
     system = opened.systems[0]
     diagnostics = opened.file.reported([*opened.file.diagnostics, *coverage.diagnostics(system)])
-    if any(d.severity == "error" for d in diagnostics):
+    if _errors(diagnostics):
         raise DiagnosticError(diagnostics)
     show(diagnostics)
     return system

@@ -19,12 +19,13 @@ def chosen_loops(file: str, name: str | None) -> list[tuple[str, Loop]]:
     """Open the loops of a file, or the one named, each with the name of the file; warnings are printed.
 
     Raises:
-        DiagnosticError: With all errors of the file; for a file without loops, and a name of none.
+        DiagnosticError: With all errors of the file, but those of other loops than the one named; for a file without
+            loops, and a name of none.
     """
     from fuzzyctl.loading.load import chosen_block, look_through
 
     source = source_of(file)
-    examined = look_through(source, folder=Path(file).parent)
+    examined = look_through(source, folder=Path(file).parent, loop=name)
     diagnostics = examined.reported(examined.diagnostics)
     if any(d.severity == "error" for d in diagnostics):
         raise DiagnosticError(diagnostics)
@@ -33,6 +34,11 @@ def chosen_loops(file: str, name: str | None) -> list[tuple[str, Loop]]:
         return [(file, loop) for loop in examined.loops]
     chosen = chosen_block(source, examined.loops, "loop", name)
     if isinstance(chosen, Diagnostic):
+        other = next((b for b in (*examined.systems, *examined.blocks) if b.name == name), None)
+        if other is not None:
+            kind = "system" if other in examined.systems else type(other).__name__.lower()
+            fact = f"'{name}' is a {kind}: a loop runs it"
+            chosen = dataclasses.replace(chosen, facts=(*chosen.facts, fact))
         raise DiagnosticError([chosen])
     return [(file, chosen)]
 

@@ -63,7 +63,7 @@ def plot_surface(
         if axis is not None:
             _known(axis, inputs, "input")
     if x is not None and x == y:
-        raise DiagnosticError([Diagnostic("FZ214", f"'{x}' is named for both axes", help="drop one for a curve")])
+        raise DiagnosticError([Diagnostic("FZ502", f"'{x}' is named for both axes", help="drop one for a curve")])
     fixed = assignments(at, inputs, "input")
     axes = _axes(inputs, x, y, fixed)
     for axis, value in fixed.items():
@@ -73,7 +73,7 @@ def plot_surface(
     for axis in axes:
         if axis in fixed:
             message, help_text = f"'{axis}' is an axis and has a value too", f"drop '--at {axis}=...' or the axis"
-            raise DiagnosticError([Diagnostic("FZ214", message, help=help_text)])
+            raise DiagnosticError([Diagnostic("FZ502", message, help=help_text)])
     from fuzzyctl.plot.names import file_part
 
     target = picture_file(out, f"{file_part(system.name)}-{file_part(chosen)}.png")

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 import click
 
@@ -13,11 +15,17 @@ from fuzzyctl.cli.common import DONE, FAILED, FORMAT, QUIET, answers_with_diagno
 from fuzzyctl.cli.loops import chosen_loops, settings_of
 from fuzzyctl.cli.progress import progress
 from fuzzyctl.cli.streams import say, write_json
+from fuzzyctl.experiments.results.folder import results
 
 if TYPE_CHECKING:
     from fuzzyctl.diagnostics.diagnostic import Diagnostic
+    from fuzzyctl.experiments.results.folder import Results
     from fuzzyctl.model.loop import Loop
     from fuzzyctl.simulation.run import Run
+
+#: Formats of data, as `simulation.data.FORMATS`, which imports numpy; and of pictures.
+DATA: Final = ("csv", "npz", "parquet")
+PICTURES: Final = ("png", "svg", "pdf")
 
 
 @dataclass(frozen=True)
@@ -46,12 +54,8 @@ class Labelled:
 @click.option(
     "--substeps", type=click.IntRange(1, 10_000), default=1, show_default=True, help="Steps of RK4 between two samples."
 )
-@click.option(
-    "--data", type=click.Choice(["csv", "npz", "parquet"]), default="csv", show_default=True, help="Format of the data."
-)
-@click.option(
-    "--picture", type=click.Choice(["png", "svg", "pdf"]), default="png", show_default=True, help="Its format."
-)
+@click.option("--data", type=click.Choice(DATA), default="csv", show_default=True, help="Format of the data.")
+@click.option("--picture", type=click.Choice(PICTURES), default="png", show_default=True, help="Its format.")
 @FORMAT
 @QUIET
 @answers_with_diagnostics
@@ -74,7 +78,8 @@ def simulate(
     fuzzyctl simulate rules/loops/water_tank.fz --set law.GU=2 -o out
     fuzzyctl simulate rules/loops/water_tank.fz fill --against other.fz
 
-    All loops of a file are run side by side, or the one that is named. A plant in Python is executed.
+    All loops of a file are run side by side, or the one that is named. A plant in Python is executed, and so
+    is the native code of an FMU.
 
     Exit code: 0; 1 where a run is stopped or a requirement is not met.
     """
@@ -84,19 +89,23 @@ def simulate(
     loops = [pair for name in (file, *against) for pair in chosen_loops(name, loop if name == file else None)]
     changed = settings_of(settings, [own for _, own in loops])
     labels = _labels(loops)
-    runs = [Labelled(label, _run(own, solver, substeps)) for label, own in zip(labels, changed, strict=True)]
-    found = _diagnostics(runs)
-    if form == "json":
-        write_json({"runs": [_summary(r) for r in runs], "diagnostics": [d.as_dict() for d in found]})
-    else:
-        from fuzzyctl.cli.run_tables import text_of
+    folders = _folders(labels)
+    with ExitStack() as stack:
+        # The folder is made, and known to be writable, before anything runs.
+        files = None if out is None else stack.enter_context(results(Path(out), _names(folders.values())))
+        runs = [Labelled(label, _run(own, solver, substeps)) for label, own in zip(labels, changed, strict=True)]
+        found = _diagnostics(runs)
+        if form == "json":
+            write_json({"runs": [_summary(r) for r in runs], "diagnostics": [d.as_dict() for d in found]})
+        else:
+            from fuzzyctl.cli.run_tables import text_of
 
-        say(text_of([r.run for r in runs], labels))
-        show(found)
-    if out is not None:
-        written = _write(runs, Path(out), data, picture)
-        if form == "text":
-            say("\n".join(f"wrote {path}" for path in written))
+            say(text_of([r.run for r in runs], labels))
+            show(found)
+        if files is not None:
+            written = _write(files, runs, folders, data, picture)
+            if form == "text":
+                say("\n".join(f"wrote {path}" for path in written))
     return DONE if all(r.run.passed for r in runs) else FAILED
 
 
@@ -123,32 +132,52 @@ def _run(loop: Loop, solver: str, substeps: int) -> Run:
 
 
 def _diagnostics(runs: Sequence[Labelled]) -> list[Diagnostic]:
-    from fuzzyctl.simulation.simulate import inaccuracies
+    from fuzzyctl.simulation.simulate import warnings
 
     stopped = [r.run.stopped for r in runs if r.run.stopped is not None]
-    return [*stopped, *(d for r in runs for d in inaccuracies(r.run))]
+    return [*stopped, *(d for r in runs for d in warnings(r.run))]
 
 
 def _summary(labelled: Labelled) -> dict[str, Any]:
     return {"label": labelled.label, **labelled.run.summary()}
 
 
-def _write(runs: Sequence[Labelled], folder: Path, data: str, picture: str) -> list[Path]:
-    """Write what is known of runs: one into the folder, several into folders of their own within it."""
-    from fuzzyctl.cli.streams import json_text
+def _folders(labels: Sequence[str]) -> dict[str, str]:
+    """Return what stands before the names of the files of each run: nothing for one, folders for several."""
     from fuzzyctl.plot.names import file_part
+
+    if len(labels) == 1:
+        return {labels[0]: ""}
+    taken: list[str] = []
+    for label in labels:
+        taken.append(file_part(label, taken))
+    return {label: f"{part}/" for label, part in zip(labels, taken, strict=True)}
+
+
+def _names(folders: Iterable[str]) -> list[str]:
+    """Return the names of all files that runs may leave."""
+    own = ("summary.json", *(f"data.{form}" for form in DATA))
+    return [f"{folder}{name}" for folder in folders for name in own] + [f"loop.{form}" for form in PICTURES]
+
+
+def _write(files: Results, runs: Sequence[Labelled], folders: Mapping[str, str], data: str, picture: str) -> list[Path]:
+    """Write what is known of runs, and one picture of all of them, and return the files."""
+    from fuzzyctl.experiments.results.summary import write_summary
     from fuzzyctl.plot.runs import draw_runs
     from fuzzyctl.plot.style import saved
     from fuzzyctl.simulation.data import save
-    from fuzzyctl.support.writing import folder_for, write_together
 
-    folders = [folder] if len(runs) == 1 else []
-    for labelled in runs if len(runs) > 1 else ():
-        folders.append(folder / file_part(labelled.label, [f.name for f in folders]))
-    written = [save(r.run, folder_for(own), data) for r, own in zip(runs, folders, strict=True)]
-    texts = {own / "summary.json": f"{json_text(_summary(r))}\n" for r, own in zip(runs, folders, strict=True)}
-    write_together(texts)
-    target = folder / f"loop.{picture}"
-    with saved(target) as figure:
-        draw_runs(figure, [r.run for r in runs], [r.label for r in runs])
-    return [*written, *texts, target]
+    written = []
+    for labelled in runs:
+        own = f"{folders[labelled.label]}data.{data}"
+        files.write(own, partial(save, labelled.run, form=data))
+        write_summary(files, _summary(labelled), folders[labelled.label])
+        written += [own, f"{folders[labelled.label]}summary.json"]
+
+    def draw(path: Path) -> None:
+        with saved(path) as figure:
+            draw_runs(figure, [r.run for r in runs], [r.label for r in runs])
+
+    files.write(f"loop.{picture}", draw)
+    files.publish()
+    return [files.folder / name for name in (*written, f"loop.{picture}")]

@@ -88,6 +88,9 @@ def _lines(system: FuzzySystem, found: Trace, most: int) -> list[str]:
     for output in system.outputs:
         unit = f" {output.unit}" if output.unit else ""
         lines.append(f"{output.name} = {found.outputs[output.name]!r}{unit}")
+    if found.lets:
+        units = {let.name: f" {let.unit}" if let.unit else "" for let in system.lets}
+        lines += ["", "Lets", *(f"  {name} = {value:.6g}{units[name]}" for name, value in found.lets.items())]
     lines += ["", f"Degrees above 0 at {', '.join(f'{n} = {x:.6g}' for n, x in found.inputs.items())}"]
     for variable, degrees in found.degrees.items():
         above = [f"{term} {d:.4g}" for term, d in degrees.items() if d > 0.0]

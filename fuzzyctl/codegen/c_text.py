@@ -129,7 +129,7 @@ class CText:
         texts = [self.text(a) for a in arguments]
         own = PRIMITIVES.get(function)
         if own is None:
-            raise CodegenError(f"the function {function!r} has no text in C")
+            raise CodegenError(f"the function {function!r} has no text in C", function)
         if own.c.isidentifier():
             self.libm = True
             suffix = "f" if self.precision == "float" else ""

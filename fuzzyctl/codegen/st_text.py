@@ -257,7 +257,7 @@ class STText:
             return f"DINT_TO_{self.real}(TRUNC({texts[0]}))"
         own = PRIMITIVES.get(ALIASES.get(function, function))
         if own is None or not own.st:
-            raise CodegenError(f"Structured Text has no standard function for '{function}'")
+            raise CodegenError(f"Structured Text has no standard function for '{function}'", function)
         if own.st.isidentifier():
             return f"{own.st}({', '.join(texts)})"
         return own.st.format(*texts, zero=self.number(0.0), one=self.number(1.0))

@@ -23,6 +23,9 @@ if TYPE_CHECKING:
 #: What is left of a difference counts as nothing below this part of it: rounding of two ways to compute.
 NOTHING: Final = 1e-9
 
+#: Up to this part of the range of an output, or of its values, a difference is rounding, which has no cause.
+ROUNDING: Final = 1e-14
+
 #: Points that a mean difference is explained at.
 SAMPLE: Final = 256
 
@@ -59,11 +62,13 @@ class Explanation:
         largest: Causes of the largest difference; none where there is none.
         mean: Those of the mean difference, where it is no more than partly explained by the causes of the largest.
         gap: Settings that each resolve a point where only one of both systems has a value.
+        rounding: Whether the largest difference is no more than rounding, which has no cause.
     """
 
     largest: tuple[Cause, ...] = ()
     mean: tuple[Cause, ...] = ()
     gap: tuple[Cause, ...] = ()
+    rounding: bool = False
 
 
 def explanation(
@@ -80,8 +85,8 @@ def explanation(
     _, outputs = pairing(a, b)
     output = [o.name for o in a.outputs].index(difference.output)
     gap = () if difference.gap is None else _resolving(a, b, difference.gap, output)
-    if difference.largest == 0.0:
-        return Explanation(gap=gap)
+    if difference.largest <= ROUNDING * _scale(a, difference, output):
+        return Explanation(gap=gap, rounding=difference.largest > 0.0)
     place = Place(difference.point, difference.first, difference.second)
     if not math.isfinite(difference.largest):
         # A gap that is the only difference is explained once.
@@ -104,6 +109,13 @@ def explanation(
     if not 0.0 < start < math.inf or mean(changed) <= ELSEWHERE * start:
         return Explanation(largest, gap=gap)
     return Explanation(largest, _greedy(a, b, mean)[0], gap)
+
+
+def _scale(system: FuzzySystem, difference: Difference, output: int) -> float:
+    """Return how large an output is: the width of its range, or of its values, the larger one."""
+    declared = system.outputs[output]
+    values = (system.number(declared.lower), system.number(declared.upper), difference.first, difference.second)
+    return max((abs(v) for v in values if math.isfinite(v)), default=0.0)
 
 
 def causes(a: FuzzySystem, b: FuzzySystem, difference: Difference) -> tuple[Cause, ...]:

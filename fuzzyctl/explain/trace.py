@@ -81,6 +81,7 @@ class Trace:
         degrees: The degrees that rules read, by variable and term; NaN where the variable has no value.
         rules: Those that act, by activation, the highest first; none that reads a variable without a value.
         silent: Number of rules that do not.
+        lets: Values of the lets at the point, by name.
         slopes: Change of each output per unit of each input, to the left and to the right of the point; they differ
             where the surface has an edge.
     """
@@ -91,6 +92,7 @@ class Trace:
     rules: tuple[FiredRule, ...]
     silent: int
     slopes: dict[str, dict[str, tuple[float, float]]]
+    lets: dict[str, float]
 
 
 def trace(system: FuzzySystem, values: Mapping[str, float]) -> Trace:
@@ -137,6 +139,7 @@ def trace(system: FuzzySystem, values: Mapping[str, float]) -> Trace:
         rules=tuple(_fired(system, r, activations[r], own) for r in acting),
         silent=len(flat.rules) - len(acting),
         slopes=_slopes(flat, found, point),
+        lets={let.name: known[let.name] for let in flat.lets},
     )
 
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Final
 
 from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.expr import ONE, Expr, Number, number_text, to_text
-from fuzzyctl.formats.fz_strings import quoted, require_names
+from fuzzyctl.formats.fz_strings import param_text, quoted, require_names
 from fuzzyctl.lang.formatter import format_source
 from fuzzyctl.model.guarantee import Guarantee
 from fuzzyctl.model.method import Activation, Defuzzifier, Method
@@ -96,9 +96,7 @@ def _lines(system: FuzzySystem, written: set[str]) -> Iterator[str]:
         yield f"source{quoted(' ', system.citation, 'citation')}"
     yield from _section(list(method_lines(system.method)))
     yield from _section([f"hedge {h.name}({h.parameter}) = {to_text(h.expression)}" for h in system.hedges])
-    yield from _section(
-        [f"param {p.name} = {to_text(p.expression)}{quoted(' unit ', p.unit, 'unit')}" for p in system.params]
-    )
+    yield from _section([param_text(p) for p in system.params])
     for variable in (*system.inputs, *system.lets, *system.outputs):
         yield from _section(list(_variable(variable, PROFILES[system.method.semantics.profile])))
     yield from _rules(b for b in system.blocks if not isinstance(b, RuleBlock))

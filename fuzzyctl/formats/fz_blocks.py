@@ -7,9 +7,9 @@ from pathlib import Path
 
 from fuzzyctl.diagnostics.diagnostic import ArgumentError, ValueOutOfBoundsError
 from fuzzyctl.expr import to_text
-from fuzzyctl.formats.fz_strings import quoted, require_names
+from fuzzyctl.formats.fz_strings import bounds_text, param_text, quoted, require_names
 from fuzzyctl.model.controller import Controller, Function, Result, Signal, State
-from fuzzyctl.model.guarantee import Bounds, Param
+from fuzzyctl.model.guarantee import Param
 from fuzzyctl.model.loop import Loop
 from fuzzyctl.model.plant import Plant
 from fuzzyctl.model.system import FuzzySystem
@@ -53,17 +53,17 @@ def _lines(block: Block) -> Iterator[str]:
     if isinstance(block, Plant) and block.calls:
         raise ArgumentError(f"plant '{block.name}' is functions in Python, which no rule file can hold")
     kind = type(block).__name__.lower()
-    formula = f" = python({quoted('', _relative(block), 'file')})" if isinstance(block, Plant) and block.python else ""
+    formula = _formula(block) if isinstance(block, Plant) and block.external else ""
     yield f"{kind} {block.name}{quoted(' ', block.title, 'title')}{formula}"
     if block.citation:
         yield f"source{quoted(' ', block.citation, 'citation')}"
     yield from sections(block)
 
 
-def _relative(plant: Plant) -> str:
-    folder = Path(plant.path).parent
-    path = Path(plant.python)
-    return (path.relative_to(folder) if path.is_relative_to(folder) else path).as_posix()
+def _formula(plant: Plant) -> str:
+    folder, path = Path(plant.path).parent, Path(plant.external)
+    relative = (path.relative_to(folder) if path.is_relative_to(folder) else path).as_posix()
+    return f" = {'python' if plant.python else 'fmu'}({quoted('', relative, 'file')})"
 
 
 def _names(block: Block) -> list[str]:
@@ -99,7 +99,7 @@ def _groups(block: Block) -> Iterator[list[str]]:
             for g in block.requirements
         ]
         return
-    if isinstance(block, Plant) and block.python:
+    if isinstance(block, Plant) and block.external:
         return
     yield [signal_text("input", i) for i in block.inputs]
     yield [signal_text("state", s) for s in block.states]
@@ -118,23 +118,9 @@ def function_text(function: Function) -> str:
     return f"function {function.name}({', '.join(function.parameters)}) = {to_text(function.expression)}"
 
 
-def param_text(param: Param) -> str:
-    """Return a `param` line."""
-    unit = quoted(" unit ", param.unit, "unit")
-    return f"param {param.name}{bounds_text(param.bounds)} = {to_text(param.expression)}{unit}"
-
-
 def signal_text(keyword: str, signal: Signal) -> str:
     """Return an `input`, `state` or `output` line."""
     label, unit = quoted(" ", signal.label, "label"), quoted(" unit ", signal.unit, "unit")
     value = signal.start if isinstance(signal, State) else signal.value if isinstance(signal, Result) else None
     defined = "" if value is None else f" = {to_text(value)}"
     return f"{keyword} {signal.name}{label}{bounds_text(signal.bounds)}{unit}{defined}"
-
-
-def bounds_text(bounds: Bounds | None) -> str:
-    """Return a range with the word before it; nothing for none."""
-    if bounds is None:
-        return ""
-    left, right = "(" if bounds.without_lower else "[", ")" if bounds.without_upper else "]"
-    return f" in {left}{to_text(bounds.lower)}, {to_text(bounds.upper)}{right}"

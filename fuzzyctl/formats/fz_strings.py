@@ -8,7 +8,9 @@ from collections.abc import Iterable
 from typing import Final
 
 from fuzzyctl.diagnostics.diagnostic import ValueOutOfBoundsError
+from fuzzyctl.expr import to_text
 from fuzzyctl.lang.syntax import MAX_NAME
+from fuzzyctl.model.guarantee import Bounds, Param
 
 #: Characters that no string of a rule file can hold.
 _UNWRITABLE: Final = re.compile('["\\n\\r\\0\\ud800-\\udfff]')
@@ -36,3 +38,17 @@ def quoted(before: str, text: str, what: str) -> str:
         bound = "a text in Unicode NFC without double quotes, line ends, NUL and halves of surrogate pairs"
         raise ValueOutOfBoundsError(what, text, bound)
     return f'{before}"{text}"' if text else ""
+
+
+def param_text(param: Param) -> str:
+    """Return a `param` line."""
+    unit = quoted(" unit ", param.unit, "unit")
+    return f"param {param.name}{bounds_text(param.bounds)} = {to_text(param.expression)}{unit}"
+
+
+def bounds_text(bounds: Bounds | None) -> str:
+    """Return a range with the word before it; nothing for none."""
+    if bounds is None:
+        return ""
+    left, right = "(" if bounds.without_lower else "[", ")" if bounds.without_upper else "]"
+    return f" in {left}{to_text(bounds.lower)}, {to_text(bounds.upper)}{right}"

@@ -206,7 +206,7 @@ class FreeKernel:
         """
         known = {"inputs": lambda: self._by_inputs, "values": lambda: self._by_values}
         if by not in known:
-            raise UnknownNameError("by", by, known)
+            raise UnknownNameError("derivative by", by, known)
         return jacobian(known[by]()(points, self._values.of(values)), len(self.output_names))
 
     @cached_property

@@ -139,8 +139,7 @@ def require_bounds(name: str, values: Any, bounds: Bounds, numbers: Mapping[str,
     column = np.atleast_1d(values)
     above = column > low if bounds.without_lower else column >= low
     below = column < high if bounds.without_upper else column <= high
-    opening, closing = "[("[bounds.without_lower], "])"[bounds.without_upper]
-    _require_all(above & below, name, column, f"in {opening}{low:g}, {high:g}{closing}", unit)
+    _require_all(above & below, name, column, f"in {bounds.text(low, high)}", unit)
 
 
 def _require_all(holds: Any, name: str, column: FloatArray, bound: str, unit: str = "") -> None:

@@ -214,7 +214,8 @@ class Kernel:
 
         Returns:
             Shape (..., inputs) for one output, (..., outputs, inputs) for several. At a kink it is the derivative of
-            the branch that the program takes there; beyond the range of an input, which is clamped, 0.
+            the branches that the program takes there; where several kinks meet it need not lie between the slopes of
+            both sides. Beyond the range of an input, which is clamped, it is 0.
 
         Raises:
             ArgumentError: For arrays of another shape, and for an exact defuzzifier of curved sets.
@@ -231,6 +232,8 @@ class Kernel:
             write = {"degrees": inference.degrees, "activations": inference.activations, "gradient": input_gradient}
             self._views[what] = Arrays(write[what](self.plan), self.backend, self.plan)
         view = self._views[what]
+        if state is not None and not self.plan.initial_state:
+            raise ArgumentError(states.NO_STATE)
         if not view.takes_rows:
             return view(points)
         return view(points, states.last_axis(self.plan, state))

@@ -107,12 +107,14 @@ class Surroundings:
         above: The last rule above the line, after those to which it is the `else`.
         statement: The last statement above the line, whose block may go on; an empty string where there is none.
         is_first: Whether the line is the first one below it.
+        in_block: The first word of the controller, plant or loop that the line belongs to; empty for none.
     """
 
     declared: Declared
     above: tuple[str, ...] = ()
     statement: str = ""
     is_first: bool = False
+    in_block: str = ""
 
     @property
     def block(self) -> str:

@@ -19,6 +19,8 @@ _NUMBER: Final = r"(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?"
 #: An output of another system is one token, except in rows, where a point is a cell.
 _MEMBER: Final = rf"{NAME}(?:\.{NAME})?"
 _TOKEN: Final = re.compile(rf'"[^"\n]*"|{_NUMBER}|{_MEMBER}|<=|>=|==|!=|[^\s]')
+#: What stands before the first equals sign outside of labels, and this sign.
+_TO_EQUAL: Final = re.compile(r'(?:"[^"\n]*"|[^"=])*=')
 _CELL_TOKEN: Final = re.compile(rf"{_NUMBER}|{NAME}|[^\s]")
 
 #: Words after which an opening parenthesis stands apart.
@@ -140,9 +142,11 @@ def _setting(text: str, width: int) -> str:
 
 
 def _equal_signs(codes: list[str]) -> list[str]:
-    """Align the first equals sign of each line."""
-    width = max((code.index("=") for code in codes if "\n" not in code and "=" in code), default=0)
-    return [f"{c[: c.index('=')]:<{width}}{c[c.index('=') :]}" if "=" in c else c for c in codes]
+    """Align the first equals sign of each line, labels aside."""
+    places = [found.end() - 1 if (found := _TO_EQUAL.match(code)) else None for code in codes]
+    width = max((at for code, at in zip(codes, places, strict=True) if at is not None and "\n" not in code), default=0)
+    pairs = zip(codes, places, strict=True)
+    return [code if at is None else f"{code[:at]:<{width}}{code[at:]}" for code, at in pairs]
 
 
 def _outer_equal(tokens: Sequence[str]) -> int:

@@ -56,7 +56,7 @@ OPERATORS: Final = (
 CONTROLLER_FUNCTIONS: Final = ("clamp", "where")
 #: Plants of one line, signals and measures of loops.
 LOOP_FUNCTIONS: Final = (
-    "csv", "effort", "final", "iae", "ise", "itae", "maximum", "mean", "minimum", "noise", "overshoot", "pair",
+    "csv", "effort", "final", "fmu", "iae", "ise", "itae", "maximum", "mean", "minimum", "noise", "overshoot", "pair",
     "pulse", "python", "ramp", "rise_time", "rms", "settling", "sine", "ss", "steady_state_error", "steps", "tf", "zpk",
 )  # fmt: skip
 

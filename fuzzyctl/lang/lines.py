@@ -7,12 +7,13 @@ a broken line costs nothing but itself.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Final, Literal
 
 from fuzzyctl.diagnostics.diagnostic import Diagnostic
 from fuzzyctl.diagnostics.source import SourceText, Span
+from fuzzyctl.diagnostics.suggestions import closest
 from fuzzyctl.formulas import MEMBERSHIP
 from fuzzyctl.lang.syntax import BLOCKS, HEADS, NAME, STATEMENT_KEYWORDS
 from fuzzyctl.records import record
@@ -42,6 +43,7 @@ _LET = rf"let[ \t]+{NAME}[ \t]*(?:=(?!=)(?=[^#\n]*(?<![\d.])[^\W\d])|\"|(?:in|un
 _KEYWORD_LINE = re.compile(rf"\s*(?:(?:{'|'.join(STATEMENT_KEYWORDS)})\b(?!\s*[=|])|require\s*\|[^|]*\||{_LET})")
 _BLOCK_LINES = {head: re.compile(rf"\s*(?:{'|'.join(words)})\b(?!\s*[=|])") for head, words in BLOCKS.items()}
 # Words that inputs and terms are named by as well: a head goes on with a name, and ends or goes on with '=' or a text.
+_LIKE_HEAD = re.compile(rf"\s*({NAME})[ \t]*(?:(?!is\b){NAME}[ \t]*)?(?:$|[\"#]|=[ \t]*(?:tf|zpk|ss|python)\b)")
 _HEADS = rf"(?:plant|loop)\b(?=[ \t]+(?!is\b){NAME}[ \t]*(?:$|[=\"#\n]))"
 _FIRST = "|".join(_HEADS if word == "plant" else rf"{word}\b" for word in STATEMENT_KEYWORDS if word != "loop")
 # A rule may be broken before `and` and `or`, so these do not end an open parenthesis. Each of the next three looks at
@@ -191,7 +193,27 @@ def _close(source: SourceText, current: _Open, above: LogicalLine | None) -> Log
     if begins and first in ("system", *HEADS):
         in_block = "" if first == "system" else first
     kind = _block_kind(code, in_block) if in_block else _kind(code, current.bar, above)
+    if kind == "unknown":
+        in_block = meant_head(code, in_block) or in_block
     return LogicalLine(current.start, current.end, current.comment, kind, first, mistake, code.endswith('"'), in_block)
+
+
+def meant_head(code: str, in_block: str) -> str | None:
+    """Return which head of a block a line that begins no statement most likely is, half typed or misspelt.
+
+    In a system, where short names begin lines of tables, a word of two letters is none.
+    """
+    found = _LIKE_HEAD.match(code)
+    if found is None or len(found[1]) < (2 if in_block else 4):
+        return None
+    meant = half_typed(found[1], (*HEADS, *BLOCKS.get(in_block, STATEMENT_KEYWORDS)))
+    return meant if meant in HEADS else None
+
+
+def half_typed(word: str, keywords: Sequence[str]) -> str | None:
+    """Return the keyword that a word most likely is the beginning of, or means."""
+    typed = next((keyword for keyword in keywords if keyword.startswith(word)), None)
+    return typed or (closest(word, keywords) if len(word) > 3 else None)
 
 
 def _block_kind(code: str, head: str) -> LineKind:

@@ -21,7 +21,8 @@ _VARIABLE: Final = re.compile(rf'\s*{NAME}\s+(?:"[^"\n]*"\s*)?in\s*\[')
 _CROSS: Final = rf'(?:\s+(?:x|×)\s+{NAME})(?:\s+from\s+"[^"\n]*")?|\s+from\s+"[^"\n]*"'
 _TABLE: Final = re.compile(rf"\s*{NAME}(?:\s*,\s*{NAME})*\s*=\s*{NAME}({_CROSS})?\s*")
 _BARRED_TERM: Final = re.compile(rf"\s*{NAME}\s*\|\s*(?:{'|'.join(MEMBERSHIP)})\s*\(")
-_NAMELESS: Final = re.compile(rf"\s*(?:input|output)\s+in\s*\[|\s*(?:input|output|hedge|param)\b(?!\s*{NAME})")
+_DECLARES: Final = "input|output|hedge|param|function|let|state|next|der|block|measure|controller|plant|loop"
+_NAMELESS: Final = re.compile(rf"\s*(?:input|output)\s+in\s*\[|\s*(?:{_DECLARES})\b(?!\s*{NAME})")
 _RANGE: Final = re.compile(r"\bin\s*\[")
 _NAMELESS_PARAM: Final = re.compile(rf"\s*param\s*=(?!\s*{NAME}\s*\()")
 _CELL: Final = re.compile(r"[^\s=|\"<>:;]+")

@@ -12,7 +12,7 @@ from fuzzyctl.diagnostics.suggestions import closest, is_slip, look_alikes
 from fuzzyctl.lang.common_errors import SPELLINGS
 from fuzzyctl.lang.edits import Edit, Repair, Surroundings
 from fuzzyctl.lang.other_tools import known_setting, remark
-from fuzzyctl.lang.syntax import NAME, STATEMENT_KEYWORDS
+from fuzzyctl.lang.syntax import BLOCKS, NAME, STATEMENT_KEYWORDS
 
 NUMBER: Final = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 
@@ -204,7 +204,7 @@ def _misspelt(code: str, text: str, around: Surroundings) -> Iterator[Edit]:
     if found[1] in around.declared.names:
         # It begins a row without its bar, or the rest of a rule.
         return
-    near = closest(found[1], STATEMENT_KEYWORDS)
+    near = closest(found[1], BLOCKS.get(around.in_block, STATEMENT_KEYWORDS))
     # `allow` takes any words; its codes are known by their form.
     if near is not None and (near not in ("allow", "deny") or re.match(r"\s+FZ\d", code[found.end() :])):
         why = "; ".join((f"did you mean '{near}'?", *look_alikes(found[1])))

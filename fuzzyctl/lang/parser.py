@@ -13,7 +13,7 @@ from fuzzyctl.diagnostics.source import SourceText, Span
 from fuzzyctl.lang import fast_path
 from fuzzyctl.lang import syntax as sx
 from fuzzyctl.lang.foreign import foreign
-from fuzzyctl.lang.lines import LineKind, LogicalLine, split
+from fuzzyctl.lang.lines import LineKind, LogicalLine, half_typed, meant_head, split
 from fuzzyctl.lang.missing_keywords import (
     Headless,
     describe_barless,
@@ -32,7 +32,14 @@ MAX_MISTAKES: Final = 500
 #: Most operators of a file; signs of numbers behind '(', '[', ',', '=' and '|' do not count.
 MAX_OPERATORS: Final = 100_000
 
+#: Most lines of controllers, plants and loops, and most lets, of a file.
+MAX_EQUATIONS: Final = 10_000
+
+#: Most words and numbers of the lines of a file that the fast path leaves to the grammar.
+MAX_WORDS: Final = 100_000
+
 _WORDS = re.compile(sx.NAME)
+_WORDS_AND_NUMBERS = re.compile(r"[\w.]+")
 _OPERATOR = re.compile(r'"[^"\n]*"?|#[^\n]*|[0-9.][eE][-+]|[(\[,=|]\s*[-+](?=[\s0-9.])|([-+*/^])')
 
 
@@ -64,9 +71,13 @@ def _read_lines(source: SourceText) -> tuple[sx.SyntaxTree, list[Diagnostic], li
     for line, below in pairwise(chain(lines, (None,))):
         assert line is not None, "only the last one has none below"
         if len(assembler.diagnostics) >= MAX_MISTAKES:
-            assembler.give_up(line)
+            assembler.give_up(line, f"too many errors ({MAX_MISTAKES}); parsing stopped", "fix the errors above first")
             break
-        assembler.take(line, below)
+        try:
+            assembler.take(line, below)
+        except _TooMuchError as error:
+            assembler.give_up(line, str(error), "spread them over several files")
+            break
     return *assembler.finish(), assembler.foreign
 
 
@@ -105,6 +116,10 @@ def parse_by_grammar(source: SourceText, line: LogicalLine, kind: LineKind) -> t
     return grammar.parse_line(source, line, kind)
 
 
+class _TooMuchError(Exception):
+    """A file has more of something than is read in seconds; its text is the message."""
+
+
 class _Assembler:
     """Attaches term lines, headers and rows to the statement above them."""
 
@@ -128,6 +143,7 @@ class _Assembler:
         self.foreign: list[Diagnostic] = []
         #: A `with` line that waits for its table.
         self.condition: sx.With | None = None
+        self.equations = self.words = 0
 
     def take(self, line: LogicalLine, below: LogicalLine | None) -> None:
         """Take the next line; `below` is the one after it."""
@@ -166,8 +182,18 @@ class _Assembler:
             self.headless = node is None
         if line.kind == "unknown":
             self.diagnostics.append(line.mistake or describe_unknown_line(self.source, line, ""))
+            code, keywords = self.source.text[line.start : line.end], sx.BLOCKS[line.in_block]
+            self.headless = self.headless or meant_head(code, line.in_block) is not None
+            meant = half_typed(line.word, keywords) if line.word else None
+            if meant is not None:
+                self.unread.add(meant)
+                # What one letter begins may be any of them.
+                named = keywords if len(line.word) < 3 else (meant,)
+                self.nameless.update(named if code.strip() == line.word else ())
         if node is None or self.headless:
             self._remember_words(line)
+            if is_nameless(self.source, line):
+                self.nameless.add(line.word)
         else:
             self.statements.append(node)
 
@@ -180,11 +206,10 @@ class _Assembler:
         above_row = headless(self.source, line, below) == "header"
         return above_row or is_barless_row(self.source, line, len(header.terms), head.second is not None)
 
-    def give_up(self, line: LogicalLine) -> None:
+    def give_up(self, line: LogicalLine, message: str, help: str) -> None:
         """Report that parsing stops at a line: such a text is no rule file, and further messages do not help."""
         place = Span(self.source, line.start, max(line.start, line.end))
-        message = f"too many errors ({MAX_MISTAKES}); parsing stopped"
-        self.diagnostics.append(Diagnostic("FZ112", message, place, help="fix the errors above first"))
+        self.diagnostics.append(Diagnostic("FZ112", message, place, help=help))
         self.unread.update(_WORDS.findall(self.source.text, line.start))
         self.lost_input = self.lost_variable = True
 
@@ -209,6 +234,8 @@ class _Assembler:
         self.diagnostics.append(line.mistake or describe_unknown_line(self.source, line, self.block))
         self.condition = None
         meant = meant_keyword(line.word)
+        if meant is not None and self.source.text[line.start : line.end].strip() == line.word:
+            self.nameless.add(meant)
         is_variable = looks_like_variable(self.source, line)
         if meant in ("input", "output", "table") or is_variable:
             # It was the head of the block that follows.
@@ -268,11 +295,27 @@ class _Assembler:
         if line.mistake is not None:
             self.diagnostics.append(line.mistake)
             return None
-        node, problems = parse_line(self.source, line, kind)
+        self._count(line)
+        problems: list[Diagnostic] = []
+        node = fast_path.read(self.source, line, kind)
+        if node is None:
+            self._count_words(line)
+            node, problems = parse_by_grammar(self.source, line, kind)
         self.diagnostics.extend(problems)
         odd = foreign(node, self.source.text)
         self.foreign.extend([odd] if odd is not None else [])
         return node
+
+    def _count(self, line: LogicalLine) -> None:
+        self.equations += bool(line.in_block) or line.word == "let"
+        if self.equations > MAX_EQUATIONS:
+            raise _TooMuchError(f"more than {MAX_EQUATIONS:,} lines of controllers, plants, loops and lets")
+
+    def _count_words(self, line: LogicalLine) -> None:
+        """Count what takes long to read."""
+        self.words += sum(1 for _ in _WORDS_AND_NUMBERS.finditer(self.source.text, line.start, line.end))
+        if self.words > MAX_WORDS:
+            raise _TooMuchError(f"the lines that are not plain have more than {MAX_WORDS:,} words and numbers")
 
     def _drop_condition(self) -> None:
         """Report a `with` line that no table follows."""

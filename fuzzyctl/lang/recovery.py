@@ -178,7 +178,11 @@ def _surrounded(
     statement, is_first = "", False
     for k, line in enumerate(lines):
         if k in wanted:
-            yield k, line, Surroundings(declared, chain if len(chain) <= _CHAIN else (), statement, is_first)
+            yield (
+                k,
+                line,
+                Surroundings(declared, chain if len(chain) <= _CHAIN else (), statement, is_first, line.in_block),
+            )
         word = line.word.lower()
         is_first = word in STATEMENT_KEYWORDS
         if word in STATEMENT_KEYWORDS and word != "terms":

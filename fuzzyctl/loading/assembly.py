@@ -71,6 +71,28 @@ def split(tree: sx.SyntaxTree) -> list[Part]:
     return parts
 
 
+def without_other_loops(
+    tree: sx.SyntaxTree, mistakes: list[Diagnostic], name: str
+) -> tuple[sx.SyntaxTree, list[Diagnostic]]:
+    """Return a tree and its mistakes without all loops but one; all of it where no loop has that name."""
+    heads = [s for s in tree.statements if isinstance(s, sx.System | sx.Head)]
+    loops = [h for h in heads if isinstance(h, sx.Head) and h.keyword.text == "loop"]
+    if name not in [h.name.text for h in loops]:
+        return tree, mistakes
+    # Lines, as the statements may be those of a repaired text.
+    ends = [*(h.span.line for h in heads[1:]), tree.source.line_of(len(tree.source.text)) + 1]
+    left_out = [
+        range(h.span.line, end) for h, end in zip(heads, ends, strict=True) if h in loops and h.name.text != name
+    ]
+
+    def stays(span: Span | None) -> bool:
+        return span is None or not any(span.line in lines for lines in left_out)
+
+    kept = [d for d in mistakes if stays(d.span)]
+    statements = tuple(s for s in tree.statements if stays(s.span))
+    return dataclasses.replace(tree, statements=statements, repaired=tree.repaired and bool(kept)), kept
+
+
 def bring_in(tree: sx.SyntaxTree, folder: Path | None) -> tuple[sx.SyntaxTree, list[Diagnostic]]:
     """Read the files that a tree uses, and the tables that stand in CSV files.
 

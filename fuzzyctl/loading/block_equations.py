@@ -23,6 +23,7 @@ from fuzzyctl.model.loop import Loop
 from fuzzyctl.model.measures import MEASURES
 from fuzzyctl.model.plant import Plant
 from fuzzyctl.model.plant_forms import PLANT_FUNCTIONS
+from fuzzyctl.model.shared_params import with_shared
 from fuzzyctl.model.signals import SIGNALS, TIME
 from fuzzyctl.simulation.equations import sample_times
 
@@ -39,7 +40,7 @@ def with_params(block: Block, values: Mapping[str, float]) -> Block:
         dataclasses.replace(p, expression=Number(values[p.name], span=p.span)) if p.name in values else p
         for p in block.params
     )
-    changed = dataclasses.replace(block, params=params)
+    changed = with_shared(dataclasses.replace(block, params=params), values)
     found = list(numbers(changed, changed.param_values))
     if found:
         raise DiagnosticError(found)
@@ -67,7 +68,7 @@ def parts_of(block: Controller | Plant) -> int:
         DiagnosticError: For an algebraic loop, a function that calls itself, or an expansion that is too large.
     """
     if isinstance(block, Plant):
-        if block.python:
+        if block.external:
             return 0
         try:
             return _plant_equations(block).parts
@@ -124,7 +125,7 @@ def loop_parts(loop: Loop) -> int:
     callees: list[Controller | Plant] = [*loop.controllers, *loop.plants]
     inputs = {b.name: [i.name for i in b.inputs] for b in callees}
     direct = {c.name: feedthrough(equations_of(c)) for c in loop.controllers}
-    direct |= {p.name: feedthrough(_plant_equations(p)) for p in loop.plants if not p.python}
+    direct |= {p.name: feedthrough(_plant_equations(p)) for p in loop.plants if not p.external}
     outputs = {b.name: [r.name for r in b.results] for b in callees}
     arguments = [d for i in loop.instances for d in _arguments(i, inputs[i.controller])]
     members = [f"{i.name}.{o}" for i in loop.instances for o in outputs[i.controller]]

@@ -51,11 +51,11 @@ def with_interface(plant: Plant, head: sx.Head, folder: Path | None) -> tuple[Pl
     return read, []
 
 
-def named_file(name: str, span: Span, folder: Path | None) -> tuple[Path, SourceText]:
-    """Return the path and the text of a file below a folder.
+def named_path(name: str, span: Span, folder: Path | None) -> Path:
+    """Return the path of a file below a folder.
 
     Raises:
-        DiagnosticError: For a file elsewhere, or one that cannot be read, with the place that names it.
+        DiagnosticError: For a file elsewhere, with the place that names it.
     """
     why, help_text = "", ""
     path = Path(name) if folder is None else folder / name
@@ -65,6 +65,16 @@ def named_file(name: str, span: Span, folder: Path | None) -> tuple[Path, Source
         why, help_text = f"'{name}' lies outside the folder of this file", "move it there or below"
     if why:
         raise DiagnosticError([Diagnostic("FZ218", why, span, help=help_text)])
+    return path
+
+
+def named_file(name: str, span: Span, folder: Path | None) -> tuple[Path, SourceText]:
+    """Return the path and the text of a file below a folder.
+
+    Raises:
+        DiagnosticError: For a file elsewhere, or one that cannot be read, with the place that names it.
+    """
+    path = named_path(name, span, folder)
     try:
         return path, read_source(path, only_regular=True)
     except DiagnosticError as error:

@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator
 from typing import Final
 
-from fuzzyctl.diagnostics.diagnostic import Diagnostic
+from fuzzyctl.diagnostics.diagnostic import Diagnostic, Note
 from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.expr import Call, Expr, ExprError, Keyword, evaluate, span_of, walk
 from fuzzyctl.model.controller import Controller, Definition, Instance, Result, Signal
@@ -108,11 +108,15 @@ def outside(what: str, value: float, span: Span | None, bounds: Bounds, params: 
     ends = _ends(bounds, params)
     if ends is None or not ends[0] < ends[1]:
         return
-    above = value > ends[0] if bounds.without_lower else value >= ends[0]
-    below = value < ends[1] if bounds.without_upper else value <= ends[1]
-    if not (above and below):
-        text = bounds.span.text if bounds.span is not None else f"[{ends[0]:g}, {ends[1]:g}]"
-        yield Diagnostic("FZ302", f"{what} is {value:g}, outside of {text}", span)
+    if not bounds.holds(value, *ends):
+        shown = bounds.text(*ends)
+        written = shown if bounds.span is None else bounds.span.text
+        facts = () if written == shown else (f"the range is {shown}",)
+        elsewhere = bounds.span is not None and span is not None and bounds.span.line != span.line
+        notes = (Note(bounds.span, "the range is declared here"),) if elsewhere and bounds.span is not None else ()
+        help_text = "give a value in the range, or widen the range"
+        message = f"{what} is {value:g}, outside of {written}"
+        yield Diagnostic("FZ302", message, span, facts=facts, help=help_text, notes=notes)
 
 
 def _instance(instance: Instance, declared: tuple[Param, ...], params: ParamValues) -> Iterator[Diagnostic]:

@@ -13,12 +13,14 @@ from fuzzyctl.loading.assembly import Part
 from fuzzyctl.loading.block_equations import loop_parts, parts_of
 from fuzzyctl.loading.block_files import check_csv, with_interface
 from fuzzyctl.loading.block_numbers import numbers
+from fuzzyctl.loading.fmu_interface import with_fmu
 from fuzzyctl.model.checks.block_units import unlike_units
 from fuzzyctl.model.controller import Controller
 from fuzzyctl.model.loop import Loop
 from fuzzyctl.model.params import ParamValues
 from fuzzyctl.model.plant import Plant
 from fuzzyctl.model.system import FuzzySystem
+from fuzzyctl.resolve.context import Context
 from fuzzyctl.resolve.controllers import resolve_controller
 from fuzzyctl.resolve.loops import resolve_loop
 from fuzzyctl.resolve.plants import resolve_plant
@@ -118,12 +120,16 @@ class Blocks:
 
     def _examined(self, part: Part, head: sx.Head) -> Block | None:
         """Resolve a block and check it; None after a mistake."""
-        unread = part.tree.unread | (self._declared - self._systems.keys())
+        broken = self._declared - self._systems.keys()
+        context = Context(unread=part.tree.unread, nameless=part.tree.nameless, broken=broken)
         statements = (*part.shared, *part.tree.statements)
         resolve = _RESOLVERS[head.keyword.text]
-        block, incomplete, found = resolve(statements, head, self.find, unread=unread, path=part.tree.source.name)
+        block, incomplete, found = resolve(statements, head, self.find, context, path=part.tree.source.name)
         if isinstance(block, Plant) and block.python:
             block, more = with_interface(block, head, self._folder)
+            found = [*found, *more]
+        if isinstance(block, Plant) and block.fmu:
+            block, more = with_fmu(block, head, self._folder)
             found = [*found, *more]
         failed = incomplete or _has_errors(found)
         found = [*found, *numbers(block, ParamValues(block.params, partial=failed))]

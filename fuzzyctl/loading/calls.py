@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from typing import Final
 
 from fuzzyctl.diagnostics.diagnostic import Diagnostic
 from fuzzyctl.diagnostics.fixes import Fix, respelt_as_suggested
@@ -11,6 +12,10 @@ from fuzzyctl.diagnostics.suggestions import counted, did_you_mean, listed
 from fuzzyctl.expr import Call, walk
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Hold
+
+#: Most systems that all systems of a file call together, each as often as it is called, and most rules of these.
+MAX_CALLED: Final = 200
+MAX_CALLED_RULES: Final = 20_000
 
 #: Finds a system of a used file by its name; None where there is none.
 Elsewhere = Callable[[str], FuzzySystem | None]
@@ -50,6 +55,9 @@ class _Calls:
         self.mistakes: list[Diagnostic] = []
         self.done: dict[str, FuzzySystem | None] = {}
         self.path: list[str] = []
+        #: Of each system how many others it calls, directly and through others, and how many rules these have.
+        self.weights: dict[str, tuple[int, int]] = {}
+        self.called = self.rules = 0
 
     def linked(self, system: FuzzySystem) -> FuzzySystem | None:
         """Return a system with those that it calls; None for one with a mistake in its calls."""
@@ -58,6 +66,7 @@ class _Calls:
             called: dict[str, FuzzySystem] = {}
             fine = [self._take(call, called) for call in calls_of(system)]
             self.path.pop()
+            fine.append(not all(fine) or self._count(system, called))
             self.done[system.name] = replace(system, called=tuple(called.values())) if all(fine) else None
         return self.done[system.name]
 
@@ -78,6 +87,32 @@ class _Calls:
             )
         called[name] = replace(other, guarantees=(), compared=())
         return self._fits(call, other, output)
+
+    def _count(self, system: FuzzySystem, called: Mapping[str, FuzzySystem]) -> bool:
+        """Count what a system calls: its calls are written out one by one."""
+        calls, rules = self._calls_and_rules(system, called)
+        self.called += calls
+        self.rules += rules
+        message = ""
+        if self.called > MAX_CALLED:
+            message = f"the systems of the file call more than {MAX_CALLED} others"
+        elif self.rules > MAX_CALLED_RULES:
+            message = f"the systems that others call have more than {MAX_CALLED_RULES:,} rules"
+        facts = ("those that are called call others in turn, and each counts as often as it is called",)
+        help_text = "call a system once, or spread the systems over several files"
+        return not message or self._refuse("FZ112", message, next(calls_of(system)), facts=facts, help=help_text)
+
+    def _calls_and_rules(self, system: FuzzySystem, called: Mapping[str, FuzzySystem]) -> tuple[int, int]:
+        """Return how many systems a system calls, directly and through others, and how many rules they have."""
+        if system.name not in self.weights:
+            calls = rules = 0
+            for call in calls_of(system):
+                other = called[call.function.partition(".")[0]]
+                inner = self._calls_and_rules(other, {s.name: s for s in other.called})
+                calls += 1 + inner[0]
+                rules += len(other.rules) + inner[1]
+            self.weights[system.name] = calls, rules
+        return self.weights[system.name]
 
     def _fits(self, call: Call, other: FuzzySystem, output: str) -> bool:
         outputs, inputs = [o.name for o in other.outputs], [v.name for v in other.inputs]

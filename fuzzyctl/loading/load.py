@@ -17,7 +17,7 @@ from fuzzyctl.formats.registry import format_of
 from fuzzyctl.lang import syntax as sx
 from fuzzyctl.lang.parser import parse
 from fuzzyctl.lang.repaired_text import in_original
-from fuzzyctl.loading.assembly import Part, bring_in, split
+from fuzzyctl.loading.assembly import Part, bring_in, split, without_other_loops
 from fuzzyctl.loading.calls import with_called
 from fuzzyctl.loading.linking import link
 from fuzzyctl.model.checks.checks import check_model
@@ -295,9 +295,12 @@ def chosen_block(source: SourceText, blocks: Sequence[_Block], kind: str, name: 
     names = [b.name for b in blocks]
     if name is None and len(blocks) == 1:
         return blocks[0]
-    if name in names:
-        return blocks[names.index(name)]
-    if not blocks:
+    return blocks[names.index(name)] if name in names else not_chosen(source, names, kind, name)
+
+
+def not_chosen(source: SourceText, names: Sequence[str], kind: str, name: str | None) -> Diagnostic:
+    """Return why none of the systems or other blocks of a file is chosen."""
+    if not names:
         message, help_text = f"the file holds no {kind}", ""
     elif name is None:
         message, help_text = f"the file holds several {kind}s, and none is chosen", f"name one, such as '{names[0]}'"
@@ -364,7 +367,12 @@ class Examined:
 
 
 def look_through(
-    source: SourceText, *, folder: Path | None = None, hints: bool = True, opened: Opened | None = None
+    source: SourceText,
+    *,
+    folder: Path | None = None,
+    hints: bool = True,
+    opened: Opened | None = None,
+    loop: str | None = None,
 ) -> Examined:
     """Examine all systems of a source; what it allows and denies is left to whoever knows all diagnostics.
 
@@ -373,6 +381,7 @@ def look_through(
         folder: Where the files stand that it uses.
         hints: Whether to look for what can only be a warning.
         opened: The systems of files that have been read for this check already.
+        loop: Name of the loop that is wanted; mistakes in other loops of the file are left out.
     """
     foreign = format_of(source.name)
     if foreign is not None:
@@ -380,6 +389,8 @@ def look_through(
 
         return Examined(source, *examine_foreign(foreign, source))
     tree, mistakes = parse(source)
+    if loop is not None:
+        tree, mistakes = without_other_loops(tree, mistakes, loop)
     tree, more = bring_in(tree, folder)
     diagnostics = [*mistakes, *more]
     broken = bool(more) or (bool(mistakes) and not tree.repaired)
@@ -411,10 +422,16 @@ def look_through(
 
         blocks = Blocks(parts, linked, used.block, folder)
         equations = blocks.all()
-        diagnostics.extend(blocks.diagnostics)
+        diagnostics.extend(_without_follow_ups(source, mistakes, blocks.diagnostics))
     # What was read after repairs is no system of the file, but its mistakes are those of the file.
     found = [in_original(d) for d in (*diagnostics, *more, *used.mistakes)]
     return Examined(source, () if mistakes else linked, found, tuple(policy), () if mistakes else equations)
+
+
+def _without_follow_ups(source: SourceText, mistakes: list[Diagnostic], found: list[Diagnostic]) -> list[Diagnostic]:
+    """Leave out what is wrong with the meaning of lines that begin with no keyword, or have an open parenthesis."""
+    lines = {d.span.line for d in mistakes if d.code in ("FZ101", "FZ103") and d.span is not None}
+    return [d for d in found if d.span is None or d.span.source.name != source.name or d.span.line not in lines]
 
 
 def _crowded(source: SourceText, parts: Sequence[Part]) -> Diagnostic | None:

@@ -17,6 +17,16 @@ class Bounds(Node):
     without_lower: bool = False
     without_upper: bool = False
 
+    def holds(self, value: float, low: float, high: float) -> bool:
+        """Return whether a value lies in the range, whose ends have these numbers."""
+        above = value > low if self.without_lower else value >= low
+        below = value < high if self.without_upper else value <= high
+        return above and below
+
+    def text(self, low: float, high: float) -> str:
+        """Return the range with the numbers of its ends, such as `[0, 2)`."""
+        return f"{'(' if self.without_lower else '['}{low:g}, {high:g}{')' if self.without_upper else ']'}"
+
 
 @dataclass(frozen=True, kw_only=True)
 class Param(Node):

@@ -36,6 +36,7 @@ class Plant(Node):
         python: The file of a plant in Python, an empty string for one in text. Its `inputs`, `states` and `outputs`
             are those of the file, read without running it; `derivatives` are empty, and the value of each output is its
             own name.
+        fmu: The file of a plant that is an FMU, else an empty string. The same holds for it; it has no states here.
         calls: Of a plant whose code is functions in place of a file: its derivatives from time, states and inputs, and
             its outputs from time and states. `python` then says what they are.
         path: The file it was read from, or an empty string.
@@ -53,8 +54,14 @@ class Plant(Node):
     derivatives: tuple[Definition, ...] = ()
     systems: tuple[FuzzySystem, ...] = ()
     python: str = ""
+    fmu: str = ""
     calls: tuple[Callable[..., Any], ...] = ()
     path: str = field(default="", compare=False, repr=False)
+
+    @property
+    def external(self) -> str:
+        """The file of code that computes the plant: in Python, or an FMU; an empty string for a plant in text."""
+        return self.python or self.fmu
 
     @cached_property
     def param_values(self) -> ParamValues:

@@ -42,4 +42,10 @@ PLANTS: Final[dict[str, Form]] = {
         settings={"file": NEEDED},
         texts=("file",),
     ),
+    "fmu": Form(
+        form='fmu("motor.fmu")',
+        what="a Functional Mock-up Unit for co-simulation; see the reference",
+        settings={"file": NEEDED},
+        texts=("file",),
+    ),
 }

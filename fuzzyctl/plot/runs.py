@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
 import numpy as np
 
+from fuzzyctl.expr import Expr, Name
 from fuzzyctl.model.controller import Signal
 from fuzzyctl.plot.labels import shortened
 from fuzzyctl.plot.style import COLORS
@@ -33,44 +34,63 @@ class Panel:
     Args:
         signal: Its name in the runs.
         label: Label of the axis.
-        reference: Name of the signal that it should follow; empty for none.
+        reference: What it should follow, a signal or a constant; None for nothing.
         held: Whether it changes at samples only.
         given: Whether it is a signal of time alone.
     """
 
     signal: str
     label: str
-    reference: str = ""
+    reference: Expr | None = None
     held: bool = False
     given: bool = False
 
 
 def draw_runs(figure: Any, runs: Sequence[Run], labels: Sequence[str]) -> None:
-    """Draw runs over each other.
+    """Draw runs over each other; a run that was stopped ends in a cross.
 
     Args:
         figure: An empty matplotlib figure.
-        runs: What is drawn; the panels are those of the first run.
+        runs: What is drawn, in the panels that any of them has.
         labels: What they are called in the legend, one for each.
     """
-    shown = panels(runs[0])[:MOST]
+    own = [{p.signal: p for p in panels(run)} for run in runs]
+    shown = list({name: p for found in reversed(own) for name, p in reversed(found.items())}.values())[::-1][:MOST]
     figure.set_size_inches(WIDTH, REST + PANEL * max(len(shown), 1))
     axes = np.atleast_1d(figure.subplots(max(len(shown), 1), 1, sharex=True))
     for ax, panel in zip(axes, shown, strict=False):
-        # A signal of time alone is that of the first run; other loops may have another of its name.
-        for k, run in enumerate(runs[:1] if panel.given else runs):
-            if panel.signal in run.positions:
-                style = {"drawstyle": "steps-post"} if panel.held else {}
-                color, label = (GIVEN, "") if panel.given else (COLORS[k % len(COLORS)], labels[k])
-                ax.plot(*_points(run, panel.signal), color=color, lw=1.4, label=label, **style)
-        if panel.reference:
-            ax.plot(*_points(runs[0], panel.reference), color=GIVEN, lw=1.0, ls="--", label="reference", zorder=1.5)
+        having = {k: found[panel.signal] for k, found in enumerate(own) if panel.signal in found}
+        if panel.given:
+            _draw_given(ax, runs, {k: runs[k][panel.signal] for k in having}, {"lw": 1.4})
+        else:
+            for k in having:
+                _draw_signal(ax, runs[k], panel, COLORS[k % len(COLORS)], labels[k])
+        references = {k: runs[k].signal(p.reference) for k, p in having.items() if p.reference is not None}
+        _draw_given(ax, runs, references, {"lw": 1.0, "ls": "--", "zorder": 1.5, "label": "reference"})
         ax.set_ylabel(panel.label)
         ax.margins(x=0, y=0.08)
     figure.align_ylabels(axes)
     axes[-1].set_xlabel("time [s]")
-    axes[0].set_title(runs[0].loop.title or runs[0].loop.name)
+    titles = {run.loop.title or run.loop.name for run in runs}
+    if len(titles) == 1:
+        axes[0].set_title(*titles)
     _legend(figure, axes)
+
+
+def _draw_signal(ax: Any, run: Run, panel: Panel, color: str, label: str) -> None:
+    style = {"drawstyle": "steps-post"} if panel.held else {}
+    stopped = run.stopped is not None
+    ax.plot(*_drawn(run, run[panel.signal]), color=color, lw=1.4, label=label + ", stopped" * stopped, **style)
+    if stopped and len(run):
+        ax.plot(run.t[-1:], run[panel.signal][-1:], color=color, marker="x", clip_on=False)
+
+
+def _draw_given(ax: Any, runs: Sequence[Run], values: Mapping[int, Any], style: Mapping[str, Any]) -> None:
+    """Draw what runs are given, by their positions: one line in grey where all have the same, else in their colours."""
+    longest = max(values, key=lambda k: len(values[k]), default=0)
+    alike = all(np.array_equal(v, values[longest][: len(v)]) for v in values.values())
+    for k in [longest] if alike and values else values:
+        ax.plot(*_drawn(runs[k], values[k]), color=GIVEN if alike else COLORS[k % len(COLORS)], **style)
 
 
 def _legend(figure: Any, axes: Any) -> None:
@@ -83,18 +103,18 @@ def _legend(figure: Any, axes: Any) -> None:
         )  # fmt: skip
 
 
-def _points(run: Run, name: str) -> tuple[Any, Any]:
+def _drawn(run: Run, values: Any) -> tuple[Any, Any]:
     every = max(len(run) // POINTS, 1)
-    return run.t[::every], run[name][::every]
+    return run.t[::every], values[::every]
 
 
 def panels(run: Run) -> list[Panel]:
     """Return what a run shows: outputs of plants, of controllers, then signals of time that are no reference."""
     loop = run.loop
     followed = references(loop)
-    found = [Panel(n, _label(n, s), followed.get(n, "")) for n, s in _outputs(run, plants=True)]
+    found = [Panel(n, _label(n, s), followed.get(n)) for n, s in _outputs(run, plants=True)]
     found += [Panel(n, _label(n, s), held=True) for n, s in _outputs(run, plants=False)]
-    used = {p.reference for p in found}
+    used = {p.reference.name for p in found if isinstance(p.reference, Name)}
     found += [Panel(n, n, given=True) for n in inputs_of_time(loop) if n not in used]
     return found
 

@@ -27,10 +27,14 @@ STYLE: Final[dict[str, Any]] = {
 
 
 @contextmanager
-def saved(target: Path) -> Iterator[Any]:
+def saved(target: Path, dpi: float | None = None) -> Iterator[Any]:
     """Give an empty figure, and save it to a file when the block ends well.
 
     The same picture gives the same bytes: no date is written, and SVG identifiers do not vary.
+
+    Args:
+        target: The file; its suffix says the format.
+        dpi: Pixels per inch of a PNG; None for those of the style.
     """
     import matplotlib as mpl
     import numpy as np
@@ -47,7 +51,7 @@ def saved(target: Path) -> Iterator[Any]:
         )
         # matplotlib's products of matrices now and then report an overflow that none of their numbers has.
         with written_whole(target) as temporary, np.errstate(over="ignore"):
-            figure.savefig(temporary, format=target.suffix[1:].lower(), metadata=metadata)
+            figure.savefig(temporary, format=target.suffix[1:].lower(), metadata=metadata, dpi=dpi)
 
 
 def svg(draw: Callable[[Any], object]) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence, Set
 
 from fuzzyctl import expr as ex
 from fuzzyctl.diagnostics.fixes import respelt_as_suggested
@@ -17,7 +17,7 @@ from fuzzyctl.model.signals import SIGNALS
 from fuzzyctl.model.stateful_operators import OPERATORS
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Hold
-from fuzzyctl.resolve.block_names import FUNCTIONS, Names
+from fuzzyctl.resolve.block_names import CALLED, FUNCTIONS, Names
 
 #: Checks a part of an expression, as a condition, as a number, or as either where that is None.
 Inner = Callable[..., bool]
@@ -42,7 +42,7 @@ class Expressions(Names):
         expr: ex.Expr,
         *,
         truth: bool | None = None,
-        names: set[str] | None = None,
+        names: Set[str] | None = None,
         kind: str = "name",
         pure: bool = False,
     ) -> bool:
@@ -81,15 +81,15 @@ class Expressions(Names):
 
     def constant(self, expr: ex.Expr) -> bool:
         """Check an expression that may use params only."""
-        return self.formula(expr, truth=False, names=set(self.context.params), kind="param", pure=True)
+        return self.formula(expr, truth=False, names=self.context.params.keys(), kind="param", pure=True)
 
-    def _name(self, expr: ex.Name, names: set[str] | None, kind: str) -> bool:
+    def _name(self, expr: ex.Name, names: Set[str] | None, kind: str) -> bool:
         name = expr.name
-        known = self.names() if names is None else names
+        known = self.names if names is None else names
         if name.partition(".")[0] in self.lost:
             return False
         if name not in known and name not in ex.CONSTANTS:
-            self.context.unknown(kind, expr, sorted(known))
+            self.context.unknown(kind, expr, self.ordered_names if names is None else sorted(known))
             return False
         if isinstance(self.named.get(name), sx.Equation) and self.is_several(name):
             outputs = [m for m in self.members if m.startswith(f"{name}.")]
@@ -113,7 +113,9 @@ class Expressions(Names):
         if function in FUNCTIONS:
             return self._counted(call, FUNCTIONS[function]) and all([inner(a) for a in arguments])
         if function in self.functions:
-            return self._counted(call, len(self.functions[function].parameters)) and all([inner(a) for a in arguments])
+            return self._counted(call, [p.text for p in self.functions[function].parameters]) and all(
+                [inner(a) for a in arguments]
+            )
         if function in self.own:
             return self.own_call(call, inner, pure=pure)
         if function in ex.FUNCTIONS:
@@ -155,7 +157,8 @@ class Expressions(Names):
 
     def unknown_call(self, call: ex.Call, what: str, known: Sequence[str]) -> None:
         """Report a call of what is not known."""
-        if call.function in self.context.unread:
+        lost = self.context.unread | self.context.broken
+        if call.function in lost or not self.context.nameless.isdisjoint(CALLED):
             return
         other = self.elsewhere(call)
         if other:
@@ -171,20 +174,23 @@ class Expressions(Names):
             self.context.report("FZ202", f"no {what} '{call.function}'", call.span, help=f"write '{form}'")
             return
         facts = (f"functions: {', '.join(known)}",) if known else ()
-        help_text = did_you_mean(call.function, known) or "add the block, or 'use' the file that holds it"
+        near = did_you_mean(call.function, known)
+        kinds = what.replace("or system", "or a system")
+        help_text = near or f"declare a {kinds} of that name, or 'use' a file that does"
         fix = respelt_as_suggested(call.span, call.function, known)
         self.context.report("FZ202", f"no {what} '{call.function}'", call.span, facts=facts, help=help_text, fix=fix)
 
-    def _counted(self, call: ex.Call, expected: int) -> bool:
+    def _counted(self, call: ex.Call, expected: Sequence[str]) -> bool:
         named = next((a for a in call.arguments if isinstance(a, ex.Keyword)), None)
         if named is not None:
             message = f"'{call.function}' takes its arguments by position"
             self.context.report("FZ303", message, named.span, help="write the value alone")
             return False
-        if len(call.arguments) == expected:
+        if len(call.arguments) == len(expected):
             return True
-        message = f"'{call.function}' takes {counted(expected, 'argument')}, not {len(call.arguments)}"
-        self.context.report("FZ303", message, call.span)
+        message = f"'{call.function}' takes {counted(len(expected), 'argument')}, not {len(call.arguments)}"
+        help_text = f"the form is: {call.function}({', '.join(expected)})"
+        self.context.report("FZ303", message, call.span, help=help_text)
         return False
 
     def arguments(self, call: ex.Call, inputs: Sequence[str], params: Sequence[str], inner: Inner) -> bool:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection, Sequence, Set
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import ClassVar, Final
 
 from fuzzyctl import expr as ex
@@ -18,11 +19,21 @@ from fuzzyctl.resolve.context import Context
 #: What a block may call.
 Callee = FuzzySystem | Controller | Plant
 
+#: What shares one set of names, by the kind of the block.
+_SHARED: Final = {
+    "controller": "params, inputs, states, lets, blocks and outputs",
+    "plant": "params, inputs, states, lets and outputs",
+    "loop": "params, blocks, lets and measures",
+}
+
+#: Keywords of what a block may call.
+CALLED: Final = frozenset({"function", "system", "controller", "plant"})
+
 #: Finds a system, controller or plant by its name; None where there is none.
 Find = Callable[[str], Callee | None]
 
-#: Functions of blocks besides those of all expressions, with their numbers of arguments.
-FUNCTIONS: Final = {"clamp": 3, "where": 3}
+#: Functions of blocks besides those of all expressions, with their arguments.
+FUNCTIONS: Final = {"clamp": ("x", "low", "high"), "where": ("condition", "a", "b")}
 
 
 @dataclass
@@ -77,7 +88,7 @@ class Names:
             message = f"'{word.text}' is a word of {self.kind}s and cannot name {what}"
             self.context.report("FZ201", message, word.span, help="rename it")
             return False
-        return self.context.declare(word, what)
+        return self.context.declare(word, what, _SHARED[self.kind])
 
     def _is_new_function(self, word: sx.Word) -> bool:
         known = any(word.text in names for names in (ex.FUNCTIONS, self.own, FUNCTIONS, OPERATORS))
@@ -110,9 +121,15 @@ class Names:
         """Whether a name is that of several outputs."""
         return any(m.startswith(f"{name}.") for m in self.members)
 
-    def names(self) -> set[str]:
-        """Return all names that an expression may use."""
+    @cached_property
+    def names(self) -> Set[str]:
+        """All names that an expression may use, once all are entered."""
         return {*self.context.params, *self.named, *self.members, *self.given}
+
+    @cached_property
+    def ordered_names(self) -> Sequence[str]:
+        """The same in alphabetical order, as messages list them."""
+        return sorted(self.names)
 
     def what(self, name: str) -> str:
         """Return what a name is, such as "a param"; empty for none."""

@@ -9,11 +9,12 @@ from fuzzyctl.diagnostics.fixes import respelt_as_suggested
 from fuzzyctl.diagnostics.suggestions import did_you_mean, listed
 from fuzzyctl.lang import syntax as sx
 from fuzzyctl.model.controller import Controller, Definition, Function, Result, Signal, State
-from fuzzyctl.model.guarantee import Bounds, Param
+from fuzzyctl.model.guarantee import Param
 from fuzzyctl.model.node import Node
 from fuzzyctl.model.plant import Plant
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.resolve.block_expressions import Expressions
+from fuzzyctl.resolve.variables import resolve_bounds
 
 
 class Statements(Expressions):
@@ -66,24 +67,10 @@ class Statements(Expressions):
 
     def _param(self, s: sx.Param) -> Param | None:
         fine = self.context.check_names(s.expression, self.context.params, "param")
-        bounds = self._bounds(s.bounds)
+        bounds = resolve_bounds(self.context, s.bounds)
         if not fine:
             return None
         return Param(name=s.name.text, expression=s.expression, unit=s.unit, bounds=bounds, span=s.name.span)
-
-    def _bounds(self, bounds: sx.Bounds | None) -> Bounds | None:
-        if bounds is None:
-            return None
-        fine = [self.context.check_names(e, self.context.params, "param") for e in (bounds.lower, bounds.upper)]
-        if not all(fine):
-            return None
-        return Bounds(
-            lower=bounds.lower,
-            upper=bounds.upper,
-            without_lower=bounds.without_lower,
-            without_upper=bounds.without_upper,
-            span=bounds.span,
-        )
 
     def _function(self, s: sx.Function) -> Function | None:
         parameters = [p.text for p in s.parameters]
@@ -102,7 +89,7 @@ class Statements(Expressions):
             "name": s.name.text,
             "label": s.label,
             "unit": s.unit,
-            "bounds": self._bounds(s.bounds),
+            "bounds": resolve_bounds(self.context, s.bounds),
             "span": s.name.span,
         }
         if s.value is None:
@@ -114,7 +101,8 @@ class Statements(Expressions):
 
     def require_outputs(self, statements: Sequence[sx.Statement]) -> None:
         """Report a block without outputs."""
-        if not any(isinstance(s, sx.Signal) and s.keyword.text == "output" for s in statements):
+        has_outputs = any(isinstance(s, sx.Signal) and s.keyword.text == "output" for s in statements)
+        if not has_outputs and "output" not in self.context.unread:
             message = f"{self.kind} '{self.head.name.text}' has no outputs"
             self.context.report("FZ212", message, self.head.name.span, help="add an 'output NAME = EXPRESSION' line")
 
@@ -126,7 +114,9 @@ class Statements(Expressions):
             if not (isinstance(s, sx.Equation) and s.keyword.text == keyword):
                 continue
             name = s.name.text
-            if name not in states:
+            if name not in states and (name in self.context.unread or "state" in self.context.nameless):
+                self.incomplete = True
+            elif name not in states:
                 found = self.what(name)
                 facts = (
                     (f"'{name}' is {found}",)
@@ -142,7 +132,7 @@ class Statements(Expressions):
             updates.setdefault(name, s)
         self.incomplete = self.incomplete or not states.keys() <= updates.keys()
         for name, state in states.items():
-            if name not in updates and name not in self.context.unread:
+            if name not in updates and name not in self.context.unread and keyword not in self.context.nameless:
                 help_text = f"add: {keyword} {name} = EXPRESSION"
                 message = f"state '{name}' has no '{keyword}' line"
                 self.context.report("FZ212", message, state.name.span, help=help_text)

@@ -34,7 +34,7 @@ def resolve_blocks(
     loose: list[_Part] = []
     blocks: list[tuple[sx.Rules, list[_Part]]] = []
     empty: list[sx.Rules] = []
-    own = loose
+    own, lost = loose, broken
     for position, s in enumerate(statements):
         if position == shared:
             own = loose
@@ -46,14 +46,16 @@ def resolve_blocks(
             case sx.Rule() | sx.Table() | sx.Otherwise():
                 if blocks and own is blocks[-1][1] and blocks[-1][0] in empty:
                     empty.remove(blocks[-1][0])
+                known = len(context.diagnostics)
                 part = _part(context, s)
                 own.extend([part] if part is not None else [])
+                lost = lost or any(d.severity == "error" for d in context.diagnostics[known:])
     if not broken:
         _tell_empty(context, empty)
     made = [
-        _block(context, head, _complete(context, parts, broken=broken)) for head, parts in _each_once(context, blocks)
+        _block(context, head, _complete(context, parts, broken=lost)) for head, parts in _each_once(context, blocks)
     ]
-    return (*_complete(context, loose, broken=broken), *(b for b in made if b is not None))
+    return (*_complete(context, loose, broken=lost), *(b for b in made if b is not None))
 
 
 def _part(context: Context, statement: sx.Rule | sx.Table | sx.Otherwise) -> _Part | None:

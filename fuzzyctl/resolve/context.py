@@ -32,6 +32,7 @@ class Context:
         lost_input: Whether that of some input is, so that inputs cannot be counted.
         lost_file: Whether any declaration may be missing, since a used file could not be read.
         nameless: Keywords of declarations whose name is missing.
+        broken: Names of blocks that are declared and may have mistakes of their own.
         where: The place of each declaration.
     """
 
@@ -40,6 +41,7 @@ class Context:
     lost_input: bool = False
     lost_file: bool = False
     nameless: frozenset[str] = frozenset()
+    broken: frozenset[str] = frozenset()
 
     #: The profile in force, whose settings hold where the file says nothing.
     profile: Profile = PROFILES["exact"]
@@ -92,8 +94,8 @@ class Context:
         severity: Severity = "warning" if rest.get("warning") else "error"
         self.diagnostics.append(Diagnostic(code, message, span, severity, tuple(facts), help, notes, fix=fix))
 
-    def declare(self, word: sx.Word, what: str) -> bool:
-        """Enter a name; report and return False when it is reserved or taken."""
+    def declare(self, word: sx.Word, what: str, shared: str = "params, inputs and outputs") -> bool:
+        """Enter a name; report and return False when it is reserved or taken; `shared` says what has such names."""
         # An output may be called in a guarantee, as `u(-e)`, where nothing would tell it from a function.
         functions = ex.FUNCTIONS if what == "an output" else ex.FUNCTIONS.keys() - ex.SOFT
         if word.text in sx.RESERVED or word.text in functions or word.text in CLAIM_FUNCTIONS:
@@ -110,7 +112,7 @@ class Context:
                 f"'{word.text}' is declared twice",
                 word.span,
                 note=(first, "first declared here"),
-                help="params, inputs and outputs share one set of names; rename one of them",
+                help=f"{shared} share one set of names; rename one of them",
             )
             return False
         self.where[word.text] = word.span
@@ -147,8 +149,9 @@ class Context:
             code: The diagnostic code.
         """
         text = word.text if isinstance(word, sx.Word) else word.name
+        block, _, member = text.rpartition(".")
         if (
-            text in self.unread
+            not self.unread.isdisjoint((text, block or text, member))
             or (self.lost_file and code == "FZ202")
             or (self.lost_variable and kind in ("input", "output", "input or output", "name"))
             or (code == "FZ202" and any(word in kind or kind == "name" for word in self.nameless))

@@ -25,7 +25,7 @@ GIVEN: Final = ("dt",)
 
 
 def resolve_controller(
-    statements: Sequence[sx.Statement], head: sx.Head, find: Find, *, unread: frozenset[str], path: str
+    statements: Sequence[sx.Statement], head: sx.Head, find: Find, context: Context, *, path: str
 ) -> tuple[Controller, bool, list[Diagnostic]]:
     """Give the statements of a controller their meaning.
 
@@ -33,14 +33,14 @@ def resolve_controller(
         statements: Its own, and those that it shares with other blocks of the file.
         head: The `controller` line.
         find: Finds the systems and controllers that it names.
-        unread: Words of lines that could not be read; what they may have declared is no unknown name.
+        context: What is known of lines that could not be read; mistakes go there.
         path: The file.
 
     Returns:
         The controller, without the parts that have no meaning; whether it has such parts; and the diagnostics in order
         of their locations.
     """
-    work = _Controller(Context(unread=unread), head, find)
+    work = _Controller(context, head, find)
     work.declare(statements)
     controller = work.build(statements, path)
     return controller, work.incomplete, in_order(work.context.diagnostics)

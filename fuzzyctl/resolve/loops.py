@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Sequence, Set
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 from fuzzyctl import expr as ex
@@ -32,10 +33,10 @@ _BLOCK = "CONTROLLER_OR_PLANT(input=EXPRESSION, ..., param=value)"
 
 
 def resolve_loop(
-    statements: Sequence[sx.Statement], head: sx.Head, find: Find, *, unread: frozenset[str], path: str
+    statements: Sequence[sx.Statement], head: sx.Head, find: Find, context: Context, *, path: str
 ) -> tuple[Loop, bool, list[Diagnostic]]:
     """Give the statements of a loop their meaning; as `resolve_controller`."""
-    work = _Loop(Context(unread=unread), head, find)
+    work = _Loop(context, head, find)
     work.declare(statements)
     loop = work.build(statements, path)
     return loop, work.incomplete, in_order(work.context.diagnostics)
@@ -54,7 +55,8 @@ class _Loop(Statements):
         claims = [self._require(s) for s in statements if isinstance(s, sx.Require)]
         self.incomplete = self.incomplete or None in claims
         duration, step = self._run(statements)
-        if not any(isinstance(s, sx.Equation) and s.keyword.text == "block" for s in statements):
+        has_blocks = any(isinstance(s, sx.Equation) and s.keyword.text == "block" for s in statements)
+        if not has_blocks and "block" not in self.context.unread:
             message = f"loop '{self.head.name.text}' has no blocks"
             help_text = f"add a controller and a plant: block NAME = {_BLOCK}"
             self.context.report("FZ212", message, self.head.name.span, help=help_text)
@@ -70,11 +72,15 @@ class _Loop(Statements):
             path=path,
         )
 
-    def names(self) -> set[str]:
-        return super().names() - self._measures()
+    @cached_property
+    def names(self) -> Set[str]:
+        """All names that a signal may use."""
+        signals = (n for n, s in self.named.items() if s.keyword.text != "measure")
+        return {*self.context.params, *signals, *self.members, *self.given}
 
-    def _measures(self) -> set[str]:
-        return {n for n, s in self.named.items() if s.keyword.text == "measure"}
+    @cached_property
+    def _measures_and_params(self) -> Set[str]:
+        return {*self.context.params, *(n for n, s in self.named.items() if s.keyword.text == "measure")}
 
     def equation(self, s: sx.Equation) -> Node | None:
         return self._instance(s) if s.keyword.text == "block" else super().equation(s)
@@ -110,8 +116,7 @@ class _Loop(Statements):
         """Resolve a `measure` line."""
         assert s.value is not None, "only inputs have none"
         self.line = "measure"
-        names = {*self.context.params, *self._measures()}
-        fine = self.formula(s.value, truth=False, names=names, kind="measure or param")
+        fine = self.formula(s.value, truth=False, names=self._measures_and_params, kind="measure or param")
         self.line = "let"
         if not fine:
             return None
@@ -154,7 +159,7 @@ class _Loop(Statements):
 
     def _require(self, s: sx.Require) -> Guarantee | None:
         """Resolve a claim about measures."""
-        names = {*self.context.params, *self._measures()}
+        names = self._measures_and_params
         if s.when is not None:
             help_text = "put the condition into the claim, such as: a <= 1 or b > 2"
             self.context.report(

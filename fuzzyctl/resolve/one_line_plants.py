@@ -27,10 +27,10 @@ def one_line_plant(names: Expressions, call: ex.Call, params: Sequence[Param]) -
         params: Its params.
     """
     given = bound(PLANTS[call.function], call)
-    if call.function == "python":
+    if call.function in ("python", "fmu"):
         file = given["file"]
         assert isinstance(file, ex.Text)
-        return {"python": file.text}
+        return {call.function: file.text}
     work = _OneLine(names, call, ParamValues(params, partial=True))
     plant = {"tf": work.tf, "zpk": work.zpk, "ss": work.ss}[call.function](given)
     return None if plant is None else work.fields(plant)

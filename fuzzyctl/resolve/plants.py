@@ -24,10 +24,10 @@ from fuzzyctl.resolve.one_line_plants import one_line_plant
 
 
 def resolve_plant(
-    statements: Sequence[sx.Statement], head: sx.Head, find: Find, *, unread: frozenset[str], path: str
+    statements: Sequence[sx.Statement], head: sx.Head, find: Find, context: Context, *, path: str
 ) -> tuple[Plant, bool, list[Diagnostic]]:
     """Give the statements of a plant their meaning; as `resolve_controller`."""
-    work = _Plant(Context(unread=unread), head, find)
+    work = _Plant(context, head, find)
     work.declare(statements)
     plant = work.build(statements, path)
     return plant, work.incomplete, in_order(work.context.diagnostics)
@@ -69,7 +69,7 @@ class _Plant(Statements):
         if not isinstance(formula, ex.Call) or formula.function not in PLANTS:
             name = formula.function if isinstance(formula, ex.Call) else ""
             help_text = did_you_mean(name, list(PLANTS)) or f"the forms are: {forms}"
-            message = "expected tf, zpk, ss or python"
+            message = "expected tf, zpk, ss, python or fmu"
             fix = respelt_as_suggested(ex.span_of(formula), name, list(PLANTS))
             self.context.report("FZ214", message, ex.span_of(formula), help=help_text, fix=fix)
             self.incomplete = True

@@ -13,7 +13,7 @@ from fuzzyctl.diagnostics.suggestions import closest
 from fuzzyctl.formulas import MEMBERSHIP, MembershipFormula
 from fuzzyctl.lang import syntax as sx
 from fuzzyctl.lang.other_tools import PEER_KINDS, differing_order, known_kind
-from fuzzyctl.model.guarantee import Param
+from fuzzyctl.model.guarantee import Bounds, Param
 from fuzzyctl.model.variable import Fallback, Hold, Input, Let, Membership, Output, Term
 from fuzzyctl.resolve.context import Context
 from fuzzyctl.resolve.functions import applied, expanded
@@ -35,7 +35,26 @@ def resolve_param(context: Context, statement: sx.Param) -> Param | None:
     if not context.check_names(statement.expression, context.params, "param"):
         return None
     return Param(
-        name=statement.name.text, expression=statement.expression, unit=statement.unit, span=statement.name.span
+        name=statement.name.text,
+        expression=statement.expression,
+        unit=statement.unit,
+        bounds=resolve_bounds(context, statement.bounds),
+        span=statement.name.span,
+    )
+
+
+def resolve_bounds(context: Context, bounds: sx.Bounds | None) -> Bounds | None:
+    """Resolve a range whose ends may use params; None for none, and after a mistake."""
+    if bounds is None or not all(
+        [context.check_names(e, context.params, "param") for e in (bounds.lower, bounds.upper)]
+    ):
+        return None
+    return Bounds(
+        lower=bounds.lower,
+        upper=bounds.upper,
+        without_lower=bounds.without_lower,
+        without_upper=bounds.without_upper,
+        span=bounds.span,
     )
 
 

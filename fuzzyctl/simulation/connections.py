@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from fuzzyctl.expr import Call, Name, names_in, walk
+from collections.abc import Iterator
+
+from fuzzyctl.expr import Call, Expr, Keyword, Name, names_in, walk
+from fuzzyctl.model.forms import bound
 from fuzzyctl.model.loop import Loop
 from fuzzyctl.model.measures import MEASURES
 
@@ -23,28 +26,44 @@ def inputs_of_time(loop: Loop) -> list[str]:
     return [n for n in reads if n in free]
 
 
-def references(loop: Loop) -> dict[str, str]:
-    """Return the reference of each signal that follows one, by name.
+def references(loop: Loop) -> dict[str, Expr]:
+    """Return the reference of each signal that follows one, by name: a signal or a constant.
 
     Measures say so, such as `overshoot(tank.y, reference)`. Where none does, a loop with one plant of one output and
-    one let that depends on the time alone and goes into a controller follows that let.
+    one let that depends on the time alone, or one constant, that goes into a controller follows that.
     """
-    found: dict[str, str] = {}
+    found: dict[str, Expr] = {}
     for measure in loop.measures:
         for call in walk(measure.value):
             if isinstance(call, Call) and call.function in MEASURES and _REFERENCE in MEASURES[call.function].signals:
-                pair = call.arguments[:2]
-                if len(pair) == 2 and all(isinstance(a, Name) for a in pair):
-                    y, reference = (a.name for a in pair if isinstance(a, Name))
-                    found.setdefault(y, reference)
+                given = bound(MEASURES[call.function], call)
+                y = given[MEASURES[call.function].signals[0]]
+                if isinstance(y, Name):
+                    found.setdefault(y.name, given[_REFERENCE])
     return found or _only(loop)
 
 
-def _only(loop: Loop) -> dict[str, str]:
+def _only(loop: Loop) -> dict[str, Expr]:
     plants = {p.name: p for p in loop.plants}
     outputs = [
         f"{i.name}.{r.name}" for i in loop.instances if i.controller in plants for r in plants[i.controller].results
     ]
-    given = {n.name for i in loop.instances if i.controller not in plants for a in i.arguments for n in names_in(a)}
-    followed = [n for n in inputs_of_time(loop) if n in given]
-    return {outputs[0]: followed[0]} if len(outputs) == len(followed) == 1 else {}
+    of_time = inputs_of_time(loop)
+    params = loop.param_values.values
+    followed = dict.fromkeys(
+        e
+        for e in _into_controllers(loop)
+        if (isinstance(e, Name) and e.name in of_time) or all(n.name in params for n in names_in(e))
+    )
+    return {outputs[0]: next(iter(followed))} if len(outputs) == len(followed) == 1 else {}
+
+
+def _into_controllers(loop: Loop) -> Iterator[Expr]:
+    """Yield what the inputs of controllers are connected to."""
+    inputs = {c.name: [s.name for s in c.inputs] for c in loop.controllers}
+    for instance in loop.instances:
+        for argument in instance.arguments if instance.controller in inputs else ():
+            if not isinstance(argument, Keyword):
+                yield argument
+            elif argument.name in inputs[instance.controller]:
+                yield argument.value

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import csv
 from pathlib import Path
 from typing import Final
 
 import numpy as np
 
 from fuzzyctl.diagnostics.diagnostic import ArgumentError
+from fuzzyctl.experiments.results.columns import write_csv
 from fuzzyctl.experiments.results.parquet import available, write_table
 from fuzzyctl.simulation.run import Run
-from fuzzyctl.support.writing import written_whole
 
 #: Formats of data, each with the suffix of its files.
 FORMATS: Final = ("csv", "npz", "parquet")
@@ -27,31 +26,15 @@ def require_format(form: str) -> None:
         raise ArgumentError("Parquet needs pyarrow: pip install 'fuzzyctl[data]'")
 
 
-def save(run: Run, folder: Path, form: str) -> Path:
-    """Write the times and signals of a run.
-
-    Args:
-        run: The run.
-        folder: An existing folder.
-        form: One of `FORMATS`.
-
-    Returns:
-        The file, `data.FORMAT` in the folder.
-
-    Raises:
-        DiagnosticError: When it cannot be written.
-    """
-    target = folder / f"data.{form}"
+def save(run: Run, path: Path, form: str) -> None:
+    """Write the times and signals of a run to a file of one of `FORMATS`."""
     columns = {"t": run.t} | {name: run[name] for name in run.names}
-    with written_whole(target) as temporary:
-        if form == "csv":
-            with temporary.open("w", encoding="utf-8", newline="") as file:
-                writer = csv.writer(file, lineterminator="\n")
-                writer.writerow(columns)
-                writer.writerows(np.column_stack(list(columns.values())).tolist())
-        elif form == "npz":
-            with temporary.open("wb") as binary:
-                np.savez_compressed(binary, **columns)  # type: ignore[arg-type]  # no signal is called allow_pickle
-        else:
-            write_table(temporary, {n: c.tolist() for n, c in columns.items()}, {"loop": run.loop.name}, "fuzzyctl")
-    return target
+    if form == "npz":
+        with path.open("wb") as binary:
+            np.savez_compressed(binary, **columns)  # type: ignore[arg-type]  # no signal is called allow_pickle
+        return
+    lists = {name: values.tolist() for name, values in columns.items()}
+    if form == "csv":
+        write_csv(path, lists)
+    else:
+        write_table(path, lists, {"loop": run.loop.name}, "fuzzyctl")

@@ -84,7 +84,7 @@ class DeadTime:
 
 @record(frozen=True)
 class External:
-    """A plant in Python, whose outputs are known before the equations, and whose derivatives follow from its inputs.
+    """A plant in Python or an FMU: its outputs are known before the equations, and what follows comes from its inputs.
 
     Args:
         plant: The plant.
@@ -120,7 +120,7 @@ class LoopEquations:
         samples: How many there are.
         periods: The sample time of each state's controller [s], by name of the block.
         free: Names of params whose values are arguments of a run, `BLOCK.PARAM` or `PARAM` of the loop.
-        externals: Plants in Python.
+        externals: Plants in Python and FMUs.
     """
 
     body: tuple[Equation | Evaluation, ...]
@@ -143,7 +143,8 @@ class LoopEquations:
         """What is needed between two samples: derivatives, inputs of plants in Python, signals that are delayed."""
         external = {k for e in self.externals for k in e.states}
         own = [s.derivative for k, s in enumerate(self.plant_states) if k not in external]
-        return [*own, *(Name(n) for e in self.externals for n in e.inputs), *(d.signal for d in self.delays)]
+        inputs = [Name(n) for e in self.externals if e.plant.python for n in e.inputs]
+        return [*own, *inputs, *(d.signal for d in self.delays)]
 
 
 def loop_equations(loop: Loop, extra: Sequence[Expr] = (), free: Sequence[str] = ()) -> LoopEquations:
@@ -216,7 +217,8 @@ def sample_times(loop: Loop) -> tuple[float, dict[str, int]]:
             instance = next(i for i in loop.instances if i.name == name)
             message = f"block '{name}' runs every {period:g} s, which is no multiple of the step of {step:g} s"
             help_text = f"write a step that divides all periods, such as: step {_divisor(periods.values()):g} s"
-            mistakes.append(Diagnostic("FZ702", message, instance.span, help=help_text))
+            span = instance.span if loop.step is None or period > step else span_of(loop.step)
+            mistakes.append(Diagnostic("FZ702", message, span, help=help_text))
     if mistakes:
         raise DiagnosticError(mistakes)
     return step, every
@@ -257,7 +259,7 @@ def _require_room(loop: Loop, samples: int, signals: int) -> None:
 
 
 def _externals(loop: Loop, states: tuple[str, ...]) -> Iterator[External]:
-    plants = {p.name: p for p in loop.plants if p.python}
+    plants = {p.name: p for p in loop.plants if p.external}
     for i in loop.instances:
         plant = plants.get(i.controller)
         if plant is not None:
@@ -352,6 +354,8 @@ class _LoopExpansion(Expansion):
                 i for i in self.body if not (isinstance(i, Equation) and i.name in outputs and i.value == Name(i.name))
             ]
             return
+        if scope.controller.period is not None:
+            scope.constant(scope.controller.period)
         inputs = [Name(f"{block}.{i.name}") for i in scope.controller.inputs]
         self._lacks |= {block: any_nan(inputs)} if inputs else {}
         for result in scope.controller.results:
@@ -367,6 +371,9 @@ class _LoopExpansion(Expansion):
             if scope.prefix + p.name in self.free_params
         }
         scope.names |= changed
+        if not scope.prefix:
+            own = {p.name: p.span for p in scope.controller.params if p.span is not None}
+            self.written = {own[name]: value for name, value in changed.items() if name in own}
         waiting = [p for p in scope.controller.params if p.name not in changed] if changed else []
         while ready := [p for p in waiting if any(n.name in changed for n in names_in(p.expression))]:
             for param in ready:

@@ -22,13 +22,15 @@ from fuzzyctl.kernels.backends.numba.compile_cost import MOST_OPERATIONS, operat
 from fuzzyctl.kernels.compile import numba_is_missing
 from fuzzyctl.model.loop import Loop
 from fuzzyctl.simulation.columns import columns
-from fuzzyctl.simulation.equations import DeadTime, LoopEquations, PlantState, loop_equations
+from fuzzyctl.simulation.equations import DeadTime, LoopEquations, loop_equations
+from fuzzyctl.simulation.fmu_plant import FmuPlant, require_fixed
 from fuzzyctl.simulation.judgement import Judgement
 from fuzzyctl.simulation.programs import LoopPrograms, programs
 from fuzzyctl.simulation.python_plant import PythonPlant
 from fuzzyctl.simulation.run import Run
-from fuzzyctl.simulation.settings import params_of
+from fuzzyctl.simulation.settings import Ranges, block_params, params_of
 from fuzzyctl.simulation.source import LAGS, WEIGHTS, compiled, interpreted, refused
+from fuzzyctl.simulation.stops import first_without_value, interrupted, left, without_value
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -75,6 +77,8 @@ class Experiment:
                 raise UnknownNameError("param", name, tuple(known))
         #: The free params with their values in the file.
         self.nominal = {name: known[name] for name in free}
+        require_fixed(loop, free)
+        self._ranges = Ranges(loop, tuple(self.nominal))
         self.judgement = Judgement(loop)
         self.equations = loop_equations(loop, self.judgement.signals, tuple(free))
         self.programs = programs(self.equations, algorithm)
@@ -83,6 +87,11 @@ class Experiment:
         self.step, self.samples = self.equations.step, self.equations.samples
         #: Columns of the record by name.
         self.positions = {name: k for k, name in enumerate(self.equations.signals)}
+        plants = {p.name: p.results for p in loop.plants}
+        #: Columns of the outputs of plants.
+        self._outputs = [
+            self.positions[f"{i.name}.{r.name}"] for i in loop.instances for r in plants.get(i.controller, ())
+        ]
 
     def __repr__(self) -> str:
         return f"Experiment({self.loop.name}; {self.samples:,} samples, {self.backend})"
@@ -104,12 +113,18 @@ class Experiment:
     def _kernel(self) -> Callable[..., int]:
         if self.backend == "numba":
             return compiled(self.equations, self.programs)
-        return interpreted(self.equations, self.programs, self.python_plants)
+        return interpreted(self.equations, self.programs, self.external_plants)
 
     @cached_property
-    def python_plants(self) -> list[PythonPlant]:
-        """The plants in Python; their files are executed."""
-        return [PythonPlant(e.plant, e.block, e.span) for e in self.equations.externals]
+    def external_plants(self) -> list[PythonPlant | FmuPlant]:
+        """The plants in Python, and FMUs; their code is executed."""
+        params = {i.name: block_params(self.loop, i) for i in self.loop.instances}
+        return [
+            PythonPlant(e.plant, e.block, e.span)
+            if e.plant.python
+            else FmuPlant(e.plant, e.block, e.span, params[e.block])
+            for e in self.equations.externals
+        ]
 
     def run(
         self, values: Any = None, *, substeps: int = 1, progress: Progress | None = None, seed: int | None = None
@@ -128,6 +143,7 @@ class Experiment:
         Raises:
             ArgumentError: For another number of values, a number of substeps that is no positive integer, and a seed
                 that is negative or no integer.
+            ValueOutOfBoundsError: For a value that is not finite, or outside the range of its param.
         """
         if not (type(substeps) is int and substeps >= 1):
             raise ArgumentError(f"'substeps' must be a positive integer, got {substeps!r}")
@@ -146,6 +162,11 @@ class Experiment:
         """Return a run of its record, shape (samples, signals), and of the values of the free params, shape (free,)."""
         params = dict(zip(self.nominal, free.tolist(), strict=True))
         names = tuple(s.name for s in self.equations.plant_states)
+        broken = first_without_value(record, self._outputs)
+        if broken is not None:
+            k, column = broken
+            stopped = without_value(self.loop, list(self.positions)[column], self.positions, record[k], k * self.step)
+            record = record[:k]
         t = self.times[: len(record)]
         return Run(self.loop, t, record, self.positions, self.judgement, names, params, substeps, stopped, solver)
 
@@ -154,6 +175,9 @@ class Experiment:
         if found.shape != (len(self.nominal),):
             names = ", ".join(self.nominal) or "none"
             raise ArgumentError(f"expected {len(self.nominal)} values ({names}), got the shape {found.shape}")
+        numbers = found.tolist()
+        if not self._ranges.surely_hold(numbers):
+            self._ranges.require(numbers)
         return writable(found)
 
     def _enough(self, substeps: int) -> int:
@@ -185,7 +209,7 @@ class Experiment:
                 done += count
                 if progress is not None:
                     progress(done, self.samples)
-        except DiagnosticError as error:  # of a plant in Python
+        except DiagnosticError as error:  # of a plant in Python, or an FMU
             return done, error.diagnostics[0]
         except KeyboardInterrupt:
             return done, interrupted(self.loop, done * self.step)
@@ -210,8 +234,9 @@ class Experiment:
             message = f"no rule fires for output '{outputs[kind - len(states)]}' at t = {sample * self.step:.6g} s"
             help_text = "add rules, or an 'else' to the output"
             return sample, Diagnostic("FZ701", message, self.loop.span, help=help_text)
-        before = record[sample - 1, self.positions[states[kind].name]] if sample else None
-        return sample, left(states[kind], float(x[kind]), sample * self.step, before)
+        return sample, left(
+            states[kind], float(x[kind]), sample * self.step, self.loop, self.positions, record[:sample]
+        )
 
 
 @final
@@ -287,14 +312,15 @@ class Stepper:
 
 
 def _backend(name: str, loop: Loop) -> str:
-    """Return what computes runs: numba where it can be imported; generated Python for plants in Python."""
+    """Return what computes runs: numba where it can be imported; generated Python for plants in Python and FMUs."""
     if name not in BACKENDS:
         raise UnknownNameError("backend", name, BACKENDS)
-    called = next((p.name for p in loop.plants if p.python), None)
+    called = next((p for p in loop.plants if p.external), None)
     if called is not None and name != "numba":
         return "python"
     if called is not None:
-        raise ArgumentError(f"plant '{called}' is in Python, and called by generated Python: backend 'python'")
+        what = "in Python" if called.python else "an FMU"
+        raise ArgumentError(f"plant '{called.name}' is {what}, and called by generated Python: backend 'python'")
     missing = numba_is_missing() if name != "python" else None
     if name == "numba" and missing is not None:
         raise BackendUnavailableError(name, missing)
@@ -305,27 +331,6 @@ def _takes_long(equations: LoopEquations, programs: LoopPrograms) -> bool:
     """Return whether numba takes so long over a loop that "auto" leaves it alone."""
     count = operations(programs.sample) + operations(programs.derivative)
     return len(equations.states) > MOST_STATES or count > MOST_OPERATIONS
-
-
-def interrupted(loop: Loop, time: float) -> Diagnostic:
-    """Return the diagnostic of a run that was interrupted."""
-    return Diagnostic("FZ707", f"the run was interrupted at t = {time:.6g} s", file=loop.path)
-
-
-def left(state: PlantState, value: float, time: float, before: float | None) -> Diagnostic:
-    """Return the diagnostic of a state that has left its range, or has no finite value."""
-    unit = f" {state.unit}" if state.unit else ""
-    at = f"at t = {time:.6g} s"
-    facts = () if before is None else (f"one sample before it was {before:.6g}{unit}",)
-    if not math.isfinite(value) or abs(value) >= 1e300:
-        message = f"state '{state.name}' is {'not a number' if math.isnan(value) else 'infinite'} {at}"
-        help_text = "use a shorter step or more substeps; keep arguments of sqrt and log in their domain with max(x, 0)"
-    else:
-        ends = f"{'(' if state.without_low or state.low == -math.inf else '['}{state.low:g}, "
-        ends += f"{state.high:g}{')' if state.without_high or state.high == math.inf else ']'}"
-        message = f"state '{state.name}' left its range {at}: {value:.6g}{unit} is outside of {ends}"
-        help_text = "limit it in the plant, or declare a wider range"
-    return Diagnostic("FZ701", message, state.span, facts=facts, help=help_text)
 
 
 def dead_times(delays: tuple[DeadTime, ...], step: float) -> tuple[FloatArray, npt.NDArray[np.int64], FloatArray]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from dataclasses import replace as replaced
 from typing import TYPE_CHECKING
 
 from fuzzyctl.expr import Call, Compare, Expr, ExprError, Logic, Name, Number, evaluate, names_in, replace
@@ -12,6 +13,7 @@ from fuzzyctl.model.forms import bound
 from fuzzyctl.model.guarantee import Guarantee
 from fuzzyctl.model.loop import Loop
 from fuzzyctl.model.measures import MEASURES
+from fuzzyctl.model.params import ParamValues
 
 if TYPE_CHECKING:
     import numpy as np
@@ -64,7 +66,7 @@ class Judgement:
         """
         from fuzzyctl.simulation.measures import measured
 
-        params = self._params | dict(free)
+        params = self._values(free)
 
         def value(node: Expr) -> Expr:
             if not (isinstance(node, Call) and node.function in MEASURES):
@@ -82,8 +84,13 @@ class Judgement:
 
     def requirements(self, measures: Mapping[str, float], free: Mapping[str, float]) -> tuple[Requirement, ...]:
         """Return whether each requirement holds."""
-        names = self._params | dict(free) | dict(measures)
+        names = self._values(free) | dict(measures)
         return tuple(self._requirement(g, names, measures) for g in self._loop.requirements)
+
+    def _values(self, free: Mapping[str, float]) -> dict[str, float]:
+        """Return the values of all params, those that depend on free ones included."""
+        params = [replaced(p, expression=Number(free[p.name])) if p.name in free else p for p in self._loop.params]
+        return (ParamValues(params).values if free else self._params) | dict(free)
 
     def _requirement(self, g: Guarantee, names: Mapping[str, float], measures: Mapping[str, float]) -> Requirement:
         from fuzzyctl.expr import to_text
@@ -91,8 +98,7 @@ class Judgement:
         within = 0.0 if g.within is None else evaluate(g.within, names)
         used = dict.fromkeys(n.name for n in names_in(g.claim) if n.name in measures)
         facts = tuple(f"{n} = {measures[n]:.6g}" for n in used)
-        applies = g.when is None or _truth(g.when, names, 0.0)
-        return Requirement(to_text(g.claim), not applies or _truth(g.claim, names, within), facts)
+        return Requirement(to_text(g.claim), _truth(g.claim, names, within) is True, facts)
 
 
 def _calls(expr: Expr) -> list[Call]:
@@ -118,21 +124,25 @@ def _number(expr: Expr, names: Mapping[str, float]) -> float:
         return math.nan
 
 
-def _truth(expr: Expr, names: Mapping[str, float], within: float) -> bool:
-    """Return whether a condition holds; comparisons hold up to a tolerance, and none holds for NaN."""
+def _truth(expr: Expr, names: Mapping[str, float], within: float) -> bool | None:
+    """Return whether a condition holds; comparisons hold up to a tolerance, and are open, None, for NaN."""
     match expr:
-        case Logic(op="and", operands=operands):
-            return all(_truth(o, names, within) for o in operands)
-        case Logic(op="or", operands=operands):
-            return any(_truth(o, names, within) for o in operands)
-        case Logic(operands=(operand,)):
-            return not _truth(operand, names, within)
+        case Logic(op="not", operands=(operand,)):
+            found = _truth(operand, names, within)
+            return None if found is None else not found
+        case Logic(op=op, operands=operands):
+            decides = op == "or"
+            known = [_truth(o, names, within) for o in operands]
+            return decides if decides in known else None if None in known else not decides
         case Compare(op=op, left=left, right=right):
             a, b = _number(left, names), _number(right, names)
-            if a == b or math.isnan(a) or math.isnan(b):
-                return a == b and op in ("<=", ">=", "==")
+            if math.isnan(a) or math.isnan(b):
+                return None
+            if a == b and math.isinf(a):
+                return op in ("<=", ">=", "==")
             return {
                 "<": a < b + within, "<=": a <= b + within, ">": a > b - within, ">=": a >= b - within,
                 "==": abs(a - b) <= within, "!=": abs(a - b) > within,
             }[op]  # fmt: skip
-    return _number(expr, names) != 0.0
+    value = _number(expr, names)
+    return None if math.isnan(value) else value != 0.0

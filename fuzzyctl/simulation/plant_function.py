@@ -35,7 +35,7 @@ class PlantFunction:
         backend: As for `compile`; a plant in Python is called as it is.
 
     Raises:
-        ArgumentError: For a plant with dead time, whose state is a function and no vector.
+        ArgumentError: For an FMU, and for a plant with dead time, whose state is a function and no vector.
         DiagnosticError: For a file in Python that cannot be executed.
     """
 
@@ -48,6 +48,8 @@ class PlantFunction:
                 f"plant '{plant.name}' has dead time, which is no state: simulate it in a loop, or approximate the "
                 "dead time by a transfer function"
             )
+        if plant.fmu:
+            raise ArgumentError(f"plant '{plant.name}' is an FMU, whose states only it knows: simulate it in a loop")
         self.plant = plant
         self.input_names = tuple(s.name for s in plant.inputs)
         self.state_names = tuple(s.name for s in plant.states)

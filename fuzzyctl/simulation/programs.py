@@ -20,10 +20,10 @@ class LoopPrograms:
     """A loop as two programs, with distinct names and tables.
 
     Args:
-        sample: From the time, the plants' states, delayed signals, free params, outputs of plants in Python, columns
+        sample: From the time, the plants' states, delayed signals, free params, outputs of external plants, columns
             known before and flags of slow controllers to what is recorded, what is held, and the controllers' next
             states.
-        derivative: From the time, the plants' states, delayed signals, free params, outputs of plants in Python
+        derivative: From the time, the plants' states, delayed signals, free params, outputs of external plants
             and what is held to `LoopEquations.integrated`.
         held: Names of what is held.
     """
@@ -75,7 +75,8 @@ def _write(
     """Write equations, and enter what their names are into `env`."""
     for item in body:
         if isinstance(item, Evaluation):
-            values = [builder.let(numeric(replace_names(a, env))) for a in item.arguments]
+            given = (*item.arguments, *(value for _, value in item.free))
+            values = [builder.let(numeric(replace_names(a, env))) for a in given]
             before = [env[s] for s in item.states]
             block = item.states[0].partition(".")[0] if item.states else ""
             dt = Number(equations.periods.get(block, equations.step))

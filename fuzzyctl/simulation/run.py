@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, UnknownNameError
-from fuzzyctl.expr import Expr, Name
+from fuzzyctl.expr import Expr, Name, evaluate
 from fuzzyctl.model.loop import Loop
 from fuzzyctl.simulation.judgement import Judgement, Requirement
 from fuzzyctl.simulation.settings import params_of
@@ -42,7 +42,7 @@ class Run:
         error: Largest difference of each state from a run with half the step of integration; empty if there was none.
     """
 
-    loop: Loop
+    loop: Loop = field(repr=False)
     t: FloatArray = field(repr=False)
     record: FloatArray = field(repr=False)
     positions: Mapping[str, int] = field(repr=False)
@@ -77,23 +77,26 @@ class Run:
     def __len__(self) -> int:
         return len(self.t)
 
-    def _signal(self, expr: Expr) -> FloatArray:
+    def signal(self, expr: Expr) -> FloatArray:
+        """Return the record of a signal, of what a measure takes, or of a constant, shape (n,)."""
         if expr in self.judgement.signals:
             return self.record[:, self.positions[f"#{self.judgement.signals.index(expr)}"]]
-        assert isinstance(expr, Name)
-        return self[expr.name]
+        if isinstance(expr, Name) and expr.name in self.positions:
+            return self[expr.name]
+        return np.full(len(self), evaluate(expr, self.loop.param_values.values | dict(self.params)))
 
     @cached_property
     def measures(self) -> dict[str, float]:
         """The measures by name; NaN for one that has no value, and for all of a run that was stopped."""
         if self.stopped is not None:
             return {m.name: math.nan for m in self.loop.measures}
-        return self.judgement.measures(self.t, self._signal, self.params)
+        return self.judgement.measures(self.t, self.signal, self.params)
 
     @cached_property
     def requirements(self) -> tuple[Requirement, ...]:
         """Whether each requirement holds; none does in a run that was stopped."""
-        return self.judgement.requirements(self.measures, self.params)
+        found = self.judgement.requirements(self.measures, self.params)
+        return found if self.stopped is None else tuple(replace(r, holds=False) for r in found)
 
     @property
     def passed(self) -> bool:

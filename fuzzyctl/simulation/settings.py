@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
-from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError, UnknownNameError
+from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError, UnknownNameError, ValueOutOfBoundsError
 from fuzzyctl.expr import Expr, Keyword, Number, evaluate, names_in
+from fuzzyctl.kernels.free_values import require_bounds
 from fuzzyctl.model.controller import Controller, Instance
 from fuzzyctl.model.guarantee import Param
 from fuzzyctl.model.loop import Loop
 from fuzzyctl.model.params import ParamValues
 from fuzzyctl.model.plant import Plant
+from fuzzyctl.model.shared_params import with_shared
 
 
 def blocks_of(loop: Loop) -> dict[str, Controller | Plant]:
@@ -85,29 +88,69 @@ def with_settings(loop: Loop, values: Mapping[str, float]) -> Loop:
         if name not in names:
             raise UnknownNameError("param", name, tuple(names))
     settings = {names[name]: float(value) for name, value in values.items()}
-    outside = [d for name, value in settings.items() for d in _outside(loop, name, value)]
+    outside = [d for name in settings for d in _outside(loop, name, settings)]
     if outside:
         raise DiagnosticError(outside)
     params = tuple(replace(p, expression=Number(settings[p.name])) if p.name in settings else p for p in loop.params)
     instances = tuple(_set(instance, settings) for instance in loop.instances)
-    return replace(loop, params=params, instances=instances)
+    return with_shared(replace(loop, params=params, instances=instances), settings)
 
 
-def _outside(loop: Loop, name: str, value: float) -> Iterator[Diagnostic]:
-    """Report a value outside of the range of its param."""
-    block, _, own = name.rpartition(".")
-    owner: Loop | Controller | Plant = loop
-    if block:
-        owner = blocks_of(loop)[next(i.controller for i in loop.instances if i.name == block)]
-    bounds = next(p.bounds for p in owner.params if p.name == own)
+class Ranges:
+    """Ranges of free params, checked at each run.
+
+    Args:
+        loop: The loop.
+        names: Full names of params.
+    """
+
+    def __init__(self, loop: Loop, names: tuple[str, ...]) -> None:
+        self._loop, self._names = loop, names
+        found = [(k, _declared(loop, name, {})[0].bounds) for k, name in enumerate(names)]
+        bounds = [(k, b, b.lower, b.upper) for k, b in found if b is not None]
+        #: Those with numbers as ends, which are quickly checked, and whether there are no others.
+        self._plain = [(k, b, x.value, y.value) for k, b, x, y in bounds if type(x) is type(y) is Number]
+        self._only_plain = len(self._plain) == len(bounds)
+
+    def surely_hold(self, values: Sequence[float]) -> bool:
+        """Return whether values are finite and in their ranges; False also where that takes longer to say."""
+        inside = self._only_plain and all(b.holds(values[k], low, high) for k, b, low, high in self._plain)
+        return inside and all(map(math.isfinite, values))
+
+    def require(self, values: Sequence[float]) -> None:
+        """Check values.
+
+        Raises:
+            ValueOutOfBoundsError: For one that is not finite, or outside the range of its param.
+        """
+        settings = dict(zip(self._names, values, strict=True))
+        for name, value in settings.items():
+            if not math.isfinite(value):
+                raise ValueOutOfBoundsError(f"free number '{name}'", value, "a finite number")
+            param, numbers = _declared(self._loop, name, settings)
+            if param.bounds is not None:
+                require_bounds(name, value, param.bounds, numbers, param.unit)
+
+
+def _declared(loop: Loop, name: str, settings: Mapping[str, float]) -> tuple[Param, dict[str, float]]:
+    """Return the param of a full name, and the values of all params beside it under some settings."""
+    block, dot, own = name.rpartition(".")
+    instance = next((i for i in loop.instances if i.name == block), None)
+    owner = loop if instance is None else blocks_of(loop)[instance.controller]
+    values = loop.param_values.values if instance is None else block_params(loop, instance)
+    changed = {p.name: settings[block + dot + p.name] for p in owner.params if block + dot + p.name in settings}
+    return next(p for p in owner.params if p.name == own), values | changed
+
+
+def _outside(loop: Loop, name: str, settings: Mapping[str, float]) -> Iterator[Diagnostic]:
+    """Report a setting outside of the range of its param."""
+    param, numbers = _declared(loop, name, settings)
+    bounds, value = param.bounds, settings[name]
     if bounds is None:
         return
-    low, high = (evaluate(e, owner.param_values.values) for e in (bounds.lower, bounds.upper))
-    above = value > low if bounds.without_lower else value >= low
-    below = value < high if bounds.without_upper else value <= high
-    if not (above and below):
-        text = bounds.span.text if bounds.span is not None else f"[{low:g}, {high:g}]"
-        yield Diagnostic("FZ302", f"param '{name}' is {value:g}, outside of {text}", bounds.span)
+    low, high = (evaluate(e, numbers) for e in (bounds.lower, bounds.upper))
+    if not bounds.holds(value, low, high):
+        yield Diagnostic("FZ302", f"param '{name}' is {value:g}, outside of {bounds.text(low, high)}", bounds.span)
 
 
 def _set(instance: Instance, settings: Mapping[str, float]) -> Instance:

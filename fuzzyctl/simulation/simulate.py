@@ -13,6 +13,7 @@ from fuzzyctl.simulation.equations import samples_of
 from fuzzyctl.simulation.experiment import Experiment, Progress
 from fuzzyctl.simulation.run import Run
 from fuzzyctl.simulation.settings import with_settings
+from fuzzyctl.simulation.stops import signals_without_value
 
 #: Solver of compiled runs: the classical method of Runge and Kutta.
 RK4: Final = "RK4"
@@ -76,9 +77,9 @@ def differences(run: Run, finer: Run) -> dict[str, float]:
     return {name: float(np.max(np.abs(run[name] - finer[name]))) for name in run.plant_states}
 
 
-def inaccuracies(run: Run) -> list[Diagnostic]:
-    """Return a warning for each state whose error of integration is large."""
-    found = []
+def warnings(run: Run) -> list[Diagnostic]:
+    """Return a warning for each state whose error of integration is large, and for a signal that is not a number."""
+    found = signals_without_value(run)
     for name, error in run.error.items():
         values = run[name]
         span = float(np.max(values) - np.min(values))

@@ -11,9 +11,10 @@ import numpy as np
 from fuzzyctl.diagnostics.diagnostic import ArgumentError, Diagnostic
 from fuzzyctl.kernels.backends.python import backend as python_backend
 from fuzzyctl.kernels.program.program import Program
-from fuzzyctl.simulation.experiment import Experiment, Progress, interrupted, left
+from fuzzyctl.simulation.experiment import Experiment, Progress
 from fuzzyctl.simulation.run import Run
 from fuzzyctl.simulation.source import BEFORE
+from fuzzyctl.simulation.stops import interrupted, left
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -52,11 +53,12 @@ def solved(
         progress: Called now and then.
 
     Raises:
-        ArgumentError: For a loop with dead time or a plant in Python.
+        ArgumentError: For a loop with dead time, a plant in Python or an FMU.
     """
     equations = experiment.equations
     if equations.delays or equations.externals:
-        what = "dead time" if equations.delays else "a plant in Python"
+        in_python = any(e.plant.python for e in equations.externals)
+        what = "dead time" if equations.delays else "a plant in Python" if in_python else "an FMU"
         raise ArgumentError(f"a loop with {what} takes the solver RK4, not {solver}")
     sample, derivative = (_function(p) for p in (experiment.programs.sample, experiment.programs.derivative))
     free = list(experiment.nominal.values())
@@ -102,8 +104,8 @@ def _outside(experiment: Experiment, x: FloatArray, sample: int, record: FloatAr
     """Return the diagnostic of the first state that has left its range."""
     for state, value in zip(experiment.equations.plant_states, x.tolist(), strict=True):
         if not state.holds(value):
-            before = float(record[sample - 1, experiment.positions[state.name]]) if sample else None
-            return left(state, value, sample * experiment.step, before)
+            time, positions = sample * experiment.step, experiment.positions
+            return left(state, value, time, experiment.loop, positions, record[:sample])
     return None
 
 

@@ -11,6 +11,7 @@ from fuzzyctl.kernels.program.program import Program, Refuse
 from fuzzyctl.kernels.program.scalar import RUNTIME, execute
 from fuzzyctl.kernels.program.stores import store_lines
 from fuzzyctl.simulation.equations import LARGEST, LoopEquations, PlantState
+from fuzzyctl.simulation.fmu_plant import FmuPlant
 from fuzzyctl.simulation.programs import LoopPrograms
 from fuzzyctl.simulation.python_plant import PythonPlant
 
@@ -57,6 +58,7 @@ class RunSource:
         if self.states:
             lines += _in(2, ["for s in range(substeps):"])
             lines += _in(3, self._step())
+        lines += _in(2, self._advances())
         lines += _in(1, [*(f"X[{k}] = x{k}" for k in self.states), "return -1"])
         return lines
 
@@ -126,13 +128,23 @@ class RunSource:
         yield from (f"d{k} = {value}" for k, value in zip(own, results, strict=False))
         first = len(own)
         for j, e in enumerate(self.equations.externals):
+            if e.plant.fmu:
+                continue
             inputs = results[first : first + len(e.inputs)]
             first += len(e.inputs)
             call = f"derivative{j}(u, {_tuple([f'y{k}' for k in e.states])}, {_tuple(inputs)})"
             yield f"{', '.join(f'd{k}' for k in e.states)}, = {call}" if e.states else call
 
+    def _advances(self) -> Iterator[str]:
+        """Yield lines that step FMUs to the next sample, with the inputs of this one."""
+        width = len(self.equations.signals)
+        column = {name: k for k, name in enumerate(self.equations.signals)}
+        for j, e in enumerate(self.equations.externals):
+            if e.plant.fmu:
+                yield f"advance{j}(k, h, {_tuple([f'R[{width} * (k - first) + {column[n]}]' for n in e.inputs])})"
+
     def _external(self, time: str, state: str) -> Iterator[str]:
-        """Yield lines that compute the outputs of plants in Python."""
+        """Yield lines that compute the outputs of plants in Python, and read those of FMUs."""
         for j, e in enumerate(self.equations.externals):
             call = f"output{j}({time}, {_tuple([f'{state}{k}' for k in e.states])})"
             yield f"{', '.join(f'o{j}_{k}' for k in range(len(e.outputs)))}, = {call}" if e.outputs else call
@@ -202,11 +214,14 @@ def compiled(equations: LoopEquations, programs: LoopPrograms) -> Callable[..., 
 
 
 def interpreted(
-    equations: LoopEquations, programs: LoopPrograms, plants: Sequence[PythonPlant] = ()
+    equations: LoopEquations, programs: LoopPrograms, plants: Sequence[PythonPlant | FmuPlant] = ()
 ) -> Callable[..., int]:
     """Return the run as generated Python, which takes lists in place of arrays."""
     printed = RunSource(equations, programs, IEEE_SCALAR)
     namespace: dict[str, Any] = {**RUNTIME, **dict(joined(programs).tables)}
     for k, plant in enumerate(plants):
-        namespace |= {f"derivative{k}": plant.derivative, f"output{k}": plant.output}
+        namespace[f"output{k}"] = plant.output
+        namespace |= (
+            {f"advance{k}": plant.advance} if isinstance(plant, FmuPlant) else {f"derivative{k}": plant.derivative}
+        )
     return execute("\n".join(printed.lines()) + "\n", namespace)

@@ -242,7 +242,8 @@ def test_without_a_home_functions_are_compiled_for_one_process(monkeypatch):
 
 @pytest.mark.skipif(not jit.COMPILED, reason="needs numba")
 @pytest.mark.parametrize(
-    ("suffix", "length"), [("nbi", 0), pytest.param("nbc", 40, marks=pytest.mark.long), ("nbc", -1)]
+    ("suffix", "length"),
+    [*(pytest.param(*one, marks=pytest.mark.long) for one in (("nbi", 0), ("nbc", 40))), ("nbc", -1)],
 )
 def test_a_damaged_cache_is_compiled_anew(tmp_path, suffix, length):
     code = (

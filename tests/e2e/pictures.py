@@ -14,6 +14,9 @@ import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 
+import numpy as np
+from matplotlib import image
+
 ROOT = Path(__file__).resolve().parents[2]
 FORM = re.compile(r"^<!-- (.+) -->\n!\[.+\]\((docs/images/.+)\)$", flags=re.MULTILINE)
 
@@ -32,6 +35,13 @@ def made(command: str, name: str, folder: Path) -> Path:
     subprocess.run([scripts / program, *arguments], cwd=folder, check=True, capture_output=True)
     (found,) = folder.rglob(name)
     return found
+
+
+def blocks_of(path: Path, size: int = 15) -> np.ndarray:
+    """Return the mean colours of squares of a picture."""
+    pixels = image.imread(path)[:, :, :3]
+    high, wide = (n // size for n in pixels.shape[:2])
+    return pixels[: high * size, : wide * size].reshape(high, size, wide, size, 3).mean(axis=(1, 3))
 
 
 def main() -> None:

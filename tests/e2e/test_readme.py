@@ -12,11 +12,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from matplotlib import image
 
 import fuzzyctl
 from tests.e2e.pages import DOCS, ROOT, blocks
-from tests.e2e.pictures import made, pictures
+from tests.e2e.pictures import blocks_of, made, pictures
 
 
 def test_the_commands_work_in_a_terminal_that_has_only_the_environment_of_the_first_line(tmp_path: Path) -> None:
@@ -46,16 +45,9 @@ def test_there_are_two_pictures() -> None:
 @pytest.mark.parametrize(("command", "path"), list(pictures()), ids=lambda v: str(v))
 def test_a_picture_is_what_its_command_draws(command: str, path: Path, tmp_path: Path) -> None:
     """Up to the letters and edges of another version of matplotlib."""
-    stored, drawn = (_blocks(p) for p in (ROOT / path, made(command, path.name, tmp_path)))
+    stored, drawn = (blocks_of(p) for p in (ROOT / path, made(command, path.name, tmp_path)))
     assert stored.shape == drawn.shape
     assert np.abs(stored - drawn).mean() < 0.005
-
-
-def _blocks(path: Path, size: int = 15) -> np.ndarray:
-    """Return the mean colours of squares of a picture."""
-    pixels = image.imread(path)[:, :, :3]
-    high, wide = (n // size for n in pixels.shape[:2])
-    return pixels[: high * size, : wide * size].reshape(high, size, wide, size, 3).mean(axis=(1, 3))
 
 
 def test_versions_and_names_agree() -> None:

@@ -52,6 +52,7 @@ def test_the_wheel_holds_code_rules_and_scenarios_and_nothing_else(wheel):
         "fuzzyctl/rules/ais_reaction.fz",
         "fuzzyctl/explanations/FZ203.md",
         "fuzzyctl/lang/grammar.lark",
+        "fuzzyctl/codegen/fmu/c/fmu_core.h",
         "fuzzyctl/py.typed",
         "dwmr/scenarios/paper.toml",
         "dwmr/scenarios/csv-path.toml",
@@ -67,7 +68,7 @@ def test_fuzzyctl_runs_from_the_wheel(installed):
 
 
 def test_dwmr_runs_from_the_wheel(installed):
-    result = run(installed, "dwmr.cli.main", "run", "paper", "--set", "run.horizon=2", "-o", "out")
+    result = run(installed, "dwmr.cli.main", "run", "paper", "--set", "run.horizon=1", "-o", "out")
     assert result.returncode == 0, result.stderr
     result = run(installed, "dwmr.cli.main", "check", "csv-path", "five-robots")
     assert result.returncode == 0, result.stderr

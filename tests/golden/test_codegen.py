@@ -8,11 +8,15 @@ from pathlib import Path
 
 import pytest
 
-from fuzzyctl import __version__, load, load_controller
+from fuzzyctl import __version__, load, load_controller, load_plant
 from fuzzyctl.analysis.prove import quickly
 from fuzzyctl.codegen.files import generate
 from fuzzyctl.codegen.fixed import fixed_point
 from fuzzyctl.codegen.fixed_format import to_format
+from fuzzyctl.codegen.fmu.calls import controller_model, tunable
+from fuzzyctl.codegen.fmu.description import model_description, page
+from fuzzyctl.codegen.fmu.model_header import model_header
+from fuzzyctl.codegen.fmu.plants import plant_model
 from fuzzyctl.codegen.steps.files import generate_step
 from fuzzyctl.codegen.steps.unit import prepare_step
 from fuzzyctl.codegen.unit import prepare
@@ -32,6 +36,8 @@ CASES = {
     "st": ("ais_reaction", "st", None, {}),
     "python": ("ais_reaction", "python", None, {}),
 }
+#: Descriptions and models of FMUs, by the version of FMI: of a controller, and of the plant of a file.
+FMUS = {"fmu-2": 2, "fmu-3": 3}
 #: The same for a controller: target, options.
 STEPS = {
     "c-step": ("c", {}),
@@ -43,6 +49,16 @@ STEPS = {
 
 def generated(case):
     """Return the files of a case without their self-test, in which all numbers stand."""
+    if case in FMUS:
+        path = RULES / "loops" / "water_tank.fz"
+        text, controller = path.read_text(encoding="utf-8"), load_controller(path)
+        unit = prepare_step(controller, text, small=True, free=tunable(controller))
+        files = {}
+        for model in (controller_model(unit), plant_model(load_plant(path), text)):
+            described = model_description(model, FMUS[case], [f"{model.name}.c", f"fmi{FMUS[case]}.c"])
+            own = {"modelDescription.xml": described, "fmu_model.h": model_header(model), "index.html": page(model)}
+            files |= {f"{model.name}-{name}": text.replace(model.token, "TOKEN") for name, text in own.items()}
+        return without_version(unit, files)
     if case in STEPS:
         target, options = STEPS[case]
         unit = prepare_step(load_controller(VALVE), VALVE.read_text(encoding="utf-8"), **options)
@@ -63,7 +79,7 @@ def without_version(unit, files):
     }
 
 
-@pytest.mark.parametrize("case", [*CASES, *STEPS])
+@pytest.mark.parametrize("case", [*CASES, *STEPS, *FMUS])
 def test_the_text_is_as_it_stands_in_the_file(case):
     # Under another suffix, so that tools take the files for texts.
     files = {f"{name}.txt": text for name, text in generated(case).items()}

@@ -45,7 +45,7 @@ def compiled_and_run(unit, folder, flags):
 
 
 @pytest.mark.skipif(shutil.which("gcc") is None, reason="gcc is not installed")
-@quick(25, 10)
+@quick(25, 6)
 @given(system=any_system | held_system)
 def test_c_agrees_with_the_kernel(tmp_path_factory, system):
     unit = prepared(system)

@@ -45,6 +45,7 @@ def turned(x, y, by, move):
     return c * x - s * y + move[0], s * x + c * y + move[1]
 
 
+@functools.cache
 def circle_run(folder, law, by, move):
     """Run the formation on a circle with an obstacle beside it, the whole scene turned and moved."""
     x, y = turned(0.0, 0.0, by, move)
@@ -62,12 +63,18 @@ def circle_run(folder, law, by, move):
     return simulate.run(simulate.prepare(file, law, Rules(file.scenario.rules, (), file.places)))
 
 
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """A folder for the scenarios of all runs, so that the usual one is made once for each law."""
+    return tmp_path_factory.mktemp("circles")
+
+
 class TestSceneTurnedAndMoved:
     @pytest.mark.parametrize(("by", "move"), [(0.0, (30.0, -12.0)), (2.5, (0.0, 0.0)), (-1.2, (-7.0, 4.0))])
     @pytest.mark.parametrize("law", ["aifqsmc", "fcafsmc"])
-    def test_the_formation_does_the_same(self, tmp_path, law, by, move):
+    def test_the_formation_does_the_same(self, folder, law, by, move):
         """Within the avoidance, which begins at 11.5 s, last bits grow about tenfold a second: 1e-9 m by 17 s."""
-        usual, other = circle_run(tmp_path, law, 0.0, (0.0, 0.0)), circle_run(tmp_path, law, by, move)
+        usual, other = circle_run(folder, law, 0.0, (0.0, 0.0)), circle_run(folder, law, by, move)
         seen = usual.t <= 17.0
         assert (usual["obstacle"][seen] >= 0).sum() > 500
         for name in ("x_e", "y_e"):

@@ -6,6 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import fuzzyctl
+from tests import sizes
 
 NUMBERS = st.integers(-8, 8).map(lambda n: n / 4)
 BACKENDS = ("python", "numpy", "numba")
@@ -80,7 +81,7 @@ def test_bounds_of_formulas_hold_and_functions_are_what_they_stand_for(expressio
     assert bound.lo <= found.min() <= found.max() <= bound.hi
 
 
-@pytest.mark.parametrize("backend", BACKENDS)
+@pytest.mark.parametrize("backend", sizes.BACKENDS)
 @given(st.lists(st.floats(0.01, 0.99), min_size=2, max_size=2), st.floats(0.1, 10))
 def test_places_of_formulas_have_the_degrees(backend, degrees, c):
     text = (

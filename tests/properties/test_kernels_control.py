@@ -17,17 +17,17 @@ QUICK = settings(max_examples=examples(150), deadline=None)
 anything = st.floats(allow_nan=False) | st.floats(-0.1, 0.1) | st.sampled_from([0.0, 0.015, -0.03, 1e-320, -5e-324])
 
 
-@pytest.fixture(scope="module", params=["python", "numba"])
+@pytest.fixture(scope="module", params=["python", pytest.param("numba", marks=pytest.mark.long)])
 def immune(request):
     return compile_system(load(RULES / "ais_reaction.fz"), request.param)
 
 
-@pytest.fixture(scope="module", params=["python", "numba"])
+@pytest.fixture(scope="module", params=["python", pytest.param("numba", marks=pytest.mark.long)])
 def layer(request):
     return compile_system(load(RULES / "boundary_layer.fz"), request.param)
 
 
-@pytest.fixture(scope="module", params=["python", "numba"])
+@pytest.fixture(scope="module", params=["python", pytest.param("numba", marks=pytest.mark.long)])
 def gain(request):
     return compile_system(load(RULES / "fcafsmc.fz"), request.param)
 

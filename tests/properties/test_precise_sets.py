@@ -4,10 +4,11 @@ import random
 
 import pytest
 
+from tests import sizes
 from tests.properties.precise_sets import IMPLICATIONS, Case, Drawn, drawn_case, outcome
 
 #: Sets under each implication.
-SETS = 3
+SETS = sizes.examples(3, 1)
 
 
 def drawn(implication, seed=0):
@@ -44,7 +45,7 @@ STEEP = {
 
 
 @pytest.mark.parametrize("name", STEEP)
-@pytest.mark.parametrize("backend", ["python", "numba", "numpy"])
+@pytest.mark.parametrize("backend", sizes.BACKENDS)
 def test_hedges_with_an_infinite_slope_are_off_by_what_is_reported(name, backend):
     defuzzifier, term = STEEP[name]
     found = outcome(Case(0.0, 1.0, "min", defuzzifier, [term]), backend)

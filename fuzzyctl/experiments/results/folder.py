@@ -17,7 +17,7 @@ class Results:
 
     Args:
         folder: Where they go; it exists.
-        names: Names of all files that a run may leave there.
+        names: Names of all files that a run may leave there, or in folders inside: `FOLDER/NAME`.
         help: What to do where files cannot be written.
     """
 
@@ -34,6 +34,7 @@ class Results:
         try:
             if self._parts is None:
                 self._parts = Path(tempfile.mkdtemp(dir=self.folder, prefix=".results-"))
+            (self._parts / name).parent.mkdir(exist_ok=True)
             fill(self._parts / name)
         except OSError as error:
             raise _refused(self.folder / name, error, self.help) from error
@@ -65,6 +66,7 @@ class Results:
                     (self.folder / name).unlink(missing_ok=True)
             for name in self.names:
                 if (self._parts / name).exists():
+                    (self.folder / name).parent.mkdir(exist_ok=True)
                     (self._parts / name).replace(self.folder / name)
         except OSError as error:
             raise _refused(self.folder, error, self.help) from error
@@ -133,6 +135,10 @@ def _prepare(folder: Path, names: Sequence[str], help: str) -> None:
     in_the_way = [name for name in names if (folder / name).is_dir()]
     if in_the_way:
         raise DiagnosticError([_diagnostic(folder / name, "it is a folder", help) for name in in_the_way])
+    inner = dict.fromkeys((folder / name).parent for name in names)
+    no_folders = [path for path in inner if path.exists() and not path.is_dir()]
+    if no_folders:
+        raise DiagnosticError([_diagnostic(path, "it is a file", help) for path in no_folders])
 
 
 def _refused(path: Path, error: OSError, help: str) -> DiagnosticError:

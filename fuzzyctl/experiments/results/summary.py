@@ -14,10 +14,10 @@ from fuzzyctl.experiments.results.folder import Results
 _PACKAGES = ("fuzzyctl", "numpy", "numba")
 
 
-def write_summary(files: Results, summary: Mapping[str, Any]) -> None:
-    """Write summary.json; numbers that are not finite become null."""
+def write_summary(files: Results, summary: Mapping[str, Any], folder: str = "") -> None:
+    """Write summary.json, behind the name of a folder inside; numbers that are not finite become null."""
     text = json.dumps(finite(summary), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
-    files.write_text("summary.json", text)
+    files.write_text(f"{folder}summary.json", text)
 
 
 def finite(data: Any) -> Any:

@@ -102,6 +102,7 @@ class Conclusions:
         self.implication = own if self.over_rules else system.implications_of(output)[0]
         self.terms = [term_of_output(system, output.name, term.membership) for term in output.terms]
         self.positions = {term.name: i for i, term in enumerate(output.terms)}
+        self.unnamed: dict[SetPlan, int] = {}
         self.implied: list[ImpliedPlan] = []
 
     def add(self, position: int, rule: Rule, place: int) -> None:
@@ -130,9 +131,10 @@ class Conclusions:
 
     def _own(self, term: SetPlan) -> int:
         """Return the position of a consequent without a name."""
-        if term not in self.terms[len(self.output.terms) :]:
+        position = self.unnamed.setdefault(term, len(self.terms))
+        if position == len(self.terms):
             self.terms.append(term)
-        return self.terms.index(term, len(self.output.terms))
+        return position
 
     def _hedges(self, consequent: Consequent, *, undone: bool = False) -> list[Expr]:
         """Return what hedges do one after the other, the nearest to the term first, or what undoes them."""

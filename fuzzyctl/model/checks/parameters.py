@@ -74,6 +74,12 @@ def computed_numbers(system: FuzzySystem) -> Iterator[tuple[Expr, bool, str]]:
 
     Plain finite numbers, which nearly all are, are left out.
     """
+    for param in system.params:
+        for end, bound in (
+            () if param.bounds is None else (("lower", param.bounds.lower), ("upper", param.bounds.upper))
+        ):
+            if not _is_plain(bound):
+                yield bound, True, f"the {end} end of the range of '{param.name}'"
     for variable in system.variables:
         if not _is_plain(variable.lower):
             yield variable.lower, True, f"the lower end of '{variable.name}'"
@@ -121,6 +127,24 @@ def empty_ranges(numbers: Numbers) -> Iterator[Diagnostic]:
             message = f"the range of '{v.name}' is empty: [{low:.6g}, {high:.6g}]"
             help_text = "swap the ends" if low > high else "give it an upper end above the lower one"
             yield Diagnostic("FZ304", message, _range_span(v), help=help_text)
+
+
+def params_outside(numbers: Numbers) -> Iterator[Diagnostic]:
+    """Find params outside of the ranges that they declare, and empty ranges."""
+    for param in numbers.system.params:
+        bounds, value = param.bounds, numbers.value(param.expression)
+        if bounds is None:
+            continue
+        low, high = numbers.value(bounds.lower), numbers.value(bounds.upper)
+        if low is None or high is None or value is None:
+            continue
+        if not low < high:
+            message = f"the range of '{param.name}' is empty: {low:g} is not below {high:g}"
+            yield Diagnostic("FZ304", message, bounds.span, help="put the smaller end first")
+        elif not bounds.holds(value, low, high):
+            message = f"param '{param.name}' is {value:g}, outside of {bounds.text(low, high)}"
+            help_text = "give a value in the range, or widen the range"
+            yield Diagnostic("FZ302", message, span_of(param.expression) or param.span, help=help_text)
 
 
 def bad_parameters(numbers: Numbers) -> Iterator[Diagnostic]:
@@ -210,6 +234,7 @@ VALUE_CHECKS: Final[tuple[Callable[[Numbers], Iterator[Diagnostic]], ...]] = (
     uncomputable_numbers,
     uncomputable_claims,
     empty_ranges,
+    params_outside,
     bad_parameters,
     bad_heights,
     bad_weights,

@@ -129,5 +129,5 @@ class Units:
                 self._report(f"'{to_text(argument)}' is measured in {given}, '{function}' takes {unit}", argument)
 
     def _report(self, message: str, place: Expr) -> None:
-        help_text = "compare what has the same unit, with a factor where units are to be converted"
+        help_text = "use quantities of one unit here; write a factor where units are to be converted"
         self.mistakes.append(Diagnostic("FZ312", message, span_of(place), help=help_text))

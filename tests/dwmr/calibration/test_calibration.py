@@ -172,6 +172,7 @@ class TestCommand:
         assert values == tuple(found["parameters"][n]["value"] for n in NAMES)
 
     @pytest.mark.skipif(not hasattr(signal, "pthread_sigmask"), reason="needs signal masks")
+    @pytest.mark.long
     def test_an_interrupt_while_workers_start_is_a_single_line(self, tmp_path):
         path = tmp_path / "short.toml"
         done = interrupted_by_a_worker_that_starts(tmp_path, "calibrate", path, "--evaluations", "8", "--jobs", "2")

@@ -13,6 +13,7 @@ def whole(tmp_path_factory):
 
 
 class TestFigures:
+    @pytest.mark.long
     def test_are_all_there_with_their_index(self, whole):
         folder, done = whole
         assert done.stdout.startswith("21 figures in ")

@@ -86,12 +86,14 @@ class TestSweep:
         assert found["rmse"]["follower2"]["x_e"] == float(row["rmse.follower2.x_e"])
         assert found["drift"]["leader"]["k_h_v"]["growth"] == float(row["drift.leader.k_h_v.growth"])
 
+    @pytest.mark.long
     def test_does_not_depend_on_the_number_of_processes(self, one, tmp_path):
         (tmp_path / "sweep.json").write_bytes((one[1] / "sweep.json").read_bytes())
         (tmp_path / "results.csv").write_text("of an earlier sweep", encoding="utf-8")
         dwmr("sweep", one[0], "-o", tmp_path, "--jobs", "2", "--data", "csv,parquet")
         require_same(one[1], tmp_path)
 
+    @pytest.mark.long
     def test_is_the_same_on_a_cluster_beside_another_one(self, one, tmp_path, dask_port):
         done = dwmr("sweep", one[0], "-o", tmp_path, "--dask", "local:2", "--data", "csv,parquet")
         assert done.stderr == ""
@@ -210,6 +212,7 @@ class TestResume:
         done = interrupted_by_a_worker_that_starts(tmp_path, "sweep", long[0], "-o", tmp_path / "out", "--jobs", "2")
         assert (done.stdout, done.stderr) == ("", "interrupted\n")
 
+    @pytest.mark.long
     def test_a_worker_that_dies_is_a_message(self, long, tmp_path):
         process = held(long[0], tmp_path / "out")
         for pid in workers_of(process):

@@ -13,7 +13,7 @@ from dwmr.sweep import comparison
 from dwmr.sweep.comparison import entries
 from fuzzyctl.experiments.sweep.plan import Run
 from fuzzyctl.experiments.sweep.worker import Outcome
-from tests.dwmr.process import dwmr, here
+from tests.dwmr.process import here
 
 SHORT = ("--set", "run.horizon=2")
 ALONE = ("--jobs", "1")
@@ -84,8 +84,8 @@ class TestCommand:
         assert one["low"] is None
 
     def test_shows_intervals_over_repetitions_and_writes_them(self, tmp_path):
-        arguments = ("compare", "paper", "--controller", "all", "--runs", "3", "--seed", "5", *SHORT)
-        done = dwmr(*arguments, "-o", tmp_path / "table.csv")
+        arguments = ("compare", "paper", "--controller", "all", "--runs", "3", "--seed", "5", *SHORT, *ALONE)
+        done = here(*arguments, "-o", tmp_path / "table.csv")
         assert "±" in done.stdout
         assert "3 runs each" in done.stdout
         with (tmp_path / "table.csv").open(newline="", encoding="utf-8") as file:
@@ -94,7 +94,7 @@ class TestCommand:
         row = rows[0]
         assert (row["controller"], row["robot"], row["measure"], row["n"]) == ("aifqsmc", "leader", "rmse.x_e", "3")
         assert float(row["low"]) < float(row["mean"]) < float(row["high"])
-        here(*arguments, "-o", tmp_path / "table.parquet", *ALONE)
+        here(*arguments, "-o", tmp_path / "table.parquet")
         columns, _ = parquet_file.read_table(tmp_path / "table.parquet")
         assert [repr(v) for v in columns["mean"]] == [r["mean"] for r in rows]
 

@@ -4,7 +4,41 @@ Each case is a function from a size to files. The size is 1 for files at the lim
 makes the same files smaller.
 """
 
-from worst_files import claims, lines, names, params, rules, sets, systems, tables, used_files
+from worst_files import (
+    claims,
+    controllers,
+    functions,
+    lets,
+    lines,
+    loops,
+    names,
+    params,
+    plants,
+    rules,
+    sets,
+    short_forms,
+    systems,
+    tables,
+    used_files,
+)
 from worst_files.case import CASES, HEAD
 
-__all__ = ["CASES", "HEAD", "claims", "lines", "names", "params", "rules", "sets", "systems", "tables", "used_files"]
+__all__ = [
+    "CASES",
+    "HEAD",
+    "claims",
+    "controllers",
+    "functions",
+    "lets",
+    "lines",
+    "loops",
+    "names",
+    "params",
+    "plants",
+    "rules",
+    "sets",
+    "short_forms",
+    "systems",
+    "tables",
+    "used_files",
+]

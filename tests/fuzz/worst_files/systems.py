@@ -1,6 +1,6 @@
 """Worst cases of systems of one file."""
 
-from worst_files.case import HEAD, case, cut, names, repeated, repetitions
+from worst_files.case import HEAD, cut, file_case, names, repeated, repetitions
 from worst_files.tables import table
 
 repetitions(
@@ -14,13 +14,13 @@ repetitions(
 )
 
 
-@case
+@file_case
 def systems_that_share_much(size):
     shared = cut(repeated("param p@ = @\ninput i@ in [0, 1]\n  terms a b c d e f g\n", HEAD), 0.5 * size)
     yield from repeated("system s@\nif x is low then y is small\n", shared)
 
 
-@case
+@file_case
 def systems_that_share_a_table(size):
     known = names(100 * size)
     yield f"input x in [0, 1]\n  terms {' '.join(known)}\ninput z in [0, 1]\n  terms {' '.join(known)}\n"
@@ -29,7 +29,7 @@ def systems_that_share_a_table(size):
     yield from repeated("system s@\n")
 
 
-@case
+@file_case
 def systems_in_a_chain_of_claims(size):
     k = 0
     while True:

@@ -56,7 +56,7 @@ class TestWithoutSystem:
     @pytest.mark.parametrize(("kind", "command"), [*product(FILES, ON_SYSTEMS), *product(("plant", "loop"), OTHERS)])
     def test_the_message_names_what_the_file_holds_and_what_to_do(self, kind, command, folder):
         done = run(command, f"{kind}.fz")
-        assert done.exit_code == 1
+        assert done.exit_code == 2
         assert "the file holds no system" in done.output
         assert f"it holds: {'plant' if kind == 'loop' else kind} '" in done.output
         assert "'fuzzyctl show' prints controllers, plants and loops" in done.output

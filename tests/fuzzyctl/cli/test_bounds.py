@@ -91,6 +91,17 @@ class TestControllers:
     def test_one_of_several_controllers_is_named(self, path):
         path.write_text(self.TEXT + "controller d\ninput x in [0, 1]\noutput z = x\n", encoding="utf-8")
         result = run(path)
-        assert result.exit_code == 1
+        assert result.exit_code == 2
         assert "several controllers" in result.stderr
         assert run(path, "--system", "d").stdout == "z: from 0 to 1\n"
+
+    def test_a_name_of_no_block_is_answered_with_all_names(self, path):
+        result = run(path, "--system", "nope")
+        assert result.exit_code == 2
+        assert "the file holds no block 'nope'" in result.stderr
+        assert "= blocks: s, c\n" in result.stderr
+
+    def test_zero_has_no_sign(self, path):
+        path.write_text("controller c\ninput x in [0, 1]\noutput y = -0 * x\noutput z = -x\n", encoding="utf-8")
+        assert run(path).stdout == "y: from 0 to 0\nz: from -1 to 0\n"
+        assert '"high": 0.0' in run(path, "--format", "json").stdout

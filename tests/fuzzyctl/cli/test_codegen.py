@@ -97,7 +97,7 @@ class TestCodegen:
                 for n in ("first", "second")
             )
         )
-        assert run("two.fz", "--target", "st").exit_code == 1
+        assert run("two.fz", "--target", "st").exit_code == 2
         assert run("two.fz", "--target", "st", "--system", "second").exit_code == 0
         assert (tmp_path / "second.st").exists()
 
@@ -172,7 +172,7 @@ class TestController:
     )
     def test_that_is_not_chosen_is_asked_for(self, run, file, options, message, facts):
         result = run("two.fz", "--target", "c", *options)
-        assert result.exit_code == 1
+        assert result.exit_code == 2
         assert f"error[FZ502]: {message}" in result.output
         assert facts in result.output
 
@@ -207,7 +207,7 @@ class TestController:
     )
     def test_params_that_it_cannot_take_are_refused(self, run, file, tmp_path, setting, message):
         result = run(file, "--target", "c", "--set", setting)
-        assert result.exit_code == 1
+        assert result.exit_code == (1 if setting in ("K=0", "K=5") else 2)
         assert message in result.output
         assert not (tmp_path / "first.c").exists()
 
@@ -241,7 +241,7 @@ class TestController:
         result = run(file, "--target", "c", "--free", "K")
         assert (result.exit_code, "the start of a state depends on a free number" in result.output) == (1, True)
         result = run(file, "--target", "c", "--free", "k")
-        assert (result.exit_code, "k" in result.output) == (1, True)
+        assert (result.exit_code, "k" in result.output) == (2, True)
         result = run(file, "--target", "c", "--system", "surface", "--free", "K")
         assert (result.exit_code, "only controllers take numbers" in result.output) == (2, True)
 
@@ -366,8 +366,8 @@ class TestMistakes:
             (["--target", "c", "--fixed", "Q15.0", "--table", "3"], 1),
             (["--target", "c", "--fixed", "Q0.15", "--algorithm", "rules"], 1),
             (["--target", "c", "--table", "300"], 1),
-            (["--target", "c", "--set", "nope=1"], 1),
-            (["--target", "c", "--system", "nope"], 1),
+            (["--target", "c", "--set", "nope=1"], 2),
+            (["--target", "c", "--system", "nope"], 2),
         ],
     )
     def test_write_nothing_and_show_no_traceback(self, run, tmp_path, arguments, code):
@@ -386,6 +386,23 @@ class TestMistakes:
         assert result.exit_code == 1
         assert "error[FZ" in result.output
         assert names(tmp_path) == ["gap.fz"]
+
+    @pytest.mark.parametrize(
+        ("value", "target", "place", "reason"),
+        [
+            ("fmod(x, 0.3)", "st", "4:31", "Structured Text has no standard function for 'fmod'"),
+            ("x ^ 1.5", "c", "", ""),
+        ],
+    )
+    def test_what_a_target_cannot_express_has_a_location(self, run, tmp_path, value, target, place, reason):
+        text = f"system s\n\ninput x in [0, 1]\noutput u in [-1, 1] = 0 * x + {value}\n"
+        (tmp_path / "f.fz").write_text(text, encoding="utf-8")
+        result = run("f.fz", "--target", target)
+        assert result.exit_code == (1 if reason else 0)
+        assert (f"f.fz:{place}: error[FZ608]: 's' cannot be written in Structured Text" in result.output) == bool(
+            reason
+        )
+        assert reason in result.output
 
     def test_a_folder_that_cannot_be_made_is_a_diagnostic(self, run, tmp_path):
         (tmp_path / "taken").write_text("")

@@ -66,7 +66,7 @@ class TestDiff:
         one = tmp_path / "one.fz"
         one.write_text(base, encoding="utf-8")
         result = run("diff", two, one)
-        assert result.exit_code == 1
+        assert result.exit_code == 2
         assert "system 'other' is in one of the files only" in result.stderr
         assert run("diff", two, one, "--system", "base").exit_code == 0
 

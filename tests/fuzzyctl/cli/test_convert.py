@@ -202,3 +202,18 @@ def test_what_would_be_a_mistake_in_the_other_format_is_told_at_the_place_it_com
     assert "converted." not in result.stderr
     assert "<text>" not in result.stderr
     assert not (tmp_path / target).exists()
+
+
+def test_a_point_where_no_rule_fires_is_reported_as_check_does(tmp_path):
+    path = tmp_path / "gap.fz"
+    path.write_text(
+        "system a\nand product\nor probabilistic_sum\ndefuzzifier center_average\n"
+        "semantics exact(consequent_hedges=activation)\n"
+        "input x in [-1, 1]\n  terms N Z P\noutput u in [-1, 1]\n  terms N Z P\n"
+        "table u = x\n    N  Z  P\n | N  .  [not P]\notherwise u is not Z\n",
+        encoding="utf-8",
+    )
+    result = run(path, tmp_path / "gap.fll")
+    assert result.exit_code == 1
+    assert "gap.fz:8:8: error[FZ401]: no rule fires for output 'u'" in result.stderr
+    assert not (tmp_path / "gap.fll").exists()

@@ -158,7 +158,7 @@ class TestChoice:
 
     def test_an_unknown_system_is_a_diagnostic(self, file):
         result = run(file, "--system", "tow")
-        assert result.exit_code == 1
+        assert result.exit_code == 2
         assert "FZ502" in result.output
         assert "did you mean 'two'?" in result.output
 

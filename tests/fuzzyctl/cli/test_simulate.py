@@ -80,17 +80,17 @@ class TestText:
         assert run(small(), "--set", "law.K=4", "--set", "p.T=0.5").output == output
 
     @pytest.mark.parametrize(
-        ("setting", "code", "text"),
+        ("setting", "exit_code", "code", "text"),
         [
-            ("K=4", "FZ502", "no param 'K'"),
-            ("law.k=4", "FZ502", "did you mean 'law.K'?"),
-            ("law.K=40", "FZ302", "param 'law.K' is 40, outside of (0, 10]"),
-            ("law.K=high", "FZ503", "param 'law.K' is no number"),
+            ("K=4", 2, "FZ502", "no param 'K'"),
+            ("law.k=4", 2, "FZ502", "did you mean 'law.K'?"),
+            ("law.K=40", 1, "FZ302", "param 'law.K' is 40, outside of (0, 10]"),
+            ("law.K=high", 2, "FZ503", "param 'law.K' is no number"),
         ],
     )
-    def test_a_setting_that_does_not_fit_is_a_mistake(self, small, setting, code, text):
+    def test_a_setting_that_does_not_fit_is_a_mistake(self, small, setting, exit_code, code, text):
         result = run(small(), "--set", setting)
-        assert result.exit_code == 1
+        assert result.exit_code == exit_code
         assert code in result.output
         assert text in result.output
 
@@ -100,6 +100,27 @@ class TestText:
         assert "FZ701" in result.output
         assert "state 'p.x' left its range at t = " in result.output
         assert "require final <= 1: not met" in result.output
+
+    def test_an_output_of_a_plant_without_a_value_stops_the_run(self, small, tmp_path):
+        path = small()
+        path.write_text(path.read_text("utf-8").replace("= x\n", "= sqrt(0.5 - x)\n"), encoding="utf-8")
+        result = run(path, "-o", tmp_path / "out")
+        assert result.exit_code == 1
+        assert "output 'p.y' is not a number at t = 0.8 s" in result.output
+        assert "  = there p.x = 0.595" in result.output
+        assert "require final <= 1: not met" in result.output
+        assert len((tmp_path / "out" / "data.csv").read_text("utf-8").splitlines()) == 1 + 8
+
+    def test_a_signal_without_a_value_is_a_warning(self, small):
+        path = small()
+        text = path.read_text("utf-8").replace("iae(p.y, r)", "integral(slip)") + "let slip = p.y / p.y\n"
+        path.write_text(text, encoding="utf-8")
+        result = run(path)
+        assert result.exit_code == 0
+        assert "warning[FZ708]: 'slip' is not a number at t = 0 s" in result.output
+        assert "signals have no value at 1 of 51 samples" in result.output
+        assert "measures without a value: iae" in result.output
+        assert "FZ708" not in run(path, "--quiet").output
 
     def test_an_inaccurate_integration_is_a_warning(self, small):
         result = run(small(), "--set", "p.T=0.05")
@@ -120,8 +141,11 @@ class TestText:
         assert run(small(), "--solver", "euler").exit_code == 2
         assert run(small(), "--substeps", "0").exit_code == 2
         unknown = run(small(), "smal")
-        assert unknown.exit_code == 1
+        assert unknown.exit_code == 2
         assert "did you mean 'small'?" in unknown.output
+        plant = run(small(), "p")
+        assert plant.exit_code == 2
+        assert "'p' is a plant: a loop runs it" in plant.output
         assert "the file holds no loop" in run(rules_folder() / "tipper.fz").output
 
 
@@ -153,6 +177,17 @@ class TestSeveral:
         path.write_text(f"{path.read_text('utf-8')}\nloop second{more}", encoding="utf-8")
         assert "measure            small      second" in run(path).output
         assert run(path, "second").output.startswith("second: A step\n")
+
+    @pytest.mark.parametrize("mistake", [("p.y)", "p.z)"), ("law(r, p.y)", "law(r, p.y,,")])
+    def test_a_mistake_in_one_loop_leaves_the_others_alone(self, small, mistake):
+        path = small()
+        more = path.read_text("utf-8").partition("loop small")[2].replace(*mistake)
+        path.write_text(f"{path.read_text('utf-8')}\nloop second{more}", encoding="utf-8")
+        assert run(path, "small").exit_code == 0
+        for names in ((), ("second",), ("third",)):
+            result = run(path, *names)
+            assert result.exit_code == 1
+            assert "error[FZ" in result.output
 
     def test_a_setting_counts_for_the_loops_that_have_the_param(self, small):
         other = small("other.fz", name="other")
@@ -213,7 +248,24 @@ class TestFiles:
         (tmp_path / "out").write_text("")
         result = run(small(), "-o", tmp_path / "out")
         assert result.exit_code == 1
-        assert "FZ005" in result.output
+        assert "FZ909" in result.output
+        assert "samples" not in result.output, "it is refused before the run"
+
+    def test_a_file_in_the_place_of_the_folder_of_one_of_several_runs_is_a_mistake(self, small, tmp_path):
+        out = tmp_path / "out"
+        out.mkdir()
+        (out / "small").write_text("")
+        result = run(small(), "--against", small("other.fz", name="other"), "-o", out)
+        assert result.exit_code == 1
+        assert "small cannot be written: it is a file" in result.output
+        assert [p.name for p in out.iterdir()] == ["small"]
+
+    def test_files_of_an_earlier_run_do_not_stay_beside_new_ones(self, small, tmp_path):
+        run(small(), "-o", tmp_path / "out", "--data", "npz", "--picture", "svg")
+        (tmp_path / "out" / "notes.txt").write_text("mine")
+        run(small(), "-o", tmp_path / "out")
+        names = sorted(p.name for p in (tmp_path / "out").iterdir())
+        assert names == ["data.csv", "loop.png", "notes.txt", "summary.json"]
 
 
 class TestJson:

@@ -118,7 +118,7 @@ class TestWhy:
 
     def test_a_missing_input_is_named_with_its_range(self):
         result = run(str(RULES / "tipper.fz"), "service=7")
-        assert result.exit_code == 1
+        assert result.exit_code == 2
         assert "input 'food' has no value" in result.output
         assert "write: fuzzyctl why FILE service=VALUE food=VALUE" in result.output
 
@@ -330,3 +330,16 @@ class TestPictureOfInputsBeyond:
     def test_an_output_without_a_value_says_so(self):
         (*_, last) = self.drawn(" extrapolate", 13.0)
         assert [t.get_text() for t in last.texts] == ["no value"]
+
+
+def test_the_values_of_lets_are_shown(tmp_path):
+    path = tmp_path / "let.fz"
+    path.write_text(
+        "system s\nand product\ndefuzzifier center_average\ninput x in [-1, 1]\ninput y in [-1, 1]\n"
+        'let z in [-2, 2] unit "m" = x - y\n  terms N P\n'
+        "output u in [-1, 1]\n  terms N P\ntable u = z\n   N P\n | N P\n",
+        encoding="utf-8",
+    )
+    result = run(path, "x=0.5", "y=0.25")
+    assert "\nLets\n  z = 0.25 m\n" in result.output
+    assert json.loads(run(path, "x=0.5", "y=0.25", "--format", "json").output)["lets"] == {"z": 0.25}

@@ -166,10 +166,20 @@ def system_of(name):
 ALL = [*TEXTS, *sorted(p.stem for p in RULES.glob("*.fz"))]
 
 
+#: One of each family; before a release, all.
+SOME = (
+    *("active", "adaptive", "chained", "diagonal", "exact", "fcafsmc", "first", "greek", "holding", "refusing"),
+    *("sampled", "takagi", "tipper", "tsukamoto"),
+)
+
+
 def pytest_generate_tests(metafunc):
-    """Run a test that takes a `kind` for systems of all kinds."""
+    """Run a test that takes a `kind` for systems of all kinds, one that takes `some_kind` for some in the test line."""
     if "kind" in metafunc.fixturenames:
         metafunc.parametrize("kind", ALL)
+    if "some_kind" in metafunc.fixturenames:
+        kinds = [k if k in SOME else pytest.param(k, marks=pytest.mark.long) for k in ALL]
+        metafunc.parametrize("some_kind", kinds)
 
 
 @dataclass

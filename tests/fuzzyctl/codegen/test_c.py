@@ -40,8 +40,8 @@ class TestSelfTest:
         for position in range(len(unit.plan.outputs)):
             assert unit.tolerance(position) <= 1e-12 * unit.scale(position)
 
-    def test_float_agrees_to_the_stated_tolerance(self, compiled, unit_of, kind):
-        built = compiled(unit_of(kind, precision="float"))
+    def test_float_agrees_to_the_stated_tolerance(self, compiled, unit_of, some_kind):
+        built = compiled(unit_of(some_kind, precision="float"))
         assert built.code == 0, built.output
 
     @pytest.mark.parametrize(("name", "algorithm"), [("diagonal", "diagonals"), ("active", "active")])
@@ -76,8 +76,8 @@ class TestSelfTest:
 
         assert compiled(unit_of("exact"), change=change).code == 1
 
-    def test_vectors_cover_what_a_target_may_get_wrong(self, unit_of, kind):
-        unit = unit_of(kind)
+    def test_vectors_cover_what_a_target_may_get_wrong(self, unit_of, some_kind):
+        unit = unit_of(some_kind)
         found = vectors(unit)
         tried = points(unit, random.Random(1))
         # Vectors at jumps are left out, never most of them.
@@ -145,8 +145,8 @@ class TestSource:
         built = compiled(type(unit)(**{f: getattr(unit, f) for f in unit.__dataclass_fields__} | {"system": system}))
         assert built.code == 0
 
-    def test_the_same_system_gives_the_same_text(self, unit_of, kind):
-        assert generate(unit_of(kind), "c").files == generate(unit_of(kind), "c").files
+    def test_the_same_system_gives_the_same_text(self, unit_of, some_kind):
+        assert generate(unit_of(some_kind), "c").files == generate(unit_of(some_kind), "c").files
 
     def test_refusals_of_outputs_that_differ_by_case_only_are_told_apart(self, compiled, sanitized):
         text = (

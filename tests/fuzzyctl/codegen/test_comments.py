@@ -49,10 +49,10 @@ class TestBroken:
     def test_directives_and_comments_stay_whole(self, line):
         assert list(broken([line], "  ")) == [line]
 
-    def test_no_code_of_any_kind_is_longer(self, kind, unit_of):
+    def test_no_code_of_any_kind_is_longer(self, some_kind, unit_of):
         for target in ("c", "st"):
             try:
-                found = texts(unit_of(kind), target)
+                found = texts(unit_of(some_kind), target)
             except CodegenError:
                 continue  # what Structured Text has no function for
             assert max(len(line) for text in found for line in text.splitlines() if code(line)) <= WIDTH
@@ -71,8 +71,8 @@ class TestFolded:
 
 
 class TestNotes:
-    def test_every_table_says_what_it_holds(self, kind, unit_of):
-        text = generate(unit_of(kind), "c").files
+    def test_every_table_says_what_it_holds(self, some_kind, unit_of):
+        text = generate(unit_of(some_kind), "c").files
         lines = "\n".join(t for n, t in text.items() if n.endswith(".c") and "_selftest" not in n).splitlines()
         tables = [k for k, line in enumerate(lines) if re.match(r"    static const double T\d+\[", line)]
         assert all(lines[k - 1].startswith("    // ") for k in tables)

@@ -23,8 +23,8 @@ def run(unit):
 
 
 class TestNumbers:
-    def test_are_those_of_the_kernel(self, unit_of, kind):
-        unit = unit_of(kind)
+    def test_are_those_of_the_kernel(self, unit_of, some_kind):
+        unit = unit_of(some_kind)
         names = run(unit)
         function = names[module_name(unit)]
         state = names["init"]() if "init" in names else None

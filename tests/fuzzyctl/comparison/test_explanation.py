@@ -190,3 +190,17 @@ class TestRuleBlocks:
         a = fuzzyctl.loads(BLOCKS.format(" activation highest(count=1)"))
         more = BLOCKS.format("").replace("y is s\nrules two", "y is s\nif x is lo then y is s weight 0\nrules two")
         assert list(explained(a, fuzzyctl.loads(more))) == ["activation of rules two"]
+
+
+def test_rounding_has_no_cause():
+    rules = [f"if x is {a} and y is {b} then u is {a}" for a in "NZP" for b in "NZP"]
+    sets = "\n".join(f"  {n} = gaussian({m}, 0.4)" for n, m in (("N", -1), ("Z", 0), ("P", 1)))
+    head = (
+        f"system a\nand product\ndefuzzifier center_average\ninput x in [-1, 1]\n{sets}\ninput y in [-1, 1]\n{sets}\n"
+    )
+    head += "output u in [-1, 1]\n  terms N@-0.7 Z@0.1 P@0.9\n"
+    a, b = (fuzzyctl.loads("\n".join([head, *order, ""])) for order in (rules, rules[::-1]))
+    (difference,) = differences(a, b, points=400)
+    assert 0.0 < difference.largest < 1e-14
+    found = explanation(a, b, difference)
+    assert (found.largest, found.mean, found.rounding) == ((), (), True)

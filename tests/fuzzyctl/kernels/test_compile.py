@@ -22,6 +22,7 @@ from fuzzyctl.kernels.algorithms.select import algorithm_of
 from fuzzyctl.kernels.backends.numba.compile_cost import operations
 from fuzzyctl.kernels.compile import compile as compile_system
 from fuzzyctl.kernels.plan.build import plan
+from tests import sizes
 
 BACKENDS = ("python", "numpy", "numba")
 
@@ -161,7 +162,7 @@ if x is b then u is hi
 class TestOtherwise:
     HOLE = (4.0, -1.0)
 
-    @pytest.mark.parametrize("backend", BACKENDS)
+    @pytest.mark.parametrize("backend", sizes.BACKENDS)
     @pytest.mark.parametrize(
         ("clause", "value"), [("else nan", math.nan), ("else midpoint", 50.0), ("else 7", 7.0), ("else 200", 200.0)]
     )

@@ -13,11 +13,14 @@ from fuzzyctl.diagnostics.diagnostic import DiagnosticError
 from fuzzyctl.formulas import CONJUNCTIONS
 from fuzzyctl.kernels.compile import compile as compile_system
 from fuzzyctl.kernels.compile import degrees as degrees_of
+from tests import sizes
 from tests.fuzzyctl.kernels.joined import LOWER, UPPER, WIDTH, build, evaluated, parsed
 from tests.properties.running import quick
 from tests.reference.formulas import corners
 from tests.reference.sets import Curved, Straight
 
+#: Compiled code is held to plain Python by other tests, too.
+SOME = ("python", "numpy", *(["numba"] if sizes.LONG else []))
 STRAIGHT = (
     "triangle(-5, -2, 1)",
     "triangle(-1, 0, 1)",
@@ -115,12 +118,12 @@ class TestStraightSides:
     def test_plateaus_end_where_the_sides_reach_the_activation(self):
         for kind, expected in (("som", -1 + 0.3 * 2), ("lom", 3 - 0.3), ("mom", 0.5 * (-0.4 + 2.7))):
             system = build(["trapezoid(-1, 1, 2, 3)"], "min", "max", kind)
-            assert evaluated(system, [0.3], ("python", "numpy", "numba")) == pytest.approx(expected, abs=1e-15)
+            assert evaluated(system, [0.3], SOME) == pytest.approx(expected, abs=1e-15)
 
     def test_the_mean_of_maxima_counts_overlaps_once_and_weighs_by_length(self):
         # [-1, 1] and [0, 2] together are [-1, 2]; beside them a lower set and a plateau [4, 4.5].
         terms = ["rectangle(-1, 1)", "rectangle(0, 2)", "rectangle(4, 4.5)"]
-        found = evaluated(build(terms, "min", "max", "mom"), [0.7, 0.7, 0.7], ("python", "numpy", "numba"))
+        found = evaluated(build(terms, "min", "max", "mom"), [0.7, 0.7, 0.7], SOME)
         assert found == pytest.approx((3 * 0.5 + 0.5 * 4.25) / 3.5, abs=1e-15)
 
     def test_peaks_alone_count_each_once(self):
@@ -183,13 +186,13 @@ class TestCurvedSides:
     def test_all_backends_agree(self, defuzzifier, norms):
         terms = ["gaussian(-1, 0.7)", "bell(2, 1, 3)", "z_shape(0, 1)"]
         system = build(terms, *norms, defuzzifier)
-        kernels = [compile_system(system, b) for b in ("python", "numpy", "numba")]
+        kernels = [compile_system(system, b) for b in SOME]
         points = np.array([[0.3, 0.8, 0.5], [1, 0, 0], [1e-9, 1e-12, 0], [0, 0, 0], [0.4, 0.4, 0.4]])
         found = [k.batch(points) for k in kernels]
-        assert found[1] == pytest.approx(found[0], rel=1e-12)
-        assert found[2] == pytest.approx(found[0], rel=1e-12)
+        for other in found[1:]:
+            assert other == pytest.approx(found[0], rel=1e-12)
         assert found[0][3] == 77
-        assert [k(*points[0]) for k in kernels] == pytest.approx([found[0][0]] * 3, rel=1e-12)
+        assert [k(*points[0]) for k in kernels] == pytest.approx([found[0][0]] * len(kernels), rel=1e-12)
         assert all(math.isnan(k(math.nan, 1, 1)) for k in kernels)
 
     @given(sets((*CURVED, "triangle(-1, 0, 1)", "rectangle(0.25, 3)")), st.sampled_from(["som", "lom"]))
@@ -243,17 +246,17 @@ if x is b then y is q
 
 
 @pytest.mark.parametrize("backend", ["python", "numpy", "numba"])
-@pytest.mark.parametrize("x", [9.98, 9.99, 9.999, 9.99999])
-def test_a_bend_near_the_end_of_a_stretch_is_seen(backend, x):
+def test_a_bend_near_the_end_of_a_stretch_is_seen(backend):
     """q falls below the activation of p so near to 10 that no node of Gauss and Kronrod lies beyond."""
-    low, high = 1 - x / 10, x / 10
-    # q falls below its own activation at `fall`, and at `bend` below p's, which p has long reached by then.
-    fall, bend = 10 - 8 * high, 10 - 8 * low
-    area = high * fall + ((10 - fall) ** 2 - (10 - bend) ** 2) / 16 + low * (10 - bend)
-    moment = high * fall**2 / 2 + low * (100 - bend**2) / 2
-    moment += (5 * bend**2 - bend**3 / 3 - 5 * fall**2 + fall**3 / 3) / 8
-    system = loads(BEND)
-    assert compile_system(system, backend).batch([[x]])[0] == pytest.approx(moment / area, rel=1e-12)
+    kernel = compile_system(loads(BEND), backend)
+    for x in (9.98, 9.99, 9.999, 9.99999):
+        low, high = 1 - x / 10, x / 10
+        # q falls below its own activation at `fall`, and at `bend` below p's, which p has long reached by then.
+        fall, bend = 10 - 8 * high, 10 - 8 * low
+        area = high * fall + ((10 - fall) ** 2 - (10 - bend) ** 2) / 16 + low * (10 - bend)
+        moment = high * fall**2 / 2 + low * (100 - bend**2) / 2
+        moment += (5 * bend**2 - bend**3 / 3 - 5 * fall**2 + fall**3 / 3) / 8
+        assert kernel.batch([[x]])[0] == pytest.approx(moment / area, rel=1e-12)
 
 
 @pytest.mark.parametrize("width", [1e-310, 8e307])

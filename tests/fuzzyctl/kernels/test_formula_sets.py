@@ -13,6 +13,7 @@ from fuzzyctl.codegen.unit import prepare
 from fuzzyctl.formats.registry import FORMATS
 from fuzzyctl.kernels.compile import degrees
 from fuzzyctl.model.method import Defuzzifier
+from tests import sizes
 
 #: The same two sets twice: as formulas, and as kinds of their own.
 FORMULAS = """\
@@ -35,7 +36,7 @@ KINDS = re.sub("right = .*", "right = gaussian(0.7, 0.1)", KINDS).replace("param
 USUAL = {"defuzzifier": "centroid(resolution=200)", "implication": "min", "aggregation": "max"}
 
 
-@pytest.mark.parametrize("backend", ["python", "numpy", "numba"])
+@pytest.mark.parametrize("backend", sizes.BACKENDS)
 @pytest.mark.parametrize(
     "method",
     [

@@ -12,6 +12,7 @@ from fuzzyctl.comparison.changes import changes
 from fuzzyctl.convert.convert import convert
 from fuzzyctl.explain.trace import trace
 from fuzzyctl.expr import Number
+from tests import sizes
 
 BACKENDS = ("python", "numpy", "numba")
 
@@ -72,7 +73,7 @@ class TestNumbers:
         one, other = (fuzzyctl.compile(fuzzyctl.loads(t), "numpy").batch(points) for t in (BOTH, lines))
         assert one.tolist() == other.tolist()
 
-    @pytest.mark.parametrize("backend", BACKENDS)
+    @pytest.mark.parametrize("backend", sizes.BACKENDS)
     def test_a_let_without_a_value_leaves_no_output_with_one(self, backend):
         text = BOTH.replace("slope * e + de", "e / (de - de * 1)")
         kernel = fuzzyctl.compile(fuzzyctl.loads(text), backend)

@@ -10,6 +10,7 @@ import fuzzyctl
 from fuzzyctl import ArgumentError, NoRuleFiresError, UnknownNameError, ValueOutOfBoundsError, loads
 from fuzzyctl.kernels.compile import compile as compile_system
 from fuzzyctl.kernels.free_kernel import FreeKernel
+from tests import sizes
 
 BACKENDS = ("python", "numpy", "numba")
 NAMES = ["g", "e.Z.peak", "u.P.peak", "u.weights"]
@@ -146,7 +147,7 @@ def test_numbers_that_a_program_is_worked_out_from_cannot_be_free():
         compile_system(loads(TEXT), "python", free=["g"], algorithm="interpolation")
 
 
-@pytest.mark.parametrize("backend", BACKENDS)
+@pytest.mark.parametrize("backend", sizes.BACKENDS)
 @pytest.mark.parametrize("kind", ["centroid", "bisector", "mom"])
 def test_corners_of_sampled_sets_may_be_free(backend, kind):
     text = TEXT.replace("center_average", f"{kind}(resolution=40)").replace("N=-1 Z=0 P=1", "N@-1 Z@0 P@1")
@@ -157,7 +158,7 @@ def test_corners_of_sampled_sets_may_be_free(backend, kind):
         assert kernel.batch(POINTS, [float(peak)]) == pytest.approx(expected, abs=1e-12)
 
 
-@pytest.mark.parametrize("backend", BACKENDS)
+@pytest.mark.parametrize("backend", sizes.BACKENDS)
 def test_heights_of_straight_sets_beside_curved_ones_may_be_free(backend):
     curves = "N = gaussian(-1, 0.3)\n  Z = triangle(-1, 0, 1)\n  P = gaussian(1, 0.3)"
     text = TEXT.replace("center_average", "centroid").replace("terms N=-1 Z=0 P=1", curves)
@@ -223,7 +224,7 @@ def test_a_corner_may_meet_the_end_of_the_range():
         assert kernel.batch(POINTS, [left]) == pytest.approx(typed.batch(POINTS), abs=1e-12)
 
 
-@pytest.mark.parametrize("backend", BACKENDS)
+@pytest.mark.parametrize("backend", sizes.BACKENDS)
 def test_where_no_rule_fires_a_kernel_of_free_numbers_says_so(backend):
     text = TEXT.replace("in [-1, 1]\n  terms N=-1", "in [-1, 1] else error\n  terms N=-1")
     kernel = compile_system(loads(text), backend, free=["u.weights"])
@@ -246,7 +247,7 @@ def test_wrong_arguments_are_named(system):
         kernel("a", 0.2, [1])
     with pytest.raises(ArgumentError, match=r"points must have the shape \(..., 2\) for e, d, got \(3,\)"):
         kernel.batch([1, 2, 3], [1])
-    with pytest.raises(UnknownNameError, match="no by 'value'"):
+    with pytest.raises(UnknownNameError, match="no derivative by 'value'"):
         kernel.gradient(POINTS, [1], by="value")
 
 
@@ -274,7 +275,7 @@ def test_degrees_have_names(system, backend):
     assert [degrees["d"][t][1, 0] for t in "NZP"] == [0.0, 0.0, 1.0]
 
 
-@pytest.mark.parametrize("backend", BACKENDS)
+@pytest.mark.parametrize("backend", sizes.BACKENDS)
 def test_strengths_are_activations_of_rules(backend):
     kernel = compile_system(retyped(weight="0.5"), backend)
     strengths = kernel.strengths([[-0.5, -0.2], [np.nan, 0.0]])
@@ -284,7 +285,7 @@ def test_strengths_are_activations_of_rules(backend):
     assert np.isnan(strengths[1]).all()
 
 
-@pytest.mark.parametrize("backend", BACKENDS)
+@pytest.mark.parametrize("backend", sizes.BACKENDS)
 def test_numbers_of_lets_may_be_free(backend):
     text = """
 system s
@@ -380,3 +381,79 @@ def test_a_system_with_a_state_has_degrees_strengths_and_gradients(adaptive):
 def test_compile_is_public():
     kernel = fuzzyctl.compile(loads(TEXT), "python", free=["g"])
     assert isinstance(kernel, fuzzyctl.FreeKernel)
+
+
+WORST = """system s
+and product
+defuzzifier center_average
+param k in [0.1, 2] = 0.5
+input x in [-1, 1]
+  N = ramp(0, -1)
+  Z = triangle(-1, 0, 1)
+  P = ramp(0, 1)
+input y in [0, 2]
+  lo = triangle(-inf, 0, 1)
+  mi = trapezoid(0, 0.5, 1.5, 2)
+  hi = triangle(1, 2, inf)
+output u in [-3, 3] else nan
+  a = constant(-1)
+  b = constant(k)
+  c = constant(2)
+if x is N and y is lo then u is a
+if x is Z and y is mi then u is b weight 0.5
+if x is P and y is hi then u is c
+if not x is N and y is lo then u is b
+"""
+#: Corners of terms, points between and beyond them, infinities and NaN.
+CORNERS = np.array(
+    [[x, y] for x in (-1.5, -1, -0.5, -0.25, 0, 0.5, 1, np.nan, np.inf) for y in (-1, 0, 0.5, 0.75, 1, 1.75, 2, np.nan)]
+)
+
+
+def by_hand(points):
+    """Degrees and firing strengths of WORST, in numpy alone."""
+    x, y = np.clip(points[:, 0], -1, 1), np.clip(points[:, 1], 0, 2)
+    degrees = {
+        "x": {"N": np.clip(-x, 0, 1), "Z": 1 - np.abs(x), "P": np.clip(x, 0, 1)},
+        "y": {
+            "lo": np.clip(1 - y, 0, 1),
+            "mi": np.clip(np.minimum(y / 0.5, (2 - y) / 0.5), 0, 1),
+            "hi": np.clip(y - 1, 0, 1),
+        },
+    }
+    (n, z, p), (lo, mi, hi) = degrees["x"].values(), degrees["y"].values()
+    return degrees, np.stack([n * lo, 0.5 * z * mi, p * hi, (1 - n) * lo], axis=-1)
+
+
+@pytest.mark.parametrize("backend", ["python", "numpy", "numba"])
+def test_degrees_strengths_and_gradients_are_those_by_hand_at_the_worst_places(backend):
+    system = fuzzyctl.loads(WORST)
+    kernel, free = fuzzyctl.compile(system, backend), fuzzyctl.compile(system, backend, free=["k"])
+    values = free.initial_values()
+    degrees, strengths = by_hand(CORNERS)
+    for found in (kernel.degrees(CORNERS), free.degrees(CORNERS, values)):
+        for variable, terms in degrees.items():
+            for term, expected in terms.items():
+                np.testing.assert_allclose(found[variable][term], expected, atol=1e-15)
+    for found in (kernel.strengths(CORNERS), free.strengths(CORNERS, values)):
+        np.testing.assert_allclose(found, strengths, atol=1e-15)
+    with np.errstate(invalid="ignore"):
+        outputs = strengths @ [-1, 0.5, 2, 0.5] / strengths.sum(axis=-1)
+        by_k = strengths @ [0, 1, 0, 1] / strengths.sum(axis=-1)
+    np.testing.assert_allclose(kernel.batch(CORNERS), outputs, atol=1e-14)
+    np.testing.assert_allclose(free.gradient(CORNERS, values, by="values")[:, 0], by_k, atol=1e-14)
+    slopes = kernel.gradient(CORNERS)
+    assert (np.isnan(slopes).all(axis=-1) == np.isnan(outputs)).all(), "no value, no derivative"
+    for k in range(2):
+        ahead, behind = (kernel.batch(CORNERS + 1e-7 * sign * np.eye(2)[k]) for sign in (1, -1))
+        sides = np.sort([(ahead - outputs) * 1e7, (outputs - behind) * 1e7], axis=0)
+        fine = np.isfinite(CORNERS).all(axis=-1) & np.isfinite(sides).all(axis=0)
+        assert (slopes[fine, k] >= sides[0, fine] - 1e-5).all()
+        assert (slopes[fine, k] <= sides[1, fine] + 1e-5).all()
+
+
+@pytest.mark.parametrize("what", ["degrees", "strengths", "gradient"])
+def test_a_system_without_a_state_takes_none(what):
+    kernel = fuzzyctl.compile(fuzzyctl.loads(WORST), "python")
+    with pytest.raises(ArgumentError, match="the system has no state"):
+        getattr(kernel, what)(CORNERS, [1.0])

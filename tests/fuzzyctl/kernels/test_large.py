@@ -110,8 +110,8 @@ class TestLargeRuleBases:
         check(one_way(150, f"{head}\ndefuzzifier centroid", f"terms {terms(150)}"), points=np.array([[0.2], [0.7003]]))
 
     def test_numba_computes_a_moderate_one_as_plain_python_does(self):
-        system = two_way(15, "defuzzifier weighted_average", peaks, "in [-2, 2] adaptive rate x")
-        state = np.linspace(-1, 1, 225)
+        system = two_way(9, "defuzzifier weighted_average", peaks, "in [-2, 2] adaptive rate x")
+        state = np.linspace(-1, 1, 81)
         kernels = [compile_system(system, b) for b in ("python", "numba")]
         assert kernels[0](0.31, 0.72, state) == kernels[1](0.31, 0.72, state)
 

@@ -30,6 +30,10 @@ class TestFormat:
             "input x in [0, 1]\n  A  = triangle(0, 1, 2)\n  BC = gaussian(0, 1)\n"
         )
 
+    def test_an_equals_sign_in_a_label_is_left_alone(self):
+        text = 'loop l\nmeasure long_name = 1\nmeasure m "at e = 0" = 2\n'
+        assert formatted(text) == 'loop l\nmeasure long_name    = 1\nmeasure m "at e = 0" = 2\n'
+
     @pytest.mark.parametrize(
         ("typed", "laid"),
         [

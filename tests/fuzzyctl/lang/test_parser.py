@@ -139,3 +139,25 @@ class TestMistakes:
     def test_a_misspelt_word_inside_a_statement_is_named(self):
         _, (diagnostic,) = parse(SourceText("t", "if a is b then c is d wieght 0.5"))
         assert "weight" in diagnostic.help
+
+
+class TestLimits:
+    @pytest.mark.parametrize(
+        ("head", "line"),
+        [("system s\n", "let a = x + 1\n"), ("controller c\n", "let a = x + 1\n"), ("plant p\n", "der a = 1\n")],
+    )
+    def test_lines_of_equations_are_counted(self, head, line, monkeypatch):
+        monkeypatch.setattr("fuzzyctl.lang.parser.MAX_EQUATIONS", 20)
+        assert not mistakes(head + 19 * line)
+        _, (mistake,) = parse(SourceText("t", head + 40 * line))
+        assert (mistake.code, mistake.message) == ("FZ112", "more than 20 lines of controllers, plants, loops and lets")
+        assert mistake.span.line == (22 if head.startswith("system") else 21)
+
+    def test_words_that_the_grammar_reads_are_counted(self, monkeypatch):
+        monkeypatch.setattr("fuzzyctl.lang.parser.MAX_WORDS", 20)
+        plain = "param p = 1 + 2 + 3\nif x is a then y is b\n"
+        group = "if x is (a or b) then y is c\n"  # of ten words
+        assert not mistakes("system s\n" + 20 * plain + 2 * group)
+        _, (mistake,) = parse(SourceText("t", "system s\n" + 20 * plain + 20 * group))
+        assert (mistake.code, mistake.span.line) == ("FZ112", 44)
+        assert mistake.message == "the lines that are not plain have more than 20 words and numbers"

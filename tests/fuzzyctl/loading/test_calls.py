@@ -147,3 +147,41 @@ def test_each_mistake_has_its_message_and_nothing_else_is_reported(text):
     (found,) = caught.value.diagnostics
     assert (found.code, found.message, found.span.text.rstrip(")")) == MISTAKES[text]
     assert found.help or found.facts
+
+
+def chained(count, calls=1):
+    """Systems each of which calls the next one, some times."""
+    body = "input e in [-1, 1]\noutput y in [-9, 9] = "
+    links = (f"system s{k}\nlet z = {' + '.join([f's{k + 1}.y(e)'] * calls)}\n{body}z\n" for k in range(count - 1))
+    return "".join(links) + f"system s{count - 1}\n{body}e\n"
+
+
+class TestLimits:
+    @pytest.mark.parametrize(
+        "text", [chained(21), chained(7, calls=2)]
+    )  # 20 + 19 + ... + 1, and 2 + 6 + 14 + ... + 126
+    def test_calls_are_counted_directly_and_through_others(self, text):
+        with pytest.raises(DiagnosticError) as caught:
+            fuzzyctl.loads(text, system="s0")
+        (found,) = caught.value.diagnostics
+        assert (found.code, found.message) == ("FZ112", "the systems of the file call more than 200 others")
+
+    def test_as_many_as_allowed_may_be_called(self):
+        assert fuzzyctl.loads(chained(20), system="s0")(e=0.3) == 0.3
+        assert fuzzyctl.loads(chained(6, calls=2), system="s0")(e=0.2) == pytest.approx(6.4)
+
+    def test_rules_of_called_systems_are_counted(self, monkeypatch):
+        monkeypatch.setattr("fuzzyctl.loading.calls.MAX_CALLED_RULES", 4)
+        text = CALLED + HEAD + "let z = w.k(e) + w.k(0) - w.k(1)\n" + TAIL
+        with pytest.raises(DiagnosticError, match="the systems that others call have more than 4 rules"):
+            fuzzyctl.loads(text, system="o")
+        assert fuzzyctl.loads(text.replace(" - w.k(1)", ""), system="o")
+
+    def test_calls_of_used_systems_are_counted_as_often_as_they_are_made(self, tmp_path):
+        (tmp_path / "used.fz").write_text(chained(5, calls=3))  # 3 + 12 + 39 + 120
+        path = tmp_path / "c.fz"
+        path.write_text(
+            'use "used.fz"\nsystem o\ninput e in [-1, 1]\nlet z = s0.y(e) + s0.y(1)\noutput y in [0, 1] = z\n'
+        )
+        with pytest.raises(DiagnosticError, match="call more than 200 others"):
+            fuzzyctl.load(path)

@@ -4,10 +4,29 @@ import pytest
 from matplotlib.figure import Figure
 
 import fuzzyctl
+from fuzzyctl.expr import Name
 from fuzzyctl.plot.runs import draw_runs, panels
 from fuzzyctl.support.shipped import rules_folder
 
 FOLDER = rules_folder() / "loops"
+CONSTANT = """
+controller law
+input r
+input y
+output u = r - y
+every 0.25 s
+plant p
+input u
+state x = 0
+der x = u
+output y = x + 0 * sqrt({end} - t)
+loop {name}
+param goal = 1
+block law = law({law}, p.y)
+block p = p(law.u)
+measure m = {measure}
+run 1 s
+"""
 
 
 @pytest.fixture(scope="module")
@@ -23,9 +42,9 @@ def drawn(runs, labels):
 
 def test_outputs_with_their_reference_then_controls_then_disturbances(run):
     assert [(p.signal, p.reference, p.held) for p in panels(run)] == [
-        ("tank.y", "reference", False),
-        ("law.valve", "", True),
-        ("leak", "", False),
+        ("tank.y", Name("reference"), False),
+        ("law.valve", None, True),
+        ("leak", None, False),
     ]
 
 
@@ -50,10 +69,53 @@ def test_a_loop_without_measures_shows_its_only_reference(tmp_path):
     lines = [line for line in text.split("\n") if not line.startswith(("measure", "require"))]
     (tmp_path / "a.fz").write_text("\n".join(lines), encoding="utf-8")
     first, *_ = panels(fuzzyctl.simulate(fuzzyctl.load_loop(tmp_path / "a.fz"), backend="python"))
-    assert (first.signal, first.reference) == ("tank.y", "reference")
+    assert (first.signal, first.reference) == ("tank.y", Name("reference"))
 
 
-def test_signals_that_only_one_run_has_are_left_out_of_the_others(run):
+@pytest.mark.parametrize(
+    ("law", "measure", "value"),
+    [
+        ("1.5", "iae(p.y, 1.5)", 1.5),
+        ("goal", "iae(p.y, 2 * goal)", 2.0),
+        ("goal", "final(p.y)", 1.0),
+        ("2", "final(p.y)", 2.0),
+    ],
+)
+def test_a_constant_reference_is_drawn(loop_of, law, measure, value):
+    axes = drawn([loop_of(law, measure)], ["a"]).axes
+    (dashed,) = [line.get_ydata().tolist() for ax in axes for line in ax.lines if line.get_linestyle() == "--"]
+    assert dashed == [value] * 5
+
+
+@pytest.fixture
+def loop_of(tmp_path):
+    def simulated(law, measure, name="a", end=9):
+        path = tmp_path / "loop.fz"
+        path.write_text(CONSTANT.format(law=law, measure=measure, name=name, end=end), encoding="utf-8")
+        return fuzzyctl.simulate(fuzzyctl.load_loop(path))
+
+    return simulated
+
+
+def test_runs_with_other_references_have_them_in_their_colours(loop_of):
+    runs = [loop_of("1", "iae(p.y, 1)"), loop_of("2", "iae(p.y, 2)", name="b")]
+    figure = drawn(runs, ["a", "b"])
+    solid, dashed = ([line for line in figure.axes[0].lines if line.get_linestyle() == s] for s in ("-", "--"))
+    assert [line.get_color() for line in solid] == [line.get_color() for line in dashed]
+    assert figure.axes[0].get_title() == "", "two loops have no title in common"
+
+
+def test_a_run_that_was_stopped_ends_in_a_cross(loop_of):
+    runs = [loop_of("1", "iae(p.y, 1)"), loop_of("1", "final(p.y)", end=0.5), loop_of("1", "final(p.y)", end=-1)]
+    assert [len(run) for run in runs] == [5, 3, 0]
+    figure = drawn(runs, ["a", "b", "c"])
+    crosses = [line for line in figure.axes[0].lines if line.get_marker() == "x"]
+    assert [line.get_xdata().tolist() for line in crosses] == [[0.5]]
+    labels = [t.get_text() for t in figure.legends[0].get_texts()]
+    assert labels == ["a", "b, stopped", "c, stopped", "reference"]
+
+
+def test_signals_that_only_one_run_has_have_panels_too(run):
     pendulum = fuzzyctl.simulate(fuzzyctl.load_loop(FOLDER / "pendulum.fz"), backend="python")
     figure = drawn([pendulum, run], ["pendulum", "tank"])
-    assert [len(ax.lines) for ax in figure.axes] == [2, 1, 1, 1, 1, 1]
+    assert [len(ax.lines) for ax in figure.axes] == [2, 1, 1, 1, 1, 1, 2, 1]

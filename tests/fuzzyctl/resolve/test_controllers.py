@@ -104,7 +104,7 @@ MISTAKES = {
     "function f(a, a) = a\noutput y = f(x, x)": ("FZ201", "parameter 'a' is given twice", "a"),
     "function clamp(a) = a\noutput y = x": ("FZ201", "there is a function 'clamp' already", "clamp"),
     "terms A B\noutput y = x": ("FZ101", "'terms' belongs to a system, not to a controller", "terms"),
-    "lett a = 2\noutput y = x": ("FZ101", "'lett' begins no statement", "lett"),
+    "lett a = 2\noutput y = x": ("FZ101", "unexpected 'lett': did you mean 'let'?", "lett"),
     "let a\noutput y = x": ("FZ102", "the line ends too early", "a"),
 }
 

@@ -34,7 +34,7 @@ MISTAKES = {
     "let t = 1": ("FZ201", "'t' is a word of loops and cannot name a let", "t", "rename it"),
     "block b = tank()": ("FZ303", "'tank' lacks a value for: v", "tank", ""),
     "block b = tank(1, 2)": ("FZ303", "'tank' takes 1 input, not 2", "tank(1, 2", ""),
-    "block b = tnak(1)": ("FZ202", "no controller or plant 'tnak'", "tnak(1", "'use' the file"),
+    "block b = tnak(1)": ("FZ202", "no controller or plant 'tnak'", "tnak(1", "'use' a file"),
     "block b = tank(w=1)": ("FZ202", "'tank' has no input or param 'w'", "w=1", ""),
     "block b = law(1, 2, k=11)": ("FZ302", "param 'k' of 'law' is 11, outside of [0, 10]", "11", ""),
     "block b = law(1, 2, k=r)": ("FZ202", "no param 'r'", "r", ""),
@@ -45,7 +45,7 @@ MISTAKES = {
         "tf(",
         "write above the loop: plant NAME = tf(",
     ),
-    "block b = l()": ("FZ202", "no controller or plant 'l'", "l", "add the block"),
+    "block b = l()": ("FZ202", "no controller or plant 'l'", "l", "declare a controller or plant"),
     "let a = law(1, 2)": ("FZ214", "'law' is a controller, which has a state of its own", "law(1, 2", "block NAME ="),
     "let a = tf(num=[1], den=[1])": ("FZ214", "'tf' belongs to plants of one line", "tf(", "above the loop"),
     "let a = previous(r)": ("FZ214", "'previous' belongs to controllers", "previous(r", "put it into a controller"),
@@ -140,7 +140,7 @@ MISTAKES = {
     "output u = r": ("FZ101", "'output' belongs to a controller, not to a loop", "output", "let NAME = EXPRESSION"),
     "state s = 0": ("FZ101", "'state' belongs to a controller, not to a loop", "state", "add that as a block"),
     "every 5 ms": ("FZ101", "'every' belongs to a controller, not to a loop", "every", "run 50 s step 10 ms"),
-    "measrue m = 1": ("FZ101", "'measrue' begins no statement", "measrue", "did you mean 'measure'?"),
+    "measrue m = 1": ("FZ101", "unexpected 'measrue': did you mean 'measure'?", "measrue", "measure m = 1"),
 }
 
 #: The lines of `run`, with the one mistake in each.
@@ -199,12 +199,12 @@ class TestMistakes:
     def test_connected_units_are_compared(self):
         wrong = LINES.replace("tank(law.v)", "tank(tank.y)")
         message = "'tank.y' is measured in m, 'tank' takes V"
-        require_one(BLOCKS + wrong + RUN, ("FZ312", message, "tank.y", "same unit"))
+        require_one(BLOCKS + wrong + RUN, ("FZ312", message, "tank.y", "one unit"))
 
     def test_units_are_known_through_names(self):
         wrong = LINES.replace("tank(law.v)", "tank(v=level)") + "let level = clamp(tank.y, 0, 1)\n"
         message = "'level' is measured in m, 'tank' takes V"
-        require_one(BLOCKS + wrong + RUN, ("FZ312", message, "level", "same unit"))
+        require_one(BLOCKS + wrong + RUN, ("FZ312", message, "level", "one unit"))
 
 
 class TestAlgebraicLoops:

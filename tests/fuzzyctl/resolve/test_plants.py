@@ -29,7 +29,7 @@ MISTAKES = {
     ),
     "run 5 s\noutput y = x": ("FZ101", "'run' belongs to a loop, not to a plant", "run", "put it into a loop"),
     "terms A B\noutput y = x": ("FZ101", "'terms' belongs to a system, not to a plant", "terms", "call that system"),
-    "dre x = 1\noutput y = x": ("FZ101", "'dre' begins no statement", "dre", "did you mean 'der'?"),
+    "dre x = 1\noutput y = x": ("FZ101", "unexpected 'dre': did you mean 'der'?", "dre", "der x = 1"),
     "let t = 1\noutput y = x": ("FZ201", "'t' is a word of plants and cannot name a let", "t", "rename it"),
     "output y = previous(x)": ("FZ214", "'previous' belongs to controllers", "previous(x", "use a state, or delay"),
     "output y = derivative(x)": ("FZ214", "'derivative' belongs to controllers", "derivative(x", "use a state"),
@@ -129,8 +129,8 @@ ONE_LINE = {
     ),
     "ss(A=[], B=[0], C=[1])": ("FZ303", "'A' is empty", "[]", "the form is: ss("),
     "ss(A=[1, [2]], B=[0], C=[1])": ("FZ303", "'A' mixes rows and numbers", "[1, [2]]", "the form is: ss("),
-    "tff(num=[1])": ("FZ214", "expected tf, zpk, ss or python", "tff(num=[1]", "did you mean 'tf'"),
-    "3": ("FZ214", "expected tf, zpk, ss or python", "3", "the forms are: tf("),
+    "tff(num=[1])": ("FZ214", "expected tf, zpk, ss, python or fmu", "tff(num=[1]", "did you mean 'tf'"),
+    "3": ("FZ214", "expected tf, zpk, ss, python or fmu", "3", "the forms are: tf("),
     "python(cart)": ("FZ303", "expected a text for 'file'", "cart", 'python("cart.py")'),
     'python("cart.py")': ("FZ218", "a text that is no file can use no files", '"cart.py"', "write it to a file"),
     "tf(num=[1], den=[1, 2])\nlet a = 1": (
@@ -189,7 +189,7 @@ class TestMistakes:
 
     def test_quantities_of_different_units_are_not_added(self):
         text = 'plant p\ninput u unit "V"\nstate h unit "m" = 0\nder h = u\noutput y = h + u\n'
-        require_one(text, ("FZ312", "'h' is measured in m, 'u' in V", "u", "same unit"))
+        require_one(text, ("FZ312", "'h' is measured in m, 'u' in V", "u", "one unit"))
 
 
 def test_a_word_of_the_language_as_a_name_is_repaired():

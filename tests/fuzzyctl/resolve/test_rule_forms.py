@@ -168,3 +168,8 @@ def test_an_else_without_a_rule_above_is_written_otherwise():
     where, text = only(said("else u is A\nif de is N then u is A\n"))
     assert where.endswith("FZ101")
     assert "write: otherwise u is A" in text
+
+
+def test_an_otherwise_line_beside_an_incomplete_table_is_no_second_mistake():
+    where, text = only(said("table u = e\n    N  Z\n |  A  A\notherwise u is A\n"))
+    assert where.endswith("FZ205"), text

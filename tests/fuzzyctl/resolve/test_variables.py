@@ -2,8 +2,9 @@ import math
 
 import pytest
 
+import fuzzyctl
 from fuzzyctl.analysis.check import check_source
-from fuzzyctl.diagnostics.diagnostic import DiagnosticError
+from fuzzyctl.diagnostics.diagnostic import DiagnosticError, ValueOutOfBoundsError
 from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.formats.fz import dumps
 from fuzzyctl.formulas import MEMBERSHIP
@@ -188,3 +189,34 @@ def unknown_kind(term):
     text = f"system t\ninput x in [0, 10]\n  a = {term}\noutput y in [0, 1] else 0\n  b = triangle(0, 1, 1)\n"
     found = check_source(SourceText("t.fz", text))[1]
     return next(d for d in found if d.message.startswith("no membership function"))
+
+
+class TestRangesOfParams:
+    TEXT = (
+        "system s\nand product\ndefuzzifier center_average\nparam top = 2\nparam k in [0.1, top] = {value}\n"
+        "input x in [-1, 1]\n  terms N P\noutput u in [-1, 1]\n  N = constant(-k)\n  P = constant(k)\n"
+        "table u = x\n   N P\n | N P\n"
+    )
+
+    @pytest.mark.parametrize(
+        ("value", "message"), [("0", "0, outside of [0.1, 2]"), ("2 * top", "4, outside of [0.1, 2]")]
+    )
+    def test_a_value_outside_is_a_mistake(self, value, message):
+        with pytest.raises(DiagnosticError) as caught:
+            fuzzyctl.loads(self.TEXT.format(value=value))
+        (error,) = caught.value.diagnostics
+        assert (error.code, error.span.text) == ("FZ302", value)
+        assert error.message == f"param 'k' is {message}"
+
+    def test_a_value_given_later_is_checked_too(self):
+        system = fuzzyctl.loads(self.TEXT.format(value="1"))
+        assert fuzzyctl.loads(fuzzyctl.dumps(system)) == system
+        assert system.with_params(k=2).values["k"] == 2.0
+        with pytest.raises(DiagnosticError, match="outside of"):
+            system.with_params(k=3)
+        with pytest.raises(ValueOutOfBoundsError, match=r"in \[0.1, 2\]"):
+            fuzzyctl.compile(system, "python", free=["k"]).batch([[0.0]], [3.0])
+
+    def test_an_empty_range_is_a_mistake(self):
+        with pytest.raises(DiagnosticError, match="the range of 'k' is empty"):
+            fuzzyctl.loads(self.TEXT.format(value="1").replace("[0.1, top]", "[top, 0.1]"))

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import fuzzyctl
-from fuzzyctl import ArgumentError, DiagnosticError, Experiment, UnknownNameError
+from fuzzyctl import ArgumentError, DiagnosticError, Experiment, UnknownNameError, ValueOutOfBoundsError
 from fuzzyctl.analysis.check import check_source
 from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.simulation.solvers import solved
@@ -14,6 +14,47 @@ from fuzzyctl.support.shipped import rules_folder
 
 BACKENDS = ("python", "numba")
 
+#: Params that stand before the first block reach systems, controllers inside others, plants and measures.
+SHARED = """
+param k = 2
+param T = 0.01
+param q = 2 * k
+
+system gain
+defuzzifier weighted_average
+input y in [-9, 9]
+  terms N P
+output u in [-99, 99]
+  terms low=(-9*k) high=(9*k)
+table u = y
+     N    P
+  |  low  high
+
+controller part
+input y
+output u = -gain(y)
+every T
+
+controller law
+input y
+block part = part(y)
+output u = part.u - q
+every T
+
+plant p
+input u
+state x = 2
+der x = u + q
+output y = x
+
+loop l
+block law = law(p.y)
+block p   = p(law.u)
+measure twice   = k + q
+measure largest = maximum(abs(law.u))
+measure last    = final(p.y)
+run 1 s step 10 ms
+"""
 PI = """
 controller pi_law
 input r
@@ -252,6 +293,13 @@ class TestSampleTimes:
             Experiment(loop(text))
 
 
+def test_a_measure_may_call_a_system(loop):
+    text = "system double\ndefuzzifier weighted_average\ninput x in [0, 1]\nall = function(1)\noutput y in [0, 2]\n"
+    text += "if x is all then y is linear(x=2)\n"
+    text += f"{LAG_PLANT}loop l\nblock p = p(0.5)\nmeasure m = final(double(0.25 * t))\nrun 2 s step 10 ms\n"
+    assert Experiment(loop(text), "python").run().measures["m"] == pytest.approx(1)
+
+
 class TestLackingInputs:
     @pytest.mark.parametrize("backend", BACKENDS)
     def test_a_controller_without_an_input_gives_nan_and_keeps_its_state(self, loop, backend):
@@ -262,6 +310,22 @@ class TestLackingInputs:
         assert run["c.n"].tolist() == [0, 1, 2, 2, 2, 3, 4]
         step = fuzzyctl.compile(loop(text).controllers[0], "python")
         assert step.run(run["c.x"])[0] == pytest.approx(run["c.u"], nan_ok=True)
+
+    @pytest.mark.parametrize("backend", BACKENDS)
+    @pytest.mark.parametrize("first", ["law", "walk"])
+    def test_an_output_that_needs_no_input_is_known_before_the_inputs(self, loop, backend, first):
+        text = "controller walk\ninput u\nstate n = 0\nnext n = n + u\noutput y = n\nevery 1 s\n"
+        text += "controller law\ninput y\noutput u = 0.5 * (8 - y)\nevery 2 s\n"
+        blocks = {"law": "block law = law(walk.y)\n", "walk": "block walk = walk(law.u)\n"}
+        text += f"loop l\n{blocks.pop(first)}{''.join(blocks.values())}run 4 s\n"
+        run = Experiment(loop(text), backend).run()
+        assert run["walk.y"].tolist() == [0, 4, 8, 8, 8]
+        assert run["law.u"].tolist() == [4, 4, 0, 0, 0]
+
+    def test_an_integral_breaks_a_circle_through_a_plant_without_a_state_between(self, loop):
+        text = "controller law\ninput y\noutput u = integral(1 - y)\nevery 10 ms\n"
+        text += "plant p = tf(num=[1, 2], den=[1, 1])\nloop l\nblock p = p(law.u)\nblock law = law(p.y)\nrun 9 s\n"
+        assert Experiment(loop(text), "python").run()["p.y"][-1] == pytest.approx(1, abs=1e-3)
 
 
 class TestDeadTime:
@@ -390,6 +454,27 @@ class TestStops:
         assert len(run) == 2
         assert run.stopped.message == "no rule fires for output 'u' at t = 2 s"
 
+    @pytest.mark.parametrize("backend", BACKENDS)
+    @pytest.mark.parametrize(("output", "what"), [("sqrt(0.5 - t)", "not a number"), ("1 / (0.5 - t)", "infinite")])
+    def test_an_output_of_a_plant_without_a_value_stops_the_run(self, loop, backend, output, what):
+        text = driven("input u\nstate x = 0\nder x = u\noutput z = x\noutput y = " + output, "1", "2 s step 0.25 s")
+        run = Experiment(loop(text), backend).run()
+        last = 0.5 if what == "infinite" else 0.75
+        assert run.stopped is not None
+        assert run.stopped.message == f"output 'p.y' is {what} at t = {last:g} s"
+        assert run.stopped.facts == (f"there p.u = 1, p.x = {last:g}",)
+        assert run.stopped.span.text == "y"
+        assert run.t[-1] == last - 0.25
+        solver = solved(Experiment(loop(text), "python"), "DOP853")
+        assert solver.stopped.message.split(" at ")[0] == run.stopped.message.split(" at ")[0]
+
+    def test_a_state_without_a_value_names_where_that_came_from(self, loop):
+        law = "controller law\ninput y\noutput u = sqrt(0.6 - y)\nevery 0.25 s\n"
+        text = "plant p\ninput u\nstate x = 0\nder x = 1 + 0 * u\noutput y = x\nloop l\nblock law = law(p.y)\n"
+        run = Experiment(loop(f"{law}{text}block p = p(law.u)\nrun 2 s\n"), "python").run()
+        assert run.stopped.message == "state 'p.x' is not a number at t = 1 s"
+        assert run.stopped.facts == ("one sample before it was 0.75", "'law.u' was not a number then")
+
     def test_an_adaptive_solver_stops_as_well(self, loop):
         plant = "input u\nstate x in [0, 1) = 0\nder x = u\noutput y = x"
         run = fuzzyctl.simulate(loop(driven(plant, "1", "2 s step 0.1 s")), solver="RK45")
@@ -421,10 +506,44 @@ class TestFree:
         assert experiment.run([4.0])["c.u"].tolist() == [10] * 3
         assert experiment.run([4.0]).measures == {"m": 14}
 
+    @pytest.mark.parametrize("change", ["set", "free"])
+    def test_a_param_before_the_first_block_is_one_number(self, loop, change):
+        own = loop(SHARED)
+        changed = fuzzyctl.simulate(own, k=3) if change == "set" else Experiment(own, "python", free=["k"]).run([3])
+        expected = fuzzyctl.simulate(loop(SHARED.replace("param k = 2", "param k = 3"))).measures
+        assert changed.measures == pytest.approx(expected, rel=1e-12)
+        assert changed.measures["last"] != pytest.approx(fuzzyctl.simulate(own).measures["last"], rel=1e-3)
+
+    def test_a_period_before_the_first_block_is_set_and_cannot_be_free(self, loop):
+        own = loop(SHARED)
+        expected = fuzzyctl.simulate(loop(SHARED.replace("param T = 0.01", "param T = 0.02"))).measures
+        assert fuzzyctl.simulate(own, T=0.02).measures == expected != fuzzyctl.simulate(own).measures
+        with pytest.raises(ArgumentError, match="T"):
+            Experiment(own, "python", free=["T"])
+
     def test_what_must_be_a_constant_cannot_be_free(self, loop):
         text = driven("input u\nparam a = 1\nstate x = a\nder x = -a * x\noutput y = x", "0", "1 s step 0.1 s")
         with pytest.raises(ArgumentError, match="a constant depends on a free param"):
             Experiment(loop(text), "python", free=["p.a"])
+
+    @pytest.mark.parametrize(
+        ("values", "message"),
+        [
+            ([5.0, 1.0], "'p.k' must be in (0, 4], got 5.0"),
+            ([0.0, 1.0], "'p.k' must be in (0, 4], got 0.0"),
+            ([3.0, 0.5], "'p.k' must be in (0, 2], got 3.0"),
+            ([math.nan, 1.0], "'p.k' must be a finite number, got nan"),
+            ([1.0, math.inf], "'p.top' must be a finite number, got inf"),
+        ],
+    )
+    def test_values_stay_in_the_ranges_of_their_params(self, loop, values, message):
+        plant = "input u\nparam top = 2\nparam k in (0, 4 * top] = 1\nstate x = 0\nder x = k * u\noutput y = x"
+        experiment = Experiment(loop(driven(plant, "1, top=1", "2 s step 1 s")), "python", free=["p.k", "p.top"])
+        assert experiment.run([4.0, 1.0])["p.y"][-1] == pytest.approx(8.0)
+        with pytest.raises(ValueOutOfBoundsError) as caught:
+            experiment.run(values)
+        assert message in str(caught.value)
+        assert experiment.run([4.0, 1.0])["p.y"][-1] == pytest.approx(8.0)
 
     def test_names_and_numbers_of_values_are_checked(self, loop):
         with pytest.raises(UnknownNameError, match=r"law\.Kq"):

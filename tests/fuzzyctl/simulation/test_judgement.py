@@ -1,6 +1,7 @@
 """Measures that use each other and params, and requirements on them."""
 
 import math
+import re
 
 import pytest
 
@@ -53,13 +54,25 @@ def test_a_measure_that_cannot_be_computed_has_no_value(loop):
         ("m == 2.1 within 0.2", True),
         ("never <= 1000 s", False),
         ("never > 1000 s", True),
+        ("m < 2 within 0.1", True),
+        ("none > 0 or m == 2", True),
+        ("none > 0", False),
+        ("not none > 0", False),
     ],
 )
 def test_requirements_are_checked_on_the_run(loop, claim, holds):
-    run = run_of(loop, f"measure m = final(p.y)\nmeasure never = settling(p.y, 1)\nrequire {claim}")
+    measures = "measure m = final(p.y)\nmeasure never = settling(p.y, 1)\nmeasure none = 0 / final(p.y - 2)"
+    run = run_of(loop, f"{measures}\nrequire {claim}")
     (found,) = run.requirements
     assert (found.text, found.holds, run.passed) == (claim.split(" within")[0], holds, holds)
-    assert found.facts[0] == ("m = 2" if "m " in claim else "never = inf")
+    known = {"m": "m = 2", "never": "never = inf", "none": "none = nan"}
+    assert found.facts == tuple(dict.fromkeys(known[n] for n in re.findall("never|none|m", found.text)))
+
+
+def test_no_requirement_holds_in_a_run_that_was_stopped(loop):
+    run = run_of(loop, "measure m = final(p.y)\nrequire 1 < 2\nblock q = p(1 / (1 - t))\nrequire not m > 1")
+    assert run.stopped is not None
+    assert [r.holds for r in run.requirements] == [False, False]
 
 
 def test_a_summary_is_plain_data(loop):

@@ -102,7 +102,8 @@ def exact_moments(builder: Builder, output: OutputPlan, heights: Sequence[Height
 def has_many_pieces(output: OutputPlan, heights: Sequence[Height], most_pairs: int | None) -> bool:
     """Return whether the exact moments would take too many statements, counted without writing any.
 
-    Each corner of a term cuts all terms that are there, and lines that meet in a piece are compared pair by pair.
+    Each corner of a term cuts all terms that are there, and lines that meet in a piece are compared pair by pair. A sum
+    compares none.
     """
     if most_pairs is None:
         return False
@@ -113,7 +114,7 @@ def has_many_pieces(output: OutputPlan, heights: Sequence[Height], most_pairs: i
         start = -math.inf if shape[0][1] > 0.0 else shape[0][0]
         end = math.inf if shape[-1][1] > 0.0 else shape[-1][0]
         lines += 1 + bisect_left(corners, end) - bisect_right(corners, start)
-    return lines * lines > most_pairs * (len(corners) + 1)
+    return lines * (1 if output.aggregation == "sum" else lines / (len(corners) + 1)) > most_pairs
 
 
 def pieces(output: OutputPlan, heights: Sequence[Height]) -> list[Piece]:

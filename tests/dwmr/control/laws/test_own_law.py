@@ -74,6 +74,7 @@ def test_of_one_name_in_two_folders_is_each_its_own(folder):
         assert found[3] < found[0]
 
 
+@pytest.mark.long
 def test_that_cannot_be_prepared_is_reported_with_its_error(folder):
     broken = folder / "broken"
     broken.mkdir()

@@ -81,10 +81,11 @@ class TestCache:
         first, second = run(), run()
         assert (first.stdout.strip(), second.stdout.strip()) == ("0", "1"), first.stderr + second.stderr
 
+    @pytest.mark.long
     def test_processes_may_compile_the_same_at_the_same_time(self, folder):
-        with ThreadPoolExecutor(3) as pool:
-            done = list(pool.map(lambda _: run(), range(3)))
-        assert [d.returncode for d in done] == [0, 0, 0], done
+        with ThreadPoolExecutor(2) as pool:
+            done = list(pool.map(lambda _: run(), range(2)))
+        assert [d.returncode for d in done] == [0, 0], done
         assert not list(folder.glob("*.tmp"))
         assert run().stdout.strip() == "1"
 

@@ -1,12 +1,17 @@
 from fractions import Fraction
 
+import numpy as np
 import pytest
 
 from fuzzyctl import loads
+from fuzzyctl.kernels.algorithms.select import algorithm_of
+from fuzzyctl.kernels.backends.python.backend import compile_source, evaluation_source
 from fuzzyctl.kernels.compile import compile as compile_system
 from fuzzyctl.kernels.inference.defuzzify.centroid import line_ends, pieces, uncrossed
 from fuzzyctl.kernels.plan.build import plan
+from fuzzyctl.kernels.program.program import Quadrature
 from fuzzyctl.model.method import Defuzzifier
+from tests import sizes
 from tests.tipper import POINTS, TIPS
 
 BACKENDS = ("python", "numpy", "numba")
@@ -19,7 +24,7 @@ def at(kernel, *point):
     return value
 
 
-@pytest.mark.parametrize("backend", BACKENDS)
+@pytest.mark.parametrize("backend", sizes.BACKENDS)
 class TestTipper:
     def test_the_exact_centroid_is_the_limit_of_fine_grids(self, tipper, backend):
         # Integrated with a million midpoints by an independent program.
@@ -132,3 +137,26 @@ class TestPieces:
         assert line_ends(box, Fraction(1), Fraction(3)) == (1, 1)
         assert line_ends(box, Fraction(0), Fraction(1)) == (0, 0)
         assert line_ends(box, Fraction(3), Fraction(4)) == (0, 0)
+
+
+def test_a_sum_of_many_clipped_triangles_is_written_out():
+    """Triangles of one width, cut at w, have areas in proportion to w - w²/2 (Passino and Yurkovich 1998)."""
+    names = [f"T{k}" for k in range(11)]
+    text = "system many\naggregation sum\ninput a, b in [-1, 1]\n" + f"terms {' '.join(names)}\n"
+    text += "output y in [-1.2, 1.2]\n"
+    text += "".join(f"{n} = triangle({(k - 6) / 5}, {(k - 5) / 5}, {(k - 4) / 5})\n" for k, n in enumerate(names))
+    text += f"table y = a x b\n  {' '.join(names)}\n"
+    text += "".join(
+        f"{n} | {' '.join(names[min(max(10 - k - j + 5, 0), 10)] for j in range(11))}\n" for k, n in enumerate(names)
+    )
+    planned = plan(loads(text))
+    program = algorithm_of(planned, "rules").point
+    assert not any(isinstance(s, Quadrature) for s in program.body)
+    function = compile_source(evaluation_source(program), program, ["a", "b"])
+    for a, b in ((0.03, -0.45), (-0.98, 0.55), (0.6, 0.6)):
+        degrees = [[max(0, 1 - abs(x - (k - 5) / 5) * 5) for k in range(11)] for x in (a, b)]
+        cut = {(k, j): min(degrees[0][k], degrees[1][j]) for k in range(11) for j in range(11)}
+        areas = {at: w - w * w / 2 for at, w in cut.items()}
+        middles = {(k, j): (min(max(15 - k - j, 0), 10) - 5) / 5 for k, j in areas}
+        expected = sum(areas[at] * middles[at] for at in areas) / sum(areas.values())
+        assert np.ravel(function(a, b))[0] == pytest.approx(expected, abs=1e-13)

@@ -81,7 +81,7 @@ def test_analyses_and_other_languages_have_neither_tables_nor_integrals():
         assert not any(isinstance(s, Locate | Quadrature) for s in program.body)
 
 
-@pytest.mark.parametrize("aggregation", ["max", "sum"])
+@pytest.mark.parametrize("aggregation", ["max", pytest.param("sum", marks=pytest.mark.long)])
 def test_an_exact_centroid_of_many_corners_is_an_integral_with_the_same_value(aggregation):
     flat = plan(system(shifted(4), shifted(4), f"aggregation {aggregation}"))
     integrated = inference.evaluation(flat, most_pairs=COMPILED)

@@ -1,0 +1,1 @@
+"""Published control loops as text: what was printed beside what comes out."""

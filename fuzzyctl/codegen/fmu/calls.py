@@ -1,0 +1,197 @@
+"""Models of FMUs from what is written in C: a system, or the step of a controller."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+
+from fuzzyctl.codegen import c_source
+from fuzzyctl.codegen.c_layout import CLayout
+from fuzzyctl.codegen.errors import CodegenError
+from fuzzyctl.codegen.fmu.model import USUAL_STEP, Model, Variable, c_text, closed_range, near_zero
+from fuzzyctl.codegen.steps import c_source as step_source
+from fuzzyctl.codegen.steps.c_layout import StepLayout
+from fuzzyctl.codegen.steps.unit import StepUnit, described_step
+from fuzzyctl.codegen.unit import Unit, described
+from fuzzyctl.diagnostics.diagnostic import ArgumentError
+from fuzzyctl.expr import Expr, Name, names_in
+from fuzzyctl.kernels.plan.equations import Evaluation
+from fuzzyctl.kernels.plan.expansion import equations_of
+from fuzzyctl.model.controller import Controller, Signal
+from fuzzyctl.model.guarantee import Param
+
+
+def system_model(unit: Unit) -> Model:
+    """Return the model of a fuzzy system; adaptive consequents take one Euler step for each communication step.
+
+    Args:
+        unit: The system, as it is written in C.
+
+    Raises:
+        CodegenError: For a name that begins as those of the standard.
+    """
+    layout, system, values = CLayout(unit), unit.system, unit.system.param_values.values
+    inputs = [
+        Variable(v.name, near_zero(p.lower, p.upper), p.lower, p.upper, v.unit, v.label)
+        for v, p in zip(system.inputs, unit.plan.inputs, strict=True)
+    ]
+    bounds = [unit.bounds[v.name] for v in system.outputs]
+    outputs = [Variable(v.name, 0.0, b.lo, b.hi, v.unit, v.label) for v, b in zip(system.outputs, bounds, strict=True)]
+    given = [f"{_cast(layout)}model->value[{1 + k}]" for k in range(len(inputs))]
+    state = ["&model->memory"] if layout.states else []
+    lines = [*call_lines(layout, layout.name, [*given, *state], _values(1 + len(inputs), outputs))]
+    adapts = [f"{layout.name}_adapt(&model->memory, {', '.join(given)}, {_cast(layout)}dt);"]
+    return Model(
+        name=layout.name,
+        block=system.name,
+        title=system.title,
+        about=described(unit),
+        inputs=inputs,
+        outputs=outputs,
+        params=(),
+        constants=[_param(p, values) for p in system.params if p.name in values],
+        sources={f"{layout.name}.h": c_source.header(unit), f"{layout.name}.c": c_source.source(unit)},
+        memory=f"{layout.name}_state memory;" if layout.states else "",
+        begin=[f"{layout.name}_init(&model->memory);"] if layout.states else ["(void)model;"],
+        make=[*lines, *(adapts if unit.plan.states else ["(void)dt;"]), "return NULL;"],
+        preview=0.0,
+    )
+
+
+def controller_model(unit: StepUnit) -> Model:
+    """Return the model of a controller; free numbers are its params.
+
+    Args:
+        unit: The controller, as it is written in C.
+
+    Raises:
+        CodegenError: For a name that begins as those of the standard, and a free param that the period depends on.
+    """
+    layout, controller, period = StepLayout(unit), unit.controller, unit.equations.period
+    values, fixed = controller.param_values.values, _of_period(controller)
+    for number in (n for n in unit.numbers if n.name in fixed):
+        raise CodegenError(f"the period depends on '{number.name}', which so cannot be free")
+    inputs = [signal_variable(s, values) for s in controller.inputs]
+    outputs = [signal_variable(s, values) for s in controller.results]
+    params, constants = params_of(unit)
+    lines, arguments = param_lines(layout, 1 + len(inputs) + len(outputs))
+    arguments = [*(["&model->memory"] if layout.members else []), *arguments]
+    arguments += [f"{_cast(layout)}{value}" for value in _values(1, inputs)]
+    arguments += [f"{_cast(layout)}dt"] if period is None else []
+    lines += call_lines(layout, f"{layout.name}_step", arguments, _values(1 + len(inputs), outputs))
+    return Model(
+        name=layout.name,
+        block=controller.name,
+        title=controller.title,
+        about=described_step(unit),
+        inputs=inputs,
+        outputs=outputs,
+        params=params,
+        constants=constants,
+        sources={f"{layout.name}.h": step_source.header(unit), f"{layout.name}.c": step_source.source(unit)},
+        memory=f"{layout.name}_state memory;" if layout.members else "",
+        begin=[f"{layout.name}_init(&model->memory);"] if layout.members else ["(void)model;"],
+        make=[*lines, *(["(void)dt;"] if period is not None else []), "return NULL;"],
+        preview=USUAL_STEP if period is None else period,
+        period=period,
+    )
+
+
+def params_of(unit: StepUnit) -> tuple[list[Variable], list[Variable]]:
+    """Return the free params, and those that are constants; what is computed from free ones is neither."""
+    controller, free = unit.controller, [n.name for n in unit.numbers]
+    values, known = controller.param_values.values, {p.name: p for p in controller.params}
+    params = [_param(known[n.name], values) if n.name in known else Variable(n.name, n.start) for n in unit.numbers]
+    fixed = [p for p in controller.params if not read_by([Name(p.name)], controller.params) & {*free}]
+    return params, [_param(p, values) for p in fixed]
+
+
+def param_lines(layout: StepLayout, first: int) -> tuple[list[str], list[str]]:
+    """Return the lines of C that gather the free numbers, and the arguments that hand them over.
+
+    Args:
+        layout: That of the step.
+        first: Reference of the first of them.
+    """
+    numbers = ", ".join(f"{_cast(layout)}model->value[{first + k}]" for k in range(len(layout.numbers)))
+    return ([f"const {layout.name}_params params = {{{numbers}}};"], ["&params"]) if numbers else ([], [])
+
+
+def tunable(controller: Controller) -> tuple[str, ...]:
+    """Return the params of a controller that its equations read as they are, so that an importer can set them.
+
+    A param that is computed from others follows these. A param that a fuzzy system reads, or on which the start of a
+    state or the period depends, is a constant; `--free` can still name those of systems.
+    """
+    found: list[str] = []
+    for param in controller.params:
+        if names_in(param.expression) or param.name in _of_period(controller):
+            continue
+        try:
+            equations = equations_of(controller, [*found, param.name])
+        except ArgumentError:
+            continue
+        if not equations.starts_vary and not any(isinstance(i, Evaluation) and i.free for i in equations.body):
+            found.append(param.name)
+    return tuple(found)
+
+
+def _of_period(controller: Controller) -> set[str]:
+    return read_by([controller.period] if controller.period is not None else [], controller.params)
+
+
+def read_by(expressions: Iterable[Expr], params: Sequence[Param]) -> set[str]:
+    """Return the params that expressions read, those included that their params are computed from."""
+    known = {p.name: p.expression for p in params}
+    waiting, found = [n.name for e in expressions for n in names_in(e)], set[str]()
+    while waiting:
+        name = waiting.pop()
+        if name in known and name not in found:
+            found.add(name)
+            waiting += [n.name for n in names_in(known[name])]
+    return found
+
+
+def _param(param: Param, values: Mapping[str, float]) -> Variable:
+    return Variable(param.name, values[param.name], *closed_range(param.bounds, values), param.unit)
+
+
+def signal_variable(signal: Signal, values: Mapping[str, float]) -> Variable:
+    """Return an input or output as a variable."""
+    lower, upper = closed_range(signal.bounds, values)
+    return Variable(signal.name, near_zero(lower, upper), lower, upper, signal.unit, signal.label)
+
+
+def call_lines(
+    layout: CLayout | StepLayout, function: str, arguments: Sequence[str], targets: Sequence[str]
+) -> Iterator[str]:
+    """Yield the lines of C that call a function, take its results, and return why there are none.
+
+    Args:
+        layout: That of the function.
+        function: Its name.
+        arguments: Texts of its arguments without those for its results.
+        targets: Texts of what takes each result.
+    """
+    arguments, refusals = [*arguments], layout.unit.refusals
+    if layout.many:
+        yield f"{layout.name}_outputs outputs;"
+        arguments.append("&outputs")
+    if refusals:
+        yield f"{layout.name}_status status = {layout.status()};"
+        arguments.append("&status")
+    call = f"{function}({', '.join(arguments)})"
+    yield f"{call};" if layout.many else f"{targets[0]} = {call};"
+    if layout.many:
+        yield from (f"{target} = outputs.{o};" for target, o in zip(targets, layout.outputs, strict=True))
+    for output in refusals:
+        yield f"if (status == {layout.status(output)}) {{"
+        yield f"    return {c_text(f'no rule fires for output {output!r}')};"
+        yield "}"
+
+
+def _values(first: int, variables: Sequence[Variable]) -> list[str]:
+    return [f"model->value[{first + k}]" for k in range(len(variables))]
+
+
+def _cast(layout: CLayout | StepLayout) -> str:
+    return "(float)" if layout.real == "float" else ""

@@ -1,0 +1,50 @@
+"""Params before the first block of a file, which belong to all of its blocks: one line, one number."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+from typing import Any, TypeVar
+
+from fuzzyctl.diagnostics.source import Span
+from fuzzyctl.expr import Number
+from fuzzyctl.model.controller import Controller
+from fuzzyctl.model.loop import Loop
+from fuzzyctl.model.plant import Plant
+
+Block = TypeVar("Block", bound=Controller | Plant | Loop)
+
+
+def with_shared(block: Block, values: Mapping[str, float]) -> Block:
+    """Return a block whose systems, controllers and plants have its values of the params that they share with it.
+
+    Args:
+        block: A block, whose own params are left as they are.
+        values: Values of its params, by name; other names do not count.
+    """
+    written: dict[Span | None, float] = {p.span: values[p.name] for p in block.params if p.name in values and p.span}
+    return _with_inner(block, written) if written else block
+
+
+def _with_inner(block: Block, written: Mapping[Span | None, float]) -> Block:
+    changed: dict[str, Any] = {
+        "systems": tuple(
+            system.with_params(**own)
+            if (own := {p.name: written[p.span] for p in system.params if p.span in written})
+            else system
+            for system in block.systems
+        )
+    }
+    if not isinstance(block, Plant):
+        changed["controllers"] = tuple(_with_values(c, written) for c in block.controllers)
+    if isinstance(block, Loop):
+        changed["plants"] = tuple(_with_values(p, written) for p in block.plants)
+    return dataclasses.replace(block, **changed)
+
+
+def _with_values(block: Block, written: Mapping[Span | None, float]) -> Block:
+    params = tuple(
+        dataclasses.replace(p, expression=Number(written[p.span], span=p.span)) if p.span in written else p
+        for p in block.params
+    )
+    return _with_inner(dataclasses.replace(block, params=params), written)

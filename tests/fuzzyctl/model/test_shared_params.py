@@ -1,0 +1,66 @@
+import pytest
+
+from fuzzyctl.loading.block_equations import with_params
+from fuzzyctl.loading.load import load_loop
+from fuzzyctl.model.shared_params import with_shared
+from fuzzyctl.simulation.experiment import Experiment
+from fuzzyctl.simulation.simulate import simulate
+
+SYSTEM = "system s\ndefuzzifier weighted_average\ninput e in [-9, 9]\nall = function(1)\noutput y in [-99, 99]\n"
+SYSTEM += "if e is all then y is function(k * e)\n"
+INNER = "controller inner\ninput e\noutput u = k * e\n"
+LOOP = "loop l\nblock c = c(p.y)\nblock p = p(c.u)\nmeasure m = final(p.y)\nrun 1 s step 10 ms\n"
+
+
+def controller(expression):
+    return f"controller c\ninput y\nblock i = inner(y)\noutput u = {expression}\n"
+
+
+def plant(expression="u"):
+    return f"plant p\ninput u\nstate x = 1\nder x = {expression}\noutput y = x\n"
+
+
+#: One place each in which k is read: by the controller, the one inside it, its system, the plant.
+USES = {
+    "controller": controller("-k * y") + plant(),
+    "inner": controller("-i.u") + plant(),
+    "system": controller("-s(y)") + plant(),
+    "plant": controller("-y") + plant("k * u"),
+}
+
+
+@pytest.fixture
+def written(tmp_path):
+    def write(text):
+        path = tmp_path / "l.fz"
+        path.write_text(text)
+        return load_loop(path)
+
+    return write
+
+
+@pytest.mark.parametrize("use", USES)
+class TestAParamBeforeTheFirstBlock:
+    def test_it_is_one_number_for_all_blocks(self, written, use):
+        rest = f"{SYSTEM}{INNER}{USES[use]}{LOOP}"
+        expected = simulate(written(f"param k = 0.5\n{rest}"))
+        assert simulate(written(f"param k = 2\n{rest}"), k=0.5)["p.y"] == pytest.approx(expected["p.y"], abs=1e-15)
+        assert expected["p.y"][-1] == pytest.approx(0.607, abs=0.002)  # exp(-0.5), sampled
+
+    def test_it_may_be_free(self, written, use):
+        loop = written(f"param k = 2\n{SYSTEM}{INNER}{USES[use]}{LOOP}")
+        run = Experiment(loop, "python", free=["k"]).run([0.5])
+        assert run.measures["m"] == pytest.approx(simulate(loop, k=0.5).measures["m"], abs=1e-15)
+
+
+def test_a_block_that_is_given_a_value_keeps_it(written):
+    loop = written(f"param k = 2\n{INNER}{USES['controller']}{LOOP.replace('c(p.y)', 'c(p.y, k=0.5)')}")
+    assert simulate(loop, k=9).measures == simulate(loop).measures
+
+
+def test_a_controller_passes_it_to_its_systems(written):
+    loop = written(f"param k = 2\n{SYSTEM}{INNER}{USES['system']}{LOOP}")
+    (law,) = (c for c in loop.controllers if c.name == "c")
+    changed = with_params(law, {"k": 0.5})
+    assert changed.systems[0](e=1) == 0.5
+    assert with_shared(law, {"other": 1}) is law
