@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from tests.imported import circles, imported, imports_between
+from tests.own_files import own_files
 
 ROOT = Path(__file__).parent.parent
 
@@ -88,7 +89,7 @@ HOMES = {
 
 
 def modules():
-    return [*sorted((ROOT / "fuzzyctl").rglob("*.py")), *sorted((ROOT / "apps").rglob("*.py"))]
+    return [*sorted((ROOT / "fuzzyctl").rglob("*.py")), *own_files(ROOT / "apps", "*.py")]
 
 
 def ranks(order):

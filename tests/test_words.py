@@ -8,6 +8,8 @@ from pathlib import Path
 
 import pytest
 
+from tests.own_files import own_files
+
 ROOT = Path(__file__).parent.parent
 
 #: Each turn with what says it better. A turn may be broken over two lines.
@@ -24,11 +26,11 @@ PATTERN = re.compile("|".join(TURNS).replace(" ", r"\s+"), flags=re.IGNORECASE)
 PAGES = sorted(
     [
         *(ROOT / "docs").rglob("*.md"),
-        *(ROOT / "apps").rglob("*.md"),
+        *own_files(ROOT / "apps", "*.md"),
         *(ROOT / name for name in ("README.md", "CONTRIBUTING.md")),
     ]
 )
-SOURCES = sorted([*(ROOT / "fuzzyctl").rglob("*.py"), *(ROOT / "apps").rglob("*.py")])
+SOURCES = sorted([*(ROOT / "fuzzyctl").rglob("*.py"), *own_files(ROOT / "apps", "*.py")])
 
 
 def found(text, line=1):

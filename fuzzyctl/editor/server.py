@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import asyncio
+from dataclasses import asdict, replace
 from typing import Any, Final
 
 from lsprotocol import types as lsp
 
 from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.editor import completion, hover, navigation, outline, signature
+from fuzzyctl.editor.preview import DRAWER, preview
 from fuzzyctl.editor.requests import COMMANDS, FEATURES
 from fuzzyctl.editor.session import SYMBOL_KINDS, FuzzyServer, uri_of
 from fuzzyctl.lang.formatter import format_source
@@ -183,6 +186,17 @@ def _formatting(ls: FuzzyServer, params: lsp.DocumentFormattingParams) -> list[l
     if text == document.text:
         return []
     return [lsp.TextEdit(ls.range(Span(document.source, 0, len(document.text))), text)]
+
+
+@server.feature("fuzzyctl/preview")
+async def _preview(ls: FuzzyServer, params: _Params) -> dict[str, Any]:
+    """Answer `{textDocument, position, point}` with a `Preview`; `point` is a list of `{name, value}`, or null."""
+    document = ls.document(params.textDocument.uri)
+    offset = ls.offset(document, lsp.Position(params.position.line, params.position.character))
+    asked = getattr(params, "point", None)
+    point = None if asked is None else {p.name: float(p.value) for p in asked}
+    found = await asyncio.get_running_loop().run_in_executor(DRAWER, preview, document, offset, point)
+    return {**asdict(replace(found, rule=None)), "rule": ls.range(found.rule) if found.rule is not None else None}
 
 
 for _method, _function, _options in FEATURES:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from io import StringIO
 from pathlib import Path
 from typing import Any, Final
 
@@ -51,3 +52,20 @@ def saved(target: Path, dpi: float | None = None) -> Iterator[Any]:
         # matplotlib's products of matrices now and then report an overflow that none of their numbers has.
         with written_whole(target) as temporary, np.errstate(over="ignore"):
             figure.savefig(temporary, format=target.suffix[1:].lower(), metadata=metadata, dpi=dpi)
+
+
+def svg(draw: Callable[[Any], object]) -> str:
+    """Return a picture as the text of an SVG.
+
+    Args:
+        draw: Draws into an empty figure.
+    """
+    import matplotlib as mpl
+    import numpy as np
+    from matplotlib.figure import Figure
+
+    with mpl.rc_context(STYLE), np.errstate(over="ignore"):
+        figure, text = Figure(), StringIO()
+        draw(figure)
+        figure.savefig(text, format="svg", metadata={"Date": None})
+    return text.getvalue()

@@ -220,20 +220,28 @@ def sample(
     return _sample(Sampled.of(system), axes, fixed, output, resolution)
 
 
-def _sample(
-    drawn: Sampled, axes: Sequence[str], fixed: Mapping[str, float], output: str, resolution: int
+def grid_points(
+    drawn: Sampled, axes: Sequence[str], fixed: Mapping[str, float], resolution: int
 ) -> tuple[list[Any], Any]:
-    kernel = drawn.kernel
+    """Return the grid of each axis, and its points with all inputs, shape (resolution, ..., inputs)."""
     grids = [np.linspace(*drawn.range(name), resolution) for name in axes]
     mesh = dict(zip(axes, np.meshgrid(*grids), strict=True))
     shape = next(iter(mesh.values())).shape
     columns = []
-    for name in kernel.input_names:
+    for name in drawn.kernel.input_names:
         column = mesh.get(name)
         columns.append(column if column is not None else np.full(shape, fixed.get(name, drawn.middle(name))))
+    return grids, np.stack(columns, axis=-1)
+
+
+def _sample(
+    drawn: Sampled, axes: Sequence[str], fixed: Mapping[str, float], output: str, resolution: int
+) -> tuple[list[Any], Any]:
+    kernel = drawn.kernel
+    grids, points = grid_points(drawn, axes, fixed, resolution)
     # Each point has the initial state: a grid is no sequence, and nothing is held from one point to the next.
-    state = np.broadcast_to(kernel.initial_state(), (*shape, kernel.n_states)) if kernel.n_states else None
-    values = kernel.batch(np.stack(columns, axis=-1), state)
+    state = np.broadcast_to(kernel.initial_state(), (*points.shape[:-1], kernel.n_states)) if kernel.n_states else None
+    values = kernel.batch(points, state)
     if len(kernel.output_names) > 1:
         values = values[..., kernel.output_names.index(output)]
     # An infinite value has no place in a picture.

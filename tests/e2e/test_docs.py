@@ -15,6 +15,7 @@ import pytest
 from fuzzyctl.codegen.fmu.binary import compiler
 from tests import sizes
 from tests.e2e.pages import DOCS, FOLLOWED, PAGES, ROOT, Session, anchors, follow, without_code
+from tests.own_files import own_files
 
 #: Pages that take seconds: they are followed a second time only before a release.
 SLOW = (
@@ -182,9 +183,7 @@ def test_a_command_prints_in_this_process_what_it_prints_in_a_shell(
     assert found[0] == found[1]
 
 
-@pytest.mark.parametrize(
-    "page", [*PAGES, *sorted((ROOT / "apps").rglob("*.md"))], ids=lambda p: str(p.relative_to(ROOT))
-)
+@pytest.mark.parametrize("page", [*PAGES, *own_files(ROOT / "apps", "*.md")], ids=lambda p: str(p.relative_to(ROOT)))
 def test_every_relative_link_leads_somewhere(page: Path) -> None:
     for target in re.findall(r"\]\(([^)\s]+)\)", without_code(page)):
         if "://" in target or target.startswith("mailto:"):

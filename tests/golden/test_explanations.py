@@ -14,6 +14,7 @@ from fuzzyctl.analysis.check import check_source
 from fuzzyctl.diagnostics.diagnostic import CODES, render_all
 from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.support.shipped import explanations_folder
+from tests.own_files import own_files
 
 ROOT = Path(__file__).parent.parent.parent
 FOLDER = ROOT / "docs" / "reference" / "diagnostics"
@@ -91,7 +92,7 @@ def test_a_command_shows_the_code(code):
 
 
 def test_codes_without_an_example_are_given_by_nothing():
-    modules = [*(ROOT / "fuzzyctl").rglob("*.py"), *(ROOT / "apps").rglob("*.py")]
+    modules = [*(ROOT / "fuzzyctl").rglob("*.py"), *own_files(ROOT / "apps", "*.py")]
     texts = [p.read_text(encoding="utf-8") for p in modules if p.name != "codes.py"]
     silent = {code for code in CODES if not any(f'"{code}"' in text for text in texts)}
     assert set(PAGES) - set(WITH_FILE) - set(WITH_COMMAND) - BY_HAND == silent

@@ -215,6 +215,30 @@ def test_files_that_are_used(tmp_path):
     with_server(talk)
 
 
+def test_a_preview():
+    text = "system t\ndefuzzifier center_average\ninput x in [0, 1]\n  terms a b\n"
+    text += "output y in [0, 1]\n  terms p q\ntable y = x\n    a  b\n  | p  q\n"
+
+    async def talk(client, _):
+        document = opened(client, text)
+
+        async def asked(**more):
+            place = {"line": 1, "character": 2}
+            params = {"textDocument": {"uri": document.uri}, "position": place, **more}
+            return await client.protocol.send_request_async("fuzzyctl/preview", params)
+
+        found = await asked(point=[{"name": "x", "value": 0.8}])
+        assert (found.title, found.message) == ("t: y", "")
+        assert (found.rule.start.line, found.rule.start.character) == (8, 7)
+        assert found.surface.startswith("<?xml")
+        assert [(i.name, i.value) for i in found.inputs] == [("x", 0.8)]
+        assert (await asked(point=None)).rules == (await asked()).rules == ""
+        changed(client, document, 2, text.replace("p  q\n", "p  qq\n"))
+        assert (await asked()).message == "system 't' has mistakes"
+
+    with_server(talk)
+
+
 def test_loops_have_names_too():
     async def talk(client, _):
         document = opened(client, LOOP)

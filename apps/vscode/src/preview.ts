@@ -1,0 +1,174 @@
+// The pane beside the text: pictures of the system at the cursor, which follow the cursor and the edits.
+import { randomBytes } from "node:crypto";
+import * as vscode from "vscode";
+import type { LanguageClient } from "vscode-languageclient/node";
+
+/** Milliseconds that the text and the cursor rest before pictures are asked for. */
+const REST = 150;
+
+/** The answer to `fuzzyctl/preview`; see fuzzyctl/editor/preview.py. */
+interface Answer {
+  message: string;
+  title: string;
+  rule: { start: { line: number; character: number }; end: { line: number; character: number } } | null;
+}
+
+/** What the pane sends: a point of the inputs, null for none; `select` where the rule there is to be selected. */
+interface Asked {
+  point: { name: string; value: number }[] | null;
+  select: boolean;
+}
+
+export class Preview implements vscode.Disposable {
+  private panel: vscode.WebviewPanel | undefined;
+  private editor: vscode.TextEditor | undefined;
+  private asked: Asked = { point: null, select: false };
+  private timer: NodeJS.Timeout | undefined;
+  private running = false;
+  private again = false;
+  private readonly listeners: vscode.Disposable[];
+
+  constructor(
+    private readonly folder: vscode.Uri,
+    private readonly client: () => LanguageClient | undefined,
+  ) {
+    this.listeners = [
+      vscode.window.onDidChangeActiveTextEditor((editor) => this.follow(editor)),
+      vscode.window.onDidChangeTextEditorSelection((e) => this.follow(e.textEditor)),
+      vscode.workspace.onDidChangeTextDocument((e) => e.document === this.editor?.document && this.update()),
+    ];
+  }
+
+  dispose(): void {
+    clearTimeout(this.timer);
+    this.panel?.dispose();
+    this.listeners.forEach((l) => l.dispose());
+  }
+
+  /** Show the pane beside the text; where a system is named, with the cursor at it. */
+  open(system?: string): void {
+    const editor = vscode.window.activeTextEditor;
+    if (editor?.document.languageId === "fz") {
+      this.editor = editor;
+      const at = system ? editor.document.getText().search(new RegExp(`^[ \\t]*system[ \\t]+${system}\\b`, "m")) : -1;
+      if (at >= 0) {
+        const place = editor.document.positionAt(at);
+        editor.selection = new vscode.Selection(place, place);
+      }
+    }
+    if (this.panel !== undefined) {
+      this.panel.reveal(undefined, true);
+    } else {
+      const media = vscode.Uri.joinPath(this.folder, "media");
+      this.panel = vscode.window.createWebviewPanel(
+        "fuzzyctl.preview",
+        "Surface",
+        { viewColumn: vscode.ViewColumn.Beside, preserveFocus: true },
+        { enableScripts: true, localResourceRoots: [media], retainContextWhenHidden: true },
+      );
+      this.panel.onDidDispose(() => (this.panel = undefined));
+      this.panel.webview.onDidReceiveMessage((asked: Asked) => {
+        this.asked = asked;
+        this.update();
+      });
+      this.panel.webview.html = page(this.panel.webview, media);
+    }
+    this.update();
+  }
+
+  /** Ask for the pictures once text and cursor rest. */
+  update(): void {
+    clearTimeout(this.timer);
+    this.timer = setTimeout(() => void this.draw(), REST);
+  }
+
+  private follow(editor: vscode.TextEditor | undefined): void {
+    if (editor?.document.languageId === "fz") {
+      this.editor = editor;
+      this.update();
+    }
+  }
+
+  /** One request at a time: a server that draws is not asked for the pictures of each key. */
+  private async draw(): Promise<void> {
+    if (this.panel === undefined || this.editor === undefined) {
+      return;
+    }
+    if (this.running) {
+      this.again = true;
+      return;
+    }
+    this.running = true;
+    try {
+      await this.request(this.editor);
+    } finally {
+      this.running = false;
+    }
+    if (this.again) {
+      this.again = false;
+      this.update();
+    }
+  }
+
+  private async request(editor: vscode.TextEditor): Promise<void> {
+    const client = this.client();
+    if (client === undefined) {
+      this.show({ message: "the language server is not running", title: "", rule: null });
+      return;
+    }
+    const { point, select } = this.asked;
+    this.asked.select = false;
+    const version = editor.document.version;
+    try {
+      const answer = await client.sendRequest<Answer>("fuzzyctl/preview", {
+        textDocument: { uri: client.code2ProtocolConverter.asUri(editor.document.uri) },
+        position: client.code2ProtocolConverter.asPosition(editor.selection.active),
+        point,
+      });
+      this.show(answer);
+      if (select && answer.rule !== null && editor.document.version === version) {
+        const { start, end } = answer.rule;
+        const range = new vscode.Range(start.line, start.character, end.line, end.character);
+        editor.selection = new vscode.Selection(range.start, range.end);
+        editor.revealRange(range, vscode.TextEditorRevealType.InCenterIfOutsideViewport);
+      }
+    } catch (error) {
+      this.show({ message: error instanceof Error ? error.message : String(error), title: "", rule: null });
+    }
+  }
+
+  private show(answer: Answer): void {
+    if (this.panel !== undefined) {
+      if (answer.title !== "") {
+        this.panel.title = answer.title;
+      }
+      void this.panel.webview.postMessage(answer);
+    }
+  }
+}
+
+function page(webview: vscode.Webview, media: vscode.Uri): string {
+  const nonce = randomBytes(16).toString("hex");
+  const file = (name: string) => webview.asWebviewUri(vscode.Uri.joinPath(media, name)).toString();
+  // Pictures are images, in which no script runs, whatever the labels of the text are.
+  const policy = `default-src 'none'; img-src blob:; style-src ${webview.cspSource}; script-src 'nonce-${nonce}'`;
+  return `<!DOCTYPE html>
+<html lang="en">
+<head>
+  <meta charset="utf-8">
+  <meta http-equiv="Content-Security-Policy" content="${policy}">
+  <link rel="stylesheet" href="${file("preview.css")}">
+</head>
+<body>
+  <p id="message" role="status">The pictures are being drawn.</p>
+  <main id="pictures">
+    <img id="surface" alt="" hidden>
+    <label id="choice"><input type="checkbox" id="with-point"> Rules at a point (click into the map, or move a slider)</label>
+    <div id="inputs" hidden></div>
+    <img id="rules" alt="Rules that act at the point" hidden>
+    <img id="terms" alt="Terms of the variables" hidden>
+  </main>
+  <script nonce="${nonce}" src="${file("preview.js")}"></script>
+</body>
+</html>`;
+}
