@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
-from fuzzyctl.plot.surface import lead
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fuzzyctl.editor.preview import chosen, inputs_at, preview, strongest
+from fuzzyctl.plot.rule_regions import lead
 from tests.fuzzyctl.editor.marked import LOOP, SYSTEM, marked
 
 POINT = {"service": 7.0, "food": 8.0}
