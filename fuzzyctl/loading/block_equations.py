@@ -25,7 +25,7 @@ from fuzzyctl.model.plant import Plant
 from fuzzyctl.model.plant_forms import PLANT_FUNCTIONS
 from fuzzyctl.model.shared_params import with_shared
 from fuzzyctl.model.signals import SIGNALS, TIME
-from fuzzyctl.simulation.equations import sample_times
+from fuzzyctl.simulation.sample_times import sample_times
 
 Block = TypeVar("Block", bound=Controller | Plant | Loop)
 
