@@ -8,7 +8,7 @@ import pytest
 from click.testing import CliRunner
 
 from fuzzyctl.cli.main import main
-from fuzzyctl.simulation.simulate import inaccuracies, simulate
+from fuzzyctl.simulation.simulate import simulate, warnings
 from gallery import pages
 from tests.e2e.pages import follow, without_code
 from tests.e2e.pictures import blocks_of
@@ -42,7 +42,7 @@ class TestEveryEntry:
     def test_its_runs_are_accurate_and_meet_what_is_required(self, name):
         for run in runs(name):
             assert run.stopped is None
-            assert inaccuracies(run) == []
+            assert warnings(run) == []
             assert [r for r in run.requirements if not r.holds] == []
 
     def test_its_page_says_what_comes_out(self, name):
