@@ -173,13 +173,13 @@ def test_the_reference_interpreter_shares_only_the_model_with_the_kernels():
     }
 
 
-def test_dwmr_takes_fuzzyctl_through_one_module_of_control():
+def test_dwmr_takes_fuzzyctl_through_two_modules_of_control():
     users = {
         p.name
         for p in (ROOT / "apps" / "dwmr").rglob("*.py")
         if any("kernels" in n or n == "fuzzyctl" for n in imported(p))
     }
-    assert users <= {"fuzzy_gains.py", "jit.py", "summary.py", "common.py", "run.py"}
+    assert users <= {"fuzzy_gains.py", "law_text.py", "jit.py", "summary.py", "common.py", "run.py"}
 
 
 def loaded_after(code):

@@ -32,12 +32,22 @@ _STRING: Final = r'"([^"\n]*)"'
 _TITLE: Final = re.compile(rf"[ \t]*(system)[ \t]+({_NAME})(?:[ \t]*{_STRING})?{_STOP}")
 _SOURCE: Final = re.compile(rf"[ \t]*source[ \t]*{_STRING}{_STOP}")
 _SETTING: Final = re.compile(rf"[ \t]*(and|or|implication|aggregation|defuzzifier)[ \t]+({_NAME}){_STOP}")
-_PARAM: Final = re.compile(rf"[ \t]*param[ \t]+({_NAME})[ \t]*=([^\"#\n]*?)(?:\bunit[ \t]*{_STRING})?{_STOP}")
+_UNIT: Final = rf"unit[ \t]*{_STRING}"
+_BOUNDS: Final = rf"in[ \t]*([\[(])({_PARAMETER}),({_PARAMETER})([\])])"
+_PARAM: Final = re.compile(rf"[ \t]*param[ \t]+({_NAME})(?:[ \t]+{_BOUNDS})?[ \t]*=([^\"#\n]*?)(?:\b{_UNIT})?{_STOP}")
 _REQUIRE: Final = re.compile(r"[ \t]*require\b")
 _VARIABLE: Final = re.compile(
     rf"[ \t]*(input|output)[ \t]+({_NAME})(?:[ \t]*{_STRING}[ \t]*|[ \t]+)in[ \t]*"
     rf"\[({_PARAMETER}),({_PARAMETER})\](?:[ \t]*(unit)[ \t]*({_STRING}))?"
     rf"(?:[ \t]*(else)[ \t]+(?:(-?{_NUMBER})|({_NAME})))?{_STOP}"
+)
+_HEAD: Final = re.compile(rf"[ \t]*(controller|plant|loop)[ \t]+({_NAME})(?:[ \t]*{_STRING})?{_STOP}")
+_USE: Final = re.compile(rf"[ \t]*use[ \t]*({_STRING}){_STOP}")
+_EVERY: Final = re.compile(r"[ \t]*every\b")
+_EQUATION: Final = re.compile(rf"[ \t]*(let|next|der|block)[ \t]+({_NAME})[ \t]*=")
+_SIGNAL: Final = re.compile(
+    rf"[ \t]*(input|output|state)[ \t]+({_NAME})(?:[ \t]*{_STRING})?(?:[ \t]*\b{_BOUNDS})?(?:[ \t]*\b{_UNIT})?"
+    rf"(?:[ \t]*(=)|{_STOP})"
 )
 _TERMS: Final = re.compile(rf"[ \t]*terms((?:[ \t]+{_NAME})+){_STOP}")
 _TABLE: Final = re.compile(rf"[ \t]*table[ \t]+({_NAME})[ \t]*=[ \t]*({_NAME})(?:[ \t]+x[ \t]+({_NAME}))?{_STOP}")
@@ -77,7 +87,8 @@ def _read(source: SourceText, line: LogicalLine, kind: LineKind) -> Any:
         return _term(source, line.start, whole, term)
     if kind == "term_line" and (formula := _FORMULA.match(text)):
         return _formula(source, line.start, whole, formula)
-    if kind == "statement" and (statement := _STATEMENTS.get(line.word)):
+    statements = _BLOCK_STATEMENTS if kind == "block_statement" else _STATEMENTS if kind == "statement" else {}
+    if statement := statements.get(line.word):
         form, build = statement
         found = form.match(text)
         return None if found is None else build(source, line.start, whole, found)
@@ -97,10 +108,55 @@ def _setting(source: SourceText, base: int, whole: Span, found: re.Match[str]) -
 
 
 def _param(source: SourceText, base: int, whole: Span, found: re.Match[str]) -> sx.Param:
-    reader = Reader(source, base + found.start(2), base + found.end(2))
+    reader = Reader(source, base + found.start(6), base + found.end(6))
     value = reader.sum()
     _require_end(reader)
-    return sx.Param(whole, _word(source, base, found, 1), value, _text(found[3]))
+    return sx.Param(whole, _word(source, base, found, 1), value, _text(found[7]), _bounds(source, base, found, 2))
+
+
+def _bounds(source: SourceText, base: int, found: re.Match[str], first: int) -> sx.Bounds | None:
+    """Return a range that is written in four groups; None where there is none."""
+    if found[first] is None:
+        return None
+    lower, upper = _number(source, base, found, first + 1), _number(source, base, found, first + 2)
+    place = Span(source, base + found.start(first), base + found.end(first + 3))
+    return sx.Bounds(lower, upper, found[first] == "(", found[first + 3] == ")", place)
+
+
+def _head(source: SourceText, base: int, whole: Span, found: re.Match[str]) -> sx.Head:
+    return sx.Head(whole, _word(source, base, found, 1), _word(source, base, found, 2), _text(found[3]))
+
+
+def _use(source: SourceText, base: int, whole: Span, found: re.Match[str]) -> sx.Use:
+    return sx.Use(whole, _text(found[2]), _at(source, base, found, 1))
+
+
+def _every(source: SourceText, base: int, whole: Span, found: re.Match[str]) -> sx.Every:
+    reader = Reader(source, base + found.end(), whole.end)
+    period = reader.sum()
+    _require_end(reader)
+    return sx.Every(whole, period)
+
+
+def _equation(source: SourceText, base: int, whole: Span, found: re.Match[str]) -> sx.Equation:
+    value = _claim(source, base + found.end(), whole.end)
+    return sx.Equation(whole, _word(source, base, found, 1), _word(source, base, found, 2), value)
+
+
+def _signal(source: SourceText, base: int, whole: Span, found: re.Match[str]) -> sx.Signal:
+    if (found[1] == "input") != (found[9] is None):
+        raise NotPlainError
+    value = None if found[9] is None else _claim(source, base + found.end(), whole.end)
+    keyword, name = _word(source, base, found, 1), _word(source, base, found, 2)
+    return sx.Signal(whole, keyword, name, _text(found[3]), _bounds(source, base, found, 4), _text(found[8]), value)
+
+
+def _claim(source: SourceText, start: int, end: int) -> ex.Expr:
+    """Return the expression or condition that ends a line."""
+    reader = Reader(source, start, end)
+    value = reader.claim()
+    _require_end(reader)
+    return value
 
 
 def _guarantee(source: SourceText, base: int, whole: Span, found: re.Match[str]) -> sx.Require:
@@ -195,6 +251,16 @@ _STATEMENTS: Final[dict[str, tuple[re.Pattern[str], Callable[[SourceText, int, S
     "terms": (_TERMS, _partition),
     "table": (_TABLE, _table),
     "if": (_RULE, _rule),
+    "use": (_USE, _use),
+    **dict.fromkeys(("controller", "plant", "loop"), (_HEAD, _head)),
+}
+
+#: The same of the lines of controllers, plants and loops.
+_BLOCK_STATEMENTS: Final = {
+    "every": (_EVERY, _every),
+    **dict.fromkeys(("let", "next", "der", "block"), (_EQUATION, _equation)),
+    **dict.fromkeys(("input", "output", "state"), (_SIGNAL, _signal)),
+    **{word: _STATEMENTS[word] for word in ("system", *sx.HEADS, "source", "use", "param", "require")},
 }
 
 

@@ -14,7 +14,9 @@ NUMBER: Final = r"(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
 
 #: More operators, or more parentheses, are no plain expression; so none nests too deeply.
 _MOST: Final = 95
-_TOKEN: Final = re.compile(rf"[ \t]*(?:({NUMBER})(?![\w.])|({NAME})(?![\w.])|(<=|>=|==|!=|[-+*/^(),<>])|$)")
+_TOKEN: Final = re.compile(
+    rf"[ \t\r\n]*(?:({NUMBER})(?![\w.])|({NAME}(?:\.{NAME})?)(?![\w.])|(<=|>=|==|!=|[-+*/^(),<>=])|$)"
+)
 #: Names that mean something else where an operator is expected, or everywhere.
 _LOGIC: Final = frozenset({"and", "or", "not"})
 _KEYWORDS: Final = _LOGIC | {"within", "when", "unit"}
@@ -141,10 +143,22 @@ class Reader:
         arguments: list[ex.Expr] = []
         while not arguments or self.sign == ",":
             self.advance()
-            arguments.append(self.claim())
+            arguments.append(self._argument())
         self.expect(")")
         end = ex.span_of(arguments[-1])
         return ex.Call(name, tuple(arguments), span.to(end) if end else span)
+
+    def _argument(self) -> ex.Expr:
+        """Read an argument of a call, by position or by name."""
+        name, span = self.name, Span(self.source, self.start, self.stop)
+        value = self.claim()
+        if self.sign != "=":
+            return value
+        if not isinstance(value, ex.Name) or value.span != span or "." in name:
+            raise NotPlainError
+        self.advance()
+        value = self.claim()
+        return ex.Keyword(name, value, span.to(ex.span_of(value) or span))
 
     def parenthesis(self) -> ex.Expr:
         """Read an arithmetic expression in parentheses."""

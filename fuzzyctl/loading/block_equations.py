@@ -25,7 +25,6 @@ from fuzzyctl.model.plant import Plant
 from fuzzyctl.model.plant_forms import PLANT_FUNCTIONS
 from fuzzyctl.model.shared_params import with_shared
 from fuzzyctl.model.signals import SIGNALS, TIME
-from fuzzyctl.simulation.sample_times import sample_times
 
 Block = TypeVar("Block", bound=Controller | Plant | Loop)
 
@@ -151,6 +150,8 @@ def loop_parts(loop: Loop) -> int:
     except DiagnosticError as error:
         raise DiagnosticError([_in_loop(d) for d in error.diagnostics]) from None
     if loop.step is not None or any(c.period is not None for c in loop.controllers):
+        from fuzzyctl.simulation.sample_times import sample_times  # which controllers need not
+
         sample_times(loop)
     return equations.parts
 

@@ -26,6 +26,7 @@ _Block = TypeVar("_Block", "FuzzySystem", "Controller", "Plant", "Loop", "FuzzyS
 __all__ = [
     "MAX_BYTES",
     "Examined",
+    "chosen_block",
     "decode",
     "examine",
     "examine_all",

@@ -1,10 +1,15 @@
-"""Every equation of the paper is found by its number: in a function's source, and in the table of the explanation."""
+"""Every equation of the paper is found by its number: in a source of the code, and in the table of the explanation.
+
+Sources are those of functions, and of the control laws that are text.
+"""
 
 import ast
 import re
 from pathlib import Path
 
 import pytest
+
+from tests.shipped import LAWS
 
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGE = ROOT / "apps" / "dwmr"
@@ -36,7 +41,7 @@ def numbers(text):
 
 
 def sources():
-    """Return the equations in the Source section of each function, by module.function."""
+    """Return the equations by module.function, from Source sections, and by file and controller of the laws."""
     found = {}
     for path in sorted(PACKAGE.rglob("*.py")):
         module = ".".join(path.relative_to(PACKAGE).with_suffix("").parts)
@@ -44,6 +49,9 @@ def sources():
             text = (ast.get_docstring(node) or "") if isinstance(node, ast.FunctionDef) else ""
             if "Source:" in text:
                 found.setdefault(f"{module}.{node.name}", set()).update(numbers(text.split("Source:")[1]))
+    for path in LAWS:
+        for name, source in re.findall(r'^controller (\w+).*\nsource "(.*)"$', path.read_text(encoding="utf-8"), re.M):
+            found[f"rules/{path.name}: {name}"] = numbers(source)
     return found
 
 
@@ -82,6 +90,7 @@ class TestDocstrings:
     def test_exceptions_are_not_computed_after_all(self):
         """Ranges such as Eqs. (47)-(51) may run over them; a function that names one by itself computes it."""
         text = " ".join(" ".join(p.read_text(encoding="utf-8").split()) for p in PACKAGE.rglob("control/laws/*.py"))
+        text += " ".join(p.read_text(encoding="utf-8") for p in LAWS)
         assert numbers(text) & set(EXCEPTIONS) == set()
 
 
@@ -93,7 +102,7 @@ class TestTable:
     def test_names_functions_that_have_the_equation_as_their_source(self):
         known = sources()
         for found, where in rows():
-            named = re.findall(r"`([\w.]+)`", where)
+            named = re.findall(r"`([\w./: ]+)`", where)
             if named:
                 assert found <= set().union(*(known[name] for name in named)), (found, named)
                 assert all(found & known[name] for name in named), (found, named)

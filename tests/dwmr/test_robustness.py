@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 from dwmr.cli.main import main
-from dwmr.control import laws
 from dwmr.control.fuzzy_gains import Rules
+from dwmr.control.laws import python_law
 from dwmr.core import jit
 from dwmr.scenario.file import find, read
 from dwmr.simulation import simulate
@@ -215,13 +215,10 @@ class TestLawFile:
             ("SIGNALS = ()\n", "has no Settings, FAULTS, init, step"),
         ],
     )
-    def test_that_cannot_be_imported_is_named(self, tmp_path, monkeypatch, text, words):
+    def test_that_cannot_be_imported_is_named(self, tmp_path, text, words):
         (tmp_path / "broken.py").write_text(text, encoding="utf-8")
-        monkeypatch.setattr(laws, "__path__", [*laws.__path__, str(tmp_path)])
-        monkeypatch.delitem(sys.modules, "dwmr.control.laws.broken", raising=False)
-        file = read(PAPER, ["robot.controllers.broken.k=1"])
         with pytest.raises(DiagnosticError, match="broken") as caught:
-            simulate.prepare(file, "broken", Rules(file.scenario.rules, (), file.places))
+            python_law.load("broken", tmp_path / "broken.py")
         assert words in str(caught.value)
         assert str(tmp_path / "broken.py") in caught.value.diagnostics[0].place
 

@@ -37,8 +37,9 @@ from fuzzyctl.resolve.claims import FORMS
 from fuzzyctl.resolve.defuzzifiers import RESOLUTIONS
 from fuzzyctl.resolve.rules import MAX_OUTPUTS, MAX_RULES
 from fuzzyctl.resolve.variables import MAX_TERMS
+from tests import shipped
 from tests.commands import commands_of
-from tests.e2e.pages import DOCS, ROOT, without_code
+from tests.e2e.pages import DOCS, without_code
 
 
 def _reference(name: str) -> str:
@@ -176,7 +177,7 @@ class TestReference:
 
     def test_every_shipped_rule_file_is_described(self) -> None:
         text = _reference("rule-files.md")
-        assert [p.name for p in (ROOT / "rules").glob("*.fz") if f"## `{p.name}`" not in text] == []
+        assert [p.name for p in shipped.SYSTEMS if f"## `{p.name}`" not in text] == []
 
     def test_every_key_of_a_scenario_is_described(self) -> None:
         text = _reference("scenario.md")

@@ -4,19 +4,18 @@ Of the 200 drawn ones the test line compares 20; FUZZYCTL_FROZEN=200 python -m p
 """
 
 import os
-from pathlib import Path
 from random import Random
 
 import pytest
 
 from fuzzyctl import check, dumps, load, loads, output_bounds, prove
 from fuzzyctl.diagnostics.diagnostic import DiagnosticError
+from tests import shipped
 from tests.frozen.kept import check_kept
 from tests.frozen.systems import SYSTEMS
 from tests.peers.drawing import Abilities, Draw
 from tests.sizes import examples
 
-RULES = sorted((Path(__file__).parents[2] / "rules").glob("*.fz"))
 ABLE = Abilities(
     implications=("min", "product"),
     aggregations=("max", "sum"),
@@ -66,7 +65,7 @@ def compare(name, reports):
 
 
 def test_of_shipped_systems_they_are_as_kept():
-    compare("shipped", [(path.stem, list(found(load(path)))) for path in RULES])
+    compare("shipped", [(path.stem, list(found(load(path)))) for path in shipped.SYSTEMS])
 
 
 def test_of_kept_systems_they_are_as_kept():

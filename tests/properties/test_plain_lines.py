@@ -13,6 +13,7 @@ from fuzzyctl.lang.lines import LogicalLine, split
 from fuzzyctl.lang.parser import parse_by_grammar
 from fuzzyctl.lang.syntax import NAME, STATEMENT_KEYWORDS
 from fuzzyctl.support.shipped import rules_folder
+from tests.shipped import LAWS
 from tests.sizes import examples
 
 NAMES = "NB Z x inf pi _a1 linear not and or then σ".split()
@@ -40,8 +41,11 @@ def pieces(inner):
     call = st.tuples(st.sampled_from(["f", "abs", "not"]), st.lists(inner, max_size=3)).map(
         lambda c: f"{c[0]}({', '.join(c[1])})"
     )
+    named = st.tuples(inner, st.sampled_from(["x", "f.g", "1"]), st.sampled_from([" = ", "=", "=="]), inner).map(
+        lambda c: f"f({c[0]}, {c[1]}{c[2]}{c[3]})"
+    )
     denied = inner.map("not {}".format)
-    return pair | call | denied | inner.map("({})".format) | inner.map("-{}".format) | inner.map("+ {}".format)
+    return pair | call | named | denied | inner.map("({})".format) | inner.map("-{}".format) | inner.map("+ {}".format)
 
 
 FORMULAS = st.recursive(OPERANDS, pieces, max_leaves=8)
@@ -82,11 +86,11 @@ UNIT_PIECES = mostly(st.sampled_from(["", 'unit "m/s"']), STRINGS | st.sampled_f
 
 
 @st.composite
-def statements(draw):
+def statements(draw, forms):
     """A statement of one of the plain forms, often with something in it that is not plain."""
-    word = draw(st.sampled_from([*FORMS]))
+    word = draw(st.sampled_from([*forms]))
     gap = draw(mostly(st.just(" "), st.sampled_from(["", "  ", "\t"])))
-    return draw(BLANKS) + gap.join([word, *(draw(piece) for piece in FORMS[word])]) + draw(ENDS)
+    return draw(BLANKS) + gap.join([word, *(draw(piece) for piece in forms[word])]) + draw(ENDS)
 
 
 def bounds(within, when):
@@ -131,10 +135,36 @@ FORMS = {
     "table": [NAME_PIECES, st.just("="), NAME_PIECES, _CROSS],
     "if": [_IS, _REST, st.just("then"), _IS, mostly(st.just(""), st.sampled_from([", v is very P", "x"])), _WEIGHT],
     **dict.fromkeys(("and", "or", "implication", "aggregation", "defuzzifier"), _SETTING),
+    "controller": [NAME_PIECES, STRING_PIECES],
+    "use": [STRING_PIECES],
 }
 
 
-KINDS = {"header": headers(), "row": rows(), "term_line": terms(), "statement": statements()}
+_RANGE = st.builds(
+    "in {}{}, {}{}".format, st.sampled_from("[("), VALUE_PIECES, VALUE_PIECES, mostly(st.just("]"), st.just(")"))
+)
+_LABELS = [mostly(st.just(""), STRING_PIECES), mostly(st.just(""), _RANGE), UNIT_PIECES]
+_EQUATION = [NAME_PIECES, st.just("="), FORMULAS]
+_DEFINED = [NAME_PIECES, *_LABELS, *_EQUATION[1:]]
+BLOCK_FORMS = {
+    **dict.fromkeys(("controller", "plant", "loop"), _SETTING),
+    "use": [STRING_PIECES],
+    "param": [NAME_PIECES, mostly(st.just(""), _RANGE), *_EQUATION[1:], UNIT_PIECES],
+    "every": [FORMULAS],
+    "input": [NAME_PIECES, *_LABELS],
+    **dict.fromkeys(("output", "state"), _DEFINED),
+    **dict.fromkeys(("let", "next", "der", "block"), _EQUATION),
+    "require": FORMS["require"],
+}
+
+
+KINDS = {
+    "header": headers(),
+    "row": rows(),
+    "term_line": terms(),
+    "statement": statements(FORMS),
+    "block_statement": statements(BLOCK_FORMS),
+}
 FIRST = re.compile(rf"\s*({NAME})")
 CODE = re.compile(r'(?:"[^"\n]*"|[^"#])*')
 
@@ -223,7 +253,18 @@ def test_which_statements_are_plain(statement, is_plain):
 @pytest.mark.parametrize("name", ["ais_reaction.fz", "boundary_layer.fz", "fcafsmc.fz"])
 def test_the_lines_of_a_shipped_file_are_plain(name):
     source = SourceText(name, (rules_folder() / name).read_text(encoding="utf-8"))
-    below = [line for line in split(source) if line.kind in ("header", "row", "term_line", "statement")]
+    below = [line for line in split(source) if line.kind in KINDS]
     read = [fast_path.read(source, line, line.kind) for line in below]
     assert below
     assert sum(node is not None for node in read) >= 0.7 * len(below)
+
+
+@pytest.mark.parametrize("path", LAWS, ids=lambda p: p.name)
+def test_all_lines_of_a_shipped_law_are_plain(path):
+    source = SourceText(path.name, path.read_text(encoding="utf-8"))
+    lines = [line for line in split(source) if line.kind in KINDS]
+    for line in lines:
+        found = fast_path.read(source, line, line.kind)
+        node, problems = parse_by_grammar(source, line, line.kind)
+        assert problems == []
+        assert list(leaves(node)) == list(leaves(found))

@@ -5,18 +5,19 @@ import pytest
 from click.testing import CliRunner
 
 import fuzzyctl
+from fuzzyctl.analysis.check import check_source
 from fuzzyctl.cli.main import main
+from fuzzyctl.loading.load import look_through
+from fuzzyctl.support.reading import read_source
 from fuzzyctl.support.shipped import rules_folder
-
-FILES = sorted(rules_folder().glob("*.fz"))
-IDS = [p.name for p in FILES]
+from tests.shipped import LAWS, SYSTEMS
 
 
-@pytest.mark.parametrize("path", FILES, ids=IDS)
+@pytest.mark.parametrize("path", SYSTEMS + LAWS, ids=lambda p: p.name)
 class TestEveryFile:
     def test_it_is_clean(self, path):
-        system, diagnostics = fuzzyctl.check(path)
-        assert system is not None
+        blocks, diagnostics = check_source(read_source(path), folder=path.parent)
+        assert blocks
         assert diagnostics == []
 
     def test_it_is_laid_out(self, path):
@@ -27,6 +28,20 @@ class TestEveryFile:
         for word in ("# Purpose:", "# Units:", "# Guarantee:", "source "):
             assert word in text
 
+
+@pytest.mark.parametrize("path", LAWS, ids=lambda p: p.name)
+class TestEveryLaw:
+    def test_it_is_named_like_its_last_controller(self, path):
+        examined = look_through(read_source(path), folder=path.parent)
+        assert examined.controllers[-1].name == path.stem
+
+    def test_what_it_requires_is_proved(self, path):
+        verdicts = fuzzyctl.prove(fuzzyctl.load_controller(path, path.stem))
+        assert [type(v) for v in verdicts] == [fuzzyctl.Proved] * len(verdicts)
+
+
+@pytest.mark.parametrize("path", SYSTEMS, ids=lambda p: p.name)
+class TestEverySystem:
     def test_it_is_named_like_its_system(self, path):
         assert fuzzyctl.load(path).name == path.stem
 

@@ -139,7 +139,7 @@ def _plan(
         for name in laws:
             if name not in controllers.GROUPS and not controllers.exists(name, path.parent):
                 known = ", ".join(repr(one) for one in (*controllers.names(), *controllers.GROUPS))
-                message = f"{name!r} is not one of {known}, and there is no {name}.py beside {scenario}."
+                message = f"{name!r} is not one of {known}, and there is no {name}.fz or {name}.py beside {scenario}."
                 raise click.BadParameter(message, param_hint="'--controller'")
         with worker_options.checking(runs) as report:
             return comparison.make(varied, path, laws, runs, seed, rules_folder, overrides, report)

@@ -29,7 +29,7 @@ def controller_option(command: Command) -> Command:
         "--controller",
         metavar="LAW",
         show_default="the scenario's own",
-        help=f"Control law to run: {', '.join(laws.names())}, or one of your own in LAW.py beside the "
+        help=f"Control law to run: {', '.join(laws.names())}, or one of your own in LAW.fz or LAW.py beside the "
         f"scenario; or several: {', '.join(laws.GROUPS)}.",
     )(command)
 
@@ -108,7 +108,9 @@ def laws_of(task: Task, controller: str | None) -> tuple[str, ...]:
     if controller in laws.GROUPS or laws.exists(controller, task.file.path.parent):
         return laws.group(controller)
     known = ", ".join(repr(name) for name in (*laws.names(), *laws.GROUPS))
-    message = f"{controller!r} is not one of {known}, and there is no {controller}.py beside the scenario."
+    message = (
+        f"{controller!r} is not one of {known}, and there is no {controller}.fz or {controller}.py beside the scenario."
+    )
     raise click.BadParameter(message, param_hint="'--controller'")
 
 

@@ -1,16 +1,18 @@
 """Rule files as gain kernels: load, check the role of a file, prove the properties that the law requires, compile.
 
-The only control module that imports fuzzyctl's engine. Everything but compiling works without the compiler, so that a
-broken rule file is answered at once.
+With `law_text` the only modules that import fuzzyctl's engine. Everything but compiling works without the compiler, so
+that a broken rule file is answered at once.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import fuzzyctl
+from dwmr.control import law_text
 from dwmr.control.gain_floor import ROLE, Channel, not_positive, prove_floor
 from dwmr.control.roles import ROLES, check_role
 from dwmr.control.rule_files import RuleFiles, Used, read_whole
@@ -22,6 +24,7 @@ if TYPE_CHECKING:
     from dwmr.core.arrays import FloatArray
     from fuzzyctl.analysis.verdicts import Verdict
     from fuzzyctl.experiments.settings.locations import Places
+    from fuzzyctl.model.system import FuzzySystem
 
 #: Identity of a fuzzy system: its file and the values of its params.
 Key = tuple[Path, tuple[tuple[str, float], ...]]
@@ -37,6 +40,8 @@ class Known:
         bounds: Proved bounds of outputs.
         verdicts: On the guarantees of a file, by its checksum and the values of its params.
         kernels: Compiled kernels.
+        laws: Control laws as their files have them.
+        assembled: Control laws with the systems that they call.
     """
 
     def __init__(self) -> None:
@@ -44,8 +49,10 @@ class Known:
         self.changed: dict[Key, Any] = {}
         self.sound: set[Key] = set()
         self.bounds: dict[Key, Any] = {}
-        self.verdicts: dict[tuple[str, tuple[tuple[str, float], ...]], tuple[Verdict, ...]] = {}
+        self.verdicts: dict[Any, tuple[Verdict, ...]] = {}
         self.kernels: dict[Key, Any] = {}
+        self.laws: dict[Path, law_text.LawText] = {}
+        self.assembled: dict[Any, law_text.Assembled] = {}
 
 
 class Rules:
@@ -60,6 +67,7 @@ class Rules:
     Attributes:
         files: Where they are.
         used: The files read so far, by role.
+        laws: The control laws read so far that are text, by file name.
         warnings: What the checks of those files warn of.
     """
 
@@ -68,6 +76,7 @@ class Rules:
     ) -> None:
         self.files = RuleFiles(named, folders, places)
         self.used: dict[str, Used] = {}
+        self.laws: dict[str, Used] = {}
         self.warnings: list[Diagnostic] = []
         self.known = Known() if known is None else known
 
@@ -139,6 +148,62 @@ class Rules:
         """Return the proved and compiled β(|σ*|)."""
         return self.kernel("boundary_layer", self.prove_boundary_layer()).value
 
+    def law(self, name: str) -> law_text.LawText:
+        """Read a control law once, and remember its warnings.
+
+        Args:
+            name: Name of its file.
+
+        Raises:
+            DiagnosticError: When the file has mistakes, or is no control law.
+        """
+        path = self.files.law(name)
+        if path not in self.known.laws:
+            systems = {one.resolve(): (system,) for one, (system, *_) in self.known.systems.items()}
+            self.known.laws[path] = law_text.read(path, systems)
+        found = self.known.laws[path]
+        if name not in self.laws:
+            self.laws[name] = found.used
+            self.warnings += [d for d in found.warnings if d not in self.warnings]
+        return found
+
+    def assembled(self, law: law_text.LawText, part: str) -> law_text.Assembled:
+        """Return a control law that calls the rule files of the scenario, each by the name of its role.
+
+        A param of the law that is a number of its own has the value of the rule files' param of the same name.
+
+        Args:
+            law: The law.
+            part: A param that is 0; an empty string for none.
+        """
+        own = law.controller
+        systems = {role: self.system(role, {}) for role in law_text.systems_of(own) if role in self.files.named}
+        key = law.path, part, tuple(self._key(role, system) for role, system in systems.items())
+        if key not in self.known.assembled:
+            values = {name: value for system in systems.values() for name, value in system.values.items()}
+            numbers = {p.name: values[p.name] for p in own.params if p.name in values and not [*names_in(p.expression)]}
+            called = law_text.with_systems(own, {role: replace(s, name=role) for role, s in systems.items()})
+            changed = law_text.with_params(called, numbers | ({part: 0.0} if part else {}))
+            self.known.assembled[key] = law_text.Assembled(changed)
+        return self.known.assembled[key]
+
+    def prove_law(self, law: law_text.Assembled, values: Mapping[str, float], where: str) -> None:
+        """Refuse a control law unless what it and the systems that it calls require is proved.
+
+        Args:
+            law: The law.
+            values: Of all its params.
+            where: The robot whose gains these are.
+
+        Raises:
+            DiagnosticError: With each guarantee that is refuted, or that cannot be decided in time.
+        """
+        for name, system in law.systems.items():
+            if name not in self.used:
+                self._require_coverage(system, Path(system.path))
+                self._prove(system, (system.path, tuple(system.values.items())), system.path)
+        _require_proved(law.proved(values), law.controller.path, where)
+
     def prove_adaptive_gain(self) -> Any:
         """Prove what the rule file requires and return the fuzzy system F(σ*).
 
@@ -183,7 +248,7 @@ class Rules:
             raise DiagnosticError(derived)
         changes = {**params, **own}
         if not changes:
-            self._require_coverage(role, system)
+            self._require_coverage(system, self.used[role].path)
             return system
         key = (self.used[role].path, tuple(sorted(changes.items())))
         if key not in self.known.changed:
@@ -192,7 +257,7 @@ class Rules:
             except (UnknownNameError, ValueOutOfBoundsError) as error:
                 raise DiagnosticError([Diagnostic("FZ905", str(error), file=str(self.used[role].path))]) from error
         changed = self.known.changed[key]
-        self._require_coverage(role, changed)
+        self._require_coverage(changed, self.used[role].path)
         return changed
 
     def _load(self, role: str) -> Any:
@@ -234,20 +299,21 @@ class Rules:
             DiagnosticError: With each guarantee that is refuted, or that cannot be decided in time.
         """
         key = self.used[role].sha256, tuple(sorted(system.values.items()))
-        if key not in self.known.verdicts:
-            self.known.verdicts[key] = fuzzyctl.prove(system)
-        broken = [v for v in self.known.verdicts[key] if not isinstance(v, fuzzyctl.Proved)]
-        if broken:
-            raise DiagnosticError([_unproved(v, str(self.used[role].path), where) for v in broken])
+        self._prove(system, key, str(self.used[role].path), where)
 
-    def _require_coverage(self, role: str, system: Any) -> None:
+    def _prove(self, subject: FuzzySystem, key: Any, path: str, where: str = "") -> None:
+        if key not in self.known.verdicts:
+            self.known.verdicts[key] = fuzzyctl.prove(subject)
+        _require_proved(self.known.verdicts[key], path, where)
+
+    def _require_coverage(self, system: Any, path: Path) -> None:
         """Refuse a system that is not proved to have a number as its output everywhere; params may have opened a hole.
 
         A hole whose `else` is a number is none: the number counts in the bounds.
         """
         from fuzzyctl.analysis.coverage import coverage
 
-        key = self._key(role, system)
+        key = path, tuple(sorted(system.values.items()))
         if key in self.known.sound:
             return
         found = [d for d in coverage.diagnostics(system) if d.severity == "error"]
@@ -256,7 +322,7 @@ class Rules:
         (output,) = system.outputs
         verdict = coverage.uncovered(system)[output.name]
         if verdict is not None and output.otherwise in (None, "nan", "error"):
-            raise DiagnosticError([_not_covered(output, verdict, str(self.used[role].path))])
+            raise DiagnosticError([_not_covered(output, verdict, str(path))])
         self.known.sound.add(key)
 
     def _not_positive(self, asked: Channel, name: str, value: float) -> Diagnostic:
@@ -286,6 +352,12 @@ def _not_covered(output: Any, verdict: Any, path: str) -> Diagnostic:
         (verdict.reason, needed),
     )
     return Diagnostic("FZ407", message, output.span, facts=facts, help="say 'else' with a number", file=path)
+
+
+def _require_proved(verdicts: Sequence[Verdict], path: str, where: str) -> None:
+    broken = [v for v in verdicts if not isinstance(v, fuzzyctl.Proved)]
+    if broken:
+        raise DiagnosticError([_unproved(v, path, where) for v in broken])
 
 
 def _unproved(verdict: Verdict, path: str, where: str) -> Diagnostic:

@@ -17,6 +17,9 @@ if TYPE_CHECKING:
     from dwmr.control.rule_file_settings import RuleFile
     from fuzzyctl.experiments.settings.locations import Places
 
+#: Files of the shipped control laws.
+LAWS = {"aifqsmc": "aifqsmc.fz", "fcafsmc": "fcafsmc_law.fz", "smc": "smc.fz"}
+
 
 class Used(NamedTuple):
     """A rule file that serves in a role: where it is and what it holds.
@@ -64,21 +67,27 @@ class RuleFiles:
         """
         if role not in self.named:
             raise DiagnosticError([self.places.diagnostic("FZ903", f"rules.{role}", f"rules.{role}.file is missing")])
-        name = self.named[role].file
+        key, name = f"rules.{role}.file", self.named[role].file
+        return self._found(name, key, f"{key} = {name!r} names a rule file that does not exist")
+
+    def law(self, name: str) -> Path:
+        """Return the file of a control law that is text.
+
+        Raises:
+            DiagnosticError: When none is found.
+        """
+        return self._found(name, "run.controller", f"the control law {name} does not exist")
+
+    def _found(self, name: str, key: str, missing: str) -> Path:
         folders = (*self.folders, rules_folder())
         for folder in folders:
             if _exists(folder / name):
-                return self._regular(role, folder / name)
-        places = ", ".join(str(f) for f in folders)
-        key = f"rules.{role}.file"
-        message = f"{key} = {name!r} names a rule file that does not exist"
-        raise DiagnosticError([self.places.diagnostic("FZ904", key, message, facts=(f"looked in {places}",))])
-
-    def _regular(self, role: str, path: Path) -> Path:
-        if is_special(path):  # reading could block for ever
-            key = f"rules.{role}.file"
-            raise DiagnosticError([self.places.diagnostic("FZ904", key, f"{key}: {path} is not a regular file")])
-        return path
+                if is_special(folder / name):  # reading could block for ever
+                    message = f"{key}: {folder / name} is not a regular file"
+                    raise DiagnosticError([self.places.diagnostic("FZ904", key, message)])
+                return folder / name
+        looked = f"looked in {', '.join(str(f) for f in folders)}"
+        raise DiagnosticError([self.places.diagnostic("FZ904", key, missing, facts=(looked,))])
 
     def require_use_of(self, folder: Path) -> None:
         """Refuse a folder of rule files that holds none of the files the scenario names.
@@ -86,8 +95,8 @@ class RuleFiles:
         Raises:
             DiagnosticError: Naming the files that were looked for.
         """
-        wanted = [rule.file for rule in self.named.values()]
-        if not wanted or any(_exists(folder / name) for name in wanted):
+        wanted = self._wanted()
+        if not self.named or any(_exists(folder / name) for name in wanted):
             return
         present = sorted(p.name for p in folder.glob("*.fz"))
         near = next((n for n in (closest(p, wanted) for p in present) if n is not None), None)
@@ -97,9 +106,13 @@ class RuleFiles:
         message = f"--rules {folder} holds no rule file of this scenario"
         raise DiagnosticError([Diagnostic("FZ905", message, facts=tuple(facts), help=help_text, file=str(folder))])
 
+    def _wanted(self) -> list[str]:
+        """Return the names of the files that a folder may replace."""
+        return [*(rule.file for rule in self.named.values()), *LAWS.values()]
+
     def near_misses(self, folder: Path) -> list[Diagnostic]:
         """Warn of rule files in a folder that are named almost like one that the scenario takes from elsewhere."""
-        wanted = [rule.file for rule in self.named.values()]
+        wanted = self._wanted()
         missing = [name for name in wanted if not _exists(folder / name)]
         found = []
         for path in sorted(folder.glob("*.fz")):
@@ -117,6 +130,22 @@ class RuleFiles:
         message = f"{key}: {self.path(role).name} has no param {name!r}"
         facts = (f"its params are {', '.join(known)}",) if known else ("it has no params",)
         return self.places.diagnostic("FZ902", key, message, facts=facts, help=self.places.did_you_mean(key, known))
+
+    def unknown_gain(self, law: Path, name: str, robot: str, gain: str, known: tuple[str, ...]) -> Diagnostic:
+        """Describe a gain that the scenario sets for a robot and the text of its control law does not declare."""
+        key = self._written(robot, name, gain)
+        facts = (f"its params are {', '.join(known)}",) if known else ("it has no params",)
+        message = f"{key}: {law.name} has no param {gain!r}"
+        return self.places.diagnostic("FZ902", key, message, facts=facts, help=self.places.did_you_mean(key, known))
+
+    def wrong_gain(self, name: str, robot: str, gain: str, reason: str) -> Diagnostic:
+        """Describe a gain of a robot that the text of its control law does not admit."""
+        key = self._written(robot, name, gain)
+        return self.places.diagnostic("FZ904", key, f"{key} {reason}")
+
+    def _written(self, robot: str, name: str, gain: str) -> str:
+        """Return the key of a gain as the scenario has it: of the robot, or of all robots."""
+        return self.places.resolve(("robots", robot, "controllers", name, gain))[0]
 
     def computed_param(self, role: str, name: str, sources: Sequence[str]) -> Diagnostic:
         """Describe a param that the scenario sets and the file of a role computes from others."""

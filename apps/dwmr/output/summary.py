@@ -11,7 +11,7 @@ from fuzzyctl.experiments.results.summary import versions
 
 
 def describe(file: ScenarioFile, rules: Rules, overrides: Sequence[str]) -> dict[str, Any]:
-    """Return where the numbers of a run come from, as plain data; of the rule files those that the run has read."""
+    """Return where the numbers of a run come from, as plain data; of files those that the run has read."""
     return {
         "scenario": {
             "name": file.scenario.name,
@@ -28,5 +28,6 @@ def describe(file: ScenarioFile, rules: Rules, overrides: Sequence[str]) -> dict
             }
             for role, used in sorted(rules.used.items())
         },
+        "laws": {name: {"sha256": used.sha256, "files": dict(used.files)} for name, used in sorted(rules.laws.items())},
         "versions": versions(),
     }

@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 from pydantic import ValidationError
 
 from dwmr.control import laws as controllers
 from dwmr.control.fuzzy_gains import Rules
+from dwmr.control.laws.python_law import reported
 from dwmr.control.laws.settings import LawSettings
+from dwmr.control.laws.text_law import TextLaw, TextSettings
 from dwmr.scenario.file import ScenarioFile
 from dwmr.scenario.mistakes import diagnose
-from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
+from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError, Note
+from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.experiments.settings.overrides import split_key
 
 
@@ -28,12 +34,12 @@ def check(file: ScenarioFile, laws: Iterable[str], rules: Rules) -> None:
         DiagnosticError: With the mistakes of all robots; what robots have in common shows once.
     """
     found: dict[tuple[str, str, str], Diagnostic] = {}
-    for law in laws:
+    for name in laws:
+        law = None
         for robot in file.scenario.robots:
             try:
-                settings = settings_of(file, robot, law)
-                with controllers.reported(law, controllers.own_file(law, file.path.parent), "checked", only_own=True):
-                    settings.prove(rules, robot)
+                law = law or controllers.find(name, file.path.parent, rules)
+                _check(file, name, law, robot, rules)
             except DiagnosticError as error:
                 for one in error.diagnostics:
                     found.setdefault((one.code, one.place, one.message), one)
@@ -41,23 +47,62 @@ def check(file: ScenarioFile, laws: Iterable[str], rules: Rules) -> None:
         raise DiagnosticError(tuple(found.values()))
 
 
-def settings_of(file: ScenarioFile, robot: str, law: str) -> LawSettings:
+def _check(file: ScenarioFile, name: str, law: Any, robot: str, rules: Rules) -> None:
+    """Check a control law for one robot."""
+    if isinstance(law, TextLaw):
+        with _named(file, name):
+            law.prove(settings_of(file, robot, name, law), rules, robot)
+            law.require_period(file.scenario.run.dt)
+    else:
+        settings = settings_of(file, robot, name, law)
+        with reported(name, Path(str(law.__file__)), "checked", only_own=True):
+            settings.prove(rules, robot)
+
+
+@contextmanager
+def _named(file: ScenarioFile, law: str) -> Iterator[None]:
+    """Let the mistakes in the text of one's own law say where the scenario names it."""
+    try:
+        yield
+    except DiagnosticError as error:
+        key, span, argument = file.places.resolve(("run", "controller"))
+        if controllers.base(law) in controllers.SHIPPED or file.scenario.run.controller != law:
+            raise
+        raise DiagnosticError([_with_name(d, law, key, span, argument) for d in error.diagnostics]) from None
+
+
+def _with_name(found: Diagnostic, law: str, key: str, span: Span | None, argument: str) -> Diagnostic:
+    if found.span is None or Path(found.span.source.name).stem != controllers.base(law):
+        return found
+    if argument or span is None:
+        return replace(found, facts=(*found.facts, f"the control law of --set {argument}"))
+    return replace(found, notes=(*found.notes, Note(span, f"{key} names the control law")))
+
+
+def settings_of(file: ScenarioFile, robot: str, name: str, law: Any) -> LawSettings:
     """Return the gains of a robot for a control law.
+
+    Args:
+        file: The scenario.
+        robot: Name of the robot.
+        name: Name of the law.
+        law: From `laws.find`.
 
     Raises:
         DiagnosticError: When the scenario gives none, or wrong ones for a law of one's own.
     """
-    name, given = controllers.table(file.scenario.robots[robot].controllers, law)
-    key = f"robots.{robot}.controllers.{name}"
+    table, given = controllers.table(file.scenario.robots[robot].controllers, name)
+    key = f"robots.{robot}.controllers.{table}"
     if isinstance(given, LawSettings):
         return given
+    if given is None and law.Settings is TextSettings:
+        return TextSettings()  # its params have values in the text
     if given is None:
-        message = f"{key} is missing: robot {robot} has no gains for {law}"
+        message = f"{key} is missing: robot {robot} has no gains for {name}"
         raise DiagnosticError([file.places.diagnostic("FZ903", key, message)])
-    module = controllers.find(law, file.path.parent)
-    with controllers.reported(law, Path(str(module.__file__)), "checked", only_own=True):
+    with reported(name, Path(str(law.__file__)), "checked", only_own=True):
         try:
-            settings: LawSettings = module.Settings.model_validate(given)
+            settings: LawSettings = law.Settings.model_validate(given)
         except ValidationError as error:
             raise DiagnosticError(diagnose(error, file.places, tuple(split_key(key)))) from None
     return settings

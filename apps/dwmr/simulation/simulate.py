@@ -6,13 +6,13 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from time import perf_counter
-from types import ModuleType
 from typing import Any
 
 import numpy as np
 
 from dwmr.control import laws as controllers
 from dwmr.control.fuzzy_gains import Rules
+from dwmr.control.laws.python_law import reported
 from dwmr.control.laws.settings import LawSettings
 from dwmr.control.obstacle_avoidance import Avoidance
 from dwmr.core.arrays import FloatArray
@@ -90,7 +90,7 @@ class Simulation:
     name: str
     scenario: Scenario
     shape: Shape
-    module: ModuleType
+    module: Any
     laws: dict[str, Law]
 
 
@@ -105,17 +105,17 @@ def prepare(file: ScenarioFile, controller: str, rules: Rules) -> Simulation:
     Raises:
         DiagnosticError: At the first mistake; `checks.check` finds all of them, and faster.
     """
-    module = controllers.find(controller, file.path.parent)
+    module = controllers.find(controller, file.path.parent, rules)
     laws = {
-        robot: _law(module, settings_of(file, robot, controller), rules, robot, controller)
+        robot: _law(module, settings_of(file, robot, controller, module), rules, robot, controller)
         for robot in file.scenario.robots
     }
     return Simulation(controller, file.scenario, file.shape, module, laws)
 
 
-def _law(module: ModuleType, settings: LawSettings, rules: Rules, robot: str, name: str) -> Law:
+def _law(module: Any, settings: LawSettings, rules: Rules, robot: str, name: str) -> Law:
     """Return the law of one robot; a law of one's own may raise or return anything."""
-    with controllers.reported(name, Path(str(module.__file__)), "prepared"):
+    with reported(name, Path(str(module.__file__)), "prepared"):
         law = module.init(settings, rules, robot)
         if not isinstance(law, Law):
             raise TypeError(f"init returns {type(law).__name__}, not Law")
@@ -169,7 +169,7 @@ def run(simulation: Simulation, report: Callable[[int], None] | None = None) -> 
     chunk = PERIODS_AT_A_TIME if COMPILED else 1
 
     def periods(first: int, last: int) -> tuple[int, int, int]:
-        with controllers.reported(simulation.name, Path(str(module.__file__)), "run", only_own=last > 0):
+        with reported(simulation.name, Path(str(module.__file__)), "run", only_own=last > 0):
             done = run_periods(first, last, path, step, kernels, world, memory, draw(last - first), record, law_record)
             if raised:
                 raise raised[0]
@@ -204,7 +204,7 @@ def run(simulation: Simulation, report: Callable[[int], None] | None = None) -> 
     return Trajectory(simulation.name, names, t, record[:kept], law_record[:kept], module.SIGNALS, wall_s, stop)
 
 
-def _reason(fault: int, row: FloatArray, module: ModuleType) -> str:
+def _reason(fault: int, row: FloatArray, module: Any) -> str:
     if fault == TOO_LARGE:
         units = {s.name: s.unit for s in SIGNALS}
         far = [

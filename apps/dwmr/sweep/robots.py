@@ -57,7 +57,7 @@ class Robots(Runnable[ScenarioFile]):
         return tuple(dict.fromkeys(found))
 
     def check(self, scenario: ScenarioFile, controllers: Sequence[str]) -> Mapping[str, UsedFile]:
-        """Check a scenario and its rule files, and return the rule files by role and name."""
+        """Check a scenario and its rule files, and return these by role and name, and the laws that are text."""
         rules = self._rules(scenario)
         preflight.check(scenario, controllers, rules)
         return _used(rules)
@@ -99,8 +99,8 @@ class Robots(Runnable[ScenarioFile]):
 
     def own_files(self, scenario: ScenarioFile, controllers: Sequence[str]) -> Mapping[str, str]:
         """Return the checksums of the control laws that lie beside the scenario."""
-        own = {law: scenario.path.parent / f"{law}.py" for law in controllers if law not in laws.names()}
-        return {law: hashlib.sha256(path.read_bytes()).hexdigest() for law, path in own.items()}
+        own = {law: laws.python_file(law, scenario.path.parent) for law in controllers}
+        return {law: hashlib.sha256(path.read_bytes()).hexdigest() for law, path in own.items() if path is not None}
 
     def software(self) -> dict[str, str | None]:
         """Return the versions of what computes a run, and a checksum of its sources."""
@@ -112,5 +112,6 @@ class Robots(Runnable[ScenarioFile]):
 
 
 def _used(rules: Rules) -> dict[str, UsedFile]:
-    """Return the rule files that were read, by role and name."""
-    return {f"{role}/{used.path.name}": UsedFile(used.path, used.sha256) for role, used in rules.used.items()}
+    """Return the rule files that were read, by role and name, and the control laws that are text."""
+    found = {f"{role}/{used.path.name}": UsedFile(used.path, used.sha256) for role, used in rules.used.items()}
+    return found | {f"law/{name}": UsedFile(used.path, used.sha256) for name, used in rules.laws.items()}

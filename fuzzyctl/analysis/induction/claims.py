@@ -45,6 +45,10 @@ class StepClaim:
 class Claims:
     """All claims about a controller.
 
+    Args:
+        controller: The controller.
+        free: Params that may have any value; they are inputs of its equations.
+
     Attributes:
         own: Those of its `require` lines and the ranges of its outputs and states, in the order written.
         inner: Ranges of the states of controllers inside it.
@@ -53,6 +57,7 @@ class Claims:
     """
 
     controller: Controller
+    free: tuple[str, ...] = ()
     own: list[StepClaim] = field(init=False)
     inner: list[StepClaim] = field(init=False)
     equations: Equations = field(init=False)
@@ -63,7 +68,8 @@ class Claims:
         controller = self.controller
         own = [self._guarantee(k) for k in range(len(controller.guarantees))]
         extra = tuple(Result(name=name, value=value) for value, name in self._names.items())
-        self.equations = equations_of(dataclasses.replace(controller, results=(*controller.results, *extra)))
+        changed = dataclasses.replace(controller, results=(*controller.results, *extra))
+        self.equations = _with_inputs(equations_of(changed, self.free))
         declared = {s.name: s for s in controller.states}
         self.inner = []
         for kept in self.equations.states:
@@ -119,6 +125,18 @@ class Claims:
         ]
         self.sides |= dict.fromkeys(parts, ((name, name),))
         return StepClaim(Claim(text, Every(tuple(parts)), ALWAYS), state=state, is_range=True)
+
+
+def _with_inputs(equations: Equations) -> Equations:
+    """Return equations whose free numbers are inputs instead of states."""
+    kept = len(equations.states) - len(equations.free)
+    return dataclasses.replace(
+        equations,
+        inputs=(*equations.inputs, *equations.free),
+        states=equations.states[:kept],
+        updates=equations.updates[:kept],
+        free=(),
+    )
 
 
 def range_text(bounds: Bounds) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from functools import cached_property, partial
 from typing import Final
@@ -38,13 +38,17 @@ class ControllerProver:
         controller: The controller.
         timeout: Seconds that one claim may take.
         progress: Called now and then.
+        free: Params that may have any value in their ranges; no system, start or range depends on them.
     """
 
-    def __init__(self, controller: Controller, timeout: float, progress: Progress | None = None) -> None:
+    def __init__(
+        self, controller: Controller, timeout: float, progress: Progress | None = None, free: Sequence[str] = ()
+    ) -> None:
         self.controller, self.timeout, self.progress = controller, timeout, progress
-        self.claims = Claims(controller)
+        self.claims = Claims(controller, tuple(free))
         self.model = StepModel(self.claims.equations)
         self.inputs = {s.name: ends_of(self._computed(s.bounds)) for s in controller.inputs}
+        self.inputs |= {p.name: ends_of(self._computed(p.bounds)) for p in controller.params if p.name in free}
         every = [*self.claims.own, *self.claims.inner]
         bounds = [b for c in every for b in bounds_in(c.claim.truth) if not b.tolerance]
         self.replay = Replay(self.claims, frozenset(b for b in bounds if not self.model.is_limit(b)))
@@ -77,11 +81,6 @@ class ControllerProver:
     def ranges(self) -> dict[str, Ends]:
         """Ranges that no run leaves: of the inputs, by declaration; of the states, proved by induction."""
         held = {c.state: c for c in (*self.claims.own, *self.claims.inner) if c.state}
-        for claim in held.values():
-            refuted = self._by_run(claim)
-            if refuted is not None:
-                self._verdicts[claim.state] = refuted
-        held = {n: c for n, c in held.items() if n not in self._verdicts}
         tried: dict[str, Verdict] = {}
         while True:
             ranges = self._ranges_with(held.values())
@@ -90,7 +89,7 @@ class ControllerProver:
                 break
             for name, verdict in failed.items():
                 wider = loosened(held[name])
-                first = tried.setdefault(name, verdict)
+                first = tried.setdefault(name, self._by_run(held[name]) or verdict)
                 if isinstance(first, Refuted) or tolerance_of(wider) == tolerance_of(held[name]):
                     self._verdicts[name] = first
                     del held[name]
@@ -121,9 +120,6 @@ class ControllerProver:
 
     def _of_step(self, claim: StepClaim) -> Verdict:
         """Return what is proved of a claim that is no range of a state."""
-        refuted = self._by_run(claim)
-        if refuted is not None:
-            return refuted
         if not claim.is_range:
             found = self._decided(claim.claim, self.ranges, self.timeout)
         else:
@@ -134,7 +130,8 @@ class ControllerProver:
             void = self._decided(claim.nowhere, self.ranges, 0.1 * self.timeout)
             if isinstance(void, Proved):
                 return replace(found, note="nothing is claimed: no step is in the region")
-        return self._with_reason(found, claim)
+        # What is proved is false in no run.
+        return found if isinstance(found, Proved) else self._by_run(claim) or self._with_reason(found, claim)
 
     def _with_reason(self, found: Verdict, claim: StepClaim) -> Verdict:
         """Name the ranges of states that are not proved where a claim is undecided."""
@@ -195,7 +192,9 @@ class ControllerProver:
         return {s.name: s.start for s in self.model.equations.states}
 
 
-def verdicts(controller: Controller, timeout: float, progress: Progress | None = None) -> tuple[Verdict, ...]:
-    """Return what is proved of each claim of a controller, in the order written."""
-    prover = ControllerProver(controller, timeout, progress)
+def verdicts(
+    controller: Controller, timeout: float, progress: Progress | None = None, free: Sequence[str] = ()
+) -> tuple[Verdict, ...]:
+    """Return what is proved of each claim of a controller, in the order written; see `ControllerProver`."""
+    prover = ControllerProver(controller, timeout, progress, free)
     return tuple(prover.verdict(c) for c in prover.claims.own)

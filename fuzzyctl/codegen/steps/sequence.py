@@ -206,7 +206,10 @@ def _wider(scales: Sequence[float], found: Sequence[Found], unit: StepUnit) -> l
 
 
 class _Double:
-    """Copies of a step in double precision: the first as it is, the others with arguments and state off by one unit."""
+    """Copies of a step in double precision: the first as it is, the others with arguments and state off by one unit.
+
+    A state that is the same number in all copies, such as a start or a limit, depends on no rounding and stays.
+    """
 
     def __init__(self, unit: StepUnit, rng: random.Random) -> None:
         self._unit, self._rng = unit, rng
@@ -223,7 +226,11 @@ class _Double:
     def _made(self, point: tuple[float, ...], state: Sequence[deque[float]], copy: int) -> Found:
         given = [*point, *(line[0] for line in state), *(number.start for number in self._unit.numbers)]
         if copy:
-            given = [x * (1.0 + (_OFF[copy] or self._rng.choice((-1, 1))) * 2.0**-52) for x in given]
+            off = [x * (1.0 + (_OFF[copy] or self._rng.choice((-1, 1))) * 2.0**-52) for x in given]
+            for k in range(len(state)):
+                if len({own[k][0] for own in self._states}) == 1:
+                    off[len(point) + k] = given[len(point) + k]
+            given = off
         results = [math.nan] * len(self._unit.program.results)
         try:
             self._store(*given, results)

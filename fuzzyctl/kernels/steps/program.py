@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 from fuzzyctl.expr import Compare, Expr, Logic, Name, Number, Where, replace_names
 from fuzzyctl.kernels.algorithms.select import COMPILED, algorithm_of
@@ -14,6 +15,7 @@ from fuzzyctl.kernels.plan.free import free_plan
 from fuzzyctl.kernels.program.builder import Builder, any_nan, clip
 from fuzzyctl.kernels.program.passes.embed import embed
 from fuzzyctl.kernels.program.program import NAN, STATE, Item, Program
+from fuzzyctl.kernels.program.traversal import uses
 
 
 def step_program(equations: Equations, algorithm: str = "auto") -> Program:
@@ -34,7 +36,13 @@ def system_program(call: Evaluation, algorithm: str) -> Program:
     if call.states:
         return evaluation_with_rates(plan(call.system), most_pairs=COMPILED)
     if call.free:
-        return free_program(free_plan(call.system, [name for name, _ in call.free]))
+        program = free_program(free_plan(call.system, [name for name, _ in call.free]))
+        free = program.arguments[len(call.arguments) :]
+        if set(free) & set(uses(program)):
+            return program
+        # Where only ranges depend on free numbers, all algorithms are open.
+        known = algorithm_of(plan(call.system), algorithm).point
+        return replace(known, arguments=(*known.arguments, *free))
     return algorithm_of(plan(call.system), algorithm).point
 
 

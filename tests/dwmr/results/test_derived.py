@@ -1,7 +1,6 @@
 import numpy as np
 import pytest
 
-from dwmr.control.sliding import saturation
 from dwmr.core.geometry import wrap_array
 from dwmr.results import derived
 from dwmr.results.metrics import distances
@@ -45,7 +44,8 @@ class TestCompensation:
         file, trajectory = run_paper("aifqsmc", SHORT)
         portion = derived.compensation(trajectory, file.scenario, "v")
         for k in (0, 400, 1000):
-            wanted = -trajectory["g_ais_v"][k, 1] * saturation(trajectory["sigma_v"][k, 1], trajectory["beta_v"][k, 1])
+            share = trajectory["sigma_v"][k, 1] / trajectory["beta_v"][k, 1]
+            wanted = -trajectory["g_ais_v"][k, 1] * np.clip(share, -1.0, 1.0)
             assert portion[k, 1] == pytest.approx(wanted)
 
     def test_of_fcafsmc_is_its_fuzzy_gain(self, run_paper):

@@ -102,23 +102,6 @@ class TestRun:
         assert stop is not None
         assert "is not finite: the run diverged" in stop.reason
 
-    def test_the_last_row_of_a_stopped_run_is_whole(self):
-        run = ready("aifqsmc", "run.horizon=20")
-        run.laws["leader"].gains[4] = 10.0
-        trajectory = simulate.run(run)
-        assert trajectory.stop is not None
-        assert trajectory.stop.robot == "leader"
-        assert trajectory["x"][-1] == pytest.approx(trajectory["x"][-2], abs=0.02)
-        assert (trajectory["x"][-1] != 0.0).all()
-        assert (trajectory["beta_v"][-1] > 0.0).all()
-
-    def test_stops_where_the_guard_of_the_law_says_so(self):
-        run = ready("aifqsmc", "run.horizon=20")
-        run.laws["follower1"].gains[9] = 10.0  # k_s that no proof would have let through
-        stop = simulate.run(run).stop
-        assert stop is not None
-        assert (stop.robot, stop.reason) == ("follower1", "G_AIS of the angular channel is not positive")
-
     def test_keeps_what_is_done_when_interrupted(self):
         def interrupt(done):
             if done > 0:  # 0 is reported when all is compiled
@@ -283,7 +266,9 @@ def step(error, dt, gains, state, kernels, next_state, signals):
 
     def test_does_not_take_the_place_of_a_shipped_law(self, tmp_path):
         (tmp_path / "smc.py").write_text("raise RuntimeError", encoding="utf-8")
-        assert laws.find("smc", tmp_path).__name__ == "dwmr.control.laws.smc"
+        file = read(find("paper"))
+        rules = Rules(file.scenario.rules, (tmp_path,), file.places)
+        assert laws.find("smc", tmp_path, rules).text.path == rules_folder() / "smc.fz"
 
     def test_of_another_folder_is_unknown(self, tmp_path):
         scenario = self.beside(tmp_path)
@@ -304,13 +289,16 @@ def step(error, dt, gains, state, kernels, next_state, signals):
             self.ready(scenario)
         assert caught.value.diagnostics[0].place == f"{tmp_path / 'mine.py'}:3"
 
-    def test_is_one_file_and_one_table(self, tmp_path, monkeypatch):
-        import importlib
-
-        (tmp_path / "mine.py").write_text(self.LAW, encoding="utf-8")
-        monkeypatch.setattr(laws, "__path__", [*laws.__path__, str(tmp_path)])
-        importlib.invalidate_caches()
-        assert "mine" in laws.names()
-        trajectory = simulate.run(ready("mine", "run.horizon=5", "robot.controllers.mine.k=0.5"))
-        assert trajectory.stop is None
-        assert trajectory["twice"] == pytest.approx(2.0 * trajectory["x_e"])
+    def test_stops_a_run_with_its_reason_and_the_last_row_is_whole(self, tmp_path):
+        faulty = self.LAW.replace("FAULTS = {}", 'FAULTS = {1: "the gain is too large"}').replace(
+            "theta_e_star, 0", "theta_e_star, 1 if gains[0] > 5.0 and error.drift_x > 0.5 else 0"
+        )
+        scenario = self.beside(tmp_path, faulty)
+        file = read(scenario, ["robots.follower1.controllers.mine.k=6", "run.horizon=20"])
+        run = simulate.prepare(file, "mine", Rules(file.scenario.rules, (), file.places))
+        trajectory = simulate.run(run)
+        assert trajectory.stop is not None
+        assert (trajectory.stop.robot, trajectory.stop.reason) == ("follower1", "the gain is too large")
+        assert trajectory["x"][-1] == pytest.approx(trajectory["x"][-2], abs=0.02)
+        assert (trajectory["x"][-1] != 0.0).all()
+        assert (trajectory["twice"][-1] != 0.0).all()

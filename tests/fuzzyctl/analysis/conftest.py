@@ -1,17 +1,15 @@
-from pathlib import Path
-
 import pytest
 
 from fuzzyctl import load
-
-RULES = Path(__file__).parents[3] / "rules"
+from fuzzyctl.support.shipped import rules_folder
+from tests.shipped import SYSTEMS
 
 
 @pytest.fixture(scope="session")
 def shipped():
-    return {path.stem: load(path) for path in sorted(RULES.glob("*.fz"))}
+    return {path.stem: load(path) for path in SYSTEMS}
 
 
 @pytest.fixture(scope="session")
 def rules():
-    return RULES
+    return rules_folder()

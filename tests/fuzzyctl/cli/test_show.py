@@ -8,6 +8,7 @@ from fuzzyctl.cli.summary import summary
 from fuzzyctl.model.method import Method
 from fuzzyctl.support.shipped import rules_folder
 from tests.commands import runner
+from tests.shipped import SYSTEMS
 
 EVERYTHING = """\
 system one "A title that is so long that it must be broken somewhere on a narrow terminal"
@@ -207,7 +208,7 @@ class TestJson:
         assert len(summary(system)["method"]) == len(Method.__dataclass_fields__) - len({"span", "spans"})
 
 
-@pytest.mark.parametrize("path", sorted(rules_folder().glob("*.fz")), ids=lambda p: p.stem)
+@pytest.mark.parametrize("path", SYSTEMS, ids=lambda p: p.stem)
 def test_every_shipped_file_is_shown_on_any_width(path):
     data = summary(fuzzyctl.load(path))
     json.dumps(data, allow_nan=False)

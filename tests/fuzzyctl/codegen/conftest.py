@@ -10,6 +10,7 @@ import pytest
 from fuzzyctl import load, loads
 from fuzzyctl.codegen.files import generate
 from fuzzyctl.codegen.unit import prepare
+from tests import shipped
 
 RULES = Path(__file__).resolve().parents[3] / "rules"
 
@@ -163,7 +164,7 @@ def system_of(name):
     return load(path) if path.exists() else loads(TEXTS[name])
 
 
-ALL = [*TEXTS, *sorted(p.stem for p in RULES.glob("*.fz"))]
+ALL = [*TEXTS, *(p.stem for p in shipped.SYSTEMS)]
 
 
 #: One of each family; before a release, all.

@@ -7,11 +7,11 @@ from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.expr import Number
 from fuzzyctl.formats.fz import dump, dumps
 from fuzzyctl.loading.load import load, loads
-from fuzzyctl.support.shipped import rules_folder
+from tests.shipped import SYSTEMS
 
 
 class TestDumps:
-    @pytest.mark.parametrize("path", sorted(rules_folder().glob("*.fz")), ids=lambda p: p.name)
+    @pytest.mark.parametrize("path", SYSTEMS, ids=lambda p: p.name)
     def test_shipped_files_come_back_as_they_were(self, path):
         system = load(path)
         assert loads(dumps(system)) == system

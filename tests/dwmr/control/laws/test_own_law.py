@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from dwmr.control import laws
+from dwmr.control.laws.python_law import reported
 from tests.dwmr.process import dwmr
 
 PAGE = Path(__file__).parents[4] / "docs" / "how-to" / "add-a-controller.md"
@@ -44,8 +44,9 @@ def test_runs_again_from_the_cache(folder):
 
 def test_is_loaded_from_the_cache_and_not_compiled_anew(folder):
     code = (
-        "from pathlib import Path\nfrom dwmr.control import laws\n"
-        "law = laws.find('proportional', Path())\nprint(sum(law.step.stats.cache_hits.values()))\n"
+        "from pathlib import Path\nfrom dwmr.control.laws import python_law\n"
+        "law = python_law.load('proportional', Path('proportional.py').resolve())\n"
+        "print(sum(law.step.stats.cache_hits.values()))\n"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=folder, check=True)
     assert done.stdout == "1\n"
@@ -154,5 +155,5 @@ def test_that_never_returns_is_reported(folder):
 
 
 def test_an_interruption_while_a_law_works_stays_one():
-    with pytest.raises(KeyboardInterrupt), laws.reported("smc", Path(__file__), "run"):
+    with pytest.raises(KeyboardInterrupt), reported("mine", Path(__file__), "run"):
         signal.raise_signal(signal.SIGINT)

@@ -10,7 +10,7 @@ from fuzzyctl.expr import Binary, Name, Number, names_in
 from fuzzyctl.kernels.backends.numpy.backend import _most_alive, compile_batch
 from fuzzyctl.kernels.program.passes.schedule import late
 from fuzzyctl.kernels.program.program import Assign, Program, Refuse
-from fuzzyctl.support.shipped import rules_folder
+from tests.shipped import SYSTEMS
 
 
 def program(*body: Assign | Refuse) -> Program:
@@ -46,7 +46,7 @@ def test_a_long_chain_needs_no_recursion() -> None:
     assert late(long).body == tuple(body)
 
 
-@pytest.mark.parametrize("path", sorted(rules_folder().glob("*.fz")), ids=lambda p: p.stem)
+@pytest.mark.parametrize("path", SYSTEMS, ids=lambda p: p.stem)
 def test_shipped_systems_compute_the_same_bit_for_bit(path: object, monkeypatch: pytest.MonkeyPatch) -> None:
     kernel = fuzzyctl.compile(fuzzyctl.load(str(path)), "numpy", algorithm="rules")
     given = kernel.algorithm.many

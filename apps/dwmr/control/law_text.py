@@ -1,0 +1,299 @@
+"""Control laws as text: a controller of a rule file, matched with what the formation offers, and compiled."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from typing import TYPE_CHECKING, NamedTuple
+
+from dwmr.control.rule_files import Used, read_whole
+from fuzzyctl.analysis.check import check_examined
+from fuzzyctl.analysis.induction.prover import verdicts
+from fuzzyctl.analysis.prove import TIMEOUT
+from fuzzyctl.analysis.verdicts import Proved
+from fuzzyctl.diagnostics.diagnostic import ArgumentError, Diagnostic, DiagnosticError, ValueOutOfBoundsError
+from fuzzyctl.diagnostics.suggestions import did_you_mean
+from fuzzyctl.expr import Call, Keyword, Name, names_in, span_of, walk
+from fuzzyctl.kernels.free_values import require_bounds
+from fuzzyctl.kernels.plan.equations import Equations, KeptState
+from fuzzyctl.kernels.plan.expansion import equations_of, with_values
+from fuzzyctl.loading.load import chosen_block, look_through
+from fuzzyctl.model.controller import Controller, Result
+from fuzzyctl.model.stateful_operators import OPERATORS
+from fuzzyctl.support.reading import read_source
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from dwmr.core.arrays import FloatArray
+    from fuzzyctl.analysis.verdicts import Verdict
+    from fuzzyctl.kernels.steps.step import Step
+    from fuzzyctl.model.system import FuzzySystem
+
+#: What the formation offers as inputs, and their units: the fields of `TrackingError`, in their order.
+OFFERED = {
+    "x_e": "m",
+    "y_e": "m",
+    "theta_e_star": "rad",
+    "drift_x": "m/s",
+    "drift_y": "m/s",
+    "drift_theta": "rad/s",
+    "d": "m",
+}
+#: The outputs that a law must have; all others are recorded.
+COMMANDS = {"v_c": "m/s", "omega_c": "rad/s"}
+
+#: Values of gains that are remembered: robots have mostly the same.
+_MOST_VALUES = 100
+
+
+class LawText(NamedTuple):
+    """A control law as its file has it.
+
+    Attributes:
+        path: The file.
+        controller: The controller in it.
+        used: Checksums of all that it reads.
+        warnings: What its checks warn of.
+    """
+
+    path: Path
+    controller: Controller
+    used: Used
+    warnings: tuple[Diagnostic, ...]
+
+    @property
+    def recorded(self) -> tuple[Result, ...]:
+        """The outputs that are recorded."""
+        return tuple(r for r in self.controller.results if r.name not in COMMANDS)
+
+
+class Assembled:
+    """A control law, called with the systems it shall have: what its gains do not change is computed once.
+
+    Args:
+        controller: The law.
+    """
+
+    def __init__(self, controller: Controller) -> None:
+        self.controller = controller
+        self.systems = systems_of(controller)
+        #: Params on which no system, start, range or period depends.
+        self.varying = varying(controller)
+        self._verdicts: dict[tuple[float, ...], tuple[Verdict, ...]] = {}
+        self._starts: dict[tuple[float, ...], FloatArray] = {}
+        self._values: dict[tuple[tuple[str, float], ...], tuple[Mapping[str, float], Mapping[str, str]]] = {}
+        self._step: Step | None = None
+
+    def values(self, gains: Mapping[str, float]) -> tuple[Mapping[str, float], Mapping[str, str]]:
+        """Return the values of all params with some gains, and what is wrong with which."""
+        key = tuple(gains.items())
+        if key not in self._values:
+            if len(self._values) > _MOST_VALUES:
+                self._values.clear()
+            valued = with_values(self.controller, gains)
+            self._values[key] = valued.param_values.values, dict(_out_of_bounds(valued))
+        return self._values[key]
+
+    def _fixed(self, values: Mapping[str, float]) -> tuple[float, ...]:
+        """Return the values of the other params."""
+        return tuple(values[p.name] for p in self.controller.params if p.name not in self.varying)
+
+    def proved(self, values: Mapping[str, float]) -> tuple[Verdict, ...]:
+        """Return what is proved of each claim with some values of all params.
+
+        It is proved for all values of the varying ones at once, and where that fails, for these.
+        """
+        fixed, whole = self._fixed(values), (*self._fixed(values), *values.values())
+        if fixed not in self._verdicts:
+            self._verdicts[fixed] = verdicts(with_values(self.controller, values), TIMEOUT, free=self.varying)
+        if all(isinstance(v, Proved) for v in self._verdicts[fixed]):
+            return self._verdicts[fixed]
+        if whole not in self._verdicts:
+            self._verdicts[whole] = verdicts(with_values(self.controller, values), TIMEOUT)
+        return self._verdicts[whole]
+
+    def step(self, backend: str) -> Step:
+        """Return the compiled step: one for all values of the params; see `compiled`."""
+        if self._step is None:
+            self._step = compiled(self.controller, backend)
+        return self._step
+
+    def start(self, values: Mapping[str, float]) -> FloatArray:
+        """Return the state before the first step with some values of all params, shape (states,)."""
+        assert self._step is not None, "it is compiled before"
+        fixed, names = self._fixed(values), self._step.free_names
+        if fixed not in self._starts:
+            self._starts[fixed] = self._step.start({name: values[name] for name in names})
+        state = self._starts[fixed].copy()
+        state[len(state) - len(names) :] = [values[name] for name in names]
+        return state
+
+
+def read(path: Path, opened: Mapping[Path, tuple[FuzzySystem, ...]]) -> LawText:
+    """Read a control law: the controller that is called as its file, or the only one in it.
+
+    Args:
+        path: Its file.
+        opened: Systems of files that have been read already.
+
+    Raises:
+        DiagnosticError: When the file has mistakes, or its controller does not fit the formation.
+    """
+    examined = look_through(read_source(path), folder=path.parent, opened=dict(opened))
+    found = check_examined(examined, guarantees=False)[1]
+    errors = [d for d in found if d.severity == "error"]
+    if errors:
+        raise DiagnosticError(errors)
+    controllers = examined.controllers
+    name = path.stem if path.stem in {c.name for c in controllers} else None
+    chosen = chosen_block(examined.source, controllers, "controller", name)
+    mistakes = [chosen] if isinstance(chosen, Diagnostic) else list(_misfits(chosen))
+    if mistakes:
+        raise DiagnosticError(mistakes)
+    assert isinstance(chosen, Controller)
+    return LawText(path, chosen, read_whole(path), tuple(d for d in found if d.severity == "warning"))
+
+
+def _misfits(controller: Controller) -> Iterator[Diagnostic]:
+    """Yield what keeps a controller from being a control law of the formation."""
+    offered = f"the formation offers {', '.join(f'{name} [{unit}]' for name, unit in OFFERED.items())}"
+    for signal in controller.inputs:
+        if signal.name not in OFFERED:
+            message = f"input '{signal.name}' is nothing that the formation offers"
+            yield Diagnostic(
+                "FZ905", message, signal.span, facts=(offered,), help=did_you_mean(signal.name, tuple(OFFERED))
+            )
+        elif signal.unit not in ("", unit := OFFERED[signal.name]):
+            message = f"input '{signal.name}' has the unit {signal.unit}, and the formation gives {unit}"
+            yield Diagnostic("FZ905", message, signal.span, help=f'write: unit "{unit}"')
+    outputs = {r.name: r for r in controller.results}
+    for name, unit in COMMANDS.items():
+        if name not in outputs:
+            message = f"controller '{controller.name}' has no output '{name}'"
+            facts = (f"a control law has the outputs {', '.join(f'{n} [{u}]' for n, u in COMMANDS.items())}",)
+            yield Diagnostic("FZ905", message, controller.span, facts=facts)
+        elif outputs[name].unit not in ("", unit):
+            message = f"output '{name}' has the unit {outputs[name].unit}, and the formation takes {unit}"
+            yield Diagnostic("FZ905", message, outputs[name].span, help=f'write: unit "{unit}"')
+
+
+def require_period(controller: Controller, dt: float) -> None:
+    """Refuse a law whose sample time is not the control period of the run.
+
+    Args:
+        controller: The law.
+        dt: Control period [s].
+
+    Raises:
+        DiagnosticError: At its `every` line.
+    """
+    if controller.period is None or controller.number(controller.period) == dt:
+        return
+    own = controller.number(controller.period)
+    message = f"the law runs every {own:g} s, and the control period run.dt is {dt:g} s"
+    help_text = "leave out 'every', so that run.dt is the sample time"
+    raise DiagnosticError([Diagnostic("FZ905", message, span_of(controller.period), help=help_text)])
+
+
+def systems_of(controller: Controller) -> dict[str, FuzzySystem]:
+    """Return the systems that a controller and those inside it call, by name."""
+    found = {s.name: s for s in controller.systems}
+    for inner in controller.controllers:
+        found |= systems_of(inner)
+    return found
+
+
+def with_systems(controller: Controller, systems: Mapping[str, FuzzySystem]) -> Controller:
+    """Return a controller that calls other systems in place of those with the same names."""
+    return replace(
+        controller,
+        systems=tuple(systems.get(s.name, s) for s in controller.systems),
+        controllers=tuple(with_systems(c, systems) for c in controller.controllers),
+    )
+
+
+def with_params(controller: Controller, values: Mapping[str, float]) -> Controller:
+    """Return a controller with some params set; those that are computed from them follow."""
+    return with_values(controller, values)
+
+
+def _out_of_bounds(controller: Controller) -> Iterator[tuple[str, str]]:
+    """Yield the names of params that have no value, or one out of its bounds, and what is wrong with each."""
+    params = controller.param_values
+    yield from ((name, f"has no value: {params.errors[0]}") for name in sorted(params.failed))
+    for param in controller.params:
+        if param.bounds is not None and param.name in params.values:
+            try:
+                require_bounds(param.name, params.values[param.name], param.bounds, params.values, param.unit)
+            except ValueOutOfBoundsError as error:
+                unit = f" {param.unit}" if param.unit else ""
+                yield param.name, f"must be {error.bound}{unit}, got {params.values[param.name]:g}"
+
+
+def varying(controller: Controller) -> tuple[str, ...]:
+    """Return the params on which no system, start, range or period depends."""
+    known, params = _known(controller), {p.name: p for p in controller.params}
+    waiting = [name for name in known if name in params]
+    while waiting:
+        for name in names_in(params[waiting.pop()].expression):
+            if name.name in params and name.name not in known:
+                known.add(name.name)
+                waiting.append(name.name)
+    return tuple(name for name in params if name not in known)
+
+
+def _known(controller: Controller) -> set[str]:
+    """Return the names in what must be known before a controller is expanded."""
+    ranges = [s.bounds for s in (*controller.states, *controller.results) if s.bounds is not None]
+    parts = [*(s.start for s in controller.states), *(e for b in ranges for e in (b.lower, b.upper))]
+    parts += [e for e in (controller.period, *(g.within for g in controller.guarantees)) if e is not None]
+    values = [d.value for d in (*controller.definitions, *controller.updates)] + [r.value for r in controller.results]
+    calls = [
+        e for v in (*values, *(f.expression for f in controller.functions)) for e in walk(v) if isinstance(e, Call)
+    ]
+    for call in calls:  # params of systems, settings of operators
+        parts += [a.value for a in call.arguments if isinstance(a, Keyword)]
+        parts += call.arguments[1:] if call.function in OPERATORS else ()
+    inner = {c.name: {p for p in (x.name for x in c.params) if p not in varying(c)} for c in controller.controllers}
+    for instance in controller.instances:
+        named = [a for a in instance.arguments if isinstance(a, Keyword)]
+        parts += [a.value for a in named if a.name in inner[instance.controller]]
+    return {n.name for e in parts for n in names_in(e)}
+
+
+def compiled(controller: Controller, backend: str) -> Step:
+    """Compile a control law to a step that takes `OFFERED` and dt, and gives `COMMANDS` first.
+
+    Its params are states, so that one machine code serves all gains.
+
+    Args:
+        controller: The law, called with the systems it shall have.
+        backend: "numba" or "python".
+    """
+    from fuzzyctl.kernels.steps.step import Step
+    from fuzzyctl.kernels.steps.values import StepValues
+
+    equations = _with_free_params(controller)
+    outputs = sorted(equations.outputs, key=lambda one: list(COMMANDS).index(one[0]) if one[0] in COMMANDS else 2)
+    changed = replace(equations, inputs=tuple(OFFERED), outputs=tuple(outputs), period=None)
+    if not equations.states:
+        changed = replace(changed, states=(KeptState("none", 0.0),), updates=(Name("none"),))
+    return Step(changed, backend, values=StepValues(controller, equations) if equations.free else None)
+
+
+def _with_free_params(controller: Controller) -> Equations:
+    """Expand a law with all params free but for those that must be known beforehand, such as samples of a delay."""
+    names = [p.name for p in controller.params]
+    try:
+        return equations_of(controller, names)
+    except ArgumentError:
+        return equations_of(controller, [name for name in names if _can_be_free(controller, name)])
+
+
+def _can_be_free(controller: Controller, name: str) -> bool:
+    try:
+        equations_of(controller, [name])
+    except ArgumentError:
+        return False
+    return True

@@ -1,0 +1,116 @@
+"""Control laws in Python: their files, and what is reported of what they raise."""
+
+from __future__ import annotations
+
+import dis
+import hashlib
+import importlib.util
+import sys
+import traceback
+from collections.abc import Iterator
+from contextlib import contextmanager
+from functools import cache
+from pathlib import Path
+from types import ModuleType
+
+from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
+
+#: What a control law consists of.
+PARTS = ("Settings", "SIGNALS", "FAULTS", "init", "step")
+
+
+def load(name: str, path: Path) -> ModuleType:
+    """Import the file of a control law; the compiler comes along with it.
+
+    Raises:
+        DiagnosticError: When the file cannot be imported, or lacks a part of a control law.
+    """
+    with reported(name, path, "imported"):
+        module = _load(path, path.stat().st_mtime_ns)
+    missing = [part for part in PARTS if not hasattr(module, part)]
+    if missing:
+        message = f"the control law {name} has no {', '.join(missing)}"
+        facts = (f"a control law is a module with {', '.join(PARTS)}",)
+        raise DiagnosticError([Diagnostic("FZ001", message, facts=facts, file=str(path))])
+    return module
+
+
+@cache
+def _load(path: Path, changed: int) -> ModuleType:
+    """Execute the file of a law once for each time it was changed.
+
+    Cached machine code names the module of its function, so the module is registered, under the same name in every
+    process, before its functions are compiled.
+    """
+    name = f"dwmr_law_{path.stem}_{hashlib.sha256(str(path).encode()).hexdigest()[:16]}"
+    spec = importlib.util.spec_from_file_location(name, path)
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[name] = module
+    try:
+        spec.loader.exec_module(module)
+    except BaseException:
+        sys.modules.pop(name, None)
+        raise
+    return module
+
+
+@contextmanager
+def reported(name: str, file: Path, verb: str, *, only_own: bool = False) -> Iterator[None]:
+    """Report what a law raises as a diagnostic: any error, and SystemExit, which would end the command silently.
+
+    Diagnostics pass, and so does KeyboardInterrupt unless a line of the law raises it.
+
+    Args:
+        name: Name of the law.
+        file: File of the law.
+        verb: What cannot be done with the law: "imported", "checked", "prepared" or "run".
+        only_own: Whether errors that pass through no line of the law pass.
+
+    Raises:
+        DiagnosticError: With the error and its line.
+    """
+    try:
+        yield
+    except DiagnosticError:
+        raise
+    except BaseException as error:  # a law of one's own may raise anything
+        lines = _lines_in(str(file), error)
+        if (only_own and not lines) or (isinstance(error, KeyboardInterrupt) and not _is_raised_by(str(file), error)):
+            raise
+        raise DiagnosticError([_broken_law(name, str(file), lines, error, verb)]) from error
+
+
+def _lines_in(file: str, error: BaseException) -> list[int]:
+    """Return the lines of a file that an error passed through, the last one nearest to where it was raised."""
+    if isinstance(error, SyntaxError) and error.filename == file:
+        return [error.lineno] if error.lineno is not None else []
+    frames = traceback.extract_tb(error.__traceback__)
+    return [f.lineno for f in frames if f.filename == file and f.lineno is not None]
+
+
+def _is_raised_by(file: str, error: BaseException) -> bool:
+    """Return whether a `raise` of a file raised an error; Ctrl-C comes between two instructions."""
+    trace = error.__traceback__
+    while trace is not None and trace.tb_next is not None:
+        trace = trace.tb_next
+    if trace is None or trace.tb_frame.f_code.co_filename != file:
+        return False
+    return dis.opname[trace.tb_frame.f_code.co_code[trace.tb_lasti]] == "RAISE_VARARGS"
+
+
+def _broken_law(name: str, file: str, lines: list[int], error: BaseException, verb: str) -> Diagnostic:
+    """Describe what a law raised, with its line where the file itself is to blame."""
+    from dwmr.core.jit import reason
+
+    facts = (f"{type(error).__name__}: {reason(error)}",)
+    help_text = (
+        ""
+        if isinstance(error, Exception)
+        else f"raise an error such as ValueError; {type(error).__name__} ends the command"
+    )
+    if verb == "run":
+        help_text = "return a key of FAULTS to stop a run"
+    place = f"{file}:{lines[-1]}" if lines else file
+    return Diagnostic("FZ001", f"the control law {name} cannot be {verb}", facts=facts, help=help_text, file=place)

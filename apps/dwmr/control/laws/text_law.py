@@ -1,0 +1,125 @@
+"""Control laws as text: what the loop takes of a law, from a controller of a rule file."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+from pydantic import ConfigDict, Field
+
+from dwmr.control import law_text
+from dwmr.control.laws.settings import LawSettings
+from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
+
+if TYPE_CHECKING:
+    from dwmr.control.fuzzy_gains import Rules
+    from dwmr.core import interfaces
+
+
+class TextSettings(LawSettings):
+    """Gains of a law of one's own that is text: values for its params, by name."""
+
+    model_config = ConfigDict(frozen=True, extra="allow", allow_inf_nan=False, strict=True)
+    __pydantic_extra__: dict[str, float] = Field(init=False)
+
+
+class TextLaw:
+    """A control law that is a controller of a rule file.
+
+    Args:
+        name: Name of the law.
+        part: Name of the param that is 0 in an ablation, else an empty string.
+        file: Name of the rule file.
+        settings: What a scenario says of its gains.
+        rules: Rule files of the scenario.
+    """
+
+    FAULTS: Mapping[int, str] = {}
+
+    def __init__(self, name: str, part: str, file: str, settings: type[LawSettings], rules: Rules) -> None:
+        self.name, self.Settings = name, settings
+        self._part, self._rules, self._file = part, rules, file
+
+    @cached_property
+    def text(self) -> law_text.LawText:
+        """The law as its file has it."""
+        return self._rules.law(self._file)
+
+    @cached_property
+    def assembled(self) -> law_text.Assembled:
+        """The law with the rule files of the scenario, before robots give it their gains."""
+        own = self.text.controller
+        if self._part and self._part not in own.param_values.values:
+            message = f"controller '{own.name}' has no param '{self._part}', which {self.name} sets to 0"
+            raise DiagnosticError([Diagnostic("FZ905", message, own.span)])
+        return self._rules.assembled(self.text, self._part)
+
+    @property
+    def __file__(self) -> str:
+        """The file, as modules have it."""
+        return str(self.text.path)
+
+    @cached_property
+    def SIGNALS(self) -> tuple[interfaces.Signal, ...]:  # noqa: N802 - a part of every control law
+        """What `step` records."""
+        from dwmr.core.interfaces import Signal
+
+        return tuple(Signal(r.name, r.unit or "-", r.label) for r in self.text.recorded)
+
+    @property
+    def step(self) -> Any:
+        """The step that the loop calls."""
+        from dwmr.control.laws import text_step
+
+        return text_step.step
+
+    def require_period(self, dt: float) -> None:
+        """Refuse a law whose sample time is not the control period of the run [s].
+
+        Raises:
+            DiagnosticError: At its `every` line.
+        """
+        law_text.require_period(self.text.controller, dt)
+
+    def prove(self, settings: LawSettings, rules: Rules, robot: str) -> None:
+        """Prove what the law and its rule files require, with the gains of a robot.
+
+        Raises:
+            DiagnosticError: When a rule file has mistakes, does not fit its role, or breaks a guarantee; for gains that
+                the law does not have.
+        """
+        settings.prove(rules, robot)
+        rules.prove_law(self.assembled, self._values(settings, robot), f"robot {robot}")
+
+    def init(self, settings: LawSettings, rules: Rules, robot: str) -> interfaces.Law:
+        """Prepare the law for one robot; its gains are the last states.
+
+        Raises:
+            DiagnosticError: As `prove` does, but for claims of the law itself, which take longer.
+        """
+        import numpy as np
+
+        from dwmr.core import jit
+        from dwmr.core.interfaces import Law
+
+        settings.prove(rules, robot)
+        step = self.assembled.step("numba" if jit.COMPILED else "python")
+        start = self.assembled.start(self._values(settings, robot))
+        return Law(np.zeros(0), np.concatenate([np.zeros(len(step.output_names)), start]), (step.jit,))
+
+    def _values(self, settings: LawSettings, robot: str) -> Mapping[str, float]:
+        """Return the values of all params with the gains of a robot.
+
+        Raises:
+            DiagnosticError: For gains that it does not have, or that are out of their bounds.
+        """
+        files, gains = self._rules.files, settings.model_dump(exclude_none=True)
+        known, path = tuple(p.name for p in self.assembled.controller.params), self.text.path
+        unknown = [files.unknown_gain(path, self.name, robot, name, known) for name in gains if name not in known]
+        if unknown:
+            raise DiagnosticError(unknown)
+        values, wrong = self.assembled.values(gains)
+        if wrong:
+            raise DiagnosticError([files.wrong_gain(self.name, robot, name, why) for name, why in wrong.items()])
+        return values

@@ -1,0 +1,188 @@
+"""A law of one's own as text: run, recorded and swept, and what is answered to its mistakes."""
+
+import numpy as np
+import pytest
+
+from dwmr.control import law_text
+from dwmr.control.fuzzy_gains import Rules
+from dwmr.core.jit import COMPILED
+from dwmr.scenario.file import read
+from dwmr.simulation import preflight, simulate
+from dwmr.sweep.robots import Robots
+from fuzzyctl import Proved, load_controller
+from fuzzyctl.diagnostics.diagnostic import DiagnosticError
+from tests.dwmr.process import dwmr
+
+LAW = """controller mine "Proportional control with a slow integral"
+input x_e unit "m"
+input y_e unit "m"
+input theta_e_star unit "rad"
+input drift_x
+input drift_theta unit "rad/s"
+param k in (0, 5] = 0.5 unit "1/s"
+param start in [-1, 1] = 0
+state sum in [-1, 1] = start
+next sum = clamp(sum + 0.1 * dt * x_e, -1, 1)
+output omega_c = drift_theta + 0.6 * y_e + 1 * theta_e_star
+output slow "the integral" unit "m/s" = sum
+output v_c unit "m/s" = drift_x + k * x_e + slow
+require abs(slow) <= 1
+"""
+SCENARIO = 'extends = "paper"\n[run]\ncontroller = "mine"\nhorizon = 1.0\n'
+
+
+@pytest.fixture
+def beside(tmp_path):
+    """A function that puts a law and a scenario that names it into a folder, and returns the scenario."""
+
+    def write(text=LAW, more=""):
+        (tmp_path / "mine.fz").write_text(text, encoding="utf-8")
+        (tmp_path / "mine.toml").write_text(SCENARIO + more, encoding="utf-8")
+        return tmp_path / "mine.toml"
+
+    return write
+
+
+def rules_of(file):
+    return Rules(file.scenario.rules, file.folders, file.places)
+
+
+def checked(scenario, *overrides, law="mine"):
+    file = read(scenario, overrides)
+    preflight.check(file, [law], rules_of(file))
+    return file
+
+
+def run(scenario, *overrides):
+    file = read(scenario, overrides)
+    return simulate.run(simulate.prepare(file, "mine", rules_of(file)))
+
+
+class TestRun:
+    def test_records_its_other_outputs_with_unit_and_label(self, beside):
+        found = run(beside())
+        assert found.stop is None
+        (signal,) = found.law_signals
+        assert (signal.name, signal.unit, signal.doc) == ("slow", "m/s", "the integral")
+        summed = np.cumsum(0.1 * 0.005 * found["x_e"], axis=0)
+        assert found["slow"][1:] == pytest.approx(summed[:-1], abs=1e-12)
+
+    def test_gains_and_starts_come_from_the_scenario_else_from_the_text(self, beside):
+        text = run(beside())
+        assert text["v_c"][0, 0] != pytest.approx(text["x_e"][0, 0])
+        more = "[robot.controllers.mine]\nk = 1\n[robots.follower1.controllers.mine]\nstart = 0.25\n"
+        own = run(beside(more=more))
+        assert own["slow"][0].tolist() == [0.0, 0.25, 0.0]
+        difference = own["v_c"][0] - text["v_c"][0]
+        assert difference == pytest.approx(0.5 * text["x_e"][0] + np.array([0.0, 0.25, 0.0]))
+
+    @pytest.mark.skipif(not COMPILED, reason="needs numba")
+    def test_computes_the_same_without_the_compiler(self, beside):
+        usual = run(beside())
+        controller = load_controller(beside().with_name("mine.fz"))
+        step = law_text.compiled(controller, "python")
+        state = step.start()
+        (v_c, *_), _ = step(*([0.25] * 7), state, dt=0.005)
+        assert v_c == 0.25 + 0.5 * 0.25
+        assert usual.law_values.shape == (201, 3, 1)
+
+    def test_without_params_and_states_it_runs(self, beside):
+        assert run(beside("controller mine\ninput x_e\noutput v_c = x_e\noutput omega_c = 0\n")).stop is None
+
+    def test_a_number_that_sets_how_many_states_there_are_is_compiled_in(self, beside):
+        text = LAW.replace("k * x_e + slow", "k * delay(x_e, n) + slow").replace("param k", "param n = 2\nparam k")
+        found = run(beside(text), "robot.controllers.mine.n=2")
+        assert found["v_c"][0, 0] != found["v_c"][1, 0]
+
+    def test_an_output_that_has_no_value_stops_the_run(self, beside):
+        stop = run(beside(LAW.replace("drift_x + k", "drift_x + sqrt(0 - 1) + k"))).stop
+        assert stop is not None
+        assert "v_c is not finite" in stop.reason
+
+
+#: What is wrong: the text replaced, what takes its place, and what the answer holds.
+MISTAKES = {
+    "no such input": ("y_e", "y_err", ["input 'y_err' is nothing that the formation offers", "y_e [m]"]),
+    "a unit of an input": ('x_e unit "m"', 'x_e unit "mm"', ["input 'x_e' has the unit mm, and the formation gives m"]),
+    "a missing command": ("output v_c", "output v", ["controller 'mine' has no output 'v_c'", "omega_c [rad/s]"]),
+    "a unit of a command": ('v_c unit "m/s"', 'v_c unit "m"', ["output 'v_c' has the unit m, ", "takes m/s"]),
+    "another period": ("require", "every 10 ms\nrequire", ["the law runs every 0.01 s", "run.dt is 0.005 s"]),
+    "a broken line": ("param k in (0, 5] = 0.5", "param k in (0, 5] =", ["mine.fz:7:"]),
+    "a claim": ("<= 1\n", "<= 0.5\n", ["the guarantee 'abs(slow) <= 0.5' does not hold"]),
+    "no controller": (LAW, "plant p\nstate x = 0\nder x = 0\noutput y = x\n", ["the file holds no controller"]),
+}  # fmt: skip
+
+
+class TestMistakes:
+    @pytest.mark.parametrize("what", MISTAKES)
+    def test_are_answered_with_the_place_in_the_text_and_in_the_scenario(self, beside, what):
+        old, new, words = MISTAKES[what]
+        assert old in LAW
+        scenario = beside(LAW.replace(old, new))
+        with pytest.raises(DiagnosticError) as caught:
+            checked(scenario)
+        shown = str(caught.value)
+        for word in [*words, "mine.fz"]:
+            assert word in shown
+        assert what == "no controller" or "mine.toml:3" in shown
+
+    def test_of_gains_are_answered_with_their_key(self, beside):
+        for override, words in (
+            ("robot.controllers.mine.k=9", "robot.controllers.mine.k must be in (0, 5] 1/s, got 9"),
+            ("robot.controllers.mine.q=9", "robot.controllers.mine.q: mine.fz has no param 'q'"),
+        ):
+            with pytest.raises(DiagnosticError) as caught:
+                checked(beside(), override)
+            (one,) = caught.value.diagnostics
+            assert words in one.message
+            assert one.file == f"--set {override}"
+
+    def test_two_files_of_one_name_are_refused(self, beside):
+        scenario = beside()
+        scenario.with_name("mine.py").write_text("", encoding="utf-8")
+        with pytest.raises(DiagnosticError, match=r"in two files, mine\.py and mine\.fz"):
+            checked(scenario)
+
+    def test_a_part_that_the_law_does_not_have_cannot_be_left_out(self, beside):
+        with pytest.raises(DiagnosticError, match="has no param 'luck', which mine_without_luck sets to 0"):
+            checked(beside(), law="mine_without_luck")
+
+
+class TestVarying:
+    def test_are_the_params_that_no_start_and_no_system_depends_on(self, beside):
+        controller = load_controller(beside().with_name("mine.fz"))
+        assert law_text.varying(controller) == ("k",)
+
+    def test_what_holds_for_some_values_only_is_proved_for_these(self, beside):
+        scenario = beside(LAW.replace("require", "require k <= 1\nrequire"))
+        checked(scenario)
+        with pytest.raises(DiagnosticError, match="k <= 1"):
+            checked(scenario, "robot.controllers.mine.k=2")
+
+    def test_one_proof_holds_for_all_values_of_the_others(self, beside):
+        assembled = law_text.Assembled(load_controller(beside().with_name("mine.fz")))
+        first = assembled.proved({"k": 0.5, "start": 0.0})
+        assert [type(v) for v in first] == [Proved, Proved]
+        assert assembled.proved({"k": 4.0, "start": 0.0}) is first
+        assert assembled.proved({"k": 4.0, "start": 0.5}) is not first
+
+
+def test_a_sweep_knows_the_text_of_its_law(beside):
+    robots = Robots()
+    before = robots.check(read(beside()), ["mine"])
+    after = Robots().check(read(beside(LAW.replace("0.6 * y_e", "0.7 * y_e"))), ["mine"])
+    assert list(before) == ["law/mine.fz"]
+    assert before["law/mine.fz"].sha256 != after["law/mine.fz"].sha256
+
+
+def test_a_sweep_is_not_resumed_after_its_law_changed_and_keeps_what_it_has(beside, tmp_path):
+    beside()
+    spec = 'scenario = "mine.toml"\nmeasures = ["rmse"]\n[grid]\n"robot.controllers.mine.k" = [0.5, 0.6]\n'
+    (tmp_path / "spec.toml").write_text(spec, encoding="utf-8")
+    alone = ("--jobs", "1", "--set", "run.horizon=0.1")
+    dwmr("sweep", "spec.toml", *alone, "-o", "swept", cwd=tmp_path)
+    kept = {p.name: p.read_bytes() for p in (tmp_path / "swept").iterdir()}
+    beside(LAW.replace("0.6 * y_e", "0.7 * y_e"))
+    done = dwmr("sweep", "spec.toml", *alone, "-o", "swept", "--resume", cwd=tmp_path, status=1)
+    assert "changed: rules" in done.stderr
+    assert {p.name: p.read_bytes() for p in (tmp_path / "swept").iterdir()} == kept
