@@ -13,7 +13,7 @@ from fuzzyctl.model.controller import Signal
 from fuzzyctl.plot.labels import shortened
 from fuzzyctl.plot.style import COLORS
 from fuzzyctl.simulation.connections import inputs_of_time, references
-from fuzzyctl.simulation.expansion import block_signals
+from fuzzyctl.simulation.equations import block_signals
 from fuzzyctl.simulation.run import Run
 
 #: Most panels of a picture, and most points of a line.

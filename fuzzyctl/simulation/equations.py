@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence, Set
+from collections.abc import Iterator, Mapping, Sequence, Set
 from dataclasses import field
 from typing import Final
 
 from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.expr import Expr, Name, names_in
 from fuzzyctl.kernels.plan.equations import Equation, Evaluation, KeptState
+from fuzzyctl.model.controller import Signal
+from fuzzyctl.model.loop import Loop
 from fuzzyctl.model.plant import Plant
 from fuzzyctl.records import record
+from fuzzyctl.simulation.settings import blocks_of
 from fuzzyctl.simulation.signals import Given
 
 #: Larger values of a state count as infinite.
@@ -131,6 +134,13 @@ class LoopEquations:
         own = [s.derivative for k, s in enumerate(self.plant_states) if k not in external]
         inputs = [Name(n) for e in self.externals if e.plant.python for n in e.inputs]
         return [*own, *inputs, *(d.signal for d in self.delays)]
+
+
+def block_signals(loop: Loop) -> Iterator[tuple[str, Signal]]:
+    """Yield inputs, states and outputs of the blocks of a loop, each with the name of its block."""
+    for instance in loop.instances:
+        block = blocks_of(loop)[instance.controller]
+        yield from ((instance.name, s) for s in (*block.inputs, *block.states, *block.results))
 
 
 def needs(body: Sequence[Equation | Evaluation], values: Sequence[Expr], names: Set[str]) -> bool:

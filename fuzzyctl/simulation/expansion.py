@@ -13,14 +13,14 @@ from fuzzyctl.kernels.plan.equations import DT, Equation
 from fuzzyctl.kernels.plan.expansion import Expansion, Scope, split
 from fuzzyctl.kernels.program.builder import any_nan
 from fuzzyctl.kernels.program.program import NAN
-from fuzzyctl.model.controller import Controller, Signal
+from fuzzyctl.model.controller import Controller
 from fuzzyctl.model.guarantee import Bounds
 from fuzzyctl.model.loop import Loop
 from fuzzyctl.model.plant import Plant
 from fuzzyctl.model.signals import SIGNALS, TIME
-from fuzzyctl.simulation.equations import DeadTime, External, LoopEquations, PlantState, needs
+from fuzzyctl.simulation.equations import DeadTime, External, LoopEquations, PlantState, block_signals, needs
 from fuzzyctl.simulation.sample_times import sample_times, samples_at
-from fuzzyctl.simulation.settings import blocks_of, timing_params
+from fuzzyctl.simulation.settings import timing_params
 from fuzzyctl.simulation.signals import Given, Signals
 
 #: Most numbers that a run records: 0.8 gigabytes.
@@ -109,13 +109,6 @@ def _recorded(loop: Loop) -> Iterator[tuple[str, Expr]]:
         yield item.name, Name(item.name)
     for name, signal_ in block_signals(loop):
         yield f"{name}.{signal_.name}", Name(f"{name}.{signal_.name}")
-
-
-def block_signals(loop: Loop) -> Iterator[tuple[str, Signal]]:
-    """Yield inputs, states and outputs of the blocks of a loop, each with the name of its block."""
-    for instance in loop.instances:
-        block = blocks_of(loop)[instance.controller]
-        yield from ((instance.name, s) for s in (*block.inputs, *block.states, *block.results))
 
 
 def free_name(param: str) -> str:
