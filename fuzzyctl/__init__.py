@@ -33,10 +33,10 @@ if TYPE_CHECKING:
     from fuzzyctl.kernels.free_kernel import FreeKernel
     from fuzzyctl.kernels.steps.step import Step
     from fuzzyctl.loading.load import load, load_all, load_controller, load_loop, load_plant, loads
+    from fuzzyctl.model.as_profile import as_profile
     from fuzzyctl.model.controller import Controller
     from fuzzyctl.model.loop import Loop
     from fuzzyctl.model.plant import Plant
-    from fuzzyctl.model.profiles import as_profile
     from fuzzyctl.model.system import FuzzySystem
     from fuzzyctl.model.variable import LinguisticVariable
     from fuzzyctl.simulation.experiment import Experiment
@@ -71,7 +71,7 @@ _HOMES = {
     "ValueOutOfBoundsError": "fuzzyctl.diagnostics.diagnostic",
     "Verdicts": "fuzzyctl.analysis.verdicts",
     "Witness": "fuzzyctl.analysis.verdicts",
-    "as_profile": "fuzzyctl.model.profiles",
+    "as_profile": "fuzzyctl.model.as_profile",
     "check": "fuzzyctl.analysis.check",
     "compile": "fuzzyctl.kernels.compile",
     "dump": "fuzzyctl.formats.fz",

@@ -10,10 +10,11 @@ from typing import TYPE_CHECKING
 
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 from fuzzyctl.diagnostics.source import SourceText
-from fuzzyctl.loading.load import Examined, choose, chosen_name, look_through
+from fuzzyctl.loading.choice import choose, chosen_name
+from fuzzyctl.loading.load import Examined, look_through
+from fuzzyctl.model.as_profile import as_profile
 from fuzzyctl.model.checks.checks import check_model
 from fuzzyctl.model.checks.profile_limits import kept
-from fuzzyctl.model.profiles import as_profile
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.support import arguments
 from fuzzyctl.support.reading import MAX_BYTES, read_source

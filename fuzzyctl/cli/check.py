@@ -153,7 +153,7 @@ def _check_file(
 
 def _enforced(found: list[Diagnostic], denied: tuple[str, ...], allowed: tuple[str, ...]) -> list[Diagnostic]:
     """Apply `--deny` and `--allow`; a code said alone counts more than `warnings`."""
-    from fuzzyctl.loading.load import enforce
+    from fuzzyctl.loading.policy import enforce
 
     every = set(CODES) - set(allowed) if WARNINGS in denied else set()
     return [

@@ -95,7 +95,8 @@ def codegen(
         raise click.BadParameter(f"{LANGUAGES[target]} has double precision only", param_hint="--float")
     if fmi is not None and target != "fmu":
         raise click.BadParameter(f"an FMU is written with --target fmu, not {target}", param_hint="--fmi")
-    from fuzzyctl.loading.load import choose_controller, look_through
+    from fuzzyctl.loading.choice import choose_controller
+    from fuzzyctl.loading.load import look_through
 
     source = source_of(file)
     examined = look_through(source, folder=Path(file).parent)

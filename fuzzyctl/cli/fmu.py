@@ -78,7 +78,7 @@ def _model(
     from fuzzyctl.codegen.fmu.plants import plant_model
     from fuzzyctl.codegen.steps.unit import prepare_step
     from fuzzyctl.codegen.unit import prepare
-    from fuzzyctl.loading.load import choose_controller
+    from fuzzyctl.loading.choice import choose_controller
 
     text = examined.source.text
     plant = _chosen_plant(examined, choice.name)
@@ -105,7 +105,7 @@ def _model(
 
 def _chosen_plant(examined: Examined, name: str | None) -> Plant | None:
     """Return the plant that is named, or the only block of a file without systems and controllers."""
-    from fuzzyctl.loading.load import chosen_block
+    from fuzzyctl.loading.choice import chosen_block
 
     if name is not None:
         return next((p for p in examined.plants if p.name == name), None)

@@ -140,7 +140,8 @@ def open_systems(
             them; for params that the system does not have or take; for a system that the tool of the profile cannot
             evaluate.
     """
-    from fuzzyctl.loading.load import choose, look_through, not_chosen, without_system
+    from fuzzyctl.loading.choice import choose, not_chosen, without_system
+    from fuzzyctl.loading.load import look_through
 
     if examined is None:
         examined = look_through(source_of(file), folder=Path(file).parent, hints=hints)
@@ -210,8 +211,8 @@ def under(system: FuzzySystem, profile: str | None) -> FuzzySystem:
     """Return a system under a profile, or as it is; what stays as it is although the tool has no such thing is said."""
     if profile is None:
         return system
+    from fuzzyctl.model.as_profile import as_profile
     from fuzzyctl.model.checks.profile_limits import kept
-    from fuzzyctl.model.profiles import as_profile
 
     changed = as_profile(system, profile)
     show(kept(system, profile))

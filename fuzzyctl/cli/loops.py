@@ -22,7 +22,8 @@ def chosen_loops(file: str, name: str | None) -> list[tuple[str, Loop]]:
         DiagnosticError: With all errors of the file, but those of other loops than the one named; for a file without
             loops, and a name of none.
     """
-    from fuzzyctl.loading.load import chosen_block, look_through
+    from fuzzyctl.loading.choice import chosen_block
+    from fuzzyctl.loading.load import look_through
 
     source = source_of(file)
     examined = look_through(source, folder=Path(file).parent, loop=name)

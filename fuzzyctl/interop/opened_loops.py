@@ -13,7 +13,7 @@ from fuzzyctl.model.controller import Controller, Definition, Instance
 from fuzzyctl.model.guarantee import Param
 from fuzzyctl.model.loop import Loop
 from fuzzyctl.model.plant import Plant
-from fuzzyctl.simulation.equations import sample_times
+from fuzzyctl.simulation.sample_times import sample_times
 from fuzzyctl.simulation.settings import block_params, blocks_of
 
 

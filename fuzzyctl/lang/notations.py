@@ -1,176 +1,21 @@
-"""Repairs of foreign notation: characters first, then keywords, settings and heads of blocks."""
+"""Repairs of foreign notation: keywords, settings and heads of blocks."""
 
 from __future__ import annotations
 
 import re
-import unicodedata
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from typing import Final
 
 from fuzzyctl.diagnostics.other_tools_words import PEER_WORDS
 from fuzzyctl.diagnostics.suggestions import closest, is_slip, look_alikes
-from fuzzyctl.lang.common_errors import SPELLINGS
+from fuzzyctl.lang.character_repairs import DECIMAL, ENDS
 from fuzzyctl.lang.edits import Edit, Repair, Surroundings
 from fuzzyctl.lang.other_tools import known_setting, remark
+from fuzzyctl.lang.repair_patterns import NUMBER, Replacement, by_pattern, head
 from fuzzyctl.lang.syntax import BLOCKS, NAME, STATEMENT_KEYWORDS
-
-NUMBER: Final = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
-
-#: Makes the replacement of a match out of its groups; None where there is none.
-_New = Callable[["list[str]", Surroundings], "str | None"]
-
-
-def by_pattern(pattern: str, new: str | _New, why: str, *, heads: str = "", sure: bool = True) -> Repair:
-    """Return the repair of all matches of a pattern.
-
-    Args:
-        pattern: A regular expression without regard to case; its group `x`, if it has one, is what is replaced.
-        new: The replacement, with `{1}` for the first group, or a function of all groups.
-        why: The rule of the language behind it.
-        heads: Words that the line may begin with, in small or capital letters; none for any line.
-        sure: Whether the replacement is what was meant; else it is a guess, such as a name that is made up.
-    """
-    form = re.compile(pattern, re.IGNORECASE | re.MULTILINE)
-    words = frozenset(heads.split())
-
-    def repair(code: str, text: str, around: Surroundings) -> Iterator[Edit]:
-        if words and head(code) not in words:
-            return
-        for m in form.finditer(code):
-            start, end = m.span("x") if "x" in form.groupindex else m.span()
-            groups = [text[m.start(i) : m.end(i)] if m.start(i) >= 0 else "" for i in range((form.groups or 0) + 1)]
-            made = new.format(*groups) if isinstance(new, str) else new(groups, around)
-            if made is not None and made != text[start:end]:
-                yield Edit(start, end, made, why, sure)
-
-    return repair
-
-
-def head(code: str) -> str:
-    """Return the first word of a line in small letters."""
-    found = re.match(rf"\s*({NAME})", code)
-    return found[1].lower() if found else ""
-
-
-# ---- characters that no valid line holds ---------------------------------------------------------------------------
-
-COMMENT: Final = "a comment begins with '#'"
-_ENDS: Final = "a statement ends with its line"
-_QUOTES: Final = "texts are written in straight double quotes"
-
-
-def _block_comment(groups: list[str], around: Surroundings) -> str:
-    inner = (groups[2] or groups[3]).strip()
-    return f"# {inner}" if not groups[4] else ""
-
-
-#: Statements in which `%` and `//` may be operators: those that hold expressions outside of parentheses.
-_EXPRESSIONS: Final = re.compile(
-    rf"\s*(?:(?:param|hedge|function|require|let|next|der|state|every|block|measure|run)\b|output\b[^=]*=\s*(?![\[(])|"
-    rf"{NAME}\s*:?=\s*(?!{NAME}\s*\())",
-    re.IGNORECASE,
-)
-#: What goes on with an expression behind `//`, and behind `%`, which may be a percent sign too.
-_OPERAND: Final = re.compile(r"\s*[-+]?[\d(]")
-_OPERATION: Final = re.compile(r"\s*(?:[-+*/^%<>=!,#\d()\]]|(?:unit|within|when|and|or)\b)")
-#: What begins with a number and is a text, such as `3 points` and `1st`.
-_NUMBERED: Final = re.compile(r"\s*\d+(?:(?:st|nd|rd|th)\b|\s+(?!(?:unit|within|when|and|or)\b)[^\W\d])")
-
-
-def _comment_behind(code: str, text: str, around: Surroundings) -> Iterator[Edit]:
-    """Replace the sign of a comment behind code; in an expression it may be an operator or a percent sign."""
-    computes = _EXPRESSIONS.match(code) is not None
-    for m in re.finditer(r"(?<=[\s;)\]}\"])(?<!unit )(//+|%+(?!\s*(?://|#)))(?!\s*(?:;*\s*$|else\b|unit\b))", code):
-        before, behind = code[: m.start()], code[m.end() :]
-        inside = len(re.findall(r"[(\[]", before)) > len(re.findall(r"[)\]]", before))
-        goes_on = (_OPERATION if m[0] == "%" else _OPERAND).match(behind) and not _NUMBERED.match(behind)
-        if not (goes_on and (computes or inside)):
-            yield Edit(m.start(), m.end(), "#", COMMENT)
-            return
-
-
-def _semicolons(code: str, text: str, around: Surroundings) -> Iterator[Edit]:
-    """Drop semicolons at the end of a line; inside parentheses they are commas, between cells blanks."""
-    depth, opened = 0, 0
-    for i, char in enumerate(code):
-        if char in "([":
-            depth, opened = depth + 1, i
-        depth -= char in ")]"
-        if char != ";":
-            continue
-        if depth > 0:
-            yield Edit(i, i + 1, ",", "parameters are separated by commas")
-            yield from _commas_of_decimals(code, opened, i)
-        elif re.match(r"[\s;]*(#|$)", code[i + 1 :]):
-            yield Edit(i, i + 1, "", _ENDS)
-        elif around.block == "table" and head(code) not in STATEMENT_KEYWORDS:
-            yield Edit(i, i + 1, " ", "cells are separated by blanks")
-
-
-def _commas_of_decimals(code: str, opened: int, semicolon: int) -> Iterator[Edit]:
-    """Where semicolons separate parameters, commas are those of decimals."""
-    rest = re.compile(r"[^()\[\];]*").match(code, semicolon + 1)
-    is_last = rest is not None and code[rest.end() : rest.end() + 1] != ";"
-    previous = max(code.rfind(";", opened, semicolon), opened)
-    for m in re.finditer(r"(?<=\d),(?=\d)", code[previous : rest.end() if rest and is_last else semicolon]):
-        yield Edit(previous + m.start(), previous + m.end(), ".", _DECIMAL)
-
-
-def _end_of_rule(groups: list[str], around: Surroundings) -> str | None:
-    return None if groups[2] in around.declared.names else ""
-
-
-_WORDS_OF_SIGNS: Final = {"∧": " and ", "∨": " or ", "¬": "not ", "→": " then ", "⇒": " then ", "∈": " in "}
-
-
-def _signs(code: str, text: str, around: Surroundings) -> Iterator[Edit]:
-    """Replace characters that have a spelling of their own here, and those that look like ASCII ones."""
-    dash_is_cell = "|" in code
-    for m in re.finditer(r"[^\x00-\x7f]", code):
-        char = m[0]
-        if re.match(r"\w", char) or unicodedata.combining(char) or (char == "×" and head(code) == "table"):
-            continue
-        new = SPELLINGS.get(char) or _WORDS_OF_SIGNS.get(char) or {"×": "*"}.get(char)
-        new = new or unicodedata.normalize("NFKC", char)
-        if unicodedata.category(char) == "Pd" and dash_is_cell:
-            new = "."
-        if new.isascii():
-            name = unicodedata.name(char, "a control character")
-            start, end = m.span()
-            if new.startswith(" "):
-                start, end = len(code[:start].rstrip()), len(code) - len(code[end:].lstrip())
-            yield Edit(start, end, new, f"U+{ord(char):04X}, {name}, is not a character of the language")
-
-
-def _bare_term(groups: list[str], around: Surroundings) -> str | None:
-    return None if groups[2] in around.declared.params | around.declared.variables else groups[2]
-
-
-CHARACTERS: Final[tuple[Repair, ...]] = (
-    by_pattern(r"(?P<x>\(\*(.*?)\*\)|/\*(.*?)\*/)[ \t]*(?=(\S)?)", _block_comment, COMMENT),
-    by_pattern(r"^[ \t]*(?P<x>;+|--+|//+|%+|'+(?=[^'\n]*$))", "#", COMMENT),
-    _comment_behind,
-    by_pattern(r"[“”„‟«»″]", '"', _QUOTES),
-    by_pattern(r"(?<![\w'])'([^'\n]*)'", '"{1}"', _QUOTES),
-    by_pattern(r"(?<!\w)[‘’‚‛]([^‘’\n]*)[‘’](?!\w)", '"{1}"', _QUOTES),
-    by_pattern(r"\bthen\b.*(?<!\bis)(?P<x>[\s;]+(end_?if))(?=[\s;]*(?:#|$))", _end_of_rule, _ENDS, heads="if"),
-    _semicolons,
-    by_pattern(r"\s*&&\s*|\s*&\s*(?=\(|\w+\s*(?:\bis\b|[=~!])|~|!)", " and ", "the conjunction is written 'and'"),
-    by_pattern(r"\s*\|\|\s*", " or ", "the disjunction is written 'or'"),
-    by_pattern(r"(?<!\w)[!~](?!=)\s*(?=[\w(])", "not ", "the negation is written 'not'"),
-    by_pattern(r"~=", "!=", "inequality is written '!='"),
-    _signs,
-    # No character, but a line that holds it may be valid otherwise: a consequent in parentheses is a number.
-    by_pattern(
-        rf"\bis\s+(?:not\s+)?(?P<x>\(\s*({NAME})\s*\))", _bare_term, "a term has no parentheses", heads="if with"
-    ),
-)
-
-# ---- statements -----------------------------------------------------------------------------------------------------
 
 _CASE: Final = "keywords are written in small letters"
 _DERIVATIVE: Final = "a derivative is written: der STATE = EXPRESSION"
-_DECIMAL: Final = "decimals are written with a point"
 _SETTINGS: Final = ("and", "or", "implication", "aggregation", "activation", "defuzzifier", "semantics")
 _IN_RULES: Final = "if with is and or not unless then weight"
 _IN_HEADS: Final = "input output in unit else extrapolate clamp adaptive rate hold midpoint nan error"
@@ -257,7 +102,7 @@ def _decimal_commas(code: str, text: str, around: Surroundings) -> Iterator[Edit
         if not inside or re.search(r",\s", code):
             grouped = re.fullmatch(r"[1-9]\d{0,2},\d{3}", m[0]) is not None
             more = f", thousands without a separator: {m[0].replace(',', '')}" if grouped else ""
-            yield Edit(m.start(2), m.end(2), ".", _DECIMAL + more)
+            yield Edit(m.start(2), m.end(2), ".", DECIMAL + more)
 
 
 def _declaration(groups: list[str], around: Surroundings) -> str | None:
@@ -300,7 +145,7 @@ def _used_name(groups: list[str], around: Surroundings) -> str | None:
     return name if name is not None and around.declared.counts[name] > 1 else None
 
 
-def _unquoted(pattern: str, name: _New = _bare_name, *, heads: str = "") -> Repair:
+def _unquoted(pattern: str, name: Replacement = _bare_name, *, heads: str = "") -> Repair:
     return by_pattern(pattern, name, "names have no quotes", heads=heads)
 
 
@@ -353,7 +198,7 @@ STATEMENTS: Final[tuple[Repair, ...]] = (
     ),
     by_pattern(r"^\s*(?P<x>(?:rule\s*\w*\s*[:.)]|r?\d+\s*[.:)])\s*)(?=if\b)", "", "rules have no name or number"),
     by_pattern(r"^\s*(?P<x>\}|\{|end\w*)\s*$", "", "a block ends where the next statement begins"),
-    by_pattern(r"(?P<x>\s*(?:[{:,]|\bdo))\s*$", "", _ENDS),
+    by_pattern(r"(?P<x>\s*(?:[{:,]|\bdo))\s*$", "", ENDS),
     by_pattern(
         rf"^\s*(?!(?:if|unless|else|then|and|or)\b)(?P<x>{NAME})(?=[\s(]+(?:not\s+)?\(?{NAME}\s+is\b.*\bthen\b)",
         "if",

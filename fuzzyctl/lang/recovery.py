@@ -18,9 +18,10 @@ from fuzzyctl.diagnostics.diagnostic import Diagnostic
 from fuzzyctl.diagnostics.fixes import Fix, Replacement
 from fuzzyctl.diagnostics.source import SourceText, Span
 from fuzzyctl.lang import syntax as sx
+from fuzzyctl.lang.character_repairs import CHARACTERS, COMMENT
 from fuzzyctl.lang.edits import Declared, Draft, Edit, Repair, Surroundings
 from fuzzyctl.lang.lines import LineKind, LogicalLine, split
-from fuzzyctl.lang.notations import CHARACTERS, COMMENT, SPELLING, STATEMENTS
+from fuzzyctl.lang.notations import SPELLING, STATEMENTS
 from fuzzyctl.lang.repaired_text import RepairedText, in_original
 from fuzzyctl.lang.rule_repairs import RULES
 from fuzzyctl.lang.syntax import STATEMENT_KEYWORDS

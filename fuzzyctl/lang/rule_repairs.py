@@ -9,8 +9,8 @@ from typing import Final
 from fuzzyctl.diagnostics.suggestions import closest
 from fuzzyctl.expr import FUNCTIONS
 from fuzzyctl.lang.edits import Edit, Repair, Surroundings
-from fuzzyctl.lang.notations import NUMBER, by_pattern, head
 from fuzzyctl.lang.other_tools import known_kind
+from fuzzyctl.lang.repair_patterns import NUMBER, by_pattern, head
 from fuzzyctl.lang.syntax import NAME
 
 _RULE_WORDS: Final = "is|and|or|not|then|weight"

@@ -8,8 +8,8 @@ from typing import Final
 
 from fuzzyctl.formulas import MEMBERSHIP
 from fuzzyctl.lang.edits import Edit, Repair, Surroundings
-from fuzzyctl.lang.notations import NUMBER, by_pattern, head
 from fuzzyctl.lang.other_tools import ORDERS, SCIKIT_ORDERS, known_kind
+from fuzzyctl.lang.repair_patterns import NUMBER, by_pattern, head
 from fuzzyctl.lang.syntax import NAME, STATEMENT_KEYWORDS
 
 _NUMBERS: Final = re.compile(rf"(?:{NUMBER}|[-+]?(?:inf(?:inity)?)\b)", re.IGNORECASE)

@@ -150,7 +150,7 @@ def loop_parts(loop: Loop) -> int:
     except DiagnosticError as error:
         raise DiagnosticError([_in_loop(d) for d in error.diagnostics]) from None
     if loop.step is not None or any(c.period is not None for c in loop.controllers):
-        from fuzzyctl.simulation.equations import sample_times  # which controllers need not
+        from fuzzyctl.simulation.sample_times import sample_times  # which controllers need not
 
         sample_times(loop)
     return equations.parts

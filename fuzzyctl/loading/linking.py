@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, Note
 from fuzzyctl.diagnostics.suggestions import counted, did_you_mean, listed
 from fuzzyctl.expr import Call, Expr, Name, span_of, walk
+from fuzzyctl.loading.calls import Elsewhere
 from fuzzyctl.model.checks.units import unlike_units
 from fuzzyctl.model.guarantee import Guarantee
 from fuzzyctl.model.inlined_lets import MOST_LEVELS, MOST_PARTS, inlined, is_too_large
 from fuzzyctl.model.system import FuzzySystem
-
-#: Finds a system of a used file by its name; None where there is none.
-Elsewhere = Callable[[str], FuzzySystem | None]
 
 
 def link(

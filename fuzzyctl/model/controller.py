@@ -1,4 +1,4 @@
-"""Controllers and plants: equations over inputs, params, states and calls of systems."""
+"""Controllers, and what they share with plants and loops: signals, definitions, params and calls of systems."""
 
 from __future__ import annotations
 
@@ -71,8 +71,8 @@ class Instance(Node):
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
-class Controller(Node, Printed):
-    """A sampled controller: synchronous equations, each name defined once, in any order.
+class Block(Node, Printed):
+    """What controllers, plants and loops share.
 
     Args:
         name: Its identifier.
@@ -80,17 +80,9 @@ class Controller(Node, Printed):
         citation: Where it comes from.
         params: Named constants, as expressions.
         functions: Named expressions.
-        inputs: In the order of declaration.
-        states: In the order of declaration.
         definitions: The `let` lines.
-        results: The outputs in the order of declaration.
-        updates: The next value of each state.
-        instances: Controllers inside this one.
-        period: The sample time [s]; None where `dt` is an argument of each step.
         systems: The fuzzy systems that it calls.
-        controllers: The controllers that its instances are of.
         path: The file it was read from, or an empty string.
-        guarantees: Claims about each reachable step.
     """
 
     name: str
@@ -98,26 +90,52 @@ class Controller(Node, Printed):
     citation: str = ""
     params: tuple[Param, ...] = ()
     functions: tuple[Function, ...] = ()
-    inputs: tuple[Signal, ...] = ()
-    states: tuple[State, ...] = ()
     definitions: tuple[Definition, ...] = ()
-    results: tuple[Result, ...] = ()
-    updates: tuple[Definition, ...] = ()
-    instances: tuple[Instance, ...] = ()
-    period: Expr | None = None
     systems: tuple[FuzzySystem, ...] = ()
-    controllers: tuple[Controller, ...] = ()
     path: str = field(default="", compare=False, repr=False)
-    guarantees: tuple[Guarantee, ...] = ()
-
-    def __repr__(self) -> str:
-        inputs, outputs = ", ".join(i.name for i in self.inputs), ", ".join(r.name for r in self.results)
-        return f"Controller({self.name}: {inputs} -> {outputs}; {counted(len(self.states), 'state')})"
 
     @cached_property
     def param_values(self) -> ParamValues:
         """Values of the params as far as they can be computed, and why others cannot."""
         return ParamValues(self.params)
+
+
+@dataclass(frozen=True, kw_only=True, repr=False)
+class DynamicBlock(Block):
+    """What controllers and plants share.
+
+    Args:
+        inputs: In the order of declaration.
+        states: In the order of declaration; a run stops where a state of a plant leaves its range.
+        results: The outputs in the order of declaration.
+    """
+
+    inputs: tuple[Signal, ...] = ()
+    states: tuple[State, ...] = ()
+    results: tuple[Result, ...] = ()
+
+    def __repr__(self) -> str:
+        inputs, outputs = ", ".join(i.name for i in self.inputs), ", ".join(r.name for r in self.results)
+        return f"{type(self).__name__}({self.name}: {inputs} -> {outputs}; {counted(len(self.states), 'state')})"
+
+
+@dataclass(frozen=True, kw_only=True, repr=False)
+class Controller(DynamicBlock):
+    """A sampled controller: synchronous equations, each name defined once, in any order.
+
+    Args:
+        updates: The next value of each state.
+        instances: Controllers inside this one.
+        period: The sample time [s]; None where `dt` is an argument of each step.
+        controllers: The controllers that its instances are of.
+        guarantees: Claims about each reachable step.
+    """
+
+    updates: tuple[Definition, ...] = ()
+    instances: tuple[Instance, ...] = ()
+    period: Expr | None = None
+    controllers: tuple[Controller, ...] = ()
+    guarantees: tuple[Guarantee, ...] = ()
 
     def number(self, expr: Expr) -> float:
         """Compute an expression over the params."""

@@ -22,7 +22,8 @@ from fuzzyctl.kernels.backends.numba.compile_cost import MOST_OPERATIONS, operat
 from fuzzyctl.kernels.compile import AlgorithmName, Backend, numba_is_missing
 from fuzzyctl.model.loop import Loop
 from fuzzyctl.simulation.columns import columns
-from fuzzyctl.simulation.equations import DeadTime, LoopEquations, loop_equations
+from fuzzyctl.simulation.equations import DeadTime, LoopEquations
+from fuzzyctl.simulation.expansion import loop_equations
 from fuzzyctl.simulation.fmu_plant import FmuPlant, require_fixed
 from fuzzyctl.simulation.judgement import Judgement
 from fuzzyctl.simulation.programs import LoopPrograms, programs

@@ -12,7 +12,8 @@ from fuzzyctl.kernels.program.program import STATE, Item, Program
 from fuzzyctl.kernels.steps.program import evaluated, numeric, system_program
 from fuzzyctl.model.signals import TIME
 from fuzzyctl.records import record
-from fuzzyctl.simulation.equations import LoopEquations, free_name, reached
+from fuzzyctl.simulation.equations import LoopEquations, reached
+from fuzzyctl.simulation.expansion import free_name
 
 
 @record(frozen=True)

@@ -10,9 +10,9 @@ import numpy as np
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, UnknownNameError
 from fuzzyctl.kernels.compile import Backend
 from fuzzyctl.model.loop import Loop
-from fuzzyctl.simulation.equations import samples_of
 from fuzzyctl.simulation.experiment import Experiment, Progress
 from fuzzyctl.simulation.run import Run
+from fuzzyctl.simulation.sample_times import samples_of
 from fuzzyctl.simulation.settings import with_settings
 from fuzzyctl.simulation.stops import signals_without_value
 

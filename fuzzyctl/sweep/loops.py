@@ -17,7 +17,7 @@ from fuzzyctl.experiments.runnable import Computed, Prepared, Runnable, UsedFile
 from fuzzyctl.experiments.sweep.provenance import sources
 from fuzzyctl.model.loop import Loop
 from fuzzyctl.simulation.columns import columns
-from fuzzyctl.simulation.equations import loop_equations
+from fuzzyctl.simulation.expansion import loop_equations
 from fuzzyctl.simulation.experiment import Experiment
 from fuzzyctl.simulation.run import Run
 from fuzzyctl.simulation.settings import params_of, with_settings

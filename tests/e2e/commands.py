@@ -14,6 +14,9 @@ from fuzzyctl.cli.main import main as fuzzyctl
 
 PROGRAMS = {"fuzzyctl": fuzzyctl, "dwmr": dwmr}
 
+#: Commands that start processes of their own, each of which spends seconds on imports; before a release they do.
+SWEEPS = (("dwmr", ["sweep"]), ("dwmr", ["compare"]), ("dwmr", ["calibrate"]), ("fuzzyctl", ["sweep"]))
+
 #: What only a shell or a process of its own does: operators of the shell, and what is said about the process.
 _OF_A_PROCESS = re.compile(r"[|;&<>$*`~#?]|\bdoctor\b")
 
@@ -27,6 +30,8 @@ def run_here(command: str, environment: Mapping[str, str]) -> tuple[int, str] | 
     if command.partition(" ")[0] not in PROGRAMS or _OF_A_PROCESS.search(command):
         return None
     name, *arguments = shlex.split(command)
+    if (name, arguments[:1]) in SWEEPS and not {"--jobs", "--dask", "--help"}.intersection(arguments):
+        arguments += ["--jobs", "1"]
     done = CliRunner(env=environment).invoke(PROGRAMS[name], arguments, prog_name=name)
     unexpected = done.exception is not None and not isinstance(done.exception, SystemExit)
     said = "".join(traceback.format_exception(done.exception)) if unexpected else ""

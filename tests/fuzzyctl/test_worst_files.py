@@ -23,8 +23,8 @@ from fuzzyctl.kernels.plan.build import degree_name, plan
 from fuzzyctl.lang.csv_table import parse_csv_table
 from fuzzyctl.lang.lines import LogicalLine, split
 from fuzzyctl.lang.parser import MAX_OPERATORS, parse
-from fuzzyctl.loading import load as loading
 from fuzzyctl.loading.assembly import MAX_FILES
+from fuzzyctl.loading.examination import MAX_SYSTEMS
 from fuzzyctl.loading.load import load, loads
 from fuzzyctl.model.checks.partitions import spoilt_partitions
 from fuzzyctl.model.computed_numbers import Numbers
@@ -162,7 +162,14 @@ def test_work_grows_with_the_inputs_of_a_rule(otherwise):
     assert large < 4 * small
 
 
-@pytest.mark.parametrize("name", ["statements-with-an-open-parenthesis", "unclosed-quotes", "unknown-lines"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param("statements-with-an-open-parenthesis", marks=pytest.mark.long),
+        pytest.param("unclosed-quotes", marks=pytest.mark.long),
+        "unknown-lines",
+    ],
+)
 def test_nothing_is_read_after_too_many_mistakes(name):
     small, large = (calls_of(lambda s=s: checked(text_of(name, s))) for s in (0.05, 0.2))
     assert large < 1.1 * small
@@ -412,9 +419,9 @@ class TestSystems:
     def test_more_than_the_limit_are_refused_with_a_repair(self):
         from fuzzyctl.diagnostics.diagnostic import DiagnosticError
 
-        text = "".join(f"system s{k}\n" for k in range(loading.MAX_SYSTEMS + 1))
+        text = "".join(f"system s{k}\n" for k in range(MAX_SYSTEMS + 1))
         with pytest.raises(DiagnosticError, match="holds 201 systems, more than 200"):
-            loading.loads(text)
+            loads(text)
 
 
 class TestUsedFiles:

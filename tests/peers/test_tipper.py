@@ -9,7 +9,7 @@ import pytest
 import fuzzyctl
 from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.loading.load import examine
-from fuzzyctl.model.profiles import as_profile
+from fuzzyctl.model.as_profile import as_profile
 from tests.tipper import POINTS, TIPS
 
 SAMPLES = Path(__file__).parent.parent / "fuzzyctl" / "formats" / "samples"

@@ -15,7 +15,7 @@ import pytest
 import fuzzyctl
 from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.loading.load import examine
-from fuzzyctl.model.profiles import as_profile
+from fuzzyctl.model.as_profile import as_profile
 
 VECTORS = Path(__file__).parent / "vectors"
 CASES = [

@@ -193,7 +193,7 @@ def bands(file, trajectory, late, name):
 
 
 class TestConvergence:
-    @settings(max_examples=examples(8, 4), deadline=None)
+    @settings(max_examples=examples(8, 2), deadline=None)
     @given(st.floats(-2.0, 1.0), st.floats(-1.0, 2.0), st.floats(-1.0, 1.0))
     def test_errors_vanish_without_disturbance_and_obstacles(self, x_0, y_0, theta_0):
         """60 s from any start near the path; friction stays, which the inner loop does not know of."""

@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 from fuzzyctl.diagnostics.diagnostic import DiagnosticError, NoRuleFiresError
 from fuzzyctl.explain.trace import trace
 from fuzzyctl.kernels.compile import compile as compile_system
-from fuzzyctl.model.profiles import PROFILES, as_profile
+from fuzzyctl.model.as_profile import as_profile
+from fuzzyctl.model.profiles import PROFILES
 from tests.properties.drawn_systems import plain_systems, points, systems
 from tests.properties.running import evaluated, quick
 

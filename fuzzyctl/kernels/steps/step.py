@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, final
@@ -164,14 +165,10 @@ class Step(Displayed):
         """
         import numpy as np
 
-        points = self._points(inputs, dt)
-        shape, outputs = points.shape[:-1], len(self.output_names)
-        kept = float_array(states, "states")
-        self._require_states(kept, shape)
+        points, rows, shape = self._copies(inputs, states, dt)
+        outputs = len(self.output_names)
         results = np.empty((*shape, outputs + len(self.state_names)))
-        flat = results.reshape(-1, results.shape[-1])
-        rows = np.ascontiguousarray(kept).reshape(len(flat), -1) if self.state_names else None
-        self._fill(np.ascontiguousarray(points).reshape(len(flat), points.shape[-1]), rows, flat)
+        self._fill(points, rows, results.reshape(-1, results.shape[-1]))
         return (results[..., 0] if outputs == 1 else results[..., :outputs]), results[..., outputs:]
 
     def gradient(self, inputs: Any, states: Any, *, dt: Any = None) -> tuple[FloatArray, FloatArray]:
@@ -195,17 +192,13 @@ class Step(Displayed):
         """
         import numpy as np
 
-        points = self._points(inputs, dt)
-        shape, outputs = points.shape[:-1], len(self.output_names)
-        kept = float_array(states, "states")
-        self._require_states(kept, shape)
+        points, rows, shape = self._copies(inputs, states, dt)
+        outputs = len(self.output_names)
         gradient, fill = self._gradient
-        flat = np.ascontiguousarray(points).reshape(-1, points.shape[-1])
-        rows = np.ascontiguousarray(kept).reshape(len(flat), -1) if self.state_names else None
-        computed = np.empty((len(flat), len(gradient.places)))
+        computed = np.empty((len(points), len(gradient.places)))
         if len(gradient.places):
-            fill(flat, rows, computed)
-        found = np.tile(gradient.known.reshape(-1), (len(flat), 1))
+            fill(points, rows, computed)
+        found = np.tile(gradient.known.reshape(-1), (len(points), 1))
         found[:, gradient.places] = computed
         found = found.reshape(*shape, *gradient.known.shape)
         return (found[..., 0, :] if outputs == 1 else found[..., :outputs, :]), found[..., outputs:, :]
@@ -232,6 +225,17 @@ class Step(Displayed):
         from fuzzyctl.kernels.backends.numba.batch_loop import loop
 
         return self._checked(loop(program))
+
+    def _copies(self, inputs: Any, states: Any, dt: Any) -> tuple[FloatArray, FloatArray | None, tuple[int, ...]]:
+        """Return inputs and states of many copies, one in each row, and the shape that the copies are in."""
+        import numpy as np
+
+        points, kept = self._points(inputs, dt), float_array(states, "states")
+        shape = points.shape[:-1]
+        self._require_states(kept, shape)
+        count = math.prod(shape)
+        rows = np.ascontiguousarray(kept).reshape(count, len(self.state_names)) if self.state_names else None
+        return np.ascontiguousarray(points).reshape(count, points.shape[-1]), rows, shape
 
     def _points(self, inputs: Any, dt: Any, dimensions: int | None = None) -> FloatArray:
         """Return the inputs; without a period the times since the step before are a last column."""

@@ -3,7 +3,8 @@
 import pytest
 
 import fuzzyctl
-from fuzzyctl.model.profiles import PROFILES, as_profile, profile
+from fuzzyctl.model.as_profile import as_profile
+from fuzzyctl.model.profiles import PROFILES, profile
 from fuzzyctl.model.variable import Hold
 from tests.tipper import FUZZYLITE, POINTS, TIPS
 

@@ -4,6 +4,7 @@ import pytest
 
 from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.loading.load import look_through
+from tests.fuzzyctl.resolve.mistakes import errors_in, require_one
 
 SYSTEM = """system rule
 param k = 1
@@ -18,15 +19,10 @@ table u = e
 HEAD = "controller c\ninput x\n"
 
 
-def found_in(text):
-    examined = look_through(SourceText("c.fz", text))
-    return [(d.code, d.message, d.span.text if d.span else "") for d in examined.diagnostics if d.severity == "error"]
-
-
 #: What follows the head of a controller, and the one mistake in it.
 MISTAKES = {
     "output y = z": ("FZ202", "no name 'z'", "z"),
-    "output y = sine(x)": ("FZ202", "no function or system 'sine'", "sine(x)"),
+    "output y = sine(x)": ("FZ202", "no function or system 'sine'", "sine(x"),
     "state s = 0\noutput y = s": ("FZ212", "state 's' has no 'next' line", "s"),
     "next x = 1\noutput y = x": ("FZ202", "no state 'x'", "x"),
     "state s = 0\nnext s = 1\nnext s = 2\noutput y = s": (
@@ -51,9 +47,9 @@ MISTAKES = {
     ),
     "output y = where(x, 1, 2)": ("FZ307", "expected a condition, found a number", "x"),
     "output y = 1 + (x > 2)": ("FZ307", "expected a number, found a condition", "x > 2"),
-    "output y = clamp(x, 1)": ("FZ303", "'clamp' takes 3 arguments, not 2", "clamp(x, 1)"),
-    "output y = lowpass(x)": ("FZ303", "wrong arguments of 'lowpass'", "lowpass(x)"),
-    "output y = previous(x, begin=2)": ("FZ303", "wrong arguments of 'previous'", "previous(x, begin=2)"),
+    "output y = clamp(x, 1)": ("FZ303", "'clamp' takes 3 arguments, not 2", "clamp(x, 1"),
+    "output y = lowpass(x)": ("FZ303", "wrong arguments of 'lowpass'", "lowpass(x"),
+    "output y = previous(x, begin=2)": ("FZ303", "wrong arguments of 'previous'", "previous(x, begin=2"),
     "output y = min(x, a=2)": ("FZ303", "unexpected named argument 'a'", "a=2"),
     "output y = delay(x, 2.5)": (
         "FZ302",
@@ -78,19 +74,19 @@ MISTAKES = {
     ),
     "block b = c(x)\noutput y = b.y": ("FZ217", "controller 'c' contains itself", "c"),
     "block b = x\noutput y = x": ("FZ214", "expected a call of a controller", "x"),
-    "block b = none(x)\noutput y = b.y": ("FZ202", "no controller 'none'", "none(x)"),
+    "block b = none(x)\noutput y = b.y": ("FZ202", "no controller 'none'", "none(x"),
     "output y = x\nrequire increasing(y, x)": (
         "FZ214",
         "'increasing' is a claim about a system, not about a step of a controller",
-        "increasing(y, x)",
+        "increasing(y, x",
     ),
-    "output y = x\nrequire bounded(y, 0)": ("FZ303", "'bounded' takes 3 arguments, not 2", "bounded(y, 0)"),
-    "output y = x\nrequire bounded(y, 0, 1) > 0": ("FZ202", "no function or system 'bounded'", "bounded(y, 0, 1)"),
+    "output y = x\nrequire bounded(y, 0)": ("FZ303", "'bounded' takes 3 arguments, not 2", "bounded(y, 0"),
+    "output y = x\nrequire bounded(y, 0, 1) > 0": ("FZ202", "no function or system 'bounded'", "bounded(y, 0, 1"),
     "output y = x\nrequire bounded(z, 0, 1)": ("FZ202", "no name 'z'", "z"),
     "output y = x\nrequire x > 0 when total(y)": (
         "FZ214",
         "'total' is a claim about a system, not about a step of a controller",
-        "total(y)",
+        "total(y",
     ),
     "output y = x\nrequire y": ("FZ307", "expected a condition, found a number", "y"),
     "output y = x\nrequire z > 0": ("FZ202", "no name 'z'", "z"),
@@ -98,7 +94,7 @@ MISTAKES = {
     "output y = x\nrequire previous(y) > 0": (
         "FZ214",
         "'previous' keeps a state, which only 'let', 'next' and 'output' lines may have",
-        "previous(y)",
+        "previous(y",
     ),
     "output y = x\nrequire y > 0 within x": ("FZ202", "no param 'x'", "x"),
     "output y = x\nrequire y > 0 within -1": ("FZ302", "the tolerance is -1, below 0", "-1"),
@@ -107,7 +103,7 @@ MISTAKES = {
     "function f(a) = previous(a)\noutput y = f(x)": (
         "FZ214",
         "'previous' keeps a state, which only 'let', 'next' and 'output' lines may have",
-        "previous(a)",
+        "previous(a",
     ),
     "function f(a) = a + b\noutput y = f(x)": ("FZ202", "no parameter or param 'b'", "b"),
     "function f(a) = f(a)\noutput y = f(x)": ("FZ217", "function 'f' calls itself", "f"),
@@ -148,57 +144,51 @@ class TestMistakes:
     @pytest.mark.parametrize("text", UNITS)
     def test_units_of_what_is_joined_and_of_what_has_a_name_fit(self, text):
         message, place = UNITS[text]
-        ((code, found, found_place),) = found_in(HEAD + 'input way unit "m"\ninput time unit "s"\n' + text + "\n")
+        ((code, found, found_place),) = errors_in(HEAD + 'input way unit "m"\ninput time unit "s"\n' + text + "\n")
         assert (code, found) == ("FZ312", message)
         assert found_place.startswith(place)
 
     def test_units_of_settings_and_of_conditions_are_those_of_other_things(self):
         text = 'input way unit "m"\ninput time unit "s"\nparam T = 1 unit "s"\n'
         text += 'output y unit "m" = where(time > 0, lowpass(way, T), rate_limit(clamp(way, -1, 1), 2))\n'
-        assert found_in(HEAD + text) == []
+        assert errors_in(HEAD + text) == []
 
     @pytest.mark.parametrize("text", MISTAKES)
     def test_each_has_its_message_and_nothing_else_is_reported(self, text):
-        code, message, place = MISTAKES[text]
-        ((found_code, found_message, found_place),) = found_in(HEAD + text + "\n")
-        assert (found_code, found_message) == (code, message)
-        assert found_place.startswith(place.removesuffix(")"))
+        require_one(HEAD + text + "\n", MISTAKES[text])
 
     @pytest.mark.parametrize("text", CALLS)
     def test_calls_of_systems_are_checked(self, text):
-        code, message, place = CALLS[text]
-        ((found_code, found_message, found_place),) = found_in(SYSTEM + HEAD + text + "\n")
-        assert (found_code, found_message) == (code, message)
-        assert found_place.startswith(place)
+        require_one(SYSTEM + HEAD + text + "\n", CALLS[text])
 
     def test_all_are_found_at_once(self):
         text = HEAD + "let a = zz\nstate s = 0\nevery 0 s\nparam k in [2, 3] = 1\noutput y = where(x, 1, 2)\nfoo\n"
-        assert sorted(code for code, _, _ in found_in(text)) == ["FZ101", "FZ202", "FZ212", "FZ302", "FZ302", "FZ307"]
+        assert sorted(code for code, _, _ in errors_in(text)) == ["FZ101", "FZ202", "FZ212", "FZ302", "FZ302", "FZ307"]
 
     def test_a_mistake_inside_a_block_is_reported_once(self):
         text = "controller a\ninput x\noutput y = q\n" + HEAD + "block b = a(x)\noutput z = b.y\n"
-        assert [message for _, message, _ in found_in(text)] == ["no name 'q'"]
+        assert [message for _, message, _ in errors_in(text)] == ["no name 'q'"]
 
     def test_a_function_calls_no_system_with_a_state(self):
         system = SYSTEM.replace("output u in [-1, 1]", "output u in [-1, 1] else hold")
-        assert found_in(system + HEAD + "output y = rule(x)\n") == []
-        ((code, message, _),) = found_in(system + HEAD + "function f(a) = rule(a)\noutput y = f(x)\n")
+        assert errors_in(system + HEAD + "output y = rule(x)\n") == []
+        ((code, message, _),) = errors_in(system + HEAD + "function f(a) = rule(a)\noutput y = f(x)\n")
         assert code == "FZ214"
         assert message == "'rule' keeps a state, which only 'let', 'next' and 'output' lines may have"
 
     def test_a_function_inside_a_system_is_one_of_that_system(self):
         text = SYSTEM.replace("param k = 1", "param k = 1\nfunction f(a, b) = a * b")
         text = text.replace("  terms N P\n", "  N = f(-k)\n  P = f(k)\n", 1)
-        assert found_in(text) == []
-        assert [m for _, m, _ in found_in(text + HEAD + "output y = f(x, 1)\n")] == ["no function or system 'f'"]
+        assert errors_in(text) == []
+        assert [m for _, m, _ in errors_in(text + HEAD + "output y = f(x, 1)\n")] == ["no function or system 'f'"]
 
     @pytest.mark.parametrize("word", ["let", "state", "next", "block", "every"])
     def test_words_of_controllers_are_names_in_systems(self, word):
         text = SYSTEM.replace("terms N P\noutput", f"{word} = ramp(1, -1)\n  P = ramp(-1, 1)\noutput", 1)
-        assert found_in(text.replace("\n  N P\n| N P", f"\n  {word} P\n| N P")) == []
+        assert errors_in(text.replace("\n  N P\n| N P", f"\n  {word} P\n| N P")) == []
 
     def test_systems_do_not_take_statements_of_controllers(self):
-        ((code, message, _),) = found_in(SYSTEM + "state s = 1\n")
+        ((code, message, _),) = errors_in(SYSTEM + "state s = 1\n")
         assert (code, message) == ("FZ101", "'state' belongs to a controller")
 
 

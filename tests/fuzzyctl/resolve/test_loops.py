@@ -6,8 +6,7 @@ from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.loading.load import look_through
 from fuzzyctl.model.measures import MEASURES
 from fuzzyctl.model.signals import SIGNALS
-from tests.fuzzyctl.resolve.mistakes import errors_in
-from tests.fuzzyctl.resolve.test_plants import require_one
+from tests.fuzzyctl.resolve.mistakes import errors_in, require_one
 
 BLOCKS = """controller law
 input r unit "m"
@@ -214,9 +213,6 @@ class TestAlgebraicLoops:
         assert [code for code, _, _ in found] == (["FZ220"] if AROUND[text] else [])
 
     def test_its_members_are_named(self):
-        from fuzzyctl.diagnostics.source import SourceText
-        from fuzzyctl.loading.load import look_through
-
         for text, chain in AROUND.items():
             found = look_through(SourceText("c.fz", BLOCKS + "loop l\n" + text + "\n" + RUN)).diagnostics
             members = {n for d in found for n in d.facts[0].split(" → ") if d.code == "FZ220"}

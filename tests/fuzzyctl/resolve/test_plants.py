@@ -2,7 +2,7 @@
 
 import pytest
 
-from tests.fuzzyctl.resolve.mistakes import errors_in, repairs_in
+from tests.fuzzyctl.resolve.mistakes import errors_in, repairs_in, require_one
 
 HEAD = "plant p\ninput u\nstate x = 0\nder x = u - x\n"
 
@@ -146,14 +146,6 @@ ONE_LINE = {
         "rename it",
     ),
 }
-
-
-def require_one(text, expected):
-    code, message, place, repair = expected
-    ((found_code, found_message, found_place),) = errors_in(text)
-    assert (found_code, found_message) == (code, message)
-    assert found_place.startswith(place)
-    assert repair in repairs_in(text)[0]
 
 
 class TestMistakes:

@@ -1,0 +1,221 @@
+"""Everything that a source holds, with all its diagnostics: parse → assemble → resolve → check."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+from fuzzyctl.diagnostics.diagnostic import Diagnostic, Note
+from fuzzyctl.diagnostics.source import SourceText
+from fuzzyctl.formats.registry import format_of
+from fuzzyctl.lang import syntax as sx
+from fuzzyctl.lang.parser import parse
+from fuzzyctl.lang.repaired_text import in_original
+from fuzzyctl.loading.assembly import Part, bring_in, split, without_other_loops
+from fuzzyctl.loading.calls import with_called
+from fuzzyctl.loading.linking import link
+from fuzzyctl.loading.policy import apply_policy, in_order
+from fuzzyctl.model.checks.checks import check_model
+from fuzzyctl.model.system import FuzzySystem
+from fuzzyctl.resolve import resolve
+from fuzzyctl.support.reading import read_source
+
+if TYPE_CHECKING:
+    from fuzzyctl.loading.blocks import Block, Callee
+    from fuzzyctl.model.controller import Controller
+    from fuzzyctl.model.loop import Loop
+    from fuzzyctl.model.plant import Plant
+
+#: Most systems of a file, and most statements that they share, counted once for each system.
+MAX_SYSTEMS: Final = 200
+MAX_SHARED: Final = 20_000
+
+#: By file its systems, controllers and plants.
+Opened = dict[Path, tuple["Callee", ...]]
+
+
+@dataclasses.dataclass(frozen=True)
+class Examined:
+    """What a source holds.
+
+    Args:
+        source: The text.
+        systems: Those without errors.
+        diagnostics: All of them, whatever the file allows or denies.
+        policy: The lines that say what it does.
+        blocks: The controllers, plants and loops without errors, in the order written.
+    """
+
+    source: SourceText
+    systems: tuple[FuzzySystem, ...]
+    diagnostics: list[Diagnostic]
+    policy: tuple[sx.Allow, ...] = ()
+    blocks: tuple[Block, ...] = ()
+
+    @property
+    def controllers(self) -> tuple[Controller, ...]:
+        """The controllers."""
+        from fuzzyctl.model.controller import Controller
+
+        return tuple(b for b in self.blocks if isinstance(b, Controller))
+
+    @property
+    def plants(self) -> tuple[Plant, ...]:
+        """The plants."""
+        from fuzzyctl.model.plant import Plant
+
+        return tuple(b for b in self.blocks if isinstance(b, Plant))
+
+    @property
+    def loops(self) -> tuple[Loop, ...]:
+        """The loops."""
+        from fuzzyctl.model.loop import Loop
+
+        return tuple(b for b in self.blocks if isinstance(b, Loop))
+
+    def reported(self, diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
+        """Return diagnostics in order, as the lines of the file want them."""
+        return [in_original(d) for d in apply_policy(in_order(self.source, diagnostics), self.policy)]
+
+
+def look_through(
+    source: SourceText,
+    *,
+    folder: Path | None = None,
+    hints: bool = True,
+    opened: Opened | None = None,
+    loop: str | None = None,
+) -> Examined:
+    """Examine all systems of a source; what it allows and denies is left to whoever knows all diagnostics.
+
+    Args:
+        source: The text.
+        folder: Where the files stand that it uses.
+        hints: Whether to look for what can only be a warning.
+        opened: The systems of files that have been read for this check already.
+        loop: Name of the loop that is wanted; mistakes in other loops of the file are left out.
+    """
+    foreign = format_of(source.name)
+    if foreign is not None:
+        from fuzzyctl.formats.foreign import examine_foreign
+
+        return Examined(source, *examine_foreign(foreign, source))
+    tree, mistakes = parse(source)
+    if loop is not None:
+        tree, mistakes = without_other_loops(tree, mistakes, loop)
+    tree, more = bring_in(tree, folder)
+    diagnostics = [*mistakes, *more]
+    broken = bool(more) or (bool(mistakes) and not tree.repaired)
+    systems: list[FuzzySystem] = []
+    policy = [s for s in tree.statements if isinstance(s, sx.Allow)]
+    hints = hints or any(line.keyword.text == "deny" for line in policy)
+    parts = split(tree)
+    crowd = _crowded(source, parts)
+    if crowd is not None:
+        return Examined(source, (), [in_original(d) for d in (*diagnostics, crowd)], tuple(policy))
+    for part in parts:
+        if isinstance(part.head, sx.Head):
+            continue
+        system, found = _examine_part(part, broken, hints)
+        # Warnings are of the file as it is, not of what its repair would be.
+        diagnostics.extend(d for d in found if d.severity == "error" or not tree.repaired)
+        systems.extend([system] if system is not None else [])
+    diagnostics.extend(_same_names(systems))
+    used = _Used(tree, folder, {} if opened is None else opened)
+    failed = any(d.severity == "error" for d in diagnostics)
+    called, wrong = tuple(systems), list[Diagnostic]()
+    if any(s.lets for s in systems):
+        called, wrong = with_called(systems, used.system, broken=failed)
+    linked, more = link(called, used.system, broken=failed or bool(wrong))
+    diagnostics.extend(wrong)
+    equations: tuple[Block, ...] = ()
+    if any(isinstance(part.head, sx.Head) for part in parts):
+        from fuzzyctl.loading.blocks import Blocks
+
+        blocks = Blocks(parts, linked, used.block, folder)
+        equations = blocks.all()
+        diagnostics.extend(_without_follow_ups(source, mistakes, blocks.diagnostics))
+    # What was read after repairs is no system of the file, but its mistakes are those of the file.
+    found = [in_original(d) for d in (*diagnostics, *more, *used.mistakes)]
+    return Examined(source, () if mistakes else linked, found, tuple(policy), () if mistakes else equations)
+
+
+def _without_follow_ups(source: SourceText, mistakes: list[Diagnostic], found: list[Diagnostic]) -> list[Diagnostic]:
+    """Leave out what is wrong with the meaning of lines that begin with no keyword, or have an open parenthesis."""
+    lines = {d.span.line for d in mistakes if d.code in ("FZ101", "FZ103") and d.span is not None}
+    return [d for d in found if d.span is None or d.span.source.name != source.name or d.span.line not in lines]
+
+
+def _crowded(source: SourceText, parts: Sequence[Part]) -> Diagnostic | None:
+    """Report a file with more systems than are read, or with too much that is read for each of them."""
+    place = next((s.name.span for s in parts[-1].tree.statements if isinstance(s, sx.System | sx.Head)), None)
+    if len(parts) > MAX_SYSTEMS:
+        message = f"the file holds {len(parts)} systems, more than {MAX_SYSTEMS}"
+        return Diagnostic("FZ112", message, place, help="spread them over several files")
+    shared = len(parts) * len(parts[0].shared)
+    if len(parts) > 1 and shared > MAX_SHARED:
+        message = (
+            f"{len(parts)} systems share {len(parts[0].shared)} statements, {shared} in all, more than {MAX_SHARED}"
+        )
+        return Diagnostic("FZ112", message, place, help="spread the systems over several files")
+    return None
+
+
+class _Used:
+    """The systems of the files that a file uses, read when one of them is named.
+
+    Attributes:
+        mistakes: Those of the files read.
+    """
+
+    def __init__(self, tree: sx.SyntaxTree, folder: Path | None, opened: Opened) -> None:
+        self.opened = opened
+        names = dict.fromkeys(s.path for s in tree.statements if isinstance(s, sx.Use))
+        self.paths = [folder / name for name in names] if folder is not None else []
+        self.blocks: dict[str, Callee] = {}
+        self.mistakes: list[Diagnostic] = []
+
+    def block(self, name: str) -> Callee | None:
+        """Return the system, controller or plant of that name in the first file that holds one."""
+        while name not in self.blocks and self.paths:
+            path = self.paths.pop(0)
+            self.blocks = {s.name: s for s in self._opened(path)} | self.blocks
+        return self.blocks.get(name)
+
+    def system(self, name: str) -> FuzzySystem | None:
+        """Return the system of that name in the first file that holds one."""
+        found = self.block(name)
+        return found if isinstance(found, FuzzySystem) else None
+
+    def _opened(self, path: Path) -> tuple[Callee, ...]:
+        """Return the systems of a file, read once however many ways lead to it."""
+        key = path.resolve()
+        if key not in self.opened:
+            self.opened[key] = ()
+            found = look_through(read_source(path), folder=path.parent, hints=False, opened=self.opened)
+            self.mistakes.extend(d for d in found.reported(found.diagnostics) if d.severity == "error")
+            self.opened[key] = (*found.systems, *found.controllers, *found.plants)
+        return self.opened[key]
+
+
+def _examine_part(part: Part, broken: bool, hints: bool) -> tuple[FuzzySystem | None, list[Diagnostic]]:
+    system, diagnostics = resolve(part.tree, part.shared, broken)
+    if system is not None:
+        diagnostics = [*diagnostics, *check_model(system, hints=hints)]
+        # What is written once for several systems need not be used by each.
+        diagnostics = [d for d in diagnostics if not (d.code in ("FZ208", "FZ216", "FZ219") and part.is_shared(d.span))]
+    return (None if any(d.severity == "error" for d in diagnostics) else system), diagnostics
+
+
+def _same_names(systems: list[FuzzySystem]) -> list[Diagnostic]:
+    first: dict[str, FuzzySystem] = {}
+    found = []
+    for s in systems:
+        earlier = first.setdefault(s.name, s)
+        if earlier is not s:
+            note = (Note(earlier.span, "first declared here"),) if earlier.span is not None else ()
+            message = f"system '{s.name}' is declared twice"
+            found.append(Diagnostic("FZ201", message, s.span, help="rename one of them", notes=note))
+    return found
