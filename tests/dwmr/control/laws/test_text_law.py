@@ -1,8 +1,11 @@
 """A law of one's own as text: run, recorded and swept, and what is answered to its mistakes."""
 
+import pickle
+
 import numpy as np
 import pytest
 
+import fuzzyctl
 from dwmr.control import law_text
 from dwmr.control.fuzzy_gains import Rules
 from dwmr.core.jit import COMPILED
@@ -56,6 +59,37 @@ def checked(scenario, *overrides, law="mine"):
 def run(scenario, *overrides):
     file = read(scenario, overrides)
     return simulate.run(simulate.prepare(file, "mine", rules_of(file)))
+
+
+class TestColumns:
+    def test_are_those_of_the_data(self):
+        from dwmr.simulation.loop import SIGNALS
+
+        recorded = {s.name for s in SIGNALS} - {*law_text.COMMANDS}
+        assert set(law_text.COLUMNS) == recorded | {"t", "controller", "robot"}
+
+    @pytest.mark.parametrize("name", ["v", "t"])
+    def test_keep_their_names(self, beside, name):
+        with pytest.raises(DiagnosticError) as caught:
+            checked(beside(LAW.replace("slow", name)))
+        (found,) = caught.value.diagnostics
+        assert found.code == "FZ905"
+        assert found.message == f"output '{name}' has the name of another column of the data"
+        assert found.help == f"rename it, as to {name}_law"
+
+
+class TestWorkers:
+    def test_do_not_prove_again(self, beside, monkeypatch):
+        from fuzzyctl.analysis.induction import prover
+
+        sweep = Robots()
+        scenario = sweep.read(beside(), ())
+        sweep.check(scenario, ["mine", "aifqsmc"])
+        copied = pickle.loads(pickle.dumps(sweep))
+        for module, name in ((prover, "verdicts"), (fuzzyctl, "prove"), (fuzzyctl, "output_bounds")):
+            monkeypatch.setattr(module, name, None)
+        for law in ("mine", "aifqsmc"):
+            assert copied.prepare(scenario, law, ()).used == sweep.check(scenario, [law])
 
 
 class TestRun:
