@@ -20,7 +20,7 @@ THROUGH = {
     "fuzzyctl/cli": "fuzzyctl/cli/test_check.py fuzzyctl/cli/test_compare.py fuzzyctl/cli/test_doctor.py "
     "fuzzyctl/cli/test_eval.py fuzzyctl/cli/test_help.py fuzzyctl/cli/test_show.py",
     "fuzzyctl/codegen": "fuzzyctl/codegen/test_c.py fuzzyctl/codegen/test_st.py fuzzyctl/codegen/test_fixed.py "
-    "fuzzyctl/codegen/test_table.py fuzzyctl/codegen/test_python.py",
+    "fuzzyctl/codegen/test_table.py fuzzyctl/codegen/test_python.py fuzzyctl/codegen/test_javascript.py",
     "fuzzyctl/comparison": "fuzzyctl/comparison/test_changes.py fuzzyctl/comparison/test_differences.py "
     "fuzzyctl/cli/test_compare.py",
     "fuzzyctl/convert": "fuzzyctl/convert/test_markdown.py fuzzyctl/cli/test_convert.py",

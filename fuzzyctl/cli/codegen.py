@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 import click
 
@@ -29,14 +29,17 @@ if TYPE_CHECKING:
     from fuzzyctl.model.controller import Controller
     from fuzzyctl.model.system import FuzzySystem
 
+#: Names of the targets that are languages.
+LANGUAGES: Final = {"c": "C", "st": "Structured Text", "python": "Python", "javascript": "JavaScript"}
+
 
 @click.command("codegen")
 @click.argument("file")
 @click.option(
     "--target",
-    type=click.Choice(["c", "st", "python", "fmu"]),
+    type=click.Choice(["c", "st", "python", "javascript", "fmu"]),
     required=True,
-    help="C99, Structured Text, one Python module, or a Functional Mock-up Unit.",
+    help="C99, Structured Text, one Python module, one ES module, or a Functional Mock-up Unit.",
 )
 @click.option("-o", "--output", "out", metavar="DIR", default=".", help="The folder to write to.  [default: this one]")
 @click.option("--fmi", type=click.Choice(["2", "3"]), help="Version of FMI of an FMU.  [default: 3]")
@@ -73,7 +76,7 @@ def codegen(
     form: str,
     choice: Choice,
 ) -> int:
-    """Write a system or a controller as C, Structured Text, Python or an FMU.
+    """Write a system or a controller as C, Structured Text, Python, JavaScript or an FMU.
 
     C is C99, Structured Text that of IEC 61131-3, an FMU one for co-simulation around the C; of a plant, too. A file
     with a controller is written as its controller.
@@ -88,8 +91,8 @@ def codegen(
     at the head of the file; where none can be proved the system is refused.
     """
     chosen = _format(fixed, target, precision)
-    if target == "python" and precision == "float":
-        raise click.BadParameter("Python has double precision only", param_hint="--float")
+    if target in ("python", "javascript") and precision == "float":
+        raise click.BadParameter(f"{LANGUAGES[target]} has double precision only", param_hint="--float")
     if fmi is not None and target != "fmu":
         raise click.BadParameter(f"an FMU is written with --target fmu, not {target}", param_hint="--fmi")
     from fuzzyctl.loading.load import choose_controller, look_through
@@ -142,8 +145,7 @@ def _refused(block: FuzzySystem | Controller, target: str, error: CodegenError) 
         values += [r.value for r in block.results]
     calls = (e for value in values for e in walk(value) if isinstance(e, Call))
     place = next((call.span for call in calls if call.function == error.function and call.span is not None), block.span)
-    language = {"c": "C", "st": "Structured Text", "python": "Python"}[target]
-    return Diagnostic("FZ608", f"'{block.name}' cannot be written in {language}", place, facts=(str(error),))
+    return Diagnostic("FZ608", f"'{block.name}' cannot be written in {LANGUAGES[target]}", place, facts=(str(error),))
 
 
 def _written_system(
@@ -169,7 +171,7 @@ def _written_system(
         algorithm=algorithm,
         precision=precision,
         table=table,
-        small=target != "python",
+        small=target not in ("python", "javascript"),
         verdicts=verdicts,
     )
     generated = generate(unit, target, fixed_point(unit, fixed) if fixed else None)
@@ -212,7 +214,7 @@ def _written_controller(
         settings=assignments(choice.settings, [p.name for p in controller.params], "param"),
         algorithm=algorithm,
         precision=precision,
-        small=target != "python",
+        small=target not in ("python", "javascript"),
         guarded=target == "st",
         free=free,
     )

@@ -13,7 +13,7 @@ from fuzzyctl.cli.streams import Program
 COMMANDS: Final = {
     "bounds": ("fuzzyctl.cli.bounds", "bounds", "Print proved bounds of each output of a rule file."),
     "check": ("fuzzyctl.cli.check", "check", "Find the mistakes of rule files."),
-    "codegen": ("fuzzyctl.cli.codegen", "codegen", "Write a system as C99, Structured Text or Python."),
+    "codegen": ("fuzzyctl.cli.codegen", "codegen", "Write a system as C99, Structured Text, Python or JavaScript."),
     "compare": ("fuzzyctl.cli.compare", "compare", "Compare the numbers of two files, or of several tools."),
     "convert": ("fuzzyctl.cli.convert", "convert", "Write a system in another format."),
     "diff": ("fuzzyctl.cli.diff", "diff", "Show what was changed from one rule file to another."),
@@ -67,7 +67,7 @@ What to do with it:
   fuzzyctl sweep spec.toml                run loops many times
   fuzzyctl fmt tip.fz                     lay it out
   fuzzyctl watch tip.fz -o tip.png        check and draw again at every save
-  fuzzyctl codegen tip.fz --target c      write it as C99, or st, or python
+  fuzzyctl codegen tip.fz --target c      write it as C99, or st, python, javascript
   fuzzyctl convert tip.fis tip.fz         from and to .fis, .fll, .fcl, .fml
   fuzzyctl diff old.fz new.fz             what was changed: terms, rules
   fuzzyctl compare old.fz new.fz          where their numbers differ, and why

@@ -7,9 +7,18 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
-from fuzzyctl.codegen import c_fixed_source, c_selftest, c_source, python_source, st_source
+from fuzzyctl.codegen import (
+    c_fixed_source,
+    c_selftest,
+    c_source,
+    javascript_selftest,
+    javascript_source,
+    python_source,
+    st_source,
+)
 from fuzzyctl.codegen.c_layout import CLayout
 from fuzzyctl.codegen.fixed import Fixed
+from fuzzyctl.codegen.javascript_source import JavaScriptLayout
 from fuzzyctl.codegen.unit import Unit
 from fuzzyctl.codegen.vectors import in_parts
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
@@ -19,7 +28,7 @@ from fuzzyctl.support.writing import write_together
 LONGEST: Final = 200
 
 #: Targets of code generation.
-TARGETS: Final = ("c", "st", "python")
+TARGETS: Final = ("c", "st", "python", "javascript")
 
 
 @dataclass(frozen=True)
@@ -54,6 +63,10 @@ def generate(unit: Unit, target: str, fixed: Fixed | None = None) -> Generated:
         return Generated({f"{python_source.module_name(unit)}.py": python_source.module(unit)}, errors)
     if target == "st":
         return Generated({f"{st_source.block_name(unit)}.st": st_source.function_block(unit)}, errors)
+    if target == "javascript":
+        name = JavaScriptLayout(unit).name
+        files = {f"{name}.mjs": javascript_source.module(unit), f"{name}.test.mjs": javascript_selftest.selftest(unit)}
+        return Generated(files, errors)
     name = CLayout(unit).name
     files = {f"{name}.h": c_source.header(unit), f"{name}.c": c_source.source(unit)}
     files[f"{name}_selftest.c"] = c_selftest.selftest(unit, *in_parts(unit))

@@ -81,6 +81,23 @@ PYTHON_RESERVED: Final = _words(
 #: What a function must not be called, besides: variables of the function `main`, which calls it.
 PYTHON_FUNCTION_RESERVED: Final = PYTHON_RESERVED | _words("arguments values value point name error")
 
+#: Words of JavaScript in modules, and what a module calls its own values beside inputs.
+JAVASCRIPT_RESERVED: Final = _words(
+    """
+    arguments as async await break case catch class const continue debugger default delete do else enum eval export
+    extends false finally for from function get if implements import in instanceof interface let new null of package
+    private protected public return set static super switch this throw true try typeof undefined var void while with
+    yield NaN Infinity Math Number Float64Array Array Object Error TypeError RangeError NoRuleFiresError
+    inputs outputs period params given state dt rate name key value result require_number find
+    divide smaller larger clip held power sqrt exp log sin cos tan atan2 abs floor fmod
+    """
+)
+
+#: What a function must not be called, besides: `then` makes a promise of a module, and the self-test has variables.
+JAVASCRIPT_FUNCTION_RESERVED: Final = JAVASCRIPT_RESERVED | _words(
+    "then vectors tolerance worst compare vector output round failures wanted off found refused error console process"
+)
+
 #: What generated text calls its own values: arguments, values, tables.
 _OWN: Final = re.compile(r"(r?[vstxcku]|r|rate|consequent|result|held)\d+(_.*)?$|c$", re.IGNORECASE)
 #: What tells names of a rule file from those.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 import sys
 from importlib.machinery import PathFinder
 from pathlib import Path
@@ -10,7 +11,7 @@ import pytest
 
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
-from tests.bench import cores, coverage_methods, free_numbers, nan, optimisations, params
+from tests.bench import cores, coverage_methods, free_numbers, javascript, nan, optimisations, params
 from tests.bench.trials import CORPUS, OPTIMISATIONS, SIZES
 from tests.bench.workloads import WORKLOADS
 
@@ -54,6 +55,18 @@ def test_both_ways_to_prove_coverage_are_compared() -> None:
     pairs, *seconds = coverage_methods.compared(coverage_methods.complete(2, 3))
     assert pairs == [("covered", "covered")]
     assert all(0.0 < s < 60.0 for s in seconds)
+
+
+@pytest.mark.skipif(shutil.which("node") is None, reason="node is not installed")
+class TestJavaScript:
+    @pytest.mark.skipif(shutil.which("gcc") is None, reason="gcc is not installed")
+    def test_an_evaluation_is_measured_beside_c(self) -> None:
+        found = javascript.costs(WORKLOADS[3], count=100, rounds=2)
+        assert found.pop("difference") < 1e-12
+        assert all(0.0 < time < 1e6 for time in found.values())
+
+    def test_functions_are_a_unit_in_the_last_place_from_those_of_c_at_most(self) -> None:
+        assert max(javascript.differences(2000).values()) <= 2.0
 
 
 class TestOptimisations:

@@ -57,6 +57,41 @@ def test_the_c_of_the_how_to_compiles_and_agrees(tmp_path: Path, monkeypatch: py
         assert ", 0 failures" in done.stdout
 
 
+#: Runs the script of a page with as much of a document as it needs: sliders are moved to 2 and 9.
+DOCUMENT = """const moved = [], shown = {{}};
+const form = {{ append() {{}}, addEventListener(_, call) {{ form.moved = call; }} }};
+globalThis.document = {{
+    forms: [form],
+    querySelector: () => shown,
+    createElement: (tag) => {{
+        const made = {{ append() {{}} }};
+        return tag === "input" ? moved[moved.push(made) - 1] : made;
+    }},
+}};
+{script}
+moved.forEach((slider, k) => (slider.valueAsNumber = [2, 9][k]));
+form.moved();
+console.log(shown.value, moved[0].max);
+"""
+
+
+@pytest.mark.skipif(shutil.which("node") is None, reason="node is not installed")
+def test_the_javascript_of_the_how_to_prints_what_the_page_says(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    shutil.copytree(ROOT / "rules", tmp_path / "rules")
+    monkeypatch.chdir(tmp_path)
+    page = DOCS / "how-to" / "run-in-a-browser.md"
+    follow(page, tmp_path)
+    printed = re.findall(r"<!-- printed by: (\S+) -->\n```text\n(.*?)```", page.read_text(encoding="utf-8"), re.DOTALL)
+    assert [file for file, _ in printed] == ["web/tipper.test.mjs", "web/run.mjs"]
+    (script,) = re.findall(r'<script type="module">(.*)</script>', Path("web/page.html").read_text(), re.DOTALL)
+    Path("web/page.mjs").write_text(DOCUMENT.format(script=script), encoding="utf-8")
+    for file, text in [*printed, ("web/page.mjs", "tip = 16.82 % 10\n")]:
+        done = subprocess.run(["node", file], capture_output=True, text=True, check=True)
+        assert done.stdout.endswith(text), file
+
+
 class TestTheRunnerItself:
     """A runner that lets everything pass would be worse than none."""
 

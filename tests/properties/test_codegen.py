@@ -1,4 +1,4 @@
-"""Systems of all kinds, drawn at random: generated C, Python and the kernel are the same function."""
+"""Systems of all kinds, drawn at random: generated C, JavaScript, Python and the kernel are the same function."""
 
 import math
 import shutil
@@ -13,6 +13,7 @@ from fuzzyctl.codegen.errors import CodegenError
 from fuzzyctl.codegen.files import generate
 from fuzzyctl.codegen.unit import prepare
 from fuzzyctl.codegen.vectors import vectors
+from tests.fuzzyctl.codegen.conftest import run_selftests
 from tests.fuzzyctl.codegen.structured_text import differences
 from tests.properties.drawn_systems import plain_systems, systems
 from tests.properties.running import quick
@@ -65,6 +66,16 @@ def test_single_precision_stays_within_its_tolerance(tmp_path_factory, system):
         return
     done = compiled_and_run(unit, tmp_path_factory.mktemp("c"), ["-O1"])
     assert done.returncode == 0, done.stdout + done.stderr
+
+
+@pytest.mark.skipif(shutil.which("node") is None, reason="node is not installed")
+@quick(8, 1)
+@given(drawn=st.lists(any_system | held_system, min_size=25, max_size=25))
+def test_javascript_agrees_with_the_kernel(tmp_path_factory, drawn):
+    units = [unit for unit in (prepared(system, "javascript") for system in drawn) if unit is not None]
+    done = run_selftests([generate(u, "javascript").files for u in units], tmp_path_factory.mktemp("javascript"))
+    assert done.code == 0, done.output
+    assert done.output.count("0 failures") == len(units)
 
 
 @quick(40)

@@ -17,6 +17,7 @@ from tests.fuzzyctl.codegen.conftest import SANITIZED
 from tests.fuzzyctl.codegen.steps.targets import (
     by_c,
     by_fixed_c,
+    by_javascript,
     by_kernel,
     by_python,
     by_structured_text,
@@ -165,6 +166,17 @@ def require_equal_in_c(texts, count, folder):
 @quick(1)
 def test_c_makes_the_steps_of_the_kernel(tmp_path_factory, texts):
     require_equal_in_c(texts, 100, tmp_path_factory.mktemp("c"))
+
+
+@pytest.mark.skipif(shutil.which("node") is None, reason="node is not installed")
+@given(st.lists(controllers(), min_size=20, max_size=20))
+@quick(4, 1)
+def test_javascript_makes_the_steps_of_the_kernel(tmp_path_factory, texts):
+    units = [unit_of(text, "javascript") for text in texts]
+    rows = [rows_for(unit, 100, seed=k) for k, unit in enumerate(units)]
+    made = by_javascript(units, rows, tmp_path_factory.mktemp("javascript"))
+    for text, own, found in zip(texts, rows, made, strict=True):
+        np.testing.assert_allclose(found, by_kernel(text, own), rtol=1e-12, atol=1e-12)
 
 
 #: Forms of equations that fixed point has.

@@ -264,17 +264,21 @@ def range_text(unit: StepUnit, bounds: Bounds | None) -> str:
     """Return a range as a file would write it, or an empty string for none."""
     if bounds is None:
         return ""
-    values = unit.controller.param_values.values
-    lower, upper = (number_text(evaluate(end, values)) for end in (bounds.lower, bounds.upper))
+    lower, upper = map(number_text, ends(unit, bounds))
     return f"{'(' if bounds.without_lower else '['}{lower}, {upper}{')' if bounds.without_upper else ']'}"
+
+
+def ends(unit: StepUnit, bounds: Bounds | None) -> tuple[float, float]:
+    """Return the ends of a range, infinite where there is none."""
+    if bounds is None:
+        return -math.inf, math.inf
+    values = unit.controller.param_values.values
+    return evaluate(bounds.lower, values), evaluate(bounds.upper, values)
 
 
 def ends_of(unit: StepUnit, bounds: Bounds | None) -> tuple[float, float]:
     """Return a finite range to draw numbers from: the range itself, or a part of it where it has no end."""
-    if bounds is None:
-        return -1.0, 1.0
-    values = unit.controller.param_values.values
-    low, high = evaluate(bounds.lower, values), evaluate(bounds.upper, values)
+    low, high = ends(unit, bounds)
     if math.isinf(low) and math.isinf(high):
         return -1.0, 1.0
     if math.isinf(high):

@@ -43,6 +43,7 @@ class TestCodegen:
             ("c", ["ais_reaction.c", "ais_reaction.h", "ais_reaction_selftest.c"]),
             ("st", ["ais_reaction.st"]),
             ("python", ["ais_reaction.py"]),
+            ("javascript", ["ais_reaction.mjs", "ais_reaction.test.mjs"]),
         ],
     )
     def test_writes_the_files_of_its_target_and_no_others(self, run, tmp_path, target, files):
@@ -64,6 +65,7 @@ class TestCodegen:
             (4, "st", "auto", "rules"),
             (4, "c", "active", "active"),
             (4, "python", "auto", "active"),
+            (4, "javascript", "auto", "active"),
             (3, "c", "auto", "active"),
         ],
     )
@@ -147,7 +149,12 @@ class TestController:
 
     @pytest.mark.parametrize(
         ("target", "files"),
-        [("c", ["first.h", "first.c", "first_selftest.c"]), ("st", ["first.st"]), ("python", ["first.py"])],
+        [
+            ("c", ["first.h", "first.c", "first_selftest.c"]),
+            ("st", ["first.st"]),
+            ("python", ["first.py"]),
+            ("javascript", ["first.mjs", "first.test.mjs"]),
+        ],
     )
     def test_is_what_a_file_with_one_is_written_as(self, run, file, target, files):
         result = run(file, "--target", target)
@@ -279,12 +286,12 @@ require u <= 0.97
 
 
 class TestGuarantees:
-    @pytest.mark.parametrize("target", ["c", "st", "python"])
+    @pytest.mark.parametrize("target", ["c", "st", "python", "javascript"])
     def test_that_are_proved_stand_at_the_head(self, run, tmp_path, target):
         result = run(AIS, "--target", target)
         assert (result.exit_code, result.stderr) == (0, "")
-        first = min(tmp_path.iterdir(), key=lambda p: p.suffix != ".h")
-        head = first.read_text(encoding="utf-8").split("sigma)")[0]
+        first = result.output.splitlines()[0].removeprefix("wrote ")
+        head = (tmp_path / first).read_text(encoding="utf-8").split("sigma)")[0]
         assert "  proved: k_h_min - k_s * f >= G_min within 1e-12" in head
 
     @pytest.mark.parametrize(("option", "in_file"), [(True, False), (False, True)])
@@ -341,7 +348,7 @@ class TestGuarantees:
 
 
 class TestProfile:
-    @pytest.mark.parametrize("target", ["c", "st", "python"])
+    @pytest.mark.parametrize("target", ["c", "st", "python", "javascript"])
     def test_stands_at_the_head_whoever_names_it(self, run, tmp_path, target):
         (tmp_path / "own.fz").write_text(OPEN.replace("\ninput", "\nsemantics octave\ninput"), encoding="utf-8")
         lines = []
@@ -362,6 +369,8 @@ class TestMistakes:
             (["--target", "st", "--fixed", "Q3.12"], 2),
             (["--target", "c", "--fixed", "Q3.12", "--float", "float"], 2),
             (["--target", "python", "--float", "float"], 2),
+            (["--target", "javascript", "--float", "float"], 2),
+            (["--target", "javascript", "--fixed", "Q3.12"], 2),
             (["--target", "c", "--table", "1"], 2),
             (["--target", "c", "--fixed", "Q15.0", "--table", "3"], 1),
             (["--target", "c", "--fixed", "Q0.15", "--algorithm", "rules"], 1),
@@ -403,6 +412,17 @@ class TestMistakes:
             reason
         )
         assert reason in result.output
+
+    def test_an_integral_is_refused_in_javascript_with_its_location(self, run, tmp_path):
+        (tmp_path / "curved.fz").write_text(
+            "system curved\ninput x in [0, 1]\n  a = triangle(-inf, 0, 1)\n  b = triangle(0, 1, inf)\n"
+            "output u in [0, 1]\n  p = gaussian(0, 0.2)\n  q = gaussian(1, 0.2)\n"
+            "if x is a then u is p\nif x is b then u is q\n"
+        )
+        result = run("curved.fz", "--target", "javascript")
+        assert result.exit_code == 1
+        assert "curved.fz:1:8: error[FZ608]: 'curved' cannot be written in JavaScript" in result.output
+        assert names(tmp_path) == ["curved.fz"]
 
     def test_a_folder_that_cannot_be_made_is_a_diagnostic(self, run, tmp_path):
         (tmp_path / "taken").write_text("")

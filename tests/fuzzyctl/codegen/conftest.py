@@ -209,6 +209,33 @@ def compiled(tmp_path):
 
 
 @pytest.fixture
+def node():
+    """Skip a test where JavaScript does not run."""
+    if shutil.which("node") is None:
+        pytest.skip("node is not installed")
+
+
+#: Runs self-tests, each in a folder of its own, in one process.
+SELFTESTS = """import { readdirSync } from "node:fs";
+for (const folder of readdirSync(".", { withFileTypes: true }).filter((entry) => entry.isDirectory())) {
+    const [test] = readdirSync(folder.name).filter((name) => name.endsWith(".test.mjs"));
+    await import("./" + folder.name + "/" + test);
+}
+"""
+
+
+def run_selftests(generated, folder):
+    """Write files of several units, run all their self-tests, and return what came of it."""
+    for k, files in enumerate(generated):
+        (folder / f"{k}").mkdir()
+        for name, content in files.items():
+            (folder / f"{k}" / name).write_text(content, encoding="utf-8")
+    (folder / "main.mjs").write_text(SELFTESTS, encoding="utf-8")
+    run = subprocess.run(["node", "main.mjs"], capture_output=True, text=True, check=False, cwd=folder)
+    return Built(run.returncode, run.stdout + run.stderr)
+
+
+@pytest.fixture
 def unit_of():
     """Prepare one of the systems by name."""
     return lambda name, **options: prepare(system_of(name), TEXTS.get(name, ""), **options)

@@ -16,6 +16,7 @@ from fuzzyctl.codegen.fixed_format import to_format
 from fuzzyctl.codegen.names import (
     C_FUNCTION_RESERVED,
     C_RESERVED,
+    JAVASCRIPT_FUNCTION_RESERVED,
     PYTHON_FUNCTION_RESERVED,
     PYTHON_RESERVED,
     ST_RESERVED,
@@ -51,7 +52,7 @@ class TestNames:
         assert ascii_name(name) == expected
         assert IDENTIFIER.fullmatch(ascii_name(name))
 
-    @pytest.mark.parametrize("reserved", [C_RESERVED, ST_RESERVED, PYTHON_RESERVED])
+    @pytest.mark.parametrize("reserved", [C_RESERVED, ST_RESERVED, PYTHON_RESERVED, JAVASCRIPT_FUNCTION_RESERVED])
     def test_are_never_words_of_the_language(self, reserved):
         for word in reserved:
             assert Names(reserved).claim(word) not in reserved

@@ -43,7 +43,7 @@ CASES = {
     ),
     "members of a block": (LOOP.replace("law(r, lag.y)", "law(r, lag.§)"), "y"),
     "blocks that can be added": (LOOP.replace("law = law(r, lag.y)", "law = §"), "law lag"),
-    "plants of one line": ("plant p = §", "tf zpk ss python"),
+    "plants of one line": ("plant p = §", "tf zpk ss python fmu"),
     "measures": (LOOP.replace("iae(lag.y, r)", "§"), "overshoot rise_time settling ..."),
     "signals": (LOOP.replace("let r = steps(0: 1)", "let r = §"), "law lag abs ... steps pulse ramp ..."),
     "nothing in a comment": (BASE + "# if service is §", ""),

@@ -1,5 +1,6 @@
 """Steps of controllers on every target: compiled C, Structured Text and the Python module, run over rows of inputs."""
 
+import json
 import math
 import struct
 import subprocess
@@ -8,8 +9,9 @@ from collections.abc import Sequence
 import numpy as np
 
 import fuzzyctl
-from fuzzyctl.codegen.steps import c_fixed_source, c_source, python_source, st_source
+from fuzzyctl.codegen.steps import c_fixed_source, c_source, javascript_source, python_source, st_source
 from fuzzyctl.codegen.steps.c_layout import StepLayout
+from fuzzyctl.codegen.steps.javascript_source import StepJavaScriptLayout
 from fuzzyctl.codegen.steps.unit import prepare_step
 from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.loading.load import look_through
@@ -42,7 +44,9 @@ def controller_of(text, name=None):
 
 
 def unit_of(text, target="c", **options):
-    return prepare_step(controller_of(text), text, guarded=target == "st", small=target != "python", **options)
+    return prepare_step(
+        controller_of(text), text, guarded=target == "st", small=target not in ("python", "javascript"), **options
+    )
 
 
 def rows_for(unit, count, seed=1):
@@ -83,6 +87,38 @@ def by_structured_text(unit, rows, **numbers):
         found = block(**dict(zip(block.inputs, [*row, *(n.start for n in unit.numbers)], strict=True)) | numbers)
         results.append([v if valid else math.nan for v, valid in zip(found[::2], found[1::2], strict=True)])
     return np.array(results)
+
+
+#: Makes the steps of each controller, in a folder of its own, and writes the outputs.
+NODE = """import { readFileSync, writeFileSync } from "node:fs";
+for (const [folder, name, numbers] of JSON.parse(readFileSync("controllers.json", "utf8"))) {
+    const module = await import("./" + folder + "/" + name + ".mjs");
+    const bytes = readFileSync(folder + "/rows.bin");
+    const rows = new Float64Array(bytes.buffer.slice(bytes.byteOffset, bytes.byteOffset + bytes.length));
+    const width = module[name + "_step"].length - (name + "_init" in module ? 1 : 0);
+    const state = name + "_init" in module ? [module[name + "_init"](numbers)] : [];
+    const found = [];
+    for (let k = 0; k < rows.length; k += Math.max(width, 1)) {
+        found.push(module[name + "_step"](...state, ...rows.slice(k, k + width)));
+    }
+    writeFileSync(folder + "/found.bin", Float64Array.from(found.flat()));
+}
+"""
+
+
+def by_javascript(units: Sequence, rows: Sequence, folder, **numbers):
+    """Return the outputs of each controller over its rows, made by node."""
+    entries = []
+    for k, (unit, own) in enumerate(zip(units, rows, strict=True)):
+        (folder / f"{k}").mkdir()
+        name = StepJavaScriptLayout(unit).name
+        (folder / f"{k}" / f"{name}.mjs").write_text(javascript_source.module(unit), encoding="utf-8")
+        (own if own.shape[1] else np.zeros((len(own), 1))).tofile(folder / f"{k}" / "rows.bin")
+        entries.append([f"{k}", name, numbers])
+    (folder / "controllers.json").write_text(json.dumps(entries), encoding="utf-8")
+    (folder / "main.mjs").write_text(NODE, encoding="utf-8")
+    subprocess.run(["node", "main.mjs"], cwd=folder, check=True)
+    return [np.fromfile(folder / f"{k}" / "found.bin").reshape(len(own), -1) for k, own in enumerate(rows)]
 
 
 def driver(unit, **numbers):

@@ -6,6 +6,7 @@ import pytest
 from tests.fuzzyctl.codegen.conftest import SANITIZED
 from tests.fuzzyctl.codegen.steps.targets import (
     by_c,
+    by_javascript,
     by_kernel,
     by_python,
     by_structured_text,
@@ -42,6 +43,13 @@ def test_c_makes_the_steps_of_the_kernel(gcc, tmp_path):
         require_equal(found, by_kernel(TEXTS[name], own))
 
 
+def test_javascript_makes_the_steps_of_the_kernel(node, tmp_path):
+    units = [unit_of(text, "javascript") for text in TEXTS.values()]
+    points = [rows(n, 600) for n in TEXTS]
+    for text, own, found in zip(TEXTS.values(), points, by_javascript(units, points, tmp_path), strict=True):
+        require_equal(found, by_kernel(text, own))
+
+
 def test_all_targets_and_backends_make_the_same_10_000_steps(gcc, tmp_path):
     text = TEXTS["pid"]
     points = rows("pid", 10_000)
@@ -55,8 +63,14 @@ def test_all_targets_and_backends_make_the_same_10_000_steps(gcc, tmp_path):
         require_equal(by_c([unit_of(text)], [points], tmp_path, flags)[0], expected)
 
 
+def test_javascript_makes_them_too(node, tmp_path):
+    points = rows("pid", 10_000)
+    found = by_javascript([unit_of(TEXTS["pid"], "javascript")], [points], tmp_path)[0]
+    require_equal(found, by_kernel(TEXTS["pid"], points, "python"))
+
+
 @pytest.mark.parametrize("dt", [0.0, -0.1, np.nan])
-def test_no_step_is_made_without_a_time_on_any_target(dt, gcc, tmp_path):
+def test_no_step_is_made_without_a_time_on_any_target(dt, gcc, node, tmp_path):
     text = TEXTS["timed"]
     points = rows("timed", 60)[1:20]
     still = np.insert(points, 9, [*points[9, :-1], dt], axis=0)
@@ -64,6 +78,7 @@ def test_no_step_is_made_without_a_time_on_any_target(dt, gcc, tmp_path):
     require_equal(by_python(unit_of(text, "python"), still), expected)
     require_equal(by_structured_text(unit_of(text, "st"), still), expected)
     require_equal(by_c([unit_of(text)], [still], tmp_path)[0], expected)
+    require_equal(by_javascript([unit_of(text, "javascript")], [still], tmp_path)[0], expected)
 
 
 def test_structured_text_makes_no_step_for_infinite_inputs():

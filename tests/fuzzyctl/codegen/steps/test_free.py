@@ -9,7 +9,15 @@ from fuzzyctl.codegen.steps.c_layout import StepLayout
 from fuzzyctl.codegen.steps.st_source import function_block
 from fuzzyctl.diagnostics.diagnostic import ArgumentError, UnknownNameError
 from tests.fuzzyctl.codegen.conftest import SANITIZED
-from tests.fuzzyctl.codegen.steps.targets import by_c, by_kernel, by_python, by_structured_text, rows_for, unit_of
+from tests.fuzzyctl.codegen.steps.targets import (
+    by_c,
+    by_javascript,
+    by_kernel,
+    by_python,
+    by_structured_text,
+    rows_for,
+    unit_of,
+)
 from tests.fuzzyctl.codegen.steps.texts import TEXTS
 
 FREE = ["GE", "surface.e.Z.peak"]
@@ -21,7 +29,7 @@ OTHER = PID.replace("= 0.7", "= 1.3").replace(
 
 
 @pytest.mark.parametrize(("other", "numbers"), [(PID, {}), (OTHER, {"GE": 1.3, "surface_e_Z_peak": 0.25})])
-def test_all_targets_take_them(gcc, tmp_path, other, numbers):
+def test_all_targets_take_them(gcc, node, tmp_path, other, numbers):
     rows = rows_for(unit_of(PID), 400)
     expected = by_kernel(other, rows)
     in_block = {n.lower().replace("ge", "ge_fz"): v for n, v in numbers.items()}  # GE is a word of the language
@@ -29,6 +37,7 @@ def test_all_targets_take_them(gcc, tmp_path, other, numbers):
         by_python(unit_of(PID, "python", free=FREE), rows, **numbers),
         by_structured_text(unit_of(PID, "st", free=FREE), rows, **in_block),
         by_c([unit_of(PID, free=FREE)], [rows], tmp_path, SANITIZED, **numbers)[0],
+        by_javascript([unit_of(PID, "javascript", free=FREE)], [rows], tmp_path, **numbers)[0],
     ]
     for own in found:
         np.testing.assert_allclose(own, expected, rtol=1e-11, atol=1e-11)
