@@ -10,11 +10,12 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from fuzzyctl import plot as plot
     from fuzzyctl.analysis.block_bounds import output_bounds
     from fuzzyctl.analysis.bounds import OutputBound
     from fuzzyctl.analysis.check import check
     from fuzzyctl.analysis.prove import prove
-    from fuzzyctl.analysis.verdicts import Proved, Refuted, Undecided, Witness
+    from fuzzyctl.analysis.verdicts import Proved, Refuted, Undecided, Verdicts, Witness
     from fuzzyctl.building import build as build
     from fuzzyctl.diagnostics.diagnostic import (
         ArgumentError,
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
         UnknownNameError,
         ValueOutOfBoundsError,
     )
+    from fuzzyctl.explain.trace import Trace, why
     from fuzzyctl.formats.fz import dump, dumps
     from fuzzyctl.kernels.compile import Kernel, compile
     from fuzzyctl.kernels.free_kernel import FreeKernel
@@ -63,9 +65,11 @@ _HOMES = {
     "Refuted": "fuzzyctl.analysis.verdicts",
     "Run": "fuzzyctl.simulation.run",
     "Step": "fuzzyctl.kernels.steps.step",
+    "Trace": "fuzzyctl.explain.trace",
     "Undecided": "fuzzyctl.analysis.verdicts",
     "UnknownNameError": "fuzzyctl.diagnostics.diagnostic",
     "ValueOutOfBoundsError": "fuzzyctl.diagnostics.diagnostic",
+    "Verdicts": "fuzzyctl.analysis.verdicts",
     "Witness": "fuzzyctl.analysis.verdicts",
     "as_profile": "fuzzyctl.model.profiles",
     "check": "fuzzyctl.analysis.check",
@@ -81,6 +85,7 @@ _HOMES = {
     "output_bounds": "fuzzyctl.analysis.block_bounds",
     "prove": "fuzzyctl.analysis.prove",
     "simulate": "fuzzyctl.simulation.simulate",
+    "why": "fuzzyctl.explain.trace",
 }
 
 __all__ = [
@@ -103,9 +108,11 @@ __all__ = [
     "Refuted",
     "Run",
     "Step",
+    "Trace",
     "Undecided",
     "UnknownNameError",
     "ValueOutOfBoundsError",
+    "Verdicts",
     "Witness",
     "as_profile",
     "check",
@@ -121,12 +128,16 @@ __all__ = [
     "output_bounds",
     "prove",
     "simulate",
+    "why",
 ]
+
+#: The public modules.
+_MODULES = {"build": "fuzzyctl.building.build", "plot": "fuzzyctl.plot"}
 
 
 def __getattr__(name: str) -> Any:
-    if name == "build":  # the one public module
-        return import_module("fuzzyctl.building.build")
+    if name in _MODULES:
+        return import_module(_MODULES[name])
     if name not in _HOMES:
         raise AttributeError(f"module 'fuzzyctl' has no attribute {name!r}")
     value = getattr(import_module(_HOMES[name]), name)
@@ -135,4 +146,4 @@ def __getattr__(name: str) -> Any:
 
 
 def __dir__() -> list[str]:
-    return sorted({*globals(), *__all__, "build"})
+    return [*__all__, *_MODULES, "__version__"]

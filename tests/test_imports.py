@@ -12,7 +12,7 @@ ROOT = Path(__file__).parent.parent
 
 #: Packages of fuzzyctl from the bottom up; a module may import its own package and those on lower lines.
 ORDER = [
-    ["records"],
+    ["displayed", "records"],
     ["diagnostics"],
     ["expr", "support"],
     ["experiments", "formulas"],
@@ -21,7 +21,7 @@ ORDER = [
     ["simulation"],
     ["comparison", "explain", "loading"],
     ["analysis", "building", "interop", "plot", "sweep"],
-    ["codegen", "convert"],
+    ["codegen", "convert", "display"],
     ["editor"],
     ["cli"],
     ["__main__"],
@@ -39,12 +39,18 @@ SUBORDER = {
     "model": [["checks"]],
 }
 
-#: Imports against the order, each in a method of `FuzzySystem` that only forwards.
+#: Imports against the order, each in a method that only forwards.
 ALLOWED = {
     # `system(x=1)` compiles at the first call.
     ("fuzzyctl.model.system", "fuzzyctl.kernels.compile"),
     # `system.with_params(a=1)` checks the result.
     ("fuzzyctl.model.system", "fuzzyctl.model.checks.checks"),
+    # `system.plot()`, `run.plot()` and `why(...).plot()` draw.
+    ("fuzzyctl.model.system", "fuzzyctl.plot.surfaces"),
+    ("fuzzyctl.simulation.run", "fuzzyctl.plot.time_series"),
+    ("fuzzyctl.explain.trace", "fuzzyctl.plot.rule_viewer"),
+    # A notebook and `print` show what `display` writes.
+    ("fuzzyctl.displayed", "fuzzyctl.display.display"),
 }
 
 #: Third parties and the only places that may import them.

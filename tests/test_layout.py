@@ -25,6 +25,8 @@ THROUGH = {
     "fuzzyctl/cli/test_compare.py",
     "fuzzyctl/convert": "fuzzyctl/convert/test_markdown.py fuzzyctl/cli/test_convert.py",
     "fuzzyctl/diagnostics": "fuzzyctl/diagnostics/test_diagnostic.py fuzzyctl/cli/test_terminal.py",
+    "fuzzyctl/display": "fuzzyctl/display/test_display.py e2e/test_notebooks.py",
+    "fuzzyctl/displayed.py": "fuzzyctl/display/test_display.py",
     "fuzzyctl/editor": "fuzzyctl/editor/test_server.py fuzzyctl/editor/test_hover.py",
     "fuzzyctl/experiments": "fuzzyctl/experiments/sweep/test_run.py",
     "fuzzyctl/experiments/sweep": "fuzzyctl/experiments/sweep/test_run.py dwmr/sweep/test_sweep.py",
@@ -42,7 +44,7 @@ THROUGH = {
     "fuzzyctl/loading/block_numbers.py": "fuzzyctl/resolve/test_loops.py fuzzyctl/resolve/test_plants.py "
     "fuzzyctl/resolve/test_controllers.py",
     "fuzzyctl/model": "fuzzyctl/model/test_system.py fuzzyctl/model/checks/test_checks.py fuzzyctl/cli/test_as.py",
-    "fuzzyctl/plot": "fuzzyctl/cli/test_plot.py fuzzyctl/cli/test_why.py",
+    "fuzzyctl/plot": "fuzzyctl/cli/test_plot.py fuzzyctl/cli/test_why.py fuzzyctl/plot/test_figures.py",
     "fuzzyctl/resolve": "fuzzyctl/resolve/test_rules.py fuzzyctl/resolve/test_settings.py",
     "fuzzyctl/simulation": "fuzzyctl/simulation/test_experiment.py fuzzyctl/cli/test_simulate.py",
     "fuzzyctl/sweep": "fuzzyctl/sweep/test_loops.py",

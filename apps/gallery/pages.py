@@ -18,12 +18,13 @@ from pathlib import Path
 from typing import Any, Final
 
 from fuzzyctl.diagnostics.diagnostic import DiagnosticError
+from fuzzyctl.diagnostics.suggestions import counted
 from fuzzyctl.expr import Compare, Name, evaluate
 from fuzzyctl.loading.load import look_through
 from fuzzyctl.model.guarantee import Guarantee
 from fuzzyctl.model.loop import Loop, Measure
-from fuzzyctl.plot.runs import draw_runs
 from fuzzyctl.plot.style import COLORS, saved
+from fuzzyctl.plot.time_series import draw_runs
 from fuzzyctl.simulation.run import Run
 from fuzzyctl.simulation.simulate import simulate
 from fuzzyctl.support.reading import read_source
@@ -113,7 +114,7 @@ def remade(folder: Path) -> str:
     missed = [
         f"{run.loop.name}: {r.text}, {', '.join(r.facts)}" for run in runs for r in run.requirements if not r.holds
     ]
-    return "\n  ".join([f"{folder.name}: {len(runs)} loops", *(f"not met: {m}" for m in missed)])
+    return "\n  ".join([f"{folder.name}: {counted(len(runs), 'loop')}", *(f"not met: {m}" for m in missed)])
 
 
 def draw(target: Path, runs: Sequence[Run], page: str) -> None:

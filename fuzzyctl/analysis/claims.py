@@ -10,6 +10,7 @@ from typing import Final
 from fuzzyctl.expr import Call, Compare, Expr, Logic, Name, Number, names_in, to_text, walk
 from fuzzyctl.model.controller import Controller
 from fuzzyctl.model.guarantee import Guarantee
+from fuzzyctl.model.inlined_lets import inlined
 from fuzzyctl.model.system import FuzzySystem
 
 #: Words about two points of an input.
@@ -111,22 +112,29 @@ def claim_of(system: FuzzySystem | Controller, guarantee: Guarantee) -> Claim:
     """Return a guarantee in normal form."""
     tolerance = Fraction(0)
     text = to_text(guarantee.claim)
+    written = _inlined(system, guarantee)
     if guarantee.within is not None:
         tolerance = Fraction(system.number(guarantee.within))
         text += f" within {to_text(guarantee.within)}"
     region: Truth = ALWAYS
-    if guarantee.when is not None:
-        region = _truth(system, guarantee.when, Fraction(0), True)
+    if guarantee.when is not None and written.when is not None:
+        region = _truth(system, written.when, Fraction(0), True)
         text += f" when {to_text(guarantee.when)}"
-    return Claim(text, _truth(system, guarantee.claim, tolerance, True), region)
+    return Claim(text, _truth(system, written.claim, tolerance, True), region)
 
 
 def outside(system: FuzzySystem | Controller, guarantee: Guarantee) -> Claim | None:
     """Return the claim that no point is in the region of a guarantee, None for one that speaks of all points."""
-    if guarantee.when is None:
+    when = _inlined(system, guarantee).when
+    if guarantee.when is None or when is None:
         return None
     text = to_text(guarantee.when)
-    return Claim(f"not ({text})", _truth(system, guarantee.when, Fraction(0), False), ALWAYS)
+    return Claim(f"not ({text})", _truth(system, when, Fraction(0), False), ALWAYS)
+
+
+def _inlined(system: FuzzySystem | Controller, guarantee: Guarantee) -> Guarantee:
+    """Return a guarantee without lets; those of a controller are part of its step."""
+    return inlined(system, guarantee) if isinstance(system, FuzzySystem) else guarantee
 
 
 def speaks_of_all_points(truth: Truth) -> bool:

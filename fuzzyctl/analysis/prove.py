@@ -35,7 +35,7 @@ from fuzzyctl.analysis.coverage.fires import Silence, unclear_at
 from fuzzyctl.analysis.coverage.pattern_search import silent_point
 from fuzzyctl.analysis.multilinear import pointwise, slopes
 from fuzzyctl.analysis.multilinear.surface import Surface, surface_of
-from fuzzyctl.analysis.verdicts import Proved, Refuted, Undecided, Verdict
+from fuzzyctl.analysis.verdicts import Proved, Refuted, Undecided, Verdict, Verdicts
 from fuzzyctl.analysis.witnesses import Judge
 from fuzzyctl.analysis.work import COVERAGE, SEARCH, SPENT, SpentError, Work
 from fuzzyctl.diagnostics.diagnostic import Diagnostic
@@ -43,6 +43,7 @@ from fuzzyctl.expr import Binary, Expr, span_of, to_text, walk
 from fuzzyctl.kernels.plan.build import Plan, plan
 from fuzzyctl.model.controller import Controller
 from fuzzyctl.model.guarantee import Guarantee
+from fuzzyctl.model.inlined_lets import inlined
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.support import arguments
 
@@ -76,7 +77,7 @@ def prove(
     system: str | None = None,
     timeout: float = TIMEOUT,
     progress: Progress | None = None,
-) -> tuple[Verdict, ...]:
+) -> Verdicts:
     """Prove the guarantees of a rule file, a system or a controller, for all inputs in their ranges.
 
     Inputs that extrapolate run over all real numbers. Others are clamped, so that a claim that names outputs at the
@@ -114,7 +115,7 @@ def prove(
 
         path = load(path, system=system)
     prover = Prover(path, timeout=timeout, progress=progress)
-    return tuple(prover.verdict(g) for g in path.guarantees)
+    return Verdicts(prover.verdict(g) for g in path.guarantees)
 
 
 @dataclass
@@ -212,7 +213,7 @@ class Prover:
         return Diagnostic("FZ307", message, span_of(culprit) or guarantee.span, help=help_text)
 
     def _part_without_value(self, guarantee: Guarantee, claim: Claim) -> tuple[Expr, dict[str, float]] | None:
-        return sampling.without_value(guarantee, claim, self.plan, self.judge)
+        return sampling.without_value(inlined(self.system, guarantee), claim, self.plan, self.judge)
 
     def _settled(self, claim: Claim) -> Verdict:
         match claim.truth:
@@ -323,7 +324,8 @@ def quickly(system: FuzzySystem, work: Work | None = None) -> tuple[list[Verdict
     verdicts: list[Verdict] = []
     found: list[Diagnostic] = []
     for guarantee in system.guarantees:
-        if not work.takes(_GUARANTEE * sum(1 for e in (guarantee.claim, guarantee.when) if e for _ in walk(e))):
+        written = inlined(system, guarantee)
+        if not work.takes(_GUARANTEE * sum(1 for e in (written.claim, written.when) if e for _ in walk(e))):
             verdicts.append(Undecided(to_text(guarantee.claim), SPENT, span=guarantee.span))
             continue
         lacking = prover.without_value(guarantee)

@@ -6,10 +6,11 @@ from dataclasses import dataclass, field
 
 from fuzzyctl.analysis.coverage.box_search import Side
 from fuzzyctl.diagnostics.source import Span
+from fuzzyctl.displayed import Displayed
 
 
-@dataclass(frozen=True)
-class Proved:
+@dataclass(frozen=True, repr=False)
+class Proved(Displayed):
     """A guarantee that holds for all inputs.
 
     Args:
@@ -21,6 +22,9 @@ class Proved:
     claim: str
     span: Span | None = field(default=None, compare=False, repr=False)
     note: str = ""
+
+    def __repr__(self) -> str:
+        return _line("Proved", self.claim, self.note)
 
 
 @dataclass(frozen=True)
@@ -49,8 +53,8 @@ def _digits(x: float) -> str:
     return repr(x) if float(short) == float(f"{x:.6g}") != x else short
 
 
-@dataclass(frozen=True)
-class Refuted:
+@dataclass(frozen=True, repr=False)
+class Refuted(Displayed):
     """A guarantee that a witness breaks; see `Proved`.
 
     Args:
@@ -65,9 +69,12 @@ class Refuted:
     span: Span | None = field(default=None, compare=False, repr=False)
     note: str = ""
 
+    def __repr__(self) -> str:
+        return _line("Refuted", self.claim, str(self.witness), self.note)
 
-@dataclass(frozen=True)
-class Undecided:
+
+@dataclass(frozen=True, repr=False)
+class Undecided(Displayed):
     """A guarantee that is neither proved nor refuted; see `Proved`.
 
     Args:
@@ -84,5 +91,18 @@ class Undecided:
     remaining: int = 0
     span: Span | None = field(default=None, compare=False, repr=False)
 
+    def __repr__(self) -> str:
+        return _line("Undecided", self.claim, self.reason)
+
+
+def _line(word: str, claim: str, *facts: str) -> str:
+    return f"{word}({'; '.join(filter(None, (claim, *facts)))})"
+
 
 Verdict = Proved | Refuted | Undecided
+
+
+class Verdicts(tuple[Verdict, ...], Displayed):
+    """Verdicts in the order of the guarantees; a notebook shows them as a table."""
+
+    __slots__ = ()

@@ -19,6 +19,7 @@ from fuzzyctl.cli.loading import Choice, chooses, load_checked
 from fuzzyctl.cli.streams import say
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 from fuzzyctl.diagnostics.suggestions import closest
+from fuzzyctl.plot.axis_choice import chosen_axes
 
 #: What matplotlib is asked to write.
 SUFFIXES = (".png", ".svg", ".pdf")
@@ -65,7 +66,7 @@ def plot_surface(
     if x is not None and x == y:
         raise DiagnosticError([Diagnostic("FZ502", f"'{x}' is named for both axes", help="drop one for a curve")])
     fixed = assignments(at, inputs, "input")
-    axes = _axes(inputs, x, y, fixed)
+    axes = chosen_axes(inputs, x, y, fixed)
     for axis, value in fixed.items():
         if math.isnan(value):
             raise DiagnosticError([Diagnostic("FZ503", f"'{axis}' is no number to draw at", help="give a value")])
@@ -78,7 +79,7 @@ def plot_surface(
 
     target = picture_file(out, f"{file_part(system.name)}-{file_part(chosen)}.png")
     from fuzzyctl.plot.style import saved
-    from fuzzyctl.plot.surface import draw_surface
+    from fuzzyctl.plot.surfaces import draw_surface
 
     with saved(target) as figure:
         draw_surface(figure, system, axes, fixed, chosen, resolution)
@@ -97,24 +98,12 @@ def plot_terms(file: str, out: str | None, choice: Choice) -> None:
     from fuzzyctl.plot.names import file_part
 
     target = picture_file(out, f"{file_part(system.name)}-terms.png")
+    from fuzzyctl.plot.memberships import draw_terms
     from fuzzyctl.plot.style import saved
-    from fuzzyctl.plot.terms import draw_terms
 
     with saved(target) as figure:
         draw_terms(figure, system)
     say(f"wrote {target}")
-
-
-def _axes(inputs: list[str], x: str | None, y: str | None, fixed: dict[str, float]) -> list[str]:
-    """Choose the axes: those named, else the first inputs that have no value."""
-    free = [name for name in inputs if name not in fixed and name not in (x, y)]
-    if x is None and y is None:
-        return free[:2] if free else inputs[:1]
-    if y is None:
-        assert x is not None
-        # With one axis named, `--at` for another input asks for a curve.
-        return [x] if fixed or not free else [x, free[0]]
-    return [x, y] if x is not None else [free[0], y] if free else [y]
 
 
 def _known(name: str, names: list[str], kind: str) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 import sys
 from collections.abc import Sequence
 from typing import Any
@@ -19,11 +18,7 @@ from fuzzyctl.cli.common import (
 )
 from fuzzyctl.cli.loading import Choice, chooses, open_systems
 from fuzzyctl.cli.streams import say, write_json
-from fuzzyctl.diagnostics.terminal import for_terminal
 from fuzzyctl.model.system import FuzzySystem
-
-#: Width of the text where it does not go to a terminal.
-WIDTH = 120
 
 
 @click.command("show")
@@ -51,8 +46,8 @@ def show_system(
     """
     if algorithm != "auto" and not only_plan:
         raise click.BadParameter("it is about how a system is computed: add --plan", param_hint="--algorithm")
-    from fuzzyctl.cli.layout import laid_out
-    from fuzzyctl.cli.summary import summary
+    from fuzzyctl.display.summary import summary
+    from fuzzyctl.display.systems import page_text
 
     opened = open_systems(file, choice, blocks=not only_plan)
     systems = opened.systems
@@ -61,7 +56,7 @@ def show_system(
     pages = [summary(system) for system in systems]
     others: list[dict[str, Any]] = []
     if opened.blocks:
-        from fuzzyctl.cli.block_summary import block_summary
+        from fuzzyctl.display.block_summary import block_summary
 
         others = [block_summary(block) for block in opened.blocks]
     if form == "json":
@@ -69,10 +64,8 @@ def show_system(
         write_json((*pages, *others)[0] if len(pages) + len(others) == 1 else several)
         return DONE
     pages += others
-    width = shutil.get_terminal_size((WIDTH, 24)).columns
     bold = (lambda text: f"\x1b[1m{text}\x1b[0m") if use_color(sys.stdout) else str
-    pages = [for_terminal(page, sys.stdout.encoding) for page in pages]
-    click.echo("\n".join(laid_out(page, width, bold) for page in pages), nl=False, file=sys.stdout)
+    click.echo("\n".join(page_text(page, bold) for page in pages), nl=False, file=sys.stdout)
     return DONE
 
 

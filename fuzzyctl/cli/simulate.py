@@ -163,8 +163,8 @@ def _names(folders: Iterable[str]) -> list[str]:
 def _write(files: Results, runs: Sequence[Labelled], folders: Mapping[str, str], data: str, picture: str) -> list[Path]:
     """Write what is known of runs, and one picture of all of them, and return the files."""
     from fuzzyctl.experiments.results.summary import write_summary
-    from fuzzyctl.plot.runs import draw_runs
     from fuzzyctl.plot.style import saved
+    from fuzzyctl.plot.time_series import draw_runs
     from fuzzyctl.simulation.data import save
 
     written = []

@@ -52,9 +52,9 @@ def draw(system: FuzzySystem, page: Path) -> dict[str, str]:
     Raises:
         DiagnosticError: Where the folder cannot be made, or a picture not written.
     """
+    from fuzzyctl.plot.memberships import draw_variable
     from fuzzyctl.plot.style import saved
-    from fuzzyctl.plot.surface import draw_surface
-    from fuzzyctl.plot.terms import draw_variable
+    from fuzzyctl.plot.surfaces import draw_surface
 
     files = picture_files(system, page)
     _made(page.with_name(f"{page.stem}-pictures"))

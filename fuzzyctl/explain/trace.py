@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass, field, fields
 from functools import cached_property
 from typing import Any, Final, Self
 
 from fuzzyctl.diagnostics.diagnostic import ArgumentError, NoRuleFiresError, UnknownNameError
+from fuzzyctl.displayed import Printed
 from fuzzyctl.expr import Expr, names_in
 from fuzzyctl.formats.fz import membership_text, rule_text
 from fuzzyctl.kernels.backends.python import backend as python_backend
@@ -71,11 +72,12 @@ class FiredRule:
     block: str = ""
 
 
-@dataclass(frozen=True)
-class Trace:
+@dataclass(frozen=True, repr=False)
+class Trace(Printed):
     """An evaluation taken apart.
 
     Args:
+        system: The system.
         inputs: The point.
         outputs: The outputs there.
         degrees: The degrees that rules read, by variable and term; NaN where the variable has no value.
@@ -86,6 +88,7 @@ class Trace:
             where the surface has an edge.
     """
 
+    system: FuzzySystem = field(compare=False)
     inputs: dict[str, float]
     outputs: dict[str, float]
     degrees: dict[str, dict[str, float]]
@@ -93,6 +96,43 @@ class Trace:
     silent: int
     slopes: dict[str, dict[str, tuple[float, float]]]
     lets: dict[str, float]
+
+    def __repr__(self) -> str:
+        values = [", ".join(f"{n} = {x:.6g}" for n, x in part.items()) for part in (self.inputs, self.outputs)]
+        return f"Trace({self.system.name} at {values[0]}: {values[1]}; {len(self.rules)} rules act)"
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the trace as plain data, without the system."""
+        own = {f.name: getattr(self, f.name) for f in fields(self) if f.compare}
+        return own | {"rules": [asdict(r) for r in self.rules]}
+
+    def plot(self, *, most: int = 12, ax: Any = None) -> Any:
+        """Draw the rules that act, see `fuzzyctl.plot.rules`."""
+        from fuzzyctl.plot.rule_viewer import viewer
+
+        return viewer(self, most, ax)
+
+
+def why(system: FuzzySystem, values: Mapping[str, float] | None = None, /, **named: float) -> Trace:
+    """Say why a system gives what it gives at a point; a notebook shows the rules that act.
+
+    Args:
+        system: A well-formed system; adaptive outputs have their initial consequents, held ones their first values.
+        values: A number for every input by name.
+        named: The same for names that Python can write.
+
+    Raises:
+        UnknownNameError: For a name that is no input.
+        ArgumentError: When an input is missing, given twice, or no number.
+        NoRuleFiresError: Where no rule fires for an output that says `else error`.
+    """
+    arguments.instance("the system", FuzzySystem, "a FuzzySystem", system)
+    given = arguments.mapping("'values'", "numbers by name of the input", {} if values is None else values)
+    declared = {system.as_declared(name): value for name, value in named.items()}
+    for name in declared:
+        if name in given:
+            raise ArgumentError(f"{name!r} is given twice")
+    return trace(system, {**given, **declared})
 
 
 def trace(system: FuzzySystem, values: Mapping[str, float]) -> Trace:
@@ -133,6 +173,7 @@ def trace(system: FuzzySystem, values: Mapping[str, float]) -> Trace:
     known = known_at(flat, point) | dict(zip((o.name for o in flat.outputs), outputs, strict=True))
     own = [_Contributions.of(flat, o, felt[k], outputs[k], known, active) for k, o in enumerate(flat.outputs)]
     return Trace(
+        system=system,
         inputs=dict(zip(names, point, strict=True)),
         outputs=dict(zip((o.name for o in flat.outputs), outputs, strict=True)),
         degrees=_degrees(flat, results[:count], without_value),

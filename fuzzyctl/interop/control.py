@@ -13,7 +13,8 @@ from typing import Any, Final
 
 import numpy as np
 
-from fuzzyctl.diagnostics.diagnostic import ArgumentError, ValueOutOfBoundsError
+from fuzzyctl.diagnostics.diagnostic import ArgumentError
+from fuzzyctl.interop.numbers import count, positive
 from fuzzyctl.interop.packages import required
 from fuzzyctl.interop.ranges import range_of
 from fuzzyctl.kernels.compile import compile
@@ -50,10 +51,8 @@ def nlsys(
             another number of values.
     """
     control = required("control", "control")
-    if dt is not None and not dt > 0.0:
-        raise ValueOutOfBoundsError("dt", dt, "> 0", "s")
-    if not (type(substeps) is int and substeps >= 1):
-        raise ValueOutOfBoundsError("substeps", substeps, "a positive integer")
+    dt = None if dt is None else positive("dt", dt, "s")
+    count("substeps", substeps)
     if isinstance(block, FuzzySystem):
         update, output, states, dt = _static(block)
     elif isinstance(block, Controller):
@@ -96,13 +95,13 @@ def _sampled(controller: Controller, dt: float | None) -> _Parts:
         raise ArgumentError(
             f"controller '{controller.name}' runs every {step.period:g} s, which is no multiple of dt = {sample:g} s"
         )
-    count, given = len(step.state_names), None if step.period is not None else sample
+    own, given = len(step.state_names), None if step.period is not None else sample
 
     def made(t: float, x: Any, u: Any) -> tuple[Any, Any]:
         """Return the outputs and the next state; between two samples both are those of the last one."""
         if every > 1 and round(t / sample) % every:
-            return x[count:], x
-        outputs, following = step(*map(float, u), np.asarray(x[:count], dtype=np.float64), dt=given)
+            return x[own:], x
+        outputs, following = step(*map(float, u), np.asarray(x[:own], dtype=np.float64), dt=given)
         held = np.atleast_1d(np.array(outputs, dtype=np.float64))
         return held, np.concatenate([following, held]) if every > 1 else following
 
@@ -135,11 +134,14 @@ def start(block: Controller | Plant, *, dt: float | None = None) -> Any:
         dt: As for `nlsys`.
 
     Raises:
-        ArgumentError: As for `nlsys`.
+        ArgumentError: As for `nlsys`, and for a system, which has no state.
+        ValueOutOfBoundsError: As for `nlsys`.
     """
     if isinstance(block, Plant):
         return np.array(PlantFunction(block).start)
-    names = _sampled(block, dt)[2]
+    if not isinstance(block, Controller):
+        raise ArgumentError(f"expected a Controller or Plant, got {type(block).__name__}")
+    names = _sampled(block, None if dt is None else positive("dt", dt, "s"))[2]
     own = compile(block, "python").start()
     return np.concatenate([own, np.zeros(len(names) - len(own))])
 

@@ -10,7 +10,9 @@ import numpy as np
 
 from fuzzyctl.diagnostics.diagnostic import ArgumentError, Diagnostic, UnknownNameError
 from fuzzyctl.expr import Call, Expr, Name, evaluate
+from fuzzyctl.interop.numbers import number, numbers
 from fuzzyctl.interop.opened_loops import OpenedLoop
+from fuzzyctl.kernels.compile import Backend
 from fuzzyctl.model.forms import bound
 from fuzzyctl.model.measures import MEASURES
 from fuzzyctl.simulation.experiment import Experiment, Stepper
@@ -41,7 +43,7 @@ class LoopEnvironment(gymnasium.Env[Any, Any]):  # type: ignore[misc]  # gymnasi
         start: Mapping[str, tuple[float, float]],
         penalty: float,
         substeps: int,
-        backend: str,
+        backend: Backend,
     ) -> None:
         self.opened, self._penalty, self._substeps = opened, penalty, substeps
         self.experiment = Experiment(opened.loop, backend, free=opened.actions)
@@ -56,6 +58,7 @@ class LoopEnvironment(gymnasium.Env[Any, Any]):  # type: ignore[misc]  # gymnasi
         self._reward = reward if callable(reward) else None
         self._columns = [self.experiment.positions[name] for name in opened.observations]
         self._stepper: Stepper | None = None
+        self._ended = False
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
         """Begin an episode; noise and starts are drawn anew.
@@ -68,19 +71,24 @@ class LoopEnvironment(gymnasium.Env[Any, Any]):  # type: ignore[misc]  # gymnasi
             The observation and the signals by name.
 
         Raises:
-            UnknownNameError: For a name of no state.
+            UnknownNameError: For a name of no state, and another option than `start`.
+            ArgumentError: Where the run cannot begin at these states.
+            ValueOutOfBoundsError: For a state that is no finite number.
         """
+        for name in options or {}:
+            if name != "start":
+                raise UnknownNameError("option", name, ("start",))
         super().reset(seed=seed)
         begin = {name: float(self.np_random.uniform(*ends)) for name, ends in self._start.items()}
         given = (options or {}).get("start", {})
-        begin |= {f"{self.opened.prefix}{name}": float(value) for name, value in given.items()}
+        begin |= {f"{self.opened.prefix}{name}": number(f"start of '{name}'", value) for name, value in given.items()}
         noise = int(self.np_random.integers(2**32))
         self._stepper = Stepper(self.experiment, self._substeps, noise, begin)
         row = self._stepper.look(np.zeros(len(self.opened.actions)))
         if isinstance(row, Diagnostic):
             raise ArgumentError(f"the episode cannot begin: {row.message}")
-        self._last = row
-        return self._observed(row), self._signals(row)
+        self._last, self._ended = row, False
+        return self._observed(row), self._signals(row, np.zeros(len(self.opened.actions)))
 
     def step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
         """Hold an action for a period.
@@ -93,13 +101,15 @@ class LoopEnvironment(gymnasium.Env[Any, Any]):  # type: ignore[misc]  # gymnasi
             says why it was terminated.
 
         Raises:
-            ArgumentError: For an action of another shape or with NaN, and before the first `reset`.
+            ArgumentError: For an action of another shape or with NaN, before the first `reset`, and after the end of an
+                episode.
+            ValueOutOfBoundsError: For a reward that is no finite number.
         """
-        if self._stepper is None:
-            raise ArgumentError("'reset' begins an episode")
-        values = np.asarray(action, dtype=np.float64)
-        if values.shape != self.action_space.shape or np.isnan(values).any():
-            names = ", ".join(self.opened.actions)
+        if self._stepper is None or self._ended:
+            raise ArgumentError("'reset' begins an episode" + (": this one has ended" if self._ended else ""))
+        values = numbers(action)
+        if values is None or values.shape != self.action_space.shape or np.isnan(values).any():
+            names = ", ".join(self.opened.shown[a] for a in self.opened.actions)
             raise ArgumentError(f"the action must be {self.action_space.shape[0]} numbers ({names}), got {action!r}")
         stepper, last, total = self._stepper, self.experiment.samples - 1, 0.0
         row: Any = None
@@ -108,24 +118,29 @@ class LoopEnvironment(gymnasium.Env[Any, Any]):  # type: ignore[misc]  # gymnasi
             row = before if isinstance(before, Diagnostic) else stepper.look(values)
             if isinstance(row, Diagnostic):
                 previous = self._last if isinstance(before, Diagnostic) else before
-                return self._stopped(previous, row, total)
+                return self._stopped(previous, row, total, values)
             self._last = row
             total -= 0.0 if self._cost is None else self._cost(before, row)
             if stepper.sample >= last:
                 break
-        signals = self._signals(row)
-        total = total if self._reward is None else float(self._reward(signals))
+        signals = self._signals(row, values)
+        total = total if self._reward is None else number("the reward", self._reward(signals))
         found = self._observed(row)
         outside = [n for n, value, low, high in self._ranged(row) if not low <= value <= high]
         if outside:
             signals["stopped"] = f"{', '.join(outside)} left the range at t = {signals['t']:.6g} s"
             total -= self._penalty
-        return found, total, bool(outside), stepper.sample >= last, signals
+        truncated = stepper.sample >= last
+        self._ended = bool(outside) or truncated
+        return found, total, bool(outside), truncated, signals
 
-    def _stopped(self, row: Any, why: Diagnostic, total: float) -> tuple[Any, float, bool, bool, dict[str, Any]]:
+    def _stopped(
+        self, row: Any, why: Diagnostic, total: float, values: Any
+    ) -> tuple[Any, float, bool, bool, dict[str, Any]]:
         """Return what a step gives that ends where a state leaves its range."""
-        signals = self._signals(row)
-        reward = total if self._reward is None else float(self._reward(signals))
+        self._ended = True
+        signals = self._signals(row, values)
+        reward = total if self._reward is None else number("the reward", self._reward(signals))
         return self._observed(row), reward - self._penalty, True, False, signals | {"stopped": why.message}
 
     def _ranged(self, row: Any) -> list[tuple[str, float, float, float]]:
@@ -136,11 +151,13 @@ class LoopEnvironment(gymnasium.Env[Any, Any]):  # type: ignore[misc]  # gymnasi
     def _observed(self, row: Any) -> Any:
         return np.clip(row[self._columns], self.observation_space.low, self.observation_space.high)
 
-    def _signals(self, row: Any) -> dict[str, Any]:
+    def _signals(self, row: Any, values: Any) -> dict[str, Any]:
+        """Return the signals by the names that a run has for them."""
         assert self._stepper is not None
-        positions = self.experiment.positions
-        found = {n: float(row[k]) for n, k in positions.items() if not n.startswith("#")}
-        return {"t": self._stepper.sample * self.experiment.step, **found}
+        positions, shown = self.experiment.positions, self.opened.shown
+        found = {shown.get(n, n): float(row[k]) for n, k in positions.items() if not n.startswith("#")}
+        actions = {shown[a]: float(value) for a, value in zip(self.opened.actions, values, strict=True)}
+        return {"t": self._stepper.sample * self.experiment.step, **found, **actions}
 
     def _integral(self, name: str) -> Callable[[Any, Any], float]:
         """Return what a step between two samples adds to a measure."""

@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fuzzyctl.diagnostics.diagnostic import ArgumentError
+from fuzzyctl.interop.numbers import count, number, numbers, positive, span
 from fuzzyctl.interop.packages import required
-from fuzzyctl.kernels.compile import compile
+from fuzzyctl.kernels.compile import Backend, compile
 from fuzzyctl.model.controller import Controller
 from fuzzyctl.model.loop import Loop
 from fuzzyctl.model.plant import Plant
@@ -37,9 +38,12 @@ class Policy:
 
     Raises:
         ArgumentError: For another object, a system with state, and a `dt` that is missing or one too many.
+        ValueOutOfBoundsError: For a `dt` that is not positive.
     """
 
-    def __init__(self, block: FuzzySystem | Controller, *, dt: float | None = None, backend: str = "python") -> None:
+    def __init__(
+        self, block: FuzzySystem | Controller, *, dt: float | None = None, backend: Backend = "python"
+    ) -> None:
         if not isinstance(block, FuzzySystem | Controller):
             raise ArgumentError(f"expected a FuzzySystem or Controller, got {type(block).__name__}")
         self._names = tuple(s.name for s in block.inputs)
@@ -50,6 +54,7 @@ class Policy:
                 raise ArgumentError(f"system '{block.name}' adapts or holds outputs: call it in a controller")
         else:
             self._step = compile(block, backend)
+            dt = None if dt is None else positive("dt", dt, "s")
             if (self._step.period is None) == (dt is None):
                 what = "has no 'every' line: give 'dt'" if dt is None else "has a period: leave 'dt' out"
                 raise ArgumentError(f"controller '{block.name}' {what}")
@@ -73,11 +78,11 @@ class Policy:
         Raises:
             ArgumentError: For an observation of another shape.
         """
-        found = np.asarray(observation, dtype=np.float64)
-        if found.shape != (len(self._names),):
+        found = numbers(observation)
+        if found is None or found.shape != (len(self._names),):
             raise ArgumentError(
                 f"the observation must have the shape ({len(self._names)},) for {', '.join(self._names)}, "
-                f"got {found.shape}"
+                f"got {observation!r}"
             )
         if self._step is None:
             return np.atleast_1d(np.array(self._kernel(*found.tolist())))
@@ -95,7 +100,7 @@ def environment(
     start: Mapping[str, tuple[float, float]] | None = None,
     penalty: float = 0.0,
     substeps: int = 1,
-    backend: str = "auto",
+    backend: Backend = "auto",
 ) -> Any:
     """Return a loop without one of its controllers, or a plant, as a `gymnasium.Env`.
 
@@ -118,12 +123,16 @@ def environment(
 
     Raises:
         MissingPackageError: Where gymnasium is not installed.
-        ArgumentError: For another object, a block that is no controller, a measure that is no such integral, and a
-            missing `dt` or `duration`.
+        ArgumentError: For another object, a block that is no controller, a measure that is no such integral, a reward
+            that is neither, and a missing `dt` or `duration`.
+        ValueOutOfBoundsError: For times and numbers of steps that are not positive, a penalty that is no finite number,
+            and ranges that are not two numbers in order.
         UnknownNameError: For a name of no block, measure or state.
         DiagnosticError: For a loop that cannot be run without the controller.
     """
     required("gymnasium", "gymnasium")
+    if not (callable(reward) or isinstance(reward, str)):
+        raise ArgumentError(f"reward must be a function of the signals or the name of a measure, got {reward!r}")
     from fuzzyctl.interop.environments import LoopEnvironment
     from fuzzyctl.interop.opened_loops import opened_loop, opened_plant
 
@@ -136,7 +145,8 @@ def environment(
     elif isinstance(system, Plant):
         if block is not None or dt is None or duration is None:
             raise ArgumentError("a plant needs 'dt' and 'duration', and has no 'block'")
-        opened = opened_plant(system, dt, duration)
+        opened = opened_plant(system, positive("dt", dt, "s"), positive("duration", duration, "s"))
     else:
         raise ArgumentError(f"expected a Loop or a Plant, got {type(system).__name__}")
-    return LoopEnvironment(opened, reward, dict(start or {}), penalty, substeps, backend)
+    starts = {name: span(f"start of '{name}'", ends) for name, ends in (start or {}).items()}
+    return LoopEnvironment(opened, reward, starts, number("penalty", penalty), count("substeps", substeps), backend)

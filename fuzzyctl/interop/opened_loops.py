@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from fuzzyctl.diagnostics.diagnostic import ArgumentError, UnknownNameError, ValueOutOfBoundsError
@@ -27,6 +27,7 @@ class OpenedLoop:
         action_ranges: Their ends.
         observations: Names of the signals.
         observation_ranges: Their ends.
+        shown: Names that a run has for the actions and observations, `BLOCK.SIGNAL`.
         every: Samples in each period of the controller.
         prefix: What stands before the names of states in the loop, but not for the user.
     """
@@ -36,6 +37,7 @@ class OpenedLoop:
     action_ranges: tuple[tuple[float, float], ...]
     observations: tuple[str, ...]
     observation_ranges: tuple[tuple[float, float], ...]
+    shown: Mapping[str, str]
     every: int = 1
     prefix: str = ""
 
@@ -91,6 +93,13 @@ def opened_loop(loop: Loop, block: str) -> OpenedLoop:
         tuple(range_of(set_params, r) for r in controller.results),
         observations,
         tuple(range_of(set_params, s) for s in controller.inputs),
+        dict(
+            zip(
+                (*actions, *observations),
+                (f"{block}.{s.name}" for s in (*controller.results, *controller.inputs)),
+                strict=True,
+            )
+        ),
         every[block],
     )
 
@@ -104,11 +113,10 @@ def opened_plant(plant: Plant, dt: float, duration: float) -> OpenedLoop:
         duration: Length of a run [s].
 
     Raises:
-        ValueOutOfBoundsError: For times that are not positive.
+        ValueOutOfBoundsError: For a duration of less than `dt`.
     """
-    for name, value in (("dt", dt), ("duration", duration)):
-        if not value > 0.0:
-            raise ValueOutOfBoundsError(name, value, "> 0", "s")
+    if duration < dt:
+        raise ValueOutOfBoundsError("duration", duration, f">= dt = {dt:g}", "s")
     block = "plant"
     actions = _fresh(block, [s.name for s in plant.inputs], set())
     loop = Loop(
@@ -122,6 +130,7 @@ def opened_plant(plant: Plant, dt: float, duration: float) -> OpenedLoop:
         tuple(range_of(plant, s) for s in plant.inputs),
         tuple(f"{block}.{r.name}" for r in plant.results),
         tuple(range_of(plant, r) for r in plant.results),
+        dict(zip(actions, (f"{block}.{s.name}" for s in plant.inputs), strict=True)),
         prefix=f"{block}.",
     )
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any, TypeVar
+from typing import Any, Final, TypeVar
 
 import numpy as np
 
@@ -12,12 +12,16 @@ from fuzzyctl.diagnostics.diagnostic import ArgumentError, DiagnosticError, Unkn
 from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.diagnostics.suggestions import counted
 from fuzzyctl.expr import Expr, Keyword, Name, Number, replace_names
+from fuzzyctl.interop.numbers import number, real
+from fuzzyctl.interop.packages import required
 from fuzzyctl.loading.load import look_through
 from fuzzyctl.model.controller import Controller, Definition, Result, Signal, State
 from fuzzyctl.model.loop import Loop
 from fuzzyctl.model.plant import Plant
 from fuzzyctl.simulation.settings import blocks_of
 
+#: Complex roots are conjugate up to this part of them.
+CONJUGATE: Final = 1e-9
 _Named = TypeVar("_Named", Signal, Definition)
 
 
@@ -35,9 +39,12 @@ def plant_of(system: Any, name: str = "plant") -> Plant | Controller:
         in discrete time becomes a controller with the period of the system, whose outputs are held between its samples.
 
     Raises:
-        ArgumentError: For another object, several inputs of a transfer function, and discrete time without a period.
-        DiagnosticError: For a system that is not proper, or has coefficients that are not finite.
+        ArgumentError: For another object, a name that no block can have, several inputs of a transfer function, a
+            numerator of 0, complex roots without their conjugates, and discrete time without a period or not proper.
+        ValueOutOfBoundsError: For coefficients that are complex or not finite.
+        DiagnosticError: For a system in continuous time that is not proper.
     """
+    _require_name(name)
     if hasattr(system, "dynamics") and not hasattr(system, "A") and not hasattr(system, "num_list"):
         return _nonlinear(system, name)
     period = getattr(system, "dt", None)
@@ -69,18 +76,17 @@ def python_plant(
 
     Raises:
         ArgumentError: For a name that no signal can have, and two of the same name.
+        ValueOutOfBoundsError: For a start that is not finite.
     """
-    names = [*inputs, *states, *outputs]
-    for one in (name, *names):
-        if not (one.isidentifier() and one.isascii()):
-            raise ArgumentError(f"{one!r} is no name: expected letters, digits and _")
+    for one in (name, *inputs, *states, *outputs):
+        _require_name(one)
     for of, own in (("state", [*inputs, *states]), ("output", [*inputs, *outputs])):
         if len(set(own)) < len(own):
             raise ArgumentError(f"an input and a {of} of plant '{name}' have one name")
     return Plant(
         name=name,
         inputs=tuple(Signal(name=n) for n in inputs),
-        states=tuple(State(name=n, start=Number(float(v))) for n, v in states.items()),
+        states=tuple(State(name=n, start=Number(number(f"start of '{n}'", v))) for n, v in states.items()),
         results=tuple(Result(name=n, value=Name(n)) for n in outputs),
         python=f"<{name}>",
         calls=(derivative, output),
@@ -152,6 +158,11 @@ def with_plant(loop: Loop, block: str, system: Any) -> Loop:
     return dataclasses.replace(loop, instances=instances, plants=(*kept, new))
 
 
+def _require_name(name: object) -> None:
+    if not (isinstance(name, str) and name.isidentifier() and name.isascii()):
+        raise ArgumentError(f"{name!r} is no name: expected letters, digits and _")
+
+
 def _kind(system: Any) -> str:
     return f"the {type(system).__name__}"
 
@@ -173,7 +184,7 @@ def _form(system: Any) -> str:
         return f"ss(A={_rows(a)}, B={_rows(b)}, C={_rows(c)}, D={_rows(d)})"
     if hasattr(system, "gain") and not callable(system.zeros):
         zeros, poles = _roots(system.zeros), _roots(system.poles)
-        return f"zpk(zeros={zeros}, poles={poles}, gain={float(system.gain)!r})"
+        return f"zpk(zeros={zeros}, poles={poles}, gain={number('gain', system.gain)!r})"
     num, den = _coefficients(system)
     return f"tf(num={_list(num)}, den={_list(den)})"
 
@@ -194,20 +205,21 @@ def _coefficients(system: Any) -> tuple[Sequence[float], Sequence[float]]:
         )
     if np.ndim(num) != 1:
         raise ArgumentError(f"{_kind(system)} has several outputs: convert it with to_ss")
-    return tuple(np.trim_zeros(np.asarray(one, dtype=np.float64), "f").tolist() or [0.0] for one in (num, den))  # type: ignore[return-value]
+    num, den = (np.trim_zeros(real(what, one), "f") for what, one in (("numerator", num), ("denominator", den)))
+    if not len(num):
+        raise ArgumentError(f"the numerator of {_kind(system)} is 0: its output is 0 for all inputs")
+    return num.tolist(), den.tolist()
 
 
 def _matrices(system: Any) -> tuple[np.ndarray[Any, Any], ...]:
     """Return the matrices A, B, C, D of a linear system."""
     if not all(hasattr(system, n) for n in "ABCD"):
         _coefficients(system) if not hasattr(system, "gain") else None
-        if hasattr(system, "to_ss"):
-            system = system.to_ss()
-        else:
-            from fuzzyctl.interop.packages import required
-
-            system = required("control", "control").ss(system)
-    return tuple(np.atleast_2d(np.asarray(getattr(system, n), dtype=np.float64)) for n in "ABCD")
+        try:
+            system = system.to_ss() if hasattr(system, "to_ss") else required("control", "control").ss(system)
+        except ValueError as error:
+            raise ArgumentError(f"{_kind(system)} has no state space: {error}") from error
+    return tuple(np.atleast_2d(real(f"matrix {n}", getattr(system, n))) for n in "ABCD")
 
 
 def _list(values: Sequence[float]) -> str:
@@ -220,12 +232,15 @@ def _rows(matrix: np.ndarray[Any, Any]) -> str:
 
 def _roots(roots: Any) -> str:
     """Return real roots as numbers, and pairs of conjugate ones as `pair(a, b)`."""
-    texts = []
-    for root in np.atleast_1d(np.asarray(roots, dtype=np.complex128)):
-        if root.imag == 0.0:
-            texts.append(repr(float(root.real)))
-        elif root.imag > 0.0:
-            texts.append(f"pair({float(root.real)!r}, {float(root.imag)!r})")
+    found = np.atleast_1d(np.asarray(roots, dtype=np.complex128))
+    real("roots", [found.real, found.imag])
+    above, below = (sorted(found[s * found.imag > 0.0], key=lambda r: (r.real, abs(r.imag))) for s in (1, -1))
+    if not (len(above) == len(below) and np.allclose(above, np.conj(below), rtol=CONJUGATE, atol=0.0)):
+        raise ArgumentError(
+            f"roots {found.tolist()} are not those of real coefficients: a complex one has no conjugate"
+        )
+    texts = [repr(float(root.real)) for root in found[found.imag == 0.0]]
+    texts += [f"pair({float(root.real)!r}, {float(root.imag)!r})" for root in above]
     return f"[{', '.join(texts)}]"
 
 

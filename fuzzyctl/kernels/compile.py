@@ -6,11 +6,12 @@ import warnings
 from collections.abc import Mapping, Sequence
 from functools import cache, cached_property
 from numbers import Real
-from typing import TYPE_CHECKING, Any, Final, overload
+from typing import TYPE_CHECKING, Any, Final, Literal, get_args, overload
 
 from fuzzyctl.diagnostics.diagnostic import ArgumentError, BackendUnavailableError, UnknownNameError
-from fuzzyctl.kernels.algorithms.select import ALGORITHMS, algorithm_of
+from fuzzyctl.kernels.algorithms.select import ALGORITHMS, AlgorithmName, algorithm_of
 from fuzzyctl.kernels.backends.arguments import float_array, stacked
+from fuzzyctl.kernels.backends.labels import labelled
 from fuzzyctl.kernels.backends.numba.compile_cost import MOST_OPERATIONS, operations
 from fuzzyctl.kernels.inference import inference
 from fuzzyctl.kernels.kernel import Kernel
@@ -28,33 +29,40 @@ if TYPE_CHECKING:
 
     FloatArray = npt.NDArray[np.float64]
 
-__all__ = ["ALGORITHMS", "BACKENDS", "ByName", "Kernel", "compile", "degrees"]
+__all__ = ["ALGORITHMS", "BACKENDS", "AlgorithmName", "Backend", "ByName", "Kernel", "compile", "degrees"]
 
 #: What `compile` takes as a backend.
-BACKENDS: Final = ("auto", "numba", "numpy", "python")
-
-
-@overload
-def compile(system: FuzzySystem, backend: str = "auto", *, algorithm: str = "auto", free: None = None) -> Kernel: ...
+Backend = Literal["auto", "numba", "numpy", "python"]
+BACKENDS: Final = get_args(Backend)
 
 
 @overload
 def compile(
-    system: FuzzySystem, backend: str = "auto", *, algorithm: str = "auto", free: Sequence[str]
+    system: FuzzySystem, backend: Backend = "auto", *, algorithm: AlgorithmName = "auto", free: None = None
+) -> Kernel: ...
+
+
+@overload
+def compile(
+    system: FuzzySystem, backend: Backend = "auto", *, algorithm: AlgorithmName = "auto", free: Sequence[str]
 ) -> FreeKernel: ...
 
 
 @overload
 def compile(
-    system: Controller, backend: str = "auto", *, algorithm: str = "auto", free: Sequence[str] | None = None
+    system: Controller,
+    backend: Backend = "auto",
+    *,
+    algorithm: AlgorithmName = "auto",
+    free: Sequence[str] | None = None,
 ) -> Step: ...
 
 
 def compile(
     system: FuzzySystem | Controller,
-    backend: str = "auto",
+    backend: Backend = "auto",
     *,
-    algorithm: str = "auto",
+    algorithm: AlgorithmName = "auto",
     free: Sequence[str] | None = None,
 ) -> Kernel | FreeKernel | Step:
     """Compile a system to a kernel, or a controller to a step.
@@ -201,7 +209,8 @@ class ByName:
             values: A number or an array for every input; arrays broadcast against each other.
 
         Returns:
-            A float, or an array of the broadcast shape; for several outputs a dict by name.
+            A float, or an array of the broadcast shape; a Series with their index where Series of pandas are given; for
+            several outputs a dict by name.
 
         Raises:
             UnknownNameError: For a name that is no input.
@@ -242,6 +251,7 @@ class ByName:
         kernel = self._arrays
         points = stacked(kernel.input_names, ordered)
         results = kernel.batch(points, kernel.plan.initial_state if kernel.n_states else None)
-        if len(kernel.output_names) == 1:
-            return results
-        return {name: results[..., k] for k, name in enumerate(kernel.output_names)}
+        names, given = kernel.output_names, dict(zip(kernel.input_names, ordered, strict=True))
+        if len(names) == 1:
+            return labelled(results, names, given)
+        return {name: labelled(results[..., k], [name], given) for k, name in enumerate(names)}

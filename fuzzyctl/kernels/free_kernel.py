@@ -10,9 +10,11 @@ from typing import TYPE_CHECKING, Any, final
 import numpy as np
 
 from fuzzyctl.diagnostics.diagnostic import ArgumentError, NoRuleFiresError, UnknownNameError
+from fuzzyctl.displayed import Displayed
 from fuzzyctl.kernels.arrays import Arrays, broadcast, by_name, derivative_of, fill_of, jacobian
 from fuzzyctl.kernels.backends import blocks
 from fuzzyctl.kernels.backends.arguments import float_array, in_order, point_array, writable
+from fuzzyctl.kernels.backends.labels import labelled
 from fuzzyctl.kernels.backends.python import backend as python_backend
 from fuzzyctl.kernels.free_values import FreeValues
 from fuzzyctl.kernels.inference import inference
@@ -33,7 +35,7 @@ if TYPE_CHECKING:
 
 
 @final
-class FreeKernel:
+class FreeKernel(Displayed):
     """A compiled system some of whose numbers are arguments.
 
     `kernel(x0, x1, ..., values)` takes the inputs in order, then the values of the free numbers, an array of shape
@@ -130,7 +132,7 @@ class FreeKernel:
             parallel: Whether all cores may be used; they are where the work is worth it.
 
         Returns:
-            Shape (...) for one output, (..., outputs) for several.
+            Shape (...) for one output, (..., outputs) for several; of pandas where the points are, see `Kernel.batch`.
 
         Raises:
             ArgumentError: For arrays of another shape or not of numbers.
@@ -149,7 +151,7 @@ class FreeKernel:
             blocks.run_compiled(self._checked_fill, flat, rows, target, parallel=parallel)
         else:
             blocks.run(self._checked_fill, flat, rows, target)
-        return results
+        return results if out is not None else labelled(results, self.output_names, points)
 
     def _points(self, points: Any) -> FloatArray:
         array = float_array(point_array(self.input_names, points), "points")

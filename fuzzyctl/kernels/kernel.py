@@ -7,9 +7,11 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any, Final, final
 
 from fuzzyctl.diagnostics.diagnostic import ArgumentError, FuzzyctlError, NoRuleFiresError, UnknownNameError
+from fuzzyctl.displayed import Displayed
 from fuzzyctl.kernels.algorithms.select import algorithm_of
 from fuzzyctl.kernels.backends import states
 from fuzzyctl.kernels.backends.arguments import argument_error, float_array, in_order, overflows, too_large, writable
+from fuzzyctl.kernels.backends.labels import labelled
 from fuzzyctl.kernels.backends.python import backend as python_backend
 from fuzzyctl.kernels.inference import inference
 from fuzzyctl.kernels.plan.build import Plan
@@ -32,7 +34,7 @@ _REFUSALS: Final = (TypeError, ValueError, ArithmeticError)
 
 
 @final
-class Kernel:
+class Kernel(Displayed):
     """A compiled system: numbers in, numbers out, and no state of its own.
 
     `kernel(x0, x1, ...)` takes real numbers in the order of the inputs and gives a float, or a tuple for several
@@ -152,7 +154,8 @@ class Kernel:
             parallel: Whether all cores may be used; they are where the work is worth it.
 
         Returns:
-            Shape (...) for one output, (..., outputs) for several.
+            Shape (...) for one output, (..., outputs) for several. Of a data frame of pandas, or a dict of Series, the
+            results are a Series, for several outputs a DataFrame, with the same index, unless `out` is given.
 
         Raises:
             ArgumentError: For arrays of another shape or not of numbers, and for columns of other names.
@@ -162,7 +165,8 @@ class Kernel:
         from fuzzyctl.kernels.batch import Batch
 
         run = Batch(self.plan, self._fill, self._promises, is_compiled=self.backend == "numba")
-        return run(points, state, out, parallel=parallel)
+        results = run(points, state, out, parallel=parallel)
+        return results if out is not None else labelled(results, self.output_names, points)
 
     @cached_property
     def _fill(self) -> Fill:

@@ -153,7 +153,8 @@ def _take(source: SourceText, current: _Open, piece: str, at: int, *, in_block: 
                 help="give a part of the expression a name with 'param'",
             )
     elif piece in ")]":
-        _shut(source, current, piece, at, half_open=bool(in_block))
+        is_param = source.text.startswith(("param ", "param\t"), current.start)
+        _shut(source, current, piece, at, half_open=bool(in_block) or is_param)
     elif piece == "|":
         current.bar = True
     elif piece.startswith('"') and (len(piece) == 1 or not piece.endswith('"')):

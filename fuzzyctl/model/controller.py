@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from functools import cached_property
 
+from fuzzyctl.diagnostics.suggestions import counted
+from fuzzyctl.displayed import Printed
 from fuzzyctl.expr import Expr, evaluate
 from fuzzyctl.model.guarantee import Bounds, Guarantee, Param
 from fuzzyctl.model.node import Node
@@ -68,8 +70,8 @@ class Instance(Node):
     arguments: tuple[Expr, ...]
 
 
-@dataclass(frozen=True, kw_only=True)
-class Controller(Node):
+@dataclass(frozen=True, kw_only=True, repr=False)
+class Controller(Node, Printed):
     """A sampled controller: synchronous equations, each name defined once, in any order.
 
     Args:
@@ -107,6 +109,10 @@ class Controller(Node):
     controllers: tuple[Controller, ...] = ()
     path: str = field(default="", compare=False, repr=False)
     guarantees: tuple[Guarantee, ...] = ()
+
+    def __repr__(self) -> str:
+        inputs, outputs = ", ".join(i.name for i in self.inputs), ", ".join(r.name for r in self.results)
+        return f"Controller({self.name}: {inputs} -> {outputs}; {counted(len(self.states), 'state')})"
 
     @cached_property
     def param_values(self) -> ParamValues:

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from functools import cached_property
 
+from fuzzyctl.diagnostics.suggestions import counted
+from fuzzyctl.displayed import Printed
 from fuzzyctl.expr import Expr
 from fuzzyctl.model.controller import Controller, Definition, Function, Instance
 from fuzzyctl.model.guarantee import Guarantee, Param
@@ -22,8 +24,8 @@ class Measure(Definition):
     unit: str = ""
 
 
-@dataclass(frozen=True, kw_only=True)
-class Loop(Node):
+@dataclass(frozen=True, kw_only=True, repr=False)
+class Loop(Node, Printed):
     """An experiment: blocks, what connects them, and what is measured.
 
     Args:
@@ -61,6 +63,11 @@ class Loop(Node):
     plants: tuple[Plant, ...] = ()
     systems: tuple[FuzzySystem, ...] = ()
     path: str = field(default="", compare=False, repr=False)
+
+    def __repr__(self) -> str:
+        blocks = ", ".join(f"{i.name} = {i.controller}" for i in self.instances)
+        judged = f"{counted(len(self.measures), 'measure')}, {counted(len(self.requirements), 'requirement')}"
+        return f"Loop({self.name}: {blocks}; {judged})"
 
     @cached_property
     def param_values(self) -> ParamValues:

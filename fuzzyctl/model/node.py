@@ -36,6 +36,10 @@ class Node:
                 declared = kind.__dataclass_fields__[name].type
                 raise ValueOutOfBoundsError(f"{kind.__name__}.{name}", value, f"of type {declared}")
 
+    def __dir__(self) -> list[str]:
+        """Return the names to complete; `model_copy` is for code that copies what may be of either kind of model."""
+        return [name for name in super().__dir__() if name != "model_copy"]
+
     def model_copy(self, *, update: Mapping[str, Any] | None = None) -> Self:
         """Return a copy with some fields changed."""
         return replace(self, **(update or {}))

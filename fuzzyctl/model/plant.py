@@ -7,6 +7,8 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
+from fuzzyctl.diagnostics.suggestions import counted
+from fuzzyctl.displayed import Printed
 from fuzzyctl.model.controller import Definition, Function, Result, Signal, State
 from fuzzyctl.model.guarantee import Param
 from fuzzyctl.model.node import Node
@@ -14,8 +16,8 @@ from fuzzyctl.model.params import ParamValues
 from fuzzyctl.model.system import FuzzySystem
 
 
-@dataclass(frozen=True, kw_only=True)
-class Plant(Node):
+@dataclass(frozen=True, kw_only=True, repr=False)
+class Plant(Node, Printed):
     """A plant in continuous time; its inputs are held while it is integrated over a period.
 
     A plant that was written as a transfer function, zeros and poles, or matrices is one of linear equations.
@@ -57,6 +59,10 @@ class Plant(Node):
     fmu: str = ""
     calls: tuple[Callable[..., Any], ...] = ()
     path: str = field(default="", compare=False, repr=False)
+
+    def __repr__(self) -> str:
+        inputs, outputs = ", ".join(i.name for i in self.inputs), ", ".join(r.name for r in self.results)
+        return f"Plant({self.name}: {inputs} -> {outputs}; {counted(len(self.states), 'state')})"
 
     @property
     def external(self) -> str:

@@ -11,6 +11,9 @@ from numbers import Real
 from typing import Any, TypeVar
 
 from fuzzyctl.diagnostics.diagnostic import ArgumentError, UnknownNameError, ValueOutOfBoundsError
+from fuzzyctl.diagnostics.suggestions import counted
+from fuzzyctl.diagnostics.terminal import printable
+from fuzzyctl.displayed import Printed
 from fuzzyctl.expr import Expr, Number, evaluate
 from fuzzyctl.model.guarantee import Guarantee, Hedge, Param
 from fuzzyctl.model.method import Method, RuleMethod
@@ -20,8 +23,8 @@ from fuzzyctl.model.rule import Rule, RuleBlock, RuleTable, rule_count, rules_of
 from fuzzyctl.model.variable import Input, Let, LinguisticVariable, Output
 
 
-@dataclass(frozen=True, kw_only=True)
-class FuzzySystem(Node):
+@dataclass(frozen=True, kw_only=True, repr=False)
+class FuzzySystem(Node, Printed):
     """A fuzzy system as data; evaluation never writes into it.
 
     Args:
@@ -63,6 +66,11 @@ class FuzzySystem(Node):
             names = [type(b).__name__ for b in self.blocks]
             order = "in order: tables and rules of no rule block come before all rule blocks"
             raise ValueOutOfBoundsError("FuzzySystem.blocks", names, order)
+
+    def __repr__(self) -> str:
+        inputs, outputs = (", ".join(v.name for v in some) for some in (self.inputs, self.outputs))
+        rules = counted(sum(map(rule_count, self.tables_and_rules)), "rule")
+        return printable(f"FuzzySystem({self.name}: {inputs} -> {outputs}; {rules})")
 
     @property
     def variables(self) -> tuple[LinguisticVariable, ...]:
@@ -204,6 +212,21 @@ class FuzzySystem(Node):
         shared = {p.name: values[p.name] for p in compared.params if p.name in values and (p.name, p.span) in own}
         return compared.with_params(**shared) if shared else compared
 
+    def plot(
+        self,
+        x: str | None = None,
+        y: str | None = None,
+        *,
+        output: str | None = None,
+        at: Mapping[str, float] | None = None,
+        resolution: int = 61,
+        ax: Any = None,
+    ) -> Any:
+        """Draw an output over one or two inputs, see `fuzzyctl.plot.surface`."""
+        from fuzzyctl.plot.surfaces import surface
+
+        return surface(self, x, y, output=output, at=at, resolution=resolution, ax=ax)
+
     def __call__(self, *unnamed: Any, **inputs: Any) -> Any:
         """Evaluate the system for numbers or arrays given by name.
 
@@ -212,7 +235,8 @@ class FuzzySystem(Node):
             inputs: A number or an array for every input; arrays broadcast against each other.
 
         Returns:
-            The output, a float or an array of the broadcast shape; for several outputs a dict of them by name.
+            The output, a float or an array of the broadcast shape, for Series of pandas a Series with their index; for
+            several outputs a dict of them by name.
 
         Raises:
             UnknownNameError: For a name that is no input.

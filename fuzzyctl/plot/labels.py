@@ -56,7 +56,9 @@ def draw_labels(ax: Any, labels: Sequence[Label], low: float, high: float) -> in
     Returns:
         How many lines stand above each other at the highest curves.
     """
-    width = AXES * ax.figure.get_size_inches()[0] * 72.0
+    spec = ax.get_subplotspec()
+    columns = 1 if spec is None else spec.get_gridspec().ncols
+    width = AXES * ax.figure.bbox.width / ax.figure.dpi * 72.0 / columns
     labels = _above_uprights(labels, low, high, width)
     lines = lanes(labels, low, high, width)
     for label, line in zip(labels, lines, strict=True):

@@ -58,7 +58,7 @@ def check_claim(context: Context, claim: ex.Expr, *, truth: bool) -> bool:
             parts = all([check_claim(context, p, truth=False) for p in claim.arguments])
             return _due(context, not truth, "a condition", "a number", span) and _check_call(context, claim) and parts
         case ex.Name(name=name, span=span):
-            known = context.names
+            known = context.read
             if name not in known and name not in ex.CONSTANTS and "." not in name:
                 context.unknown("name", claim, known)
                 return False

@@ -69,7 +69,7 @@ class Context:
 
     @property
     def read(self) -> Mapping[str, Any]:
-        """What consequents and outputs that are formulas may read: besides `names` the lets."""
+        """What consequents, outputs that are formulas, and guarantees may read: besides `names` the lets."""
         return ChainMap[str, Any](self.outputs, self.inputs, self.lets, self.params)
 
     def near(self, name: str, known: Collection[str]) -> str | None:
@@ -167,10 +167,7 @@ class Context:
         fix = respelt(word.span, text, near, known)
         if text in self.lets:
             fix = None
-            is_claim = kind == "name"
-            help_text = (
-                "guarantees do not name lets" if is_claim else f"a let is no {kind}; a constant begins with 'param'"
-            )
+            help_text = f"a let is no {kind}; a constant begins with 'param'"
         self.report(code, message, word.span, facts=facts, help=help_text, fix=fix)
 
     def check_names(self, expr: ex.Expr, known: Collection[str], kind: str) -> bool:

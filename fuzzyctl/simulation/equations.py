@@ -9,10 +9,10 @@ from typing import Final
 
 from fuzzyctl.diagnostics.diagnostic import ArgumentError, Diagnostic, DiagnosticError
 from fuzzyctl.diagnostics.source import Span
-from fuzzyctl.expr import Call, Compare, Expr, ExprError, Keyword, Name, Number, Where, evaluate, names_in, span_of
+from fuzzyctl.expr import Call, Compare, Expr, Name, Number, Where, evaluate, names_in, span_of
 from fuzzyctl.kernels.plan.algebraic_loops import ordered
 from fuzzyctl.kernels.plan.equations import DT, Equation, Evaluation, KeptState
-from fuzzyctl.kernels.plan.expansion import Expansion, Scope, split
+from fuzzyctl.kernels.plan.expansion import Expansion, Scope, lines_of, split
 from fuzzyctl.kernels.program.builder import any_nan
 from fuzzyctl.kernels.program.program import NAN
 from fuzzyctl.model.controller import Controller, Signal
@@ -166,13 +166,7 @@ def loop_equations(loop: Loop, extra: Sequence[Expr] = (), free: Sequence[str] =
     samples = _samples(loop, step)
     expansion = _LoopExpansion(loop, step, every, free)
     scope = Scope(_as_controller(loop), "", {TIME: Name(TIME)}, step)
-    try:
-        expansion.enter(scope)
-    except ExprError as error:
-        if not free:
-            raise
-        message = f"a constant depends on a free param: {error.message} at {error.span}"
-        raise ArgumentError(message) from None
+    expansion.enter(scope)
     signals = dict(_recorded(loop))
     signals |= {f"#{k}": expansion.expanded(e, scope) for k, e in enumerate(extra)}
     _require_room(loop, samples, len(signals))
@@ -313,8 +307,6 @@ class _LoopExpansion(Expansion):
     def __init__(self, loop: Loop, step: float, every: Mapping[str, int], free: Sequence[str]) -> None:
         super().__init__()
         self.step, self.every, self.free_params = step, every, set(free)
-        #: Params of blocks that depend on free ones, by prefix.
-        self._bound: dict[str, dict[str, Expr]] = {}
         self.plants = {i.name for i in loop.instances if i.name not in every}
         self.held: set[str] = set()
         self.delays: list[DeadTime] = []
@@ -364,39 +356,16 @@ class _LoopExpansion(Expansion):
 
     def _free_params(self, scope: Scope) -> None:
         """Put names in the place of the values of free params, and of those that depend on them."""
-        changed = dict(self._bound.get(scope.prefix, {}))
-        changed |= {
-            p.name: Name(free_name(scope.prefix + p.name))
-            for p in scope.controller.params
-            if scope.prefix + p.name in self.free_params
-        }
+        names = [p.name for p in scope.controller.params if scope.prefix + p.name in self.free_params]
+        changed: dict[str, Expr] = {name: Name(free_name(scope.prefix + name)) for name in names}
         scope.names |= changed
-        if not scope.prefix:
-            own = {p.name: p.span for p in scope.controller.params if p.span is not None}
-            self.written = {own[name]: value for name, value in changed.items() if name in own}
-        waiting = [p for p in scope.controller.params if p.name not in changed] if changed else []
-        while ready := [p for p in waiting if any(n.name in changed for n in names_in(p.expression))]:
-            for param in ready:
-                name = scope.prefix + param.name
-                scope.names[param.name] = changed[param.name] = Name(name)
-                self.body.append(Equation(name, self.expanded(param.expression, scope), param.span))
-            waiting = [p for p in waiting if p not in ready]
+        scope.symbolic |= changed
+        scope.written = {**scope.written, **lines_of(scope.controller, changed)}
+        self._enter_params(scope)
 
-    def _enter_instance(self, scope: Scope, name: str, of: str, arguments: tuple[Expr, ...]) -> None:
-        inner = next(c for c in scope.controller.controllers if c.name == of)
-        params = {p.name for p in inner.params}
-        bound = {
-            a.name: self.expanded(a.value, scope)
-            for a in arguments
-            if isinstance(a, Keyword) and a.name in params and not self._is_constant(a.value, scope)
-        }
-        if bound:
-            self._bound[f"{scope.prefix}{name}."] = bound
-            arguments = tuple(a for a in arguments if not (isinstance(a, Keyword) and a.name in bound))
-        super()._enter_instance(scope, name, of, arguments)
-
-    def _is_constant(self, expr: Expr, scope: Scope) -> bool:
-        return all(isinstance(scope.names.get(n.name, Number(0.0)), Number) for n in names_in(expr))
+    def start(self, expr: Expr, scope: Scope) -> float:
+        """Return a state before the run, which no free param may change."""
+        return scope.constant(expr)
 
     def _hold(self, name: str, block: str) -> None:
         """Make an output NaN where an input is, and keep that of a controller that does not run at each sample."""

@@ -19,7 +19,7 @@ from fuzzyctl.diagnostics.diagnostic import (
 )
 from fuzzyctl.kernels.backends.arguments import float_array, writable
 from fuzzyctl.kernels.backends.numba.compile_cost import MOST_OPERATIONS, operations
-from fuzzyctl.kernels.compile import numba_is_missing
+from fuzzyctl.kernels.compile import AlgorithmName, Backend, numba_is_missing
 from fuzzyctl.model.loop import Loop
 from fuzzyctl.simulation.columns import columns
 from fuzzyctl.simulation.equations import DeadTime, LoopEquations, loop_equations
@@ -67,7 +67,9 @@ class Experiment:
         ArgumentError: For a free param that something needs as a constant, such as the start of a state.
     """
 
-    def __init__(self, loop: Loop, backend: str = "auto", *, free: Sequence[str] = (), algorithm: str = "auto") -> None:
+    def __init__(
+        self, loop: Loop, backend: Backend = "auto", *, free: Sequence[str] = (), algorithm: AlgorithmName = "auto"
+    ) -> None:
         if not isinstance(loop, Loop):
             raise ArgumentError(f"expected a Loop, got {type(loop).__name__}")
         self.loop, self.backend = loop, _backend(backend, loop)

@@ -26,6 +26,8 @@ from fuzzyctl.simulation.fmu_xml import Element, elements
 MOST_FILES: Final = 20_000
 MOST_BYTES: Final = 1 << 30
 MOST_TEXT: Final = 64 << 20
+#: Value references have 32 bits.
+_LARGEST_REFERENCE: Final = (1 << 32) - 1
 #: Folders of the binaries of this machine, of FMI 2 and 3.
 _SYSTEMS: Final = {"linux": "linux", "darwin": "darwin", "win32": "win"}
 _MACHINES: Final = {"x86_64": "x86_64", "amd64": "x86_64", "aarch64": "aarch64", "arm64": "aarch64"}
@@ -221,8 +223,8 @@ def _variables(found: list[Element], version: int) -> Iterator[Element]:
 def _variable(element: Element) -> FmuVariable:
     own = element.attributes
     name, reference = own.get("name", ""), own.get("valueReference", "")
-    if not re.fullmatch(r"\d{1,10}", reference, re.ASCII):
-        raise FmuError(f"variable {name!r:.60} of the FMU has no value reference")
+    if not (re.fullmatch(r"\d{1,10}", reference, re.ASCII) and int(reference) <= _LARGEST_REFERENCE):
+        raise FmuError(f"variable {name!r:.60} of the FMU has no value reference from 0 to {_LARGEST_REFERENCE:,}")
     return FmuVariable(name, identifier(name), int(reference), own.get("description", ""), own.get("unit", ""))
 
 
@@ -236,7 +238,7 @@ def identifier(name: str) -> str:
 def _require_names(variables: list[FmuVariable]) -> None:
     known: dict[str, str] = {}
     for v in variables:
-        other = known.setdefault(v.identifier, v.name)
-        if other != v.name:
-            message = f"variables '{other}' and '{v.name}' of the FMU would both be '{v.identifier}'"
+        if v.identifier in known:
+            message = f"variables '{known[v.identifier]}' and '{v.name}' of the FMU would both be '{v.identifier}'"
             raise FmuError(message, (), "rename one of them where the FMU is made")
+        known[v.identifier] = v.name

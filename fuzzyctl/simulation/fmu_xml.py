@@ -50,4 +50,6 @@ def elements(text: bytes) -> Iterator[Element]:
         parser.Parse(text, True)
     except expat.ExpatError as error:
         raise ValueError(f"{expat.ErrorString(error.code)} in line {error.lineno}") from None
+    except LookupError as error:  # an encoding that Python does not know
+        raise ValueError(str(error)) from None
     yield from found

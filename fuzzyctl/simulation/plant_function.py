@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final, final
 
 from fuzzyctl.diagnostics.diagnostic import ArgumentError
 from fuzzyctl.expr import Call, Number, evaluate, walk
-from fuzzyctl.kernels.compile import compile
+from fuzzyctl.kernels.compile import Backend, compile
 from fuzzyctl.model.controller import Controller, Definition, Result, Signal
 from fuzzyctl.model.plant import Plant
 from fuzzyctl.model.signals import TIME
@@ -39,7 +39,7 @@ class PlantFunction:
         DiagnosticError: For a file in Python that cannot be executed.
     """
 
-    def __init__(self, plant: Plant, backend: str = "python") -> None:
+    def __init__(self, plant: Plant, backend: Backend = "python") -> None:
         if not isinstance(plant, Plant):
             raise ArgumentError(f"expected a Plant, got {type(plant).__name__}")
         items: list[Definition | Result] = [*plant.definitions, *plant.derivatives, *plant.results]
@@ -81,7 +81,12 @@ class PlantFunction:
     def _evaluated(self, t: float, x: Numbers, u: Numbers) -> tuple[FloatArray, FloatArray]:
         import numpy as np
 
-        state, given = (tuple(float(v) for v in np.atleast_1d(one)) for one in (x, u))
+        try:
+            state, given = (tuple(float(v) for v in np.atleast_1d(one)) for one in (x, u))
+        except (TypeError, ValueError):
+            raise ArgumentError(
+                f"expected numbers as states and inputs of plant '{self.plant.name}', got {u!r}"
+            ) from None
         for what, names, found in (("state", self.state_names, state), ("input", self.input_names, given)):
             if len(names) != len(found):
                 raise ArgumentError(

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, UnknownNameError
+from fuzzyctl.displayed import Displayed
 from fuzzyctl.expr import Expr, Name, evaluate
 from fuzzyctl.model.loop import Loop
 from fuzzyctl.simulation.judgement import Judgement, Requirement
@@ -22,8 +23,8 @@ if TYPE_CHECKING:
     FloatArray = npt.NDArray[np.float64]
 
 
-@dataclass(frozen=True)
-class Run:
+@dataclass(frozen=True, repr=False)
+class Run(Displayed):
     """One run of a loop.
 
     `run["tank.y"]` is a signal over the times `run.t`: a let of the loop, or an input, state or output of a block.
@@ -53,6 +54,18 @@ class Run:
     stopped: Diagnostic | None = None
     solver: str = "RK4"
     error: Mapping[str, float] = field(default_factory=dict)
+
+    def __repr__(self) -> str:
+        end = f"{self.t[-1]:.6g} s" if len(self.t) else "no time"
+        met = f"{sum(r.holds for r in self.requirements)} of {len(self.requirements)} requirements hold"
+        how = f"stopped, {met}" if self.stopped is not None else met
+        return f"Run({self.loop.name}: {end}, {len(self.t)} samples, {len(self.names)} signals; {how})"
+
+    def plot(self, *, ax: Any = None) -> Any:
+        """Draw the signals over time, see `fuzzyctl.plot.runs`."""
+        from fuzzyctl.plot.time_series import runs
+
+        return runs(self, ax=ax)
 
     @property
     def names(self) -> tuple[str, ...]:

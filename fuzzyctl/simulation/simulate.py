@@ -8,6 +8,7 @@ from typing import Final
 import numpy as np
 
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, UnknownNameError
+from fuzzyctl.kernels.compile import Backend
 from fuzzyctl.model.loop import Loop
 from fuzzyctl.simulation.equations import samples_of
 from fuzzyctl.simulation.experiment import Experiment, Progress
@@ -26,7 +27,7 @@ ACCURATE: Final = 1e-3
 def simulate(
     loop: Loop,
     *,
-    backend: str = "auto",
+    backend: Backend = "auto",
     solver: str = RK4,
     substeps: int = 1,
     progress: Progress | None = None,

@@ -53,7 +53,10 @@ def left(
     else:
         ends = f"{'(' if state.without_low or state.low == -math.inf else '['}{state.low:g}, "
         ends += f"{state.high:g}{')' if state.without_high or state.high == math.inf else ']'}"
-        message = f"state '{state.name}' left its range {at}: {value:.6g}{unit} is outside of {ends}"
+        # What leaves the range by a rounding only is shown with all its digits.
+        shown = f"{value:.6g}"
+        shown = f"{value!r}" if state.holds(float(shown)) else shown
+        message = f"state '{state.name}' left its range {at}: {shown}{unit} is outside of {ends}"
         help_text = "limit it in the plant, or declare a wider range"
     return Diagnostic("FZ701", message, state.span, facts=tuple(facts), help=help_text)
 

@@ -126,6 +126,20 @@ def seconds(name: str, given: object) -> float:
     return value
 
 
+def integer(name: str, given: object, least: int, most: int) -> int:
+    """Return an argument that is an integer within bounds.
+
+    Raises:
+        ArgumentError: For what is no integer.
+        ValueOutOfBoundsError: For one outside the bounds.
+    """
+    if not isinstance(given, int) or isinstance(given, bool):
+        raise wrong(name, "an integer", given)
+    if not least <= given <= most:
+        raise ValueOutOfBoundsError(name, given, f"from {least} to {most}")
+    return given
+
+
 def bytes_allowed(given: object) -> int:
     """Return `max_bytes`."""
     if isinstance(given, bool) or not isinstance(given, int):

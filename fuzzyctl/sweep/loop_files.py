@@ -139,9 +139,21 @@ def read_files(path: Path, against: Sequence[Path]) -> LoopFiles:
     names = [loop.name for _, loop in found]
     loops = {loop.name if names.count(loop.name) == 1 else f"{one.stem}.{loop.name}": loop for one, loop in found}
     if len(loops) < len(found):
-        help_text = "rename one of the files"
-        raise DiagnosticError([Diagnostic("FZ502", "two files and their loops have the same names", help=help_text)])
+        raise DiagnosticError(list(_same_labels(found)))
     return LoopFiles(path, loops, read, len(dict.fromkeys(str(one) for one, _ in sources)), tuple(warnings))
+
+
+def _same_labels(found: Sequence[tuple[Path, Loop]]) -> Iterator[Diagnostic]:
+    """Report loops of one name in files of one name, which the results cannot tell apart."""
+    files: dict[tuple[str, str], list[Path]] = {}
+    for path, loop in found:
+        files.setdefault((path.stem, loop.name), []).append(path)
+    for (_, name), paths in files.items():
+        if len(paths) > 1:
+            facts = tuple(f"it is in {path}" for path in paths)
+            same = len({path.resolve() for path in paths}) == 1
+            help_text = "name the file once" if same else "rename a loop or a file: the results need a name for each"
+            yield Diagnostic("FZ502", f"loop '{name}' is there {len(paths)} times", facts=facts, help=help_text)
 
 
 def _require_columns(loops: Sequence[Loop]) -> None:

@@ -8,7 +8,8 @@ import pytest
 from click.testing import CliRunner
 
 from fuzzyctl.cli.main import main
-from fuzzyctl.simulation.simulate import inaccuracies, simulate
+from fuzzyctl.simulation.simulate import simulate, warnings
+from gallery import __main__ as command
 from gallery import pages
 from tests.e2e.pages import follow, without_code
 from tests.e2e.pictures import blocks_of
@@ -42,7 +43,7 @@ class TestEveryEntry:
     def test_its_runs_are_accurate_and_meet_what_is_required(self, name):
         for run in runs(name):
             assert run.stopped is None
-            assert inaccuracies(run) == []
+            assert warnings(run) == []
             assert [r for r in run.requirements if not r.holds] == []
 
     def test_its_page_says_what_comes_out(self, name):
@@ -84,3 +85,25 @@ def test_tables_are_compared():
     assert same("| error | 2.2e-16 |", "| error | 1e-15 |")
     assert not same("| error | 2.2e-16 |", "| error | 1e-7 |")
     assert not same("| end | 0.7853981639 |", "| end | 0.7853981659 |")
+
+
+class TestCommand:
+    def test_an_unknown_page_is_a_mistake_of_usage(self, monkeypatch, capsys):
+        monkeypatch.setattr("sys.argv", ["gallery", "upa_moter"])
+        with pytest.raises(SystemExit) as ended:
+            command.main()
+        assert ended.value.code == 2
+        assert "no such page: upa_moter; there are ball_and_beam" in capsys.readouterr().err
+
+    def test_a_page_with_a_mistake_is_reported_and_kept(self, monkeypatch, capsys, tmp_path):
+        folder = tmp_path / "own"
+        folder.mkdir()
+        (folder / "own.fz").write_text("loop own\nblock a = b(1)\nrun 1 s\n", encoding="utf-8")
+        (folder / "README.md").write_text("# Own\n", encoding="utf-8")
+        monkeypatch.setattr(pages, "HERE", tmp_path)
+        monkeypatch.setattr("sys.argv", ["gallery", "own"])
+        with pytest.raises(SystemExit) as ended:
+            command.main()
+        assert ended.value.code == 1
+        assert "own.fz:2:11: error[" in capsys.readouterr().err
+        assert (folder / "README.md").read_text(encoding="utf-8") == "# Own\n"

@@ -15,7 +15,7 @@ from fuzzyctl.analysis.induction.claims import Claims, StepClaim, loosened, name
 from fuzzyctl.analysis.induction.ranges import ends_of, ranges_of
 from fuzzyctl.analysis.induction.replay import Judge, Reached, Replay, Runs
 from fuzzyctl.analysis.induction.step_model import FAR, StepModel
-from fuzzyctl.analysis.verdicts import Proved, Refuted, Undecided, Verdict
+from fuzzyctl.analysis.verdicts import Proved, Refuted, Undecided, Verdict, Verdicts
 from fuzzyctl.diagnostics.suggestions import counted
 from fuzzyctl.expr import Number
 from fuzzyctl.kernels.plan.equations import DT
@@ -194,7 +194,7 @@ class ControllerProver:
 
 def verdicts(
     controller: Controller, timeout: float, progress: Progress | None = None, free: Sequence[str] = ()
-) -> tuple[Verdict, ...]:
+) -> Verdicts:
     """Return what is proved of each claim of a controller, in the order written; see `ControllerProver`."""
     prover = ControllerProver(controller, timeout, progress, free)
-    return tuple(prover.verdict(c) for c in prover.claims.own)
+    return Verdicts(prover.verdict(c) for c in prover.claims.own)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Final
+from typing import Final, Literal, get_args
 
 from fuzzyctl.diagnostics.diagnostic import ArgumentError, UnknownNameError
 from fuzzyctl.kernels.algorithms import interpolation, rule_cells, rule_lookup
@@ -18,7 +18,8 @@ from fuzzyctl.kernels.program.program import Program
 
 #: `rules` evaluates every rule; `interpolation` looks up what the rules say in the cell of the inputs; `diagonals`
 #: integrates around the rules that act, `active` averages over them; `auto` takes the fastest that the system allows.
-ALGORITHMS: Final = ("auto", "interpolation", "diagonals", "active", "rules")
+AlgorithmName = Literal["auto", "interpolation", "diagonals", "active", "rules"]
+ALGORITHMS: Final = get_args(AlgorithmName)
 
 #: Most pairs of lines of an exact centroid that is written out: compiled (a second for some hundreds), and
 #: interpreted; beyond, integrals are faster than waiting for the compiler.

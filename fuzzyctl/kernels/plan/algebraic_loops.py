@@ -71,12 +71,13 @@ def _needed(
 
 def _loop(items: list[Equation | Evaluation]) -> Diagnostic:
     """Return the diagnostic of equations that read each other in a circle."""
-    names = [_shown(item) for item in items]
-    named = [n for n in dict.fromkeys(names) if n] or names
+    written = [item for item in items if _shown(item)] or items
+    named = list(dict.fromkeys(map(_shown, written)))
+    span = next((item.span for item in (*written, *items) if item.span is not None), None)
     chain = " → ".join([*named, named[0]])
     message = f"algebraic loop: '{named[0]}' depends on itself within one step"
     help_text = f"let a value of the step before break it, such as previous({named[0]})"
-    return Diagnostic("FZ220", message, items[0].span, facts=(chain,), help=help_text)
+    return Diagnostic("FZ220", message, span, facts=(chain,), help=help_text)
 
 
 def _shown(item: Equation | Evaluation) -> str:

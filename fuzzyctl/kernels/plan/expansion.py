@@ -33,6 +33,7 @@ from fuzzyctl.kernels.plan.free_states import FreeNumber, free_names
 from fuzzyctl.model.checks.checks import unused_params
 from fuzzyctl.model.controller import Controller, Definition, Function, Result
 from fuzzyctl.model.guarantee import Bounds, Param
+from fuzzyctl.model.shared_params import with_shared
 from fuzzyctl.model.stateful_operators import OPERATORS
 from fuzzyctl.model.system import FuzzySystem
 
@@ -64,8 +65,8 @@ def equations_of(controller: Controller, free: Sequence[str] = ()) -> Equations:
     expansion.free = {n: FreeNumber(*n.split(".", 1)) for n in names if n not in controller.param_values.values}
     period = None if controller.period is None else evaluate(controller.period, controller.param_values.values)
     symbolic: dict[str, Expr] = {n: Name(n) for n in names if n not in expansion.free}
-    expansion.written = {p.span: Name(p.name) for p in controller.params if p.name in symbolic and p.span is not None}
     scope = Scope(controller, "", {s.name: Name(s.name) for s in controller.inputs}, period, symbolic)
+    scope.written = lines_of(controller, symbolic)
     expansion.enter(scope)
     for name, number in zip(names, numbers, strict=True):
         expansion.keep(name, number, Name(name))
@@ -97,6 +98,8 @@ class Scope:
     period: float | None
     #: Params that are no numbers, since they are free or depend on free ones.
     symbolic: dict[str, Expr] = field(default_factory=dict)
+    #: Those of them by the line that declares them: a line before the first block declares a param of all blocks.
+    written: Mapping[Span, Expr] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         controller = self.controller
@@ -124,7 +127,9 @@ class Scope:
         """Compute an expression over params, none of them free."""
         free = self.free_in(expr)
         if free:
-            raise ArgumentError(f"'{free[0]}' cannot be free: the number of states, or the period, depends on it")
+            span = span_of(expr)
+            at = "" if span is None else f" at {span}"
+            raise ArgumentError(f"'{free[0]}' cannot be free: a constant depends on it{at}")
         return evaluate(expr, {n: e.value for n, e in self.names.items() if isinstance(e, Number)})
 
     def free_in(self, expr: Expr) -> list[str]:
@@ -157,8 +162,6 @@ class Expansion:
     _depth: int = 0
     #: Free numbers of systems by the names of their states.
     free: dict[str, FreeNumber] = field(default_factory=dict)
-    #: Free params by the place where they are written: before the first block they belong to all blocks.
-    written: dict[Span, Expr] = field(default_factory=dict)
     #: Whether states before the first step depend on free numbers.
     starts_vary: bool = False
     #: The functions that are being expanded.
@@ -205,7 +208,7 @@ class Expansion:
         given, named = split(arguments)
         bound = dict(zip(inputs, given, strict=False)) | {n: v for n, v in named.items() if n in inputs}
         params, symbolic = self._split_params({n: v for n, v in named.items() if n not in inputs}, scope)
-        symbolic |= self._written(inner.params, named)
+        symbolic |= _written(inner.params, named, scope)
         names: dict[str, Expr] = {}
         for key, value in symbolic.items():
             prefixed = f"{scope.prefix}{name}.{key}"
@@ -215,7 +218,10 @@ class Expansion:
             prefixed = f"{scope.prefix}{name}.{key}"
             self.body.append(Equation(prefixed, self.expanded(value, scope), span_of(value)))
             names[key] = Name(prefixed)
-        self.enter(Scope(with_values(inner, params), f"{scope.prefix}{name}.", names, scope.period, symbolic))
+        own = {p.span for p in inner.params if p.name in named}
+        written = {line: v for line, v in scope.written.items() if line not in own} | lines_of(inner, symbolic)
+        changed = with_shared(with_values(inner, params), params)
+        self.enter(Scope(changed, f"{scope.prefix}{name}.", names, scope.period, symbolic, written))
 
     def _several(self, scope: Scope, name: str, value: Expr) -> Expr | None:
         """Return what a definition stands for; None for a call of a system with several outputs."""
@@ -275,7 +281,7 @@ class Expansion:
             message = f"function '{function.name}' calls itself"
             raise DiagnosticError([Diagnostic("FZ217", message, function.span, facts=(circle,))])
         values = [self.named(self.expanded(a, scope), function.name) for a in arguments]
-        inner = Scope(scope.controller, scope.prefix, {}, scope.period, scope.symbolic)
+        inner = Scope(scope.controller, scope.prefix, {}, scope.period, scope.symbolic, scope.written)
         inner.names |= dict(zip(function.parameters, values, strict=True))
         self._functions.append(function.name)
         value = self.expanded(function.expression, inner)
@@ -299,7 +305,7 @@ class Expansion:
                 if number.name in params:
                     raise ArgumentError(f"'{state}' cannot be free: a call of the system sets it")
                 symbolic[number.name] = Name(state)
-        shared = self._written(system.params, {**named, **symbolic})
+        shared = _written(system.params, {**named, **symbolic}, scope)
         if shared:
             symbolic |= {p.name: shared[p.name] for p in _read_params(system) if p.name in shared}
         free = tuple(symbolic.items())
@@ -316,11 +322,6 @@ class Expansion:
             own = tuple(s.name for s in states)
             self.body.append(Evaluation(system, arguments, self._calls[key], call.span, own, updates, free))
         return self._calls[key]
-
-    def _written(self, params: Iterable[Param], given: Mapping[str, Expr]) -> dict[str, Expr]:
-        """Return the params that are written once for all blocks and free, but for those that are given."""
-        found = {p.name: self.written[p.span] for p in params if p.span is not None and p.span in self.written}
-        return {name: value for name, value in found.items() if name not in given}
 
     def _states_of(self, system: FuzzySystem, name: str, span: Span | None) -> list[KeptState]:
         """Return the states of an evaluation: one for each rule of an adaptive output, and the outputs that hold."""
@@ -487,6 +488,17 @@ _EXPANSIONS: Final[dict[str, Callable[[_Use, Expr], Expr]]] = {
     "hysteresis": _hysteresis,
     "delay": _delay,
 }
+
+
+def _written(params: Iterable[Param], given: Mapping[str, Expr], scope: Scope) -> dict[str, Expr]:
+    """Return the params that are written once for all blocks and free, but for those that are given."""
+    found = {p.name: scope.written[p.span] for p in params if p.span is not None and p.span in scope.written}
+    return {name: value for name, value in found.items() if name not in given}
+
+
+def lines_of(controller: Controller, values: Mapping[str, Expr]) -> dict[Span, Expr]:
+    """Return values of params by the line that declares them."""
+    return {p.span: values[p.name] for p in controller.params if p.name in values and p.span is not None}
 
 
 def with_values(controller: Controller, values: Mapping[str, float]) -> Controller:

@@ -7,6 +7,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any, final
 
 from fuzzyctl.diagnostics.diagnostic import ArgumentError, NoRuleFiresError, UnknownNameError, ValueOutOfBoundsError
+from fuzzyctl.displayed import Displayed
 from fuzzyctl.kernels.backends.arguments import float_array, writable
 from fuzzyctl.kernels.backends.python import backend as python_backend
 from fuzzyctl.kernels.plan.equations import DT, Equations
@@ -25,7 +26,7 @@ if TYPE_CHECKING:
 
 
 @final
-class Step:
+class Step(Displayed):
     """A compiled controller without state of its own: the state is the caller's.
 
     `step(x0, x1, ..., state)` gives the outputs, one number or a tuple, and the next state; a controller without period

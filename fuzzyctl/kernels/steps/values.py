@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
 from typing import Any
 
 from fuzzyctl.diagnostics.diagnostic import ValueOutOfBoundsError
@@ -13,6 +12,7 @@ from fuzzyctl.kernels.plan.equations import Equation, Equations, Evaluation
 from fuzzyctl.kernels.plan.expansion import equations_of, with_values
 from fuzzyctl.kernels.plan.free import free_plan
 from fuzzyctl.model.controller import Controller
+from fuzzyctl.model.shared_params import with_shared
 
 
 class StepValues:
@@ -54,7 +54,7 @@ class StepValues:
         if not self._equations.starts_vary or not changed:
             return [*self._start[:first], *values]
         own = {n: v for n, v in zip(names, values, strict=True) if n in self._controller.param_values.values}
-        again = equations_of(_with_written(self._controller, own))
+        again = equations_of(with_shared(with_values(self._controller, own), own))
         return [*(s.start for s in again.states), *values]
 
     def _require(self, known: dict[str, float]) -> None:
@@ -69,13 +69,3 @@ class StepValues:
             known[equation.name] = evaluate(equation.value, known)
         for call, values in self._systems:
             values.of([evaluate(value, known) for _, value in call.free])
-
-
-def _with_written(controller: Controller, values: Mapping[str, float]) -> Controller:
-    """Return a controller with some params set, in controllers inside it too where they are written once for all."""
-    spans = {p.span: values[p.name] for p in controller.params if p.name in values and p.span is not None}
-    inner = tuple(
-        _with_written(c, {p.name: spans[p.span] for p in c.params if p.span is not None and p.span in spans})
-        for c in controller.controllers
-    )
-    return replace(with_values(controller, values), controllers=inner)

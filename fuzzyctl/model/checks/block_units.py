@@ -5,19 +5,16 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from fuzzyctl.diagnostics.diagnostic import Diagnostic
-from fuzzyctl.expr import Call, Expr, Keyword
+from fuzzyctl.expr import Call, Keyword
 from fuzzyctl.model.checks.units import Units
-from fuzzyctl.model.controller import Controller, Definition, Instance, Result
+from fuzzyctl.model.controller import Controller, Definition, Instance
 from fuzzyctl.model.loop import Loop
 from fuzzyctl.model.plant import Plant
 from fuzzyctl.model.system import FuzzySystem
 
-#: The outermost functions whose value has the unit of their first argument.
-_KEEPING = ("clamp", "previous", "difference", "lowpass", "rate_limit", "delay")
-
 
 def unlike_units(block: Controller | Plant | Loop) -> Iterator[Diagnostic]:
-    """Find quantities of different units that a block compares, adds, or connects."""
+    """Find quantities of different units that a block compares, adds, connects, or gives to a name."""
     units = Units({p.name: p.unit for p in block.params}, {})
     callees: list[Controller | Plant] = []
     if not isinstance(block, Plant):
@@ -29,8 +26,12 @@ def unlike_units(block: Controller | Plant | Loop) -> Iterator[Diagnostic]:
         units.of |= {s.name: s.unit for s in (*block.inputs, *block.states, *block.results)}
     units.arguments = {s.name: [i.unit for i in s.inputs] for s in block.systems}
     _define(units, block.definitions, block.systems)
-    for item in _others(block):
-        units.unit(item.value)
+    for result in () if isinstance(block, Loop) else block.results:
+        units.define(result.name, result.value)
+    for update in block.updates if isinstance(block, Controller) else ():
+        units.define(update.name, update.value)
+    for rate in block.derivatives if isinstance(block, Plant) else ():
+        units.unit(rate.value)
     if not isinstance(block, Plant):
         for instance in block.instances:
             _connect(units, instance, next(c for c in callees if c.name == instance.controller))
@@ -39,30 +40,17 @@ def unlike_units(block: Controller | Plant | Loop) -> Iterator[Diagnostic]:
     yield from {(d.message, d.span): d for d in units.mistakes}.values()
 
 
-def _others(block: Controller | Plant | Loop) -> Sequence[Definition | Result]:
-    if isinstance(block, Loop):
-        return ()
-    rest = block.updates if isinstance(block, Controller) else block.derivatives
-    return (*block.results, *rest)
-
-
 def _define(units: Units, definitions: Sequence[Definition], systems: Sequence[FuzzySystem]) -> None:
     """Enter the units of definitions; those that come after their use are found in the second pass."""
     outputs = {s.name: {o.name: o.unit for o in s.outputs} for s in systems}
     for _ in range(2):
         for d in definitions:
             given = outputs.get(d.value.function) if isinstance(d.value, Call) else None
-            units.of[d.name] = _kept(units, d.value) if not given or len(given) > 1 else next(iter(given.values()))
+            units.of[d.name] = units.unit(d.value) if not given or len(given) > 1 else next(iter(given.values()))
             for output, unit in (given or {}).items():
                 units.of[f"{d.name}.{output}"] = unit
     for d in definitions:
         units.unit(d.value)
-
-
-def _kept(units: Units, value: Expr) -> str:
-    if isinstance(value, Call) and value.function in _KEEPING and value.arguments:
-        return units.unit(value.arguments[0])
-    return units.unit(value)
 
 
 def _connect(units: Units, instance: Instance, callee: Controller | Plant) -> None:

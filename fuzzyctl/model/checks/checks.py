@@ -75,6 +75,7 @@ def unused_lets(system: FuzzySystem) -> Iterator[Diagnostic]:
     used = {i.variable for rule in system.rules for i in literals(rule.antecedent)}
     used |= {n.name for e in _functions(system) for n in names_in(e)}
     used |= {n.name for o in system.outputs if o.adaptive is not None for n in names_in(o.adaptive)}
+    used |= {n.name for g in system.guarantees for e in (g.claim, g.when) if e is not None for n in names_in(e)}
     for let in system.lets:
         if let.name not in used:
             yield Diagnostic(

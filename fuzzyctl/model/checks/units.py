@@ -14,7 +14,9 @@ from fuzzyctl.model.checks.dimensions import are_same, surely_differ
 from fuzzyctl.model.system import FuzzySystem
 
 #: Functions whose value is measured in the unit of their arguments.
-_JOINING = ("abs", "min", "max", "floor", "ceil", "round", "mod", "fmod")
+_JOINING = ("abs", "min", "max", "floor", "ceil", "round", "mod", "fmod", "clamp")
+#: Operators whose value is measured in the unit of their first argument.
+_KEEPING = ("previous", "difference", "lowpass", "rate_limit", "delay")
 
 
 def unlike_units(system: FuzzySystem) -> Iterator[Diagnostic]:
@@ -42,7 +44,7 @@ def _measured(claim: Expr) -> Sequence[Expr]:
 
 
 def _of_system(system: FuzzySystem) -> Units:
-    of = {p.name: p.unit for p in system.params} | {v.name: v.unit for v in (*system.inputs, *system.outputs)}
+    of = {p.name: p.unit for p in system.params} | {v.name: v.unit for v in system.variables}
     units = Units(of, {o.name: [v.unit for v in system.inputs] for o in system.outputs})
     for other in system.compared:
         for o in other.outputs:
@@ -91,6 +93,13 @@ class Units:
                 return ""
             case Call(function=function, arguments=arguments) if function in _JOINING:
                 return self.join(arguments)
+            case Call(function="where", arguments=(condition, *choices)):
+                self.unit(condition)
+                return self.join(choices)
+            case Call(function=function, arguments=(kept, *settings)) if function in _KEEPING:
+                for setting in settings:
+                    self.unit(setting)
+                return self.unit(kept)
             case Call(function=function, arguments=arguments) if function in self.arguments:
                 self.take(function, arguments, self.arguments[function])
                 return self.of.get(function, "")
@@ -112,6 +121,12 @@ class Units:
                 self._report(message, part)
                 break
         return known[0][1] if known else ""
+
+    def define(self, name: str, value: Expr) -> None:
+        """Report a value that is measured in another unit than the name that it is given."""
+        given, declared = self.unit(value), self.of.get(name, "")
+        if given and declared and not are_same(given, declared):
+            self._report(f"'{name}' is measured in {declared}, '{to_text(value)}' in {given}", value)
 
     def _slope(self, output: str, along: str, bound: Expr) -> None:
         """Report a bound of a slope in another unit than that of the output per that of the input."""

@@ -8,8 +8,10 @@ import pytest
 
 from fuzzyctl import Proved, Refuted, Undecided, load, loads, prove
 from fuzzyctl.analysis.branch_and_bound.queue import Search
+from fuzzyctl.analysis.check import check_source
 from fuzzyctl.analysis.extremes import extents
 from fuzzyctl.analysis.prove import Prover
+from fuzzyctl.diagnostics.source import SourceText
 from tests.effort import at_most
 from tests.fuzzyctl.analysis.proving import CHAIN, CURVED, LINE, MAMDANI, SAMPLED, WEIGHTED, verdicts, words
 
@@ -321,3 +323,40 @@ if x is Q then v is one
         u, v = extents(loads(self.HALF))
         assert u.hi >= 0.999
         assert (v.lo, v.hi) == (1.0, 1.0)
+
+
+class TestLets:
+    SLIDING = LINE.replace("output u", "let s = 2 * e + de\nlet w = s / 4\noutput u", 1)
+
+    @pytest.mark.parametrize(
+        ("named", "written"),
+        [
+            ("u >= -0.51 when s >= 0", "u >= -0.51 when 2 * e + de >= 0"),
+            ("abs(u - w) <= 0.1", "abs(u - (2 * e + de) / 4) <= 0.1"),
+            ("u <= w - 0.1", "u <= (2 * e + de) / 4 - 0.1"),
+            ("u(-e, -de) == -w within 0.1", "u(-e, -de) == -((2 * e + de) / 4) within 0.1"),
+            ("u > 0.6 when w > 0.75", "u > 0.6 when (2 * e + de) / 4 > 0.75"),
+        ],
+    )
+    def test_a_claim_that_names_them_has_the_verdict_of_their_expressions(self, named, written):
+        (found,) = verdicts(self.SLIDING, named)
+        (expected,) = verdicts(LINE, written)
+        assert type(found) is type(expected)
+        assert not isinstance(found, Undecided)
+        assert found.claim == named
+        if isinstance(found, Refuted):
+            assert found.witness.point == expected.witness.point
+
+    def test_those_that_call_other_systems_may_be_named(self):
+        text = (
+            self.SLIDING.replace("let w = s / 4", "let w = inner.y(e)") + "require u <= w + 2.1\nrequire u <= w - 3\n"
+        )
+        inner = "\nsystem inner\ndefuzzifier center_average\ninput x in [-1, 1]\n  terms N P\n"
+        inner += "output y in [-1, 1]\n  terms N P\ntable y = x\n   N P\n | N P\n"
+        found = prove(loads(text + inner, system="line"))
+        assert [type(v) for v in found] == [Proved, Refuted]
+
+    def test_one_without_a_value_is_reported_where_it_stands(self):
+        text = self.SLIDING.replace("let w = s / 4", "let w = 1 / e") + "require u <= w + 2\n"
+        (d,) = [d for d in check_source(SourceText("s.fz", text))[1] if d.code == "FZ307"]
+        assert d.message.startswith("the guarantee divides by 'e', which is 0 at e = 0")

@@ -1,6 +1,6 @@
 import pytest
 
-from fuzzyctl.cli.plot import _axes
+from fuzzyctl.plot.axis_choice import chosen_axes
 from fuzzyctl.support.shipped import rules_folder
 from tests import shipped
 from tests.commands import runner
@@ -89,7 +89,7 @@ class TestAxes:
         ],
     )
     def test_those_named_come_first(self, inputs, x, y, fixed, axes):
-        assert _axes(inputs, x, y, fixed) == axes
+        assert chosen_axes(inputs, x, y, fixed) == axes
 
 
 class TestPlotTerms:

@@ -3,8 +3,8 @@ import json
 import pytest
 
 import fuzzyctl
-from fuzzyctl.cli.layout import laid_out
-from fuzzyctl.cli.summary import summary
+from fuzzyctl.display.layout import laid_out
+from fuzzyctl.display.summary import summary
 from fuzzyctl.model.method import Method
 from fuzzyctl.support.shipped import rules_folder
 from tests.commands import runner

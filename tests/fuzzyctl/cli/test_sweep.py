@@ -82,3 +82,17 @@ def test_wrong_usage_exits_with_2(spec, arguments, words):
     found = run(*given)
     assert found.exit_code == 2, found.output
     assert words in found.output
+
+
+@pytest.mark.parametrize(
+    ("other", "repair"), [("water_tank.fz", "name the file once"), ("copy/water_tank.fz", "rename a loop or a file")]
+)
+def test_loops_of_the_same_name_in_files_of_the_same_name_are_reported(spec, tmp_path, other, repair):
+    path = spec(SPEC.replace("runs = 2", f'runs = 2\nagainst = ["{other}"]'))
+    (tmp_path / "copy").mkdir()
+    (tmp_path / "copy" / "water_tank.fz").write_bytes((tmp_path / "water_tank.fz").read_bytes())
+    found = run(path, "-o", tmp_path / "out", "--jobs", 1)
+    assert found.exit_code == 1
+    assert "loop 'fill' is there 2 times" in found.output
+    assert repair in found.output
+    assert not (tmp_path / "out").exists()

@@ -131,7 +131,7 @@ class TestWhy:
 def test_the_picture_cuts_terms_at_their_degrees(tmp_path):
     from matplotlib.figure import Figure
 
-    from fuzzyctl.plot.rules import draw_rules
+    from fuzzyctl.plot.rule_viewer import draw_rules
 
     figure = Figure()
     system = loads(MIXED)
@@ -163,7 +163,7 @@ class TestPictureOfHedges:
     def drawn(self, text, x, most=12):
         from matplotlib.figure import Figure
 
-        from fuzzyctl.plot.rules import draw_rules
+        from fuzzyctl.plot.rule_viewer import draw_rules
 
         figure, system = Figure(), loads(text)
         draw_rules(figure, system, trace(system, {"x": x}), most)
@@ -243,7 +243,7 @@ class TestPictureOfValues:
     def last(self, text, x):
         from matplotlib.figure import Figure
 
-        from fuzzyctl.plot.rules import draw_rules
+        from fuzzyctl.plot.rule_viewer import draw_rules
 
         figure, system = Figure(), loads(text)
         draw_rules(figure, system, trace(system, {"x": x}), 12)
@@ -276,7 +276,7 @@ class TestPictureOfPlaces:
     def drawn(self, text, x):
         from matplotlib.figure import Figure
 
-        from fuzzyctl.plot.rules import draw_rules
+        from fuzzyctl.plot.rule_viewer import draw_rules
 
         figure, system = Figure(), loads(text)
         draw_rules(figure, system, trace(system, {"x": x}), 12)
@@ -313,7 +313,7 @@ class TestPictureOfInputsBeyond:
     def drawn(self, said, x):
         from matplotlib.figure import Figure
 
-        from fuzzyctl.plot.rules import draw_rules
+        from fuzzyctl.plot.rule_viewer import draw_rules
 
         figure, system = Figure(), loads(self.TEXT.format(said))
         draw_rules(figure, system, trace(system, {"x": x}), 12)

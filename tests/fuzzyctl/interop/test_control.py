@@ -80,6 +80,9 @@ class TestBlocks:
         [
             ({"dt": 0.02}, ArgumentError, "no multiple of dt = 0.02 s"),
             ({"dt": -1.0}, ValueOutOfBoundsError, "dt must be > 0 s"),
+            ({"dt": float("inf")}, ValueOutOfBoundsError, "dt must be finite"),
+            ({"dt": "0.1"}, ValueOutOfBoundsError, "dt must be real"),
+            ({"dt": True}, ValueOutOfBoundsError, "dt must be a number"),
             ({"substeps": 0}, ValueOutOfBoundsError, "substeps must be a positive integer"),
         ],
     )
@@ -90,5 +93,7 @@ class TestBlocks:
     def test_other_objects_and_dead_time_are_refused(self, small):
         with pytest.raises(ArgumentError, match="expected a FuzzySystem, Controller or Plant, got Loop"):
             nlsys(small())
+        with pytest.raises(ArgumentError, match="expected a Controller or Plant, got FuzzySystem"):
+            start(fuzzyctl.load(rules_folder() / "tipper.fz"))
         with pytest.raises(ArgumentError, match="has dead time"):
             nlsys(small("tf(num=[1], den=[1, 1], delay=0.1 s)").plants[0])

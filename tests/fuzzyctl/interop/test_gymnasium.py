@@ -5,7 +5,7 @@ import pytest
 from gymnasium.utils.env_checker import check_env
 
 import fuzzyctl
-from fuzzyctl import ArgumentError, UnknownNameError
+from fuzzyctl import ArgumentError, UnknownNameError, ValueOutOfBoundsError
 from fuzzyctl.interop.gymnasium import Policy, environment
 from fuzzyctl.support.shipped import rules_folder
 from tests import sizes
@@ -90,6 +90,56 @@ class TestLoop:
                 env.step(action)
         with pytest.raises(UnknownNameError, match=r"no state 'tank\.x'"):
             environment(tank("1 s"), "law", reward="iae", start={"tank.x": (0, 1)})
+        with pytest.raises(ArgumentError, match=r"\(law\.valve\), got \['open'\]"):
+            env.step(["open"])
+
+    @pytest.mark.parametrize(
+        ("options", "error", "words"),
+        [
+            ({"start": {"tank.h": (0.7, 0.3)}}, ValueOutOfBoundsError, "two numbers, the smaller one first"),
+            ({"start": {"tank.h": (0, np.inf)}}, ValueOutOfBoundsError, "must be finite"),
+            ({"start": {"tank.h": 3}}, ValueOutOfBoundsError, "two numbers"),
+            ({"substeps": 0}, ValueOutOfBoundsError, "substeps must be a positive integer"),
+            ({"penalty": float("nan")}, ValueOutOfBoundsError, "penalty must be finite"),
+            ({"reward": 3}, ArgumentError, "reward must be a function"),
+        ],
+    )
+    def test_options_are_checked(self, tank, options, error, words):
+        with pytest.raises(error, match=words):
+            environment(tank("1 s"), "law", **{"reward": "iae"} | options)
+
+    def test_options_of_reset_are_checked(self, tank):
+        env = environment(tank("1 s"), "law", reward="iae")
+        with pytest.raises(UnknownNameError, match=r"no option 'strat'.*did you mean 'start'"):
+            env.reset(options={"strat": {"tank.h": 1.0}})
+        with pytest.raises(ValueOutOfBoundsError, match=r"start of 'tank\.h' must be finite"):
+            env.reset(options={"start": {"tank.h": float("nan")}})
+
+    @pytest.mark.parametrize("reward", [lambda s: float("nan"), lambda s: None])
+    def test_a_reward_is_a_finite_number(self, tank, reward):
+        env = environment(tank("1 s"), "law", reward=reward)
+        env.reset()
+        with pytest.raises(ValueOutOfBoundsError, match="the reward must be finite"):
+            env.step([1.0])
+
+    @pytest.mark.parametrize(("action", "ended"), [(5.0, "truncated"), (-100.0, "terminated")])
+    def test_an_episode_ends_once(self, tank, action, ended):
+        env = environment(tank("1 s"), "law", reward="iae")
+        *_, terminated = episode(env, lambda_policy([action]))
+        assert ("terminated" if terminated else "truncated") == ended
+        with pytest.raises(ArgumentError, match="'reset' begins an episode: this one has ended"):
+            env.step([action])
+        env.reset()
+        env.step([5.0])
+
+    def test_signals_have_the_names_of_a_run(self, tank):
+        loop = tank("1 s")
+        env = environment(loop, "law", reward=lambda s: -(s["law.valve"] ** 2))
+        signals = env.reset()[1]
+        states = {f"law.{s.name}" for s in loop.controllers[0].states}
+        assert set(signals) == {"t", *fuzzyctl.simulate(loop).names} - states
+        _, reward, _, _, signals = env.step([3.0])
+        assert (reward, signals["law.valve"], signals["law.level"]) == (-9.0, 3.0, signals["level"])
 
 
 class TestPlant:
@@ -117,6 +167,9 @@ class TestPlant:
     def test_times_are_needed(self, tank):
         with pytest.raises(ArgumentError, match="needs 'dt' and 'duration'"):
             environment(tank().plants[0], reward=lambda s: 0.0)
+        for dt, duration in ((float("inf"), 1), (0, 1), (True, 1), ("0.1", 1), (0.1, float("inf")), (0.1, 0.05)):
+            with pytest.raises(ValueOutOfBoundsError, match=r"dt|duration"):
+                environment(tank().plants[0], reward=lambda s: 0.0, dt=dt, duration=duration)
 
 
 class TestPolicy:

@@ -6,8 +6,9 @@ import pytest
 import scipy.signal
 
 import fuzzyctl
-from fuzzyctl import ArgumentError, DiagnosticError, UnknownNameError
+from fuzzyctl import ArgumentError, DiagnosticError, UnknownNameError, ValueOutOfBoundsError
 from fuzzyctl.interop.plants import plant_of, python_plant, with_plant
+from fuzzyctl.simulation.plant_function import PlantFunction
 
 TRANSFER = control.tf([3, 1], [1, 2, 5])
 MATRICES = ([[-1.0, 0.5], [0.2, -2.0]], [[1.0, 0.0], [0.3, 1.0]], [[1.0, 1.0], [0.0, 2.0]], [[0.0, 0.0], [0.0, 0.0]])
@@ -72,6 +73,39 @@ class TestLinear:
         with pytest.raises(ArgumentError, match=words):
             with_plant(small(), "p", system)
 
+    @pytest.mark.parametrize(
+        ("system", "words"),
+        [
+            (scipy.signal.lti([], [-1 + 1j], 1), "a complex one has no conjugate"),
+            (scipy.signal.lti([], [-1 - 1j, -2], 1), "a complex one has no conjugate"),
+            (scipy.signal.lti([], [-1 + 1j, -1.1 - 1j], 1), "a complex one has no conjugate"),
+            (scipy.signal.lti([1j], [1, 1]), "numerator must be real"),
+            (scipy.signal.lti([[1j]], [[1]], [[1]], [[0]]), "matrix A must be real"),
+            (scipy.signal.lti([], [-1], 1j), "gain must be real"),
+            (scipy.signal.lti([], [np.inf], 1), "roots must be finite"),
+            (control.tf([np.nan], [1, 1]), "numerator must be finite"),
+            (control.ss([[np.inf]], [[1]], [[1]], [[0]], 0.1), "matrix A must be finite"),
+            (control.tf([0], [1, 1]), "the numerator of the TransferFunction is 0"),
+            (control.tf([1, 0, 0], [1, 1], 0.1), "has no state space: .*proper"),
+            (scipy.signal.dlti([1, 0, 0], [1, 1], dt=0.1), "has no state space: Improper"),
+        ],
+    )
+    def test_coefficients_that_no_plant_has_are_refused(self, system, words):
+        with pytest.raises((ArgumentError, ValueOutOfBoundsError), match=words):
+            plant_of(system)
+
+    def test_pairs_of_roots_keep_their_poles(self):
+        poles = [-1 + 2j, -3, -1 - 2j, -1 + 1j, -1 - 1j]
+        plant = plant_of(scipy.signal.lti([], poles, 5.0))
+        function = PlantFunction(plant)
+        matrix = np.column_stack([function.derivative(0.0, column, [0.0]) for column in np.eye(5)])
+        np.testing.assert_allclose(np.poly(np.linalg.eigvals(matrix)), np.poly(poles), rtol=1e-9)
+
+    @pytest.mark.parametrize("dt", [0, 0.1])
+    def test_a_name_is_one_word(self, dt):
+        with pytest.raises(ArgumentError, match="is no name"):
+            plant_of(control.tf([1], [1, 1], dt), "a\ninput b")
+
     def test_what_is_not_proper_is_a_diagnostic(self, small):
         with pytest.raises(DiagnosticError, match="FZ221"):
             with_plant(small(), "p", control.tf([1, 0, 0], [1, 1]))
@@ -126,3 +160,8 @@ class TestFunctions:
     def test_names_are_those_of_signals(self, inputs, states):
         with pytest.raises(ArgumentError, match=r"is no name|have one name"):
             python_plant("p", inputs, dict.fromkeys(states, 0.0), ["y"], derivative=max, output=max)
+
+    @pytest.mark.parametrize("start", [float("nan"), "a", None, [1.0]])
+    def test_starts_are_finite_numbers(self, start):
+        with pytest.raises(ValueOutOfBoundsError, match="start of 'x' must be"):
+            python_plant("p", ["u"], {"x": start}, ["y"], derivative=max, output=max)

@@ -41,6 +41,9 @@ def test_arguments_of_another_shape_are_refused(small):
     (plant,) = small().plants
     with pytest.raises(ArgumentError, match=r"expected 1 inputs \(u\) of plant 'p', got 2"):
         rhs(plant, [1.0, 2.0])(0.0, start(plant))
+    for inputs in (None, "a", lambda t, x: None):
+        with pytest.raises(ArgumentError, match="expected numbers as states and inputs of plant 'p', got"):
+            rhs(plant, inputs)(0.0, start(plant))
     with pytest.raises(ArgumentError, match="expected a Plant, got Loop"):
         rhs(small())
 

@@ -54,6 +54,10 @@ class TestSplit:
         mistakes = [next(split(SourceText("t", text))).mistake.message for text in ("x = (1]", "x = 1)")]
         assert mistakes == ["'(' is closed by ']'", "')' closes nothing"]
 
+    def test_ranges_of_params_may_be_open_at_an_end(self):
+        texts = ("param k in (0, 1] = 1", "param\tk in [0, 1) = 0", "params in (0, 1] = 1", "input x in (0, 1]")
+        assert [next(split(SourceText("t", text))).mistake is None for text in texts] == [True, True, False, False]
+
     def test_a_hash_or_a_parenthesis_inside_a_string_is_text(self):
         lines = [*split(SourceText("t", 'source "a (b # c"  # d'))]
         assert (lines[0].comment, lines[0].mistake) == ("# d", None)

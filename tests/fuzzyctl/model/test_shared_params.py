@@ -1,5 +1,6 @@
 import pytest
 
+from fuzzyctl import DiagnosticError
 from fuzzyctl.loading.block_equations import with_params
 from fuzzyctl.loading.load import load_loop
 from fuzzyctl.model.shared_params import with_shared
@@ -10,6 +11,9 @@ SYSTEM = "system s\ndefuzzifier weighted_average\ninput e in [-9, 9]\nall = func
 SYSTEM += "if e is all then y is function(k * e)\n"
 INNER = "controller inner\ninput e\noutput u = k * e\n"
 LOOP = "loop l\nblock c = c(p.y)\nblock p = p(c.u)\nmeasure m = final(p.y)\nrun 1 s step 10 ms\n"
+GIVEN = (
+    LOOP.replace("c(p.y)", "c(p.y, k=j)").replace("p(c.u)", "p(c.u, k=j)").replace("loop l", "loop l\nparam j = 0.5")
+)
 
 
 def controller(expression):
@@ -51,6 +55,29 @@ class TestAParamBeforeTheFirstBlock:
         loop = written(f"param k = 2\n{SYSTEM}{INNER}{USES[use]}{LOOP}")
         run = Experiment(loop, "python", free=["k"]).run([0.5])
         assert run.measures["m"] == pytest.approx(simulate(loop, k=0.5).measures["m"], abs=1e-15)
+
+    def test_a_value_that_a_block_is_given_holds_for_all_inside(self, written, use):
+        rest = f"{SYSTEM}{INNER}{USES[use]}{GIVEN}"
+        loop = written(f"param k = 2\n{rest}")
+        expected = simulate(written(f"param k = 0.5\n{SYSTEM}{INNER}{USES[use]}{LOOP}")).measures["m"]
+        assert simulate(loop).measures["m"] == pytest.approx(expected, abs=1e-15)
+        assert simulate(loop, k=9).measures["m"] == pytest.approx(expected, abs=1e-15)
+        assert Experiment(loop, "python", free=["k"]).run([9]).measures["m"] == pytest.approx(expected, abs=1e-15)
+        other = Experiment(loop, "python", free=["j", "k"]).run([0.25, 9]).measures["m"]
+        assert other == pytest.approx(simulate(loop, j=0.25).measures["m"], abs=1e-15) != expected
+
+    def test_one_that_is_free_in_a_block_holds_for_all_inside(self, written, use):
+        block = "p" if use == "plant" else "c"
+        loop = written(f"param k = 2\n{SYSTEM}{INNER}{USES[use]}{LOOP}")
+        expected = simulate(written(f"param k = 0.5\n{SYSTEM}{INNER}{USES[use]}{LOOP}")).measures["m"]
+        assert Experiment(loop, "python", free=[f"{block}.k"]).run([0.5]).measures["m"] == pytest.approx(expected)
+        assert simulate(loop, **{f"{block}.k": 0.5}).measures["m"] == pytest.approx(expected)
+
+
+def test_its_range_may_be_open_at_an_end(written):
+    loop = written(f"param k in (0, 9] = 2\n{INNER}{USES['plant']}{LOOP}")
+    with pytest.raises(DiagnosticError, match=r"param 'c\.k' is 0, outside of \(0, 9\]"):
+        simulate(loop, **{"c.k": 0})
 
 
 def test_a_block_that_is_given_a_value_keeps_it(written):

@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 
 import fuzzyctl
 from fuzzyctl.plot.labels import MOST, Label, draw_labels, lanes
-from fuzzyctl.plot.terms import draw_variable
+from fuzzyctl.plot.memberships import draw_variable
 
 CONSTANTS = """\
 system s

@@ -66,6 +66,16 @@ MISTAKES = {
         "1e9",
     ),
     "let a = b\nlet b = a\noutput y = a": ("FZ220", "algebraic loop: 'a' depends on itself within one step", "a"),
+    "let a = derivative(b)\nlet b = lowpass(a, 1 s)\noutput y = a": (
+        "FZ220",
+        "algebraic loop: 'b' depends on itself within one step",
+        "b",
+    ),
+    "output y = clamp(lowpass(derivative(y), 1 s), -1, 1)": (
+        "FZ220",
+        "algebraic loop: 'y' depends on itself within one step",
+        "y",
+    ),
     "block b = c(x)\noutput y = b.y": ("FZ217", "controller 'c' contains itself", "c"),
     "block b = x\noutput y = x": ("FZ214", "expected a call of a controller", "x"),
     "block b = none(x)\noutput y = b.y": ("FZ202", "no controller 'none'", "none(x)"),
@@ -119,8 +129,34 @@ CALLS = {
     "block b = rule(x)\noutput y = x": ("FZ214", "'rule' is a system, and 'block' takes a controller", "rule(x"),
 }
 
+#: The same below `way` in m and `time` in s.
+UNITS = {
+    'output y unit "m" = time': ("'y' is measured in m, 'time' in s", "time"),
+    'output y unit "V" = derivative(way) + way': (
+        "'y' is measured in V, 'derivative(way) + way' in m",
+        "derivative(wa",
+    ),
+    'output y unit "s" = lowpass(way, 1 s)': ("'y' is measured in s, 'lowpass(way, 1 s)' in m", "lowpass(way, 1 s"),
+    'state k unit "s" = 0\nnext k = way\noutput y = k': ("'k' is measured in s, 'way' in m", "way"),
+    "output y = clamp(way, time, 3)": ("'way' is measured in m, 'time' in s", "time"),
+    "output y = previous(time) + way": ("'previous(time)' is measured in s, 'way' in m", "way"),
+    "output y = where(x > 0, way, time)": ("'way' is measured in m, 'time' in s", "time"),
+}
+
 
 class TestMistakes:
+    @pytest.mark.parametrize("text", UNITS)
+    def test_units_of_what_is_joined_and_of_what_has_a_name_fit(self, text):
+        message, place = UNITS[text]
+        ((code, found, found_place),) = found_in(HEAD + 'input way unit "m"\ninput time unit "s"\n' + text + "\n")
+        assert (code, found) == ("FZ312", message)
+        assert found_place.startswith(place)
+
+    def test_units_of_settings_and_of_conditions_are_those_of_other_things(self):
+        text = 'input way unit "m"\ninput time unit "s"\nparam T = 1 unit "s"\n'
+        text += 'output y unit "m" = where(time > 0, lowpass(way, T), rate_limit(clamp(way, -1, 1), 2))\n'
+        assert found_in(HEAD + text) == []
+
     @pytest.mark.parametrize("text", MISTAKES)
     def test_each_has_its_message_and_nothing_else_is_reported(self, text):
         code, message, place = MISTAKES[text]

@@ -433,6 +433,11 @@ class TestStops:
         assert found.message.startswith("state 'p.x' left its range at t = 1 s: 1 m is outside of [0, 1)")
         assert found.facts == ("one sample before it was 0.9 m",)
 
+    def test_a_state_beyond_its_range_by_a_rounding_is_shown_with_all_digits(self, loop):
+        message = self.stopped(loop, "input u\nstate x in [0, 1] = 0.3\nder x = u\noutput y = x", "1").stopped.message
+        shown = float(message.rpartition(": ")[2].split()[0])
+        assert 1.0 < shown < 1.0 + 1e-12
+
     @pytest.mark.parametrize("backend", BACKENDS)
     @pytest.mark.parametrize(
         ("derivative", "what"), [("exp(40 * x)", "infinite"), ("sqrt(0.5 - x)", "not a number")], ids=str
@@ -523,8 +528,25 @@ class TestFree:
 
     def test_what_must_be_a_constant_cannot_be_free(self, loop):
         text = driven("input u\nparam a = 1\nstate x = a\nder x = -a * x\noutput y = x", "0", "1 s step 0.1 s")
-        with pytest.raises(ArgumentError, match="a constant depends on a free param"):
+        with pytest.raises(ArgumentError, match=r"'a' cannot be free: a constant depends on it at .*loop\.fz:4:11"):
             Experiment(loop(text), "python", free=["p.a"])
+
+    @pytest.mark.parametrize(
+        "body", ["state x = 2 * k\nnext x = x\noutput u = x", "output u = previous(e, start=half)"]
+    )
+    @pytest.mark.parametrize("name", ["law.k", "k"])
+    def test_starts_of_controllers_cannot_be_free(self, loop, name, body):
+        head = "param k = 1\n" if name == "k" else ""
+        own = "" if head else "param k = 1\n"
+        text = f"{head}controller c\ninput e\n{own}param half = k / 2\n{body}\nevery 0.1 s\n"
+        text += "loop l\nblock law = c(1)\nmeasure m = final(law.u)\nrun 1 s\n"
+        with pytest.raises(ArgumentError, match="cannot be free: a constant depends on it"):
+            Experiment(loop(text), "python", free=[name])
+
+    def test_functions_of_a_block_have_its_free_params(self, loop):
+        text = "controller c\ninput e\nparam k = 1\nfunction f(x) = k * x\noutput u = f(e)\nevery 0.1 s\n"
+        own = loop(text + "loop l\nblock law = c(3)\nmeasure m = final(law.u)\nrun 1 s\n")
+        assert Experiment(own, "python", free=["law.k"]).run([2]).measures == {"m": 6.0}
 
     @pytest.mark.parametrize(
         ("values", "message"),

@@ -75,7 +75,10 @@ def test_names_become_those_of_rule_files(name, expected):
         (('modelIdentifier="m"', 'modelIdentifier="../m"'), "the FMU has the model identifier '../m'"),
         (('causality="output"', 'causality="local"'), "the FMU has no real output"),
         (('name="u"', 'name="body_x_1"'), "variables 'body_x_1' and 'body.x[1]' of the FMU would both be 'body_x_1'"),
+        (('name="u"', 'name="not"'), "variables 'not' and 'not' of the FMU would both be 'not_'"),
         (('valueReference="7"', 'valueReference="-"'), "variable 'body.x[1]' of the FMU has no value reference"),
+        (('valueReference="7"', 'valueReference="4294967297"'), "no value reference from 0 to 4,294,967,295"),
+        (("UTF-8", "none"), "modelDescription.xml cannot be read: unknown encoding: none"),
         (("</ModelVariables>", ""), "modelDescription.xml cannot be read: mismatched tag in line"),
         (
             ("<fmiModel", '<!DOCTYPE a [<!ENTITY b "c">]><fmiModel'),

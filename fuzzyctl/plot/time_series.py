@@ -8,13 +8,17 @@ from typing import Any, Final
 
 import numpy as np
 
+from fuzzyctl.diagnostics.diagnostic import ArgumentError
 from fuzzyctl.expr import Expr, Name
 from fuzzyctl.model.controller import Signal
+from fuzzyctl.plot.figures import panels as panels_of
+from fuzzyctl.plot.figures import place, sized, styled
 from fuzzyctl.plot.labels import shortened
 from fuzzyctl.plot.style import COLORS
 from fuzzyctl.simulation.connections import inputs_of_time, references
 from fuzzyctl.simulation.equations import block_signals
 from fuzzyctl.simulation.run import Run
+from fuzzyctl.support import arguments
 
 #: Most panels of a picture, and most points of a line.
 MOST: Final = 8
@@ -46,17 +50,45 @@ class Panel:
     given: bool = False
 
 
+def runs(*runs: Run, labels: Sequence[str] | None = None, ax: Any = None) -> Any:
+    """Draw runs over each other, one panel for each signal that the first run shows.
+
+    Args:
+        runs: One or more.
+        labels: What they are called in the legend, one for each; None for the names of their loops.
+        ax: Axes whose place the panels take; None for a new figure.
+
+    Returns:
+        The axes from top to bottom, a tuple that a notebook shows as the picture.
+
+    Raises:
+        ArgumentError: For no run, another number of labels, arguments of another type, and axes that have no place in
+            a grid.
+    """
+    if not runs:
+        raise ArgumentError("at least one run must be given")
+    for run in runs:
+        arguments.instance("a run", Run, "a Run", run)
+    called = [r.loop.name for r in runs] if labels is None else list(arguments.names("'labels'", labels))
+    if len(called) != len(runs):
+        raise ArgumentError(f"'labels' must have one label for each of {len(runs)} runs, got {len(called)}")
+    with styled(ax):
+        figure = place(ax)
+        draw_runs(figure, runs, called)
+        return panels_of(figure)
+
+
 def draw_runs(figure: Any, runs: Sequence[Run], labels: Sequence[str]) -> None:
     """Draw runs over each other; a run that was stopped ends in a cross.
 
     Args:
-        figure: An empty matplotlib figure.
+        figure: An empty matplotlib figure, or a part of one.
         runs: What is drawn, in the panels that any of them has.
         labels: What they are called in the legend, one for each.
     """
     own = [{p.signal: p for p in panels(run)} for run in runs]
     shown = list({name: p for found in reversed(own) for name, p in reversed(found.items())}.values())[::-1][:MOST]
-    figure.set_size_inches(WIDTH, REST + PANEL * max(len(shown), 1))
+    sized(figure, WIDTH, REST + PANEL * max(len(shown), 1))
     axes = np.atleast_1d(figure.subplots(max(len(shown), 1), 1, sharex=True))
     for ax, panel in zip(axes, shown, strict=False):
         having = {k: found[panel.signal] for k, found in enumerate(own) if panel.signal in found}

@@ -61,7 +61,7 @@ def _block(data: dict[str, Any]) -> Iterator[Line]:
     yield "heading", f"{data['kind']} {data['name']}{title}"
     for word in ("source", "file", "period", "duration", "step"):
         if data.get(word):
-            yield "text", f"{word}: {data[word] if isinstance(data[word], str) else f'{_number(data[word])} s'}"
+            yield "text", f"{word}: {data[word] if isinstance(data[word], str) else f'{number_text(data[word])} s'}"
     yield from _section("Params", _params(data["params"]))
     for heading, statements in data["statements"].items():
         yield from _section(heading, [("text", f"  {statement}") for statement in statements])
@@ -84,7 +84,7 @@ def _params(params: Sequence[dict[str, Any]]) -> list[Line]:
     width = max((len(p["name"]) for p in params), default=0)
     lines: list[Line] = []
     for p in params:
-        value = _number(p["value"])
+        value = number_text(p["value"])
         unit = f" {p['unit']}" if p["unit"] else ""
         how = (
             ""
@@ -117,58 +117,62 @@ def _output(v: dict[str, Any]) -> Iterator[Line]:
     if v["formula"] is not None:
         yield "text", f"{_head(v)} = {v['formula']}"
         yield from _terms(v["terms"])
-        yield from _pairs([("values", _values(v["bounds"]))], "    ")
+        yield from _pairs([("values", values_text(v["bounds"]))], "    ")
         return
     yield "text", _head(v)
     yield from _terms(v["terms"])
     facts = {name: value or NO_EFFECT for name, value in v["method"].items()}
     if v["adaptive"] is not None:
         facts["adaptive"] = f"rate {v['adaptive']}"
-    facts["else"] = _otherwise(v["else"], v["held_at_first"])
+    facts["else"] = otherwise_text(v["else"], v["held_at_first"])
     if v["clamped"]:
         facts["clamped"] = "the value is held within the range"
-    facts["values"] = _values(v["bounds"])
-    facts["coverage"] = _coverage(v["coverage"], v["else"] is not None)
+    facts["values"] = values_text(v["bounds"])
+    facts["coverage"] = coverage_text(v["coverage"], v["else"] is not None)
     yield from _pairs(facts.items(), "    ")
 
 
 def _head(v: dict[str, Any]) -> str:
     label = f' "{v["label"]}"' if v["label"] else ""
     unit = f" {v['unit']}" if v["unit"] else ""
-    ends = f" in [{_number(v['low'])}, {_number(v['high'])}]" if v["low"] != "-inf" else ""
+    ends = f" in [{number_text(v['low'])}, {number_text(v['high'])}]" if v["low"] != "-inf" else ""
     return f"  {v['name']}{label}{ends}{unit}"
 
 
 def _terms(terms: Sequence[dict[str, Any]]) -> list[Line]:
-    return _pairs([(t["name"], _membership(t)) for t in terms], "    ")
+    return _pairs([(t["name"], membership_form(t)) for t in terms], "    ")
 
 
-def _membership(t: dict[str, Any]) -> str:
-    parameters = [_number(p) for p in t["parameters"]]
+def membership_form(t: dict[str, Any]) -> str:
+    """Return the membership function of a term with its numbers."""
+    parameters = [number_text(p) for p in t["parameters"]]
     if t["height"] != 1.0:
-        parameters.append(f"height={_number(t['height'])}")
+        parameters.append(f"height={number_text(t['height'])}")
     return f"{t['kind']}({', '.join(parameters)})"
 
 
-def _number(value: float | str) -> str:
+def number_text(value: float | str) -> str:
     """Return a number with the digits that people read; `--format json` has all of them."""
     return value if isinstance(value, str) else f"{value:.12g}"
 
 
-def _otherwise(value: float | str | None, held_at_first: float | str | None) -> str:
+def otherwise_text(value: float | str | None, held_at_first: float | str | None) -> str:
+    """Return what an output is where no rule fires."""
     if held_at_first is not None:
-        return f"hold: the previous value, {_number(held_at_first)} at first"
-    return "nothing: some rule must fire everywhere" if value is None else _number(value)
+        return f"hold: the previous value, {number_text(held_at_first)} at first"
+    return "nothing: some rule must fire everywhere" if value is None else number_text(value)
 
 
-def _values(bounds: dict[str, Any] | None) -> str:
+def values_text(bounds: dict[str, Any] | None) -> str:
+    """Return the proved bounds of an output."""
     if bounds is None:
         return "not known"
     how = "both are attained" if bounds["attained"] else "proved, perhaps wider than need be"
-    return f"from {_number(bounds['low'])} to {_number(bounds['high'])}; {how}"
+    return f"from {number_text(bounds['low'])} to {number_text(bounds['high'])}; {how}"
 
 
-def _coverage(coverage: dict[str, Any], has_else: bool) -> str:
+def coverage_text(coverage: dict[str, Any], has_else: bool) -> str:
+    """Return where some rule fires."""
     if coverage["verdict"] == "proved":
         return "some rule fires everywhere; proved"
     then = "; 'else' counts there" if has_else else ""

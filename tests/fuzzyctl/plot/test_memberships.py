@@ -2,7 +2,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from fuzzyctl.loading.load import load, loads
-from fuzzyctl.plot.terms import draw_terms, draw_variable
+from fuzzyctl.plot.memberships import draw_terms, draw_variable
 from fuzzyctl.support.shipped import rules_folder
 
 

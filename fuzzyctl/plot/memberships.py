@@ -7,13 +7,16 @@ from typing import Any, Final
 
 import numpy as np
 
+from fuzzyctl.diagnostics.diagnostic import UnknownNameError
 from fuzzyctl.formats.fz import membership_text
 from fuzzyctl.formulas import MEMBERSHIP
 from fuzzyctl.kernels.compile import degrees
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import LinguisticVariable
+from fuzzyctl.plot.figures import finish, one, panels, place, sized, styled
 from fuzzyctl.plot.labels import Label, draw_labels, shortened
 from fuzzyctl.plot.style import COLORS
+from fuzzyctl.support import arguments
 
 #: Room for one more line of names above the curves, in degrees.
 LANE: Final = 0.16
@@ -22,15 +25,44 @@ LANE: Final = 0.16
 FUNCTIONS: Final = 7
 
 
+def terms(system: FuzzySystem, variable: str | None = None, *, ax: Any = None) -> Any:
+    """Draw the terms of one variable, or of all of them below each other.
+
+    Args:
+        system: A well-formed system.
+        variable: Name of an input, an output or a let; None for all that have terms.
+        ax: Axes to draw in, whose place several panels take; None for new ones.
+
+    Returns:
+        The axes; of several panels a tuple of them, which a notebook shows as the picture.
+
+    Raises:
+        UnknownNameError: For a name of no variable.
+        ArgumentError: For arguments of another type, and axes that have no place in a grid.
+    """
+    arguments.instance("the system", FuzzySystem, "a FuzzySystem", system)
+    with styled(ax):
+        if variable is None:
+            figure = place(ax)
+            draw_terms(figure, system)
+            return panels(figure)
+        known = {v.name: v for v in system.variables if v.terms}
+        if variable not in known:
+            raise UnknownNameError("variable with terms", str(variable), list(known))
+        found = draw_variable(one(ax, (7.5, 2.6)), system, known[variable])
+        finish(found)
+        return found
+
+
 def draw_terms(figure: Any, system: FuzzySystem) -> None:
     """Draw one panel for each variable: degrees of its terms over its universe.
 
     Args:
-        figure: An empty matplotlib figure.
+        figure: An empty matplotlib figure, or a part of one.
         system: The system to draw.
     """
     variables = [*system.inputs, *(v for v in system.lets if v.terms), *system.outputs]
-    figure.set_size_inches(7.5, 2.2 * len(variables) + 0.4)
+    sized(figure, 7.5, 2.2 * len(variables) + 0.4)
     axes = figure.subplots(len(variables), 1, squeeze=False)[:, 0]
     for ax, variable in zip(axes, variables, strict=True):
         draw_variable(ax, system, variable)

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from fuzzyctl.loading.load import load, loads
-from fuzzyctl.plot.surface import draw_surface, sample
+from fuzzyctl.plot.surfaces import draw_surface, sample
 from fuzzyctl.support.shipped import rules_folder
 
 

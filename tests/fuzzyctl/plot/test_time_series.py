@@ -5,7 +5,7 @@ from matplotlib.figure import Figure
 
 import fuzzyctl
 from fuzzyctl.expr import Name
-from fuzzyctl.plot.runs import draw_runs, panels
+from fuzzyctl.plot.time_series import draw_runs, panels
 from fuzzyctl.support.shipped import rules_folder
 
 FOLDER = rules_folder() / "loops"

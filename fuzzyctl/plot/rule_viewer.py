@@ -2,29 +2,66 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 
 from fuzzyctl.explain.implied_sets import ImpliedSets, antecedent_set
-from fuzzyctl.explain.trace import Contribution, FiredRule, Trace
+from fuzzyctl.explain.trace import Contribution, FiredRule, Trace, why
 from fuzzyctl.kernels.inference.defuzzify.sampling import sampled_degrees
 from fuzzyctl.kernels.plan.build import plan
 from fuzzyctl.model.rule import literals
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Input, LinguisticVariable
+from fuzzyctl.plot.figures import panels, place, sized, styled
 from fuzzyctl.plot.style import COLORS
+from fuzzyctl.support import arguments
 
+#: Most rules of a picture.
+MOST: Final = 100
 INPUT, OUTPUT, LINE = COLORS[0], COLORS[1], "#444444"
+
+
+def rules(
+    system: FuzzySystem, values: Mapping[str, float] | None = None, /, *, most: int = 12, ax: Any = None, **named: float
+) -> Any:
+    """Draw the rules that act at a point: one row for each, and the outputs below.
+
+    Args:
+        system: A well-formed system.
+        values: A number for every input by name.
+        most: Most rules to draw, those of the highest activation.
+        ax: Axes whose place the panels take; None for a new figure.
+        named: The same as `values`, for names that Python can write.
+
+    Returns:
+        The axes row by row, a tuple that a notebook shows as the picture.
+
+    Raises:
+        UnknownNameError: For a name that is no input.
+        ArgumentError: When an input is missing or no number, and for axes that have no place in a grid.
+        ValueOutOfBoundsError: For fewer rules than one, or more than a picture has room for.
+        NoRuleFiresError: Where no rule fires for an output that says `else error`.
+    """
+    return viewer(why(system, values, **named), most, ax)
+
+
+def viewer(found: Trace, most: int = 12, ax: Any = None) -> Any:
+    """Draw what was traced, see `rules`."""
+    arguments.integer("'most'", most, 1, MOST)
+    with styled(ax):
+        figure = place(ax)
+        draw_rules(figure, found.system, found, most)
+        return panels(figure)
 
 
 def draw_rules(figure: Any, system: FuzzySystem, found: Trace, most: int) -> None:
     """Draw one row for each rule that acts, one column for each variable, and the outputs below.
 
     Args:
-        figure: An empty matplotlib figure.
+        figure: An empty matplotlib figure, or a part of one.
         system: The system.
         found: What was traced.
         most: Most rules to draw, those of the highest activation; all count in what they give together.
@@ -32,7 +69,7 @@ def draw_rules(figure: Any, system: FuzzySystem, found: Trace, most: int) -> Non
     rules = found.rules[:most]
     columns = _columns(system, found)
     rows = len(rules) + 1
-    figure.set_size_inches(2.3 * len(columns) + 0.6, 0.85 * rows + 0.9)
+    sized(figure, 2.3 * len(columns) + 0.6, 0.85 * rows + 0.9)
     axes = figure.subplots(rows, len(columns), squeeze=False)
     for row, rule in zip(axes, rules, strict=False):
         for ax, column in zip(row, columns, strict=True):

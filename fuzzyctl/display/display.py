@@ -1,0 +1,40 @@
+"""Which module shows which type: `html` for notebooks, `text` for `print`."""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import Any, Final
+
+#: Modules by the name of the type, so that no type is loaded to show another one.
+_MODULES: Final = {
+    "Controller": "blocks",
+    "FreeKernel": "kernels",
+    "FuzzySystem": "systems",
+    "Kernel": "kernels",
+    "Loop": "blocks",
+    "Plant": "blocks",
+    "Proved": "verdicts",
+    "Refuted": "verdicts",
+    "Run": "runs",
+    "Step": "kernels",
+    "Trace": "traces",
+    "Undecided": "verdicts",
+    "Verdicts": "verdicts",
+}
+
+
+def html(shown: object) -> str:
+    """Return what a notebook shows of an object of these types."""
+    found: str = _module(shown).html(shown)
+    return found
+
+
+def text(shown: object) -> str:
+    """Return what `print` prints of an object of these types; the last line does not end."""
+    found: str = _module(shown).text(shown)
+    return found.removesuffix("\n")
+
+
+def _module(shown: object) -> Any:
+    name = next(kind.__name__ for kind in type(shown).__mro__ if kind.__name__ in _MODULES)
+    return import_module(f"fuzzyctl.display.{_MODULES[name]}")

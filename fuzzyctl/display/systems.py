@@ -1,0 +1,122 @@
+"""What a fuzzy system looks like: the text of `fuzzyctl show`, and tables in a notebook."""
+
+from __future__ import annotations
+
+import shutil
+import sys
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any, Final
+
+from fuzzyctl.diagnostics.terminal import for_terminal
+from fuzzyctl.display.layout import (
+    NO_EFFECT,
+    coverage_text,
+    laid_out,
+    membership_form,
+    number_text,
+    otherwise_text,
+    values_text,
+)
+from fuzzyctl.display.markup import Markup, lines, page, pairs, paragraph, plain, table
+from fuzzyctl.display.summary import summary
+from fuzzyctl.model.system import FuzzySystem
+
+#: Width of the text where it does not go to a terminal.
+WIDTH: Final = 120
+
+
+def text(system: FuzzySystem) -> str:
+    """Return what `fuzzyctl show` prints."""
+    return page_text(summary(system))
+
+
+def page_text(data: dict[str, Any], bold: Callable[[str], str] = str) -> str:
+    """Return a summary as text, as wide as the terminal and in its characters.
+
+    Args:
+        data: What `summary.summary` or `block_summary.block_summary` returns.
+        bold: What to do with headings.
+    """
+    width = shutil.get_terminal_size((WIDTH, 24)).columns
+    return laid_out(for_terminal(data, sys.stdout.encoding), width, bold)
+
+
+def html(system: FuzzySystem) -> str:
+    """Return the variables with their terms, the rules, the method in effect and what is claimed, as tables."""
+    data = summary(system)
+    knobs = ", ".join(f"{knob} {value}" for knob, value in data["knobs"].items())
+    return page(
+        f"{data['system']}: {data['title']}" if data["title"] else data["system"],
+        paragraph(data["source"], "note"),
+        paragraph(data["file"], "note"),
+        params_table(data["params"]),
+        pairs("Hedges", {h["name"]: h["meaning"] for h in data["hedges"]}),
+        table("Inputs", ("input", "range", "terms", "values outside"), [_input(v) for v in data["inputs"]]),
+        table("Lets", ("let", "range", "terms", "formula"), [(*_variable(v), v["formula"]) for v in data["lets"]]),
+        table("Outputs", ("output", "range", "terms", "how"), [_output(v) for v in data["outputs"]]),
+        *_rules(data["rules"], f"Rules: {data['rule_count']}"),
+        pairs("Method", data["method"] | {"knobs": knobs}),
+        table("Guarantees, not proved here", (), [(g,) for g in data["guarantees"]], headed_rows=False),
+    )
+
+
+def params_table(params: Sequence[dict[str, Any]]) -> Markup:
+    """Return the params with their values and how they are computed."""
+    rows = [(p["name"], number_text(p["value"]), p["unit"], p["expression"]) for p in params]
+    return table("Params", ("param", "value", "unit", "expression"), rows)
+
+
+def _variable(v: dict[str, Any]) -> tuple[object, ...]:
+    label = f"{v['name']} \N{EN DASH} {v['label']}" if v["label"] else v["name"]
+    ends = f"[{number_text(v['low'])}, {number_text(v['high'])}]" if v["low"] != "-inf" else "anywhere"
+    terms = lines(f"{t['name']} = {membership_form(t)}" for t in v["terms"])
+    return label, f"{ends} {v['unit']}".strip(), terms
+
+
+def _input(v: dict[str, Any]) -> tuple[object, ...]:
+    return (*_variable(v), v["outside"])
+
+
+def _output(v: dict[str, Any]) -> tuple[object, ...]:
+    facts = []
+    if v["formula"] is not None:
+        facts.append(f"= {v['formula']}")
+    else:
+        facts += [f"{name}: {value or NO_EFFECT}" for name, value in v["method"].items()]
+        if v["adaptive"] is not None:
+            facts.append(f"adaptive: rate {v['adaptive']}")
+        facts.append(f"else: {otherwise_text(v['else'], v['held_at_first'])}")
+    facts += ["clamped within the range"] if v["clamped"] else []
+    facts.append(f"values: {values_text(v['bounds'])}")
+    if v["formula"] is None:
+        facts.append(f"coverage: {coverage_text(v['coverage'], v['else'] is not None)}")
+    return (*_variable(v), lines(facts))
+
+
+def _rules(blocks: Sequence[dict[str, Any]], caption: str) -> Iterator[Markup]:
+    """Yield rule tables as tables, and single rules between them as a table of rules."""
+    single: list[tuple[str]] = []
+    for block in blocks:
+        if "rule" in block:
+            single.append((block["rule"],))
+            continue
+        if single:
+            yield table(caption, (), single, headed_rows=False)
+            single = []
+        if "block" in block:
+            settings = "".join(f" {keyword} {value}" for keyword, value in block["method"].items())
+            yield from _rules(block["rules"], f"{caption}: rules {block['block']}{settings}")
+        else:
+            yield _table(block, caption)
+    if single:
+        yield table(caption, (), single, headed_rows=False)
+
+
+def _table(block: dict[str, Any], caption: str) -> Markup:
+    outputs = ", ".join(block["table"])
+    across = f"{block['rows']} × {block['columns']}" if block["rows"] else block["columns"]
+    condition = f" with {block['with']}" if block["with"] else ""
+    corner = f"{block['rows']} \\ {block['columns']}" if block["rows"] else block["columns"]
+    labels = block["row_terms"] or [outputs]
+    rows = [(label, *map(plain, cells)) for label, cells in zip(labels, block["cells"], strict=True)]
+    return table(f"{caption}: {outputs} = {across}{condition}", (corner, *block["column_terms"]), rows)

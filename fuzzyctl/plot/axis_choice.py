@@ -1,0 +1,24 @@
+"""Choice of the inputs that a picture of an output runs over."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+
+def chosen_axes(inputs: Sequence[str], x: str | None, y: str | None, fixed: Mapping[str, float]) -> list[str]:
+    """Return the one or two axes: those named, else the first inputs that have no value.
+
+    Args:
+        inputs: Names of all inputs.
+        x: Input along the first axis, if it is named.
+        y: Input along the second axis, if it is named.
+        fixed: Values of inputs.
+    """
+    free = [name for name in inputs if name not in fixed and name not in (x, y)]
+    if x is None and y is None:
+        return free[:2] if free else list(inputs[:1])
+    if y is None:
+        assert x is not None
+        # With one axis named, a value of another input asks for a curve.
+        return [x] if fixed or not free else [x, free[0]]
+    return [x, y] if x is not None else [free[0], y] if free else [y]

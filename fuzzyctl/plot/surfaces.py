@@ -1,0 +1,282 @@
+"""Plot of an output over one or two inputs."""
+
+from __future__ import annotations
+
+import math
+import textwrap
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Final
+
+import numpy as np
+from matplotlib.ticker import MaxNLocator
+
+from fuzzyctl.diagnostics.diagnostic import ArgumentError, UnknownNameError, ValueOutOfBoundsError
+from fuzzyctl.kernels.compile import compile as compile_system
+from fuzzyctl.kernels.kernel import Kernel
+from fuzzyctl.model.system import FuzzySystem
+from fuzzyctl.plot.axis_choice import chosen_axes
+from fuzzyctl.plot.figures import finish, one, place, styled
+from fuzzyctl.plot.style import COLORS
+from fuzzyctl.support import arguments
+
+#: Fewest and most points along an axis.
+RESOLUTIONS: Final = (2, 2001)
+#: Points along an axis in a notebook.
+OVERVIEW: Final = 61
+#: Longest line of a title.
+LINE: Final = 100
+
+
+@dataclass(frozen=True)
+class Sampled:
+    """What is drawn: a kernel, with the labels of its variables.
+
+    Args:
+        kernel: Of numpy.
+        title: Of the picture.
+        labels: What each variable is called, by name.
+        axis_labels: The same with the unit.
+    """
+
+    kernel: Kernel
+    title: str
+    labels: Mapping[str, str]
+    axis_labels: Mapping[str, str]
+
+    @classmethod
+    def of(cls, drawn: FuzzySystem | Kernel) -> Sampled:
+        """Return a system or a kernel as what is drawn; a kernel knows the names of its variables only."""
+        if isinstance(drawn, Kernel):
+            names = {n: n for n in (*drawn.input_names, *drawn.output_names)}
+            return cls(Kernel(drawn.plan, "numpy"), "", names, names)
+        variables = (*drawn.inputs, *drawn.outputs)
+        kernel = compile_system(drawn, backend="numpy")
+        axis_labels = {v.name: v.axis_label for v in variables}
+        return cls(kernel, drawn.title or drawn.name, {v.name: v.title for v in variables}, axis_labels)
+
+    def range(self, name: str) -> tuple[float, float]:
+        """Return the ends of an input."""
+        (found,) = [i for i in self.kernel.plan.inputs if i.name == name]
+        return found.lower, found.upper
+
+    def middle(self, name: str) -> float:
+        """Return the middle of an input."""
+        low, high = self.range(name)
+        return (low + high) / 2
+
+
+def surface(
+    system: FuzzySystem | Kernel,
+    x: str | None = None,
+    y: str | None = None,
+    *,
+    output: str | None = None,
+    at: Mapping[str, float] | None = None,
+    resolution: int = 61,
+    ax: Any = None,
+) -> Any:
+    """Draw an output over one input, or over two.
+
+    Args:
+        system: A well-formed system, or a kernel.
+        x: Input along the first axis; None for the first that `at` leaves free.
+        y: Input along the second axis; None for the next one. With `x` alone and `at`, or a system of one input, the
+            picture is a curve.
+        output: None for the first.
+        at: Values of other inputs; those not named stand at mid-range.
+        resolution: Points along each axis.
+        ax: Axes to draw in: over two inputs a surface where they have three dimensions, else a map. None for new ones.
+
+    Returns:
+        The axes. Where the output has no finite value there is a hole.
+
+    Raises:
+        UnknownNameError: For a name of no input or output.
+        ArgumentError: For an input named twice, and arguments of another type.
+        ValueOutOfBoundsError: For a value that is NaN, and a resolution outside 2 to 2001.
+        NoRuleFiresError: Where no rule fires for an output that says `else error`.
+    """
+    if not isinstance(system, Kernel):
+        arguments.instance("the system", FuzzySystem, "a FuzzySystem or a Kernel", system)
+    drawn = Sampled.of(system)
+    output = _known("output", drawn.kernel.output_names, output or drawn.kernel.output_names[0])
+    fixed = _fixed(drawn, at)
+    axes = _checked_axes(drawn, x, y, fixed)
+    arguments.integer("'resolution'", resolution, *RESOLUTIONS)
+    grids, values = _sample(drawn, axes, fixed, output, resolution)
+    with styled(ax):
+        found = one(ax, (6.4, 4.0) if len(axes) == 1 else (6.4, 5.0), solid=len(axes) == 2)
+        _draw(found, drawn, axes, grids, values, output)
+        found.set_title(_title(drawn, axes, fixed, 60))
+        finish(found)
+    return found
+
+
+def overview(kernel: Kernel) -> Any:
+    """Return a figure of the first output of a kernel over its first inputs, the others at mid-range."""
+    with styled(None):
+        figure = place(None)
+        draw_surface(figure, kernel, list(kernel.input_names[:2]), {}, kernel.output_names[0], OVERVIEW)
+        finish(figure)
+    return figure
+
+
+def _known(kind: str, names: Sequence[str], name: object) -> str:
+    if not isinstance(name, str):
+        raise ArgumentError(f"the name of an {kind} must be a text, got {type(name).__name__}")
+    if name not in names:
+        raise UnknownNameError(kind, name, names)
+    return name
+
+
+def _fixed(drawn: Sampled, at: Mapping[str, float] | None) -> dict[str, float]:
+    found = {}
+    for name, value in arguments.mapping("'at'", "numbers by name of the input", at or {}).items():
+        _known("input", drawn.kernel.input_names, name)
+        if not isinstance(value, int | float) or math.isnan(value):
+            raise ValueOutOfBoundsError(f"input {name!r}", value, "a number that is not NaN")
+        found[name] = float(value)
+    return found
+
+
+def _checked_axes(drawn: Sampled, x: str | None, y: str | None, fixed: Mapping[str, float]) -> list[str]:
+    names = drawn.kernel.input_names
+    for name in (x, y):
+        if name is not None:
+            _known("input", names, name)
+        if name in fixed:
+            raise ArgumentError(f"{name!r} is an axis and has a value, too")
+    if x is not None and x == y:
+        raise ArgumentError(f"{x!r} is named for both axes")
+    axes = chosen_axes(names, x, y, fixed)
+    if axes[0] in fixed:
+        raise ArgumentError("all inputs have values: leave one or two of them out of 'at'")
+    return axes
+
+
+def _draw(ax: Any, drawn: Sampled, axes: Sequence[str], grids: Sequence[Any], values: Any, output: str) -> None:
+    """Draw a curve, a surface or a map, whichever the axes are for."""
+    labels = [drawn.axis_labels[name] for name in (*axes, output)]
+    if len(axes) == 1:
+        _draw_curve(ax, grids[0], values, labels)
+    elif ax.name == "3d":
+        _draw_surface(ax, grids, values, labels)
+    else:
+        _draw_map(ax, grids, values, labels)
+    if not np.isfinite(values).any():
+        write = ax.text2D if ax.name == "3d" else ax.text
+        write(0.5, 0.5, f"{labels[-1]} has no finite value here", transform=ax.transAxes, ha="center")
+
+
+def _draw_curve(ax: Any, x: Any, values: Any, labels: Sequence[str]) -> None:
+    ax.plot(x, values, color=COLORS[0])
+    ax.set(xlabel=labels[0], ylabel=labels[1], xlim=(x[0], x[-1]))
+
+
+def _draw_surface(ax: Any, grids: Sequence[Any], values: Any, labels: Sequence[str]) -> None:
+    x, y = np.meshgrid(*grids)
+    stride = max(1, len(grids[0]) // 60)
+    if np.isfinite(values).any():
+        edge = (0, 0, 0, 0.25)
+        ax.plot_surface(x, y, values, cmap="viridis", rstride=stride, cstride=stride, lw=0.2, edgecolor=edge)
+    ax.set_xlabel(labels[0], labelpad=10)
+    ax.set_ylabel(labels[1], labelpad=10)
+    ax.zaxis.set_rotate_label(False)
+    ax.set_zlabel(labels[2], labelpad=8, rotation=90)
+    ax.tick_params(labelsize="small", pad=1)
+    for axis in (ax.xaxis, ax.yaxis, ax.zaxis):
+        axis.set_major_locator(MaxNLocator(5))
+    ax.view_init(elev=28, azim=-125)
+    ax.set_box_aspect(None, zoom=0.8)
+
+
+def _draw_map(ax: Any, grids: Sequence[Any], values: Any, labels: Sequence[str]) -> None:
+    x, y = np.meshgrid(*grids)
+    ax.grid(False)
+    ax.set(xlabel=labels[0], ylabel=labels[1])
+    if np.isfinite(values).any():
+        filled = ax.contourf(x, y, values, levels=21, cmap="viridis")
+        ax.contour(x, y, values, levels=10, colors="k", linewidths=0.4, alpha=0.5, linestyles="solid")
+        ax.figure.colorbar(filled, ax=ax, label=labels[2])
+
+
+def sample(
+    system: FuzzySystem, axes: Sequence[str], fixed: Mapping[str, float], output: str, resolution: int
+) -> tuple[list[Any], Any]:
+    """Evaluate an output over a grid.
+
+    Args:
+        system: The system.
+        axes: Names of one or two inputs; the first varies along the last axis of the result (columns of a picture).
+        fixed: Values of other inputs; those not named stand at mid-range.
+        output: Name of the output.
+        resolution: Points along each axis.
+
+    Returns:
+        The grid of each axis, shape (resolution,), and the values, shape (resolution,) or (resolution, resolution)
+        with the second input along the first axis.
+    """
+    return _sample(Sampled.of(system), axes, fixed, output, resolution)
+
+
+def _sample(
+    drawn: Sampled, axes: Sequence[str], fixed: Mapping[str, float], output: str, resolution: int
+) -> tuple[list[Any], Any]:
+    kernel = drawn.kernel
+    grids = [np.linspace(*drawn.range(name), resolution) for name in axes]
+    mesh = dict(zip(axes, np.meshgrid(*grids), strict=True))
+    shape = next(iter(mesh.values())).shape
+    columns = []
+    for name in kernel.input_names:
+        column = mesh.get(name)
+        columns.append(column if column is not None else np.full(shape, fixed.get(name, drawn.middle(name))))
+    # Each point has the initial state: a grid is no sequence, and nothing is held from one point to the next.
+    state = np.broadcast_to(kernel.initial_state(), (*shape, kernel.n_states)) if kernel.n_states else None
+    values = kernel.batch(np.stack(columns, axis=-1), state)
+    if len(kernel.output_names) > 1:
+        values = values[..., kernel.output_names.index(output)]
+    # An infinite value has no place in a picture.
+    return grids, np.where(np.isfinite(values), values, np.nan)
+
+
+def draw_surface(
+    figure: Any,
+    system: FuzzySystem | Kernel,
+    axes: Sequence[str],
+    fixed: Mapping[str, float],
+    output: str,
+    resolution: int,
+) -> None:
+    """Draw an output: a curve over one input; over two inputs a surface and the same as a map.
+
+    Args:
+        figure: An empty matplotlib figure.
+        system: The system, or a kernel.
+        axes: Names of one or two inputs.
+        fixed: Values of other inputs.
+        output: Name of the output.
+        resolution: Points along each axis.
+    """
+    drawn = Sampled.of(system)
+    grids, values = _sample(drawn, axes, fixed, output, resolution)
+    title = _title(drawn, axes, fixed, LINE)
+    if len(axes) == 1:
+        figure.set_size_inches(6.4, 4)
+        ax = figure.subplots()
+        _draw(ax, drawn, axes, grids, values, output)
+        ax.set_title(title)
+        return
+    figure.set_size_inches(11, 4.8)
+    figure.suptitle(title)
+    for ax in (figure.add_subplot(1, 2, 1, projection="3d"), figure.add_subplot(1, 2, 2)):
+        _draw(ax, drawn, axes, grids, values, output)
+
+
+def _title(drawn: Sampled, axes: Sequence[str], fixed: Mapping[str, float], line: int) -> str:
+    held = []
+    for name in drawn.kernel.input_names:
+        if name not in axes:
+            held.append(f"{drawn.labels[name]} = {fixed.get(name, drawn.middle(name)):.4g}")
+    title = f"{drawn.title}  ({', '.join(held)})".strip() if held else drawn.title
+    return title if len(title) <= line else textwrap.fill(title, line)

@@ -1,0 +1,212 @@
+"""What objects look like: one line, the text of commands, and HTML that no name breaks."""
+
+import dataclasses
+import re
+from html.parser import HTMLParser
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+import fuzzyctl
+from fuzzyctl.cli.main import main
+from fuzzyctl.display.display import _MODULES
+from fuzzyctl.display.markup import ROWS, Markup, page, plain, table
+from fuzzyctl.support.shipped import rules_folder
+
+TIPPER = rules_folder() / "tipper.fz"
+PENDULUM = rules_folder() / "loops" / "pendulum.fz"
+HOSTILE = "</script>\"><img src=x onerror='alert(1)'>\x1b[31m\u202e&"
+SILENT = """system silent
+input x in [0, 1]
+  low = triangle(0, 0, 0.2)
+output u in [0, 1] else {otherwise}
+  terms a=0 b=1
+defuzzifier weighted_average
+if x is low then u is b
+"""
+
+
+class Tags(HTMLParser):
+    """Keeps tags with their attributes."""
+
+    def __init__(self, html):
+        super().__init__()
+        self.found = []
+        self.feed(html)
+
+    def handle_starttag(self, tag, attrs):
+        self.found.append((tag, dict(attrs)))
+
+
+@pytest.fixture(scope="module")
+def tipper():
+    return fuzzyctl.load(TIPPER)
+
+
+@pytest.fixture(scope="module")
+def loop():
+    return fuzzyctl.load_loop(PENDULUM)
+
+
+@pytest.fixture(scope="module")
+def run(loop):
+    return fuzzyctl.simulate(loop, backend="python", GE=3)
+
+
+@pytest.fixture(scope="module")
+def shown(tipper, loop, run):
+    """By type something that a notebook shows."""
+    fragile = fuzzyctl.load(rules_folder() / "ais_reaction.fz").with_params(k_s=0.6)
+    verdicts = fuzzyctl.prove(fragile)
+    things = [
+        tipper,
+        fuzzyctl.compile(tipper, "numpy"),
+        fuzzyctl.compile(fragile, "python", free=["k_s"]),
+        fuzzyctl.compile(loop.controllers[0], "python"),
+        *(loop, loop.controllers[0], loop.plants[0], run),
+        fuzzyctl.why(tipper, service=7, food=8),
+        *(verdicts, verdicts[0], verdicts[1]),
+        fuzzyctl.Undecided("f <= 1", "it takes more time", ({"x": (0.0, 1.0)},), 7),
+    ]
+    return {type(thing).__name__: thing for thing in things}
+
+
+def test_every_type_is_here(shown):
+    assert set(shown) == set(_MODULES)
+
+
+@pytest.mark.parametrize("name", sorted(_MODULES))
+class TestEachType:
+    def test_it_is_one_line(self, shown, name):
+        text = repr(next(iter(shown[name])) if name == "Verdicts" else shown[name])
+        assert text.startswith(("Refuted" if name == "Verdicts" else name) + "(")
+        assert "\n" not in text
+        assert len(text) < 200
+
+    def test_its_html_has_no_script_and_follows_the_colour_scheme(self, shown, name):
+        html = shown[name]._repr_html_()
+        tags = Tags(html).found
+        assert {t for t, _ in tags} <= {
+            "style",
+            "div",
+            "p",
+            "br",
+            "img",
+            "table",
+            "caption",
+            *"thead tbody tr th td".split(),
+        }
+        assert not [a for _, attrs in tags for a in attrs if a.startswith("on")]
+        assert all(attrs["src"].startswith("data:image/") and attrs["alt"] for t, attrs in tags if t == "img")
+        assert "@media (prefers-color-scheme: dark)" in html
+        assert "http" not in html.replace("base64,", "")[:3000]
+
+
+def test_one_line_says_what_goes_in_and_out(shown):
+    assert repr(shown["FuzzySystem"]) == "FuzzySystem(tipper: service, food -> tip; 3 rules)"
+    assert repr(shown["Plant"]) == "Plant(cart: F -> position, speed, angle, rate; 4 states)"
+    assert repr(shown["Run"]).endswith("5001 samples, 17 signals; 1 of 1 requirements hold)")
+    assert repr(shown["Refuted"]).endswith("at sigma = 0, dsigma = 0: k_h_min - k_s * f = -0.008, G_min = 0.001)")
+
+
+@pytest.mark.parametrize("name", ["FuzzySystem", "Loop"])
+def test_print_prints_what_show_prints(shown, name, capsys):
+    file = TIPPER if name == "FuzzySystem" else PENDULUM
+    printed = CliRunner().invoke(main, ["show", str(file)]).output
+    print(shown[name])
+    assert capsys.readouterr().out in printed
+
+
+def test_print_of_a_trace_prints_what_why_prints(shown):
+    assert CliRunner().invoke(main, ["why", str(TIPPER), "service=7", "food=8"]).output == f"{shown['Trace']}\n"
+
+
+def hostile(system):
+    named = dataclasses.replace(system.inputs[0], label=HOSTILE, unit="$m$ \\frac{")
+    return dataclasses.replace(
+        system, name=HOSTILE, title=HOSTILE, citation=HOSTILE, inputs=(named, *system.inputs[1:])
+    )
+
+
+def test_no_name_becomes_markup_or_acts(tipper):
+    system = hostile(tipper)
+    found = [system, fuzzyctl.compile(system, "numpy"), fuzzyctl.why(system, service=7, food=8)]
+    for html in (thing._repr_html_() for thing in found):
+        tags = Tags(html).found
+        assert "script" not in [t for t, _ in tags]
+        assert all("onerror" not in attrs and attrs.get("src", "data:").startswith("data:") for _, attrs in tags)
+        assert not re.search("[\x00-\x09\x0b-\x1f\u202a-\u202e]", html)
+    assert "&lt;/script&gt;" in found[0]._repr_html_()
+    assert "\x1b" not in repr(system) + str(system)
+
+
+@pytest.mark.parametrize("otherwise", ["nan", "error", "0"])
+def test_a_kernel_without_values_says_so(otherwise):
+    system = fuzzyctl.loads(SILENT.format(otherwise=otherwise))
+    html = fuzzyctl.compile(system, "numpy")._repr_html_()
+    assert ("no surface: no rule fires for output" in html) == (otherwise == "error")
+    assert ("<img" in html) == (otherwise != "error")
+
+
+def test_a_trace_without_a_rule_has_no_picture():
+    system = fuzzyctl.loads(SILENT.format(otherwise="nan"))
+    found = fuzzyctl.why(system, x=0.9)
+    assert "u = nan" in repr(found)
+    assert "<img" not in found._repr_html_()
+
+
+def test_a_run_that_stops_says_why(loop):
+    run = fuzzyctl.simulate(loop, backend="python", GE=0.01)
+    if run.stopped is not None:
+        assert plain(run.stopped.message) in run._repr_html_()
+    assert "does not hold" in run._repr_html_()
+
+
+def test_long_tables_are_cut_and_counted():
+    html = table("many", (), [(k,) for k in range(ROWS + 5)])
+    assert html.count("<tr>") == ROWS
+    assert "and 5 more" in html
+
+
+def test_markup_stays_and_text_is_escaped():
+    assert plain(Markup("<b>")) == "<b>"
+    assert plain("<b>") == "&lt;b&gt;"
+    assert "<p" not in page("", Markup(""))
+
+
+def test_nine_inputs_are_shown():
+    inputs = "".join(f"input x{k} in [0, 1]\n  terms low high\n" for k in range(9))
+    rules = "if x0 is low then u is a\nif x0 is high then u is b\n"
+    system = fuzzyctl.loads(
+        f"system nine\n{inputs}output u in [0, 1]\n  terms a=0 b=1\ndefuzzifier weighted_average\n{rules}"
+    )
+    assert "x8 = 0.5" in "".join(system.plot(resolution=3).get_title().split("\n"))
+    assert "<img" in fuzzyctl.compile(system, "numpy")._repr_html_()
+
+
+def test_completion_shows_nothing_inherited(tipper):
+    assert "model_copy" not in dir(tipper)
+    assert {"plot", "rules", "with_params"} <= set(dir(tipper))
+    assert {"annotations", "import_module", "Any"} & set(dir(fuzzyctl)) == set()
+
+
+class TestWhy:
+    def test_values_come_in_a_mapping_or_by_name(self, tipper):
+        assert fuzzyctl.why(tipper, {"service": 7}, food=8) == fuzzyctl.why(tipper, service=7, food=8)
+
+    @pytest.mark.parametrize(
+        ("values", "named", "part"),
+        [
+            ({}, {"service": 1}, "a value is missing for: food"),
+            ({"service": 1}, {"service": 1}, "'service' is given twice"),
+            ({}, {"servcie": 1}, "did you mean 'service'"),
+            (3, {}, "'values' must be numbers by name"),
+        ],
+    )
+    def test_mistakes_are_named(self, tipper, values, named, part):
+        with pytest.raises(fuzzyctl.FuzzyctlError, match=re.escape(part)):
+            fuzzyctl.why(tipper, values, **named)
+
+    def test_nan_is_no_rule(self, tipper):
+        assert fuzzyctl.why(tipper, service=np.nan, food=8)._repr_html_()
