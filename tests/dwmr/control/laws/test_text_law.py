@@ -134,12 +134,13 @@ class TestRun:
         assert "v_c is not finite" in stop.reason
 
 
+V_C = 'output v_c unit "m/s" = drift_x + k * x_e + slow\n'
 #: What is wrong: the text replaced, what takes its place, and what the answer holds.
 MISTAKES = {
     "no such input": ("y_e", "y_err", ["input 'y_err' is nothing that the formation offers", "y_e [m]"]),
     "a unit of an input": ('x_e unit "m"', 'x_e unit "mm"', ["input 'x_e' has the unit mm, and the formation gives m"]),
     "a missing command": ("output v_c", "output v", ["controller 'mine' has no output 'v_c'", "omega_c [rad/s]"]),
-    "a unit of a command": ('v_c unit "m/s"', 'v_c unit "m"', ["output 'v_c' has the unit m, ", "takes m/s"]),
+    "a unit of a command": (V_C, 'output v_c unit "m" = x_e\n', ["output 'v_c' has the unit m, ", "takes m/s"]),
     "another period": ("require", "every 10 ms\nrequire", ["the law runs every 0.01 s", "run.dt is 0.005 s"]),
     "a broken line": ("param k in (0, 5] = 0.5", "param k in (0, 5] =", ["mine.fz:7:"]),
     "a claim": ("<= 1\n", "<= 0.5\n", ["the guarantee 'abs(slow) <= 0.5' does not hold"]),
