@@ -13,7 +13,6 @@ from fuzzyctl.loading.assembly import Part
 from fuzzyctl.loading.block_equations import loop_parts, parts_of
 from fuzzyctl.loading.block_files import check_csv, with_interface
 from fuzzyctl.loading.block_numbers import numbers
-from fuzzyctl.loading.fmu_interface import with_fmu
 from fuzzyctl.model.checks.block_units import unlike_units
 from fuzzyctl.model.controller import Controller
 from fuzzyctl.model.loop import Loop
@@ -129,6 +128,8 @@ class Blocks:
             block, more = with_interface(block, head, self._folder)
             found = [*found, *more]
         if isinstance(block, Plant) and block.fmu:
+            from fuzzyctl.loading.fmu_interface import with_fmu  # with it comes a parser of XML
+
             block, more = with_fmu(block, head, self._folder)
             found = [*found, *more]
         failed = incomplete or _has_errors(found)

@@ -8,9 +8,6 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from dwmr.control.rule_files import Used, read_whole
 from fuzzyctl.analysis.check import check_examined
-from fuzzyctl.analysis.induction.prover import verdicts
-from fuzzyctl.analysis.prove import TIMEOUT
-from fuzzyctl.analysis.verdicts import Proved
 from fuzzyctl.diagnostics.diagnostic import ArgumentError, Diagnostic, DiagnosticError, ValueOutOfBoundsError
 from fuzzyctl.diagnostics.suggestions import did_you_mean
 from fuzzyctl.expr import Call, Keyword, Name, names_in, span_of, walk
@@ -42,6 +39,12 @@ OFFERED = {
 }
 #: The outputs that a law must have; all others are recorded.
 COMMANDS = {"v_c": "m/s", "omega_c": "rad/s"}
+#: Names of other columns of the data, which no output of a law may have: of every robot, of the row.
+COLUMNS = (
+    *("x", "y", "theta", "v", "omega", "x_r", "y_r", "theta_r", "v_r", "theta_r_star", "x_e", "y_e"),
+    *("torque_right", "torque_left", "d_v", "d_omega", "obstacle", "avoidance_radius"),
+    *("t", "controller", "robot"),
+)
 
 #: Values of gains that are remembered: robots have mostly the same.
 _MOST_VALUES = 100
@@ -104,6 +107,10 @@ class Assembled:
 
         It is proved for all values of the varying ones at once, and where that fails, for these.
         """
+        from fuzzyctl.analysis.induction.prover import verdicts  # not needed by the workers of a sweep
+        from fuzzyctl.analysis.prove import TIMEOUT
+        from fuzzyctl.analysis.verdicts import Proved
+
         fixed, whole = self._fixed(values), (*self._fixed(values), *values.values())
         if fixed not in self._verdicts:
             self._verdicts[fixed] = verdicts(with_values(self.controller, values), TIMEOUT, free=self.varying)
@@ -167,6 +174,11 @@ def _misfits(controller: Controller) -> Iterator[Diagnostic]:
         elif signal.unit not in ("", unit := OFFERED[signal.name]):
             message = f"input '{signal.name}' has the unit {signal.unit}, and the formation gives {unit}"
             yield Diagnostic("FZ905", message, signal.span, help=f'write: unit "{unit}"')
+    for result in controller.results:
+        if result.name in COLUMNS:
+            message = f"output '{result.name}' has the name of another column of the data"
+            facts = (f"names of these are {', '.join(COLUMNS)}",)
+            yield Diagnostic("FZ905", message, result.span, facts=facts, help=f"rename it, as to {result.name}_law")
     outputs = {r.name: r for r in controller.results}
     for name, unit in COMMANDS.items():
         if name not in outputs:

@@ -36,8 +36,8 @@ class Robots(Runnable[ScenarioFile]):
     known: Known = field(default_factory=Known, compare=False, repr=False)
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Leave out what this process knows."""
-        return type(self), (self.rules_folder,)
+        """Leave out what this process knows, but for that it has proved the rule files: workers need not again."""
+        return type(self), (self.rules_folder, Known(proved=True))
 
     def find(self, name: str) -> Path:
         """Return the file of a scenario given as a shipped name or a path."""

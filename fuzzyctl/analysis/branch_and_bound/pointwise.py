@@ -52,11 +52,15 @@ def decide(system: Enclosed, claim: Claim, judge: Judge, timeout: float, progres
     cells = system.cells([claim.truth, claim.region])
     if cells is None:
         return Undecided(claim.text, "its terms cut the inputs into too many cells")
+    with np.errstate(all="ignore"):
+        search = _Pointwise(system, claim, judge, Search(system, *cells, deadline, progress))
+        if search.holds_in(*cells):
+            return Proved(claim.text)
     witness = first_witness(claim, judge, *cells, deadline)
     if witness is not None:
         return Refuted(claim.text, witness)
     with np.errstate(all="ignore"):
-        return _Pointwise(system, claim, judge, Search(system, *cells, deadline, progress)).verdict()
+        return search.verdict()
 
 
 def first_witness(claim: Claim, judge: Judge, lo: Array, hi: Array, deadline: float) -> Witness | None:
@@ -94,6 +98,26 @@ class _Pointwise:
         self.conditions = list(dict.fromkeys(bounds_in(claim.region)))
         self.only_exact = not any(b.tolerance or system.is_limit(b) for b in self.compared)
         self.is_rounded = False
+
+    def holds_in(self, lo: Array, hi: Array) -> bool:
+        """Return whether enclosures of the sides settle all boxes as they are, so that no point need be tried.
+
+        Args:
+            lo, hi: Ends of the boxes, shape (inputs, boxes).
+        """
+        exprs = [b.left - b.right for b in (*self.conditions, *self.compared)]
+        for k in range(0, lo.shape[1], self.system.batch):
+            if clock.now() > self.search.deadline:
+                return False
+            found, void = self.system.enclose(
+                exprs, lo[:, k : k + self.system.batch], hi[:, k : k + self.system.batch], sloped=False
+            )
+            number = len(self.conditions)
+            upper = {b: e.hi for b, e in zip(self.conditions, found, strict=False)}
+            lower = {b: e.lo + float(b.tolerance) for b, e in zip(self.compared, found[number:], strict=True)}
+            if not np.all(surely_false(self.claim.region, upper) | void | surely_true(self.claim.truth, lower)):
+                return False
+        return True
 
     def verdict(self) -> Verdict:
         wider = "; a wider tolerance takes less time" if self._is_loosened else ""

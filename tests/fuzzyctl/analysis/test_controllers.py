@@ -318,6 +318,13 @@ class TestBounds:
         assert outputs.max() <= bound.hi
 
 
+def test_no_point_is_tried_where_enclosures_settle_a_claim(monkeypatch):
+    monkeypatch.setattr(ControllerProver, "_by_run", None)
+    monkeypatch.setattr("fuzzyctl.analysis.induction.prover.Judge.broken", None)
+    gain = "state k in [0.1, inf) = 0.1\nnext k = max(0.1, k + x)\noutput g = k\nrequire g > 0\n"
+    assert all(isinstance(v, Proved) for v in verdicts(HEAD + OUT + gain))
+
+
 def test_progress_is_reported():
     seen = []
     text = HEAD + OUT + "require x * x - x + 0.25 >= 0 within 1e-6\n"

@@ -1,8 +1,11 @@
 """A law of one's own as text: run, recorded and swept, and what is answered to its mistakes."""
 
+import pickle
+
 import numpy as np
 import pytest
 
+import fuzzyctl
 from dwmr.control import law_text
 from dwmr.control.fuzzy_gains import Rules
 from dwmr.core.jit import COMPILED
@@ -58,6 +61,37 @@ def run(scenario, *overrides):
     return simulate.run(simulate.prepare(file, "mine", rules_of(file)))
 
 
+class TestColumns:
+    def test_are_those_of_the_data(self):
+        from dwmr.simulation.loop import SIGNALS
+
+        recorded = {s.name for s in SIGNALS} - {*law_text.COMMANDS}
+        assert set(law_text.COLUMNS) == recorded | {"t", "controller", "robot"}
+
+    @pytest.mark.parametrize("name", ["v", "t"])
+    def test_keep_their_names(self, beside, name):
+        with pytest.raises(DiagnosticError) as caught:
+            checked(beside(LAW.replace("slow", name)))
+        (found,) = caught.value.diagnostics
+        assert found.code == "FZ905"
+        assert found.message == f"output '{name}' has the name of another column of the data"
+        assert found.help == f"rename it, as to {name}_law"
+
+
+class TestWorkers:
+    def test_do_not_prove_again(self, beside, monkeypatch):
+        from fuzzyctl.analysis.induction import prover
+
+        sweep = Robots()
+        scenario = sweep.read(beside(), ())
+        sweep.check(scenario, ["mine", "aifqsmc"])
+        copied = pickle.loads(pickle.dumps(sweep))
+        for module, name in ((prover, "verdicts"), (fuzzyctl, "prove"), (fuzzyctl, "output_bounds")):
+            monkeypatch.setattr(module, name, None)
+        for law in ("mine", "aifqsmc"):
+            assert copied.prepare(scenario, law, ()).used == sweep.check(scenario, [law])
+
+
 class TestRun:
     def test_records_its_other_outputs_with_unit_and_label(self, beside):
         found = run(beside())
@@ -100,12 +134,13 @@ class TestRun:
         assert "v_c is not finite" in stop.reason
 
 
+V_C = 'output v_c unit "m/s" = drift_x + k * x_e + slow\n'
 #: What is wrong: the text replaced, what takes its place, and what the answer holds.
 MISTAKES = {
     "no such input": ("y_e", "y_err", ["input 'y_err' is nothing that the formation offers", "y_e [m]"]),
     "a unit of an input": ('x_e unit "m"', 'x_e unit "mm"', ["input 'x_e' has the unit mm, and the formation gives m"]),
     "a missing command": ("output v_c", "output v", ["controller 'mine' has no output 'v_c'", "omega_c [rad/s]"]),
-    "a unit of a command": ('v_c unit "m/s"', 'v_c unit "m"', ["output 'v_c' has the unit m, ", "takes m/s"]),
+    "a unit of a command": (V_C, 'output v_c unit "m" = x_e\n', ["output 'v_c' has the unit m, ", "takes m/s"]),
     "another period": ("require", "every 10 ms\nrequire", ["the law runs every 0.01 s", "run.dt is 0.005 s"]),
     "a broken line": ("param k in (0, 5] = 0.5", "param k in (0, 5] =", ["mine.fz:7:"]),
     "a claim": ("<= 1\n", "<= 0.5\n", ["the guarantee 'abs(slow) <= 0.5' does not hold"]),
