@@ -26,7 +26,6 @@ MISTAKES = {
         "linear",
     ),
     "let z = 2 * e\nlet w in [-z, 1] = e\n": ("FZ202", "no param 'z'", "z"),
-    "let z = e\nrequire u <= z\n": ("FZ202", "no name 'z'", "z"),
     "let z e\n": ("FZ101", "expected a name, then '='", "let"),
     "output v in [0, 1] else 0 = e\n": ("FZ214", "output 'v' is a formula, and 'else' needs rules", "else 0"),
     "output v in [0, 1] = q\n": ("FZ202", "no param, input or output 'q'", "q"),
