@@ -67,7 +67,7 @@ What to do with it:
   fuzzyctl sweep spec.toml                run loops many times
   fuzzyctl fmt tip.fz                     lay it out
   fuzzyctl watch tip.fz -o tip.png        check and draw again at every save
-  fuzzyctl codegen tip.fz --target c      write it as C99, or st, python, javascript
+  fuzzyctl codegen tip.fz --target c      write it as C99, or st, python ...
   fuzzyctl convert tip.fis tip.fz         from and to .fis, .fll, .fcl, .fml
   fuzzyctl diff old.fz new.fz             what was changed: terms, rules
   fuzzyctl compare old.fz new.fz          where their numbers differ, and why

@@ -252,7 +252,6 @@ _STATEMENTS: Final[dict[str, tuple[re.Pattern[str], Callable[[SourceText, int, S
     "table": (_TABLE, _table),
     "if": (_RULE, _rule),
     "use": (_USE, _use),
-    **dict.fromkeys(("controller", "plant", "loop"), (_HEAD, _head)),
 }
 
 #: The same of the lines of controllers, plants and loops.
@@ -260,7 +259,8 @@ _BLOCK_STATEMENTS: Final = {
     "every": (_EVERY, _every),
     **dict.fromkeys(("let", "next", "der", "block"), (_EQUATION, _equation)),
     **dict.fromkeys(("input", "output", "state"), (_SIGNAL, _signal)),
-    **{word: _STATEMENTS[word] for word in ("system", *sx.HEADS, "source", "use", "param", "require")},
+    **{word: _STATEMENTS[word] for word in ("system", "source", "use", "param", "require")},
+    **dict.fromkeys(sx.HEADS, (_HEAD, _head)),
 }
 
 

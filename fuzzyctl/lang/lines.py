@@ -33,6 +33,8 @@ _PIECE = re.compile(r'"[^"\n]*"|"[^"\n]*|#[^\n]*|[()\[\]|\n]|[^"#()\[\]|\n]+')
 _CODE = r'[^"#()\[\]|\n]'
 _INNER = rf"\({_CODE}*\)"
 _SIMPLE = re.compile(rf'((?:{_CODE}+|"[^"\n]*"|\((?:{_CODE}++|{_INNER})*+\)|\[{_CODE}*\]|(\|))*+)(#[^\n]*)?(\n|\Z)')
+#: A param with a range, which may be half open.
+_RANGED_PARAM: Final = re.compile(r"param[ \t]+\w+[ \t]+in\b")
 _WORD = re.compile(rf"\s*({NAME})")
 _TERM = re.compile(rf"\s*{NAME}\s*=")
 _NAMES = re.compile(rf"\s*{NAME}(?:\s+{NAME})*\s*")
@@ -153,7 +155,7 @@ def _take(source: SourceText, current: _Open, piece: str, at: int, *, in_block: 
                 help="give a part of the expression a name with 'param'",
             )
     elif piece in ")]":
-        is_param = source.text.startswith(("param ", "param\t"), current.start)
+        is_param = _RANGED_PARAM.match(source.text, current.start) is not None
         _shut(source, current, piece, at, half_open=bool(in_block) or is_param)
     elif piece == "|":
         current.bar = True

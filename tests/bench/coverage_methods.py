@@ -28,7 +28,8 @@ from fuzzyctl.analysis.degrees import CERTAIN
 from fuzzyctl.diagnostics.diagnostic import DiagnosticError
 from fuzzyctl.kernels.plan.build import plan
 from tests.frozen.systems import SYSTEMS
-from tests.frozen.test_verdicts import DRAWN, RULES, drawn
+from tests.frozen.test_verdicts import DRAWN, drawn
+from tests.shipped import SYSTEMS as SHIPPED
 
 #: Boxes after which branch and bound gives up.
 MOST = 10_000
@@ -84,7 +85,7 @@ def compared(system: FuzzySystem) -> tuple[list[tuple[str, str]], float, float]:
 
 def systems() -> Iterator[FuzzySystem]:
     """Yield the kept, shipped and drawn systems that can be read."""
-    yield from map(load, RULES)
+    yield from map(load, SHIPPED)
     for text in (*SYSTEMS.values(), *map(drawn, DRAWN)):
         try:
             yield loads(text)

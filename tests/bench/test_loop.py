@@ -29,6 +29,15 @@ FLAGS = ["-O3", "-march=native", "-fno-math-errno", "-fno-trapping-math", "-shar
 #: The bar: time of the compiled loop over that of the C loop.
 MOST = 1.5
 ROUNDS = 7
+#: Params of rules/aifqsmc.fz as they are declared, and those that the C loop takes.
+PARAMS = (
+    *("lambda_1", "lambda_2", "lambda_3", "p_v", "p_omega", "gamma_v", "gamma_omega", "epsilon_v", "epsilon_omega"),
+    *("k_h_min", "k_h_min_v", "k_h_min_omega", "k_s", "k_s_v", "k_s_omega", "immunity", "layer", "adaptation"),
+)
+GAINS = (
+    *("lambda_1", "lambda_2", "lambda_3", "p_v", "k_s_v", "k_h_min_v", "gamma_v", "epsilon_v"),
+    *("p_omega", "k_s_omega", "k_h_min_omega", "gamma_omega", "epsilon_omega"),
+)
 
 pytestmark = [
     pytest.mark.skipif(not COMPILED, reason="needs numba: in plain Python there is nothing to compare"),
@@ -69,6 +78,11 @@ def c_loop(library: ctypes.CDLL, simulation: simulate.Simulation) -> tuple[np.nd
     load, avoidance = np.array(world.load), np.array(world.avoidance)
     record, law_record = np.zeros((samples, n, 20)), np.zeros((samples, n, 14))
 
+    # The params of the law's text, in the order of the C loop, which has the law by hand.
+    tail = dict(zip(PARAMS, np.array(memory.law)[:, -len(PARAMS) :].T, strict=True))
+    gains = np.ascontiguousarray(np.column_stack([tail[name] for name in GAINS]))
+    law = np.column_stack([np.zeros((n, 2)), tail["k_h_min_v"], tail["k_h_min_omega"], np.zeros(n)])
+
     def address(array: np.ndarray) -> ctypes.c_void_p:
         assert array.flags.c_contiguous
         return ctypes.c_void_p(array.ctypes.data)
@@ -77,8 +91,8 @@ def c_loop(library: ctypes.CDLL, simulation: simulate.Simulation) -> tuple[np.nd
     failed = library.run(
         samples, ctypes.c_double(world.dt), world.substeps, address(world.shape), n, address(world.robots),
         world.acting.shape[1], address(world.acting), address(load), len(world.obstacles), address(world.obstacles),
-        address(avoidance), address(world.gains), address(memory.plant), address(memory.theta_star),
-        address(memory.filters), address(memory.sides), address(memory.law), address(memory.next_law),
+        address(avoidance), address(gains), address(memory.plant), address(memory.theta_star),
+        address(memory.filters), address(memory.sides), address(law), address(np.zeros_like(law)),
         address(memory.torques), address(record), address(law_record),
     )  # fmt: skip
     took = perf_counter() - began

@@ -208,7 +208,7 @@ def _wider(scales: Sequence[float], found: Sequence[Found], unit: StepUnit) -> l
 class _Double:
     """Copies of a step in double precision: the first as it is, the others with arguments and state off by one unit.
 
-    A state that is the same number in all copies, such as a start or a limit, depends on no rounding and stays.
+    A state that is at its start in all copies depends on no rounding and stays.
     """
 
     def __init__(self, unit: StepUnit, rng: random.Random) -> None:
@@ -228,7 +228,7 @@ class _Double:
         if copy:
             off = [x * (1.0 + (_OFF[copy] or self._rng.choice((-1, 1))) * 2.0**-52) for x in given]
             for k in range(len(state)):
-                if len({own[k][0] for own in self._states}) == 1:
+                if {own[k][0] for own in self._states} == {self._unit.slots[k].start}:
                     off[len(point) + k] = given[len(point) + k]
             given = off
         results = [math.nan] * len(self._unit.program.results)

@@ -92,7 +92,7 @@ def test_loops_of_the_same_name_in_files_of_the_same_name_are_reported(spec, tmp
     (tmp_path / "copy").mkdir()
     (tmp_path / "copy" / "water_tank.fz").write_bytes((tmp_path / "water_tank.fz").read_bytes())
     found = run(path, "-o", tmp_path / "out", "--jobs", 1)
-    assert found.exit_code == 1
+    assert found.exit_code == 2
     assert "loop 'fill' is there 2 times" in found.output
     assert repair in found.output
     assert not (tmp_path / "out").exists()

@@ -50,10 +50,9 @@ class TestSequence:
         text = "controller c\ninput x\nstate s = 1\nnext s = 1e30 * s\noutput y = s\nevery 1 s\n"
         assert [v.outputs[0] for v in sequence(unit_of(text)).vectors] == pytest.approx([1, 1e30, 1e60, 1e90])
 
-    def test_a_step_that_depends_on_rounding_from_the_start_is_refused(self):
+    def test_a_state_at_its_start_is_the_same_number_on_every_target(self):
         text = "controller c\nstate s = 0.1\nnext s = s\noutput y = where(3 * s > 0.3, 1, 0)\nevery 1 s\n"
-        with pytest.raises(CodegenError, match="rounding does not decide"):
-            sequence(unit_of(text))
+        assert {v.outputs for v in sequence(unit_of(text)).vectors} == {(1.0,)}
 
     def test_a_step_that_is_infinite_from_the_start_is_refused(self):
         text = "controller c\nstate s = inf\nnext s = 1\noutput y = s\nevery 1 s\n"
