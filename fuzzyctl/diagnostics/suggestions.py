@@ -86,19 +86,21 @@ def _bare(name: str) -> str:
     return name.casefold().replace("_", "")
 
 
-def is_slip(name: str, meant: str, known: Iterable[str]) -> bool:
+def is_slip(name: str, meant: str, known: Collection[str]) -> bool:
     """Whether a name is a slip of one known name and of no other.
 
     It differs in capitals, underscores or look-alike letters alone; or, from three letters on, by one letter more,
-    less, changed or swapped with its neighbour.
+    less, changed or swapped with its neighbour. Among very many names none is compared.
     """
+    if len(known) > _MOST_COMPARED:
+        return False
     plain = unicodedata.normalize("NFKC", name).translate(_ALIKE)
     names = set(known) | {meant}
     for form in (str, _bare):
         same = [n for n in names if form(n) == form(plain)]
         if same:
             return same == [meant]
-    if len(meant) < 3 or len(names) > _MOST_COMPARED:
+    if len(meant) < 3:
         return False
     return [n for n in names if _is_one_letter_away(plain, n)] == [meant]
 
