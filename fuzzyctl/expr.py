@@ -277,7 +277,9 @@ def replace(expr: Expr, change: Callable[[Expr], Expr]) -> Expr:
 
 
 def rebuilt(expr: Expr, parts: Sequence[Expr]) -> Expr:
-    """Return an expression with other children and its own span."""
+    """Return an expression with other children and its own span; itself where they are the same."""
+    if all(part is own for part, own in zip(parts, children(expr), strict=True)):
+        return expr
     match expr:
         case Call(function=function, span=span):
             return Call(function, tuple(parts), span)

@@ -6,6 +6,7 @@ plain as this is left to the grammar, and with it every mistake.
 
 from __future__ import annotations
 
+import math
 import re
 import unicodedata
 from collections.abc import Callable, Iterator
@@ -41,6 +42,10 @@ _VARIABLE: Final = re.compile(
     rf"\[({_PARAMETER}),({_PARAMETER})\](?:[ \t]*(unit)[ \t]*({_STRING}))?"
     rf"(?:[ \t]*(else)[ \t]+(?:(-?{_NUMBER})|({_NAME})))?{_STOP}"
 )
+_LET: Final = re.compile(
+    rf"[ \t]*(let)[ \t]+({_NAME})(?:[ \t]*{_STRING})?(?:[ \t]*\bin[ \t]*\[({_PARAMETER}),({_PARAMETER})\])?"
+    rf"(?:[ \t]*\b(unit)[ \t]*({_STRING}))?[ \t]*="
+)
 _HEAD: Final = re.compile(rf"[ \t]*(controller|plant|loop)[ \t]+({_NAME})(?:[ \t]*{_STRING})?{_STOP}")
 _USE: Final = re.compile(rf"[ \t]*use[ \t]*({_STRING}){_STOP}")
 _EVERY: Final = re.compile(r"[ \t]*every\b")
@@ -49,6 +54,7 @@ _SIGNAL: Final = re.compile(
     rf"[ \t]*(input|output|state)[ \t]+({_NAME})(?:[ \t]*{_STRING})?(?:[ \t]*\b{_BOUNDS})?(?:[ \t]*\b{_UNIT})?"
     rf"(?:[ \t]*(=)|{_STOP})"
 )
+_MEASURE: Final = re.compile(rf"[ \t]*(measure)[ \t]+({_NAME})(?:[ \t]*{_STRING})?(?:[ \t]*\b{_UNIT})?[ \t]*=")
 _TERMS: Final = re.compile(rf"[ \t]*terms((?:[ \t]+{_NAME})+){_STOP}")
 _TABLE: Final = re.compile(rf"[ \t]*table[ \t]+({_NAME})[ \t]*=[ \t]*({_NAME})(?:[ \t]+x[ \t]+({_NAME}))?{_STOP}")
 #: A name of a plain rule.
@@ -151,6 +157,12 @@ def _signal(source: SourceText, base: int, whole: Span, found: re.Match[str]) ->
     return sx.Signal(whole, keyword, name, _text(found[3]), _bounds(source, base, found, 4), _text(found[8]), value)
 
 
+def _measure(source: SourceText, base: int, whole: Span, found: re.Match[str]) -> sx.Signal:
+    keyword, name = _word(source, base, found, 1), _word(source, base, found, 2)
+    value = _claim(source, base + found.end(), whole.end)
+    return sx.Signal(whole, keyword, name, _text(found[3]), None, _text(found[4]), value)
+
+
 def _claim(source: SourceText, start: int, end: int) -> ex.Expr:
     """Return the expression or condition that ends a line."""
     reader = Reader(source, start, end)
@@ -180,9 +192,7 @@ def _require_end(reader: Reader) -> None:
 
 def _variable(source: SourceText, base: int, whole: Span, found: re.Match[str]) -> sx.Variable:
     lower, upper = _number(source, base, found, 4), _number(source, base, found, 5)
-    clauses: tuple[sx.Clause, ...] = ()
-    if found[6] is not None:
-        clauses = (sx.UnitClause(_text(found[8]), Span(source, base + found.start(6), base + found.end(7))),)
+    clauses = _unit_clause(source, base, found, 6)
     if found[9] is not None:
         value = _word(source, base, found, 11) if found[10] is None else _number(source, base, found, 10)
         clauses = (
@@ -191,6 +201,27 @@ def _variable(source: SourceText, base: int, whole: Span, found: re.Match[str]) 
         )
     keyword, name = _word(source, base, found, 1), _word(source, base, found, 2)
     return sx.Variable(whole, keyword, name, _text(found[3]), lower, upper, clauses)
+
+
+def _let(source: SourceText, base: int, whole: Span, found: re.Match[str]) -> sx.Variable:
+    lower: ex.Expr = ex.Number(-math.inf)
+    upper: ex.Expr = ex.Number(math.inf)
+    ranged = found[4] is not None
+    if ranged:
+        lower, upper = _number(source, base, found, 4), _number(source, base, found, 5)
+    clauses = _unit_clause(source, base, found, 6)
+    value = _claim(source, base + found.end(), whole.end)
+    keyword, name = _word(source, base, found, 1), _word(source, base, found, 2)
+    label = _text(found[3])
+    return sx.Variable(whole, keyword, name, label, lower, upper, clauses, value=value, ranged=ranged)
+
+
+def _unit_clause(source: SourceText, base: int, found: re.Match[str], first: int) -> tuple[sx.Clause, ...]:
+    """Return what is written in three groups: the word `unit`, the unit in quotes, its text."""
+    if found[first] is None:
+        return ()
+    place = Span(source, base + found.start(first), base + found.end(first + 1))
+    return (sx.UnitClause(_text(found[first + 2]), place),)
 
 
 def _partition(source: SourceText, base: int, whole: Span, found: re.Match[str]) -> sx.TermsLine:
@@ -247,6 +278,7 @@ _STATEMENTS: Final[dict[str, tuple[re.Pattern[str], Callable[[SourceText, int, S
     **dict.fromkeys(("and", "or", "implication", "aggregation", "defuzzifier"), (_SETTING, _setting)),
     "param": (_PARAM, _param),
     **dict.fromkeys(("input", "output"), (_VARIABLE, _variable)),
+    "let": (_LET, _let),
     "require": (_REQUIRE, _guarantee),
     "terms": (_TERMS, _partition),
     "table": (_TABLE, _table),
@@ -259,6 +291,7 @@ _BLOCK_STATEMENTS: Final = {
     "every": (_EVERY, _every),
     **dict.fromkeys(("let", "next", "der", "block"), (_EQUATION, _equation)),
     **dict.fromkeys(("input", "output", "state"), (_SIGNAL, _signal)),
+    "measure": (_MEASURE, _measure),
     **{word: _STATEMENTS[word] for word in ("system", "source", "use", "param", "require")},
     **dict.fromkeys(sx.HEADS, (_HEAD, _head)),
 }

@@ -35,11 +35,11 @@ MAX_OPERATORS: Final = 100_000
 #: Most lines of controllers, plants and loops, and most lets, of a file.
 MAX_EQUATIONS: Final = 10_000
 
-#: Most words and numbers of the lines of a file that the fast path leaves to the grammar.
+#: Most words, numbers and parentheses of the lines of a file that the fast path leaves to the grammar.
 MAX_WORDS: Final = 100_000
 
 _WORDS = re.compile(sx.NAME)
-_WORDS_AND_NUMBERS = re.compile(r"[\w.]+")
+_WORD_OR_PARENTHESIS = re.compile(r"[\w.]+|\(")
 _OPERATOR = re.compile(r'"[^"\n]*"?|#[^\n]*|[0-9.][eE][-+]|[(\[,=|]\s*[-+](?=[\s0-9.])|([-+*/^])')
 
 
@@ -313,9 +313,10 @@ class _Assembler:
 
     def _count_words(self, line: LogicalLine) -> None:
         """Count what takes long to read."""
-        self.words += sum(1 for _ in _WORDS_AND_NUMBERS.finditer(self.source.text, line.start, line.end))
+        self.words += sum(1 for _ in _WORD_OR_PARENTHESIS.finditer(self.source.text, line.start, line.end))
         if self.words > MAX_WORDS:
-            raise _TooMuchError(f"the lines that are not plain have more than {MAX_WORDS:,} words and numbers")
+            what = f"{MAX_WORDS:,} words, numbers and parentheses"
+            raise _TooMuchError(f"the lines that are not plain have more than {what}")
 
     def _drop_condition(self) -> None:
         """Report a `with` line that no table follows."""

@@ -31,6 +31,9 @@ from fuzzyctl.lang.token_repairs import token_fix
 #: Largest number of rounds of reading a file again; each round reveals what the repairs of the previous one uncovered.
 _ROUNDS: Final = 4
 
+#: Characters that are read in all rounds together; a longer text is repaired in one.
+_READ: Final = 200_000
+
 #: Characters of the lines repaired in one round, so that hostile files take no longer than others.
 _MOST: Final = 10_000
 
@@ -73,7 +76,7 @@ def recover(
     text: SourceText = source
     tree, mistakes, foreign = found
     reports: dict[int, Diagnostic] = {}
-    for _ in range(_ROUNDS):
+    for _ in range(max(1, min(_ROUNDS, _READ // (len(source.text) + 1)))):
         if not mistakes and not foreign:
             break
         repaired = _repaired(source, text, [*mistakes, *foreign], reads_line, reports)
@@ -111,7 +114,8 @@ def _repaired(
     size = len(text.text)
     origin = text.origin if isinstance(text, RepairedText) else range(size + 1)
     ends = text.ends if isinstance(text, RepairedText) else range(1, size + 1)
-    placed = [(d.span.start, d) for d in mistakes if d.span is not None]
+    # Where reading stopped the line itself may be right.
+    placed = [(d.span.start, d) for d in mistakes if d.span is not None and d.code != "FZ112"]
     last = max((start for start, _ in placed), default=-1)
     lines = [line for line in takewhile(lambda line: line.start <= last, split(text)) if line.kind != "blank"]
     starts = [line.start for line in lines]

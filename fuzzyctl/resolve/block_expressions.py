@@ -157,8 +157,9 @@ class Expressions(Names):
 
     def unknown_call(self, call: ex.Call, what: str, known: Sequence[str]) -> None:
         """Report a call of what is not known."""
-        lost = self.context.unread | self.context.broken
-        if call.function in lost or not self.context.nameless.isdisjoint(CALLED):
+        context = self.context
+        is_lost = call.function in context.unread or call.function in context.broken
+        if is_lost or not context.nameless.isdisjoint(CALLED):
             return
         other = self.elsewhere(call)
         if other:

@@ -100,7 +100,8 @@ class Context:
         functions = ex.FUNCTIONS if what == "an output" else ex.FUNCTIONS.keys() - ex.SOFT
         if word.text in sx.RESERVED or word.text in functions or word.text in CLAIM_FUNCTIONS:
             self._reserved(word, what)
-            self.unread |= {word.text}
+            if word.text not in self.unread:
+                self.unread |= {word.text}
             self.lost_input = self.lost_input or what == "an input"
             return False
         if word.text in self.where:

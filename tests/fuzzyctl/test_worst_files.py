@@ -179,6 +179,41 @@ def test_a_file_that_needs_no_repairs_is_read_once():
     assert calls_of(lambda: checked(f"{HEAD}param p = 1 2 3\n"), "_read_lines") == 1
 
 
+@pytest.mark.parametrize(("most", "times"), [(200_000, 3), (1000, 2)])
+def test_a_long_text_is_repaired_in_one_round(most, times, monkeypatch):
+    monkeypatch.setattr("fuzzyctl.lang.recovery._READ", most)
+    monkeypatch.setattr("fuzzyctl.lang.recovery._MOST", 1000)
+    text = HEAD + "if x is low THEN y is small\n" * 50
+    assert calls_of(lambda: parse(SourceText("worst.fz", text)), "_read_lines") == times
+
+
+def test_where_reading_stops_nothing_is_repaired(monkeypatch):
+    monkeypatch.setattr("fuzzyctl.lang.parser.MAX_WORDS", 40)
+    text = HEAD + "if x is low then (y is small,\n  y is large)\n" * 50
+    assert calls_of(lambda: parse(SourceText("worst.fz", text)), "_read_lines") == 1
+
+
+class Words(frozenset):
+    """Words of which there are very many, so that joining them with others would take long."""
+
+    def __or__(self, other):
+        pytest.fail("all words are copied")
+
+
+def test_unread_words_are_not_copied_for_each_unknown_block(monkeypatch):
+    monkeypatch.setattr(
+        "fuzzyctl.loading.blocks.Context", lambda **given: Context(**{**given, "unread": Words(given["unread"])})
+    )
+    _, (error,) = checked("controller c\ninput e\nblock b = wrost(e)\noutput u = e\n")
+    assert error.message == "no controller 'wrost'"
+
+
+def test_unread_words_are_not_copied_for_each_reserved_name():
+    _, let = parse(SourceText("worst.fz", "system s\nlet and = x + 1\n"))[0].statements
+    context = Context(unread=Words(["and"]))
+    assert not context.declare(let.name, "a let")
+
+
 def test_lines_above_mistakes_are_read_once_for_all_of_them(monkeypatch):
     seen = []
     monkeypatch.setattr("fuzzyctl.lang.recovery._RULE", Mock(match=lambda *at: seen.append(at)))
@@ -248,7 +283,14 @@ def test_nested_parentheses_are_split_in_one_piece(monkeypatch):
 )
 def test_expressions_as_deep_as_allowed_are_read_without_the_grammar(value, monkeypatch):
     monkeypatch.setattr("fuzzyctl.lang.parser.parse_by_grammar", lambda *_: pytest.fail("the grammar is asked"))
-    assert parse(SourceText("worst.fz", f"param p = {value}"))[0].statements
+    for line in (f"param p = {value}", f"let p = x - {value}"):
+        assert parse(SourceText("worst.fz", line))[0].statements
+
+
+def test_measures_are_read_without_the_grammar(monkeypatch):
+    monkeypatch.setattr("fuzzyctl.lang.parser.parse_by_grammar", lambda *_: pytest.fail("the grammar is asked"))
+    text = 'loop l\nmeasure m "error" unit "m" = iae(p.y, 1)\nmeasure n = m / 2\n'
+    assert len(parse(SourceText("worst.fz", text))[0].statements) == 3
 
 
 def counted_calls(monkeypatch, target):

@@ -9,6 +9,7 @@ repetitions(
     {
         "controller-lets": ("let a@ = e + @\n", TOP),
         "controller-lets-of-unknown-names": ("let a@ = ee@ + 1\n", TOP),
+        "controller-lets-of-reserved-names": ("let and = e + @\n", TOP),
         "controller-lets-of-one-name": ("let a = e + @\n", TOP),
         "controller-params": ("param p@ in [0, 1e9] = @\n", TOP),
         "controller-inputs": ("input a@ in [0, 1]\n", TOP),

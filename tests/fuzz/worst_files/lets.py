@@ -79,6 +79,11 @@ def deep_lets(size):
 
 
 @case
+def deep_lets_with_percentages(size):
+    yield from computed(size, 90, "let a@ = " + "(x + " * 90 + "50%" + ")" * 90 + "\n", HEAD + RULES)
+
+
+@case
 def long_lets(size):
     yield from computed(size, 90, "let a@ = " + " + ".join(["x * 1"] * 45) + "\n", HEAD + RULES)
 

@@ -1,6 +1,6 @@
 """Worst cases of lines: blank, long, broken and unknown ones."""
 
-from worst_files.case import HEAD, repetitions
+from worst_files.case import HEAD, case, cut, repeated, repetitions
 
 repetitions(
     {
@@ -28,3 +28,17 @@ repetitions(
         "combining-marks": ("á̧̧", HEAD, "param "),
     }
 )
+
+#: What another tool writes: a line of so many mistakes is repaired.
+FOREIGN = "if x is low && x is high || x is low && x is high then y is small;   % of what another tool writes\n"
+
+
+@case
+def foreign_lines_below_many_params(size):
+    yield cut(repeated("param p@ = 1\n", HEAD), 0.95 * size)
+    yield int(400 * size) * FOREIGN
+
+
+@case
+def foreign_lines_below_rules_with_groups(size):
+    yield HEAD + int(8000 * size) * "if x is (low or high) then y is small\n" + int(400 * size) * FOREIGN

@@ -154,10 +154,10 @@ class TestLimits:
         assert mistake.span.line == (22 if head.startswith("system") else 21)
 
     def test_words_that_the_grammar_reads_are_counted(self, monkeypatch):
-        monkeypatch.setattr("fuzzyctl.lang.parser.MAX_WORDS", 20)
+        monkeypatch.setattr("fuzzyctl.lang.parser.MAX_WORDS", 22)
         plain = "param p = 1 + 2 + 3\nif x is a then y is b\n"
-        group = "if x is (a or b) then y is c\n"  # of ten words
+        group = "if x is (a or b) then y is c\n"  # of ten words and a parenthesis
         assert not mistakes("system s\n" + 20 * plain + 2 * group)
         _, (mistake,) = parse(SourceText("t", "system s\n" + 20 * plain + 20 * group))
         assert (mistake.code, mistake.span.line) == ("FZ112", 44)
-        assert mistake.message == "the lines that are not plain have more than 20 words and numbers"
+        assert mistake.message == "the lines that are not plain have more than 22 words, numbers and parentheses"
