@@ -55,7 +55,9 @@ class Truths(Mapping[str, Interval]):
         self._most = max((high for _, high in self._known.values()), default=1.0) if flat.chains else 1.0
 
     def __getitem__(self, name: str) -> Interval:
-        waiting = [] if name in self._known else [name]
+        if name in self._known:
+            return self._known[name]
+        waiting = [name]
         while waiting:
             # Steps read earlier ones; a long chain of them must not be a deep recursion.
             step = waiting[-1]

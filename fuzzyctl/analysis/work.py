@@ -69,11 +69,11 @@ class Work:
 
     def takes(self, units: float) -> bool:
         """Count some units, and return whether there were as many."""
-        enough, spent = units <= self.left, min(units, self.left)
+        spent = min(units, self.left)
         self.left -= spent
         if self.whole is not None:
             self.whole.takes(spent)
-        return enough
+        return spent == units
 
 
 def units_of(expr: Expr) -> float:

@@ -56,6 +56,8 @@ def enclose(expr: Expr, box: Mapping[str, Interval]) -> Interval:
             return value, value
         case Name(name=name):
             return box[name]
+        case Call(function=function, arguments=arguments):
+            return applied(function, [enclose(a, box) for a in arguments])
         case Negate(operand=operand):
             low, high = enclose(operand, box)
             return -high, -low
@@ -63,8 +65,6 @@ def enclose(expr: Expr, box: Mapping[str, Interval]) -> Interval:
             return _square(enclose(left, box))
         case Binary(op=op, left=left, right=right):
             return _binary(op, enclose(left, box), enclose(right, box))
-        case Call(function=function, arguments=arguments):
-            return applied(function, [enclose(a, box) for a in arguments])
         case Where(condition=condition, then=then, otherwise=otherwise):
             truth = decide(condition, box)
             if truth is None:
