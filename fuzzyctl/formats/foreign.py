@@ -10,6 +10,7 @@ from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.formats.common.clamped_inputs import counts
 from fuzzyctl.formats.registry import Format
 from fuzzyctl.model.checks.checks import check_model, in_order
+from fuzzyctl.model.checks.terms import BY_AVERAGE
 from fuzzyctl.model.system import FuzzySystem
 
 #: Errors of rule files that are warnings in files of other tools, where the system still has a meaning.
@@ -17,6 +18,12 @@ LENIENT: Final = frozenset({"FZ210"})
 
 #: Hints that say nothing about files of other tools: ranges of their outputs bound no consequent.
 _MEANT: Final = frozenset({"FZ306"})
+
+#: By format what makes an average of a centroid of numbers.
+_AVERAGES: Final = {
+    "fis": "write: Type='sugeno' and DefuzzMethod='wtaver'",
+    "fll": "write: defuzzifier: WeightedAverage",
+}
 
 
 def examine_foreign(format: Format, source: SourceText) -> tuple[tuple[FuzzySystem, ...], list[Diagnostic]]:
@@ -28,7 +35,7 @@ def examine_foreign(format: Format, source: SourceText) -> tuple[tuple[FuzzySyst
     systems, diagnostics = format.read(source)
     sound = []
     for system in systems:
-        found = [_softened(d, source) for d in check_model(system) if not _is_meant(d, system)]
+        found = [_softened(d, source, format) for d in check_model(system) if not _is_meant(d, system)]
         diagnostics = [*diagnostics, *found]
         if not any(d.severity == "error" for d in found):
             sound.append(system)
@@ -50,8 +57,10 @@ def _is_meant(diagnostic: Diagnostic, system: FuzzySystem) -> bool:
     return variable is not None and (not variable.terms if diagnostic.code == "FZ309" else counts(variable, system))
 
 
-def _softened(diagnostic: Diagnostic, source: SourceText) -> Diagnostic:
+def _softened(diagnostic: Diagnostic, source: SourceText, format: Format) -> Diagnostic:
     severity = "warning" if diagnostic.code in LENIENT else diagnostic.severity
     # What to write in a rule file is no help in a file of another format.
     help_text = "" if diagnostic.help.startswith("write: ") else diagnostic.help
+    if help_text == BY_AVERAGE:
+        help_text = _AVERAGES.get(format.name, "")
     return dataclasses.replace(diagnostic, severity=severity, help=help_text, file=diagnostic.file or source.name)

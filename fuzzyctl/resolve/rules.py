@@ -162,10 +162,12 @@ def _concluding(context: Context, statement: sx.Rule | sx.Otherwise, antecedent:
     """Resolve consequents and weight of a rule."""
     consequents = [_consequent(context, c) for c in statement.consequents]
     ok = statement.weight is None or context.check_names(statement.weight, context.params, "param")
-    named = [c.output.text for c in statement.consequents]
+    named: dict[str, sx.Word] = {}
     for c in statement.consequents:
-        if named.count(c.output.text) > 1:
-            context.report("FZ215", f"the rule sets '{c.output.text}' twice", c.output.span)
+        first = named.setdefault(c.output.text, c.output)
+        if first is not c.output:
+            message, note = f"the rule sets '{first.text}' twice", (first.span, "first set here")
+            context.report("FZ215", message, c.output.span, note=note, help="remove one of them, or write two rules")
             break
     return Rule(
         antecedent=antecedent,

@@ -31,7 +31,7 @@ from fuzzyctl.model.computed_numbers import Numbers
 from fuzzyctl.model.guarantee import Param
 from fuzzyctl.model.params import ParamValues
 from fuzzyctl.resolve.context import Context
-from fuzzyctl.resolve.rules import resolve_antecedent
+from fuzzyctl.resolve.rules import resolve_antecedent, resolve_rule
 from fuzzyctl.resolve.system import MAX_VARIABLES
 
 sys.path.insert(0, str(Path(__file__).parent.parent / "fuzz"))
@@ -198,6 +198,22 @@ class Words(frozenset):
 
     def __or__(self, other):
         pytest.fail("all words are copied")
+
+
+def test_a_consequent_is_not_compared_with_all_others():
+    class Compared(str):
+        __hash__ = str.__hash__
+        times = 0
+
+        def __eq__(self, other):
+            Compared.times += 1
+            return str.__eq__(self, other)
+
+    concluded = ", ".join(f"y{k} is small" for k in range(100))
+    (rule,) = parse(SourceText("worst.fz", f"if x is low then {concluded}\n"))[0].statements
+    consequents = tuple(replace(c, output=replace(c.output, text=Compared(c.output.text))) for c in rule.consequents)
+    resolve_rule(Context(), replace(rule, consequents=consequents))
+    assert Compared.times < 10 * 100
 
 
 def test_unread_words_are_not_copied_for_each_unknown_block(monkeypatch):

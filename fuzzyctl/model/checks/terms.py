@@ -32,7 +32,7 @@ def misfitting_defuzzifier(numbers: Numbers) -> Iterator[Diagnostic]:
                 "FZ214",
                 f"adaptive output '{output.name}' needs a defuzzifier over rules, not '{method.kind}'",
                 output.span,
-                help=_BY_AVERAGE,
+                help=BY_AVERAGE,
             )
         if output.adaptive is not None:
             continue
@@ -77,7 +77,7 @@ def _without_area(output: Output, method: Defuzzifier) -> Iterator[Diagnostic]:
     message = f"term '{first.name}' of '{output.name}' is {what} and has no area, so it has no {method.kind}"
     facts = (f"so have {', '.join(repr(t.name) for t in others)}",) if others else ()
     place = first.membership.span or first.span
-    yield Diagnostic("FZ214", message, place, facts=facts, help=_BY_AVERAGE)
+    yield Diagnostic("FZ214", message, place, facts=facts, help=BY_AVERAGE)
 
 
 def _without_centroid(system: FuzzySystem, output: Output, method: Defuzzifier) -> Iterator[Diagnostic]:
@@ -111,11 +111,12 @@ def _without_sets(output: Output, method: Defuzzifier) -> Iterator[Diagnostic]:
         if kind not in MEMBERSHIP or not MEMBERSHIP[kind].fuzzy:
             what = "is a formula" if kind == "formula" else "is no set"
             message = f"term '{term.name}' of '{output.name}' {what}, and '{method.kind}' takes its degrees"
-            help_text = _BY_POINTS if kind == "formula" else _BY_AVERAGE
+            help_text = _BY_POINTS if kind == "formula" else BY_AVERAGE
             yield Diagnostic("FZ214", message, term.membership.span or term.span, help=help_text)
 
 
-_BY_AVERAGE: Final = "in the line of the defuzzifier write: defuzzifier weighted_average"
+#: The repair of terms without an area.
+BY_AVERAGE: Final = "in the line of the defuzzifier write: defuzzifier weighted_average"
 _SOLVABLE: Final = (
     "name the output once, with numbers by + - * /, exp, log and sqrt; or approximate the formula: "
     "piecewise(x1, degree1, x2, degree2, ...)"
@@ -160,7 +161,7 @@ def _without_names(system: FuzzySystem, output: Output, method: Defuzzifier) -> 
         c = system.rules[r].consequents[k]
         if isinstance(c.term, Membership):
             message = f"'{method.kind}' takes terms of '{output.name}', not numbers or functions"
-            yield Diagnostic("FZ214", message, c.term.span or c.span, help=_BY_AVERAGE)
+            yield Diagnostic("FZ214", message, c.term.span or c.span, help=BY_AVERAGE)
 
 
 def initial_consequents_outside(numbers: Numbers) -> Iterator[Diagnostic]:

@@ -120,6 +120,12 @@ def rules_for_many_outputs(size):
 
 
 @case
+def a_rule_of_many_consequents(size):
+    yield HEAD + "if x is low then y is small"
+    yield from (f", y{k} is small" for k in range(int(60_000 * size)))
+
+
+@case
 def rules_for_many_outputs_of_ten_inputs(size):
     rng = random.Random(1)
     outputs = int(OUTPUTS * size)

@@ -1,6 +1,7 @@
 """Files of other tools go through the same functions and commands as rule files."""
 
 import codecs
+import re
 from pathlib import Path
 
 import pytest
@@ -12,6 +13,7 @@ from fuzzyctl.formats.foreign import examine_foreign
 from fuzzyctl.formats.registry import FORMATS, SUFFIXES, format_of
 from fuzzyctl.loading.load import decode, examine_all, load, load_all, loads
 from fuzzyctl.support.reading import FOREIGN, MAX_BYTES
+from tests.fuzzyctl.formats.one_term import FLL
 
 TIPPER = (Path(__file__).parent / "samples" / "tipper.fis").read_text(encoding="utf-8")
 
@@ -197,3 +199,17 @@ def test_points_from_right_to_left_are_told_with_what_to_do():
     (error,) = [d for d in diagnostics if d.severity == "error"]
     assert (error.code, error.span.line, error.help) == ("FZ301", 4, "give the points from left to right")
     assert error.message.endswith("x = 6 is greater than the next x = 3")
+
+
+@pytest.mark.parametrize(
+    ("format", "text", "written"),
+    [
+        ("fll", FLL.format("Ramp 0 5", "Constant 2"), "defuzzifier: WeightedAverage"),
+        ("fis", re.sub("'trimf',.*", "'constant',[2]", TIPPER), "Type='sugeno' and DefuzzMethod='wtaver'"),
+    ],
+)
+def test_numbers_under_a_centroid_are_repaired_in_words_of_the_format(format, text, written):
+    _, diagnostics = examine_foreign(FORMATS[format], SourceText(f"t.{format}", text))
+    (error,) = [d for d in diagnostics if d.severity == "error"]
+    assert "is a number and has no area" in error.message
+    assert error.help == f"write: {written}"

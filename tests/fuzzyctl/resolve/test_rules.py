@@ -91,6 +91,13 @@ class TestRules:
     def test_mistakes_are_found(self, changed, rule, code):
         assert errors(changed(after=rule + "\n")) == [(code, 21)]
 
+    def test_an_output_that_is_set_twice_is_shown_in_both_places(self, changed):
+        with pytest.raises(DiagnosticError) as caught:
+            loads(changed(after="if x is N then u is N, u is P\n"))
+        (error,) = caught.value.diagnostics
+        assert (error.span.column, error.notes[0].span.column) == (24, 16)
+        assert error.help == "remove one of them, or write two rules"
+
 
 class TestRequire:
     @pytest.mark.parametrize(
