@@ -157,7 +157,7 @@ class ControllerProver:
         witness = self.replay.witness(tried.claim, reached.given, reached.state, shown)
         if witness is None:
             return None
-        if not set(shown) & set(self.replay.step.state_names):
+        if not set(shown) & set(self.replay.states):
             return Refuted(claim.claim.text, witness)
         steps = f"reached from the start after {counted(reached.steps, 'step')}" if reached.steps else _FIRST
         return Refuted(claim.claim.text, witness, note=steps)
@@ -177,7 +177,7 @@ class ControllerProver:
         if not isinstance(found, Refuted):
             return found
         declared = {s.name for s in self.model.equations.states if s.bounds is not None}
-        own = [n for n in boxed.inputs if n in self.replay.step.state_names]
+        own = [n for n in boxed.inputs if n in self.replay.states]
         if all(found.witness.point[n] == self._start[n] for n in own):
             return replace(found, note=_FIRST if own else "")
         if all(n in declared and self._is_kept(n) for n in own):

@@ -102,7 +102,7 @@ class StepModel:
         for item in self.body:
             for name in defined(item):
                 self._lines[name] = self.line(self.definitions[name]) if name in self.definitions else None
-        self._called: dict[FuzzySystem, CalledSystem] = {}
+        self._called: dict[int, CalledSystem] = {}
 
     @cached_property
     def _makers(self) -> dict[str, int]:
@@ -132,9 +132,9 @@ class StepModel:
 
     def called(self, system: FuzzySystem) -> CalledSystem:
         """Return a system that is called."""
-        if system not in self._called:
-            self._called[system] = CalledSystem(system)
-        return self._called[system]
+        if id(system) not in self._called:
+            self._called[id(system)] = CalledSystem(system)
+        return self._called[id(system)]
 
     def evaluate(self, own: Slice, arguments: Mapping[str, Enclosure], *, nearest: bool = True) -> NarrowingInterpreter:
         """Enclose all names of a slice.

@@ -11,7 +11,7 @@ from bisect import bisect_right
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
-from functools import cached_property
+from functools import cached_property, lru_cache
 from itertools import pairwise, product
 from typing import Final
 
@@ -133,6 +133,7 @@ class Surface:
         return tuple(Fraction(_Error(self, o).most()) for o in range(len(self.plan.outputs)))
 
 
+@lru_cache(maxsize=8)
 def surface_of(plan: Plan, *, most: int = MOST) -> Surface | None:
     """Return the outputs of a system that interpolates, None for any other, or one with too many corners.
 
