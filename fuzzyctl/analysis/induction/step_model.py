@@ -200,6 +200,18 @@ def read(item: Item) -> list[str]:
     return [n.name for value in values for n in names_in(value)]
 
 
+def parted(own: Slice, names: Iterable[str]) -> tuple[Slice, Slice]:
+    """Return the part of a slice that depends on none of some names, and the part that does."""
+    changing = set(names)
+    parts: tuple[list[Item], list[Item]] = [], []
+    for item in own.body:
+        depends = not changing.isdisjoint(read(item))
+        parts[depends].append(item)
+        if depends:
+            changing.update(defined(item))
+    return Slice(tuple(parts[0]), own.arguments), Slice(tuple(parts[1]), own.arguments)
+
+
 def _scaled(line: tuple[str, float, float] | None, factor: float, shift: float) -> tuple[str, float, float] | None:
     if line is None or not factor:
         return None
