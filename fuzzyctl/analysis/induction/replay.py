@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import random
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
 from typing import Final
@@ -18,6 +17,7 @@ from fuzzyctl.analysis.verdicts import Witness
 from fuzzyctl.expr import Expr, Name, Number
 from fuzzyctl.kernels.plan.equations import DT
 from fuzzyctl.kernels.steps.step import Step
+from fuzzyctl.records import record
 
 #: What two expressions that differ may owe to rounding, relative to them, where a claim is about exact arithmetic.
 _ROUNDING: Final = Fraction(1, 1 << 36)
@@ -144,7 +144,7 @@ class Judge:
         return given, [at.get(n, x) for n, x in zip(self.replay.states, self.replay.start, strict=True)]
 
 
-@dataclass(frozen=True)
+@record(frozen=True)
 class Reached:
     """A step of a run from the start: the arguments, the state before it, and the number of steps before it."""
 

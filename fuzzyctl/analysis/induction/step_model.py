@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Final
 
@@ -21,6 +20,7 @@ from fuzzyctl.kernels.plan.build import plan
 from fuzzyctl.kernels.plan.equations import DT, Equation, Equations, Evaluation
 from fuzzyctl.kernels.steps.program import numeric
 from fuzzyctl.model.system import FuzzySystem
+from fuzzyctl.records import record
 
 #: Numbers without an end are taken up to this magnitude, so that nothing overflows where they are multiplied.
 FAR: Final = 1e30
@@ -28,7 +28,7 @@ FAR: Final = 1e30
 Item = Equation | Evaluation
 
 
-@dataclass(frozen=True)
+@record(frozen=True)
 class Slice:
     """The part of a step that some names depend on.
 

@@ -6,11 +6,12 @@ Operations are rounded outward by several ulp, so that an enclosure holds the re
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
 import numpy.typing as npt
+
+from fuzzyctl.records import record
 
 Array = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
@@ -23,7 +24,7 @@ ULPS: Final = 8 * 2.0**-53
 _LEAST: Final = 1e-290
 
 
-@dataclass(frozen=True)
+@record(frozen=True)
 class Enclosure:
     """A value over some boxes.
 

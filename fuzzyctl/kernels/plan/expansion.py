@@ -36,6 +36,7 @@ from fuzzyctl.model.guarantee import Bounds, Param
 from fuzzyctl.model.shared_params import with_shared
 from fuzzyctl.model.stateful_operators import OPERATORS
 from fuzzyctl.model.system import FuzzySystem
+from fuzzyctl.records import record
 
 #: Most parts of expressions that a controller expands to, and their deepest nesting.
 MOST_PARTS: Final = 50_000
@@ -368,7 +369,7 @@ class Expansion:
         return Name(name)
 
 
-@dataclass(frozen=True)
+@record(frozen=True)
 class _Use:
     """One use of an operator with state."""
 
