@@ -245,7 +245,13 @@ def test_a_file_of_plain_lines_is_read_without_the_grammar():
 
 def test_a_check_without_findings_imports_neither_other_formats_nor_the_compiler():
     code = f"import fuzzyctl\nfuzzyctl.check({str(ROOT / 'rules' / 'tipper.fz')!r})\n"
-    unused = ["fuzzyctl.formats.foreign", "fuzzyctl.kernels.compile"]
+    unused = [f"fuzzyctl.{m}" for m in ("formats.foreign", "kernels.compile", "loading.policy")]
+    loaded_after(f"{code}assert [m for m in {unused} if m in sys.modules] == []")
+
+
+def test_a_file_of_controllers_is_read_without_plants_and_loops():
+    code = f"import fuzzyctl\nfuzzyctl.load_controller({str(ROOT / 'rules' / 'smc.fz')!r})\n"
+    unused = [f"fuzzyctl.{m}" for m in ("resolve.plants", "resolve.linear", "resolve.loops", "loading.block_files")]
     loaded_after(f"{code}assert [m for m in {unused} if m in sys.modules] == []")
 
 
