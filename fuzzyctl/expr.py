@@ -206,6 +206,8 @@ def span_of(expr: Expr) -> Span | None:
 
 def children(expr: Expr) -> tuple[Expr, ...]:
     """Return the direct parts of an expression."""
+    if type(expr) is Name or type(expr) is Number:  # most parts are
+        return ()
     match expr:
         case Negate(operand=operand):
             return (operand,)

@@ -126,8 +126,9 @@ def draw(target: Path, runs: Sequence[Run], page: str) -> None:
         if path is not None:
             draw_paths(figure, shown, *path.groups())
         else:
-            draw_runs(figure, shown, [run.loop.title or run.loop.name for run in shown])
-            if len(shown) > 1:
+            several = len(shown) > 1  # one has its title above the panels
+            draw_runs(figure, shown, [(run.loop.title if several else "") or run.loop.name for run in shown])
+            if several:
                 figure.axes[0].set_title("")
 
 

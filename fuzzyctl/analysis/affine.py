@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from fractions import Fraction
 
 from fuzzyctl.expr import CONSTANTS, Binary, Call, Expr, Name, Negate, Number
 from fuzzyctl.model.system import FuzzySystem
+from fuzzyctl.records import record
 
 
-@dataclass(frozen=True)
+@record(frozen=True)
 class Line:
     """`factor · input + shift`; `input` is a position, None where the factor is 0."""
 
@@ -29,7 +29,7 @@ class Line:
         return self.shift == 0 and abs(self.factor) == 1
 
 
-@dataclass(frozen=True)
+@record(frozen=True)
 class Taken:
     """An output, by position, at some arguments, one for each input of its system.
 
@@ -41,7 +41,7 @@ class Taken:
     system: int = 0
 
 
-@dataclass(frozen=True)
+@record(frozen=True)
 class Affine:
     """A number, inputs by position and outputs, each times a number."""
 

@@ -57,7 +57,7 @@ class OutputBound:
 
 
 def output_bounds(system: FuzzySystem) -> dict[str, OutputBound]:
-    """Bound every output over all inputs.
+    """Bound every output over all inputs; a system keeps its bounds.
 
     An average lies between the consequents of the rules that can fire, a weighted sum within the sum of what each rule
     can add, a centroid between the ends of their supports, an adaptive output within its range. Where it is not proved
@@ -71,6 +71,12 @@ def output_bounds(system: FuzzySystem) -> dict[str, OutputBound]:
         ArgumentError: For what is no system.
     """
     arguments.instance("the system", FuzzySystem, "a FuzzySystem", system)
+    if "bounds" not in system.derived:
+        system.derived["bounds"] = _bounds(system)
+    return dict(system.derived["bounds"])
+
+
+def _bounds(system: FuzzySystem) -> dict[str, OutputBound]:
     flat = plan(system)
     verdicts = uncovered_of(flat)
     activations = _activations(flat)

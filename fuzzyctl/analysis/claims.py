@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from typing import Final
 
@@ -12,6 +11,7 @@ from fuzzyctl.model.controller import Controller
 from fuzzyctl.model.guarantee import Guarantee
 from fuzzyctl.model.inlined_lets import inlined
 from fuzzyctl.model.system import FuzzySystem
+from fuzzyctl.records import record
 
 #: Words about two points of an input.
 SLOPES: Final = ("increasing", "decreasing", "lipschitz")
@@ -20,7 +20,7 @@ SLOPES: Final = ("increasing", "decreasing", "lipschitz")
 MOST_PARTS: Final = 256
 
 
-@dataclass(frozen=True, eq=False)
+@record(frozen=True, eq=False)
 class Bound:
     """`left >= right - tolerance`, or `>` if it is strict; each is equal to itself only, which makes it a quick key.
 
@@ -38,7 +38,7 @@ class Bound:
     origin: Expr
 
 
-@dataclass(frozen=True)
+@record(frozen=True)
 class Slope:
     """A word about an output along an input.
 
@@ -58,7 +58,7 @@ class Slope:
     origin: Expr
 
 
-@dataclass(frozen=True)
+@record(frozen=True)
 class Total:
     """Some rule fires everywhere for an output."""
 
@@ -66,21 +66,21 @@ class Total:
     origin: Expr
 
 
-@dataclass(frozen=True)
+@record(frozen=True)
 class Every:
     """All of some truths; of none it is true."""
 
     parts: tuple[Truth, ...]
 
 
-@dataclass(frozen=True)
+@record(frozen=True)
 class Some:
     """At least one of some truths."""
 
     parts: tuple[Truth, ...]
 
 
-@dataclass(frozen=True)
+@record(frozen=True)
 class Denied:
     """The negation of a word about all points."""
 
@@ -93,7 +93,7 @@ Pointwise = Bound | Every | Some
 ALWAYS: Final = Every(())
 
 
-@dataclass(frozen=True)
+@record(frozen=True)
 class Claim:
     """A guarantee of a system or a controller.
 

@@ -8,19 +8,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from itertools import pairwise
 from typing import Final
 
 from fuzzyctl.expr import Compare, Expr, Name, Number, names_in
 from fuzzyctl.kernels.interval.scalar import Interval, decide, enclose
 from fuzzyctl.kernels.plan.build import ITSELF, ImpliedPlan, InputPlan, Plan, RulePlan, SetPlan, chain_name
+from fuzzyctl.records import record
 
 #: A rule whose activation is at least this counts as firing: far above where sums and areas of activations lose digits.
 CERTAIN: Final = 1e-200
 
 
-@dataclass(frozen=True)
+@record(frozen=True)
 class Cell:
     """A point or the floats strictly between two points, as an interval of floats, with the points it lies between."""
 

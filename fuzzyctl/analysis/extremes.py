@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any, Final
 
@@ -15,6 +14,7 @@ from fuzzyctl.analysis.witnesses import Judge
 from fuzzyctl.analysis.work import SECOND, Work
 from fuzzyctl.kernels.plan.build import Plan, plan
 from fuzzyctl.model.system import FuzzySystem
+from fuzzyctl.records import record
 from fuzzyctl.support import arguments
 
 #: Seconds that one end of one output may take, see `extents`.
@@ -24,7 +24,7 @@ TIMEOUT: Final = 5.0
 GAP: Final = 0.008
 
 
-@dataclass(frozen=True)
+@record(frozen=True)
 class Extent:
     """What an output is over all inputs.
 

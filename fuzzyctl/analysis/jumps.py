@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from itertools import combinations, islice, pairwise, product
 from typing import Any, Final
@@ -24,6 +23,7 @@ from fuzzyctl.kernels.plan.build import InputPlan, OutputPlan, Plan, SetPlan
 from fuzzyctl.model.method import MAXIMA
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Output
+from fuzzyctl.records import record
 
 #: Changes below this part of an output's range are none that anyone would feel.
 LEAST: Final = 1e-3
@@ -33,7 +33,7 @@ MOST_POINTS: Final = 100
 MOST_CANDIDATES: Final = 100
 
 
-@dataclass(frozen=True)
+@record(frozen=True)
 class Jump:
     """A jump.
 

@@ -98,6 +98,7 @@ def environment(
     dt: float | None = None,
     duration: float | None = None,
     start: Mapping[str, tuple[float, float]] | None = None,
+    actions: Mapping[str, tuple[float, float]] | None = None,
     penalty: float = 0.0,
     substeps: int = 1,
     backend: Backend = "auto",
@@ -117,6 +118,8 @@ def environment(
         dt: Time between two steps of a plant [s].
         duration: Length of an episode of a plant [s].
         start: Range from which `reset` draws states of plants, by name: `BLOCK.STATE` in a loop, `STATE` of a plant.
+        actions: Ranges of actions where the text gives no finite ones, by name: `BLOCK.OUTPUT` in a loop, `INPUT` of a
+            plant.
         penalty: What a terminated episode costs.
         substeps: Steps of integration between two samples.
         backend: As for `Experiment`.
@@ -124,17 +127,17 @@ def environment(
     Raises:
         MissingPackageError: Where gymnasium is not installed.
         ArgumentError: For another object, a block that is no controller, a measure that is no such integral, a reward
-            that is neither, and a missing `dt` or `duration`.
+            that is neither, a missing `dt` or `duration`, and actions without finite ranges.
         ValueOutOfBoundsError: For times and numbers of steps that are not positive, a penalty that is no finite number,
             and ranges that are not two numbers in order.
-        UnknownNameError: For a name of no block, measure or state.
+        UnknownNameError: For a name of no block, measure, state or action.
         DiagnosticError: For a loop that cannot be run without the controller.
     """
     required("gymnasium", "gymnasium")
     if not (callable(reward) or isinstance(reward, str)):
         raise ArgumentError(f"reward must be a function of the signals or the name of a measure, got {reward!r}")
     from fuzzyctl.interop.environments import LoopEnvironment
-    from fuzzyctl.interop.opened_loops import opened_loop, opened_plant
+    from fuzzyctl.interop.opened_loops import opened_loop, opened_plant, with_action_ranges
 
     if isinstance(system, Loop):
         if block is None or dt is not None or duration is not None:
@@ -148,5 +151,7 @@ def environment(
         opened = opened_plant(system, positive("dt", dt, "s"), positive("duration", duration, "s"))
     else:
         raise ArgumentError(f"expected a Loop or a Plant, got {type(system).__name__}")
+    ends = {name: span(f"range of '{name}'", own) for name, own in (actions or {}).items()}
+    opened = with_action_ranges(opened, ends)
     starts = {name: span(f"start of '{name}'", ends) for name, ends in (start or {}).items()}
     return LoopEnvironment(opened, reward, starts, number("penalty", penalty), count("substeps", substeps), backend)

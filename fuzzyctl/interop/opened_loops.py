@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -133,6 +134,32 @@ def opened_plant(plant: Plant, dt: float, duration: float) -> OpenedLoop:
         dict(zip(actions, (f"{block}.{s.name}" for s in plant.inputs), strict=True)),
         prefix=f"{block}.",
     )
+
+
+def with_action_ranges(opened: OpenedLoop, given: Mapping[str, tuple[float, float]]) -> OpenedLoop:
+    """Return an open loop whose actions have finite ranges, as agents draw them from these.
+
+    Args:
+        opened: The loop.
+        given: Ranges by the names that the user has for the actions; the others are those of the text.
+
+    Raises:
+        UnknownNameError: For a name of no action.
+        ArgumentError: For actions without a finite range.
+    """
+    known = [opened.shown[a].removeprefix(opened.prefix) for a in opened.actions]
+    for name in given:
+        if name not in known:
+            raise UnknownNameError("action", name, known)
+    ranges = tuple(given.get(n, ends) for n, ends in zip(known, opened.action_ranges, strict=True))
+    without = [n for n, ends in zip(known, ranges, strict=True) if not all(map(math.isfinite, ends))]
+    if without:
+        what = "inputs of the plant" if opened.prefix else "outputs of the controller"
+        raise ArgumentError(
+            f"agents draw actions from finite ranges, which the {what} do not have: {', '.join(without)}; declare them "
+            f'in the text, or give them, as actions={{"{without[0]}": (-10, 10)}}'
+        )
+    return dataclasses.replace(opened, action_ranges=ranges)
 
 
 def _fresh(block: str, names: Sequence[str], taken: set[str]) -> tuple[str, ...]:

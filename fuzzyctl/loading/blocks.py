@@ -11,7 +11,6 @@ from fuzzyctl.kernels.plan.expansion import DEEPEST_INSTANCES
 from fuzzyctl.lang import syntax as sx
 from fuzzyctl.loading.assembly import Part
 from fuzzyctl.loading.block_equations import loop_parts, parts_of
-from fuzzyctl.loading.block_files import check_csv, with_interface
 from fuzzyctl.loading.block_numbers import numbers
 from fuzzyctl.model.checks.block_units import unlike_units
 from fuzzyctl.model.controller import Controller
@@ -20,9 +19,6 @@ from fuzzyctl.model.params import ParamValues
 from fuzzyctl.model.plant import Plant
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.resolve.context import Context
-from fuzzyctl.resolve.controllers import resolve_controller
-from fuzzyctl.resolve.loops import resolve_loop
-from fuzzyctl.resolve.plants import resolve_plant
 
 #: Most parts of expressions that the blocks of a file expand to together.
 MOST_PARTS: Final = 100_000
@@ -30,13 +26,6 @@ MOST_PARTS: Final = 100_000
 #: A block of equations, and what one block may call.
 Block = Controller | Plant | Loop
 Callee = FuzzySystem | Controller | Plant
-
-#: What gives the statements of a block their meaning, by its first word.
-_RESOLVERS: Final[dict[str, Callable[..., tuple[Block, bool, list[Diagnostic]]]]] = {
-    "controller": resolve_controller,
-    "plant": resolve_plant,
-    "loop": resolve_loop,
-}
 
 
 class Blocks:
@@ -122,9 +111,11 @@ class Blocks:
         broken = self._declared - self._systems.keys()
         context = Context(unread=part.tree.unread, nameless=part.tree.nameless, broken=broken)
         statements = (*part.shared, *part.tree.statements)
-        resolve = _RESOLVERS[head.keyword.text]
+        resolve = _resolver(head.keyword.text)
         block, incomplete, found = resolve(statements, head, self.find, context, path=part.tree.source.name)
         if isinstance(block, Plant) and block.python:
+            from fuzzyctl.loading.block_files import with_interface
+
             block, more = with_interface(block, head, self._folder)
             found = [*found, *more]
         if isinstance(block, Plant) and block.fmu:
@@ -135,6 +126,8 @@ class Blocks:
         failed = incomplete or _has_errors(found)
         found = [*found, *numbers(block, ParamValues(block.params, partial=failed))]
         if isinstance(block, Loop) and not failed:
+            from fuzzyctl.loading.block_files import check_csv
+
             found.extend(check_csv(block, self._folder))
         if not (failed or _has_errors(found)):
             found.extend(self._expanded(block))
@@ -154,6 +147,22 @@ class Blocks:
         except DiagnosticError as error:
             self._parts_left -= MOST_PARTS // 20
             yield from error.diagnostics
+
+
+def _resolver(kind: str) -> Callable[..., tuple[Block, bool, list[Diagnostic]]]:
+    """Return what gives the statements of a block their meaning; a file of controllers needs no plants."""
+    match kind:
+        case "controller":
+            from fuzzyctl.resolve.controllers import resolve_controller
+
+            return resolve_controller
+        case "plant":
+            from fuzzyctl.resolve.plants import resolve_plant
+
+            return resolve_plant
+    from fuzzyctl.resolve.loops import resolve_loop
+
+    return resolve_loop
 
 
 def _is_loop(head: Any) -> bool:

@@ -16,7 +16,6 @@ from fuzzyctl.lang.repaired_text import in_original
 from fuzzyctl.loading.assembly import Part, bring_in, split, without_other_loops
 from fuzzyctl.loading.calls import with_called
 from fuzzyctl.loading.linking import link
-from fuzzyctl.loading.policy import apply_policy, in_order
 from fuzzyctl.model.checks.checks import check_model
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.resolve import resolve
@@ -77,7 +76,12 @@ class Examined:
 
     def reported(self, diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
         """Return diagnostics in order, as the lines of the file want them."""
-        return [in_original(d) for d in apply_policy(in_order(self.source, diagnostics), self.policy)]
+        found = list(diagnostics)
+        if not found and not self.policy:
+            return []
+        from fuzzyctl.loading.policy import apply_policy, in_order
+
+        return [in_original(d) for d in apply_policy(in_order(self.source, found), self.policy)]
 
 
 def look_through(

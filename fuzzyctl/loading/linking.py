@@ -11,7 +11,6 @@ from fuzzyctl.expr import Call, Expr, Name, span_of, walk
 from fuzzyctl.loading.calls import Elsewhere
 from fuzzyctl.model.checks.units import unlike_units
 from fuzzyctl.model.guarantee import Guarantee
-from fuzzyctl.model.inlined_lets import MOST_LEVELS, MOST_PARTS, inlined, is_too_large
 from fuzzyctl.model.system import FuzzySystem
 
 
@@ -50,14 +49,17 @@ class _Links:
 
     def take(self, guarantee: Guarantee) -> bool:
         """Return whether all that a guarantee names of other systems is there."""
-        if is_too_large(self.system, guarantee):
-            message = f"the guarantee has more than {MOST_PARTS:,} operations or {MOST_LEVELS} levels of them"
-            facts = ("each let that it names counts with the operations of its expression",)
-            help_text = "name lets of fewer operations"
-            self.mistakes.append(Diagnostic("FZ112", message, guarantee.span, facts=facts, help=help_text))
-            return False
-        written = inlined(self.system, guarantee)
-        parts = [e for e in (written.claim, written.when) if e is not None]
+        if self.system.lets:
+            from fuzzyctl.model.inlined_lets import MOST_LEVELS, MOST_PARTS, inlined, is_too_large
+
+            if is_too_large(self.system, guarantee):
+                message = f"the guarantee has more than {MOST_PARTS:,} operations or {MOST_LEVELS} levels of them"
+                facts = ("each let that it names counts with the operations of its expression",)
+                help_text = "name lets of fewer operations"
+                self.mistakes.append(Diagnostic("FZ112", message, guarantee.span, facts=facts, help=help_text))
+                return False
+            guarantee = inlined(self.system, guarantee)
+        parts = [e for e in (guarantee.claim, guarantee.when) if e is not None]
         found = [self._mistake(node) for part in parts for node in walk(part) if "." in _name(node)]
         self.mistakes.extend(d for d in found if isinstance(d, Diagnostic))
         return not any(found)

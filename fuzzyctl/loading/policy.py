@@ -5,16 +5,13 @@ from __future__ import annotations
 import dataclasses
 import re
 from collections.abc import Collection, Iterable
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from fuzzyctl.diagnostics.diagnostic import CODES, Diagnostic
 from fuzzyctl.diagnostics.fixes import respelt
 from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.diagnostics.suggestions import closest
 from fuzzyctl.lang import syntax as sx
-
-if TYPE_CHECKING:
-    pass
 
 _TERM_LINE: Final = re.compile(rf"[ \t]*(?:terms\b|{sx.NAME}[ \t]*=)")
 _QUOTED: Final = re.compile(r"'[^']*'")

@@ -205,6 +205,15 @@ class TestMemory:
             simulate.require_memory(runs, file.places)
 
 
+#: What a law in Python has beside its signals.
+PARTS = """from types import SimpleNamespace
+Settings = init = step = None
+FAULTS = {}
+def S(name):
+    return SimpleNamespace(name=name)
+"""
+
+
 class TestLawFile:
     @pytest.mark.parametrize(
         ("text", "words"),
@@ -213,6 +222,10 @@ class TestLawFile:
             ("def f(:\n", "SyntaxError"),
             ("import nosuchmodule\n", "No module named 'nosuchmodule'"),
             ("SIGNALS = ()\n", "has no Settings, FAULTS, init, step"),
+            (f"{PARTS}SIGNALS = (S('x'),)\n", "signal 'x' of the control law broken has the name of another column"),
+            (f"{PARTS}SIGNALS = (S('t'),)\n", "rename it, as to t_law"),
+            (f"{PARTS}SIGNALS = (S('a'), S('a'))\n", "the control law broken has two signals 'a'"),
+            (f"{PARTS}SIGNALS = ('a',)\n", "cannot be checked"),
         ],
     )
     def test_that_cannot_be_imported_is_named(self, tmp_path, text, words):

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 @run_options.set_option
 @run_options.format_option
 def show(scenario: str | None, rules_folder: Path | None, overrides: tuple[str, ...], style: str) -> None:
-    """Print what SCENARIO says on one page; without SCENARIO, the shipped scenarios.
+    """Print what SCENARIO says on one page; without SCENARIO, the shipped scenarios and control laws.
 
     Shown are the formation, the path with its length and speeds, how far the obstacles are from it, the disturbances in
     the order of time, the gains of the control laws, and what is proved of the rule files. Nothing is simulated.
@@ -52,17 +52,27 @@ def _facts(task: Task) -> dict[str, Any]:
 
 
 def _list(style: str) -> None:
-    """Print the shipped scenarios with the first sentence of each file."""
+    """Print the shipped scenarios and control laws with the first sentence of each file."""
 
     from dwmr.config.shipped import SHIPPED, shipped_names
+    from dwmr.control import laws
+    from fuzzyctl.support.shipped import rules_folder
 
     first = {name: _first_sentence(SHIPPED / f"{name}.toml") for name in shipped_names()}
+    files = {name: laws.shipped_file(name) for name in laws.names()}
     if style == "json":
-        write_json({"scenarios": first})
+        write_json({"scenarios": first, "laws": files})
         return
-    width = max(map(len, first))
+    width = max(map(len, (*first, *files)))
+    say("Scenarios")
     for name, text in first.items():
-        say(f"{name:{width}}  {text}")
+        say(f"  {name:{width}}  {text}")
+    say("")
+    say("Control laws")
+    for name, file in files.items():
+        part = laws.zeroed(name)
+        said = f"with {part} = 0" if part else _first_sentence(rules_folder() / file)
+        say(f"  {name:{width}}  {file:{max(map(len, files.values()))}}  {said}")
 
 
 def _first_sentence(path: Path) -> str:

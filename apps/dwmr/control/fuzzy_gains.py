@@ -190,7 +190,7 @@ class Rules:
         if key not in self.known.assembled:
             values = {name: value for system in systems.values() for name, value in system.values.items()}
             numbers = {p.name: values[p.name] for p in own.params if p.name in values and not [*names_in(p.expression)]}
-            called = law_text.with_systems(own, {role: replace(s, name=role) for role, s in systems.items()})
+            called = law_text.with_systems(own, {role: _named(s, role) for role, s in systems.items()})
             changed = law_text.with_params(called, numbers | ({part: 0.0} if part else {}))
             self.known.assembled[key] = law_text.Assembled(changed)
         return self.known.assembled[key]
@@ -345,6 +345,11 @@ class Rules:
         if key not in self.known.kernels:
             self.known.kernels[key] = fuzzyctl.compile(system)
         return self.known.kernels[key]
+
+
+def _named(system: FuzzySystem, role: str) -> FuzzySystem:
+    """Return a system by the name of its role; the same one, with all that it has kept, where that is its name."""
+    return system if system.name == role else replace(system, name=role)
 
 
 def _not_covered(output: Any, verdict: Any, path: str) -> Diagnostic:

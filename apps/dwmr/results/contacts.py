@@ -38,8 +38,8 @@ def poses(trajectory: Trajectory, scenario: Scenario, robot: str) -> FloatArray:
 def obstacle_gaps(trajectory: Trajectory, scenario: Scenario, robot: str) -> FloatArray:
     """Return the gap between a robot's body and every obstacle, negative in overlap, shape (samples, obstacles) [m]."""
     pose, body = poses(trajectory, scenario, robot), outline(scenario.robots[robot])
-    gaps = [gap_to_point(pose, body, o.x, o.y) - o.radius for o in scenario.obstacles]
-    return np.stack(gaps, axis=1) if gaps else np.zeros((len(trajectory.t), 0))
+    x, y, radius = np.array([(o.x, o.y, o.radius) for o in scenario.obstacles]).reshape(-1, 3).T[:, :, None]
+    return np.ascontiguousarray((gap_to_point(pose, body, x, y) - radius).T)
 
 
 def robot_gaps(trajectory: Trajectory, scenario: Scenario) -> Iterator[tuple[str, str, Any, FloatArray]]:

@@ -140,14 +140,17 @@ def _measures(run: Trajectory, scenario: Scenario) -> dict[str, Callable[[], Any
     """Return how to compute each measure."""
     names = run.robots
     pairs = cache(lambda: list(contacts.robot_gaps(run, scenario)))
+    to_obstacles = cache(lambda robot: contacts.obstacle_gaps(run, scenario, robot))
     return {
         "rmse": lambda: {n: _rmse(run, n, printed_frame(scenario, n)) for n in names},
         "rmse_body": lambda: {n: _rmse(run, n, "body") for n in names},
         "rmse_inertial": lambda: {n: _rmse(run, n, "inertial") for n in names},
         "centre_distance": lambda: {n: _least([distances(run, scenario, n)]) for n in names},
-        "obstacle_gap": lambda: {n: _least([contacts.obstacle_gaps(run, scenario, n)]) for n in names},
+        "obstacle_gap": lambda: {n: _least([to_obstacles(n)]) for n in names},
         "robot_gap": lambda: {n: _least([gaps for a, b, _, gaps in pairs() if n in (a, b)]) for n in names},
-        "obstacles_hit": lambda: [hit for n in names for hit in _obstacles_hit(run, scenario, n)],
+        "obstacles_hit": lambda: [
+            hit for n in names for hit in _obstacles_hit(run.t, scenario.run.dt, n, to_obstacles(n))
+        ],
         "robots_hit": lambda: _robots_hit(run, scenario, pairs()),
         "chattering": lambda: {n: _chattering(run, scenario.run.dt, n) for n in names},
         "avoidance_s": lambda: {n: _share(run["obstacle"][:, i] >= 0) * _span(run) for i, n in enumerate(names)},
@@ -185,10 +188,9 @@ def _least(gaps: list[FloatArray]) -> float | None:
     return min((float(one.min()) for one in gaps if one.size), default=None)
 
 
-def _obstacles_hit(trajectory: Trajectory, scenario: Scenario, robot: str) -> list[dict[str, Any]]:
-    """Return the obstacles that a robot's body touches."""
-    gaps, dt = contacts.obstacle_gaps(trajectory, scenario, robot), scenario.run.dt
-    found = [contacts.contact(trajectory.t, dt, gaps[:, a]) for a in range(gaps.shape[1])]
+def _obstacles_hit(t: FloatArray, dt: float, robot: str, gaps: FloatArray) -> list[dict[str, Any]]:
+    """Return the obstacles that a robot's body touches, from its gaps to them."""
+    found = [contacts.contact(t, dt, gaps[:, a]) for a in range(gaps.shape[1])]
     return [{"robot": robot, "obstacle": a, **one._asdict()} for a, one in enumerate(found) if one is not None]
 
 

@@ -63,6 +63,22 @@ def decide(system: Enclosed, claim: Claim, judge: Judge, timeout: float, progres
         return search.verdict()
 
 
+def holds_in(system: Enclosed, claim: Claim, lo: Array, hi: Array) -> bool:
+    """Return whether enclosures of the sides of a claim settle some boxes as they are.
+
+    Args:
+        system: What the claim is about.
+        claim: The claim.
+        lo, hi: Ends of the boxes, shape (inputs, boxes).
+    """
+    compared, conditions = (list(dict.fromkeys(bounds_in(t))) for t in (claim.truth, claim.region))
+    with np.errstate(all="ignore"):
+        found, void = system.enclose([b.left - b.right for b in (*conditions, *compared)], lo, hi, sloped=False)
+        upper = {b: e.hi for b, e in zip(conditions, found, strict=False)}
+        lower = {b: e.lo + float(b.tolerance) for b, e in zip(compared, found[len(conditions) :], strict=True)}
+        return bool(np.all(surely_false(claim.region, upper) | void | surely_true(claim.truth, lower)))
+
+
 def first_witness(claim: Claim, judge: Judge, lo: Array, hi: Array, deadline: float) -> Witness | None:
     """Search for a witness among middles of cells (a corner is a cell of one point) until the deadline.
 
@@ -105,17 +121,11 @@ class _Pointwise:
         Args:
             lo, hi: Ends of the boxes, shape (inputs, boxes).
         """
-        exprs = [b.left - b.right for b in (*self.conditions, *self.compared)]
-        for k in range(0, lo.shape[1], self.system.batch):
+        batch = self.system.batch
+        for k in range(0, lo.shape[1], batch):
             if clock.now() > self.search.deadline:
                 return False
-            found, void = self.system.enclose(
-                exprs, lo[:, k : k + self.system.batch], hi[:, k : k + self.system.batch], sloped=False
-            )
-            number = len(self.conditions)
-            upper = {b: e.hi for b, e in zip(self.conditions, found, strict=False)}
-            lower = {b: e.lo + float(b.tolerance) for b, e in zip(self.compared, found[number:], strict=True)}
-            if not np.all(surely_false(self.claim.region, upper) | void | surely_true(self.claim.truth, lower)):
+            if not holds_in(self.system, self.claim, lo[:, k : k + batch], hi[:, k : k + batch]):
                 return False
         return True
 

@@ -31,6 +31,7 @@ from fuzzyctl.kernels.inference.defuzzify.sampling import sampled_degrees, seen_
 from fuzzyctl.kernels.interval.scalar import Interval, enclose, hull
 from fuzzyctl.kernels.plan.build import DegreePlan, ImpliedPlan, OutputPlan, Plan, SetPlan, chain_name, degree_name
 from fuzzyctl.kernels.program.scalar import scalar_function
+from fuzzyctl.records import record
 
 #: A consequent set narrower than this part of the range, or lower than this at all samples, does not count.
 NARROW: Final = 1e-12
@@ -47,7 +48,7 @@ MOST_CELLS: Final = 1000
 SPLITS: Final = 4000
 
 
-@dataclass(frozen=True)
+@record(frozen=True)
 class Side:
     """The values of one input in a region, with or without their ends."""
 
@@ -75,7 +76,7 @@ class Side:
         return min(max(middle, self.lower), self.upper)
 
 
-@dataclass(frozen=True)
+@record(frozen=True)
 class Hole:
     """A region where no rule fires for an output.
 
@@ -93,7 +94,7 @@ class Hole:
         )
 
 
-@dataclass(frozen=True)
+@record(frozen=True)
 class Undecided:
     """It is not known whether some rule always fires; `reason` says why, `spent` whether for lack of work only."""
 

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from bisect import bisect_left, bisect_right
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from math import inf, nextafter
 from typing import Final, NamedTuple
 
@@ -17,6 +16,7 @@ from fuzzyctl.analysis.work import Work, units_of
 from fuzzyctl.expr import Expr, names_in
 from fuzzyctl.kernels.interval.scalar import Interval, enclose
 from fuzzyctl.kernels.plan.build import DegreePlan, Plan, SetPlan, step_name
+from fuzzyctl.records import record
 
 #: A degree that is high enough: products of hundreds of them do not underflow.
 _HIGH: Final = 0.25
@@ -31,7 +31,7 @@ _LOOKED, _DEGREE = 0.5, 10
 Literals = Mapping[int, str]
 
 
-@dataclass(frozen=True)
+@record(frozen=True)
 class Conditions:
     """What the rules that count depend on.
 

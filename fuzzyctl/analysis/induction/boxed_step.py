@@ -91,6 +91,12 @@ class BoxedStep:
                 cuts[line[0]] |= {(x - line[2]) / line[1] for x in values if math.isfinite(x)}
         return grid_of_cells([self.whole(n) for n in self.inputs], [cuts[n] for n in self.inputs])
 
+    @property
+    def box(self) -> tuple[Array, Array]:
+        """All that the arguments may be as one box, shape (inputs, 1) each."""
+        lo, hi = zip(*(self.whole(n) for n in self.inputs), strict=True)
+        return np.array(lo)[:, None], np.array(hi)[:, None]
+
     def whole(self, name: str) -> Ends:
         """Return the ends of a side; those that lie far away are infinite, so that boxes are halved near 0 first."""
         low, high = self.ranges.get(name, (0.0, 0.0))

@@ -15,6 +15,7 @@ from fuzzyctl.kernels.plan.equations import Equations
 from fuzzyctl.kernels.plan.expansion import equations_of
 from fuzzyctl.model.controller import Controller, Result
 from fuzzyctl.model.guarantee import Bounds
+from fuzzyctl.records import record
 
 #: What the name of a state begins with where its next value is meant.
 NEXT: Final = "next "
@@ -22,7 +23,7 @@ NEXT: Final = "next "
 ROUNDING: Final = 1e-9
 
 
-@dataclass(frozen=True)
+@record(frozen=True)
 class StepClaim:
     """A claim about a step.
 

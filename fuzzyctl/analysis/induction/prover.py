@@ -8,7 +8,7 @@ from functools import cached_property, partial
 from typing import Final
 
 from fuzzyctl.analysis import clock
-from fuzzyctl.analysis.branch_and_bound.pointwise import decide
+from fuzzyctl.analysis.branch_and_bound.pointwise import decide, holds_in
 from fuzzyctl.analysis.claims import Claim, bounds_in
 from fuzzyctl.analysis.induction.boxed_step import BoxedStep, Ends
 from fuzzyctl.analysis.induction.claims import Claims, StepClaim, loosened, names_in_claim, tolerance_of
@@ -157,7 +157,7 @@ class ControllerProver:
         witness = self.replay.witness(tried.claim, reached.given, reached.state, shown)
         if witness is None:
             return None
-        if not set(shown) & set(self.replay.step.state_names):
+        if not set(shown) & set(self.replay.states):
             return Refuted(claim.claim.text, witness)
         steps = f"reached from the start after {counted(reached.steps, 'step')}" if reached.steps else _FIRST
         return Refuted(claim.claim.text, witness, note=steps)
@@ -172,12 +172,14 @@ class ControllerProver:
             broken: What refutes it where it is false; None for the claim itself.
         """
         boxed = BoxedStep(self.model, ranges, list(dict.fromkeys(names_in_claim(claim))))
+        if timeout > 0.0 and holds_in(boxed, claim, *boxed.box):  # as most ranges do
+            return Proved(claim.text)
         progress = None if self.progress is None else partial(self.progress, claim.text)
         found = decide(boxed, claim, Judge(self.replay, boxed.inputs, broken), timeout, progress)
         if not isinstance(found, Refuted):
             return found
         declared = {s.name for s in self.model.equations.states if s.bounds is not None}
-        own = [n for n in boxed.inputs if n in self.replay.step.state_names]
+        own = [n for n in boxed.inputs if n in self.replay.states]
         if all(found.witness.point[n] == self._start[n] for n in own):
             return replace(found, note=_FIRST if own else "")
         if all(n in declared and self._is_kept(n) for n in own):

@@ -16,7 +16,7 @@ from typing import Final
 import numpy as np
 
 from fuzzyctl.analysis.induction.boxed_step import ANYTHING, Ends
-from fuzzyctl.analysis.induction.step_model import FAR, StepModel
+from fuzzyctl.analysis.induction.step_model import FAR, StepModel, parted
 from fuzzyctl.expr import Number, names_in, walk
 from fuzzyctl.kernels.interval.vector import Enclosure, constant
 from fuzzyctl.kernels.plan.equations import DT, Equation
@@ -95,13 +95,15 @@ def ranges_of(model: StepModel, inputs: Mapping[str, Ends], caps: Mapping[str, E
 class _Growth:
     def __init__(self, model: StepModel, inputs: Mapping[str, Ends], caps: Mapping[str, Ends]) -> None:
         self.model, self.caps = model, caps
-        self.inputs = {n: _box(e) for n, e in inputs.items()}
         self.states = model.equations.states
         self.ends = {s.name: (_End(s.start), _End(s.start)) for s in self.states}
         self.lost: set[str] = set()
         updates = model.equations.updates
-        self.part = model.slice(n.name for u in updates for n in names_in(u))
-        exprs = [*updates, *(i.value for i in self.part.body if isinstance(i, Equation))]
+        part = model.slice(n.name for u in updates for n in names_in(u))
+        still, self.part = parted(part, self.ends)
+        #: What no state changes.
+        self.fixed = model.evaluate(still, {n: _box(e) for n, e in inputs.items()}).names
+        exprs = [*updates, *(i.value for i in part.body if isinstance(i, Equation))]
         numbers = {n.value for e in exprs for n in walk(e) if isinstance(n, Number) and math.isfinite(n.value)}
         numbers |= {x for e in (*inputs.values(), *caps.values()) for x in e if abs(x) < FAR}
         self.marks = sorted({0.0, *numbers, *(-x for x in numbers)})
@@ -128,7 +130,7 @@ class _Growth:
 
     def _is_kept(self) -> bool:
         """Return whether no step leaves the ranges."""
-        names = self.model.evaluate(self.part, self.inputs | self._known())
+        names = self.model.evaluate(self.part, self.fixed | self._known())
         for state, update in zip(self.states, self.model.equations.updates, strict=True):
             if state.name in self.lost:
                 continue
@@ -143,7 +145,7 @@ class _Growth:
 
     def _step(self, *, is_last: bool) -> bool:
         """Let ranges grow by a step; return whether some did."""
-        names = self.model.evaluate(self.part, self.inputs | self._known())
+        names = self.model.evaluate(self.part, self.fixed | self._known())
         grew = False
         for state, update in zip(self.states, self.model.equations.updates, strict=True):
             found = names.enclose(update)

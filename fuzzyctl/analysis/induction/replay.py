@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 import random
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
+from functools import cached_property
 from typing import Final
 
 from fuzzyctl.analysis import clock
@@ -17,6 +17,7 @@ from fuzzyctl.analysis.verdicts import Witness
 from fuzzyctl.expr import Expr, Name, Number
 from fuzzyctl.kernels.plan.equations import DT
 from fuzzyctl.kernels.steps.step import Step
+from fuzzyctl.records import record
 
 #: What two expressions that differ may owe to rounding, relative to them, where a claim is about exact arithmetic.
 _ROUNDING: Final = Fraction(1, 1 << 36)
@@ -43,10 +44,16 @@ class Replay:
 
     def __init__(self, claims: Claims, exact: frozenset[Bound]) -> None:
         self.claims, self.exact = claims, exact
-        self.step = Step(claims.equations, "python")
-        self.arguments = [*self.step.input_names, *([DT] if self.step.period is None else [])]
-        self.names = [*self.step.output_names, *(NEXT + n for n in self.step.state_names)]
-        self.start = [float(x) for x in self.step.start()]
+        equations = claims.equations
+        self.arguments = [*equations.inputs, *([DT] if equations.period is None else [])]
+        self.states = [s.name for s in equations.states]
+        self.names = [*(name for name, _ in equations.outputs), *(NEXT + n for n in self.states)]
+        self.start = [float(s.start) for s in equations.states]
+
+    @cached_property
+    def step(self) -> Step:
+        """The step; what is proved without a witness needs none."""
+        return Step(self.claims.equations, "python")
 
     def values(self, given: Sequence[float], state: Sequence[float]) -> dict[str, float] | None:
         """Return the outputs and the next state by name; None where no rule fires of a system that must have one."""
@@ -77,7 +84,7 @@ class Replay:
         except NoValueError:
             return None
         bound = next(b for b in bounds_in(claim.truth) if not self.holds(b, values))
-        arguments = dict(zip([*self.arguments, *self.step.state_names], [*given, *state], strict=True))
+        arguments = dict(zip([*self.arguments, *self.states], [*given, *state], strict=True))
         sides = tuple((text, values[name]) for text, name in self.claims.sides.get(bound, ()))
         return Witness({n: arguments[n] for n in shown if n in arguments}, sides or self._side(bound, values))
 
@@ -134,10 +141,10 @@ class Judge:
     def _arguments(self, point: Sequence[float]) -> tuple[list[float], list[float]]:
         at = dict(zip(self.names, point, strict=True))
         given = [at.get(n, 1.0 if n == DT else 0.0) for n in self.replay.arguments]
-        return given, [at.get(n, x) for n, x in zip(self.replay.step.state_names, self.replay.start, strict=True)]
+        return given, [at.get(n, x) for n, x in zip(self.replay.states, self.replay.start, strict=True)]
 
 
-@dataclass(frozen=True)
+@record(frozen=True)
 class Reached:
     """A step of a run from the start: the arguments, the state before it, and the number of steps before it."""
 
@@ -183,7 +190,7 @@ class Runs:
             for k, claim in enumerate(claims):
                 if k not in found and self.replay.witness(claim.claim, given, state, ()) is not None:
                     found[k] = Reached(given, state, steps)
-            state = [values[NEXT + n] for n in self.replay.step.state_names]
+            state = [values[NEXT + n] for n in self.replay.states]
             self._state = state
 
     def _patterns(self) -> Iterator[Iterator[list[float]]]:

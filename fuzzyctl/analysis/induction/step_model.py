@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Final
 
@@ -21,6 +20,7 @@ from fuzzyctl.kernels.plan.build import plan
 from fuzzyctl.kernels.plan.equations import DT, Equation, Equations, Evaluation
 from fuzzyctl.kernels.steps.program import numeric
 from fuzzyctl.model.system import FuzzySystem
+from fuzzyctl.records import record
 
 #: Numbers without an end are taken up to this magnitude, so that nothing overflows where they are multiplied.
 FAR: Final = 1e30
@@ -28,7 +28,7 @@ FAR: Final = 1e30
 Item = Equation | Evaluation
 
 
-@dataclass(frozen=True)
+@record(frozen=True)
 class Slice:
     """The part of a step that some names depend on.
 
@@ -102,7 +102,7 @@ class StepModel:
         for item in self.body:
             for name in defined(item):
                 self._lines[name] = self.line(self.definitions[name]) if name in self.definitions else None
-        self._called: dict[FuzzySystem, CalledSystem] = {}
+        self._called: dict[int, CalledSystem] = {}
 
     @cached_property
     def _makers(self) -> dict[str, int]:
@@ -132,9 +132,9 @@ class StepModel:
 
     def called(self, system: FuzzySystem) -> CalledSystem:
         """Return a system that is called."""
-        if system not in self._called:
-            self._called[system] = CalledSystem(system)
-        return self._called[system]
+        if id(system) not in self._called:
+            self._called[id(system)] = CalledSystem(system)
+        return self._called[id(system)]
 
     def evaluate(self, own: Slice, arguments: Mapping[str, Enclosure], *, nearest: bool = True) -> NarrowingInterpreter:
         """Enclose all names of a slice.
@@ -198,6 +198,18 @@ def read(item: Item) -> list[str]:
     """Return the names that an equation or a call of a system reads."""
     values = item.arguments if isinstance(item, Evaluation) else (item.value,)
     return [n.name for value in values for n in names_in(value)]
+
+
+def parted(own: Slice, names: Iterable[str]) -> tuple[Slice, Slice]:
+    """Return the part of a slice that depends on none of some names, and the part that does."""
+    changing = set(names)
+    parts: tuple[list[Item], list[Item]] = [], []
+    for item in own.body:
+        depends = not changing.isdisjoint(read(item))
+        parts[depends].append(item)
+        if depends:
+            changing.update(defined(item))
+    return Slice(tuple(parts[0]), own.arguments), Slice(tuple(parts[1]), own.arguments)
 
 
 def _scaled(line: tuple[str, float, float] | None, factor: float, shift: float) -> tuple[str, float, float] | None:

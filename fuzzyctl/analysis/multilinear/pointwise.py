@@ -8,7 +8,6 @@ edges, which are cells of their own, so that strict comparisons and conditions a
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from enum import IntEnum
 from fractions import Fraction
 from functools import cached_property
@@ -22,6 +21,7 @@ from fuzzyctl.analysis.multilinear.surface import Surface
 from fuzzyctl.analysis.verdicts import Proved, Refuted, Undecided, Verdict, Witness
 from fuzzyctl.analysis.witnesses import Judge
 from fuzzyctl.model.system import FuzzySystem
+from fuzzyctl.records import record
 
 #: Units of work for a cell.
 _CELL: Final = 25
@@ -41,7 +41,7 @@ class Level(IntEnum):
     FOR_KERNELS = 2
 
 
-@dataclass(frozen=True)
+@record(frozen=True)
 class _Cell:
     """A product of points (k, k) and open intervals (k, k + 1) between cuts."""
 

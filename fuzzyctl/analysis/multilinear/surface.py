@@ -9,9 +9,9 @@ from __future__ import annotations
 import math
 from bisect import bisect_right
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from fractions import Fraction
-from functools import cached_property
+from functools import cached_property, lru_cache
 from itertools import pairwise, product
 from typing import Final
 
@@ -21,6 +21,7 @@ from fuzzyctl.kernels.algorithms.grid import Grid, Table, grid_of
 from fuzzyctl.kernels.algorithms.interpolation import MOST_RAMPS
 from fuzzyctl.kernels.inference.defuzzify.defuzzify import consequent_hull
 from fuzzyctl.kernels.plan.build import Plan, SetPlan, degree_name, step_name
+from fuzzyctl.records import record
 
 #: Most products of corners and rules: about a second.
 MOST: Final = 200_000
@@ -32,7 +33,7 @@ _U: Final = 2.0**-53
 Point = tuple[Fraction, ...]
 
 
-@dataclass(frozen=True)
+@record(frozen=True)
 class Surface:
     """All outputs of a system that interpolates.
 
@@ -133,6 +134,7 @@ class Surface:
         return tuple(Fraction(_Error(self, o).most()) for o in range(len(self.plan.outputs)))
 
 
+@lru_cache(maxsize=8)
 def surface_of(plan: Plan, *, most: int = MOST) -> Surface | None:
     """Return the outputs of a system that interpolates, None for any other, or one with too many corners.
 
@@ -186,7 +188,7 @@ def _rational(strength: Expr, known: Mapping[str, Fraction]) -> Fraction:
     raise TypeError(f"{type(strength).__name__} is not multilinear")
 
 
-@dataclass(frozen=True)
+@record(frozen=True)
 class _Error:
     """The error of one output: of evaluating the rules, and of interpolating rounded values.
 

@@ -10,7 +10,6 @@ terms, and their positions follow from index arithmetic, without look-up.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from itertools import pairwise, product
 from typing import Final
 
@@ -22,6 +21,7 @@ from fuzzyctl.kernels.inference.inference import raw_names
 from fuzzyctl.kernels.plan.build import OutputPlan, Plan, SetPlan, degree_name
 from fuzzyctl.kernels.program.builder import Builder, any_nan, clip, minus, plus, times
 from fuzzyctl.kernels.program.program import NAN, Program
+from fuzzyctl.records import record
 
 _HALF: Final = Number(0.5)
 _SIXTH: Final = Number(1 / 6)
@@ -29,7 +29,7 @@ _SIXTH: Final = Number(1 / 6)
 _SAME: Final = 8 * 2.0**-52
 
 
-@dataclass(frozen=True)
+@record(frozen=True)
 class Axis:
     """An input with a partition of triangles.
 
@@ -47,7 +47,7 @@ class Axis:
         return _is_even(self.knots)
 
 
-@dataclass(frozen=True)
+@record(frozen=True)
 class Band:
     """An output whose table holds the term `signs[0]`·i + `signs[1]`·j + `offset`, held within those there are.
 
@@ -73,7 +73,7 @@ class Band:
     middle: float
 
 
-@dataclass(frozen=True)
+@record(frozen=True)
 class Diagonals:
     """A system whose outputs are all such bands over the same two inputs."""
 

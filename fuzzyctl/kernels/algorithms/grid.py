@@ -10,13 +10,13 @@ from __future__ import annotations
 import math
 from bisect import bisect_right
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from itertools import pairwise, product
 from operator import mul
 from typing import Final
 
 from fuzzyctl.expr import Binary, Expr, Name, Number
 from fuzzyctl.kernels.plan.build import InputPlan, OutputPlan, Plan, SetPlan, degree_name, step_name
+from fuzzyctl.records import record
 
 #: Most knots of all inputs together: a table of 1 MiB for each sum.
 MOST_KNOTS: Final = 1 << 17
@@ -37,7 +37,7 @@ STEEPEST: Final = 1e250
 Tensor = tuple[tuple[int, ...], dict[tuple[int, ...], float]]
 
 
-@dataclass(frozen=True)
+@record(frozen=True)
 class Table:
     """An output at all knots.
 
@@ -53,7 +53,7 @@ class Table:
     high: float
 
 
-@dataclass(frozen=True)
+@record(frozen=True)
 class Grid:
     """All outputs at the knots of the inputs that rules read.
 

@@ -10,7 +10,6 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass
 from itertools import pairwise, product
 from typing import Final
 
@@ -18,6 +17,7 @@ from fuzzyctl.expr import Binary, Call, Expr, Name, Number
 from fuzzyctl.kernels.algorithms.grid import ROUNDING, degree_at, is_continuous, knots_of, rounded, too_close
 from fuzzyctl.kernels.inference.defuzzify.defuzzify import consequent_hull
 from fuzzyctl.kernels.plan.build import OutputPlan, Plan, SetPlan, degree_name
+from fuzzyctl.records import record
 
 #: Most numbers of all tables together: 1 MiB.
 MOST_NUMBERS: Final = 1 << 17
@@ -41,7 +41,7 @@ _Line = tuple[str | None, float, float, float]
 _NO_TERM: Final[_Line] = (None, 0.0, 0.0, 0.0)
 
 
-@dataclass(frozen=True)
+@record(frozen=True)
 class Side:
     """One of the two terms of an input that meet in a cell: degree = slope · (x - foot) + base, held at 0.
 
@@ -53,7 +53,7 @@ class Side:
     base: tuple[float, ...]
 
 
-@dataclass(frozen=True)
+@record(frozen=True)
 class Axis:
     """An input with at most two terms active at any point.
 
@@ -75,7 +75,7 @@ class Axis:
     is_covered: bool
 
 
-@dataclass(frozen=True)
+@record(frozen=True)
 class Sums:
     """What the rules of an output contribute, for each cell, the last input's varying fastest, and each pair of sides.
 
@@ -98,7 +98,7 @@ class Sums:
         return all(math.isfinite(x) for table in tables for x in table)
 
 
-@dataclass(frozen=True)
+@record(frozen=True)
 class Active:
     """A system whose outputs are averages over one table of rules.
 

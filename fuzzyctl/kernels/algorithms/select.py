@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Final, Literal, get_args
 
@@ -15,6 +14,7 @@ from fuzzyctl.kernels.inference import inference
 from fuzzyctl.kernels.plan.build import Plan
 from fuzzyctl.kernels.program.passes.inline import inlined
 from fuzzyctl.kernels.program.program import Program
+from fuzzyctl.records import record
 
 #: `rules` evaluates every rule; `interpolation` looks up what the rules say in the cell of the inputs; `diagonals`
 #: integrates around the rules that act, `active` averages over them; `auto` takes the fastest that the system allows.
@@ -27,7 +27,7 @@ COMPILED: Final = 1000
 INTERPRETED: Final = 10_000
 
 
-@dataclass(frozen=True)
+@record(frozen=True)
 class Algorithm:
     """An algorithm for a plan.
 

@@ -13,7 +13,18 @@ import numpy as np
 
 from fuzzyctl.expr import Binary, Call, Compare, Expr, Logic, Name, Negate, Number, Where, names_in, walk
 from fuzzyctl.kernels.interval.program import Interpreter
-from fuzzyctl.kernels.interval.vector import ULPS, Array, Enclosure, Mask, divided, minus, plus, sound, times
+from fuzzyctl.kernels.interval.vector import (
+    ULPS,
+    Array,
+    Enclosure,
+    Mask,
+    divided,
+    least_and_largest,
+    minus,
+    plus,
+    sound,
+    times,
+)
 from fuzzyctl.kernels.interval.vector_functions import Truths, applied
 
 #: Most conjunctions that a condition is written as.
@@ -98,8 +109,8 @@ class NarrowingInterpreter(Interpreter):
         return super().decide(condition)
 
     def _where(self, expr: Where) -> Enclosure:
-        whole = super()._where(expr)
         yes, no = self.decide(expr.condition)
+        whole = self._chosen(expr, yes, no)
         open_ = ~(yes | no)
         if not open_.any():
             return whole
@@ -147,7 +158,7 @@ class _Narrowed(NarrowingInterpreter):
         self._again = {}
 
     def _where(self, expr: Where) -> Enclosure:
-        return Interpreter._where(self, expr)  # branches within branches are not narrowed again
+        return self._chosen(expr, *self.decide(expr.condition))  # branches within branches are not narrowed again
 
     def enclose(self, expr: Expr) -> Enclosure:
         """Enclose an expression; what depends on narrowed names is computed again."""
@@ -245,11 +256,10 @@ def _side(op: str, other: Enclosure) -> Ends:
 
 def _nearest(op: str, a: Enclosure, b: Enclosure) -> Enclosure:
     """Enclose what floats give, which is monotone in each operand, as rounding is."""
-    ends = [_NEAREST[op](x, y) for x in (a.lo, a.hi) for y in (b.lo, b.hi)]
-    bad = np.logical_or.reduce([np.isnan(e) for e in np.broadcast_arrays(*ends)])
+    lo, hi = least_and_largest([_NEAREST[op](x, y) for x in (a.lo, a.hi) for y in (b.lo, b.hi)])
+    bad = np.isnan(lo)  # one of the four is enough
     if op == "/":
         bad = bad | ((b.lo <= 0.0) & (b.hi >= 0.0))
-    lo, hi = np.minimum.reduce(np.broadcast_arrays(*ends)), np.maximum.reduce(np.broadcast_arrays(*ends))
     if op == "*" and a is b:
         lo = np.where((a.lo <= 0.0) & (a.hi >= 0.0), 0.0, lo)
     return _lost(Enclosure(lo, hi, None, np.array(np.inf)), bad)

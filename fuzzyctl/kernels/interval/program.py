@@ -71,7 +71,10 @@ class Interpreter:
         raise TypeError(f"{type(expr).__name__} has no enclosure")
 
     def _where(self, expr: Where) -> Enclosure:
-        yes, no = self.decide(expr.condition)
+        return self._chosen(expr, *self.decide(expr.condition))
+
+    def _chosen(self, expr: Where, yes: Mask, no: Mask) -> Enclosure:
+        """Enclose a choice whose condition surely holds in some boxes, and surely does not in others."""
         # Claims are about points where there is a value: NaN counts as whatever the other side is.
         if _is_nan(expr.then):
             self.void = self.void | yes

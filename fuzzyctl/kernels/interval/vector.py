@@ -6,11 +6,12 @@ Operations are rounded outward by several ulp, so that an enclosure holds the re
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
 import numpy.typing as npt
+
+from fuzzyctl.records import record
 
 Array = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
@@ -23,7 +24,7 @@ ULPS: Final = 8 * 2.0**-53
 _LEAST: Final = 1e-290
 
 
-@dataclass(frozen=True)
+@record(frozen=True)
 class Enclosure:
     """A value over some boxes.
 
@@ -83,11 +84,11 @@ def outward(lo: Array, hi: Array) -> tuple[Array, Array]:
 
 def hull_of_products(a: tuple[Array, Array], b: tuple[Array, Array]) -> tuple[Array, Array]:
     """Return bounds of the products of what lies between two bounds each; shapes are broadcast."""
-    return outward(*_least_and_largest([x * y for x in a for y in b]))
+    return outward(*least_and_largest([x * y for x in a for y in b]))
 
 
-def _least_and_largest(four: Sequence[Array]) -> tuple[Array, Array]:
-    """Return the least and the largest of four arrays, place by place."""
+def least_and_largest(four: Sequence[Array]) -> tuple[Array, Array]:
+    """Return the least and the largest of four arrays, place by place; NaN where one is."""
     lo = np.minimum(np.minimum(four[0], four[1]), np.minimum(four[2], four[3]))
     hi = np.maximum(np.maximum(four[0], four[1]), np.maximum(four[2], four[3]))
     return lo, hi
@@ -96,7 +97,7 @@ def _least_and_largest(four: Sequence[Array]) -> tuple[Array, Array]:
 def slope_times(factor: tuple[Array, Array], slopes: tuple[Array, Array]) -> tuple[Array, Array]:
     """Multiply slopes, shape (inputs, boxes), by a factor, shape (boxes,); 0 times one that is not known is 0."""
     products = [np.where((x == 0.0) | (y == 0.0), 0.0, x * y) for x in factor for y in slopes]
-    return outward(*_least_and_largest(products))
+    return outward(*least_and_largest(products))
 
 
 def _plus_slopes(a: Slopes, b: Slopes) -> Slopes:
@@ -147,7 +148,7 @@ def divided(a: Enclosure, b: Enclosure) -> Enclosure:
     bad = (b.lo <= _LEAST) & (b.hi >= -_LEAST)
     low, high = np.where(bad, 1.0, b.lo), np.where(bad, 1.0, b.hi)
     inverse = 1.0 / high, 1.0 / low
-    lo, hi = _least_and_largest([x / y for x in (a.lo, a.hi) for y in (low, high)])
+    lo, hi = least_and_largest([x / y for x in (a.lo, a.hi) for y in (low, high)])
     lo, hi = outward(np.where(bad, np.nan, lo), np.where(bad, np.nan, hi))
     slopes = None
     above = a.slopes

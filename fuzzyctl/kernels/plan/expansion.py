@@ -36,6 +36,7 @@ from fuzzyctl.model.guarantee import Bounds, Param
 from fuzzyctl.model.shared_params import with_shared
 from fuzzyctl.model.stateful_operators import OPERATORS
 from fuzzyctl.model.system import FuzzySystem
+from fuzzyctl.records import record
 
 #: Most parts of expressions that a controller expands to, and their deepest nesting.
 MOST_PARTS: Final = 50_000
@@ -298,7 +299,7 @@ class Expansion:
         given, named = split(call.arguments)
         bound = dict(zip(inputs, given, strict=False)) | {n: v for n, v in named.items() if n in inputs}
         params, symbolic = self._split_params({n: v for n, v in named.items() if n not in inputs}, scope)
-        system = system.with_params(**params) if params else system
+        system = _changed(system, params)
         arguments = tuple(self.expanded(bound[i], scope) for i in inputs)
         for state, number in self.free.items():
             if number.system == call.function:
@@ -368,7 +369,7 @@ class Expansion:
         return Name(name)
 
 
-@dataclass(frozen=True)
+@record(frozen=True)
 class _Use:
     """One use of an operator with state."""
 
@@ -507,6 +508,14 @@ def with_values(controller: Controller, values: Mapping[str, float]) -> Controll
         dataclasses.replace(p, expression=Number(values[p.name])) if p.name in values else p for p in controller.params
     )
     return dataclasses.replace(controller, params=params)
+
+
+def _changed(system: FuzzySystem, params: Mapping[str, float]) -> FuzzySystem:
+    """Return a system with some params set; the same one, with all that it has kept, where they are so already."""
+    numbers = {p.name: str(p.expression.value) for p in system.params if isinstance(p.expression, Number)}
+    if all(numbers.get(name) == str(value) for name, value in params.items()):
+        return system
+    return system.with_params(**params)
 
 
 def _read_params(system: FuzzySystem) -> tuple[Param, ...]:

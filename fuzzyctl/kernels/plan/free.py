@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import pairwise
 from typing import cast
 
@@ -15,9 +15,10 @@ from fuzzyctl.kernels.plan.traced import NeedsNumberError, Trace, Traced
 from fuzzyctl.model.free_numbers import parametrised
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import LinguisticVariable
+from fuzzyctl.records import record
 
 
-@dataclass(frozen=True)
+@record(frozen=True)
 class FreePlan:
     """A plan over free numbers.
 

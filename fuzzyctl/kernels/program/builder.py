@@ -69,11 +69,11 @@ class Builder:
             return value
         if depth(value) > DEEPEST:
             value, _ = self._shallow(value)
-        if value not in self._known:
-            name = self.fresh()
-            self.statements.append(Assign(name, value))
-            self._known[value] = Name(name)
-        return self._known[value]
+        known = self._known.get(value)
+        if known is None:
+            known = self._known[value] = Name(self.fresh())
+            self.statements.append(Assign(known.name, value))
+        return known
 
     def _shallow(self, value: Expr) -> tuple[Expr, int]:
         """Return a value, and its depth, with names for its deep parts.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from fuzzyctl.expr import Binary, Call, Compare, Expr, Logic, Name, Negate, Number, Where
 from fuzzyctl.kernels.program.program import (
@@ -20,6 +20,7 @@ from fuzzyctl.kernels.program.program import (
     Refuse,
     Statement,
 )
+from fuzzyctl.records import record
 
 INDENT = "    "
 
@@ -36,7 +37,7 @@ def index_text(index: int | str | Place) -> str:
     return str(index)
 
 
-@dataclass(frozen=True)
+@record(frozen=True)
 class Dialect:
     """How a target writes what targets write differently.
 
@@ -176,7 +177,7 @@ def text(expr: Expr, dialect: Dialect) -> str:
     return _Writer(dialect).text(expr)
 
 
-@dataclass(frozen=True)
+@record(frozen=True)
 class _Writer:
     dialect: Dialect
 

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
 from itertools import pairwise
 from typing import Final
 
 from fuzzyctl.expr import Expr, replace, walk
 from fuzzyctl.kernels.program.printer import INDENT, Dialect, text
 from fuzzyctl.kernels.program.program import STATE, Item, Place
+from fuzzyctl.records import record
 
 #: Fewest results of a loop.
 LEAST_LOOP: Final = 4
@@ -17,7 +17,7 @@ LEAST_LOOP: Final = 4
 COUNTER: Final = "place"
 
 
-@dataclass(frozen=True)
+@record(frozen=True)
 class Run:
     """Results one after the other, each that of the one before with the next numbers of the state.
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -16,6 +16,7 @@ from fuzzyctl.kernels.plan.equations import Equations, Evaluation
 from fuzzyctl.kernels.program.program import STATE, Item, Program
 from fuzzyctl.kernels.program.traversal import map_expressions
 from fuzzyctl.kernels.steps.program import named_step, system_program
+from fuzzyctl.records import record
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -23,7 +24,7 @@ if TYPE_CHECKING:
     FloatArray = npt.NDArray[np.float64]
 
 
-@dataclass(frozen=True)
+@record(frozen=True)
 class StepGradient:
     """Derivatives of a step, those that are the same everywhere as numbers.
 

@@ -9,16 +9,14 @@ from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError, Note
 from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.expr import Expr, Number, names_in, span_of
 from fuzzyctl.formulas import MEMBERSHIP
-from fuzzyctl.model.checks.hints import jumping_tables
 from fuzzyctl.model.checks.parameters import VALUE_CHECKS, computed_numbers
 from fuzzyctl.model.checks.partitions import helps_by_line, removal
 from fuzzyctl.model.checks.semantics import misfitting_semantics
-from fuzzyctl.model.checks.symmetry import odd_cells
 from fuzzyctl.model.checks.terms import SHAPE_CHECKS, SHAPE_HINTS
 from fuzzyctl.model.checks.units import unlike_units
 from fuzzyctl.model.computed_numbers import Numbers
 from fuzzyctl.model.output_dependencies import comparisons_that_wait, reads_of, values_of
-from fuzzyctl.model.rule import And, Antecedent, Is, Not, Or, Rule, literals
+from fuzzyctl.model.rule import And, Antecedent, Is, Not, Or, Rule, RuleTable, literals
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import LinguisticVariable, Membership, Output
 
@@ -295,6 +293,16 @@ def _functions(system: FuzzySystem) -> Iterator[Expr]:
     yield from (m.arguments[0] for m in memberships if m.kind in ("function", "formula"))
 
 
+def slips_in_tables(system: FuzzySystem) -> Iterator[Diagnostic]:
+    """Find cells that jump in a table, or break its symmetry."""
+    if any(isinstance(part, RuleTable) for part in system.tables_and_rules):
+        from fuzzyctl.model.checks.hints import jumping_tables
+        from fuzzyctl.model.checks.symmetry import odd_cells
+
+        yield from jumping_tables(system)
+        yield from odd_cells(system)
+
+
 #: Checks that need no numbers.
 CHECKS: Final[tuple[Check, ...]] = (
     circular_outputs,
@@ -315,6 +323,5 @@ HINTS: Final[tuple[Check, ...]] = (
     unused_params,
     unused_lets,
     unused_hedges,
-    jumping_tables,
-    odd_cells,
+    slips_in_tables,
 )

@@ -5,6 +5,7 @@ import os
 
 import pytest
 
+from dwmr.control import laws
 from dwmr.scenario.file import find, read, shipped_names
 from fuzzyctl.support.shipped import rules_folder
 
@@ -154,10 +155,20 @@ class TestCheck:
 class TestShow:
     def test_lists_the_shipped_scenarios_with_a_sentence_each(self, dwmr):
         _, said, _ = dwmr("show")
-        lines = said.splitlines()
+        lines = said.split("\n\n")[0].splitlines()[1:]
         assert [line.split()[0] for line in lines] == list(shipped_names())
         assert all(line.endswith((".", "sin(2 w t).")) and len(line) < 140 for line in lines)
         assert json.loads(dwmr("show", "--format", "json")[1])["scenarios"].keys() == set(shipped_names())
+
+    def test_lists_the_shipped_laws_with_their_files(self, dwmr):
+        _, said, _ = dwmr("show")
+        lines = said.split("Control laws\n")[1].splitlines()
+        files = {line.split()[0]: line.split()[1] for line in lines}
+        assert files.keys() == set(laws.names())
+        assert all((rules_folder() / file).is_file() for file in files.values())
+        assert files["fcafsmc"] == "fcafsmc_law.fz"
+        assert all(line.endswith((".", f"with {laws.zeroed(line.split()[0])} = 0")) for line in lines)
+        assert json.loads(dwmr("show", "--format", "json")[1])["laws"] == files
 
     def test_draws_the_tree_of_the_formation(self, dwmr):
         _, said, _ = dwmr("show", "five-robots")

@@ -21,6 +21,11 @@ class TestAverages:
         assert system(**bound.hi_at) == 0.18
         assert system(**bound.lo_at) == -1.0
 
+    def test_what_a_caller_does_to_bounds_changes_none_that_a_system_keeps(self, shipped):
+        found = output_bounds(shipped["ais_reaction"])
+        bound = found.pop("f")
+        assert output_bounds(shipped["ais_reaction"]) == {"f": bound}
+
     def test_the_boundary_layer_is_bounded_exactly(self, shipped):
         bound = output_bounds(shipped["boundary_layer"])["beta"]
         assert (bound.lo, bound.hi, bound.exact) == (0.005, 0.05, True)

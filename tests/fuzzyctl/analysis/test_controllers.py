@@ -7,9 +7,11 @@ import pytest
 
 import fuzzyctl
 from fuzzyctl import Proved, Refuted, Undecided
+from fuzzyctl.analysis.induction.boxed_step import BoxedStep
 from fuzzyctl.analysis.induction.prover import ControllerProver
 from fuzzyctl.diagnostics.source import SourceText
-from fuzzyctl.loading.load import look_through
+from fuzzyctl.kernels.plan.expansion import _changed
+from fuzzyctl.loading.load import load_controller, look_through
 from fuzzyctl.support.shipped import rules_folder
 
 #: Seconds; what is decided here takes one at the most.
@@ -330,6 +332,21 @@ def test_progress_is_reported():
     text = HEAD + OUT + "require x * x - x + 0.25 >= 0 within 1e-6\n"
     fuzzyctl.prove(controller_of(text), progress=lambda claim, settled, open_: seen.append(claim))
     assert set(seen) == {"x * x - x + 0.25 >= 0 within 1e-6"}
+
+
+def test_a_claim_that_holds_over_all_values_at_once_needs_no_cells(monkeypatch):
+    monkeypatch.setattr(BoxedStep, "cells", lambda *_: pytest.fail("the claim holds in one box"))
+    prover = ControllerProver(controller_of(HEAD + OUT + "require x <= 2\n"), timeout=10.0)
+    assert isinstance(prover.verdict(prover.claims.own[0]), Proved)
+    assert "step" not in vars(prover.replay), "no kernel is written for a claim without witness"
+
+
+def test_calls_with_the_params_that_a_system_has_share_all_that_it_keeps():
+    (called,) = (i for i in load_controller(rules_folder() / "immune_channel.fz").systems if i.name == "ais_reaction")
+    numbers = {p.name: called.values[p.name] for p in called.params}
+    assert _changed(called, {"k_s": numbers["k_s"]}) is called
+    other = _changed(called, {"k_s": 0.5 * numbers["k_s"]})
+    assert other.values["k_s"] == 0.5 * numbers["k_s"]
 
 
 def test_no_time_leaves_claims_undecided():

@@ -59,7 +59,7 @@ class TestLoop:
 
     def test_leaving_a_range_terminates_with_a_penalty(self):
         loop = fuzzyctl.load_loop(rules_folder() / "loops" / "pendulum.fz")
-        env = environment(loop, "law", reward=lambda signals: 1.0, penalty=100.0, backend="python")
+        env = environment(loop, "law", reward=lambda signals: 1.0, actions={"law.force": (-9.0, 9.0)}, penalty=100.0)
         _, _, rewards, signals, terminated = episode(env, lambda_policy([0.0]))
         assert terminated
         assert rewards[-1] == -99.0
@@ -107,6 +107,19 @@ class TestLoop:
     def test_options_are_checked(self, tank, options, error, words):
         with pytest.raises(error, match=words):
             environment(tank("1 s"), "law", **{"reward": "iae"} | options)
+
+    def test_actions_have_finite_ranges(self, small):
+        loop = small()
+        with pytest.raises(ArgumentError, match=r'do not have: law\.u; declare .*actions=\{"law\.u": \(-10, 10\)\}'):
+            environment(loop, "law", reward="error")
+        with pytest.raises(ArgumentError, match=r"inputs of the plant do not have: u;"):
+            environment(loop.plants[0], reward=lambda s: 0.0, dt=0.1, duration=1.0)
+        with pytest.raises(UnknownNameError, match=r"no action 'u'.*law\.u"):
+            environment(loop, "law", reward="error", actions={"u": (-1, 1)})
+        with pytest.raises(ValueOutOfBoundsError, match=r"range of 'law\.u'"):
+            environment(loop, "law", reward="error", actions={"law.u": (1, -1)})
+        env = environment(loop, "law", reward="error", actions={"law.u": (-1, 1)}, backend="python")
+        assert (env.action_space.low, env.action_space.high) == ([-1.0], [1.0])
 
     def test_options_of_reset_are_checked(self, tank):
         env = environment(tank("1 s"), "law", reward="iae")
@@ -158,7 +171,7 @@ class TestPlant:
 
     def test_dead_time_is_kept_by_the_environment(self, small):
         (plant,) = small("tf(num=[1], den=[1, 1], delay=0.2 s)").plants
-        env = environment(plant, reward=lambda s: 0.0, dt=0.1, duration=1.0, backend="python")
+        env = environment(plant, reward=lambda s: 0.0, dt=0.1, duration=1.0, actions={"u": (-1, 1)})
         env.reset()
         found = [env.step([1.0])[0][0] for _ in range(4)]
         assert found[:2] == [0.0, 0.0]

@@ -45,6 +45,16 @@ def base(name: str) -> str:
     return name.partition(_WITHOUT)[0]
 
 
+def zeroed(name: str) -> str:
+    """Return the param that an ablation sets to 0, an empty string for any other law."""
+    return name.partition(_WITHOUT)[2]
+
+
+def shipped_file(name: str) -> str:
+    """Return the name of the rule file of a shipped control law."""
+    return LAWS[base(name)]
+
+
 def table(tables: Any, law: str) -> tuple[str, Any]:
     """Return name and content of the table a law has its gains from, of a robot's `controllers`; None if there is none.
 
@@ -93,9 +103,9 @@ def find(name: str, folder: Path, rules: Rules) -> Any:
     if path is None:
         from dwmr.control.laws import text_law
 
-        law, _, part = name.partition(_WITHOUT)
+        law = base(name)
         settings = SHIPPED.get(law, text_law.TextSettings)
-        return text_law.TextLaw(name, part, LAWS.get(law, f"{law}.fz"), settings, rules)
+        return text_law.TextLaw(name, zeroed(name), LAWS.get(law, f"{law}.fz"), settings, rules)
     if _is_file(base(name), ".fz", folder):
         message = f"the control law {name} is in two files, {path.name} and {base(name)}.fz"
         raise DiagnosticError([Diagnostic("FZ905", message, help="rename one of them", file=str(path))])

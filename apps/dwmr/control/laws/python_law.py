@@ -23,7 +23,8 @@ def load(name: str, path: Path) -> ModuleType:
     """Import the file of a control law; the compiler comes along with it.
 
     Raises:
-        DiagnosticError: When the file cannot be imported, or lacks a part of a control law.
+        DiagnosticError: When the file cannot be imported, lacks a part of a control law, or records a signal under the
+            name of another column of the data.
     """
     with reported(name, path, "imported"):
         module = _load(path, path.stat().st_mtime_ns)
@@ -32,7 +33,25 @@ def load(name: str, path: Path) -> ModuleType:
         message = f"the control law {name} has no {', '.join(missing)}"
         facts = (f"a control law is a module with {', '.join(PARTS)}",)
         raise DiagnosticError([Diagnostic("FZ001", message, facts=facts, file=str(path))])
+    with reported(name, path, "checked"):
+        mistakes = list(_taken_names(name, path, [signal.name for signal in module.SIGNALS]))
+    if mistakes:
+        raise DiagnosticError(mistakes)
     return module
+
+
+def _taken_names(name: str, path: Path, signals: list[str]) -> Iterator[Diagnostic]:
+    """Yield a diagnostic for each signal that has the name of another column of the data."""
+    from dwmr.control.law_text import COLUMNS
+
+    for k, signal in enumerate(signals):
+        if signal in COLUMNS:
+            message = f"signal '{signal}' of the control law {name} has the name of another column of the data"
+            facts = (f"names of these are {', '.join(COLUMNS)}",)
+            yield Diagnostic("FZ905", message, facts=facts, help=f"rename it, as to {signal}_law", file=str(path))
+        elif signal in signals[:k]:
+            message = f"the control law {name} has two signals '{signal}'"
+            yield Diagnostic("FZ905", message, help="rename one of them", file=str(path))
 
 
 @cache

@@ -7,12 +7,12 @@ corners need, which is kept, once for each turn of the loops over corners, and o
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from typing import Final
 
 from fuzzyctl.expr import Expr, names_in
 from fuzzyctl.kernels.program.printer import INDENT, Dialect, block, text
 from fuzzyctl.kernels.program.program import Assign, Between, Offset, Program, Refuse, Statement
+from fuzzyctl.records import record
 
 #: Points of a block: what is kept of them stays in the nearest cache.
 LANES: Final = 128
@@ -20,7 +20,7 @@ LANES: Final = 128
 _KEPT, _CELLS = "kept", "cells"
 
 
-@dataclass(frozen=True)
+@record(frozen=True)
 class _Nest:
     """Loops over corners, one inside the other, as one.
 

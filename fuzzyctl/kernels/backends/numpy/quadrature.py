@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import fields
 from typing import Any, Final
 
 import numpy as np
@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from fuzzyctl.kernels.backends import blocks
 from fuzzyctl.kernels.program import quadrature
+from fuzzyctl.records import record
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.intp]
@@ -26,7 +27,7 @@ _OF_STRETCH: Final = 10
 _OF_NODES: Final = 4
 
 
-@dataclass(frozen=True)
+@record(frozen=True)
 class SetFunction:
     """A set that is integrated.
 
@@ -113,7 +114,7 @@ def _flat(given: tuple[FloatArray | float, ...], places: FloatArray) -> tuple[tu
     return shape, flat, np.broadcast_to(places, (*shape, places.shape[-1])).reshape(count, places.shape[-1])
 
 
-@dataclass(frozen=True)
+@record(frozen=True)
 class _Stretches:
     """Stretches that are halved no more, of several points.
 

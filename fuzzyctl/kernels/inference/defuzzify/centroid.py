@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from bisect import bisect_left, bisect_right
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from fractions import Fraction
 from itertools import combinations, pairwise
 from typing import Final
@@ -19,6 +19,7 @@ from fuzzyctl.formulas import Vertex
 from fuzzyctl.kernels.plan.build import OutputPlan
 from fuzzyctl.kernels.plan.traced import exact, is_free, rounded
 from fuzzyctl.kernels.program.builder import Builder, minus, plus, times
+from fuzzyctl.records import record
 
 #: (term, its activation as an atom, the largest value the activation can have)
 Height = tuple[int, Expr, float]
@@ -29,7 +30,7 @@ _SMALL: Final = 1e-100
 _LARGE: Final = 1e100
 
 
-@dataclass(frozen=True)
+@record(frozen=True)
 class Line:
     """A term inside a piece: its degrees at the two ends, and who it is."""
 
@@ -44,7 +45,7 @@ class Line:
         return self.right - self.left
 
 
-@dataclass(frozen=True)
+@record(frozen=True)
 class Piece:
     """A part of the range where all terms are lines; ends are counted from the middle of the range."""
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from itertools import pairwise
 from typing import Final
 
@@ -24,12 +23,13 @@ from fuzzyctl.kernels.program.builder import Builder, clip, times
 from fuzzyctl.kernels.program.program import NAN, STATE, Item
 from fuzzyctl.kernels.program.scalar import scalar_function
 from fuzzyctl.model.method import MAXIMA
+from fuzzyctl.records import record
 
 #: Larger outlines cost more than an adaptive integral.
 LARGEST: Final = 20_000
 
 
-@dataclass(frozen=True)
+@record(frozen=True)
 class Activation:
     """How far one rule is active in one output.
 

@@ -8,7 +8,6 @@ of minima and maxima, so that the program has no branches.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from itertools import combinations, pairwise
 
@@ -16,9 +15,10 @@ from fuzzyctl.expr import ONE, ZERO, Call, Compare, Expr, Logic, Number, Where
 from fuzzyctl.kernels.inference.defuzzify.centroid import Height, Line, Piece, is_handover, line_ends, pieces, uncrossed
 from fuzzyctl.kernels.plan.build import OutputPlan
 from fuzzyctl.kernels.program.builder import Builder, clip, minus, plus, times
+from fuzzyctl.records import record
 
 
-@dataclass(frozen=True)
+@record(frozen=True)
 class Knot:
     """A point of the outline, as atoms: its place, counted from the middle of the range, and the degree there."""
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Final
 
 from fuzzyctl.expr import ONE, ZERO, Call, Compare, CompareOp, Expr, Logic, Number, Where
@@ -12,6 +11,7 @@ from fuzzyctl.kernels.inference.defuzzify.centroid import in_units, unit_of
 from fuzzyctl.kernels.inference.defuzzify.sampling import HALF, Carried, Samples, Step, largest
 from fuzzyctl.kernels.plan.build import OutputPlan
 from fuzzyctl.kernels.program.builder import Builder, clip, minus, plus, times
+from fuzzyctl.records import record
 
 #: Degrees that fall short of the largest by less than this part of it count as largest, unless a file says otherwise.
 TOLERANCE: Final = 1e-9
@@ -133,7 +133,7 @@ def _staying(same: float) -> Step:
     return step
 
 
-@dataclass(frozen=True)
+@record(frozen=True)
 class Hits:
     """Where a set may be largest, each with an atom that is 1 if it is largest there, else 0.
 

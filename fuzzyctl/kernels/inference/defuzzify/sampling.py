@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from functools import reduce
 from itertools import groupby
 from typing import Final
@@ -14,6 +13,7 @@ from fuzzyctl.kernels.plan.build import OutputPlan, SetPlan
 from fuzzyctl.kernels.program.builder import Builder, times
 from fuzzyctl.kernels.program.program import Accumulate, Assign, Fold, Item
 from fuzzyctl.kernels.program.scalar import scalar_function
+from fuzzyctl.records import record
 
 #: (term, its activation as an atom, the largest value the activation can have)
 Height = tuple[int, Expr, float]
@@ -61,7 +61,7 @@ def joined(output: OutputPlan, builder: Builder, parts: Sequence[Part]) -> Expr:
     return reduce(lambda a, b: builder.let(join(a, b)), implied) if implied else ZERO
 
 
-@dataclass(frozen=True)
+@record(frozen=True)
 class Samples:
     """An aggregated set at the points of a grid, in a program.
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import lru_cache
 from itertools import pairwise
 from typing import Final
@@ -18,6 +18,7 @@ from fuzzyctl.expr import Call, Expr, walk
 from fuzzyctl.formulas.sigmoid_extrema import bisected
 from fuzzyctl.kernels.plan.sets import ITSELF, SetPlan
 from fuzzyctl.kernels.program.scalar import scalar_function
+from fuzzyctl.records import record
 
 #: Intervals of degrees are halved so often: turning points are isolated to 2^-54.
 _HALVINGS: Final = 54
@@ -41,7 +42,7 @@ _UNITS_OF_PLACE: Final = 300.0
 _KEPT: Final = 1000
 
 
-@dataclass(frozen=True)
+@record(frozen=True)
 class _Part:
     """An interval of degrees: the sign of the slope of a hedge, NaN where it is undecided, and what its values are."""
 
@@ -52,7 +53,7 @@ class _Part:
     most: float
 
 
-@dataclass(frozen=True)
+@record(frozen=True)
 class MonotoneParts:
     """The degrees between which a hedge is monotone.
 
