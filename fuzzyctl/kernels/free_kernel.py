@@ -204,7 +204,7 @@ class FreeKernel(Displayed):
 
         Raises:
             UnknownNameError: For another `by`.
-            ArgumentError: For arrays of another shape, and for an exact defuzzifier of curved sets.
+            ArgumentError: For arrays of another shape, and for exact sets that jump at places that move.
         """
         known = {"inputs": lambda: self._by_inputs, "values": lambda: self._by_values}
         if by not in known:

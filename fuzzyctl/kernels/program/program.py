@@ -150,6 +150,7 @@ class Quadrature:
         given: Names that body and value read besides the place.
         places: Name of the table, whose entries rise.
         marks: Atoms between the first and the last entry, where the set may bend or jump.
+        jumps: The norm that makes the set jump at places that move with what is given; empty for none.
     """
 
     found: str
@@ -161,6 +162,7 @@ class Quadrature:
     given: tuple[str, ...]
     places: str
     marks: tuple[Expr, ...]
+    jumps: str = ""
 
     @property
     def function(self) -> str:

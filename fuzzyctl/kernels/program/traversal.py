@@ -170,6 +170,21 @@ def map_expressions(program: Program, change: Callable[[Expr], Expr]) -> Program
 def map_names(program: Program, name: Callable[[str], str]) -> Program:
     """Return a program in which names, tables and arrays are called otherwise, its arguments included."""
 
+    def changed(expr: Expr) -> Expr:
+        return renamed(expr, name)
+
+    return replace(
+        program,
+        arguments=tuple(map(name, program.arguments)),
+        tables=tuple((name(own), values) for own, values in program.tables),
+        body=tuple(rebuilt(s, changed, name) for s in program.body),
+        results=tuple(map(changed, program.results)),
+    )
+
+
+def renamed(expr: Expr, name: Callable[[str], str]) -> Expr:
+    """Return an expression in which names, tables and arrays are called otherwise."""
+
     def change(node: Expr) -> Expr:
         match node:
             case Name(name=own):
@@ -180,16 +195,7 @@ def map_names(program: Program, name: Callable[[str], str]) -> Program:
                 return Item(name(array), name(index) if isinstance(index, str) else index)
         return node
 
-    def changed(expr: Expr) -> Expr:
-        return replace_in(expr, change)
-
-    return replace(
-        program,
-        arguments=tuple(map(name, program.arguments)),
-        tables=tuple((name(own), values) for own, values in program.tables),
-        body=tuple(rebuilt(s, changed, name) for s in program.body),
-        results=tuple(map(changed, program.results)),
-    )
+    return replace_in(expr, change)
 
 
 def _named(body: tuple[Assign, ...]) -> tuple[str, ...]:

@@ -59,8 +59,21 @@ def adaptive(builder: Builder, output: OutputPlan, heights: Sequence[Height]) ->
     kind = "half" if output.kind == "bisector" else "moments"
     marks = [m for t, h, _ in heights for m in _marks(builder, output, output.terms[t], h)]
     own_marks = tuple(builder.let(in_units(m, unit)) for m in marks)
-    builder.statements.append(Quadrature(found, area, kind, x, body, value, given, table, own_marks))
+    jumps = _jumps(output, [output.terms[t] for t, _, _ in heights])
+    builder.statements.append(Quadrature(found, area, kind, x, body, value, given, table, own_marks, jumps))
     return Name(found), Name(area)
+
+
+def _jumps(output: OutputPlan, terms: Sequence[SetPlan]) -> str:
+    """Return the norm that makes the aggregated set jump at places that move with the activations, if there is one."""
+    implications = {output.implication_of(t) for t in terms}
+    if "nilpotent_minimum" in implications:
+        return "implication nilpotent_minimum"
+    if output.aggregation == "nilpotent_maximum" and len(terms) > 1:
+        return "aggregation nilpotent_maximum"
+    # It jumps where another set ends, or where that falls below what counts as 0.
+    moves = "bounded_difference" in implications or output.equal > 0.0
+    return "aggregation drastic_sum" if output.aggregation == "drastic_sum" and moves and len(terms) > 1 else ""
 
 
 def _marks(builder: Builder, output: OutputPlan, term: SetPlan, activation: Expr) -> list[Expr]:

@@ -21,10 +21,11 @@ from fuzzyctl.kernels.program.program import (
     Locate,
     Offset,
     Program,
+    Quadrature,
     Refuse,
     Statement,
 )
-from fuzzyctl.kernels.program.traversal import reads
+from fuzzyctl.kernels.program.traversal import locals_of, reads, rebuilt, renamed, writes
 
 #: Derivatives of a value by the position of the argument, without those that are 0 everywhere.
 Derivatives = Mapping[int, Expr]
@@ -37,14 +38,14 @@ _STEEP: Final = ("sqrt", "log")
 
 
 class NotDifferentiableError(ValueError):
-    """Raised for a statement that has no derivative in the intermediate language, such as an adaptive integral."""
+    """Raised for a statement that has no derivative in the intermediate language, with the reason."""
 
 
 def differentiated(program: Program, by: Sequence[str]) -> Program:
     """Return the program of the derivatives of each result, one after the other, by some arguments.
 
     Args:
-        program: A program without loops over corners and adaptive integrals.
+        program: A program without loops over corners.
         by: Names of arguments.
 
     Raises:
@@ -83,6 +84,9 @@ class _Tape:
                 self.fold(statement.fold)
             case Fold():
                 self.fold(statement)
+            case Quadrature():
+                self.body.append(statement)
+                self.known |= self.integral(statement)
             case _:
                 raise NotDifferentiableError(type(statement).__name__)
 
@@ -106,6 +110,58 @@ class _Tape:
         self.body.append(Fold(loop.count, loop.counter, (*loop.first, *start), assigned, (*then, *moved)))
         self.known |= carried
 
+    def integral(self, whole: Quadrature) -> dict[str, Derivatives]:
+        """Integrate the derivatives of a set, along each argument the same function of other slopes of what is given.
+
+        A set that bends moves its bends without changing the integral, which is why only jumps have a share of theirs.
+        """
+        if whole.jumps:
+            raise NotDifferentiableError(f"sets jump under {whole.jumps}, at places that move")
+        moved = [n for n in whole.given if self.known.get(n)]
+        found: dict[str, dict[int, Expr]] = {whole.found: {}, whole.area: {}}
+        for k in sorted({k for n in moved for k in self.known[n]}):
+            slopes = [self.named(self.known[n].get(k, ZERO)) for n in moved]
+            inner = _Tape({n: {0: s} for n, s in zip(moved, slopes, strict=True)}, count=self.count)
+            for statement in whole.body:
+                inner.copy(statement)
+            slope = inner.derivatives(whole.value).get(0, ZERO)
+            given = (*whole.given, *(s.name for s in slopes))
+            self.count = inner.count
+            of_set = replace(whole, kind="moments", body=tuple(inner.body), value=slope, given=given)
+            moment, area = self._integrated(of_set)
+            found[whole.area][k] = area
+            found[whole.found][k] = self._of_half(whole, of_set) if whole.kind == "half" else moment
+        return dict(found)
+
+    def _of_half(self, whole: Quadrature, of_set: Quadrature) -> Expr:
+        """Return the derivative of the place where the area to the left is half of all; NaN at a gap, where it jumps.
+
+        It moves by half of what the area changes by to its right less to its left, over the degree there.
+        """
+        place = Name(whole.found)
+        side = Where(Compare(">", Name(whole.x), place), of_set.value, -of_set.value)
+        marks, given = (*whole.marks, place), (*of_set.given, whole.found)
+        _, more = self._integrated(replace(of_set, value=side, marks=marks, given=given))
+        degree = self._at(whole, place)
+        slope = self.let(Number(0.5) / self.let(Where(Compare(">", degree, ZERO), degree, NAN)))
+        return self._steep(more, slope)
+
+    def _at(self, whole: Quadrature, place: Name) -> Expr:
+        """Write the degree of a set at a place."""
+        inside = set().union(*(writes(s) | locals_of(s) for s in whole.body))
+        names = {whole.x: place.name} | {n: self.fresh() for n in sorted(inside)}
+
+        def name(own: str) -> str:
+            return names.get(own, own)
+
+        self.body += [rebuilt(s, lambda value: renamed(value, name), name) for s in whole.body]
+        return self.let(renamed(whole.value, name))
+
+    def _integrated(self, of_set: Quadrature) -> tuple[Expr, Expr]:
+        moment, area = self.fresh(), self.fresh()
+        self.body.append(replace(of_set, found=moment, area=area))
+        return Name(moment), Name(area)
+
     def _read(self, loop: Fold) -> set[int]:
         return {k for name in reads(loop) for k in self.known.get(name, {})}
 
@@ -125,8 +181,10 @@ class _Tape:
 
     def copied(self, value: Expr) -> Expr:
         """Return a name of its own for a value, which keeps it when others change."""
-        if isinstance(value, Number):
-            return value
+        return value if isinstance(value, Number) else self.named(value)
+
+    def named(self, value: Expr) -> Name:
+        """Return a name of its own for a value, a number too."""
         name = self.fresh()
         self.body.append(Assign(name, value))
         return Name(name)
