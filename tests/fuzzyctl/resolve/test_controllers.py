@@ -40,6 +40,16 @@ MISTAKES = {
     "param k in [3, 2] = 1\noutput y = k": ("FZ304", "the range of 'k' is empty: 3 is not below 2", "[3, 2]"),
     "param k = k\noutput y = k": ("FZ308", "param 'k' depends on itself: k → k", "k"),
     "param k = 1/0\noutput y = k": ("FZ307", "division by zero", "1/0"),
+    "output y = x + 1/0": ("FZ307", "division by zero", "1/0"),
+    "param k = 0\nlet a = x / k\noutput y = a": ("FZ307", "division by zero", "x / k"),
+    "param k = -1\noutput y = clamp(x, 0, log(k))": (
+        "FZ307",
+        "an argument lies outside the function's domain",
+        "log(k",
+    ),
+    "state s = 0\nnext s = s + exp(1000)\noutput y = s": ("FZ307", "the value is too large", "exp(1000"),
+    "function f(a) = a * (inf - inf)\noutput y = f(x)": ("FZ307", "the value is not a real number", "inf - inf"),
+    "output y = x\nrequire y < 1 / (2 - 2)": ("FZ307", "division by zero", "1 / (2 - 2"),
     "state s in [0, 1] = 2\nnext s = s\noutput y = s": (
         "FZ302",
         "the start of state 's' is 2, outside of [0, 1]",

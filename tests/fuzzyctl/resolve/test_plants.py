@@ -43,6 +43,7 @@ MISTAKES = {
     "output y = delay(x, 1 s, 2, 3)": ("FZ303", "wrong arguments of 'delay'", "delay(", "the form is: delay"),
     "output y = delay(x, u)": ("FZ202", "no param 'u'", "u", ""),
     "output y = delay(x, -1)": ("FZ302", "the dead time is -1 s: expected 0 or more", "-1", "write a time"),
+    "output y = x / (1 - 1)": ("FZ307", "division by zero", "x / (1 - 1", "give the divisor a value"),
     "output y = delay(x, 1 s, start=1/0)": ("FZ307", "division by zero", "1/0", ""),
     "function f(a) = delay(a, 1 s)\noutput y = f(x)": (
         "FZ214",
