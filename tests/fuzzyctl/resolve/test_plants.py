@@ -181,8 +181,15 @@ class TestMistakes:
         require_one(text, expected)
 
     def test_quantities_of_different_units_are_not_added(self):
-        text = 'plant p\ninput u unit "V"\nstate h unit "m" = 0\nder h = u\noutput y = h + u\n'
+        text = 'plant p\ninput u unit "V"\nstate h unit "m" = 0\nder h = 2 * u\noutput y = h + u\n'
         require_one(text, ("FZ312", "'h' is measured in m, 'u' in V", "u", "one unit"))
+
+    def test_a_derivative_has_the_unit_of_its_state_per_second(self):
+        text = 'plant p\ninput u unit "UNIT"\nstate h unit "m" = 0\nder h = u\noutput y = h\n'
+        for unit in ("m/s", "m s^-1", "pumps"):
+            assert errors_in(text.replace("UNIT", unit)) == []
+        message = "'u' is measured in m/min, the derivative of 'h' in m per s"
+        require_one(text.replace("UNIT", "m/min"), ("FZ312", message, "u", "write a factor"))
 
 
 def test_a_word_of_the_language_as_a_name_is_repaired():
