@@ -51,7 +51,7 @@ _SETTINGS: Final[dict[tuple[str, str], int]] = {
     ("rate_limit", "rate"): -1,
     ("integral", "start"): 1,
 }
-_TIMES: Final = frozenset({("lowpass", "time"), ("derivative", "filter"), ("delay", "time")})
+_TIMES: Final = frozenset({("lowpass", "time"), ("derivative", "filter")})
 
 
 def unlike_units(system: FuzzySystem) -> Iterator[Diagnostic]:
@@ -173,7 +173,7 @@ class Units:
         """Return the unit of an operator with state, after its settings."""
         function, given = call.function, [a for a in call.arguments if not isinstance(a, Keyword)]
         unit = self.unit(given[0]) if given else ""
-        names = ("time", "start") if function == "delay" else OPERATORS[function].settings
+        names = OPERATORS[function].settings  # `delay` of plants takes a time in place of samples
         named = [(a.name, a.value) for a in call.arguments if isinstance(a, Keyword)]
         for name, value in [*zip(names, given[1:], strict=False), *named]:
             own, power = self.unit(value), _SETTINGS.get((function, name))
