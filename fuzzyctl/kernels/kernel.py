@@ -223,8 +223,8 @@ class Kernel(Displayed):
             sets, where it jumps, is NaN.
 
         Raises:
-            ArgumentError: For arrays of another shape, and for exact sets that jump at places that move, as under
-                `implication nilpotent_minimum`.
+            ArgumentError: For arrays of another shape, and for exact sets that jump at places without a closed form,
+                as under `aggregation nilpotent_maximum`.
         """
         from fuzzyctl.kernels.arrays import jacobian
 

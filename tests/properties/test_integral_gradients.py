@@ -36,12 +36,9 @@ if e is P and d is N then u is wavy D
 if e is P and d is P then u is odd C
 if e is Z and d is P then u is A
 """
-PAIRS = [
-    (i, a)
-    for i in IMPLICATIONS
-    for a in AGGREGATIONS
-    if i != "nilpotent_minimum" and a != "nilpotent_maximum" and (i, a) != ("bounded_difference", "drastic_sum")
-]
+PAIRS = [(i, a) for i in IMPLICATIONS for a in AGGREGATIONS if a != "nilpotent_maximum"]
+#: Under these the sets jump at places that move, which must have a closed form.
+JUMPING = [p for p in PAIRS if p[0] == "nilpotent_minimum" or p == ("bounded_difference", "drastic_sum")]
 DEGREES = st.floats(-0.95, 0.95)
 
 
@@ -57,9 +54,16 @@ def difference(function, x, step):
 
 @pytest.mark.parametrize("defuzzifier", ["centroid", "bisector"])
 @quick(sizes.examples(200, 12))
-@given(pair=st.sampled_from(PAIRS), hedge=st.sampled_from(["", "odd", "wavy"]), point=st.tuples(DEGREES, DEGREES))
+@given(
+    pair=st.sampled_from(PAIRS) | st.sampled_from(JUMPING),
+    hedge=st.sampled_from(["", "odd", "wavy"]),
+    point=st.tuples(DEGREES, DEGREES),
+)
 def test_are_those_of_central_differences(defuzzifier, pair, hedge, point):
     text = TEXT.replace("IMPLICATION", pair[0]).replace("AGGREGATION", pair[1]).replace("HEDGE", hedge)
+    if pair in JUMPING:
+        text = text.replace("sigmoid_difference(0.8, 9, 1.6, 11)", "bell(1.2, 0.4, 2)")
+        text = text.replace("wavy ", "").replace("odd ", "")
     system, x = loads(text.replace("DEFUZZIFIER", defuzzifier)), np.array(point)
     kernel = compile_system(system, "python")
     expected = difference(lambda p: kernel.batch(p[None])[0], x, 2e-4)

@@ -45,7 +45,7 @@ def step_gradient(equations: Equations) -> StepGradient:
         equations: What the step computes; free numbers are the last states.
 
     Raises:
-        ArgumentError: For a system whose exact sets jump at places that move, as under `implication nilpotent_minimum`.
+        ArgumentError: For a system whose exact sets jump at places without a closed form.
     """
 
     def point(call: Evaluation) -> Program:

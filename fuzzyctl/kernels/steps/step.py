@@ -186,7 +186,7 @@ class Step(Displayed):
 
         Raises:
             ArgumentError: For arrays of another shape or not of numbers, and where exact sets of a system jump at
-                places that move, as under `implication nilpotent_minimum`.
+                places without a closed form, as under `aggregation nilpotent_maximum`.
             ValueOutOfBoundsError: For a `dt` that is not positive.
             NoRuleFiresError: For the first copy where no rule of a system fires whose output says `else error`.
         """

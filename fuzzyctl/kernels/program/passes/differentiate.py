@@ -18,6 +18,7 @@ from fuzzyctl.kernels.program.program import (
     Assign,
     Fold,
     Item,
+    Jump,
     Locate,
     Offset,
     Program,
@@ -115,9 +116,10 @@ class _Tape:
 
         A set that bends moves its bends without changing the integral, which is why only jumps have a share of theirs.
         """
-        if whole.jumps:
-            raise NotDifferentiableError(f"sets jump under {whole.jumps}, at places that move")
+        if whole.unknown:
+            raise NotDifferentiableError(f"sets jump under {whole.unknown}, at places without a closed form")
         moved = [n for n in whole.given if self.known.get(n)]
+        jumps = [(j.mark, self.derivatives(j.mark), self._step(whole, j)) for j in whole.jumps]
         found: dict[str, dict[int, Expr]] = {whole.found: {}, whole.area: {}}
         for k in sorted({k for n in moved for k in self.known[n]}):
             slopes = [self.named(self.known[n].get(k, ZERO)) for n in moved]
@@ -127,13 +129,17 @@ class _Tape:
             slope = inner.derivatives(whole.value).get(0, ZERO)
             given = (*whole.given, *(s.name for s in slopes))
             self.count = inner.count
-            of_set = replace(whole, kind="moments", body=tuple(inner.body), value=slope, given=given)
+            of_set = replace(whole, kind="moments", body=tuple(inner.body), value=slope, given=given, jumps=())
+            shares = [(m, self._product(step, d.get(k, ZERO))) for m, d, step in jumps]
             moment, area = self._integrated(of_set)
-            found[whole.area][k] = area
-            found[whole.found][k] = self._of_half(whole, of_set) if whole.kind == "half" else moment
+            found[whole.area][k] = self._total([area, *(share for _, share in shares)])
+            if whole.kind == "half":
+                found[whole.found][k] = self._of_half(whole, of_set, shares)
+            else:
+                found[whole.found][k] = self._total([moment, *(self._product(m, share) for m, share in shares)])
         return dict(found)
 
-    def _of_half(self, whole: Quadrature, of_set: Quadrature) -> Expr:
+    def _of_half(self, whole: Quadrature, of_set: Quadrature, shares: Sequence[tuple[Expr, Expr]]) -> Expr:
         """Return the derivative of the place where the area to the left is half of all; NaN at a gap, where it jumps.
 
         It moves by half of what the area changes by to its right less to its left, over the degree there.
@@ -142,20 +148,37 @@ class _Tape:
         side = Where(Compare(">", Name(whole.x), place), of_set.value, -of_set.value)
         marks, given = (*whole.marks, place), (*of_set.given, whole.found)
         _, more = self._integrated(replace(of_set, value=side, marks=marks, given=given))
+        sides = [self.let(Where(Compare(">", m, place), share, -share)) for m, share in shares]
         degree = self._at(whole, place)
         slope = self.let(Number(0.5) / self.let(Where(Compare(">", degree, ZERO), degree, NAN)))
-        return self._steep(more, slope)
+        return self._steep(self._total([more, *sides]), slope)
 
-    def _at(self, whole: Quadrature, place: Name) -> Expr:
-        """Write the degree of a set at a place."""
+    def _step(self, whole: Quadrature, jump: Jump) -> Expr:
+        """Return by how much a set is larger before a jump than behind it."""
+        place = self.named(jump.mark)
+        inside, outside = (self._at(whole, place, {jump.part: part}) for part in (jump.inside, ZERO))
+        return self._difference(outside, inside) if jump.is_left else self._difference(inside, outside)
+
+    def _at(self, whole: Quadrature, place: Name, given: Mapping[str, Expr] | None = None) -> Expr:
+        """Write the degree of a set at a place, some parts of it being given."""
         inside = set().union(*(writes(s) | locals_of(s) for s in whole.body))
         names = {whole.x: place.name} | {n: self.fresh() for n in sorted(inside)}
 
         def name(own: str) -> str:
             return names.get(own, own)
 
-        self.body += [rebuilt(s, lambda value: renamed(value, name), name) for s in whole.body]
+        for statement in whole.body:
+            if isinstance(statement, Assign) and statement.name in (given or {}):
+                self.body.append(Assign(name(statement.name), (given or {})[statement.name]))
+            else:
+                self.body.append(rebuilt(statement, lambda value: renamed(value, name), name))
         return self.let(renamed(whole.value, name))
+
+    def _total(self, parts: Sequence[Expr]) -> Expr:
+        total: Expr = ZERO
+        for part in parts:
+            total = self.let(plus(total, part))
+        return total
 
     def _integrated(self, of_set: Quadrature) -> tuple[Expr, Expr]:
         moment, area = self.fresh(), self.fresh()
