@@ -189,14 +189,26 @@ ONE: Final = Number(1.0)
 
 #: What an overflow is reported as.
 TOO_LARGE: Final = "the value is too large"
+#: What a quotient by 0, an argument such as that of log(0), and a number such as inf - inf are reported as.
+DIVISION: Final = "division by zero"
+DOMAIN: Final = "an argument lies outside the function's domain"
+NO_NUMBER: Final = "the value is not a real number"
+#: How each is repaired.
+REPAIRS: Final = {
+    TOO_LARGE: "scale it: the largest number is 1.8e308",
+    DIVISION: "give the divisor a value other than 0",
+    DOMAIN: "sqrt takes numbers from 0 on, log those above 0; below 0 powers are whole",
+    NO_NUMBER: "write a number in place of inf",
+}
 
 
 class ExprError(ValueError):
-    """Raised when an expression has no value; `span` is the innermost part that fails."""
+    """Raised when an expression has no value; `span` is the innermost part that fails, `help` the repair if known."""
 
     def __init__(self, message: str, span: Span | None) -> None:
         super().__init__(message)
         self.message, self.span = message, span
+        self.help = REPAIRS.get(message, "")
 
 
 def span_of(expr: Expr) -> Span | None:
@@ -353,13 +365,13 @@ def _checked(compute: Callable[..., float], arguments: tuple[float, ...], span: 
     try:
         value = compute(*arguments)
     except ZeroDivisionError:
-        raise ExprError("division by zero", span) from None
+        raise ExprError(DIVISION, span) from None
     except OverflowError:
         raise ExprError(TOO_LARGE, span) from None
     except ValueError:
-        raise ExprError("an argument lies outside the function's domain", span) from None
+        raise ExprError(DOMAIN, span) from None
     if math.isnan(value):
-        raise ExprError("the value is not a real number", span)
+        raise ExprError(NO_NUMBER, span)
     # Python's products and sums overflow to infinity without a word.
     if math.isinf(value) and not any(map(math.isinf, arguments)):
         raise ExprError(TOO_LARGE, span)

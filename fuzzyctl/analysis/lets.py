@@ -27,6 +27,15 @@ def narrowed(flat: Plan) -> Plan:
     return replace(flat, lets=tuple(_narrowed(let, box[let.name]) for let in flat.lets))
 
 
+def without_idle(flat: Plan) -> Plan:
+    """Return a plan without its lets where no rule reads one and all have a value everywhere: it computes the same."""
+    others = len(flat.inputs) + len(flat.outputs)
+    if any(d.variable >= others for d in flat.degrees) or any(let.calls for let in flat.lets):
+        return flat
+    box = enclosed(flat)
+    return flat if any(box[let.name] == ANYTHING for let in flat.lets) else replace(flat, lets=())
+
+
 def _narrowed(let: LetPlan, ends: Interval) -> LetPlan:
     lower, upper = max(let.lower, ends[0]), min(let.upper, ends[1])
     known = math.isfinite(let.lower) and lower < upper

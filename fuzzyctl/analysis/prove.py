@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Set
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
@@ -35,15 +35,16 @@ from fuzzyctl.analysis.coverage.fires import Silence, unclear_at
 from fuzzyctl.analysis.coverage.pattern_search import silent_point
 from fuzzyctl.analysis.multilinear import pointwise, slopes
 from fuzzyctl.analysis.multilinear.surface import Surface, surface_of
-from fuzzyctl.analysis.verdicts import Proved, Refuted, Undecided, Verdict, Verdicts
+from fuzzyctl.analysis.verdicts import Proved, Refuted, Undecided, Verdict, Verdicts, Witness
 from fuzzyctl.analysis.witnesses import Judge
 from fuzzyctl.analysis.work import COVERAGE, SEARCH, SPENT, SpentError, Work
 from fuzzyctl.diagnostics.diagnostic import Diagnostic
 from fuzzyctl.expr import Binary, Expr, span_of, to_text, walk
+from fuzzyctl.kernels.known_values import known_at
 from fuzzyctl.kernels.plan.build import Plan, plan
 from fuzzyctl.model.controller import Controller
 from fuzzyctl.model.guarantee import Guarantee
-from fuzzyctl.model.inlined_lets import inlined
+from fuzzyctl.model.inlined_lets import inlined, named_lets
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.support import arguments
 
@@ -176,9 +177,17 @@ class Prover:
                 found = replace(found, reason=reason, boxes=(), remaining=0)
             elif found.remaining and self.surface is None:
                 found = replace(found, reason=f"{found.reason}; {_EXACTLY}")
+        if isinstance(found, Refuted) and (lets := named_lets(self.system, guarantee)):
+            found = replace(found, witness=self._with_lets(found.witness, lets))
         if not isinstance(found, Refuted) and self._is_void(guarantee):
             found = Proved(claim.text, note="nothing is claimed: no point of the ranges is in the region")
         return replace(found, claim=claim.text, span=guarantee.span)
+
+    def _with_lets(self, witness: Witness, lets: Set[str]) -> Witness:
+        """Return a witness that also says what the lets of its claim are there."""
+        known = known_at(self.plan, list(witness.point.values()))
+        own = tuple((let.name, known[let.name]) for let in self.plan.lets if let.name in lets)
+        return replace(witness, sides=(*own, *witness.sides))
 
     def _state_of(self, claim: Claim) -> str:
         """Return what a claim depends on besides the inputs, an empty text for one that depends on nothing else."""

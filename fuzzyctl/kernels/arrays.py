@@ -107,9 +107,9 @@ def derivative_of(program: Callable[[], Program], by: tuple[str, ...]) -> Progra
     """Return the program of derivatives, or raise `ArgumentError` where there is none."""
     try:
         return differentiated(program(), by)
-    except NotDifferentiableError:
-        reason = "an exact defuzzifier of curved sets is an adaptive integral, which has no derivative here"
-        raise ArgumentError(f"{reason}; sample it, such as 'defuzzifier centroid(resolution=100)'") from None
+    except NotDifferentiableError as error:
+        reason = f"no exact gradient: {error}"
+        raise ArgumentError(f"{reason}; sample the sets, such as 'defuzzifier centroid(resolution=100)'") from None
 
 
 def input_gradient(plan: Plan) -> Program:

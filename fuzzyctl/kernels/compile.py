@@ -116,9 +116,11 @@ def _step(controller: Controller, backend: str, algorithm: str, free: Sequence[s
     from fuzzyctl.kernels.steps.step import Step
     from fuzzyctl.kernels.steps.values import StepValues
     from fuzzyctl.model.controller import Controller
+    from fuzzyctl.model.instance_params import with_instance_params
 
     if not isinstance(controller, Controller):
         raise ArgumentError(f"compile takes a FuzzySystem or a Controller, got {type(controller).__name__}")
+    controller = with_instance_params(controller, free)
     equations = equations_of(controller, free)
     return Step(equations, backend, algorithm, StepValues(controller, equations) if free else None)
 

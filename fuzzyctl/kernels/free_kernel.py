@@ -204,7 +204,8 @@ class FreeKernel(Displayed):
 
         Raises:
             UnknownNameError: For another `by`.
-            ArgumentError: For arrays of another shape, and for an exact defuzzifier of curved sets.
+            ArgumentError: For arrays of another shape, and for exact sets that jump at places without a
+                closed form.
         """
         known = {"inputs": lambda: self._by_inputs, "values": lambda: self._by_values}
         if by not in known:

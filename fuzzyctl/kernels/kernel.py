@@ -219,10 +219,12 @@ class Kernel(Displayed):
         Returns:
             Shape (..., inputs) for one output, (..., outputs, inputs) for several. At a kink it is the derivative of
             the branches that the program takes there; where several kinks meet it need not lie between the slopes of
-            both sides. Beyond the range of an input, which is clamped, it is 0.
+            both sides. Beyond the range of an input, which is clamped, it is 0. That of a bisector in a gap between
+            sets, where it jumps, is NaN.
 
         Raises:
-            ArgumentError: For arrays of another shape, and for an exact defuzzifier of curved sets.
+            ArgumentError: For arrays of another shape, and for exact sets that jump at places without a closed form,
+                as under `aggregation nilpotent_maximum`.
         """
         from fuzzyctl.kernels.arrays import jacobian
 

@@ -72,7 +72,9 @@ class Builder(Transformer[Token, Any]):
                     "FZ108",
                     f"the number {_short(token)} is {bound}",
                     self._at(token),
-                    help="write 'inf' for an infinite foot" if not lost else "write 0",
+                    help="scale it; only a foot of a term, and an end of a range, may be 'inf'"
+                    if not lost
+                    else "write 0",
                 )
             )
         return value

@@ -8,7 +8,8 @@ from typing import Final
 
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, Note
 from fuzzyctl.diagnostics.source import Span
-from fuzzyctl.expr import Call, Expr, ExprError, Keyword, evaluate, span_of, walk
+from fuzzyctl.expr import CONSTANTS, DIVISION, REPAIRS, Call, Expr, ExprError, Keyword, evaluate, span_of, walk
+from fuzzyctl.model.checks.constants import constants, quotients
 from fuzzyctl.model.controller import Controller, Definition, Instance, Result, Signal
 from fuzzyctl.model.forms import bound, pairs_of
 from fuzzyctl.model.guarantee import Bounds, Param
@@ -25,8 +26,19 @@ MOST_SAMPLES: Final = 10_000_000
 
 def numbers(block: Controller | Plant | Loop, params: ParamValues) -> Iterator[Diagnostic]:
     """Check the numbers of a block, as far as its params have values."""
+    found = list(_written_numbers(block, params))
+    yield from found
+    reported = {d.span for d in found}
+    yield from (d for d in _constants(block, params) if d.span not in reported)
+
+
+def _written_numbers(block: Controller | Plant | Loop, params: ParamValues) -> Iterator[Diagnostic]:
+    """Check params, ranges, starts and times."""
     for error in params.errors:
-        yield Diagnostic("FZ308" if isinstance(error, ParamCycleError) else "FZ307", error.message, error.span)
+        if isinstance(error, ParamCycleError):
+            yield Diagnostic("FZ308", error.message, error.span, help="give one of them a number")
+        else:
+            yield Diagnostic("FZ307", error.message, error.span, help=error.help)
     signals: tuple[Signal, ...] = () if isinstance(block, Loop) else (*block.inputs, *block.states, *block.results)
     ranges = [(s.name, s.bounds) for s in signals] + [(p.name, p.bounds) for p in block.params]
     for name, bounds in ranges:
@@ -59,7 +71,40 @@ def _computed(expr: Expr, params: ParamValues) -> float | Diagnostic | None:
     try:
         return evaluate(expr, params.values)
     except ExprError as error:
-        return Diagnostic("FZ307", error.message, error.span)
+        return Diagnostic("FZ307", error.message, error.span, help=error.help)
+
+
+def _constants(block: Controller | Plant | Loop, params: ParamValues) -> Iterator[Diagnostic]:
+    """Check the parts of expressions that depend on params only, and what is divided by 0."""
+    names = {*CONSTANTS, *(p.name for p in block.params)}
+    for expr, own in _expressions(block):
+        is_known = (names - own).__contains__
+        for constant in constants(expr, is_known):
+            value = _computed(constant, params)
+            yield from [value] if isinstance(value, Diagnostic) else []
+        for quotient in quotients(expr, is_known):
+            if _computed(quotient.right, params) == 0.0:
+                yield Diagnostic("FZ307", DIVISION, quotient.span, help=REPAIRS[DIVISION])
+
+
+def _expressions(block: Controller | Plant | Loop) -> Iterator[tuple[Expr, set[str]]]:
+    """Yield the expressions of a block, with the names that are parameters of a function there."""
+    yield from ((f.expression, set(f.parameters)) for f in block.functions)
+    found = [d.value for d in block.definitions]
+    if not isinstance(block, Plant):
+        found += [a for i in block.instances for a in i.arguments]
+    if isinstance(block, Loop):
+        found += [m.value for m in block.measures]
+    else:
+        found += [r.value for r in block.results]
+    if isinstance(block, Plant):
+        found += [d.value for d in block.derivatives]
+    else:
+        claims = block.requirements if isinstance(block, Loop) else block.guarantees
+        found += [e for c in claims for e in (c.claim, c.when) if e is not None]
+    if isinstance(block, Controller):
+        found += [u.value for u in block.updates]
+    yield from ((expr, set()) for expr in found)
 
 
 def _positive(what: str, expr: Expr | None, params: ParamValues, help_text: str) -> Iterator[Diagnostic]:

@@ -18,7 +18,7 @@ MOST_LEVELS: Final = 100
 
 def inlined(system: FuzzySystem, guarantee: Guarantee) -> Guarantee:
     """Return a guarantee over params, inputs and outputs; `is_too_large` says whether that is feasible."""
-    if not system.lets or not _named_lets(system, guarantee):
+    if not system.lets or not named_lets(system, guarantee):
         return guarantee
     values: dict[str, Expr] = {}
     needed = _needed(system, guarantee)
@@ -33,7 +33,7 @@ def inlined(system: FuzzySystem, guarantee: Guarantee) -> Guarantee:
 def is_too_large(system: FuzzySystem, guarantee: Guarantee) -> bool:
     """Return whether a guarantee is beyond the limits once its lets are replaced, without doing so."""
     sizes: dict[str, tuple[int, int]] = {}
-    if not _named_lets(system, guarantee):
+    if not named_lets(system, guarantee):
         return False
     for let in ordered_lets(system):
         sizes[let.name] = _size(let.value, sizes)
@@ -41,7 +41,8 @@ def is_too_large(system: FuzzySystem, guarantee: Guarantee) -> bool:
     return sum(parts for parts, _ in found) > MOST_PARTS or max(levels for _, levels in found) > MOST_LEVELS
 
 
-def _named_lets(system: FuzzySystem, guarantee: Guarantee) -> set[str]:
+def named_lets(system: FuzzySystem, guarantee: Guarantee) -> set[str]:
+    """Return the lets that a guarantee names."""
     named = {n.name for e in (guarantee.claim, guarantee.when) if e is not None for n in names_in(e)}
     return named & {v.name for v in system.lets}
 
@@ -50,7 +51,7 @@ def _needed(system: FuzzySystem, guarantee: Guarantee) -> set[str]:
     """Return the lets that a guarantee names, and those that these are made of."""
     lets = {v.name: v for v in system.lets}
     needed: set[str] = set()
-    open_names = _named_lets(system, guarantee)
+    open_names = named_lets(system, guarantee)
     while open_names:
         needed |= open_names
         open_names = {n.name for o in open_names for n in names_in(lets[o].value) if n.name in lets} - needed

@@ -183,7 +183,8 @@ class Context:
             elif isinstance(node, ex.Call) and not self.check_call(node):
                 ok = False
             elif isinstance(node, ex.Compare | ex.Logic):
-                self.report("FZ307", "expected a number, found a condition", ex.span_of(node))
+                help_text = "a condition as a number: gt(a, b), lt(a, b), ge(a, b), le(a, b), eq(a, b)"
+                self.report("FZ307", "expected a number, found a condition", ex.span_of(node), help=help_text)
                 ok = False
             elif isinstance(node, ex.Keyword | ex.Items | ex.Text | ex.Pair):
                 self.report("FZ303", "unexpected argument", ex.span_of(node), help="write a number")
@@ -196,7 +197,8 @@ class Context:
         for node in ex.walk(expr):
             for operand in node.operands if isinstance(node, ex.Logic) else ():
                 if not isinstance(operand, ex.Compare | ex.Logic):
-                    self.report("FZ307", "expected a condition, found a number", ex.span_of(operand))
+                    help_text = "compare it, such as: x > 0"
+                    self.report("FZ307", "expected a condition, found a number", ex.span_of(operand), help=help_text)
                     ok = False
         number = ex.as_number(expr)
         return number if self.check_names(number, known, kind) and ok else None

@@ -52,7 +52,7 @@ class _OneLine:
             ex.evaluate(expr, self.values.values)
         except ex.ExprError as error:
             if not self.values.lacks(expr):
-                self.report("FZ307", error.message, error.span)
+                self.report("FZ307", error.message, error.span, help=error.help)
             return False
         return True
 

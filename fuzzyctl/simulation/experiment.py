@@ -20,6 +20,7 @@ from fuzzyctl.diagnostics.diagnostic import (
 from fuzzyctl.kernels.backends.arguments import float_array, writable
 from fuzzyctl.kernels.backends.numba.compile_cost import MOST_OPERATIONS, operations
 from fuzzyctl.kernels.compile import AlgorithmName, Backend, numba_is_missing
+from fuzzyctl.model.instance_params import with_instance_params
 from fuzzyctl.model.loop import Loop
 from fuzzyctl.simulation.columns import columns
 from fuzzyctl.simulation.equations import DeadTime, LoopEquations
@@ -59,7 +60,8 @@ class Experiment:
         loop: A well-formed loop.
         backend: "numba"; "python" for generated Python; "auto" for numba where it can be imported, but for loops that
             take it longer than most programs run.
-        free: Params whose values are arguments of `run`: `BLOCK.PARAM`, or `PARAM` of the loop.
+        free: Params whose values are arguments of `run`: `BLOCK.PARAM`, or `PARAM` of the loop; `BLOCK.INSTANCE.PARAM`
+            where a controller has controllers inside.
         algorithm: How systems are computed, see `compile`.
 
     Raises:
@@ -73,6 +75,7 @@ class Experiment:
     ) -> None:
         if not isinstance(loop, Loop):
             raise ArgumentError(f"expected a Loop, got {type(loop).__name__}")
+        loop = with_instance_params(loop, free)
         self.loop, self.backend = loop, _backend(backend, loop)
         known = params_of(loop)
         for name in free:

@@ -11,6 +11,7 @@ from fuzzyctl.expr import Expr, Keyword, Number, evaluate, names_in
 from fuzzyctl.kernels.free_values import require_bounds
 from fuzzyctl.model.controller import Controller, Instance
 from fuzzyctl.model.guarantee import Param
+from fuzzyctl.model.instance_params import with_instance_params
 from fuzzyctl.model.loop import Loop
 from fuzzyctl.model.params import ParamValues
 from fuzzyctl.model.plant import Plant
@@ -83,6 +84,7 @@ def with_settings(loop: Loop, values: Mapping[str, float]) -> Loop:
         UnknownNameError: For a name of no param, or of several.
         DiagnosticError: For values outside of the ranges of their params.
     """
+    loop = with_instance_params(loop, values)  # which has the params of controllers inside by name
     names = short_names(loop)
     for name in values:
         if name not in names:
@@ -134,7 +136,7 @@ class Ranges:
 
 def _declared(loop: Loop, name: str, settings: Mapping[str, float]) -> tuple[Param, dict[str, float]]:
     """Return the param of a full name, and the values of all params beside it under some settings."""
-    block, dot, own = name.rpartition(".")
+    block, dot, own = name.partition(".") if "." in name else ("", "", name)
     instance = next((i for i in loop.instances if i.name == block), None)
     owner = loop if instance is None else blocks_of(loop)[instance.controller]
     values = loop.param_values.values if instance is None else block_params(loop, instance)

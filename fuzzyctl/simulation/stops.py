@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from fuzzyctl.diagnostics.diagnostic import Diagnostic
+from fuzzyctl.diagnostics.diagnostic import Diagnostic, Note
+from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.expr import to_text
 from fuzzyctl.model.loop import Loop
 from fuzzyctl.simulation.equations import LARGEST, PlantState
@@ -42,14 +43,14 @@ def left(
         positions: Columns of the record by name.
         past: The record of all samples before, shape (samples, signals).
     """
+    if not math.isfinite(value) and len(past) and not np.isfinite(past[-1]).all():
+        return _made_before(state, value, time, loop, positions, past)
     unit = f" {state.unit}" if state.unit else ""
     at = f"at t = {time:.6g} s"
     facts = [f"one sample before it was {past[-1, positions[state.name]]:.6g}{unit}"] if len(past) else []
     if not math.isfinite(value) or abs(value) >= LARGEST:
         message = f"state '{state.name}' is {_what(value)} {at}"
         help_text = f"use a shorter step or more substeps; {_KEEP_DOMAINS}"
-        if len(past) and np.isnan(past[-1]).any():
-            facts.append(f"'{_origin(loop, positions, past[-1])}' was not a number then")
     else:
         ends = f"{'(' if state.without_low or state.low == -math.inf else '['}{state.low:g}, "
         ends += f"{state.high:g}{')' if state.without_high or state.high == math.inf else ']'}"
@@ -59,6 +60,18 @@ def left(
         message = f"state '{state.name}' left its range {at}: {shown}{unit} is outside of {ends}"
         help_text = "limit it in the plant, or declare a wider range"
     return Diagnostic("FZ701", message, state.span, facts=tuple(facts), help=help_text)
+
+
+def _made_before(
+    state: PlantState, value: float, time: float, loop: Loop, positions: Mapping[str, int], past: FloatArray
+) -> Diagnostic:
+    """Return the diagnostic of the signal that is not finite at the last sample, which a state has its value from."""
+    name = _origin(loop, positions, past[-1], np.isfinite)
+    before = time * (len(past) - 1) / len(past)
+    message = f"'{name}' is {_what(past[-1, positions[name]])} at t = {before:.6g} s"
+    facts = (f"one sample later state '{state.name}' is {_what(value)}",)
+    notes = (Note(state.span, "the state is declared here"),) if state.span is not None else ()
+    return Diagnostic("FZ701", message, _span_of_signal(loop, name), facts=facts, help=_KEEP_DOMAINS, notes=notes)
 
 
 def first_without_value(record: FloatArray, columns: list[int]) -> tuple[int, int] | None:
@@ -100,7 +113,7 @@ def signals_without_value(run: Run) -> list[Diagnostic]:
     if run.stopped is not None or not bad.any():
         return []
     first = int(np.argmax(bad))
-    name = _origin(run.loop, run.positions, run.record[first])
+    name = _origin(run.loop, run.positions, run.record[first], lambda row: ~np.isnan(row))
     if name.startswith("#"):
         name = to_text(run.judgement.signals[int(name[1:])])
     message = f"'{name}' is not a number at t = {run.t[first]:.6g} s"
@@ -108,18 +121,25 @@ def signals_without_value(run: Run) -> list[Diagnostic]:
     lost = [n for n, value in run.measures.items() if math.isnan(value)]
     if lost:
         facts.append(f"measures without a value: {', '.join(lost)}")
-    spans = {d.name: d.span for d in run.loop.definitions} | {i.name: i.span for i in run.loop.instances}
-    span = spans.get(name) or spans.get(name.partition(".")[0]) or run.loop.span
+    span = _span_of_signal(run.loop, name)
     return [Diagnostic("FZ708", message, span, severity="warning", facts=tuple(facts), help=_KEEP_DOMAINS)]
+
+
+def _span_of_signal(loop: Loop, name: str) -> Span | None:
+    spans = {d.name: d.span for d in loop.definitions} | {i.name: i.span for i in loop.instances}
+    return spans.get(name) or spans.get(name.partition(".")[0]) or loop.span
 
 
 def _what(value: float) -> str:
     return "not a number" if math.isnan(value) else "infinite"
 
 
-def _origin(loop: Loop, positions: Mapping[str, int], row: FloatArray) -> str:
-    """Return where a NaN of a sample comes from: an output of a block whose inputs are numbers, else the first one."""
-    lost = [name for name, k in positions.items() if math.isnan(row[k])]
+def _origin(
+    loop: Loop, positions: Mapping[str, int], row: FloatArray, has_value: Callable[[FloatArray], npt.NDArray[np.bool_]]
+) -> str:
+    """Return which signal of a sample lost its value: an output of a block whose inputs have one, else the first."""
+    kept = has_value(row)
+    lost = [name for name, k in positions.items() if not kept[k]]
     for instance in loop.instances:
         block = blocks_of(loop)[instance.controller]
         inputs, outputs = ([f"{instance.name}.{s.name}" for s in own] for own in (block.inputs, block.results))

@@ -15,6 +15,7 @@ from functools import cached_property, lru_cache
 from itertools import pairwise, product
 from typing import Final
 
+from fuzzyctl.analysis.lets import without_idle
 from fuzzyctl.expr import Binary, Expr, Name, Number, names_in
 from fuzzyctl.formulas import MEMBERSHIP
 from fuzzyctl.kernels.algorithms.grid import Grid, Table, grid_of
@@ -142,6 +143,7 @@ def surface_of(plan: Plan, *, most: int = MOST) -> Surface | None:
         plan: The system.
         most: Most products of corners and rules.
     """
+    plan = without_idle(plan) if plan.lets else plan
     grid = grid_of(plan)
     if not isinstance(grid, Grid) or grid.size * len(plan.rules) > most:
         return None

@@ -29,18 +29,27 @@ from fuzzyctl.codegen.steps.fixed_program import (
     operations,
 )
 from fuzzyctl.codegen.steps.fixed_ranges import CalledSystem, Ends, Ranges
+from fuzzyctl.codegen.steps.fixed_refusals import (
+    FLOAT,
+    KEEPS_ERROR,
+    error_help,
+    operator_of,
+    place_of,
+    range_help,
+    refused,
+    state_words,
+)
 from fuzzyctl.codegen.steps.slots import with_slots
 from fuzzyctl.codegen.steps.unit import StepUnit, tidy
 from fuzzyctl.codegen.table import USEFUL
 from fuzzyctl.codegen.unit import Unit
-from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
-from fuzzyctl.diagnostics.source import Span
-from fuzzyctl.expr import Binary, Call, Expr, Name, Number, span_of, walk
+from fuzzyctl.diagnostics.diagnostic import DiagnosticError
+from fuzzyctl.expr import Call, Name, Number, walk
 from fuzzyctl.kernels.algorithms.grid import grid_of
 from fuzzyctl.kernels.algorithms.select import Algorithm
 from fuzzyctl.kernels.interval.vector import Array, Enclosure
 from fuzzyctl.kernels.plan.build import plan
-from fuzzyctl.kernels.plan.equations import Equation, Equations, Evaluation
+from fuzzyctl.kernels.plan.equations import Evaluation
 from fuzzyctl.kernels.program.program import Program
 from fuzzyctl.kernels.program.traversal import expressions
 from fuzzyctl.kernels.steps.program import named_step
@@ -53,8 +62,6 @@ _ROUNDS: Final = 24
 _OUTWARD: Final = 1.0 + 2.0**-40
 #: By how much slopes and roundings are taken larger, relative to them, so that a solution is one after rounding, too.
 _ROOM: Final = 2.0**-24
-
-_FLOAT: Final = "or write single precision with --float float"
 
 
 @dataclass(frozen=True)
@@ -97,24 +104,20 @@ def fixed_step(unit: StepUnit, form: Format) -> FixedStep:
     equations = unit.equations
     if equations.period is None:
         message = "fixed point needs a sample time, and the controller has none"
-        raise _refused(message, unit.controller.span, help_text="add one, such as 'every 10 ms'")
+        raise refused(message, unit.controller.span, help_text="add one, such as 'every 10 ms'")
     opaque, systems = _with_calls(unit)
     try:
         found = operations(opaque.program, len(equations.inputs), len(opaque.outputs))
     except UnsuitedError as error:
-        raise _refused(str(error), _place(equations, error.node), help_text=_FLOAT.removeprefix("or ")) from None
+        raise refused(str(error), place_of(equations, error.node), help_text=FLOAT.removeprefix("or ")) from None
     if len(found.items) > MOST_OPERATIONS:
         message = f"a step has {len(found.items):,} operations, more than {MOST_OPERATIONS:,}"
-        raise _refused(message, unit.controller.span, help_text=_FLOAT.removeprefix("or "))
+        raise refused(message, unit.controller.span, help_text=FLOAT.removeprefix("or "))
     bound = _Bound(opaque, form, found, systems)
     bound.run()
     return FixedStep(
         opaque, form, found, bound.formats, systems, bound.integers, tuple(bound.errors), tuple(bound.slot_errors)
     )
-
-
-def _refused(message: str, span: Span | None, *, facts: Sequence[str] = (), help_text: str = "") -> DiagnosticError:
-    return DiagnosticError([Diagnostic("FZ410", message, span, facts=tuple(facts), help=help_text)])
 
 
 def _with_calls(unit: StepUnit) -> tuple[StepUnit, dict[int, CalledSystem]]:
@@ -152,24 +155,12 @@ def _called(call: Evaluation) -> CalledSystem:
     grid = grid_of(flat)
     if isinstance(grid, str):
         message = f"fixed point needs systems that interpolate, and '{call.system.name}' does not: {grid}"
-        raise _refused(message, call.span, help_text=_FLOAT.removeprefix("or "))
+        raise refused(message, call.span, help_text=FLOAT.removeprefix("or "))
     unit = Unit(call.system, "", (), Algorithm(flat, grid, "it interpolates"), {})
     try:
         return CalledSystem(unit, grid, finest(unit))
     except CodegenError as error:
-        raise _refused(f"'{call.system.name}': {error}", call.span) from None
-
-
-def _place(equations: Equations, node: Expr) -> Span | None:
-    """Return where an expression stands that has lost its place: the first of its kind."""
-    exprs = [e for i in equations.body for e in ((i.value,) if isinstance(i, Equation) else i.arguments)]
-    for part in (p for e in (*exprs, *equations.updates) for p in walk(e)):
-        match node, part:
-            case (Call(function=a), Call(function=b)) if a == b:
-                return span_of(part)
-            case (Binary(op=a), Binary(op=b, right=right)) if a == b and (a == "^" or not isinstance(right, Number)):
-                return span_of(part)
-    return None
+        raise refused(f"'{call.system.name}': {error}", call.span) from None
 
 
 class _Bound:
@@ -205,7 +196,7 @@ class _Bound:
             most = math.floor(min(high, self.form.upper) * one)
             if least > most:
                 message = f"{self.form} has no number in the range of '{signal.name}'"
-                raise _refused(message, signal.span)
+                raise refused(message, signal.span)
             integers.append((least, most))
         inputs = [(least / one, most / one) for least, most in integers]
         prover.inputs = {s.name: ends for s, ends in zip(self.unit.controller.inputs, inputs, strict=True)}
@@ -214,17 +205,19 @@ class _Bound:
             state = self.states[place]
             low, high = prover.ranges[state.name]
             if not (low > -FAR and high < FAR):
-                message = f"no range of state '{slot.name}' is proved that holds over all steps"
-                help_text = f"give it a range that it keeps, such as with 'clamp', {_FLOAT}"
-                raise _refused(message, state.span, facts=self._reason(low, high), help_text=help_text)
+                message = f"no range of {state_words(slot.name)} is proved that holds over all steps"
+                raise refused(
+                    message, state.span, facts=self._reason(slot.name, low, high), help_text=range_help(slot.name)
+                )
             ranges.append((low, high))
             place += slot.length
         return tuple(integers), inputs, ranges
 
     @staticmethod
-    def _reason(low: float, high: float) -> list[str]:
+    def _reason(name: str, low: float, high: float) -> list[str]:
         ends = [w for w, is_open in (("least", low <= -FAR), ("largest", high >= FAR)) if is_open]
-        return [f"no bound is found of its {' and its '.join(ends)} value"]
+        found = [f"no bound is found of its {' and its '.join(ends)} value"]
+        return [*found, KEEPS_ERROR] if operator_of(name) == "integral" else found
 
     def run(self) -> None:
         """Find formats, and errors that no step makes larger.
@@ -271,7 +264,7 @@ class _Bound:
         if formats.beyond:
             low, high = ends[formats.beyond[0]]
             message = f"{self._name(formats.beyond[0])} may be from {low:.9g} to {high:.9g}, beyond integers of 32 bits"
-            raise _refused(message, self.unit.controller.span, help_text="give inputs and states ranges")
+            raise refused(message, self.unit.controller.span, help_text="give inputs and states ranges")
         unit_in_last = 2.0**-self.form.fraction
         for declared, position in zip(self.unit.controller.results, self.operations.outputs, strict=True):
             low, high = ends[self.operations.items[position].operands[0]]
@@ -283,7 +276,7 @@ class _Bound:
                 help_text = f"take --fixed Q{whole}.{bits - whole}" if whole <= bits else "limit it with 'clamp'"
                 if self.open_inputs and declared.bounds is None:
                     help_text = f"give {self.open_inputs[0]!r} a range; without one it has that of the format"
-                raise _refused(message, declared.span, help_text=help_text)
+                raise refused(message, declared.span, help_text=help_text)
 
     def _slopes(self, position: int, found: Sequence[Enclosure]) -> Array:
         """Return the largest slopes of a value along all operations."""
@@ -341,11 +334,7 @@ class _Bound:
         """Refuse errors that the steps do not make smaller."""
         for s, own in zip(kept, np.diag(matrix).tolist(), strict=True):
             if not own < 1.0 - 1e-9:
-                reason = (
-                    "it keeps its error, as an integrator does, and each step may add that of a rounding"
-                    if own < 1.0 + 1e-6
-                    else f"a step may make an error of it {own:.3g} times as large"
-                )
+                reason = KEEPS_ERROR if own < 1.0 + 1e-6 else f"a step may make an error of it {own:.3g} times as large"
                 raise self._not_kept(s, reason)
         if not np.all(np.isfinite(matrix)):
             raise self._not_kept(kept[0], "its slope has no bound")
@@ -361,11 +350,10 @@ class _Bound:
 
     def _not_kept(self, slot: int, reason: str) -> DiagnosticError:
         place = sum(s.length for s in self.unit.slots[:slot])
-        message = f"no bound of the error of state '{self.unit.slots[slot].name}' holds over all steps"
-        help_text = (
-            f"let it forget, as 'next x = 0.99 * x + ...' does, or add only what the format holds whole, {_FLOAT}"
-        )
-        return _refused(message, self.states[place].span, facts=[reason, *self._jump()], help_text=help_text)
+        name = self.unit.slots[slot].name
+        message = f"no bound of the error of {state_words(name)} holds over all steps"
+        facts = [reason, *self._jump()]
+        return refused(message, self.states[place].span, facts=facts, help_text=error_help(name))
 
     def _require_useful(self, found: Sequence[Enclosure]) -> None:
         for declared, position, error in zip(
@@ -378,7 +366,7 @@ class _Bound:
             message += f"{at_most(error)}, of a span of {high - low:.3g}"
             facts = self._jump()
             help_text = "compare inputs, or what is computed from them by sums" if facts else "take more bits"
-            raise _refused(message, declared.span, facts=facts, help_text=f"{help_text}, {_FLOAT}")
+            raise refused(message, declared.span, facts=facts, help_text=f"{help_text}, {FLOAT}")
 
     def _name(self, position: int) -> str:
         """Return what a value is called, or what is computed from it."""

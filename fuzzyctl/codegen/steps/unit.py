@@ -30,6 +30,7 @@ from fuzzyctl.kernels.program.traversal import map_expressions, rebuilt
 from fuzzyctl.kernels.steps.program import named_step
 from fuzzyctl.model.controller import Controller, Signal
 from fuzzyctl.model.guarantee import Bounds
+from fuzzyctl.model.instance_params import with_instance_params
 from fuzzyctl.model.system import FuzzySystem
 
 
@@ -116,6 +117,7 @@ def prepare_step(
         UnknownNameError: For a free number that the controller does not have.
         CodegenError: For a system that no target can print, and where a start depends on a free number.
     """
+    controller = with_instance_params(controller, free)
     equations = equations_of(controller, free)
     if equations.starts_vary:
         raise CodegenError(f"the start of a state depends on a free number, one of {', '.join(equations.free)}")

@@ -213,7 +213,8 @@ class Expansion:
         names: dict[str, Expr] = {}
         for key, value in symbolic.items():
             prefixed = f"{scope.prefix}{name}.{key}"
-            self.body.append(Equation(prefixed, value))
+            if value != Name(prefixed):  # a free number of the instance itself, under its own name
+                self.body.append(Equation(prefixed, value))
             symbolic[key] = Name(prefixed)
         for key, value in bound.items():
             prefixed = f"{scope.prefix}{name}.{key}"

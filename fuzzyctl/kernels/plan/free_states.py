@@ -8,6 +8,7 @@ from typing import NamedTuple
 from fuzzyctl.diagnostics.diagnostic import ArgumentError, UnknownNameError
 from fuzzyctl.model.controller import Controller
 from fuzzyctl.model.free_numbers import parametrised
+from fuzzyctl.model.instance_params import instance_params
 from fuzzyctl.model.system import FuzzySystem
 
 
@@ -19,7 +20,10 @@ class FreeNumber(NamedTuple):
 
 
 def free_names(controller: Controller, names: Sequence[str]) -> tuple[tuple[str, ...], tuple[float, ...]]:
-    """Return the names of free numbers, those of arrays one by one, and their present values."""
+    """Return the names of free numbers, those of arrays one by one, and their present values.
+
+    Params of instances are among the params of the controller here, see `with_instance_params`.
+    """
     values = controller.param_values.values
     systems = {s.name: s for s in controller.systems}
     found: dict[str, float] = {}
@@ -33,9 +37,9 @@ def free_names(controller: Controller, names: Sequence[str]) -> tuple[tuple[str,
             changed, parts = _parametrised(systems[system], rest)
             own = {f"{system}.{part}": changed.values[part] for part in parts}
         else:
-            raise UnknownNameError(
-                "free number", name, [*(p.name for p in controller.params), *(f"{s}.NAME" for s in systems)]
-            )
+            own_params = [*(p.name for p in controller.params), *instance_params(controller)]
+            known = [*dict.fromkeys(own_params), *(f"{s}.NAME" for s in systems)]
+            raise UnknownNameError("free number", name, known)
         repeated = next((n for n in own if n in found), None)
         if repeated is not None:
             raise ArgumentError(f"'{repeated}' cannot be free: it is given twice")

@@ -137,6 +137,23 @@ class Between:
 
 
 @record(frozen=True, slots=True)
+class Jump:
+    """A place where a set that is integrated jumps, because a part of it ends there.
+
+    Args:
+        mark: The place, an atom.
+        part: Name of the part, among what the body of the set writes; it is 0 outside.
+        inside: What the part is there on the inner side.
+        is_left: Whether the part begins there; else it ends.
+    """
+
+    mark: Expr
+    part: str
+    inside: Expr
+    is_left: bool
+
+
+@record(frozen=True, slots=True)
 class Quadrature:
     """Integrate a set that depends on a place, from the first to the last entry of a constant table; see `quadrature`.
 
@@ -150,6 +167,8 @@ class Quadrature:
         given: Names that body and value read besides the place.
         places: Name of the table, whose entries rise.
         marks: Atoms between the first and the last entry, where the set may bend or jump.
+        jumps: Where the set jumps, at places that move with what is given.
+        unknown: The norm that makes it jump at such places that are not known; empty for none.
     """
 
     found: str
@@ -161,6 +180,8 @@ class Quadrature:
     given: tuple[str, ...]
     places: str
     marks: tuple[Expr, ...]
+    jumps: tuple[Jump, ...] = ()
+    unknown: str = ""
 
     @property
     def function(self) -> str:

@@ -1,5 +1,7 @@
 """Adaptive quadrature of sets, down to rounding: for curved terms, and for norms without a closed form.
 
+Their derivatives, which have both signs, are integrated in the same way.
+
 The range is cut where terms have corners. Each stretch is integrated by the rules of Gauss and Kronrod with 7 and 15
 points; where both differ it is halved, so that only around places where the set bends or jumps, such as where a term is
 clipped, many short stretches arise. Stretches run from left to right, and the same ones in every backend.
@@ -143,11 +145,11 @@ def stretch(function: SetFunction, given: Given, center: float, half: float) -> 
 
 
 def rough_area(function: SetFunction, places: Sequence[float], given: Given) -> float:
-    """Return about the area between the first and the last of some places."""
+    """Return about the area between the first and the last of some places, that below 0 counted as above."""
     total = 0.0
     for k in range(len(places) - 1):
         left, right = places[k], places[k + 1]
-        total += stretch(function, given, 0.5 * left + 0.5 * right, 0.5 * (right - left))[0]
+        total += abs(stretch(function, given, 0.5 * left + 0.5 * right, 0.5 * (right - left))[0])
     return total
 
 
@@ -200,7 +202,8 @@ def summed(
             center = 0.5 * left + 0.5 * right
             own, about, error = stretch(function, given, center, 0.5 * (right - left))
             left_over -= 1
-            is_off = error > allowed and error > OF_OWN * own and error * (right - left) > rounded * own
+            size = abs(own)
+            is_off = error > allowed and error > OF_OWN * size and error * (right - left) > rounded * size
             is_off = is_off and top < DEEPEST and left < center < right
             if is_off and left_over > reserve:
                 top += 1

@@ -19,6 +19,7 @@ from fuzzyctl.kernels.program.program import (
     Between,
     Fold,
     Item,
+    Jump,
     Locate,
     Offset,
     Place,
@@ -63,7 +64,8 @@ def parts(statement: Statement) -> Parts:
         case Between(name=name, side=side, share=share, body=body, value=value):
             return Parts((name,), (share, value), body, counters=(side,))
         case Quadrature(found=found, area=area, x=x, body=body, value=value, given=given, places=places, marks=marks):
-            return Parts((found, area), (value, *marks), body, (*given, places), (x,))
+            jumps = [e for j in statement.jumps for e in (j.mark, j.inside)]
+            return Parts((found, area), (value, *marks, *jumps), body, (*given, places), (x,))
         case Refuse(condition=condition):
             return Parts((), (condition,))
     assert_never(statement)
@@ -100,7 +102,9 @@ def rebuilt(statement: Statement, value: Callable[[Expr], Expr], name: Callable[
         case Quadrature(body=body, value=end, given=given, marks=marks):
             named = {n: name(getattr(statement, n)) for n in ("found", "area", "x", "places")}
             given, marks = tuple(map(name, given)), tuple(map(value, marks))
-            return replace(statement, **named, body=all_of(body), value=value(end), given=given, marks=marks)
+            jumps = tuple(Jump(value(j.mark), name(j.part), value(j.inside), j.is_left) for j in statement.jumps)
+            changed = replace(statement, **named, body=all_of(body), value=value(end), given=given, marks=marks)
+            return replace(changed, jumps=jumps)
         case Refuse(condition=condition):
             return replace(statement, condition=value(condition))
     assert_never(statement)
@@ -170,6 +174,21 @@ def map_expressions(program: Program, change: Callable[[Expr], Expr]) -> Program
 def map_names(program: Program, name: Callable[[str], str]) -> Program:
     """Return a program in which names, tables and arrays are called otherwise, its arguments included."""
 
+    def changed(expr: Expr) -> Expr:
+        return renamed(expr, name)
+
+    return replace(
+        program,
+        arguments=tuple(map(name, program.arguments)),
+        tables=tuple((name(own), values) for own, values in program.tables),
+        body=tuple(rebuilt(s, changed, name) for s in program.body),
+        results=tuple(map(changed, program.results)),
+    )
+
+
+def renamed(expr: Expr, name: Callable[[str], str]) -> Expr:
+    """Return an expression in which names, tables and arrays are called otherwise."""
+
     def change(node: Expr) -> Expr:
         match node:
             case Name(name=own):
@@ -180,16 +199,7 @@ def map_names(program: Program, name: Callable[[str], str]) -> Program:
                 return Item(name(array), name(index) if isinstance(index, str) else index)
         return node
 
-    def changed(expr: Expr) -> Expr:
-        return replace_in(expr, change)
-
-    return replace(
-        program,
-        arguments=tuple(map(name, program.arguments)),
-        tables=tuple((name(own), values) for own, values in program.tables),
-        body=tuple(rebuilt(s, changed, name) for s in program.body),
-        results=tuple(map(changed, program.results)),
-    )
+    return replace_in(expr, change)
 
 
 def _named(body: tuple[Assign, ...]) -> tuple[str, ...]:

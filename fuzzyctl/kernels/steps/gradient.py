@@ -46,7 +46,7 @@ def step_gradient(equations: Equations) -> StepGradient:
         equations: What the step computes; free numbers are the last states.
 
     Raises:
-        ArgumentError: For a system with an exact defuzzifier of curved sets, whose adaptive integral has no derivative.
+        ArgumentError: For a system whose exact sets jump at places without a closed form.
     """
 
     def point(call: Evaluation) -> Program:

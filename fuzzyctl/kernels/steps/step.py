@@ -185,8 +185,8 @@ class Step(Displayed):
             branch that the step takes there. Where an input is NaN no step is made: those of the outputs are NaN.
 
         Raises:
-            ArgumentError: For arrays of another shape or not of numbers, and where a system has an exact defuzzifier of
-                curved sets.
+            ArgumentError: For arrays of another shape or not of numbers, and where exact sets of a system jump at
+                places without a closed form, as under `aggregation nilpotent_maximum`.
             ValueOutOfBoundsError: For a `dt` that is not positive.
             NoRuleFiresError: For the first copy where no rule of a system fires whose output says `else error`.
         """

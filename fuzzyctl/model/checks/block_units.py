@@ -31,12 +31,15 @@ def unlike_units(block: Controller | Plant | Loop) -> Iterator[Diagnostic]:
     for update in block.updates if isinstance(block, Controller) else ():
         units.define(update.name, update.value)
     for rate in block.derivatives if isinstance(block, Plant) else ():
-        units.unit(rate.value)
+        units.define_rate(rate.name, rate.value)
+    for state in () if isinstance(block, Loop) else block.states:
+        units.define(state.name, state.start)
     if not isinstance(block, Plant):
         for instance in block.instances:
             _connect(units, instance, next(c for c in callees if c.name == instance.controller))
     for loop_measure in block.measures if isinstance(block, Loop) else ():
-        units.unit(loop_measure.value)
+        units.of.setdefault(loop_measure.name, loop_measure.unit)
+        units.define(loop_measure.name, loop_measure.value)
     yield from {(d.message, d.span): d for d in units.mistakes}.values()
 
 

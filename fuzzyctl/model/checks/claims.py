@@ -6,38 +6,32 @@ import math
 from collections.abc import Iterator
 
 from fuzzyctl.diagnostics.diagnostic import Diagnostic
-from fuzzyctl.expr import (
-    FUNCTIONS,
-    Binary,
-    Call,
-    Compare,
-    Expr,
-    Logic,
-    Name,
-    Number,
-    children,
-    span_of,
-    walk,
-)
+from fuzzyctl.expr import DIVISION, REPAIRS, Call, Compare, span_of, walk
+from fuzzyctl.model.checks.constants import constants, quotients
 from fuzzyctl.model.computed_numbers import Numbers
 
 
 def uncomputable_claims(numbers: Numbers) -> Iterator[Diagnostic]:
     """Find parts of guarantees that depend on params only and have no value, or no finite one."""
     variables = {v.name for v in numbers.variables}
+
+    def is_known(name: str) -> bool:
+        return name not in variables and "." not in name
+
     for guarantee in numbers.system.guarantees:
         for expr in (guarantee.claim, guarantee.when):
-            for constant in _constants(expr, variables) if expr is not None else ():
+            for constant in constants(expr, is_known) if expr is not None else ():
                 place = span_of(constant) or guarantee.span
                 error, value = numbers.failure(constant), numbers.value(constant)
                 if error is not None:
-                    yield Diagnostic("FZ307", error.message, error.span or place)
+                    yield Diagnostic("FZ307", error.message, error.span or place, help=error.help)
                 elif value is not None and math.isinf(value):
                     message = "a number of the guarantee is infinite"
                     yield Diagnostic("FZ302", message, place, help="only feet may be infinite; leave the bound out")
-            for quotient in _quotients(expr, variables) if expr is not None else ():
+            for quotient in quotients(expr, is_known) if expr is not None else ():
                 if numbers.value(quotient.right) == 0.0:
-                    yield Diagnostic("FZ307", "division by zero", span_of(quotient) or guarantee.span)
+                    place = span_of(quotient) or guarantee.span
+                    yield Diagnostic("FZ307", DIVISION, place, help=REPAIRS[DIVISION])
 
 
 def bad_claims(numbers: Numbers) -> Iterator[Diagnostic]:
@@ -59,39 +53,3 @@ def bad_claims(numbers: Numbers) -> Iterator[Diagnostic]:
                 if bound is not None and bound < 0:
                     message = f"the bound {bound:.6g} of a slope is below 0"
                     yield Diagnostic("FZ302", message, span_of(node.right) or guarantee.span)
-
-
-def _quotients(expr: Expr, variables: set[str]) -> Iterator[Binary]:
-    """Yield quotients of what depends on variables by what depends on params only."""
-    for node in walk(expr):
-        if isinstance(node, Binary) and node.op == "/":
-            (_, whole), (_, below) = _parts(node, variables), _parts(node.right, variables)
-            if below and not whole:
-                yield node
-
-
-def _constants(expr: Expr, variables: set[str]) -> list[Expr]:
-    """Return the largest parts of an expression that depend on params only, from left to right; numbers are none."""
-    found, whole = _parts(expr, variables)
-    return [expr] if whole and not isinstance(expr, Number) else found
-
-
-def _parts(expr: Expr, variables: set[str]) -> tuple[list[Expr], bool]:
-    """Return the largest parts below an expression that depend on params only, and whether all of it does."""
-    parts = [(child, *_parts(child, variables)) for child in children(expr)]
-    whole = _is_arithmetic(expr, variables) and all(is_whole for _, _, is_whole in parts)
-    if whole:
-        return [], True
-    found: list[Expr] = []
-    for child, below, is_whole in parts:
-        found += below if not is_whole else [] if isinstance(child, Number) else [child]
-    return found, False
-
-
-def _is_arithmetic(expr: Expr, variables: set[str]) -> bool:
-    match expr:
-        case Name(name=name):
-            return name not in variables and "." not in name
-        case Call(function=function):
-            return function in FUNCTIONS
-    return not isinstance(expr, Compare | Logic)

@@ -26,7 +26,7 @@ def uncomputable_numbers(numbers: Numbers) -> Iterator[Diagnostic]:
         if isinstance(why, ParamCycleError):
             yield Diagnostic("FZ308", why.message, why.span, help="break the cycle: give one of them a number")
         else:
-            yield Diagnostic("FZ307", why.message, why.span)
+            yield Diagnostic("FZ307", why.message, why.span, help=why.help)
     infinite = list(_infinite_ranges(numbers))
     yield from infinite
     seen: set[_Place | None] = set()
@@ -56,7 +56,8 @@ def _place(span: Span | None) -> _Place | None:
 def _uncomputable(numbers: Numbers, expr: Expr, may_be_infinite: bool, what: str) -> Iterator[Diagnostic]:
     error, value = numbers.failure(expr), numbers.value(expr)
     if error is not None:
-        yield Diagnostic("FZ307", f"{what}: {error.message}", error.span or span_of(expr))
+        place = error.span or span_of(expr)
+        yield Diagnostic("FZ307", f"{what}: {error.message}", place, help=error.help)
     elif value is not None and math.isinf(value) and not may_be_infinite:
         yield Diagnostic("FZ302", f"{what} is infinite", span_of(expr), help="only feet may be infinite")
 

@@ -7,16 +7,51 @@ are computed.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from typing import Final
 
 from fuzzyctl.diagnostics.diagnostic import Diagnostic
-from fuzzyctl.expr import COMPARISONS, Binary, Call, Compare, Expr, Logic, Name, Negate, children, span_of, to_text
+from fuzzyctl.expr import (
+    COMPARISONS,
+    Binary,
+    Call,
+    Compare,
+    Expr,
+    Keyword,
+    Logic,
+    Name,
+    Negate,
+    children,
+    span_of,
+    to_text,
+)
 from fuzzyctl.model.checks.dimensions import are_same, surely_differ
+from fuzzyctl.model.stateful_operators import OPERATORS
 from fuzzyctl.model.system import FuzzySystem
 
 #: Functions whose value is measured in the unit of their arguments.
 _JOINING = ("abs", "min", "max", "floor", "ceil", "round", "mod", "fmod", "clamp")
-#: Operators whose value is measured in the unit of their first argument.
-_KEEPING = ("previous", "difference", "lowpass", "rate_limit", "delay")
+#: Operators with state, and `delay` of plants: the power of a second by which the unit of their value differs from that
+#: of their first argument; None for a value without unit.
+_OPERATORS: Final[dict[str, int | None]] = {
+    "previous": 0,
+    "difference": 0,
+    "lowpass": 0,
+    "rate_limit": 0,
+    "delay": 0,
+    "derivative": -1,
+    "integral": 1,
+    "hysteresis": None,
+}
+#: The same for their settings that have the unit of the first argument, and settings that are times.
+_SETTINGS: Final[dict[tuple[str, str], int]] = {
+    ("previous", "start"): 0,
+    ("delay", "start"): 0,
+    ("hysteresis", "low"): 0,
+    ("hysteresis", "high"): 0,
+    ("rate_limit", "rate"): -1,
+    ("integral", "start"): 1,
+}
+_TIMES: Final = frozenset({("lowpass", "time"), ("derivative", "filter")})
 
 
 def unlike_units(system: FuzzySystem) -> Iterator[Diagnostic]:
@@ -63,6 +98,7 @@ class Units:
 
     def __init__(self, of: dict[str, str], arguments: dict[str, list[str]]) -> None:
         self.of, self.arguments = of, arguments
+        self._computed: set[str] = set()
         self.mistakes: list[Diagnostic] = []
 
     def unit(self, expr: Expr) -> str:
@@ -96,10 +132,8 @@ class Units:
             case Call(function="where", arguments=(condition, *choices)):
                 self.unit(condition)
                 return self.join(choices)
-            case Call(function=function, arguments=(kept, *settings)) if function in _KEEPING:
-                for setting in settings:
-                    self.unit(setting)
-                return self.unit(kept)
+            case Call(function=function) if function in _OPERATORS:
+                return self._of_operator(expr)
             case Call(function=function, arguments=arguments) if function in self.arguments:
                 self.take(function, arguments, self.arguments[function])
                 return self.of.get(function, "")
@@ -115,7 +149,7 @@ class Units:
         """Return the unit that all parts share; report the first that has another than one before it."""
         known = [(part, unit) for part in parts if (unit := self.unit(part))]
         for part, unit in known[1:]:
-            if not are_same(unit, known[0][1]):
+            if self._differ(unit, known[0][1]):
                 first = to_text(known[0][0])
                 message = f"'{first}' is measured in {known[0][1]}, '{to_text(part)}' in {unit}"
                 self._report(message, part)
@@ -125,8 +159,45 @@ class Units:
     def define(self, name: str, value: Expr) -> None:
         """Report a value that is measured in another unit than the name that it is given."""
         given, declared = self.unit(value), self.of.get(name, "")
-        if given and declared and not are_same(given, declared):
+        if given and declared and self._differ(given, declared):
             self._report(f"'{name}' is measured in {declared}, '{to_text(value)}' in {given}", value)
+
+    def define_rate(self, name: str, value: Expr) -> None:
+        """Report a derivative by time that is measured in another unit than the state per second."""
+        given, declared = self.unit(value), self.of.get(name, "")
+        if given and declared and surely_differ(given, declared, "s"):
+            message = f"'{to_text(value)}' is measured in {given}, the derivative of '{name}' in {declared} per s"
+            self._report(message, value)
+
+    def _of_operator(self, call: Call) -> str:
+        """Return the unit of an operator with state, after its settings."""
+        function, given = call.function, [a for a in call.arguments if not isinstance(a, Keyword)]
+        unit = self.unit(given[0]) if given else ""
+        names = OPERATORS[function].settings  # `delay` of plants takes a time in place of samples
+        named = [(a.name, a.value) for a in call.arguments if isinstance(a, Keyword)]
+        for name, value in [*zip(names, given[1:], strict=False), *named]:
+            own, power = self.unit(value), _SETTINGS.get((function, name))
+            wanted = "s" if (function, name) in _TIMES else "" if power is None else self._over_time(unit, power)
+            if own and wanted and surely_differ(own, wanted):
+                message = f"'{to_text(value)}' is measured in {own}, '{name}' of '{function}' in {wanted}"
+                self._report(message, value)
+        power = _OPERATORS[function]
+        return "" if power is None else self._over_time(unit, power)
+
+    def _over_time(self, unit: str, power: int) -> str:
+        """Return a unit times a power of a second."""
+        if not unit or not power:
+            return unit
+        whole = unit if unit.isalpha() else f"({unit})"
+        found = f"{whole} s" if power > 0 else f"{whole}/s"
+        self._computed.add(found)
+        return found
+
+    def _differ(self, one: str, other: str) -> bool:
+        """Return whether two units differ; of one that is computed, beyond doubt."""
+        if {one, other} & self._computed:
+            return surely_differ(one, other)
+        return not are_same(one, other)
 
     def _slope(self, output: str, along: str, bound: Expr) -> None:
         """Report a bound of a slope in another unit than that of the output per that of the input."""
@@ -140,7 +211,7 @@ class Units:
         """Report arguments that are measured in other units than a call takes."""
         for argument, unit in zip(arguments, wanted, strict=False):
             given = self.unit(argument)
-            if given and unit and not are_same(given, unit):
+            if given and unit and self._differ(given, unit):
                 self._report(f"'{to_text(argument)}' is measured in {given}, '{function}' takes {unit}", argument)
 
     def _report(self, message: str, place: Expr) -> None:

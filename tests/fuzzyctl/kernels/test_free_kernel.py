@@ -359,12 +359,86 @@ def test_gradients_of_sampled_sets_go_through_their_loops():
         assert kernel.gradient([[0.3, 0.45]])[0, 0] == pytest.approx(slope, rel=1e-6)
 
 
-def test_an_adaptive_integral_has_no_gradient():
-    text = TEXT.replace("center_average", "centroid").replace(
-        "terms N=-1 Z=0 P=1", "N = gaussian(-1, 0.3)\n  Z = gaussian(0, 0.3)\n  P = gaussian(1, 0.3)"
+@pytest.mark.parametrize(("kind", "expected"), [("centroid", 2 / 3), ("bisector", 1 / 2**0.5)])
+@pytest.mark.parametrize("backend", sizes.BACKENDS)
+def test_gradients_of_integrals_are_exact(kind, expected, backend):
+    """The bounded difference of x and a ramp from 0 to 1 is a ramp from 1 - x to 1: both places move as 1 - x does."""
+    text = """
+system s
+implication bounded_difference
+aggregation max
+defuzzifier KIND
+input x in [0, 1]
+  H = ramp(0, 1)
+output u in [0, 1]
+  R = ramp(0, 1)
+if x is H then u is R
+"""
+    kernel = compile_system(loads(text.replace("KIND", kind)), backend, algorithm="rules")
+    assert kernel.batch([[0.3], [0.8]]) == pytest.approx([1 - 0.3 * (1 - expected), 1 - 0.8 * (1 - expected)])
+    assert kernel.gradient([[0.3], [0.8]])[:, 0] == pytest.approx([expected - 1, expected - 1], abs=1e-12)
+
+
+def test_a_bisector_in_a_gap_jumps_and_has_no_gradient():
+    text = """
+system s
+implication einstein_product
+defuzzifier bisector
+input x in [0, 1]
+  terms L H
+output u in [0, 4]
+  A = triangle(0, 0.5, 1)
+  B = triangle(3, 3.5, 4)
+if x is L then u is A
+if x is H then u is B
+"""
+    kernel = compile_system(loads(text), "numpy")
+    assert kernel(0.5) == 2.0
+    assert np.isnan(kernel.gradient([[0.5], [0.4]])[:, 0]).tolist() == [True, False]
+
+
+@pytest.mark.parametrize("backend", sizes.BACKENDS)
+def test_gradients_of_sets_that_jump_have_a_share_of_the_jumps(backend):
+    """The nilpotent minimum of x >= 0.5 and a ramp is the ramp, held at x, from 1 - x on, where it jumps to 1 - x."""
+    text = """
+system s
+implication nilpotent_minimum
+defuzzifier centroid
+input x in [0, 1]
+  terms L H
+output u in [0, 1]
+  R = ramp(0, 1)
+if x is H then u is R
+"""
+    kernel = compile_system(loads(text), backend, algorithm="rules")
+
+    def parts(x):  # area and moment of the ramp from 1 - x to x, and of x from there to 1, with their derivatives
+        area, moment = (x**2 - (1 - x) ** 2) / 2 + x * (1 - x), (x**3 - (1 - x) ** 3) / 3 + x * (1 - x**2) / 2
+        return area, moment, 1 + 1 - 2 * x, x**2 + (1 - x) ** 2 + 0.5 - 1.5 * x**2
+
+    area, moment, area_by, moment_by = parts(0.7)
+    assert kernel.batch([[0.7]])[0] == pytest.approx(moment / area, abs=1e-14)
+    assert kernel.gradient([[0.7]])[0, 0] == pytest.approx((moment_by - area_by * moment / area) / area, abs=1e-13)
+
+
+@pytest.mark.parametrize(
+    ("norms", "norm", "term"),
+    [
+        ("implication nilpotent_minimum", "implication nilpotent_minimum", "sigmoid_difference(0.8, 9, 1.6, 11)"),
+        ("aggregation nilpotent_maximum", "aggregation nilpotent_maximum", "gaussian(1, 0.3)"),
+        (
+            "implication bounded_difference\naggregation drastic_sum",
+            "implication bounded_difference",
+            "sigmoid_product(0.8, 9, -11, 1.6)",
+        ),
+    ],
+)
+def test_sets_that_jump_at_places_without_a_closed_form_have_no_exact_gradient(norms, norm, term):
+    text = TEXT.replace("center_average", "centroid\n" + norms).replace(
+        "terms N=-1 Z=0 P=1", f"N = gaussian(-1, 0.3)\n  Z = gaussian(0, 0.3)\n  P = {term}"
     )
     kernel = compile_system(loads(text), "numpy")
-    with pytest.raises(ArgumentError, match="is an adaptive integral, which has no derivative here; sample it"):
+    with pytest.raises(ArgumentError, match=f"no exact gradient: sets jump under {norm}.*; sample the sets"):
         kernel.gradient(POINTS)
 
 

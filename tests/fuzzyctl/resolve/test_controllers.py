@@ -40,6 +40,16 @@ MISTAKES = {
     "param k in [3, 2] = 1\noutput y = k": ("FZ304", "the range of 'k' is empty: 3 is not below 2", "[3, 2]"),
     "param k = k\noutput y = k": ("FZ308", "param 'k' depends on itself: k → k", "k"),
     "param k = 1/0\noutput y = k": ("FZ307", "division by zero", "1/0"),
+    "output y = x + 1/0": ("FZ307", "division by zero", "1/0"),
+    "param k = 0\nlet a = x / k\noutput y = a": ("FZ307", "division by zero", "x / k"),
+    "param k = -1\noutput y = clamp(x, 0, log(k))": (
+        "FZ307",
+        "an argument lies outside the function's domain",
+        "log(k",
+    ),
+    "state s = 0\nnext s = s + exp(1000)\noutput y = s": ("FZ307", "the value is too large", "exp(1000"),
+    "function f(a) = a * (inf - inf)\noutput y = f(x)": ("FZ307", "the value is not a real number", "inf - inf"),
+    "output y = x\nrequire y < 1 / (2 - 2)": ("FZ307", "division by zero", "1 / (2 - 2"),
     "state s in [0, 1] = 2\nnext s = s\noutput y = s": (
         "FZ302",
         "the start of state 's' is 2, outside of [0, 1]",
@@ -128,10 +138,27 @@ CALLS = {
 #: The same below `way` in m and `time` in s.
 UNITS = {
     'output y unit "m" = time': ("'y' is measured in m, 'time' in s", "time"),
-    'output y unit "V" = derivative(way) + way': (
-        "'y' is measured in V, 'derivative(way) + way' in m",
-        "derivative(wa",
+    'output y unit "V" = derivative(way) + 2': ("'y' is measured in V, 'derivative(way) + 2' in m/s", "derivative(wa"),
+    "output y = derivative(way) + way": ("'derivative(way)' is measured in m/s, 'way' in m", "way"),
+    'output y unit "m" = integral(way)': ("'y' is measured in m, 'integral(way)' in m s", "integral(way"),
+    'output y unit "m/s" = derivative(derivative(way))': (
+        "'y' is measured in m/s, 'derivative(derivative(way))' in (m/s)/s",
+        "derivative(derivative(way",
     ),
+    'param k = 1 unit "s"\noutput y = previous(way, k)': (
+        "'k' is measured in s, 'start' of 'previous' in m",
+        "k",
+    ),
+    'param k = 1 unit "m"\noutput y = rate_limit(way, k)': (
+        "'k' is measured in m, 'rate' of 'rate_limit' in m/s",
+        "k",
+    ),
+    'param k = 1 unit "m"\noutput y = integral(way, start=k)': (
+        "'k' is measured in m, 'start' of 'integral' in m s",
+        "k",
+    ),
+    'param k = 1 unit "m"\noutput y = lowpass(way, k)': ("'k' is measured in m, 'time' of 'lowpass' in s", "k"),
+    'param k = 1 unit "s"\nstate z unit "m" = k\nnext z = z\noutput y = z': ("'z' is measured in m, 'k' in s", "k"),
     'output y unit "s" = lowpass(way, 1 s)': ("'y' is measured in s, 'lowpass(way, 1 s)' in m", "lowpass(way, 1 s"),
     'state k unit "s" = 0\nnext k = way\noutput y = k': ("'k' is measured in s, 'way' in m", "way"),
     "output y = clamp(way, time, 3)": ("'way' is measured in m, 'time' in s", "time"),
@@ -151,6 +178,10 @@ class TestMistakes:
     def test_units_of_settings_and_of_conditions_are_those_of_other_things(self):
         text = 'input way unit "m"\ninput time unit "s"\nparam T = 1 unit "s"\n'
         text += 'output y unit "m" = where(time > 0, lowpass(way, T), rate_limit(clamp(way, -1, 1), 2))\n'
+        assert errors_in(HEAD + text) == []
+        text = 'input v unit "m s^-1"\ninput way unit "m"\ninput a unit "rad"\ninput w unit "1/s"\n'
+        text += 'output y unit "m" = integral(v) + hysteresis(way, 1, 2)\noutput z = derivative(way) + v\n'
+        text += 'output q = derivative(a) + w\noutput r unit "m/s^2" = derivative(derivative(way))\n'
         assert errors_in(HEAD + text) == []
 
     @pytest.mark.parametrize("text", MISTAKES)

@@ -43,6 +43,7 @@ MISTAKES = {
     "output y = delay(x, 1 s, 2, 3)": ("FZ303", "wrong arguments of 'delay'", "delay(", "the form is: delay"),
     "output y = delay(x, u)": ("FZ202", "no param 'u'", "u", ""),
     "output y = delay(x, -1)": ("FZ302", "the dead time is -1 s: expected 0 or more", "-1", "write a time"),
+    "output y = x / (1 - 1)": ("FZ307", "division by zero", "x / (1 - 1", "give the divisor a value"),
     "output y = delay(x, 1 s, start=1/0)": ("FZ307", "division by zero", "1/0", ""),
     "function f(a) = delay(a, 1 s)\noutput y = f(x)": (
         "FZ214",
@@ -180,8 +181,15 @@ class TestMistakes:
         require_one(text, expected)
 
     def test_quantities_of_different_units_are_not_added(self):
-        text = 'plant p\ninput u unit "V"\nstate h unit "m" = 0\nder h = u\noutput y = h + u\n'
+        text = 'plant p\ninput u unit "V"\nstate h unit "m" = 0\nder h = 2 * u\noutput y = h + u\n'
         require_one(text, ("FZ312", "'h' is measured in m, 'u' in V", "u", "one unit"))
+
+    def test_a_derivative_has_the_unit_of_its_state_per_second(self):
+        text = 'plant p\ninput u unit "UNIT"\nstate h unit "m" = 0\nder h = u\noutput y = h\n'
+        for unit in ("m/s", "m s^-1", "pumps"):
+            assert errors_in(text.replace("UNIT", unit)) == []
+        message = "'u' is measured in m/min, the derivative of 'h' in m per s"
+        require_one(text.replace("UNIT", "m/min"), ("FZ312", message, "u", "write a factor"))
 
 
 def test_a_word_of_the_language_as_a_name_is_repaired():

@@ -477,8 +477,18 @@ class TestStops:
         law = "controller law\ninput y\noutput u = sqrt(0.6 - y)\nevery 0.25 s\n"
         text = "plant p\ninput u\nstate x = 0\nder x = 1 + 0 * u\noutput y = x\nloop l\nblock law = law(p.y)\n"
         run = Experiment(loop(f"{law}{text}block p = p(law.u)\nrun 2 s\n"), "python").run()
-        assert run.stopped.message == "state 'p.x' is not a number at t = 1 s"
-        assert run.stopped.facts == ("one sample before it was 0.75", "'law.u' was not a number then")
+        assert run.stopped.message == "'law.u' is not a number at t = 0.75 s"
+        assert run.stopped.span.text == "law"
+        assert run.stopped.facts == ("one sample later state 'p.x' is not a number",)
+
+    def test_an_input_of_a_block_that_is_infinite_is_named(self, loop):
+        law = "controller law\ninput e\noutput u = 2 * e\nevery 0.25 s\n"
+        text = "plant p\ninput u\nstate x = 0\nder x = u - x\noutput y = x\nloop l\n"
+        run = Experiment(
+            loop(f"{law}{text}block law = law(1 / (t - 0.5))\nblock p = p(law.u)\nrun 2 s\n"), "python"
+        ).run()
+        assert run.stopped.message == "'law.e' is infinite at t = 0.5 s"
+        assert run.stopped.span.line == run.loop.instances[0].span.line
 
     def test_an_adaptive_solver_stops_as_well(self, loop):
         plant = "input u\nstate x in [0, 1) = 0\nder x = u\noutput y = x"

@@ -153,10 +153,10 @@ def _levels(function: ArrayFunction, places: FloatArray, given: FloatArray) -> I
         center = 0.5 * left + 0.5 * right
         own, about, error = _stretches(function, given[:, index], center, 0.5 * (right - left))
         if level == 0:
-            rough = np.asarray(np.bincount(index, own, count), dtype=np.float64)
+            rough = np.asarray(np.bincount(index, np.abs(own), count), dtype=np.float64)
         left_over -= np.bincount(index, minlength=count)
-        open_ = (error > quadrature.OF_ALL * rough[index]) & (error > quadrature.OF_OWN * own)
-        open_ &= error * (right - left) > rounded[index] * own
+        open_ = (error > quadrature.OF_ALL * rough[index]) & (error > quadrature.OF_OWN * np.abs(own))
+        open_ &= error * (right - left) > rounded[index] * np.abs(own)
         open_ &= (left < center) & (center < right) & (left_over[index] > 0) & (level < quadrature.DEEPEST)
         yield _Stretches(index, left, right, own, about).taken(~open_)
         if not open_.any():

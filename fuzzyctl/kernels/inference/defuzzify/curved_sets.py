@@ -6,15 +6,15 @@ from collections.abc import Iterator, Sequence
 from itertools import pairwise
 from typing import Final
 
-from fuzzyctl.expr import ONE, ZERO, Compare, Expr, Logic, Name, Number, Where, names_in
+from fuzzyctl.expr import ONE, ZERO, Call, Compare, Expr, Logic, Name, Number, Where, names_in
 from fuzzyctl.kernels.inference.defuzzify.alpha_cuts import ends_of, has_cuts
 from fuzzyctl.kernels.inference.defuzzify.centroid import Height, in_units, unit_of
-from fuzzyctl.kernels.inference.defuzzify.sampling import joined
+from fuzzyctl.kernels.inference.defuzzify.sampling import aggregated, implied_degrees
 from fuzzyctl.kernels.inference.defuzzify.turning_points import turning_points
 from fuzzyctl.kernels.inference.degrees.tabulated import degree_of
 from fuzzyctl.kernels.plan.build import OutputPlan, SetPlan
 from fuzzyctl.kernels.program.builder import Builder, clip, minus, plus, times
-from fuzzyctl.kernels.program.program import Quadrature
+from fuzzyctl.kernels.program.program import Jump, Quadrature
 from fuzzyctl.kernels.program.quadrature import NODES
 from fuzzyctl.kernels.program.traversal import parts as parts_of
 from fuzzyctl.kernels.program.traversal import writes
@@ -31,6 +31,8 @@ _AT_REST: Final = ("bounded_difference", "nilpotent_minimum")
 #: from each other for the integral to find it. Such places have others beside them, at these parts of the range.
 _JUMPING: Final = frozenset({"nilpotent_minimum", "nilpotent_maximum"})
 _BESIDE: Final = (1e-8, 1e-6, 1e-4, 1e-2)
+#: A degree that is above 0 and makes no difference otherwise.
+_ANYTHING: Final = 1e-300
 #: Places nearer to another one than this part of their distance from the middle of their term are left out.
 _NEAR: Final = 0.3
 
@@ -49,7 +51,8 @@ def adaptive(builder: Builder, output: OutputPlan, heights: Sequence[Height]) ->
     unit = unit_of(output)
     place = inner.let(plus(times(Name(x), Number(unit)), Number(middle)))
     parts = [(h, inner.let(degree_of(inner, output.terms[t], place)), output.terms[t]) for t, h, _ in heights]
-    value = inner.let(joined(output, inner, parts))
+    implied = implied_degrees(output, inner, parts)
+    value = inner.let(aggregated(output, inner, implied))
     body = tuple(inner.statements)
     own = {x}.union(*map(writes, body))
     named = [n.name for e in (*(e for s in body for e in parts_of(s).values), value) for n in names_in(e)]
@@ -57,13 +60,46 @@ def adaptive(builder: Builder, output: OutputPlan, heights: Sequence[Height]) ->
     table = builder.table((p - middle) / unit for p in places_of(output, [output.terms[t] for t, _, _ in heights]))
     found, area = builder.fresh(), builder.fresh()
     kind = "half" if output.kind == "bisector" else "moments"
-    marks = [m for t, h, _ in heights for m in _marks(builder, output, output.terms[t], h)]
-    own_marks = tuple(builder.let(in_units(m, unit)) for m in marks)
-    builder.statements.append(Quadrature(found, area, kind, x, body, value, given, table, own_marks))
+    marks: list[Expr] = []
+    jumps: list[Jump] = []
+    for (t, h, _), part in zip(heights, implied, strict=True):
+        ends = [
+            e if isinstance(e, Number) else builder.let(in_units(e, unit))
+            for e in _ends(builder, output, output.terms[t], h)
+        ]
+        marks += [e for e in dict.fromkeys(ends) if not isinstance(e, Number)]
+        inside = _at_end(output, output.terms[t], h)
+        if inside is not None and isinstance(part, Name) and part.name in own:
+            jumps += [Jump(e, part.name, inside, is_left) for e, is_left in zip(ends, (True, False), strict=False)]
+    jumps = list(dict.fromkeys(j for j in jumps if not isinstance(j.mark, Number)))
+    unknown = _unknown_jumps(output, [output.terms[t] for t, _, _ in heights])
+    builder.statements.append(
+        Quadrature(found, area, kind, x, body, value, given, table, tuple(marks), tuple(jumps), unknown)
+    )
     return Name(found), Name(area)
 
 
-def _marks(builder: Builder, output: OutputPlan, term: SetPlan, activation: Expr) -> list[Expr]:
+def _at_end(output: OutputPlan, term: SetPlan, activation: Expr) -> Expr | None:
+    """Return what an implied set is just inside its ends, if the aggregated set jumps there."""
+    implication = output.implication_of(term)
+    if implication == "nilpotent_minimum":
+        return Call("min", (activation, minus(ONE, activation)))
+    # The drastic sum with another set jumps to 1 as soon as there is anything.
+    return Number(_ANYTHING) if (implication, output.aggregation) == ("bounded_difference", "drastic_sum") else None
+
+
+def _unknown_jumps(output: OutputPlan, terms: Sequence[SetPlan]) -> str:
+    """Return the norm that makes the aggregated set jump at places that move and have no closed form, if one does."""
+    ending = [t for t in terms if _at_end(output, t, ZERO) is not None and not has_cuts(t)]
+    if ending:
+        return f"implication {output.implication_of(ending[0])}"
+    if output.aggregation == "nilpotent_maximum" and len(terms) > 1:
+        return "aggregation nilpotent_maximum"
+    is_lenient = output.aggregation == "drastic_sum" and output.equal > 0.0 and len(terms) > 1
+    return "aggregation drastic_sum" if is_lenient else ""
+
+
+def _ends(builder: Builder, output: OutputPlan, term: SetPlan, activation: Expr) -> list[Expr]:
     """Return where an implied set bends or jumps: where its term reaches the activation, or for some norms the rest.
 
     Terms whose places have no closed form have none; there stretches are halved until they are short.
@@ -80,7 +116,7 @@ def _marks(builder: Builder, output: OutputPlan, term: SetPlan, activation: Expr
     ends = [builder.let(clip(builder.let(e), output.lower, output.upper)) for e in found]
     # Without a value, as of inputs that have none, nothing could be sorted.
     known = [builder.let(Where(Compare("==", e, e), e, Number(output.lower))) for e in ends]
-    return [builder.let(minus(e, Number(middle))) for e in dict.fromkeys(known) if not isinstance(e, Number)]
+    return [e if isinstance(e, Number) else builder.let(minus(e, Number(middle))) for e in known]
 
 
 def places_of(output: OutputPlan, terms: Sequence[SetPlan]) -> list[float]:

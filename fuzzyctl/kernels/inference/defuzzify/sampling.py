@@ -54,9 +54,18 @@ Part = tuple[Expr, Expr, SetPlan]
 
 def joined(output: OutputPlan, builder: Builder, parts: Sequence[Part]) -> Expr:
     """Return the aggregated degree of an output from the activation of each set and its own degree."""
-    implied = [
+    return aggregated(output, builder, implied_degrees(output, builder, parts))
+
+
+def implied_degrees(output: OutputPlan, builder: Builder, parts: Sequence[Part]) -> list[Expr]:
+    """Return the degrees of the implied sets as atoms."""
+    return [
         builder.let(conjunction(output.implication_of(term), output.equal)(h, builder.let(d))) for h, d, term in parts
     ]
+
+
+def aggregated(output: OutputPlan, builder: Builder, implied: Sequence[Expr]) -> Expr:
+    """Return the aggregated degree from those of the implied sets."""
     join = aggregation(output.aggregation, output.equal)
     return reduce(lambda a, b: builder.let(join(a, b)), implied) if implied else ZERO
 

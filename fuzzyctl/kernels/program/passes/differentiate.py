@@ -18,13 +18,15 @@ from fuzzyctl.kernels.program.program import (
     Assign,
     Fold,
     Item,
+    Jump,
     Locate,
     Offset,
     Program,
+    Quadrature,
     Refuse,
     Statement,
 )
-from fuzzyctl.kernels.program.traversal import reads
+from fuzzyctl.kernels.program.traversal import locals_of, reads, rebuilt, renamed, writes
 
 #: Derivatives of a value by the position of the argument, without those that are 0 everywhere.
 Derivatives = Mapping[int, Expr]
@@ -37,14 +39,14 @@ _STEEP: Final = ("sqrt", "log")
 
 
 class NotDifferentiableError(ValueError):
-    """Raised for a statement that has no derivative in the intermediate language, such as an adaptive integral."""
+    """Raised for a statement that has no derivative in the intermediate language, with the reason."""
 
 
 def differentiated(program: Program, by: Sequence[str]) -> Program:
     """Return the program of the derivatives of each result, one after the other, by some arguments.
 
     Args:
-        program: A program without loops over corners and adaptive integrals.
+        program: A program without loops over corners.
         by: Names of arguments.
 
     Raises:
@@ -83,6 +85,9 @@ class _Tape:
                 self.fold(statement.fold)
             case Fold():
                 self.fold(statement)
+            case Quadrature():
+                self.body.append(statement)
+                self.known |= self.integral(statement)
             case _:
                 raise NotDifferentiableError(type(statement).__name__)
 
@@ -106,6 +111,80 @@ class _Tape:
         self.body.append(Fold(loop.count, loop.counter, (*loop.first, *start), assigned, (*then, *moved)))
         self.known |= carried
 
+    def integral(self, whole: Quadrature) -> dict[str, Derivatives]:
+        """Integrate the derivatives of a set, along each argument the same function of other slopes of what is given.
+
+        A set that bends moves its bends without changing the integral, which is why only jumps have a share of theirs.
+        """
+        if whole.unknown:
+            raise NotDifferentiableError(f"sets jump under {whole.unknown}, at places without a closed form")
+        moved = [n for n in whole.given if self.known.get(n)]
+        jumps = [(j.mark, self.derivatives(j.mark), self._step(whole, j)) for j in whole.jumps]
+        found: dict[str, dict[int, Expr]] = {whole.found: {}, whole.area: {}}
+        for k in sorted({k for n in moved for k in self.known[n]}):
+            slopes = [self.named(self.known[n].get(k, ZERO)) for n in moved]
+            inner = _Tape({n: {0: s} for n, s in zip(moved, slopes, strict=True)}, count=self.count)
+            for statement in whole.body:
+                inner.copy(statement)
+            slope = inner.derivatives(whole.value).get(0, ZERO)
+            given = (*whole.given, *(s.name for s in slopes))
+            self.count = inner.count
+            of_set = replace(whole, kind="moments", body=tuple(inner.body), value=slope, given=given, jumps=())
+            shares = [(m, self._product(step, d.get(k, ZERO))) for m, d, step in jumps]
+            moment, area = self._integrated(of_set)
+            found[whole.area][k] = self._total([area, *(share for _, share in shares)])
+            if whole.kind == "half":
+                found[whole.found][k] = self._of_half(whole, of_set, shares)
+            else:
+                found[whole.found][k] = self._total([moment, *(self._product(m, share) for m, share in shares)])
+        return dict(found)
+
+    def _of_half(self, whole: Quadrature, of_set: Quadrature, shares: Sequence[tuple[Expr, Expr]]) -> Expr:
+        """Return the derivative of the place where the area to the left is half of all; NaN at a gap, where it jumps.
+
+        It moves by half of what the area changes by to its right less to its left, over the degree there.
+        """
+        place = Name(whole.found)
+        side = Where(Compare(">", Name(whole.x), place), of_set.value, -of_set.value)
+        marks, given = (*whole.marks, place), (*of_set.given, whole.found)
+        _, more = self._integrated(replace(of_set, value=side, marks=marks, given=given))
+        sides = [self.let(Where(Compare(">", m, place), share, -share)) for m, share in shares]
+        degree = self._at(whole, place)
+        slope = self.let(Number(0.5) / self.let(Where(Compare(">", degree, ZERO), degree, NAN)))
+        return self._steep(self._total([more, *sides]), slope)
+
+    def _step(self, whole: Quadrature, jump: Jump) -> Expr:
+        """Return by how much a set is larger before a jump than behind it."""
+        place = self.named(jump.mark)
+        inside, outside = (self._at(whole, place, {jump.part: part}) for part in (jump.inside, ZERO))
+        return self._difference(outside, inside) if jump.is_left else self._difference(inside, outside)
+
+    def _at(self, whole: Quadrature, place: Name, given: Mapping[str, Expr] | None = None) -> Expr:
+        """Write the degree of a set at a place, some parts of it being given."""
+        inside = set().union(*(writes(s) | locals_of(s) for s in whole.body))
+        names = {whole.x: place.name} | {n: self.fresh() for n in sorted(inside)}
+
+        def name(own: str) -> str:
+            return names.get(own, own)
+
+        for statement in whole.body:
+            if isinstance(statement, Assign) and statement.name in (given or {}):
+                self.body.append(Assign(name(statement.name), (given or {})[statement.name]))
+            else:
+                self.body.append(rebuilt(statement, lambda value: renamed(value, name), name))
+        return self.let(renamed(whole.value, name))
+
+    def _total(self, parts: Sequence[Expr]) -> Expr:
+        total: Expr = ZERO
+        for part in parts:
+            total = self.let(plus(total, part))
+        return total
+
+    def _integrated(self, of_set: Quadrature) -> tuple[Expr, Expr]:
+        moment, area = self.fresh(), self.fresh()
+        self.body.append(replace(of_set, found=moment, area=area))
+        return Name(moment), Name(area)
+
     def _read(self, loop: Fold) -> set[int]:
         return {k for name in reads(loop) for k in self.known.get(name, {})}
 
@@ -125,8 +204,10 @@ class _Tape:
 
     def copied(self, value: Expr) -> Expr:
         """Return a name of its own for a value, which keeps it when others change."""
-        if isinstance(value, Number):
-            return value
+        return value if isinstance(value, Number) else self.named(value)
+
+    def named(self, value: Expr) -> Name:
+        """Return a name of its own for a value, a number too."""
         name = self.fresh()
         self.body.append(Assign(name, value))
         return Name(name)

@@ -91,10 +91,10 @@ class TestRefusals:
         [
             (
                 "output u = clamp(integral(x), -1, 1)",
-                "no range of state 'integral#1.sum' is proved",
+                "no range of the state of 'integral' is proved",
                 "least and its lar",
             ),
-            ("output u = rate_limit(x, 2)", "no bound of the error of state 'rate_limit#1.limited'", "keeps its error"),
+            ("output u = rate_limit(x, 2)", "no bound of the error of the state of 'rate_limit'", "keeps its error"),
             ("output u = sin(x)", "fixed point has no 'sin'", ""),
             ("output u = x / (y + 3)", "fixed point divides by numbers only", ""),
             ("output u = x^0.5", "fixed point has no powers but", ""),
@@ -103,7 +103,7 @@ class TestRefusals:
                 "no useful bound is found for the error of 'u'",
                 "'u' jumps",
             ),
-            ("output u = hysteresis(lowpass(x, 1), 0, 1)", "the error of state 'hysteresis#1.on'", "'u' jumps where"),
+            ("output u = hysteresis(lowpass(x, 1), 0, 1)", "the error of the state of 'hysteresis'", "'u' jumps where"),
             ("output u = 30 * x", "Q5.10 reaches from -32 to 31.9990234, and 'u' from -60 to 60", ""),
             ("output u = 1e9 * x - 1e9 * y - 1e9 * x^2", "beyond integers of 32 bits", ""),
             (
@@ -119,6 +119,12 @@ class TestRefusals:
         assert message in found.message
         assert fact in "".join(found.facts)
         assert found.span is not None
+
+    def test_what_to_write_in_place_of_an_integral_is_accepted(self):
+        found = refused("output u = clamp(x + integral(x), -1, 1)")
+        assert found.facts[1] == "it keeps its error, as an integrator does, and each step may add that of a rounding"
+        state, update = re.findall(r"'((?:state|next) [^']*)'", found.help)
+        assert step_of(f"{state}\n{update}\noutput u = clamp(x + sum, -1, 1)").slot_errors == (0.0,)
 
     def test_needs_a_period(self):
         assert "needs a sample time" in refused("output u = x", period="").message

@@ -113,7 +113,7 @@ def test_values_are_checked(controller, values, error, message):
 @pytest.mark.parametrize(
     ("names", "error", "message"),
     [
-        (["q"], UnknownNameError, "no free number 'q'; there are: k, k2, first, w, surface.NAME"),
+        (["q"], UnknownNameError, "no free number 'q'; there are: k, k2, first, w, smooth.T, smooth.U, surface.NAME"),
         (["surface.q"], UnknownNameError, "there are: surface.width, surface.e, surface.u"),
         (["k", "k"], ArgumentError, "'k' cannot be free: it is given twice"),
         (["surface.width"], ArgumentError, "'surface.width' cannot be free: a call of the system sets it"),

@@ -1,0 +1,99 @@
+"""Params of controllers inside a block by name, such as `linear.k_s`: each becomes a param of the block itself."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import replace
+from typing import TypeVar
+
+from fuzzyctl.expr import Keyword, Name, Number, evaluate
+from fuzzyctl.model.controller import Controller, Instance
+from fuzzyctl.model.guarantee import Param
+from fuzzyctl.model.loop import Loop
+from fuzzyctl.model.shared_params import with_shared
+
+Block = TypeVar("Block", bound=Controller | Loop)
+
+
+def with_instance_params(block: Block, names: Iterable[str]) -> Block:
+    """Return a block that computes the same, some params of its instances being params of its own.
+
+    Args:
+        block: A controller, or a loop, whose own blocks have their params by name anyway.
+        names: `INSTANCE.PARAM`, `INSTANCE.INSTANCE.PARAM` and so on; other names do not count.
+    """
+    for name in names:
+        if isinstance(name, str) and "." in name:
+            block, _ = _with_one(block, name, block)
+    return block
+
+
+def instance_params(block: Controller | Loop) -> list[str]:
+    """Return the names of all params of controllers inside a block, those of the blocks of a loop among them."""
+    found: list[str] = []
+    for instance in block.instances:
+        inner = _controller_of(block, instance.name)
+        if inner is not None:
+            found += [f"{instance.name}.{n}" for n in (*(p.name for p in inner.params), *instance_params(inner))]
+    return found
+
+
+def _with_one(block: Block, name: str, present: Controller | Loop) -> tuple[Block, Param | None]:
+    """Return a block with one of these params, and the param, None where there is none.
+
+    Args:
+        block: The block.
+        name: `INSTANCE.PARAM` and so on.
+        present: The block with the values that it has where it stands, as instances give each other params.
+    """
+    first, _, rest = name.partition(".")
+    inner, known = _controller_of(block, first), _controller_of(present, first)
+    if inner is None or known is None or any(p.name == name for p in block.params):
+        return block, None
+    instance = next(i for i in block.instances if i.name == first)
+    given = {a.name: a.value for a in instance.arguments if isinstance(a, Keyword)}
+    numbers = {p.name: evaluate(given[p.name], present.param_values.values) for p in known.params if p.name in given}
+    known = with_shared(_with_values(known, numbers), numbers)
+    if "." in rest:
+        changed, param = _with_one(inner, rest, known)
+        if param is None:
+            return block, None
+        # A controller of its own: other instances of the same one keep theirs.
+        changed = replace(changed, name=f"{first}.{inner.name.removeprefix(f'{first}.')}")
+        block = _with_instance(block, instance, replace(instance, controller=changed.name))
+        block = replace(block, controllers=(*(c for c in block.controllers if c.name != changed.name), changed))
+    else:
+        param = next((_as_numbers(p, known) for p in known.params if p.name == rest), None)
+    if isinstance(block, Loop) or param is None:
+        return block, param
+    lifted = replace(param, name=name, expression=given.get(rest, param.expression))
+    instance = next(i for i in block.instances if i.name == first)
+    kept = tuple(a for a in instance.arguments if not (isinstance(a, Keyword) and a.name == rest))
+    block = _with_instance(block, instance, replace(instance, arguments=(*kept, Keyword(rest, Name(name)))))
+    return replace(block, params=(*block.params, lifted)), param
+
+
+def _controller_of(block: Controller | Loop, instance: str) -> Controller | None:
+    """Return the controller that an instance is of; None for no instance, or that of a plant."""
+    name = next((i.controller for i in block.instances if i.name == instance), None)
+    return next((c for c in block.controllers if c.name == name), None)
+
+
+def _with_instance(block: Block, old: Instance, new: Instance) -> Block:
+    return replace(block, instances=tuple(new if i is old else i for i in block.instances))
+
+
+def _with_values(controller: Controller, values: dict[str, float]) -> Controller:
+    params = (
+        replace(p, expression=Number(values[p.name], span=p.span)) if p.name in values else p for p in controller.params
+    )
+    return replace(controller, params=tuple(params))
+
+
+def _as_numbers(param: Param, controller: Controller) -> Param:
+    """Return a param with its present value, and the ends of its range, as numbers; on no line of the file."""
+    values, bounds = controller.param_values.values, param.bounds
+    if bounds is not None:
+        lower, upper = (Number(evaluate(e, values)) for e in (bounds.lower, bounds.upper))
+        bounds = replace(bounds, lower=lower, upper=upper)
+    return replace(param, expression=Number(values[param.name]), bounds=bounds, span=None)
