@@ -50,7 +50,8 @@ class Preview:
     Args:
         message: Why there are no pictures, or no surface; empty where there is one.
         title: Name of the system and of the output.
-        surface: SVG of the output over the first two inputs; the region of the rule at the cursor is marked.
+        surface: SVG of the output over the first two inputs, the others at the point; the region of the rule at the
+            cursor is marked.
         terms: SVG of the terms of all variables.
         rules: SVG of the rules that act at the point; empty without a point.
         frame: Where clicks in the surface are points.
@@ -68,13 +69,16 @@ class Preview:
     rule: Span | None = field(default=None, compare=False)
 
 
-def preview(document: Document, offset: int, point: Mapping[str, float] | None = None) -> Preview:
+def preview(
+    document: Document, offset: int, point: Mapping[str, float] | None = None, *, dark: bool = False
+) -> Preview:
     """Return the pictures of the system at an offset, or of the first one where no system is there.
 
     Args:
         document: The text.
         offset: The cursor: its block is the system; its output, if it is in one or in a rule of one, the output.
         point: Values of inputs; those that are missing or no inputs are mid-range. None for no point.
+        dark: Whether the surface is shown on a dark background.
     """
     try:
         system, output, rule = chosen(document, offset)
@@ -84,7 +88,7 @@ def preview(document: Document, offset: int, point: Mapping[str, float] | None =
     values = tuple((i.name, i.value) for i in inputs)
     title = f"{system.name}: {output}"
     try:
-        surface, frame = _surface(system, output, rule, values, point is not None)
+        surface, frame = _surface(system, output, rule, values[2:], dark)
     except FuzzyctlError as error:
         # A table that is not finished has gaps, and terms that can be seen.
         return Preview(str(error), title, "", _terms(system), inputs=inputs)
@@ -165,14 +169,14 @@ def strongest(system: FuzzySystem, output: str, values: Sequence[tuple[str, floa
 
 @lru_cache(maxsize=16)
 def _surface(
-    system: FuzzySystem, output: str, rule: int | None, values: tuple[tuple[str, float], ...], marked: bool
+    system: FuzzySystem, output: str, rule: int | None, others: tuple[tuple[str, float], ...], dark: bool
 ) -> tuple[str, Frame]:
     from fuzzyctl.plot.rule_regions import grid, lead, mark_rule
-    from fuzzyctl.plot.style import COLORS, svg
+    from fuzzyctl.plot.style import svg
     from fuzzyctl.plot.surfaces import draw_surface
 
     axes = [v.name for v in system.inputs[:2]]
-    fixed = {name: value for name, value in values if name not in axes}
+    fixed = dict(others)
     found: list[Any] = []
 
     def draw(figure: Any) -> None:
@@ -181,15 +185,8 @@ def _surface(
         if rule is not None:
             grids, points = grid(system, axes, fixed, 4 * _RESOLUTION)
             mark_rule(found[0], grids, lead(system, output, rule, points))
-        if marked:
-            known = dict(values)
-            x, y = known[axes[0]], known[axes[1]] if len(axes) == 2 else None
-            if y is None:
-                found[0].axvline(x, color=COLORS[1])
-            else:
-                found[0].plot([x], [y], "o", color="white", mec="black", ms=8, clip_on=False, zorder=9)
 
-    text = svg(draw)
+    text = svg(draw, dark=dark)
     left, bottom, width, height = (float(x) for x in found[0].get_position().bounds)
     return text, Frame(left, 1 - bottom - height, width, height, tuple(axes))
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from dataclasses import asdict, replace
+from functools import partial
 from typing import Any, Final
 
 from lsprotocol import types as lsp
@@ -190,12 +191,13 @@ def _formatting(ls: FuzzyServer, params: lsp.DocumentFormattingParams) -> list[l
 
 @server.feature("fuzzyctl/preview")
 async def _preview(ls: FuzzyServer, params: _Params) -> dict[str, Any]:
-    """Answer `{textDocument, position, point}` with a `Preview`; `point` is a list of `{name, value}`, or null."""
+    """Answer `{textDocument, position, point, dark}` with a `Preview`; `point` is a list of `{name, value}`, or null."""
     document = ls.document(params.textDocument.uri)
     offset = ls.offset(document, lsp.Position(params.position.line, params.position.character))
     asked = getattr(params, "point", None)
     point = None if asked is None else {p.name: float(p.value) for p in asked}
-    found = await asyncio.get_running_loop().run_in_executor(DRAWER, preview, document, offset, point)
+    draw = partial(preview, document, offset, point, dark=bool(getattr(params, "dark", False)))
+    found = await asyncio.get_running_loop().run_in_executor(DRAWER, draw)
     return {**asdict(replace(found, rule=None)), "rule": ls.range(found.rule) if found.rule is not None else None}
 
 
