@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from typing import Any, Final
 
 from fuzzyctl.diagnostics.diagnostic import DiagnosticError, FuzzyctlError
 from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.editor.document import Document
+from fuzzyctl.editor.region import Region, region
 from fuzzyctl.model.system import FuzzySystem
 
 #: Draws one picture after the other: matplotlib's settings are those of the process.
@@ -57,6 +58,8 @@ class Preview:
         frame: Where clicks in the surface are points.
         inputs: The inputs with their ranges.
         rule: Where the strongest rule at the point is written; None without a point, or where no rule acts.
+        strength: How strong it is, in [0, 1].
+        region: Region of the rule at the cursor; None where the cursor is in none.
     """
 
     message: str = ""
@@ -67,10 +70,17 @@ class Preview:
     frame: Frame | None = None
     inputs: tuple[Axis, ...] = ()
     rule: Span | None = field(default=None, compare=False)
+    strength: float = 0.0
+    region: Region | None = None
 
 
 def preview(
-    document: Document, offset: int, point: Mapping[str, float] | None = None, *, dark: bool = False
+    document: Document,
+    offset: int,
+    point: Mapping[str, float] | None = None,
+    *,
+    pictures: bool = True,
+    dark: bool = False,
 ) -> Preview:
     """Return the pictures of the system at an offset, or of the first one where no system is there.
 
@@ -78,6 +88,7 @@ def preview(
         document: The text.
         offset: The cursor: its block is the system; its output, if it is in one or in a rule of one, the output.
         point: Values of inputs; those that are missing or no inputs are mid-range. None for no point.
+        pictures: Whether pictures are drawn.
         dark: Whether the surface is shown on a dark background.
     """
     try:
@@ -86,17 +97,23 @@ def preview(
         return Preview(str(error.args[0]))
     inputs = inputs_at(system, point or {})
     values = tuple((i.name, i.value) for i in inputs)
-    title = f"{system.name}: {output}"
+    found = Preview("", f"{system.name}: {output}", inputs=inputs)
+    if pictures:
+        found = replace(found, terms=_terms(system))
     try:
+        if rule is not None:
+            found = replace(found, region=region(system, rule))
+        if point is not None:
+            place, strength = strongest(system, output, values)
+            own = place if place is not None and place.source.name == document.source.name else None
+            found = replace(found, rule=own, strength=strength)
+        if not pictures:
+            return found
         surface, frame = _surface(system, output, rule, values[2:], dark)
     except FuzzyctlError as error:
         # A table that is not finished has gaps, and terms that can be seen.
-        return Preview(str(error), title, "", _terms(system), inputs=inputs)
-    if point is None:
-        return Preview("", title, surface, _terms(system), "", frame, inputs)
-    place = strongest(system, output, values)
-    own = place if place is not None and place.source.name == document.source.name else None
-    return Preview("", title, surface, _terms(system), _rules(system, values), frame, inputs, own)
+        return replace(found, message=str(error))
+    return replace(found, surface=surface, frame=frame, rules="" if point is None else _rules(system, values))
 
 
 def chosen(document: Document, offset: int) -> tuple[FuzzySystem, str, int | None]:
@@ -152,8 +169,12 @@ def _output_at(system: FuzzySystem, document: Document, offset: int, rule: int |
     return names[0]
 
 
-def strongest(system: FuzzySystem, output: str, values: Sequence[tuple[str, float]]) -> Span | None:
-    """Return where the rule of an output is written that is most active at a point; None where no rule is active."""
+def strongest(system: FuzzySystem, output: str, values: Sequence[tuple[str, float]]) -> tuple[Span | None, float]:
+    """Return where the rule of an output is written that is most active at a point, and how strong it is.
+
+    Returns:
+        None and 0 where no rule is active.
+    """
     import numpy as np
 
     from fuzzyctl.plot.rule_regions import rule_strengths
@@ -161,7 +182,7 @@ def strongest(system: FuzzySystem, output: str, values: Sequence[tuple[str, floa
     strengths = rule_strengths(system, np.array([value for _, value in values]))
     rules = [r for r, _ in system.conclusions.get(output, ()) if strengths[r] > 0]
     found = max(rules, key=lambda r: float(strengths[r]), default=None)
-    return system.rules[found].span if found is not None else None
+    return (system.rules[found].span, float(strengths[found])) if found is not None else (None, 0.0)
 
 
 # A change of a comment, of another system or of the cursor leaves most pictures as they are; systems compare by value.

@@ -75,7 +75,7 @@ def test_the_region_of_a_cell_holds_the_points_that_select_it(at):
     """Both ways agree: a point selects the cell in whose region it is."""
     document, _ = marked(SYSTEM, "food")
     (system,) = document.examined.systems
-    place = strongest(system, "tip", [("service", at[0]), ("food", at[1])])
+    place, _ = strongest(system, "tip", [("service", at[0]), ("food", at[1])])
     rule = next(k for k, r in enumerate(system.rules) if r.span.start == place.start)
     for k in range(len(system.rules)):
         assert (lead(system, "tip", k, np.array(at, dtype=float)) > 0) == (k == rule)
