@@ -18,6 +18,8 @@ from fuzzyctl.model.system import FuzzySystem
 DRAWER: Final = ThreadPoolExecutor(1, thread_name_prefix="pictures")
 #: Points along an axis of the surface: what is drawn at every key is coarser than what `plot-surface` writes.
 _RESOLUTION: Final = 31
+#: Inches of the picture of a surface over two inputs.
+_SIZE: Final = (8.0, 3.8)
 #: Most rules that the picture of a point has.
 _RULES: Final = 8
 
@@ -202,6 +204,9 @@ def _surface(
 
     def draw(figure: Any) -> None:
         draw_surface(figure, system, axes, fixed, output, _RESOLUTION)
+        if len(axes) == 2:
+            # A pane is half a window: texts are smaller than beside a wider picture.
+            figure.set_size_inches(*_SIZE)
         found.append(figure.axes[1 if len(axes) == 2 else 0])
         if rule is not None:
             grids, points = grid(system, axes, fixed, 4 * _RESOLUTION)

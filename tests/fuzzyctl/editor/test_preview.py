@@ -67,7 +67,20 @@ def test_a_point_gives_rules_and_the_cell_of_the_strongest_one():
     assert found.rules.startswith("<?xml")
     assert (found.rule.line, found.rule.text) == (17, "large")
     assert found.rule.start == SYSTEM.rindex("large")
-    assert found.surface != shown(SYSTEM, "food").surface
+    assert found.surface == shown(SYSTEM, "food").surface
+
+
+def test_the_surface_is_that_at_the_other_inputs_of_the_point():
+    more = SYSTEM.replace("output tip", "input mood in [0, 1]\n  terms low high\noutput tip", 1)
+    found, other, same = (shown(more, "food", {**POINT, "mood": mood}).surface for mood in (0.2, 0.8, 0.2))
+    assert found == same != other
+
+
+def test_a_dark_background_shows_through():
+    light, dark = (preview(*marked(SYSTEM, "food"), dark=dark).surface for dark in (False, True))
+    background, text = 'style="fill: #ffffff"', "fill: #d4d4d4"
+    assert (background in light, text in light) == (True, False)
+    assert (background in dark, text in dark) == (False, True)
 
 
 @pytest.mark.parametrize("at", [(2, 1), (2, 9), (9, 1), (9, 5), (9, 9), (1, 5)])
