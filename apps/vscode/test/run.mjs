@@ -230,7 +230,7 @@ async function drive(address) {
 
   // A click into the map selects the cell of its strongest rule, and shows the rules there.
   const surface = await pane().locator("#surface").boundingBox();
-  await page.mouse.click(surface.x + 0.495 * surface.width, surface.y + 0.88 * surface.height);
+  await page.mouse.click(surface.x + 0.5 * surface.width, surface.y + 0.8 * surface.height);
   await changed("rules", undefined);
   await until("the cell of poor and bad is selected", async () =>
     (await page.locator(".active-line-number").innerText()) === "13" && (await page.locator(".selected-text").count()) > 0);
