@@ -89,7 +89,8 @@ def test_commands_and_settings_are_those_of_the_program():
 
 
 LOCKS = [
-    [json.loads((EXTENSION / folder / f"package{x}.json").read_text()) for x in ("", "-lock")] for folder in ("", "test")
+    [json.loads((folder / f"package{kind}.json").read_text()) for kind in ("", "-lock")]
+    for folder in (EXTENSION, EXTENSION / "test")
 ]
 
 
