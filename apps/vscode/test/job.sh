@@ -3,7 +3,7 @@
 # A machine that cannot do that (without Node or Chromium, without the packages of npm, too slow) gives a line that says
 # so, and no failure. What does not compile, and a check that fails, is one.
 set -euo pipefail
-python=$(realpath -s "$1")
+PYTHON=$(cd "$(dirname "$1")" && pwd)/$(basename "$1")
 cd "$(dirname "$0")/.."
 limit=150
 
@@ -21,11 +21,11 @@ packages() {
   bounded npm ci --ignore-scripts && bounded npm --prefix test run setup
 }
 
-for program in node npm "${CHROMIUM:=chromium}"; do
+for program in timeout node npm "${CHROMIUM:=chromium}"; do
   command -v "$program" > /dev/null || skip "there is no '$program'"
 done
 CHROMIUM=$(command -v "$CHROMIUM")
-export CHROMIUM PYTHON=$python LIMIT=60
+export CHROMIUM PYTHON LIMIT=60
 export npm_config_prefer_offline=true npm_config_fetch_retries=0 npm_config_audit=false npm_config_fund=false
 scratch=$(mktemp -d)
 trap 'rm -rf "$scratch"' EXIT

@@ -3,6 +3,8 @@
 import itertools
 import json
 import re
+import shutil
+import subprocess
 from fnmatch import fnmatch
 from pathlib import Path
 
@@ -118,3 +120,53 @@ def test_the_package_holds_what_it_names():
     named += [language["configuration"] for language in contributed["languages"]]
     for path in [*named, "./NOTICES.txt", "./LICENSE.txt"]:
         assert any(fnmatch(f"!{path[2:]}", pattern) for pattern in kept), path
+
+
+class TestJob:
+    """`job.sh` fails for what is wrong with the extension, and for nothing that is wrong with the machine."""
+
+    @pytest.fixture
+    def job(self, tmp_path):
+        if shutil.which("bash") is None:
+            pytest.skip("no bash")
+        programs = tmp_path / "bin"
+        programs.mkdir()
+        for name in ("basename", "bash", "cat", "dirname", "env", "mktemp", "rm", "tail", "timeout"):
+            (programs / name).symlink_to(shutil.which(name))
+
+        def run(**scripts):
+            for name, script in {"node": "", "npm": "", "chromium": "", **scripts}.items():
+                if script is not None:
+                    (programs / name).write_text(f"#!/usr/bin/env bash\n{script}\n")
+                    (programs / name).chmod(0o755)
+            job = EXTENSION / "test" / "job.sh"
+            environment = {"PATH": str(programs), "TMPDIR": str(tmp_path)}
+            done = subprocess.run([job, "python"], env=environment, capture_output=True, text=True, check=False)
+            assert list(tmp_path.iterdir()) == [programs]
+            return done.returncode, done.stdout.removeprefix("VS Code was not driven: ").strip()
+
+        return run
+
+    def test_checks_that_pass(self, job):
+        assert job(node="[[ $1 == test/run.mjs && $PYTHON == */python && $CHROMIUM == */chromium ]] && echo done") == (
+            0,
+            "done",
+        )
+
+    @pytest.mark.parametrize("name", ["node", "npm", "chromium"])
+    def test_a_machine_that_cannot(self, job, name):
+        assert job(**{name: None}) == (0, f"there is no '{name}'")
+
+    @pytest.mark.parametrize(
+        ("npm", "node", "expected"),
+        [
+            ('[ "$1" = run ] || { echo no network; exit 1; }', "", (0, "no network\nits packages cannot be installed")),
+            ("", "exit 77", (0, "it does not start here")),
+            ("", "exit 124", (0, "that takes longer than 150 s here")),
+            ("", "exit 1", (1, "")),
+            ('[ "$1" != run ] || { echo a.ts:1; exit 2; }', "echo not reached", (1, "a.ts:1")),
+        ],
+    )
+    def test_what_fails(self, job, npm, node, expected):
+        code, said = job(npm=npm, node=node)
+        assert (code, said.replace("VS Code was not driven: ", "")) == expected
