@@ -125,15 +125,14 @@ def chosen(document: Document, offset: int) -> tuple[FuzzySystem, str, int | Non
         LookupError: Where there is no system without mistakes; the message is for the user.
     """
     try:
-        systems = document.examined.systems
+        system = document.system_at(offset)
     except DiagnosticError as error:
         raise LookupError(error.diagnostics[0].message) from None
-    head = document.symbols.scope_at(offset)[1]
-    named = head.name if head is not None and head.kind == "system" else None
-    system = next((s for s in systems if named in (None, s.name)), None)
     if system is None:
-        name = f"system '{named}' has" if named is not None else "the text has no system, or its system has"
-        raise LookupError(f"{name} mistakes")
+        head = document.symbols.scope_at(offset)[1]
+        is_system = head is not None and head.kind == "system"
+        name = f"system '{head.name}' has" if head is not None and is_system else ""
+        raise LookupError(f"{name or 'the text has no system, or its system has'} mistakes")
     rule = _rule_at(system, document, offset)
     return system, _output_at(system, document, offset, rule), rule
 
