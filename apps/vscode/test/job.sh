@@ -26,7 +26,7 @@ for program in timeout node npm "${CHROMIUM:=chromium}"; do
 done
 CHROMIUM=$(command -v "$CHROMIUM")
 export CHROMIUM PYTHON LIMIT=60
-export npm_config_prefer_offline=true npm_config_fetch_retries=0 npm_config_audit=false npm_config_fund=false
+export npm_config_prefer_offline=true npm_config_fetch_retries=0 npm_config_fetch_timeout=20000 npm_config_audit=false npm_config_fund=false
 scratch=$(mktemp -d)
 trap 'rm -rf "$scratch"' EXIT
 export TMPDIR=$scratch
@@ -37,6 +37,7 @@ if ! packages > "$scratch/log" 2>&1; then
 fi
 status=0
 bounded npm run --silent package > "$scratch/log" 2>&1 || { status=$?; cat "$scratch/log"; }
+[ "$status" -ne 0 ] || bounded node test/grammar.mjs || status=$?
 [ "$status" -ne 0 ] || bounded node test/run.mjs || status=$?
 case $status in
   0) ;;

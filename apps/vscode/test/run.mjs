@@ -156,6 +156,13 @@ const changed = (id, before) => until(`'${id}' changes`, async () => {
   const now = await shown(id);
   return now && now !== before && now;
 });
+/** The process of the language server; undefined where there is none. */
+function languageServer() {
+  const lines = execFileSync("ps", ["-Ao", "pid,args"], { encoding: "utf8" }).split("\n");
+  const line = lines.find((l) => l.includes(`${work}/.venv/`) && l.endsWith(" -m fuzzyctl lsp"));
+  return line === undefined ? undefined : Number(line.trim().split(/\s+/)[0]);
+}
+
 const squiggles = () => page.locator(".squiggly-error").count();
 const text = () => readFileSync(join(work, "tip.fz"), "utf8");
 
@@ -274,21 +281,23 @@ async function drive(address) {
   }
   set(INSIDE);
 
-  // A command starts the server again, and so does a change of the setting; without it, `.venv` is found.
+  // A command starts the server again, and so do a change of the setting, without which `.venv` is found, and a crash.
   await page.locator(".view-line", { hasText: "require" }).click();
   for (const [restart, what] of [
     [() => command("fuzzyctl: Restart the language server"), "a restart"],
     [() => set(SETTINGS), "a change of the setting"],
+    [() => process.kill(languageServer(), "SIGKILL"), "a crash"],
   ]) {
+    const before = languageServer();
     await restart();
-    await until("the server has ended", async () => (await squiggles()) === 0);
+    await until("there is another server", () => ![before, undefined].includes(languageServer()));
     await goTo(16, 13);
     await page.keyboard.type("x");
     await until("the server answers again", squiggles);
     await page.keyboard.press("Backspace");
+    await until("no squiggle", async () => (await squiggles()) === 0);
     step(`after ${what} the server answers`);
   }
-  await until("no squiggle", async () => (await squiggles()) === 0);
 
   // A snippet.
   await goTo(17, 1);
