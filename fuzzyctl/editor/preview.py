@@ -18,7 +18,7 @@ from fuzzyctl.model.system import FuzzySystem
 DRAWER: Final = ThreadPoolExecutor(1, thread_name_prefix="pictures")
 #: Points along an axis of the surface: what is drawn at every key is coarser than what `plot-surface` writes.
 _RESOLUTION: Final = 31
-#: Inches of the picture of a surface over two inputs.
+#: Width and height of a surface beside its map [inch]: in a pane, half a window, texts of a wider picture are small.
 _SIZE: Final = (8.0, 3.8)
 #: Most rules that the picture of a point has.
 _RULES: Final = 8
@@ -202,10 +202,7 @@ def _surface(
     found: list[Any] = []
 
     def draw(figure: Any) -> None:
-        draw_surface(figure, system, axes, fixed, output, _RESOLUTION)
-        if len(axes) == 2:
-            # A pane is half a window: texts are smaller than beside a wider picture.
-            figure.set_size_inches(*_SIZE)
+        draw_surface(figure, system, axes, fixed, output, _RESOLUTION, _SIZE)
         found.append(figure.axes[1 if len(axes) == 2 else 0])
         if rule is not None:
             grids, points = grid(system, axes, fixed, 4 * _RESOLUTION)

@@ -52,6 +52,9 @@
     mark.style.height = y === undefined ? percent(height) : "";
   }
 
+  // Many variables make a wide picture, which scrolls rather than becoming too small.
+  byId("rules").addEventListener("load", ({ target }) => (target.style.minWidth = `${0.6 * target.naturalWidth}px`));
+
   function draw(name, svg) {
     const image = byId(name);
     image.hidden = svg === "";
