@@ -6,11 +6,14 @@ import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
+from fuzzyctl.diagnostics.diagnostic import DiagnosticError
 from fuzzyctl.diagnostics.fixes import Fix, Replacement, fixed
 from fuzzyctl.diagnostics.source import SourceText, Span
 from fuzzyctl.diagnostics.suggestions import counted
 from fuzzyctl.editor.document import Document
 from fuzzyctl.editor.layout import laid_out
+from fuzzyctl.editor.shared_terms import shared_terms
+from fuzzyctl.editor.symmetry import symmetric
 from fuzzyctl.expr import ONE, to_text
 from fuzzyctl.formats.fz import membership_text
 from fuzzyctl.lang import syntax as sx
@@ -80,11 +83,37 @@ def _table(document: Document, table: sx.Table, offset: int) -> Iterator[Action]
             new.insert(0, "    " + "  ".join(columns))
         at = _end_of_line(document.source, _last_line(table))
         change = Replacement(Span(document.source, at, at), "".join(f"\n{line}" for line in new))
-        yield _with_layout(document, f"add {counted(len(more_rows), 'missing row')}", [change], table)
+        rows_added = _with_layout(document, f"add {counted(len(more_rows), 'missing row')}", [change], table)
+        yield rows_added
+        if not more_columns:
+            yield from _completed(document, table, rows_added.replacements[0])
     if more_columns and header is not None:
         lines = [(header.span, "  ".join(more_columns)), *((r.span, "  ." * len(more_columns)) for r in table.rows)]
         changes = [Replacement(Span(document.source, s.end, s.end), f"  {text.strip()}") for s, text in lines]
         yield _with_layout(document, f"add {counted(len(more_columns), 'missing column')}", changes, table)
+    if not (more_rows or more_columns):
+        yield from _symmetric(document, table, offset)
+
+
+def _symmetric(document: Document, table: sx.Table, offset: int) -> Iterator[Action]:
+    try:
+        system = document.system_at(offset)
+    except DiagnosticError:
+        return
+    for title, changes in symmetric(system, table, offset) if system is not None else ():
+        yield _with_layout(document, title, changes, table)
+
+
+def _completed(document: Document, table: sx.Table, rows_added: Replacement) -> Iterator[Action]:
+    """Yield the actions that complete a table that lacks rows."""
+    text = fixed(document.source, [Fix((rows_added,), "sure")])
+    after = Document(SourceText(document.source.name, text), document.folder, document.buffers)
+    place = rows_added.span
+    tables = (s for s in after.tree.statements if isinstance(s, sx.Table))
+    whole = next((s for s in tables if s.span.start == table.span.start), None)
+    for action in _symmetric(after, whole, place.start) if whole is not None else ():
+        if action.title.startswith("complete"):
+            yield Action(action.title, (Replacement(place, action.replacements[0].text),))
 
 
 def _end_of_line(source: SourceText, line: int) -> int:
@@ -111,6 +140,8 @@ def _variable(document: Document, s: sx.Variable) -> Iterator[Action]:
     if s.keyword.text == "output" and s.value is None and not any(isinstance(c, sx.FallbackClause) for c in s.clauses):
         at = Span(source, s.span.end, s.span.end)
         yield Action("add 'else midpoint', the output where no rule fires", (Replacement(at, " else midpoint"),))
+    for title, changes in shared_terms(document, s):
+        yield Action(title, tuple(changes), rewrites=True)
     if len(s.terms) == 1 and isinstance(s.terms[0], sx.TermsLine):
         yield from _rewritten(document, s, "write the terms as functions, one a line", _as_lines)
     elif s.terms and all(isinstance(line, sx.TermLine) for line in s.terms):

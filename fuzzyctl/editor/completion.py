@@ -243,6 +243,6 @@ _PLACES: Final[tuple[tuple[re.Pattern[str], _Proposals], ...]] = tuple(
             rf"^\s*(?!(?:{_EXPRESSIONS})\b){NAME}\s*=\s*{_WORD}$",
             _kinds_of_terms,
         ),
-        (rf"[-+*/^(,=<>\[]\s*{_WORD}$|^\s*(?:require|every|run)\s+{_WORD}$|\b(?:when|within)\s+{_WORD}$", _expression),
+        (rf"[-+*/^(,:=<>\[]\s*{_WORD}$|^\s*(?:require|every|run)\s+{_WORD}$|\b(?:when|within)\s+{_WORD}$", _expression),
     )
 )

@@ -21,6 +21,7 @@ from fuzzyctl.support.reading import overlaid
 
 if TYPE_CHECKING:
     from fuzzyctl.analysis.verdicts import Verdict
+    from fuzzyctl.model.system import FuzzySystem
 
 
 @dataclass(frozen=True)
@@ -95,6 +96,16 @@ class Document:
         from fuzzyctl.analysis.check import check_examined
 
         return check_examined(self.examined)[1]
+
+    def system_at(self, offset: int) -> FuzzySystem | None:
+        """Return the system whose block holds an offset, the first one where no block does; None where it has mistakes.
+
+        Raises:
+            DiagnosticError: Where the text cannot be examined at all.
+        """
+        head = self.symbols.scope_at(offset)[1]
+        named = head.name if head is not None and head.kind == "system" else None
+        return next((s for s in self.examined.systems if named in (None, s.name)), None)
 
     def line_at(self, offset: int) -> LogicalLine | None:
         """Return the last logical line that begins at an offset or before it."""

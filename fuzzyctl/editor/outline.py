@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from pathlib import PurePath
 
 from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.editor.document import Document
@@ -24,7 +25,10 @@ def outline(document: Document) -> list[Entry]:
     own = [s for s in document.symbols.all if s.span.source.name == document.source.name]
     inside: dict[Symbol | None, list[Symbol]] = {}
     for symbol in own:
-        inside.setdefault(symbol.owner, []).append(symbol)
+        owner = symbol.owner
+        # What stands before the first system is common to all, and lies in none.
+        is_inside = owner is not None and owner.whole.start <= symbol.whole.start
+        inside.setdefault(owner if is_inside else None, []).append(symbol)
 
     def entries(owner: Symbol | None) -> tuple[Entry, ...]:
         return tuple(Entry(s, entries(s)) for s in inside.get(owner, []))
@@ -45,14 +49,17 @@ def folds(document: Document) -> Iterator[tuple[int, int]]:
             last -= 1
         if last > head.span.line:
             yield head.span.line, last
+    before = (0, 0)
     for s in document.tree.statements:
         below: tuple[sx.Statement, ...] = ()
         if isinstance(s, sx.Variable):
             below = s.terms
         elif isinstance(s, sx.Table) and not s.csv:
             below = s.rows
-        if below:
-            yield s.span.line, max(line.span.end_line for line in below)
+        fold = (s.span.line, max((line.span.end_line for line in below), default=s.span.line))
+        if below and fold != before:  # variables of one line fold together
+            yield fold
+        before = fold
 
 
 def selections(document: Document, offset: int) -> list[Span]:
@@ -79,9 +86,16 @@ def selections(document: Document, offset: int) -> list[Span]:
 
 
 def links(document: Document) -> Iterator[tuple[Span, str]]:
-    """Yield the locations of names of files with the file, relative to the folder: `use` and tables in CSV files."""
+    """Yield the locations of names of files with the file, relative to the folder: `use` and tables in CSV files.
+
+    Files outside of the folder, which a rule file cannot use, have none.
+    """
     for s in document.tree.statements:
+        span, name = None, ""
         if isinstance(s, sx.Use):
-            yield s.path_span, s.path
-        elif isinstance(s, sx.Table) and s.csv and s.csv_span is not None:
-            yield s.csv_span, s.csv
+            span, name = s.path_span, s.path
+        elif isinstance(s, sx.Table):
+            span, name = s.csv_span, s.csv
+        path = PurePath(name)
+        if span is not None and path.parts and not path.is_absolute() and ".." not in path.parts:
+            yield span, name

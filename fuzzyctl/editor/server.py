@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from dataclasses import asdict, replace
+from functools import partial
 from typing import Any, Final
 
 from lsprotocol import types as lsp
@@ -190,13 +191,28 @@ def _formatting(ls: FuzzyServer, params: lsp.DocumentFormattingParams) -> list[l
 
 @server.feature("fuzzyctl/preview")
 async def _preview(ls: FuzzyServer, params: _Params) -> dict[str, Any]:
-    """Answer `{textDocument, position, point}` with a `Preview`; `point` is a list of `{name, value}`, or null."""
-    document = ls.document(params.textDocument.uri)
-    offset = ls.offset(document, lsp.Position(params.position.line, params.position.character))
-    asked = getattr(params, "point", None)
-    point = None if asked is None else {p.name: float(p.value) for p in asked}
-    found = await asyncio.get_running_loop().run_in_executor(DRAWER, preview, document, offset, point)
-    return {**asdict(replace(found, rule=None)), "rule": ls.range(found.rule) if found.rule is not None else None}
+    """Answer the request that docs/reference/language-server.md describes."""
+    from pygls.exceptions import JsonRpcInvalidParams
+
+    try:
+        document = ls.document(params.textDocument.uri)
+        offset = ls.offset(document, lsp.Position(int(params.position.line), int(params.position.character)))
+        asked = getattr(params, "point", None)
+        point = None if asked is None else {str(p.name): float(p.value) for p in asked}
+    except (AttributeError, TypeError, ValueError) as error:
+        raise JsonRpcInvalidParams(f"fuzzyctl/preview takes textDocument, position, point, pictures: {error}") from None
+    draws, dark = getattr(params, "pictures", True) is not False, getattr(params, "dark", False) is True
+    draw = partial(preview, document, offset, point, pictures=draws, dark=dark)
+    found = await asyncio.get_running_loop().run_in_executor(DRAWER, draw)
+    region = found.region
+    answer = asdict(replace(found, rule=None, region=None))
+    if region is not None:
+        answer["region"] = asdict(replace(region, rule=None)) | {"rule": _range_of(ls, region.rule)}
+    return answer | {"rule": _range_of(ls, found.rule)}
+
+
+def _range_of(ls: FuzzyServer, span: Span | None) -> lsp.Range | None:
+    return ls.range(span) if span is not None else None
 
 
 for _method, _function, _options in FEATURES:

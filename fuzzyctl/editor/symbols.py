@@ -158,6 +158,7 @@ class _Block:
     def __init__(self, symbols: Symbols, scope: Scope, head: Symbol | None) -> None:
         self.symbols, self.scope, self.head = symbols, scope, head
         self.heads: Mapping[str, Scope] = {}
+        self.declared_terms: dict[tuple[str, int], Symbol] = {}
 
     # -- declarations
 
@@ -191,20 +192,22 @@ class _Block:
         return symbol
 
     def _variable(self, s: sx.Variable) -> None:
+        variable = self._declare(s.keyword.text, s.name, s, s.label)
         own: dict[str, Symbol] = {}
-        first = self._declare(s.keyword.text, s.name, s, s.label)
-        names = [s.name.text]
-        for word, label in s.others:
-            self._declare(s.keyword.text, word, s, label)
-            names.append(word.text)
         for line in s.terms:
             for word in [line.name] if isinstance(line, sx.TermLine) else [item.name for item in line.items]:
-                symbol = Symbol("term", word.text, word.span, line.span, owner=first)
-                own.setdefault(word.text, symbol)
-                self.symbols.all.append(symbol)
-                self._used(word.span, symbol)
-        for name in names:
-            self.scope.terms.setdefault(name, own)
+                own.setdefault(word.text, self._term_of(variable, word, line))
+        self.scope.terms.setdefault(s.name.text, own)
+
+    def _term_of(self, variable: Symbol, word: sx.Word, line: sx.TermLine | sx.TermsLine) -> Symbol:
+        """Return the symbol of a term, which all variables have in common that are declared on one line."""
+        at = (word.span.source.name, word.span.start)
+        if at not in self.declared_terms:
+            symbol = Symbol("term", word.text, word.span, line.span, owner=variable)
+            self.declared_terms[at] = symbol
+            self.symbols.all.append(symbol)
+            self._used(word.span, symbol)
+        return self.declared_terms[at]
 
     # -- uses
 
@@ -217,8 +220,7 @@ class _Block:
                     if isinstance(clause, sx.TermsClause):
                         self._word(clause.variable)
                         of = self.scope.terms.get(clause.variable.text, {})
-                        for name in (s.name.text, *(word.text for word, _ in s.others)):
-                            self.scope.terms[name] = {**of, **self.scope.terms.get(name, {})}
+                        self.scope.terms[s.name.text] = {**of, **self.scope.terms.get(s.name.text, {})}
         for s in statements:
             self._statement(s)
 
@@ -244,7 +246,7 @@ class _Block:
             case sx.With(condition=condition):
                 self._truth(condition)
             case sx.Variable():
-                self._parts(s, skip={"name", "keyword", "others", "span", "label"})
+                self._parts(s, skip={"name", "keyword", "span", "label"})
             case _:
                 self._parts(s, skip={"name", "keyword", "span"})
 

@@ -25,6 +25,13 @@ STYLE: Final[dict[str, Any]] = {
     "text.parse_math": False,
 }
 
+#: Beside `STYLE`, for a dark background, which shows through; the colours that stand for values stay.
+DARK: Final[dict[str, Any]] = {
+    **dict.fromkeys(("figure.facecolor", "axes.facecolor", "savefig.facecolor"), "none"),
+    **dict.fromkeys(("text.color", "axes.edgecolor", "axes.labelcolor", "xtick.color", "ytick.color"), "#d4d4d4"),
+    **{f"axes3d.{axis}axis.panecolor": (1.0, 1.0, 1.0, 0.08) for axis in "xyz"},
+}
+
 
 @contextmanager
 def saved(target: Path, dpi: float | None = None) -> Iterator[Any]:
@@ -54,17 +61,18 @@ def saved(target: Path, dpi: float | None = None) -> Iterator[Any]:
             figure.savefig(temporary, format=target.suffix[1:].lower(), metadata=metadata, dpi=dpi)
 
 
-def svg(draw: Callable[[Any], object]) -> str:
+def svg(draw: Callable[[Any], object], *, dark: bool = False) -> str:
     """Return a picture as the text of an SVG.
 
     Args:
         draw: Draws into an empty figure.
+        dark: For a dark background, in `DARK`.
     """
     import matplotlib as mpl
     import numpy as np
     from matplotlib.figure import Figure
 
-    with mpl.rc_context(STYLE), np.errstate(over="ignore"):
+    with mpl.rc_context(STYLE | DARK if dark else STYLE), np.errstate(over="ignore"):
         figure, text = Figure(), StringIO()
         draw(figure)
         figure.savefig(text, format="svg", metadata={"Date": None})

@@ -24,7 +24,8 @@ from fuzzyctl.support import arguments
 RESOLUTIONS: Final = (2, 2001)
 #: Points along an axis in a notebook.
 OVERVIEW: Final = 61
-#: Longest line of a title.
+#: Width and height of a surface beside its map [inch], and the longest line of its title.
+SIZE: Final = (11.0, 4.8)
 LINE: Final = 100
 
 
@@ -255,6 +256,7 @@ def draw_surface(
     fixed: Mapping[str, float],
     output: str,
     resolution: int,
+    size: tuple[float, float] = SIZE,
 ) -> None:
     """Draw an output: a curve over one input; over two inputs a surface and the same as a map.
 
@@ -265,17 +267,18 @@ def draw_surface(
         fixed: Values of other inputs.
         output: Name of the output.
         resolution: Points along each axis.
+        size: Width and height of the surface beside its map [inch].
     """
     drawn = Sampled.of(system)
     grids, values = _sample(drawn, axes, fixed, output, resolution)
-    title = _title(drawn, axes, fixed, LINE)
+    title = _title(drawn, axes, fixed, int(LINE * size[0] / SIZE[0]))
     if len(axes) == 1:
         figure.set_size_inches(6.4, 4)
         ax = figure.subplots()
         _draw(ax, drawn, axes, grids, values, output)
         ax.set_title(title)
         return
-    figure.set_size_inches(11, 4.8)
+    figure.set_size_inches(*size)
     figure.suptitle(title)
     for ax in (figure.add_subplot(1, 2, 1, projection="3d"), figure.add_subplot(1, 2, 2)):
         _draw(ax, drawn, axes, grids, values, output)

@@ -8,7 +8,8 @@
   const sliders = byId("inputs");
   const svgs = {};
   let shown;
-  let values = {};
+  const values = {};
+  let sent = 0;
 
   window.addEventListener("message", ({ data }) => {
     if (!data.terms) {
@@ -24,11 +25,35 @@
       draw(name, data[name]);
     }
     byId("surface").alt = `Surface of ${data.title}`;
-    for (const input of data.inputs) {
-      values[input.name] = values[input.name] ?? input.value;
+    for (const { name, value } of data.inputs) {
+      // A slider that has moved since is ahead of the answer.
+      values[name] = data.serial === sent ? value : (values[name] ?? value);
     }
     showSliders(data.inputs);
+    showMark();
   });
+
+  /** The point in the map; over one input a line. */
+  function showMark() {
+    const mark = byId("mark");
+    mark.hidden = !shown.frame || !chosen.checked;
+    if (mark.hidden) {
+      return;
+    }
+    const { left, top, width, height, axes } = shown.frame;
+    const [x, y] = axes.map((axis) => {
+      const { low, high } = shown.inputs.find((i) => i.name === axis);
+      return (values[axis] - low) / (high - low);
+    });
+    const percent = (part) => `${100 * part}%`;
+    mark.classList.toggle("line", y === undefined);
+    mark.style.left = percent(left + x * width);
+    mark.style.top = percent(y === undefined ? top : top + (1 - y) * height);
+    mark.style.height = y === undefined ? percent(height) : "";
+  }
+
+  // Many variables make a wide picture, which scrolls rather than becoming too small.
+  byId("rules").addEventListener("load", ({ target }) => (target.style.minWidth = `${0.6 * target.naturalWidth}px`));
 
   function draw(name, svg) {
     const image = byId(name);
@@ -49,12 +74,8 @@
       sliders.replaceChildren(...inputs.map(slider));
     }
     for (const input of inputs) {
-      const [range, number] = [`value-${input.name}`, `number-${input.name}`].map(byId);
-      // A slider that is held is ahead of the answer.
-      if (document.activeElement !== range) {
-        range.value = input.value;
-        number.value = Number(input.value.toPrecision(4));
-      }
+      byId(`value-${input.name}`).value = values[input.name];
+      byId(`number-${input.name}`).value = Number(values[input.name].toPrecision(4));
     }
   }
 
@@ -69,6 +90,7 @@
     range.addEventListener("input", () => {
       values[input.name] = Number(range.value);
       number.value = Number(values[input.name].toPrecision(4));
+      showMark();
       send(false);
     });
     label.append(name, range, number);
@@ -77,7 +99,8 @@
 
   function send(select) {
     const point = chosen.checked ? shown.inputs.map(({ name }) => ({ name, value: values[name] })) : null;
-    vscode.postMessage({ point, select });
+    sent += 1;
+    vscode.postMessage({ point, select, serial: sent });
   }
 
   chosen.addEventListener("change", () => shown && send(false));
@@ -98,9 +121,8 @@
       values[axis] = low + [x, y][k] * (high - low);
     });
     chosen.checked = true;
-    if (document.activeElement) {
-      document.activeElement.blur();
-    }
     send(true);
   });
+
+  vscode.postMessage({ point: null, select: false, serial: sent });
 })();

@@ -6,23 +6,35 @@ import type { LanguageClient } from "vscode-languageclient/node";
 /** Milliseconds that the text and the cursor rest before pictures are asked for. */
 const REST = 150;
 
-/** The answer to `fuzzyctl/preview`; see fuzzyctl/editor/preview.py. */
+const DARK = new Set([vscode.ColorThemeKind.Dark, vscode.ColorThemeKind.HighContrast]);
+
+interface Place {
+  start: { line: number; character: number };
+  end: { line: number; character: number };
+}
+type Point = { name: string; value: number }[];
+
+/** The part of an answer to `fuzzyctl/preview` that is read here; see docs/reference/language-server.md. */
 interface Answer {
   message: string;
   title: string;
-  rule: { start: { line: number; character: number }; end: { line: number; character: number } } | null;
+  rule: Place | null;
+  region: { rule: Place; text: string; point: Point | null } | null;
 }
 
 /** What the pane sends: a point of the inputs, null for none; `select` where the rule there is to be selected. */
 interface Asked {
-  point: { name: string; value: number }[] | null;
+  point: Point | null;
   select: boolean;
+  /** Counts what the pane sends: an answer to an older one does not move its sliders. */
+  serial: number;
 }
 
 export class Preview implements vscode.Disposable {
   private panel: vscode.WebviewPanel | undefined;
   private editor: vscode.TextEditor | undefined;
-  private asked: Asked = { point: null, select: false };
+  private asked: Asked = { point: null, select: false, serial: 0 };
+  private region: string | undefined;
   private timer: NodeJS.Timeout | undefined;
   private running = false;
   private again = false;
@@ -35,6 +47,7 @@ export class Preview implements vscode.Disposable {
     this.listeners = [
       vscode.window.onDidChangeActiveTextEditor((editor) => this.follow(editor)),
       vscode.window.onDidChangeTextEditorSelection((e) => this.follow(e.textEditor)),
+      vscode.window.onDidChangeActiveColorTheme(() => this.update()),
       vscode.workspace.onDidChangeTextDocument((e) => e.document === this.editor?.document && this.update()),
     ];
   }
@@ -58,6 +71,7 @@ export class Preview implements vscode.Disposable {
     }
     if (this.panel !== undefined) {
       this.panel.reveal(undefined, true);
+      this.update();
     } else {
       const media = vscode.Uri.joinPath(this.folder, "media");
       this.panel = vscode.window.createWebviewPanel(
@@ -69,11 +83,11 @@ export class Preview implements vscode.Disposable {
       this.panel.onDidDispose(() => (this.panel = undefined));
       this.panel.webview.onDidReceiveMessage((asked: Asked) => {
         this.asked = asked;
-        this.update();
+        void this.draw();
       });
+      // It asks for pictures itself, whenever it is loaded.
       this.panel.webview.html = page(this.panel.webview, media);
     }
-    this.update();
   }
 
   /** Ask for the pictures once text and cursor rest. */
@@ -99,24 +113,20 @@ export class Preview implements vscode.Disposable {
       return;
     }
     this.running = true;
-    try {
-      await this.request(this.editor);
-    } finally {
-      this.running = false;
-    }
-    if (this.again) {
+    do {
       this.again = false;
-      this.update();
-    }
+      await this.request(this.editor);
+    } while (this.again);
+    this.running = false;
   }
 
   private async request(editor: vscode.TextEditor): Promise<void> {
     const client = this.client();
     if (client === undefined) {
-      this.show({ message: "the language server is not running", title: "", rule: null });
+      this.show({ message: "the language server is not running" });
       return;
     }
-    const { point, select } = this.asked;
+    const { point, select, serial } = this.asked;
     this.asked.select = false;
     const version = editor.document.version;
     try {
@@ -124,22 +134,35 @@ export class Preview implements vscode.Disposable {
         textDocument: { uri: client.code2ProtocolConverter.asUri(editor.document.uri) },
         position: client.code2ProtocolConverter.asPosition(editor.selection.active),
         point,
+        dark: DARK.has(vscode.window.activeColorTheme.kind),
       });
-      this.show(answer);
-      if (select && answer.rule !== null && editor.document.version === version) {
+      this.show({ ...answer, serial });
+      if (!select) {
+        this.enter(answer);
+      } else if (answer.rule !== null && editor.document.version === version) {
         const { start, end } = answer.rule;
         const range = new vscode.Range(start.line, start.character, end.line, end.character);
         editor.selection = new vscode.Selection(range.start, range.end);
         editor.revealRange(range, vscode.TextEditorRevealType.InCenterIfOutsideViewport);
       }
     } catch (error) {
-      this.show({ message: error instanceof Error ? error.message : String(error), title: "", rule: null });
+      this.show({ message: error instanceof Error ? error.message : String(error) });
     }
   }
 
-  private show(answer: Answer): void {
+  /** Move the point into the region of the cell that the cursor has come into. */
+  private enter({ region, rule }: Answer): void {
+    const inside = JSON.stringify(region?.rule) === JSON.stringify(rule);
+    if (region?.point && region.text !== this.region && !inside && this.asked.point !== null) {
+      this.asked.point = region.point;
+      this.again = true;
+    }
+    this.region = region?.text;
+  }
+
+  private show(answer: Partial<Answer> & { serial?: number }): void {
     if (this.panel !== undefined) {
-      if (answer.title !== "") {
+      if (answer.title) {
         this.panel.title = answer.title;
       }
       void this.panel.webview.postMessage(answer);
@@ -162,11 +185,11 @@ function page(webview: vscode.Webview, media: vscode.Uri): string {
 <body>
   <p id="message" role="status">The pictures are being drawn.</p>
   <main id="pictures">
-    <img id="surface" alt="" hidden>
-    <label id="choice"><input type="checkbox" id="with-point"> Rules at a point (click into the map, or move a slider)</label>
+    <div id="map"><img id="surface" alt="" hidden><span id="mark" hidden></span></div>
+    <label id="choice"><input type="checkbox" id="with-point"> Rules at a point (a click into the map is one)</label>
     <div id="inputs" hidden></div>
-    <img id="rules" alt="Rules that act at the point" hidden>
-    <img id="terms" alt="Terms of the variables" hidden>
+    <div id="wide"><img id="rules" class="lines" alt="Rules that act at the point" hidden></div>
+    <img id="terms" class="lines" alt="Terms of the variables" hidden>
   </main>
   <script nonce="${nonce}" src="${file("preview.js")}"></script>
 </body>

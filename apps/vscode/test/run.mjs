@@ -4,7 +4,8 @@
 //   npm --prefix apps/vscode/test run setup && npm --prefix apps/vscode/test start
 //
 // PYTHON is a Python that has fuzzyctl and the extra lsp (default: python3), CHROMIUM a Chromium (default:
-// /usr/bin/chromium), PICTURES a folder for pictures of the window (default: none are kept).
+// /usr/bin/chromium), PICTURES a folder for pictures of the window (default: none are kept), LIMIT the seconds that one
+// step may take (default: 90). It exits with 1 for a check that failed, and with 77 where VS Code or Chromium do not start.
 import assert from "node:assert/strict";
 import { execFileSync, spawn } from "node:child_process";
 import { existsSync, mkdirSync, mkdtempSync, readFileSync, rmSync, symlinkSync, writeFileSync } from "node:fs";
@@ -21,14 +22,16 @@ const CODE_SERVER = join(HERE, "node_modules", "code-server", "lib", "vscode", "
 const PYTHON = process.env.PYTHON ?? "python3";
 const PICTURES = process.env.PICTURES;
 /** A step that takes longer has failed; nothing depends on how fast the machine is below that. */
-const SECONDS = Number(process.env.SECONDS ?? 90);
+const LIMIT = Number(process.env.LIMIT ?? 90);
+/** Exit code where the machine cannot run the test. */
+const CANNOT = 77;
 
 const TEXT = `system tip "Tip for a meal"
 defuzzifier center_average
 
 input service in [0, 10]
   terms poor good
-input food in [0, 10]
+input food "<i>Food</i> & $x$" in [0, 10]
   terms bad fine great
 output tip in [0, 20]
   terms small=0 large=20
@@ -42,6 +45,7 @@ require tip >= 0
 `;
 
 const SETTINGS = { "workbench.startupEditor": "none", "editor.minimap.enabled": false };
+const INSIDE = { ...SETTINGS, "fuzzyctl.python": "${workspaceFolder}/.venv/bin/python" };
 const folder = mkdtempSync(join(tmpdir(), "fuzzyctl-vscode-"));
 const work = join(folder, "work");
 const started = Date.now();
@@ -71,7 +75,7 @@ function freePort() {
 
 /** Wait until something holds, and fail with what was seen last. */
 async function until(what, look) {
-  const end = Date.now() + SECONDS * 1000;
+  const end = Date.now() + LIMIT * 1000;
   let last;
   while (Date.now() < end) {
     try {
@@ -84,7 +88,7 @@ async function until(what, look) {
     }
     await new Promise((resolve) => setTimeout(resolve, 100));
   }
-  throw new Error(`not within ${SECONDS} s: ${what}; last: ${last}`);
+  throw new Error(`not within ${LIMIT} s: ${what}; last: ${last}`);
 }
 
 function set(settings) {
@@ -94,12 +98,24 @@ function set(settings) {
 function prepare() {
   mkdirSync(join(work, ".vscode"), { recursive: true });
   writeFileSync(join(work, "tip.fz"), TEXT);
-  set({ ...SETTINGS, "fuzzyctl.python": "${workspaceFolder}/.venv/bin/python" });
+  set(INSIDE);
+}
+
+class Cannot extends Error {}
+
+/** What the machine must be able to do before anything is tested. */
+async function needed(what, act) {
+  try {
+    return await act();
+  } catch (error) {
+    throw new Cannot(`${what}: ${error instanceof Error ? error.message : error}`);
+  }
 }
 
 async function startCodeServer() {
   const common = ["--server-data-dir", join(folder, "data"), "--extensions-dir", join(folder, "extensions")];
   const env = { ...process.env, HOME: folder, XDG_CONFIG_HOME: folder, VSCODE_IPC_HOOK_CLI: "" };
+  await needed("code-server does not start", () => execFileSync(process.execPath, [CODE_SERVER, "--version"], { env }));
   execFileSync(process.execPath, [CODE_SERVER, ...common, "--install-extension", VSIX], { env, stdio: "pipe" });
   step("the packed extension is installed");
   const port = await freePort();
@@ -109,7 +125,8 @@ async function startCodeServer() {
   for (const stream of [server.stdout, server.stderr]) {
     stream.on("data", (data) => (said += data));
   }
-  await until(`code-server listens; it said ${said}`, async () => (await fetch(`http://127.0.0.1:${port}/version`)).ok);
+  const listens = async () => (await fetch(`http://127.0.0.1:${port}/version`)).ok;
+  await needed("code-server", () => until("it listens", listens).catch((e) => { throw new Error(`${e.message}; ${said}`); }));
   return `http://127.0.0.1:${port}/?folder=${encodeURIComponent(work)}`;
 }
 
@@ -139,16 +156,23 @@ const changed = (id, before) => until(`'${id}' changes`, async () => {
   const now = await shown(id);
   return now && now !== before && now;
 });
+/** The process of the language server; undefined where there is none. */
+function languageServer() {
+  const lines = execFileSync("ps", ["-Ao", "pid,args"], { encoding: "utf8" }).split("\n");
+  const line = lines.find((l) => l.includes(`${work}/.venv/`) && l.endsWith(" -m fuzzyctl lsp"));
+  return line === undefined ? undefined : Number(line.trim().split(/\s+/)[0]);
+}
+
 const squiggles = () => page.locator(".squiggly-error").count();
 const text = () => readFileSync(join(work, "tip.fz"), "utf8");
 
 async function drive(address) {
-  browser = await chromium.launch({
+  browser = await needed("Chromium does not start", () => chromium.launch({
     executablePath: process.env.CHROMIUM ?? "/usr/bin/chromium",
-    args: ["--no-sandbox", "--disable-gpu"],
-  });
+    args: ["--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage"],
+  }));
   page = await browser.newPage({ viewport: { width: 1500, height: 900 } });
-  page.setDefaultTimeout(SECONDS * 1000);
+  page.setDefaultTimeout(LIMIT * 1000);
   await page.goto(address);
   await page.locator(".monaco-workbench").waitFor();
   await page.locator(".explorer-folders-view .monaco-list-row", { hasText: "tip.fz" }).dblclick();
@@ -213,41 +237,76 @@ async function drive(address) {
 
   // A click into the map selects the cell of its strongest rule, and shows the rules there.
   const surface = await pane().locator("#surface").boundingBox();
-  await page.mouse.click(surface.x + 0.495 * surface.width, surface.y + 0.88 * surface.height);
+  await page.mouse.click(surface.x + 0.5 * surface.width, surface.y + 0.8 * surface.height);
   await changed("rules", undefined);
   await until("the cell of poor and bad is selected", async () =>
     (await page.locator(".active-line-number").innerText()) === "13" && (await page.locator(".selected-text").count()) > 0);
   await picture("6-click");
   step("a click into the map selects a cell and shows the rules");
-  const rules = await shown("rules");
+  const atClick = await shown("rules");
+  const map = await changed("surface", second);
   await pane().locator("#value-food").fill("9");
-  await changed("rules", rules);
+  const atNine = await changed("rules", atClick);
+  assert.equal(await shown("surface"), map, "a slider draws the map again");
+  assert.equal(await pane().locator("#inputs span").last().innerText(), "<i>Food</i> & $x$");
   await picture("7-slider");
   step("a slider changes the rules");
 
-  // A command starts the server again, and so does a change of the setting; without it, `.venv` is found.
+  // The other way: the cursor in a cell marks its region, and moves the point into it.
+  await page.locator(".view-line", { hasText: "require" }).click();
+  await goTo(14, 10);
+  await until("the point is in the region of good and bad", async () =>
+    (await pane().locator("#inputs output").allInnerTexts()).join() === "10,0");
+  await changed("surface", map);
+  await changed("rules", atNine);
+  await picture("8-cell");
+  step("the cursor in a cell marks its region and moves the point there");
+
+  // Light, dark and high contrast: the lines and texts of the pictures are as light as those of the theme.
+  const light = await shown("surface");
+  let dark;
+  for (const [theme, kind] of [
+    ["Default Dark Modern", "vscode-dark"],
+    ["Default High Contrast", "vscode-high-contrast"],
+    ["Default High Contrast Light", "vscode-high-contrast-light"],
+  ]) {
+    set({ ...INSIDE, "workbench.colorTheme": theme });
+    await pane().locator(`body.${kind}`).waitFor();
+    const isLight = kind.endsWith("light");
+    dark = await (isLight ? changed("surface", dark) : changed("surface", light));
+    const filter = await pane().locator("#terms").evaluate((image) => getComputedStyle(image).filter);
+    assert.equal(filter === "none", isLight, theme);
+    await picture(`9-${kind}`);
+    step(`the pane suits ${theme}`);
+  }
+  set(INSIDE);
+
+  // A command starts the server again, and so do a change of the setting, without which `.venv` is found, and a crash.
   await page.locator(".view-line", { hasText: "require" }).click();
   for (const [restart, what] of [
     [() => command("fuzzyctl: Restart the language server"), "a restart"],
     [() => set(SETTINGS), "a change of the setting"],
+    [() => process.kill(languageServer(), "SIGKILL"), "a crash"],
   ]) {
+    const before = languageServer();
     await restart();
-    await until("the server has ended", async () => (await squiggles()) === 0);
+    await until("there is another server", () => ![before, undefined].includes(languageServer()));
     await goTo(16, 13);
     await page.keyboard.type("x");
     await until("the server answers again", squiggles);
     await page.keyboard.press("Backspace");
+    await until("no squiggle", async () => (await squiggles()) === 0);
     step(`after ${what} the server answers`);
   }
-  await until("no squiggle", async () => (await squiggles()) === 0);
 
   // A snippet.
   await goTo(17, 1);
   await page.keyboard.type("requ");
   await page.keyboard.press("Control+Space");
-  await page.locator(".suggest-widget .monaco-list-row", { hasText: "Guarantee" }).waitFor();
-  await picture("8-snippet");
-  step("a snippet is offered");
+  await page.locator(".suggest-widget .monaco-list-row", { hasText: "Guarantee" }).click();
+  await page.locator(".view-line", { hasText: /^require.output.>=.0$/ }).waitFor();
+  await picture("10-snippet");
+  step("a snippet is inserted");
 }
 
 try {
@@ -260,8 +319,8 @@ try {
   if (page !== undefined) {
     await picture("failed");
   }
-  console.error(error);
-  process.exitCode = 1;
+  console.error(error instanceof Cannot ? error.message : error);
+  process.exitCode = error instanceof Cannot ? CANNOT : 1;
 } finally {
   await browser?.close();
   server?.kill();

@@ -67,7 +67,20 @@ def test_a_point_gives_rules_and_the_cell_of_the_strongest_one():
     assert found.rules.startswith("<?xml")
     assert (found.rule.line, found.rule.text) == (17, "large")
     assert found.rule.start == SYSTEM.rindex("large")
-    assert found.surface != shown(SYSTEM, "food").surface
+    assert found.surface == shown(SYSTEM, "food").surface
+
+
+def test_the_surface_is_that_at_the_other_inputs_of_the_point():
+    more = SYSTEM.replace("output tip", "input mood in [0, 1]\n  terms low high\noutput tip", 1)
+    found, other, same = (shown(more, "food", {**POINT, "mood": mood}).surface for mood in (0.2, 0.8, 0.2))
+    assert found == same != other
+
+
+def test_a_dark_background_shows_through():
+    light, dark = (preview(*marked(SYSTEM, "food"), dark=dark).surface for dark in (False, True))
+    background, text = 'style="fill: #ffffff"', "fill: #d4d4d4"
+    assert (background in light, text in light) == (True, False)
+    assert (background in dark, text in dark) == (False, True)
 
 
 @pytest.mark.parametrize("at", [(2, 1), (2, 9), (9, 1), (9, 5), (9, 9), (1, 5)])
@@ -75,7 +88,7 @@ def test_the_region_of_a_cell_holds_the_points_that_select_it(at):
     """Both ways agree: a point selects the cell in whose region it is."""
     document, _ = marked(SYSTEM, "food")
     (system,) = document.examined.systems
-    place = strongest(system, "tip", [("service", at[0]), ("food", at[1])])
+    place, _ = strongest(system, "tip", [("service", at[0]), ("food", at[1])])
     rule = next(k for k, r in enumerate(system.rules) if r.span.start == place.start)
     for k in range(len(system.rules)):
         assert (lead(system, "tip", k, np.array(at, dtype=float)) > 0) == (k == rule)

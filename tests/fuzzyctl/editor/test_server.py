@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 from lsprotocol import types as lsp
+from pygls.exceptions import JsonRpcException
 from pygls.lsp.client import LanguageClient
 
 from tests.fuzzyctl.editor.marked import LOOP
@@ -233,6 +234,15 @@ def test_a_preview():
         assert found.surface.startswith("<?xml")
         assert [(i.name, i.value) for i in found.inputs] == [("x", 0.8)]
         assert (await asked(point=None)).rules == (await asked()).rules == ""
+        cell = await asked(position={"line": 8, "character": 7}, pictures=False)
+        assert (cell.surface, cell.region.text) == ("", "if x is b then y is q")
+        assert (cell.region.rule.start.line, cell.region.rule.start.character) == (8, 7)
+        assert ([(v.name, v.value) for v in cell.region.point], cell.region.inputs[0].support) == ([("x", 1)], [0, 1])
+        back = await asked(point=[{"name": "x", "value": 1}], pictures=False)
+        assert (back.rule, back.strength) == (cell.region.rule, 1)
+        for wrong in ({"point": 3}, {"point": [{"name": "x"}]}, {"position": None}, {"textDocument": 1}):
+            with pytest.raises(JsonRpcException, match="fuzzyctl/preview takes"):
+                await asked(**wrong)
         changed(client, document, 2, text.replace("p  q\n", "p  qq\n"))
         assert (await asked()).message == "system 't' has mistakes"
 

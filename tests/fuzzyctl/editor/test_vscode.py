@@ -3,6 +3,9 @@
 import itertools
 import json
 import re
+import shutil
+import subprocess
+from fnmatch import fnmatch
 from pathlib import Path
 
 import pytest
@@ -16,7 +19,6 @@ from fuzzyctl.lang.syntax import BLOCK_KEYWORDS, STATEMENT_KEYWORDS
 ROOT = Path(__file__).parents[3]
 EXTENSION = ROOT / "apps" / "vscode"
 PACKAGE = json.loads((EXTENSION / "package.json").read_text())
-LOCK = json.loads((EXTENSION / "package-lock.json").read_text())
 SNIPPETS = json.loads((EXTENSION / "snippets.json").read_text())
 
 
@@ -36,9 +38,36 @@ def test_a_snippet_is_a_text_of_the_language(name):
         assert parse(SourceText("a.fz", text))[1] == []
 
 
+BLOCKS = ("System", "Controller", "Plant", "Loop")
+#: A system that has what the other snippets name, without an output.
+AROUND = "system t\ninput rows in [-1, 1]\n  terms N Z P\ninput columns in [-1, 1]\n  terms N Z P\n"
+OUTPUT = "output output in [-1, 1] else 0\n  terms N Z P\n"
+RULE = "if rows is N then {} is N\n"
+CONTEXTS = {
+    "Input": (AROUND, OUTPUT + RULE.format("output")),
+    "Output": (AROUND, RULE.format("name")),
+    "Table of two inputs": (AROUND + OUTPUT, ""),
+    "Rule": (AROUND.replace("rows", "input").replace(" N ", " term N ") + OUTPUT.replace(" N ", " term N "), ""),
+    "Guarantee": (AROUND + OUTPUT + RULE.format("output"), ""),
+}
+
+
 def test_the_blocks_together_have_no_mistakes():
-    blocks = [written(SNIPPETS[name]["body"])[0] for name in ("System", "Controller", "Plant", "Loop")]
-    assert [d.code for d in Document(SourceText("a.fz", "\n".join(blocks))).mistakes if d.severity == "error"] == []
+    blocks = [written(SNIPPETS[name]["body"])[0] for name in BLOCKS]
+    assert errors("\n".join(blocks)) == []
+
+
+@pytest.mark.parametrize("name", [name for name in SNIPPETS if name not in BLOCKS])
+def test_a_statement_has_no_mistakes_in_a_system(name):
+    before, after = CONTEXTS[name]
+    for text in written(SNIPPETS[name]["body"]):
+        assert errors(f"{before}{text}{after}") == []
+
+
+def errors(text):
+    found = Document(SourceText("a.fz", text))
+    # What needs a proof is not asked: the snippets are to be changed.
+    return [d.message for d in found.mistakes if d.severity == "error"]
 
 
 def test_the_grammar_is_that_of_the_docs():
@@ -61,12 +90,81 @@ def test_commands_and_settings_are_those_of_the_program():
     assert "fuzzyctl.python" in contributed["configuration"]["properties"]
 
 
-def test_dependencies_are_pinned():
-    for package, lock in [
-        (PACKAGE, LOCK),
-        *[[json.loads((EXTENSION / "test" / f"package{x}.json").read_text()) for x in ("", "-lock")]],
-    ]:
-        root = lock["packages"][""]
-        for kind in ("dependencies", "devDependencies"):
-            for name, version in package.get(kind, {}).items():
-                assert root[kind][name] == version == lock["packages"][f"node_modules/{name}"]["version"]
+LOCKS = [
+    [json.loads((folder / f"package{kind}.json").read_text()) for kind in ("", "-lock")]
+    for folder in (EXTENSION, EXTENSION / "test")
+]
+
+
+@pytest.mark.parametrize(("package", "lock"), LOCKS)
+def test_dependencies_are_pinned(package, lock):
+    root = lock["packages"][""]
+    for kind in ("dependencies", "devDependencies"):
+        for name, version in package.get(kind, {}).items():
+            assert root[kind][name] == version == lock["packages"][f"node_modules/{name}"]["version"]
+
+
+@pytest.mark.parametrize(("_package", "lock"), LOCKS)
+def test_packages_come_from_the_public_registry_as_they_were(_package, lock):
+    for name, entry in lock["packages"].items():
+        if name:
+            assert entry["integrity"].startswith("sha512-")
+            # No address: npm takes the registry that it is set to.
+            assert entry.get("resolved", "https://registry.npmjs.org/").startswith("https://registry.npmjs.org/")
+
+
+def test_the_package_holds_what_it_names():
+    kept = (EXTENSION / ".vscodeignore").read_text().split()
+    contributed = PACKAGE["contributes"]
+    named = [PACKAGE["main"], *(e["path"] for kind in ("grammars", "snippets") for e in contributed[kind])]
+    named += [language["configuration"] for language in contributed["languages"]]
+    for path in [*named, "./NOTICES.txt", "./LICENSE.txt"]:
+        assert any(fnmatch(f"!{path[2:]}", pattern) for pattern in kept), path
+
+
+class TestJob:
+    """`job.sh` fails for what is wrong with the extension, and for nothing that is wrong with the machine."""
+
+    @pytest.fixture
+    def job(self, tmp_path):
+        if shutil.which("bash") is None:
+            pytest.skip("no bash")
+        programs = tmp_path / "bin"
+        programs.mkdir()
+        for name in ("basename", "bash", "cat", "dirname", "env", "mktemp", "rm", "tail", "timeout"):
+            (programs / name).symlink_to(shutil.which(name))
+
+        def run(**scripts):
+            for name, script in {"node": "", "npm": "", "chromium": "", **scripts}.items():
+                if script is not None:
+                    (programs / name).write_text(f"#!/usr/bin/env bash\n{script}\n")
+                    (programs / name).chmod(0o755)
+            job = EXTENSION / "test" / "job.sh"
+            environment = {"PATH": str(programs), "TMPDIR": str(tmp_path)}
+            done = subprocess.run([job, "python"], env=environment, capture_output=True, text=True, check=False)
+            assert list(tmp_path.iterdir()) == [programs]
+            return done.returncode, done.stdout.removeprefix("VS Code was not driven: ").strip()
+
+        return run
+
+    def test_checks_that_pass(self, job):
+        given = "[[ $PYTHON == */python && $CHROMIUM == */chromium ]]"
+        assert job(node=f"{given} && echo $1") == (0, "test/grammar.mjs\ntest/run.mjs")
+
+    @pytest.mark.parametrize("name", ["node", "npm", "chromium"])
+    def test_a_machine_that_cannot(self, job, name):
+        assert job(**{name: None}) == (0, f"there is no '{name}'")
+
+    @pytest.mark.parametrize(
+        ("npm", "node", "expected"),
+        [
+            ('[ "$1" = run ] || { echo no network; exit 1; }', "", (0, "no network\nits packages cannot be installed")),
+            ("", "exit 77", (0, "it does not start here")),
+            ("", "exit 124", (0, "that takes longer than 150 s here")),
+            ("", "exit 1", (1, "")),
+            ('[ "$1" != run ] || { echo a.ts:1; exit 2; }', "echo not reached", (1, "a.ts:1")),
+        ],
+    )
+    def test_what_fails(self, job, npm, node, expected):
+        code, said = job(npm=npm, node=node)
+        assert (code, said.replace("VS Code was not driven: ", "")) == expected
