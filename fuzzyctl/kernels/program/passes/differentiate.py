@@ -1,8 +1,8 @@
 """Pass that differentiates a program: forward mode, along all arguments that are asked for.
 
 Of `a if x < b else c` at x = b the derivative is that of the branch just ahead, where the argument has grown, so that
-kinks which cancel, such as those of triangles that share a peak, leave the slope that is there. Where a and c differ, it
-is that of the branch taken: a jump has no slope.
+kinks that cancel, such as those of triangles with one peak, leave the slope that is there. Where a and c differ, at a
+jump, it is that of the branch taken.
 """
 
 from __future__ import annotations
