@@ -247,7 +247,7 @@ STATEMENTS: Final[tuple[Repair, ...]] = (
     ),
     _decimal_commas,
     by_pattern(
-        rf"^\s*(?:input|output)\s+(?!in\b){_NAMED_ONES}(?P<x>\s*(?:\bin\b|=|:|\brange\b|\bfrom\b)?\s*(?:range\s*)?"
+        rf"^\s*(?:input|output)\s+(?!in\b){_NAMED_ONES}(?!\w)(?P<x>\s*(?:\bin\b|=|:|\brange\b|\bfrom\b)?\s*(?:range\s*)?"
         rf"[=:]?\s*[\[({{]?\s*({_SIGNED}?)\s*(?:,|;|:|\.\.+|\bto\b|\s)\s*({_SIGNED})\s*[\])}}]?)(?=\s*$|\s+\w)",
         _range,
         "a range is written: in [low, high]",

@@ -10,9 +10,10 @@ from fuzzyctl.diagnostics.diagnostic import Diagnostic, Note
 from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.expr import CONSTANTS, DIVISION, REPAIRS, Call, Expr, ExprError, Keyword, evaluate, span_of, walk
 from fuzzyctl.model.checks.constants import constants, quotients
+from fuzzyctl.model.checks.ranges import outside_ranges
 from fuzzyctl.model.controller import Controller, Definition, Instance, Result, Signal
 from fuzzyctl.model.forms import bound, pairs_of
-from fuzzyctl.model.guarantee import Bounds, Param
+from fuzzyctl.model.guarantee import Bounds
 from fuzzyctl.model.loop import Loop
 from fuzzyctl.model.measures import MEASURES
 from fuzzyctl.model.params import ParamCycleError, ParamValues
@@ -58,7 +59,7 @@ def _written_numbers(block: Controller | Plant | Loop, params: ParamValues) -> I
     else:
         callees: list[Controller | Plant] = [*block.controllers, *(block.plants if isinstance(block, Loop) else ())]
         for instance in block.instances:
-            yield from _instance(instance, next(c for c in callees if c.name == instance.controller).params, params)
+            yield from _instance(instance, next(c for c in callees if c.name == instance.controller), params)
     if isinstance(block, Loop):
         yield from _run(block, params)
         yield from _functions(block, params)
@@ -154,29 +155,30 @@ def outside(what: str, value: float, span: Span | None, bounds: Bounds, params: 
     if ends is None or not ends[0] < ends[1]:
         return
     if not bounds.holds(value, *ends):
-        shown = bounds.text(*ends)
-        written = shown if bounds.span is None else bounds.span.text
-        facts = () if written == shown else (f"the range is {shown}",)
-        elsewhere = bounds.span is not None and span is not None and bounds.span.line != span.line
-        notes = (Note(bounds.span, "the range is declared here"),) if elsewhere and bounds.span is not None else ()
-        help_text = "give a value in the range, or widen the range"
-        message = f"{what} is {value:g}, outside of {written}"
-        yield Diagnostic("FZ302", message, span, facts=facts, help=help_text, notes=notes)
+        yield _outside(what, value, span, bounds, bounds.text(*ends))
 
 
-def _instance(instance: Instance, declared: tuple[Param, ...], params: ParamValues) -> Iterator[Diagnostic]:
-    """Check the params that a block is given, by the ranges that it declares for them."""
-    bounds = {p.name: p.bounds for p in declared}
-    own = ParamValues(declared)
-    for argument in instance.arguments:
-        if not (isinstance(argument, Keyword) and argument.name in bounds):
-            continue
-        value = _computed(argument.value, params)
-        if isinstance(value, Diagnostic):
-            yield value
-        elif value is not None and (given := bounds[argument.name]) is not None:
-            what = f"param '{argument.name}' of '{instance.controller}'"
-            yield from outside(what, value, span_of(argument.value), given, own)
+def _outside(what: str, value: float, span: Span | None, bounds: Bounds, shown: str) -> Diagnostic:
+    written = shown if bounds.span is None else bounds.span.text
+    facts = () if written == shown else (f"the range is {shown}",)
+    elsewhere = bounds.span is not None and span is not None and bounds.span.line != span.line
+    notes = (Note(bounds.span, "the range is declared here"),) if elsewhere and bounds.span is not None else ()
+    help_text = "give a value in the range, or widen the range"
+    message = f"{what} is {value:g}, outside of {written}"
+    return Diagnostic("FZ302", message, span, facts=facts, help=help_text, notes=notes)
+
+
+def _instance(instance: Instance, callee: Controller | Plant, params: ParamValues) -> Iterator[Diagnostic]:
+    """Check what a block is given for its params, by their ranges and those of what follows from them."""
+    bounds = {p.name: p.bounds for p in callee.params}
+    given = {a.name: a.value for a in instance.arguments if isinstance(a, Keyword) and a.name in bounds}
+    found = {name: _computed(e, params) for name, e in given.items()}
+    yield from (value for value in found.values() if isinstance(value, Diagnostic))
+    numbers = {name: value for name, value in found.items() if isinstance(value, float)}
+    for o in outside_ranges(callee, numbers) if numbers else ():
+        what = f"{o.what} of '{instance.controller}'"
+        place = next((span_of(e) for name, e in given.items() if o.what == f"param '{name}'"), instance.span)
+        yield _outside(what, o.value, place, o.bounds, o.text)
 
 
 def _dead_times(plant: Plant, params: ParamValues) -> Iterator[Diagnostic]:

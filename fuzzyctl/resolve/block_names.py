@@ -62,7 +62,7 @@ class Names:
     named: dict[str, sx.Signal | sx.Equation] = field(default_factory=dict)
     #: Outputs of instances and of calls with several outputs, as `NAME.OUTPUT`.
     members: dict[str, sx.Statement] = field(default_factory=dict)
-    #: Instances of what is not known, whose outputs are not known either.
+    #: Instances and calls of what is not known, whose outputs are not known either.
     lost: set[str] = field(default_factory=set)
     #: What has been looked for, by name.
     blocks: dict[str, Callee | None] = field(default_factory=dict)
@@ -82,6 +82,7 @@ class Names:
                     if self._declared(name, f"a {keyword.text}"):
                         self.named[name.text] = s
                         self._declare_members(name.text, value, s)
+        self.lost = {name for name, s in self.named.items() if isinstance(s, sx.Equation) and self._is_lost(s.value)}
 
     def _declared(self, word: sx.Word, what: str) -> bool:
         if word.text in self.given or word.text in self.reserved or word.text in FUNCTIONS:
@@ -107,8 +108,14 @@ class Names:
             self.members |= {f"{name}.{o.name}": s for o in block.outputs}
         elif isinstance(block, Controller | Plant):
             self.members |= {f"{name}.{r.name}": s for r in block.results}
-        elif block is None and s.keyword.text == "block":
-            self.lost.add(name)
+
+    def _is_lost(self, value: ex.Expr) -> bool:
+        """Whether a value calls what is not known, or has mistakes of its own."""
+        if not isinstance(value, ex.Call) or self.found(value.function) is not None:
+            return False
+        return not any(
+            value.function in names for names in (ex.FUNCTIONS, self.own, FUNCTIONS, OPERATORS, self.functions)
+        )
 
     def found(self, name: str) -> Callee | None:
         """Return the system, controller or plant of a name; None where there is none."""

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError, UnknownNameError, ValueOutOfBoundsError
 from fuzzyctl.expr import Expr, Keyword, Number, evaluate, names_in
 from fuzzyctl.kernels.free_values import require_bounds
+from fuzzyctl.model.checks.ranges import has_computed_params, outside_ranges
 from fuzzyctl.model.controller import Controller, Instance
 from fuzzyctl.model.guarantee import Param
 from fuzzyctl.model.instance_params import with_instance_params
@@ -82,17 +83,23 @@ def with_settings(loop: Loop, values: Mapping[str, float]) -> Loop:
 
     Raises:
         UnknownNameError: For a name of no param, or of several.
-        DiagnosticError: For values outside of the ranges of their params.
+        DiagnosticError: For values outside of the ranges of their params, or of those that follow from them.
     """
     loop = with_instance_params(loop, values)  # which has the params of controllers inside by name
     names = short_names(loop)
     for name in values:
         if name not in names:
             raise UnknownNameError("param", name, tuple(names))
-    settings = {names[name]: float(value) for name, value in values.items()}
-    outside = [d for name in settings for d in _outside(loop, name, settings)]
+    changed = _changed(loop, {names[name]: float(value) for name, value in values.items()})
+    found = outside_ranges(changed, {})
+    outside = [Diagnostic("FZ302", f"{o.what} is {o.value:g}, outside of {o.text}", o.bounds.span) for o in found]
     if outside:
         raise DiagnosticError(outside)
+    return changed
+
+
+def _changed(loop: Loop, settings: Mapping[str, float]) -> Loop:
+    """Return a loop with params of full names set to numbers, unchecked."""
     params = tuple(replace(p, expression=Number(settings[p.name])) if p.name in settings else p for p in loop.params)
     instances = tuple(_set(instance, settings) for instance in loop.instances)
     return with_shared(replace(loop, params=params, instances=instances), settings)
@@ -112,7 +119,7 @@ class Ranges:
         bounds = [(k, b, b.lower, b.upper) for k, b in found if b is not None]
         #: Those with numbers as ends, which are quickly checked, and whether there are no others.
         self._plain = [(k, b, x.value, y.value) for k, b, x, y in bounds if type(x) is type(y) is Number]
-        self._only_plain = len(self._plain) == len(bounds)
+        self._only_plain = len(self._plain) == len(bounds) and not has_computed_params(loop)
 
     def surely_hold(self, values: Sequence[float]) -> bool:
         """Return whether values are finite and in their ranges; False also where that takes longer to say."""
@@ -123,7 +130,8 @@ class Ranges:
         """Check values.
 
         Raises:
-            ValueOutOfBoundsError: For one that is not finite, or outside the range of its param.
+            ValueOutOfBoundsError: For one that is not finite, or outside the range of its param, and where a param that
+                follows from it is.
         """
         settings = dict(zip(self._names, values, strict=True))
         for name, value in settings.items():
@@ -132,6 +140,8 @@ class Ranges:
             param, numbers = _declared(self._loop, name, settings)
             if param.bounds is not None:
                 require_bounds(name, value, param.bounds, numbers, param.unit)
+        for o in () if self._only_plain else outside_ranges(_changed(self._loop, settings), {}):
+            raise ValueOutOfBoundsError(f"{o.what} under these free numbers", o.value, f"in {o.text}")
 
 
 def _declared(loop: Loop, name: str, settings: Mapping[str, float]) -> tuple[Param, dict[str, float]]:
@@ -142,17 +152,6 @@ def _declared(loop: Loop, name: str, settings: Mapping[str, float]) -> tuple[Par
     values = loop.param_values.values if instance is None else block_params(loop, instance)
     changed = {p.name: settings[block + dot + p.name] for p in owner.params if block + dot + p.name in settings}
     return next(p for p in owner.params if p.name == own), values | changed
-
-
-def _outside(loop: Loop, name: str, settings: Mapping[str, float]) -> Iterator[Diagnostic]:
-    """Report a setting outside of the range of its param."""
-    param, numbers = _declared(loop, name, settings)
-    bounds, value = param.bounds, settings[name]
-    if bounds is None:
-        return
-    low, high = (evaluate(e, numbers) for e in (bounds.lower, bounds.upper))
-    if not bounds.holds(value, low, high):
-        yield Diagnostic("FZ302", f"param '{name}' is {value:g}, outside of {bounds.text(low, high)}", bounds.span)
 
 
 def _set(instance: Instance, settings: Mapping[str, float]) -> Instance:

@@ -43,6 +43,6 @@ def _rounded(x: Expr, let: Callable[[Expr], Expr]) -> Expr:
     half = let(_HALF * below)
     ties = Logic("and", (Compare("==", rest, _HALF), Compare("==", Call("floor", (half,)), half)))
     stays = Logic("or", (Compare("<", rest, _HALF), ties))
-    # Where there is nothing beyond a whole number, x is one, infinite, or NaN.
-    up = Where(Compare(">", rest, ZERO), below + 1.0, x)
+    # Where there is nothing beyond a whole number, it is that one, or x is infinite or NaN.
+    up = Where(Compare(">", rest, ZERO), below + 1.0, below)
     return Where(Logic("and", (Compare(">", rest, ZERO), stays)), below, up)

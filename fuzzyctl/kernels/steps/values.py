@@ -11,6 +11,7 @@ from fuzzyctl.kernels.free_values import FreeValues, changed_values, require_bou
 from fuzzyctl.kernels.plan.equations import Equation, Equations, Evaluation
 from fuzzyctl.kernels.plan.expansion import equations_of, with_values
 from fuzzyctl.kernels.plan.free import free_plan
+from fuzzyctl.model.checks.ranges import has_computed_params, outside_ranges
 from fuzzyctl.model.controller import Controller
 from fuzzyctl.model.shared_params import with_shared
 
@@ -27,6 +28,7 @@ class StepValues:
         self._controller, self._equations = controller, equations
         self._start = [s.start for s in equations.states]
         self._bounds = {p.name: p for p in controller.params if p.name in equations.free and p.bounds is not None}
+        self._others = has_computed_params(controller)
         known = set(equations.free)
         self._params: list[Equation] = []
         for item in equations.body:
@@ -53,18 +55,23 @@ class StepValues:
         self._require(dict(zip(names, values, strict=True)))
         if not self._equations.starts_vary or not changed:
             return [*self._start[:first], *values]
-        own = {n: v for n, v in zip(names, values, strict=True) if n in self._controller.param_values.values}
-        again = equations_of(with_shared(with_values(self._controller, own), own))
+        again = equations_of(self._changed(dict(zip(names, values, strict=True))))
         return [*(s.start for s in again.states), *values]
+
+    def _changed(self, known: Mapping[str, float]) -> Controller:
+        own = {n: v for n, v in known.items() if n in self._controller.param_values.values}
+        return with_shared(with_values(self._controller, own), own)
 
     def _require(self, known: dict[str, float]) -> None:
         for name, value in known.items():
             if value - value != 0.0:
                 raise ValueOutOfBoundsError(f"free number {name!r}", value, "a finite number")
-        numbers = self._controller.param_values.values
+        numbers = self._controller.param_values.values | known
         for name, param in self._bounds.items():
             assert param.bounds is not None
             require_bounds(name, known[name], param.bounds, numbers, param.unit)
+        for o in outside_ranges(self._changed(known), {}) if self._others else ():
+            raise ValueOutOfBoundsError(f"{o.what} under these free numbers", o.value, f"in {o.text}")
         for equation in self._params:
             known[equation.name] = evaluate(equation.value, known)
         for call, values in self._systems:

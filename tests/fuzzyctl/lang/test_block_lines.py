@@ -10,7 +10,7 @@ from fuzzyctl.lang.highlight import FuzzyLexer
 from fuzzyctl.model.measures import MEASURES
 from fuzzyctl.model.plant_forms import PLANTS
 from fuzzyctl.model.signals import SIGNALS
-from tests.fuzzyctl.resolve.mistakes import errors_in, repairs_in
+from tests.fuzzyctl.resolve.mistakes import errors_in, repairs_in, require_one
 
 TYPED = """plant p "A plant"
 input u
@@ -124,3 +124,8 @@ def test_derivatives_of_other_tools_are_repaired(line):
 
 def test_a_plant_without_its_keyword_is_repaired():
     assert repairs_in("G = tf(num=[1], den=[1, 2])\n") == ["write: plant G = tf(num=[1], den=[1, 2])"]
+
+
+def test_a_letter_behind_an_input_is_no_range():
+    """A keyword that is half typed is not taken for the end of a range, with the name cut in two."""
+    require_one("controller c\ninput phi u\noutput y = phi\n", ("FZ102", "unexpected 'u'", "u"))

@@ -200,6 +200,25 @@ class TestMistakes:
         text = "controller a\ninput x\noutput y = q\n" + HEAD + "block b = a(x)\noutput z = b.y\n"
         assert [message for _, message, _ in errors_in(text)] == ["no name 'q'"]
 
+    @pytest.mark.parametrize(
+        ("slip", "message"),
+        [("param g = = 2\n", "unexpected '='"), ("let b = nope(x)\n", "no function or system 'nope'")],
+    )
+    def test_outputs_of_a_call_whose_system_is_not_known_are_no_mistakes(self, slip, message):
+        """A mistake in any line may leave the systems of a file without a meaning."""
+        system = SYSTEM.replace("output u", "output v in [-1, 1]\n  terms N P\noutput u").replace(
+            "table u = e\n  N P\n| N P", "table u, v = e\n  N P\n| N/P P/N"
+        )
+        text = system + HEAD + "let a = rule(x)\noutput y = a.u + a.v\n"
+        assert errors_in(text) == []
+        found = errors_in(text + slip + ("output z = b.w + b\n" if "nope" in slip else ""))
+        assert [m for _, m, _ in found] == [message]
+
+    def test_a_function_has_no_operator_with_a_state(self):
+        text = HEAD + "function f(a) = previous(a)\noutput y = f(x)\n"
+        message = "'previous' keeps a state, which only 'let', 'next' and 'output' lines may have"
+        require_one(text, ("FZ214", message, "previous", "give it a name with 'let', and pass that name on"))
+
     def test_a_function_calls_no_system_with_a_state(self):
         system = SYSTEM.replace("output u in [-1, 1]", "output u in [-1, 1] else hold")
         assert errors_in(system + HEAD + "output y = rule(x)\n") == []

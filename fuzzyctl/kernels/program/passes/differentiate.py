@@ -1,16 +1,18 @@
 """Pass that differentiates a program: forward mode, along all arguments that are asked for.
 
-At a kink the derivative is that of the branch that the program takes there: of `a if x < b else c` at x = b that of c.
+Of `a if x < b else c` at x = b the derivative is that of the branch just ahead, where the argument has grown, so that
+kinks that cancel, such as those of triangles with one peak, leave the slope that is there. Where a and c differ, at a
+jump, it is that of the branch taken.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Final
 
-from fuzzyctl.expr import ONE, ZERO, Binary, Call, Compare, Expr, Logic, Name, Negate, Number, Where
+from fuzzyctl.expr import ONE, ZERO, Binary, Call, Compare, CompareOp, Expr, Logic, Name, Negate, Number, Where
 from fuzzyctl.kernels.program.builder import is_atom, minus, plus, times
 from fuzzyctl.kernels.program.program import (
     NAN,
@@ -226,7 +228,7 @@ class _Tape:
             case Binary():
                 return self._of_binary(value)
             case Where(condition=condition, then=then, otherwise=otherwise):
-                return self._chosen(condition, self.derivatives(then), self.derivatives(otherwise))
+                return self._branch(condition, then, otherwise)
             case Call(function=function, arguments=arguments):
                 return self._of_call(function, arguments)
         raise NotDifferentiableError(type(value).__name__)
@@ -234,10 +236,34 @@ class _Tape:
     def _all(self) -> list[int]:
         return sorted({k for own in self.known.values() for k in own})
 
-    def _chosen(self, condition: Expr, then: Derivatives, otherwise: Derivatives) -> Derivatives:
+    def _branch(self, condition: Expr, then: Expr, otherwise: Expr) -> Derivatives:
+        """Differentiate a choice: where both values are equal ahead of the point, elsewhere in the branch taken."""
+        own, others = self.derivatives(then), self.derivatives(otherwise)
+        if NAN in (then, otherwise) or own == others:
+            return self._chosen(lambda _: condition, own, others)
+        ahead, level = self._ahead(condition), Compare("==", self.let(then), self.let(otherwise))
+
+        def chosen(k: int) -> Expr:
+            found, apart = ahead(k), Logic("and", (Logic("not", (level,)), condition))
+            return found if found == condition else Logic("or", (Logic("and", (level, found)), apart))
+
+        return self._chosen(chosen, own, others)
+
+    def _chosen(self, condition: Callable[[int], Expr], then: Derivatives, otherwise: Derivatives) -> Derivatives:
         keys = [*then, *(k for k in otherwise if k not in then)]
         pairs = {k: (then.get(k, ZERO), otherwise.get(k, ZERO)) for k in keys}
-        return {k: a if a == b else self.let(Where(condition, a, b)) for k, (a, b) in pairs.items()}
+        return {k: a if a == b else self.let(Where(condition(k), a, b)) for k, (a, b) in pairs.items()}
+
+    def _ahead(self, condition: Expr) -> Callable[[int], Expr]:
+        """Return what holds of a condition where argument k has grown a little."""
+        match condition:
+            case Logic(op=op, operands=operands):
+                parts = [self._ahead(o) for o in operands]
+                return lambda k: Logic(op, tuple(part(k) for part in parts))
+            case Compare(op=op, left=left, right=right) if left != right:
+                sides = self.let(left), self.let(right)
+                return _compared(op, sides, (self.derivatives(left), self.derivatives(right)))
+        return lambda _: condition
 
     def _of_binary(self, value: Binary) -> Derivatives:
         a, b = self.derivatives(value.left), self.derivatives(value.right)
@@ -278,15 +304,16 @@ class _Tape:
         value = self.let(Call(function, tuple(atoms)))
         match function, atoms:
             case (("min" | "smaller"), [a, b]):
-                return self._chosen(Compare("<", a, b), own[0], own[1])
+                return self._chosen(_compared("<", (a, b), (own[0], own[1])), own[0], own[1])
             case (("max" | "larger"), [a, b]):
-                return self._chosen(Compare(">", a, b), own[0], own[1])
+                return self._chosen(_compared(">", (a, b), (own[0], own[1])), own[0], own[1])
             case "clip", [x, low, high]:
-                inner = self._chosen(Compare(">", x, high), own[2], own[0])
-                return self._chosen(Compare("<", x, low), own[1], inner)
+                return self._clipped((x, low, high), own)
             case "held", [x]:
-                inside = Logic("and", (Compare(">=", x, ZERO), Compare("<=", x, ONE)))
-                return self._chosen(inside, own[0], {})
+                return self._clipped((x, ZERO, ONE), (own[0], {}, {}))
+            case "abs", [x]:
+                falling = {k: self.let(-d) for k, d in own[0].items()}
+                return self._chosen(_compared("<", (x, ZERO), (own[0], {})), falling, own[0])
             case "divide", _:
                 return self._of_binary(Binary("/", arguments[0], arguments[1]))
             case "power", [a, b]:
@@ -307,11 +334,15 @@ class _Tape:
                 return {k: self._product(d, slope) for k, d in own[0].items()}
         raise NotDifferentiableError(function)
 
+    def _clipped(self, values: tuple[Expr, Expr, Expr], own: Sequence[Derivatives]) -> Derivatives:
+        """Differentiate a value that is held within a range."""
+        (x, low, high), (of_x, of_low, of_high) = values, own
+        inner = self._chosen(_compared(">", (x, high), (of_x, of_high)), of_high, of_x)
+        return self._chosen(_compared("<", (x, low), (of_x, of_low)), of_low, inner)
+
     def _slope(self, function: str, x: Expr, value: Expr) -> Expr:
         """Write the derivative of a function of one argument."""
         match function:
-            case "abs":
-                return self.let(Where(Compare("<", x, ZERO), Number(-1.0), ONE))
             case "sqrt":
                 return self.let(Number(0.5) / value)
             case "exp":
@@ -345,3 +376,24 @@ class _Tape:
 
     def _difference(self, a: Expr, b: Expr) -> Expr:
         return self.let(-b) if a == ZERO else self.let(minus(a, b))
+
+
+def _compared(
+    op: CompareOp, sides: tuple[Expr, Expr], changes: tuple[Derivatives, Derivatives]
+) -> Callable[[int], Expr]:
+    """Return what a comparison is where argument k has grown a little: of equal sides the changes decide."""
+    now, tie = Compare(op, *sides), Compare("==", *sides)
+
+    def ahead(k: int) -> Expr:
+        left, right = (own.get(k, ZERO) for own in changes)
+        if left == right:
+            return now
+        match op:
+            case "==":
+                return Logic("and", (tie, Compare("==", left, right)))
+            case "!=":
+                return Logic("or", (now, Compare("!=", left, right)))
+        beyond = Compare("<" if op in ("<", "<=") else ">", *sides)
+        return Logic("or", (beyond, Logic("and", (tie, Compare(op, left, right)))))
+
+    return ahead

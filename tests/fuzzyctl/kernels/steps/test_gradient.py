@@ -105,3 +105,10 @@ def test_refuses_what_it_cannot_take():
     jumping = SMOOTH.replace("output u", "aggregation nilpotent_maximum\noutput u", 1)
     with pytest.raises(ArgumentError, match="no exact gradient: sets jump under aggregation nilpotent_maximum"):
         step_of(jumping).gradient([0.1], [0.0])
+
+
+@pytest.mark.parametrize("backend", ["python", "numpy"])
+def test_where_all_triangles_have_their_peak_it_is_that_of_the_surface(backend):
+    """At the set point each degree has a kink, and the surface has none."""
+    step = step_of(SURFACE + "controller q\ninput e\ninput d\noutput u = surface(2 * e, d)\nevery 1 s\n", backend)
+    np.testing.assert_allclose(step.gradient([0.0, 0.0], [])[0], [1.0, 0.5], rtol=1e-15)

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from fuzzyctl.expr import ONE, Binary, Call, Compare, Name, Number, Where
+from fuzzyctl.expr import ONE, Binary, Call, Compare, Logic, Name, Number, Where
 from fuzzyctl.kernels.backends.python import backend
 from fuzzyctl.kernels.program.builder import Builder
 from fuzzyctl.kernels.program.passes.differentiate import NotDifferentiableError, differentiated
@@ -90,10 +90,31 @@ def test_the_rest_beyond_a_knot_moves_with_the_value_between_the_knots():
     assert gradient(program, 2.5, 4.0) == [0.0, 0.0]
 
 
-def test_at_a_kink_the_branch_that_is_taken_counts():
-    assert gradient(program_of(Call("min", (X, 2.0 * Y))), 2.0, 1.0) == [0.0, 2.0]
-    assert gradient(program_of(Call("abs", (X,))), 0.0, 1.0) == [1.0, 0.0]
-    assert gradient(program_of(Call("clip", (X, Number(0.0), ONE))), 1.0, 0.0) == [1.0, 0.0]
+def test_at_a_kink_the_slope_ahead_counts():
+    assert gradient(program_of(Call("min", (X, 2.0 * Y))), 2.0, 1.0) == [0.0, 0.0]
+    assert gradient(program_of(Call("max", (X, 2.0 * Y))), 2.0, 1.0) == [1.0, 2.0]
+    assert gradient(program_of(Call("abs", (X * Y,))), 0.0, -1.0) == [1.0, 0.0]
+    for function in (lambda x: Call("clip", (x, Number(0.0), ONE)), lambda x: Call("held", (x,))):
+        ends = [gradient(program_of(function(x)), at, 0.0)[0] for x in (X, -X) for at in (-1.0, 0.0, 1.0)]
+        assert ends == [0.0, 1.0, 0.0, -1.0, 0.0, 0.0]
+
+
+@pytest.mark.parametrize("op", ["<", "<=", ">", ">=", "==", "!="])
+def test_kinks_that_cancel_leave_the_slope(op):
+    rising, falling = Compare(op, X, Y), Compare(op, Y, X)
+    if op in ("==", "!="):
+        program = program_of(Where(Logic("or", (rising, falling)), X + Y, 2.0 * X))
+        assert gradient(program, 1.0, 1.0) == [2.0, 0.0] if op == "==" else [1.0, 1.0]
+        return
+    parts = Where(rising, X - Y, Number(0.0)) + Where(falling, X - Y, Number(0.0))
+    assert gradient(program_of(parts), 1.0, 1.0) == [1.0, -1.0]
+
+
+def test_at_a_jump_the_branch_that_is_taken_counts():
+    assert gradient(program_of(Where(Compare("<=", X, Y), 3.0 * X, 5.0 * X)), 1.0, 1.0) == [3.0, 0.0]
+    held = Where(Compare(">", X, Number(0.0)), Y / X, 2.0 * Y)
+    assert gradient(program_of(held), 0.0, 1.0) == [0.0, 2.0]
+    assert gradient(program_of(Call("round", (X,))), 2.0, 1.0) == [0.0, 0.0]
 
 
 def test_what_does_not_move_has_no_slope_however_steep_the_function():
