@@ -1,4 +1,4 @@
-"""How Hypothesis draws, the same in every run unless a seed is given; how proofs measure time; workers of sweeps; garbage; Ctrl-C."""
+"""What holds in all tests: how Hypothesis draws, how proofs measure time, how sweeps start workers, garbage, Ctrl-C."""
 
 import gc
 import multiprocessing

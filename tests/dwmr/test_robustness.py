@@ -124,9 +124,10 @@ class TestOutput:
 
     @pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs /dev/full")
     def test_that_is_full_is_said(self, tmp_path, monkeypatch, capsys):
-        with open("/dev/full", "w") as full, pytest.raises(SystemExit) as stop:
+        with open("/dev/full", "w") as full:
             monkeypatch.setattr(sys, "stdout", full)
-            main(["run", "paper", "--set", "run.horizon=0.1", "-o", str(tmp_path)])
+            with pytest.raises(SystemExit) as stop:
+                main(["run", "paper", "--set", "run.horizon=0.1", "-o", str(tmp_path)])
         assert stop.value.code == 1
         assert "No space left on device" in capsys.readouterr().err
         assert sorted(p.name for p in tmp_path.iterdir()) == FILES

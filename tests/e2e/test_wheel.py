@@ -35,13 +35,16 @@ def installed(wheel, tmp_path_factory):
     return folder
 
 
-def run(installed, module, *arguments, **environment):
+def run(installed, module, *commands, **environment):
+    """Run commands one after the other in a process, up to the first that fails."""
     # -I ignores the current folder and the environment; the editable install is taken off the path by name.
     script = (
         f"import sys; here = {[str(ROOT), str(ROOT / 'apps')]!r};"
         f"sys.path[:] = [{str(installed / 'site')!r}] + [p for p in sys.path if p not in here];"
-        f"sys.argv = ['{module.split('.')[0]}', *{list(arguments)!r}];"
-        f"from {module} import main; import fuzzyctl; assert fuzzyctl.__file__.startswith({str(installed)!r}); main()"
+        f"from {module} import main; import fuzzyctl; assert fuzzyctl.__file__.startswith({str(installed)!r})\n"
+        f"for arguments in {commands!r}:\n"
+        "    try:\n        main(arguments)\n"
+        "    except SystemExit as stop:\n        if stop.code: raise\n"
     )
     command = [sys.executable, "-I", "-c", script]
     return subprocess.run(command, cwd=installed, capture_output=True, text=True, env={**os.environ, **environment})
@@ -67,16 +70,15 @@ def test_the_wheel_holds_code_rules_and_scenarios_and_nothing_else(wheel):
 
 
 def test_fuzzyctl_runs_from_the_wheel(installed):
-    result = run(installed, "fuzzyctl.cli.main", "eval", "site/fuzzyctl/rules/tipper.fz", "service=2", "food=1")
+    result = run(installed, "fuzzyctl.cli.main", ["eval", "site/fuzzyctl/rules/tipper.fz", "service=2", "food=1"])
     assert result.stdout.startswith("tip = 7.01506232"), result.stderr
 
 
 def test_dwmr_runs_from_the_wheel(installed):
     # Compiled before a release only: the cache of the checkout does not serve the wheel.
     compiled = {} if sizes.LONG else {"NUMBA_DISABLE_JIT": "1"}
-    result = run(installed, "dwmr.cli.main", "run", "paper", "--set", "run.horizon=0.1", "-o", "out", **compiled)
-    assert result.returncode == 0, result.stderr
-    result = run(installed, "dwmr.cli.main", "check", "csv-path", "five-robots")
+    commands = ["run", "paper", "--set", "run.horizon=0.1", "-o", "out"], ["check", "csv-path", "five-robots"]
+    result = run(installed, "dwmr.cli.main", *commands, **compiled)
     assert result.returncode == 0, result.stderr
     summary = json.loads((installed / "out" / "summary.json").read_text())
     assert "aifqsmc" in summary["controllers"]

@@ -39,7 +39,8 @@ def results(folder):
 
 def test_runs_again_from_the_cache_and_is_not_compiled_anew(folder):
     code = (
-        "import sys\nfrom pathlib import Path\nfrom dwmr.cli.main import main\nfrom dwmr.control.laws import python_law\n"
+        "import sys\nfrom pathlib import Path\n"
+        "from dwmr.cli.main import main\nfrom dwmr.control.laws import python_law\n"
         "try:\n    main(sys.argv[1:])\nexcept SystemExit as stop:\n    assert not stop.code\n"
         "law = python_law.load('proportional', Path('proportional.py').resolve())\n"
         "print(sum(law.step.stats.cache_hits.values()))\n"
