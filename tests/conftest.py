@@ -1,13 +1,16 @@
-"""How Hypothesis draws, the same in every run unless a seed is given; how proofs measure time; garbage; Ctrl-C."""
+"""What holds in all tests: how Hypothesis draws, how proofs measure time, how sweeps start workers, garbage, Ctrl-C."""
 
 import gc
+import multiprocessing
 import signal
+import sys
 import time
 
 import pytest
 from hypothesis import HealthCheck, core, settings
 
 from fuzzyctl.analysis import clock
+from fuzzyctl.experiments.sweep import pool
 from tests import sizes
 
 
@@ -45,3 +48,13 @@ def pytest_collection_finish():
 def processor_time_of_proofs():
     """Have proofs in this process count what they compute, so that no verdict depends on what else the machine does."""
     clock.now = time.thread_time
+
+
+@pytest.fixture(autouse=True, scope="session")
+def workers_that_are_copies_of_this_process():
+    """Have sweeps in this process fork their workers in the test line: a new interpreter spends 2 s on imports.
+
+    Before a release they are started as users have them.
+    """
+    if not sizes.LONG and sys.platform == "linux":
+        pool.get_context = lambda _: multiprocessing.get_context("fork")

@@ -36,6 +36,7 @@ def test_the_cost_of_one_more_value_is_measured(tmp_path, monkeypatch) -> None:
     assert 0.0 < params.seconds(text, "python") < 60.0
 
 
+@pytest.mark.long  # it compiles a loop, a kernel and a step anew; tests/properties/test_free_numbers.py holds their law
 def test_the_cost_of_new_numbers_is_measured_on_one_loop(tmp_path, monkeypatch) -> None:
     monkeypatch.setenv("FUZZYCTL_CACHE_DIR", str(tmp_path))
     apart, free, recorded = free_numbers.costs().values()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -35,9 +35,10 @@ def run_paper() -> Callable[..., tuple[ScenarioFile, simulate.Trajectory]]:
 
 @pytest.fixture(scope="session")
 def measured(run_paper: Callable[..., Any]) -> Callable[..., dict[str, Any]]:
-    """A function (law, *overrides) -> measures of the paper's scenario."""
+    """A function (law, *overrides) -> measures of the paper's scenario; equal calls share one result."""
 
-    def run(law: str, *overrides: Iterable[str]) -> dict[str, Any]:
+    @cache
+    def run(law: str, *overrides: str) -> dict[str, Any]:
         file, trajectory = run_paper(law, *overrides)
         return measure(trajectory, file.scenario)
 

@@ -8,6 +8,7 @@ import sys
 from click.testing import CliRunner
 
 from dwmr.cli.main import main
+from tests import sizes
 
 #: Seconds after which a command counts as one that never ends: many times what it takes on the busiest machine.
 LONG = 600
@@ -62,6 +63,11 @@ def here(*arguments, status=0, cwd=".", **environment):
         raise done.exception
     assert done.exit_code == status, done.stderr
     return subprocess.CompletedProcess(arguments, done.exit_code, done.stdout, done.stderr)
+
+
+def in_short(*arguments, **options):
+    """Run the command as `here` does in the test line, and as `dwmr` does before a release."""
+    return (dwmr if sizes.LONG else here)(*arguments, **options)
 
 
 #: What Python runs when it starts: the first worker interrupts the whole group, as Ctrl-C does.

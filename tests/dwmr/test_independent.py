@@ -13,7 +13,10 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from dwmr.scenario.file import find, read
+from tests import sizes
 
+#: Length of the run [s]; what acts from 3 to 20 s begins within the shorter one, too.
+HORIZON = f"run.horizon={sizes.examples(20, 8)}"
 #: Tables 2, 6 and 7: peaks of σ*, of its rate, and of the term in each cell.
 SIGMA = [-0.030, -0.015, 0.0, 0.015, 0.030]
 RATE = [-0.50, -0.25, 0.0, 0.25, 0.50]
@@ -202,8 +205,8 @@ class Formation:
 
 @pytest.fixture(scope="module")
 def independent():
-    """Postures and velocities of the first 20 s, shape (samples, robots, 5)."""
-    scenario = read(find("paper"), ["run.horizon=20"]).scenario
+    """Postures and velocities of the first seconds, shape (samples, robots, 5)."""
+    scenario = read(find("paper"), [HORIZON]).scenario
     formation, dt = Formation(scenario), scenario.run.dt
     states = []
     for k in range(scenario.run.steps + 1):
@@ -212,8 +215,8 @@ def independent():
     return np.array(states)
 
 
-def test_an_independent_run_agrees_for_20_s(independent, run_paper):
-    _, trajectory = run_paper("aifqsmc", "run.horizon=20")
+def test_an_independent_run_agrees(independent, run_paper):
+    _, trajectory = run_paper("aifqsmc", HORIZON)
     assert np.abs(trajectory.values[:, :, :3] - independent[:, :, :3]).max() < 1e-6
 
 
@@ -225,7 +228,7 @@ def test_velocities_converge_as_the_integration_steps_shrink(independent, run_pa
     """
     off = {}
     for substeps in (4, 16, 64):
-        _, trajectory = run_paper("aifqsmc", "run.horizon=20", f"run.substeps={substeps}")
+        _, trajectory = run_paper("aifqsmc", HORIZON, f"run.substeps={substeps}")
         off[substeps] = np.abs(trajectory.values[:, :, :5] - independent).max()
     assert off[16] < off[4] / 4
     assert off[64] < 1e-8

@@ -5,11 +5,10 @@
 
 from __future__ import annotations
 
+import contextlib
 import re
 import shutil
-import subprocess
 import sys
-import sysconfig
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path
@@ -18,6 +17,10 @@ import numpy as np
 from matplotlib import image
 
 ROOT = Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT))
+
+from tests.e2e.commands import run_here  # noqa: E402 - as a script it finds no tests otherwise
+
 FORM = re.compile(r"^<!-- (.+) -->\n!\[.+\]\((docs/images/.+)\)$", flags=re.MULTILINE)
 
 
@@ -30,9 +33,9 @@ def pictures() -> Iterator[tuple[str, Path]]:
 def made(command: str, name: str, folder: Path) -> Path:
     """Run a command in a folder and return the file of some name that it writes there."""
     shutil.copytree(ROOT / "rules", folder / "rules")
-    program, *arguments = command.split()
-    scripts = Path(sysconfig.get_path("scripts"))
-    subprocess.run([scripts / program, *arguments], cwd=folder, check=True, capture_output=True)
+    with contextlib.chdir(folder):
+        status, printed = run_here(command, {"MPLBACKEND": "Agg"}) or (1, "a command of the project is expected")
+    assert status == 0, printed
     (found,) = folder.rglob(name)
     return found
 

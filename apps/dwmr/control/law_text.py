@@ -48,6 +48,8 @@ COLUMNS = (
 
 #: Values of gains that are remembered: robots have mostly the same.
 _MOST_VALUES = 100
+#: Time of a proof for all values of the gains, as a part of that for the values of one robot, which may still succeed.
+_FOR_ALL = 0.1
 
 
 class LawText(NamedTuple):
@@ -113,7 +115,8 @@ class Assembled:
 
         fixed, whole = self._fixed(values), (*self._fixed(values), *values.values())
         if fixed not in self._verdicts:
-            self._verdicts[fixed] = verdicts(with_values(self.controller, values), TIMEOUT, free=self.varying)
+            timeout = _FOR_ALL * TIMEOUT
+            self._verdicts[fixed] = verdicts(with_values(self.controller, values), timeout, free=self.varying)
         if all(isinstance(v, Proved) for v in self._verdicts[fixed]):
             return self._verdicts[fixed]
         if whole not in self._verdicts:

@@ -10,7 +10,7 @@ from dwmr.cli.main import COMMANDS, main
 from dwmr.scenario.file import find
 from fuzzyctl.support.shipped import rules_folder
 from tests.commands import commands_of
-from tests.dwmr.process import LONG, dwmr, here
+from tests.dwmr.process import LONG, here, in_short
 
 PAPER = find("paper")
 MASS_LINE = PAPER.read_text(encoding="utf-8").split("mass = 120.0")[0].count("\n") + 1
@@ -20,7 +20,7 @@ MASS_LINE = PAPER.read_text(encoding="utf-8").split("mass = 120.0")[0].count("\n
 def short(tmp_path_factory):
     """Results of one short run of all laws."""
     folder = tmp_path_factory.mktemp("run")
-    done = dwmr("run", "paper", "--controller", "all", "--set", "run.horizon=3", "-o", folder)
+    done = in_short("run", "paper", "--controller", "all", "--set", "run.horizon=3", "-o", folder)
     return folder, done
 
 
@@ -283,32 +283,39 @@ class TestBadInput:
         assert (one["code"], one["line"]) == ("FZ904", MASS_LINE)
 
 
+#: Runs commands one after the other: what one of them has loaded stays loaded.
+SEVERAL = """
+import json, sys
+from dwmr.cli.main import main
+for arguments in json.loads(sys.argv[1]):
+    try:
+        main(arguments)
+    except SystemExit as stop:
+        status = stop.code
+    heavy = {'numba', 'matplotlib', 'scipy', 'distributed', 'pyarrow'} & set(sys.modules)
+    print('HEAVY', sorted(heavy), status)
+"""
+
+
 class TestStartUp:
-    @pytest.mark.parametrize(
-        ("arguments", "status"),
-        [
+    def test_loads_nothing_heavy_before_a_run(self, tmp_path):
+        commands = [
             (["--help"], 0),
-            pytest.param(["run", "--help"], 0, marks=pytest.mark.long),
+            (["run", "--help"], 0),
             (["run", "nowhere.toml"], 2),
-            pytest.param(["run", "paper", "--set", "robot.mass=-1"], 1, marks=pytest.mark.long),
+            (["run", "paper", "--set", "robot.mass=-1"], 1),
             (["run", "paper", "--set", "rules.ais_reaction.k_s=0.6"], 1),
             (["run", "paper", "--set", "rules.ais_reaction.file=tipper.fz"], 1),
             (["sweep", "nowhere.toml"], 2),
-            pytest.param(["compare", "paper", "--set", "robot.mass=-1"], 1, marks=pytest.mark.long),
-            pytest.param(["check", "--help"], 0, marks=pytest.mark.long),
+            (["compare", "paper", "--set", "robot.mass=-1"], 1),
+            (["check", "--help"], 0),
             (["check", "paper", "csv-path"], 0),
-            pytest.param(["show"], 0, marks=pytest.mark.long),
+            (["show"], 0),
             (["show", "csv-path"], 0),
             (["new", "mine"], 0),
-        ],
-    )
-    def test_loads_nothing_heavy_before_a_run(self, tmp_path, arguments, status):
-        code = (
-            "import sys\nfrom dwmr.cli.main import COMMANDS, main\n"
-            "try:\n    main(sys.argv[1:])\nexcept SystemExit as stop:\n    status = stop.code\n"
-            "heavy = {'numba', 'matplotlib', 'scipy', 'distributed', 'pyarrow'} & set(sys.modules)\n"
-            "print('HEAVY', sorted(heavy), status)\n"
-        )
-        words = [sys.executable, "-c", code, *arguments]
+        ]
+        words = [sys.executable, "-c", SEVERAL, json.dumps([arguments for arguments, _ in commands])]
         done = subprocess.run(words, capture_output=True, text=True, timeout=LONG, check=True, cwd=tmp_path)
-        assert done.stdout.splitlines()[-1] == f"HEAVY [] {status}"
+        found = [line for line in done.stdout.splitlines() if line.startswith("HEAVY")]
+        for (arguments, status), line in zip(commands, found, strict=True):
+            assert line == f"HEAVY [] {status}", arguments

@@ -12,7 +12,8 @@ import pytest
 
 from dwmr.output import data
 from dwmr.output.data import parquet_file
-from tests.dwmr.process import LONG, dwmr, here, interrupted_by_a_worker_that_starts
+from fuzzyctl.experiments.sweep import pool
+from tests.dwmr.process import LONG, dwmr, here, in_short, interrupted_by_a_worker_that_starts
 
 SPEC = """
 scenario = "paper"
@@ -43,7 +44,7 @@ def one(tmp_path_factory):
     """A sweep of six short runs by one process: its SPEC and its folder."""
     folder = tmp_path_factory.mktemp("one")
     path = spec(folder)
-    done = dwmr("sweep", path, "-o", folder / "out", "--jobs", "1", "--data", "csv,parquet")
+    done = in_short("sweep", path, "-o", folder / "out", "--jobs", "1", "--data", "csv,parquet")
     assert done.stderr == ""
     assert "6 runs, all to the end" in done.stdout
     return path, folder / "out"
@@ -196,7 +197,26 @@ class TestResume:
         assert 0 < found["computed"] < 30
         require_same(long[1], tmp_path / "out")
 
-    def test_an_interrupted_sweep_says_how_to_go_on(self, long, tmp_path):
+    def test_an_interrupted_sweep_says_how_to_go_on(self, long, tmp_path, monkeypatch):
+        looks, wait = iter(range(3)), pool.wait
+
+        def interrupted(*futures, **options):
+            if next(looks, None) is None:
+                signal.raise_signal(signal.SIGINT)
+            return wait(*futures, **options)
+
+        options = ("-o", tmp_path / "out", "--data", "csv,parquet")
+        with monkeypatch.context() as patched:
+            patched.setattr(pool, "wait", interrupted)
+            done = here("sweep", long[0], *options, "--jobs", "2", status=1)
+        assert done.stdout == ""
+        assert "of 30 runs are kept" in done.stderr
+        assert "--resume" in done.stderr
+        here("sweep", long[0], *options, "--jobs", "1", "--resume")
+        require_same(long[1], tmp_path / "out")
+
+    @pytest.mark.long
+    def test_an_interrupted_group_of_processes_says_how_to_go_on(self, long, tmp_path):
         process = held(long[0], tmp_path / "out")
         os.killpg(process.pid, signal.SIGINT)
         out, err = process.communicate(timeout=LONG)

@@ -17,7 +17,7 @@ from dwmr.results import derived
 from dwmr.results.metrics import measure
 from dwmr.scenario.file import find, read
 from dwmr.simulation import simulate
-from tests.dwmr.process import dwmr, here
+from tests.dwmr.process import here, in_short
 
 SHORT = ("--set", "run.horizon=2")
 EVIL = "<script>alert(1)</script>"
@@ -221,7 +221,7 @@ class TestSettings:
 
 class TestReport:
     def test_writes_one_page_and_nothing_else(self, tmp_path):
-        done = dwmr("report", "paper", *SHORT, "--controller", "fcafsmc", "-o", tmp_path / "a.html")
+        done = in_short("report", "paper", *SHORT, "--controller", "fcafsmc", "-o", tmp_path / "a.html")
         assert done.stderr == ""
         assert re.fullmatch(rf"wrote {tmp_path / 'a.html'}: \d\.\d MB\n", done.stdout)
         assert [p.name for p in tmp_path.iterdir()] == ["a.html"]

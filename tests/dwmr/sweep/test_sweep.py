@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from dwmr.scenario.file import find
 from dwmr.scenario.file import read as read_scenario
 from dwmr.sweep import columns, plan, provenance
 from dwmr.sweep import spec as spec_file
@@ -53,6 +54,18 @@ def mistakes(tmp_path, text, overrides=()):
     return caught.value.diagnostics
 
 
+@pytest.fixture(scope="module")
+def usual(tmp_path_factory):
+    """The plan of SPEC as it is."""
+    return made(tmp_path_factory.mktemp("usual"))
+
+
+@pytest.fixture(scope="module")
+def paper():
+    """The scenario of SPEC."""
+    return read_scenario(find("paper")).scenario
+
+
 class TestIdle:
     @pytest.mark.parametrize(
         ("old", "new", "words"),
@@ -68,8 +81,8 @@ class TestIdle:
         assert one.severity == "warning"
         assert one.span is not None
 
-    def test_what_some_law_reads_is_no_matter(self, tmp_path):
-        assert made(tmp_path).warnings == ()
+    def test_what_some_law_reads_is_no_matter(self, tmp_path, usual):
+        assert usual.warnings == ()
         text = SPEC.replace('"rules.ais_reaction.k_s"', '"robot.controllers.aifqsmc.p_v"')
         assert made(tmp_path, text.replace('["smc", "aifqsmc"]', '["aifqsmc_without_layer"]')).warnings == ()
 
@@ -122,10 +135,8 @@ class TestSpec:
 
 
 class TestVariables:
-    def test_a_star_stands_for_every_robot_and_every_element(self, tmp_path):
-        file = read(tmp_path)
-        scenario = plan.make(file, None, ()).scenario.scenario
-        keys = [one.key for one in expand(file, scenario)]
+    def test_a_star_stands_for_every_robot_and_every_element(self, tmp_path, paper):
+        keys = [one.key for one in expand(read(tmp_path), paper)]
         assert keys == [
             "robots.leader.mass", "robots.follower1.mass", "robots.follower2.mass", "robots.leader.x_0",
             "disturbances.0.v", "disturbances.1.v", "disturbances.2.v", "disturbances.3.v",
@@ -181,42 +192,42 @@ formation = { leader = "leader", separation = 2.5, bearing = 3.0 }
             ("uniform = [2.0, 4.0], relative = 'offset'", 123.0, 2 / 12**0.5),
         ],
     )
-    def test_draws_have_the_distribution_that_is_named(self, tmp_path, distribution, mean, deviation):
+    def test_draws_have_the_distribution_that_is_named(self, tmp_path, paper, distribution, mean, deviation):
         file = read(tmp_path, SPEC.replace("uniform = [100, 140]", distribution))
-        one = expand(file, plan.make(read(tmp_path), None, ()).scenario.scenario)[0]
+        one = expand(file, paper)[0]
         drawn = np.array([one.draw(3, k) for k in range(4000)])
         assert drawn.mean() == pytest.approx(mean, abs=4 * deviation / 4000**0.5)
         assert drawn.std() == pytest.approx(deviation, rel=0.05)
 
-    def test_loguniform_draws_are_even_in_the_logarithm(self, tmp_path):
+    def test_loguniform_draws_are_even_in_the_logarithm(self, tmp_path, paper):
         file = read(tmp_path, SPEC.replace("uniform = [100, 140]", "loguniform = [1.0, 10000.0]"))
-        one = expand(file, plan.make(read(tmp_path), None, ()).scenario.scenario)[0]
+        one = expand(file, paper)[0]
         below = np.mean([one.draw(3, k) < 100.0 for k in range(2000)])
         assert below == pytest.approx(0.5, abs=0.05)
 
 
 class TestPlan:
-    def test_runs_every_law_at_every_point_and_repetition(self, tmp_path):
-        runs = made(tmp_path).runs
+    def test_runs_every_law_at_every_point_and_repetition(self, usual):
+        runs = usual.runs
         assert [run.number for run in runs] == list(range(12))
         assert [(run.controller, run.repetition, run.values["rules.ais_reaction.k_s"]) for run in runs[:7:2]] == [
             ("smc", 0, 0.4), ("smc", 1, 0.4), ("smc", 2, 0.4), ("smc", 0, 0.5)
         ]  # fmt: skip
 
-    def test_laws_and_points_meet_the_same_draws(self, tmp_path):
+    def test_laws_and_points_meet_the_same_draws(self, usual):
         masses = {}
-        for run in made(tmp_path).runs:
+        for run in usual.runs:
             masses.setdefault(run.repetition, set()).add(run.values["robots.leader.mass"])
         assert [len(found) for found in masses.values()] == [1, 1, 1]
         assert len(set.union(*masses.values())) == 3
 
-    def test_another_key_leaves_the_draws_of_the_others(self, tmp_path):
+    def test_another_key_leaves_the_draws_of_the_others(self, tmp_path, usual):
         more = SPEC.replace("[random]", '[random]\n"robot.inertia" = { uniform = [10, 14] }')
-        for one, other in zip(made(tmp_path).runs, made(tmp_path, more).runs, strict=True):
+        for one, other in zip(usual.runs, made(tmp_path, more).runs, strict=True):
             assert one.values.items() <= other.values.items()
 
-    def test_repetitions_have_noise_of_their_own_unless_it_is_given(self, tmp_path):
-        assert len({run.values["run.seed"] for run in made(tmp_path).runs}) == 3
+    def test_repetitions_have_noise_of_their_own_unless_it_is_given(self, tmp_path, usual):
+        assert len({run.values["run.seed"] for run in usual.runs}) == 3
         assert all("run.seed" not in run.values for run in made(tmp_path, SPEC.replace("runs = 3", "")).runs)
         assert all("run.seed" not in run.values for run in made(tmp_path, overrides=["run.seed=4"]).runs)
 
@@ -291,10 +302,9 @@ class TestWork:
         path.write_text('extends = "paper"\nname = "mine"\nobstacles = []\n', encoding="utf-8")
         assert "changed while the sweep ran" in worker.work(self.setup_of(found), found.runs[0]).problem
 
-    def test_a_rule_file_that_changes_is_noticed(self, tmp_path):
-        found = made(tmp_path)
-        setup = Setup(Robots(), tuple((name, "0" * 64) for name in found.used), ("rmse",))
-        aifqsmc = next(run for run in found.runs if run.controller == "aifqsmc")
+    def test_a_rule_file_that_changes_is_noticed(self, usual):
+        setup = Setup(Robots(), tuple((name, "0" * 64) for name in usual.used), ("rmse",))
+        aifqsmc = next(run for run in usual.runs if run.controller == "aifqsmc")
         assert "ais_reaction.fz changed" in worker.work(setup, aifqsmc).problem
 
 

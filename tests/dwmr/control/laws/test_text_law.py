@@ -14,7 +14,7 @@ from dwmr.simulation import preflight, simulate
 from dwmr.sweep.robots import Robots
 from fuzzyctl import Proved, load_controller
 from fuzzyctl.diagnostics.diagnostic import DiagnosticError
-from tests.dwmr.process import dwmr
+from tests.dwmr.process import in_short
 
 LAW = """controller mine "Proportional control with a slow integral"
 input x_e unit "m"
@@ -215,9 +215,9 @@ def test_a_sweep_is_not_resumed_after_its_law_changed_and_keeps_what_it_has(besi
     spec = 'scenario = "mine.toml"\nmeasures = ["rmse"]\n[grid]\n"robot.controllers.mine.k" = [0.5, 0.6]\n'
     (tmp_path / "spec.toml").write_text(spec, encoding="utf-8")
     alone = ("--jobs", "1", "--set", "run.horizon=0.1")
-    dwmr("sweep", "spec.toml", *alone, "-o", "swept", cwd=tmp_path)
+    in_short("sweep", "spec.toml", *alone, "-o", "swept", cwd=tmp_path)
     kept = {p.name: p.read_bytes() for p in (tmp_path / "swept").iterdir()}
     beside(LAW.replace("0.6 * y_e", "0.7 * y_e"))
-    done = dwmr("sweep", "spec.toml", *alone, "-o", "swept", "--resume", cwd=tmp_path, status=1)
+    done = in_short("sweep", "spec.toml", *alone, "-o", "swept", "--resume", cwd=tmp_path, status=1)
     assert "changed: rules" in done.stderr
     assert {p.name: p.read_bytes() for p in (tmp_path / "swept").iterdir()} == kept
