@@ -1,7 +1,9 @@
-"""How Hypothesis draws, the same in every run unless a seed is given; how proofs measure time; garbage; Ctrl-C."""
+"""How Hypothesis draws, the same in every run unless a seed is given; time in proofs; garbage; Ctrl-C; bytecode."""
 
 import gc
+import os
 import signal
+import sys
 import time
 
 import pytest
@@ -19,6 +21,9 @@ def pytest_configure(config):
     finds there.
     """
     sizes.LONG = config.option.markexpr != "not long"
+    # Hundreds of processes import the project: each would compile all of it where bytecode is not kept.
+    os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+    sys.dont_write_bytecode = False
     # Shells start background jobs with SIGINT ignored, and so would all that the tests start.
     if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
         signal.signal(signal.SIGINT, signal.default_int_handler)
