@@ -3,11 +3,13 @@
 import shutil
 import subprocess
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 
 import pytest
 
 from fuzzyctl import load, loads
+from fuzzyctl.codegen import files, vectors
 from fuzzyctl.codegen.files import generate
 from fuzzyctl.codegen.unit import prepare
 from tests import shipped
@@ -235,10 +237,35 @@ def run_selftests(generated, folder):
     return Built(run.returncode, run.stdout + run.stderr)
 
 
+def prepared(name, **options):
+    """Prepare one of the systems by name."""
+    return prepare(system_of(name), TEXTS.get(name, ""), **options)
+
+
+_prepared_once = cache(prepared)
+
+
 @pytest.fixture
 def unit_of():
-    """Prepare one of the systems by name."""
-    return lambda name, **options: prepare(system_of(name), TEXTS.get(name, ""), **options)
+    """Return one of the systems by name, prepared once for all tests of a file."""
+    return _prepared_once
+
+
+@pytest.fixture(autouse=True, scope="session")
+def _vectors_once():
+    """Compute vectors once for each unit, that very object: its tests take them again and again."""
+    compute, known = vectors.in_parts, {}
+
+    def in_parts(unit, *, seed=1):
+        key = (id(unit), seed)
+        if key not in known:
+            known[key] = (unit, compute(unit, seed=seed))  # the unit, too, so that no other gets its id
+        return known[key][1]
+
+    with pytest.MonkeyPatch.context() as patch:
+        for module in (vectors, files):
+            patch.setattr(module, "in_parts", in_parts)
+        yield
 
 
 @pytest.fixture
