@@ -228,9 +228,9 @@ for (const folder of readdirSync(".", { withFileTypes: true }).filter((entry) =>
 
 def run_selftests(generated, folder):
     """Write files of several units, run all their self-tests, and return what came of it."""
-    for k, files in enumerate(generated):
+    for k, texts in enumerate(generated):
         (folder / f"{k}").mkdir()
-        for name, content in files.items():
+        for name, content in texts.items():
             (folder / f"{k}" / name).write_text(content, encoding="utf-8")
     (folder / "main.mjs").write_text(SELFTESTS, encoding="utf-8")
     run = subprocess.run(["node", "main.mjs"], capture_output=True, text=True, check=False, cwd=folder)
