@@ -11,6 +11,8 @@ import pytest
 from fuzzyctl import load, loads
 from fuzzyctl.codegen import files, vectors
 from fuzzyctl.codegen.files import generate
+from fuzzyctl.codegen.steps import files as step_files
+from fuzzyctl.codegen.steps import sequence
 from fuzzyctl.codegen.unit import prepare
 from tests import shipped
 
@@ -19,6 +21,8 @@ RULES = Path(__file__).resolve().parents[3] / "rules"
 #: Warnings are errors, and what C leaves undefined stops the program.
 STRICT = ["-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic", "-Wconversion", "-Wdouble-promotion"]
 SANITIZED = ["-O1", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
+#: The same without addresses, for code that differs in its numbers only from code whose addresses are watched.
+UNDEFINED = ["-O1", "-fsanitize=undefined", "-fno-sanitize-recover=all"]
 
 BASE = """
 system {name}
@@ -251,20 +255,27 @@ def unit_of():
     return _prepared_once
 
 
-@pytest.fixture(autouse=True, scope="session")
-def _vectors_once():
-    """Compute vectors once for each unit, that very object: its tests take them again and again."""
-    compute, known = vectors.in_parts, {}
+def once(function):
+    """Compute what a function says of a unit once, for that very object and not for equal ones."""
+    known = {}
 
-    def in_parts(unit, *, seed=1):
-        key = (id(unit), seed)
+    def of(unit, **options):
+        key = (id(unit), *options.items())
         if key not in known:
-            known[key] = (unit, compute(unit, seed=seed))  # the unit, too, so that no other gets its id
+            known[key] = (unit, function(unit, **options))  # the unit, too, so that no other gets its id
         return known[key][1]
 
+    return of
+
+
+@pytest.fixture(autouse=True, scope="session")
+def _vectors_once():
+    """Compute vectors and sequences once for each unit: its tests take them again and again."""
+    in_parts, of_steps = once(vectors.in_parts), once(sequence.sequence)
     with pytest.MonkeyPatch.context() as patch:
         for module in (vectors, files):
             patch.setattr(module, "in_parts", in_parts)
+        patch.setattr(step_files, "sequence", of_steps)
         yield
 
 
