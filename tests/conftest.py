@@ -29,7 +29,7 @@ def pytest_configure(config):
         signal.signal(signal.SIGINT, signal.default_int_handler)
     settings.register_profile(
         "same",
-        max_examples=sizes.examples(100, 50),
+        max_examples=sizes.examples(100, 30),
         # Where all is drawn the same, a seed that is given would be unheeded.
         derandomize=core.global_force_seed is None,
         print_blob=True,
