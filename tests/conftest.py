@@ -1,7 +1,8 @@
-"""What holds in all tests: how Hypothesis draws, how proofs measure time, how sweeps start workers, garbage, Ctrl-C."""
+"""What holds in all tests: how Hypothesis draws, how proofs measure time, how sweeps start workers, garbage, Ctrl-C, bytecode."""
 
 import gc
 import multiprocessing
+import os
 import signal
 import sys
 import time
@@ -22,12 +23,15 @@ def pytest_configure(config):
     finds there.
     """
     sizes.LONG = config.option.markexpr != "not long"
+    # Hundreds of processes import the project: each would compile all of it where bytecode is not kept.
+    os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+    sys.dont_write_bytecode = False
     # Shells start background jobs with SIGINT ignored, and so would all that the tests start.
     if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
         signal.signal(signal.SIGINT, signal.default_int_handler)
     settings.register_profile(
         "same",
-        max_examples=sizes.examples(100, 50),
+        max_examples=sizes.examples(100, 30),
         # Where all is drawn the same, a seed that is given would be unheeded.
         derandomize=core.global_force_seed is None,
         print_blob=True,

@@ -1,11 +1,12 @@
 """Imports between modules, as their texts say: anywhere in a file, for types only or inside of functions."""
 
 import ast
+from functools import cache
 
 
 def imported(path):
     """Yield the dotted names that a module imports, packages of imported names included."""
-    for module, name in _imports(path):
+    for module, name in _imports(path.read_text(encoding="utf-8")):
         yield module
         if name:
             yield f"{module}.{name}"
@@ -17,14 +18,17 @@ def imported_at_once(path):
     return {statement.module for statement in body if isinstance(statement, ast.ImportFrom)}
 
 
-def _imports(path):
-    """Yield modules and the names that are imported from them, "" for the modules themselves."""
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+@cache
+def _imports(text):
+    """Return modules and the names that are imported from them, "" for the modules themselves."""
+    found = []
+    for node in ast.walk(ast.parse(text)):
         if isinstance(node, ast.Import):
-            yield from ((alias.name, "") for alias in node.names)
+            found += ((alias.name, "") for alias in node.names)
         elif isinstance(node, ast.ImportFrom) and node.module:
-            assert node.level == 0, f"{path}: relative import"
-            yield from ((node.module, alias.name) for alias in node.names)
+            assert node.level == 0, f"relative import of {node.module}"
+            found += ((node.module, alias.name) for alias in node.names)
+    return found
 
 
 def imports_between(packages):
@@ -40,7 +44,8 @@ def imports_between(packages):
                 paths[".".join([top, *(p for p in parts if p != "__init__")])] = path
     graph = {}
     for name, path in paths.items():
-        found = {f"{module}.{own}" if f"{module}.{own}" in paths else module for module, own in _imports(path)}
+        read = _imports(path.read_text(encoding="utf-8"))
+        found = {f"{module}.{own}" if f"{module}.{own}" in paths else module for module, own in read}
         graph[name] = found & set(paths) - {name}
     return graph
 

@@ -16,7 +16,7 @@ BACKENDS = ("python", "numpy", pytest.param("numba", marks=pytest.mark.long))
 
 
 def examples(everything: int, some: int | None = None) -> int:
-    """Return a number of examples: everything before a release, in the test line some, by default a quarter."""
+    """Return a number of examples: everything before a release, in the test line some, by default a sixth."""
     if LONG:
         return everything
-    return max(min(4, everything), everything // 4) if some is None else some
+    return max(min(4, everything), everything // 6) if some is None else some

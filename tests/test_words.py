@@ -6,8 +6,6 @@ import re
 import tokenize
 from pathlib import Path
 
-import pytest
-
 from tests.own_files import own_files
 
 ROOT = Path(__file__).parent.parent
@@ -49,14 +47,12 @@ def texts(path):
             yield token.start[0], token.string
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda p: p.relative_to(ROOT).as_posix())
-def test_a_page_is_plain(page):
-    assert found(page.read_text(encoding="utf-8")) == []
+def test_pages_are_plain():
+    assert [(p, turn) for p in PAGES for turn in found(p.read_text(encoding="utf-8"))] == []
 
 
-@pytest.mark.parametrize("path", SOURCES, ids=lambda p: p.relative_to(ROOT).as_posix())
-def test_the_texts_of_a_module_are_plain(path):
-    assert [turn for line, text in texts(path) for turn in found(text, line)] == []
+def test_the_texts_of_modules_are_plain():
+    assert [(p, turn) for p in SOURCES for line, text in texts(p) for turn in found(text, line)] == []
 
 
 def test_turns_are_found():

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import sys
+import tempfile
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -16,6 +18,21 @@ FIXED_CONTROLLER = run.Case("heater", ("--fixed", "Q7.8"), folder=run.HERE)
 CONTROLLER = run.Case("valve", (), folder=run.HERE)
 
 
+@cache
+def texts_of(case: run.Case) -> dict[str, str]:
+    """Return the files of a case, which one process writes for all tests."""
+    with tempfile.TemporaryDirectory() as folder:
+        run.generate(case, Path(folder))
+        return {path.name: path.read_text(encoding="utf-8") for path in Path(folder).iterdir()}
+
+
+def generated(case: run.Case, folder: Path) -> tuple[Path, Path]:
+    """Write the C of a case and return its source and its self-test."""
+    for name, text in texts_of(case).items():
+        (folder / name).write_text(text, encoding="utf-8")
+    return folder / f"{case.file}.c", folder / f"{case.file}_selftest.c"
+
+
 def required(job: str) -> str:
     """Return the job, or skip the test with the tools that it lacks."""
     if run.missing(job):
@@ -25,25 +42,25 @@ def required(job: str) -> str:
 
 @pytest.mark.parametrize("job", ["arm", "avr", "cppcheck"])
 def test_integers_agree_on_a_target(job: str, tmp_path: Path) -> None:
-    said = run.JOBS[required(job)][1](*run.generate(FIXED, tmp_path))
+    said = run.JOBS[required(job)][1](*generated(FIXED, tmp_path))
     assert "352 vectors agree" in said or said.startswith("no rule but")
 
 
 @pytest.mark.parametrize("job", ["arm", "cppcheck"])
 def test_a_controller_in_integers_agrees_on_a_target(job: str, tmp_path: Path) -> None:
-    said = run.JOBS[required(job)][1](*run.generate(FIXED_CONTROLLER, tmp_path))
+    said = run.JOBS[required(job)][1](*generated(FIXED_CONTROLLER, tmp_path))
     assert "200 vectors agree" in said or said.startswith("no rule but")
 
 
 @pytest.mark.parametrize("job", ["arm", "cppcheck", "host steps", "arm steps"])
 def test_the_steps_of_a_controller_agree_on_a_target(job: str, tmp_path: Path) -> None:
-    said = run.JOBS[required(job)][1](*run.generate(CONTROLLER, tmp_path))
+    said = run.JOBS[required(job)][1](*generated(CONTROLLER, tmp_path))
     assert "200 vectors agree" in said or "10,000 steps agree" in said or said.startswith("no rule but")
 
 
 @pytest.mark.parametrize("job", ["host steps", "arm steps"])
 def test_a_wrong_step_is_found(job: str, tmp_path: Path) -> None:
-    source, selftest = run.generate(CONTROLLER, tmp_path)
+    source, selftest = generated(CONTROLLER, tmp_path)
     required(job)
     text = source.read_text(encoding="utf-8")
     assert "0.8 * v14" in text
@@ -54,7 +71,7 @@ def test_a_wrong_step_is_found(job: str, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("job", ["arm", "avr"])
 def test_a_wrong_kernel_is_found(job: str, tmp_path: Path) -> None:
-    source, selftest = run.generate(FIXED, tmp_path)
+    source, selftest = generated(FIXED, tmp_path)
     required(job)
     text = source.read_text(encoding="utf-8")
     assert "INT32_C(4096)" in text

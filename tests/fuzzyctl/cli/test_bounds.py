@@ -25,7 +25,7 @@ def test_bounds_are_attained_at_the_points_shown():
 
 
 def test_the_tip_is_bounded_to_one_percent_with_its_unit():
-    result = run(RULES / "tipper.fz", "--timeout", "1")
+    result = run(RULES / "tipper.fz", "--timeout", "0.2")
     assert result.exit_code == 0
     # The tip comes down to 5.13 percent, and its range is 30 percent wide.
     assert 5.13 - 0.01 * 30 <= float(result.stdout.split()[2]) <= 5.132

@@ -3,12 +3,16 @@
 import shutil
 import subprocess
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 
 import pytest
 
 from fuzzyctl import load, loads
+from fuzzyctl.codegen import files, vectors
 from fuzzyctl.codegen.files import generate
+from fuzzyctl.codegen.steps import files as step_files
+from fuzzyctl.codegen.steps import sequence
 from fuzzyctl.codegen.unit import prepare
 from tests import shipped
 
@@ -17,6 +21,8 @@ RULES = Path(__file__).resolve().parents[3] / "rules"
 #: Warnings are errors, and what C leaves undefined stops the program.
 STRICT = ["-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic", "-Wconversion", "-Wdouble-promotion"]
 SANITIZED = ["-O1", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
+#: The same without addresses, for code that differs in its numbers only from code whose addresses are watched.
+UNDEFINED = ["-O1", "-fsanitize=undefined", "-fno-sanitize-recover=all"]
 
 BASE = """
 system {name}
@@ -226,19 +232,51 @@ for (const folder of readdirSync(".", { withFileTypes: true }).filter((entry) =>
 
 def run_selftests(generated, folder):
     """Write files of several units, run all their self-tests, and return what came of it."""
-    for k, files in enumerate(generated):
+    for k, texts in enumerate(generated):
         (folder / f"{k}").mkdir()
-        for name, content in files.items():
+        for name, content in texts.items():
             (folder / f"{k}" / name).write_text(content, encoding="utf-8")
     (folder / "main.mjs").write_text(SELFTESTS, encoding="utf-8")
     run = subprocess.run(["node", "main.mjs"], capture_output=True, text=True, check=False, cwd=folder)
     return Built(run.returncode, run.stdout + run.stderr)
 
 
+def prepared(name, **options):
+    """Prepare one of the systems by name."""
+    return prepare(system_of(name), TEXTS.get(name, ""), **options)
+
+
+_prepared_once = cache(prepared)
+
+
 @pytest.fixture
 def unit_of():
-    """Prepare one of the systems by name."""
-    return lambda name, **options: prepare(system_of(name), TEXTS.get(name, ""), **options)
+    """Return one of the systems by name, prepared once for all tests of a file."""
+    return _prepared_once
+
+
+def once(function):
+    """Compute what a function says of a unit once, for that very object and not for equal ones."""
+    known = {}
+
+    def of(unit, **options):
+        key = (id(unit), *options.items())
+        if key not in known:
+            known[key] = (unit, function(unit, **options))  # the unit, too, so that no other gets its id
+        return known[key][1]
+
+    return of
+
+
+@pytest.fixture(autouse=True, scope="session")
+def _vectors_once():
+    """Compute vectors and sequences once for each unit: its tests take them again and again."""
+    in_parts, of_steps = once(vectors.in_parts), once(sequence.sequence)
+    with pytest.MonkeyPatch.context() as patch:
+        for module in (vectors, files):
+            patch.setattr(module, "in_parts", in_parts)
+        patch.setattr(step_files, "sequence", of_steps)
+        yield
 
 
 @pytest.fixture

@@ -18,6 +18,7 @@ from fuzzyctl.kernels.compile import compile as compile_system
 from fuzzyctl.kernels.inference.inference import evaluation
 from fuzzyctl.kernels.plan.build import plan
 from fuzzyctl.kernels.program.program import Accumulate
+from tests.fuzzyctl.codegen.conftest import prepared
 from tests.fuzzyctl.codegen.structured_text import differences
 
 
@@ -243,18 +244,18 @@ class TestMemory:
     """Cells of many coefficients are not stored on small targets: the values at their corners say the same."""
 
     @pytest.fixture(params=["table", "quotient", "few"])
-    def small(self, request, unit_of, monkeypatch):
+    def small(self, request, monkeypatch):
         """Prepare one of some systems whose values at the knots are stored."""
         if request.param != "table":
             monkeypatch.setattr("fuzzyctl.codegen.unit.MOST_COEFFICIENTS", 0)
 
-        def prepared(**options):
+        def of_options(**options):
             if request.param == "quotient":
                 return prepare(loads(QUOTIENT), QUOTIENT, small=True, **options)
             more = {"table": 33} if request.param == "table" else {}
-            return unit_of("ais_reaction", small=True, **more, **options)
+            return prepared("ais_reaction", small=True, **more, **options)
 
-        return prepared
+        return of_options
 
     @pytest.mark.parametrize("precision", ["double", "float"])
     def test_code_passes_its_self_test(self, compiled, small, sanitized, precision):

@@ -193,7 +193,7 @@ WORDS = st.sampled_from(
 
 
 def survives(text):
-    with at_most(20):
+    with at_most(5):
         found, diagnostics = read_all(SourceText("drawn.fcl", text))
         assert found or diagnostics
 
@@ -216,9 +216,9 @@ def test_any_change_of_a_file_is_read_or_told(data):
 
 
 def test_a_large_file_takes_bounded_time():
-    survives(TIPPER.replace("RULE 1", "RULE 1 : IF food IS nothing THEN tip IS cheap;\nRULE 1") * 300)
-    survives("RULE 1 : IF (" * 60_000)
-    survives("TERM a := (" * 60_000)
+    survives(TIPPER.replace("RULE 1", "RULE 1 : IF food IS nothing THEN tip IS cheap;\nRULE 1") * 150)
+    survives("RULE 1 : IF (" * 30_000)
+    survives("TERM a := (" * 30_000)
 
 
 TSUKAMOTO = """\

@@ -83,7 +83,7 @@ def test_analyses_and_other_languages_have_neither_tables_nor_integrals():
 
 @pytest.mark.parametrize("aggregation", ["max", pytest.param("sum", marks=pytest.mark.long)])
 def test_an_exact_centroid_of_many_corners_is_an_integral_with_the_same_value(aggregation):
-    flat = plan(system(shifted(4), shifted(4), f"aggregation {aggregation}"))
+    flat = plan(system(shifted(3), shifted(3), f"aggregation {aggregation}"))
     integrated = inference.evaluation(flat, most_pairs=COMPILED)
     written = inference.evaluation(flat, most_pairs=1_000_000)
     assert [sum(isinstance(s, Quadrature) for s in p.body) for p in (integrated, written)] == [1, 0]
