@@ -134,7 +134,7 @@ def look_through(
     if any(isinstance(part.head, sx.Head) for part in parts):
         from fuzzyctl.loading.blocks import Blocks
 
-        blocks = Blocks(parts, linked, used.block, folder)
+        blocks = Blocks(parts, linked, used.block, lambda: used.blocks, folder)
         equations = blocks.all()
         diagnostics.extend(_without_follow_ups(source, mistakes, blocks.diagnostics))
     # What was read after repairs is no system of the file, but its mistakes are those of the file.
