@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from fuzzyctl.diagnostics.diagnostic import Diagnostic
+from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.editor.symbols import Symbols, symbols_of
 from fuzzyctl.lang.lines import LogicalLine, split
@@ -17,11 +17,16 @@ from fuzzyctl.lang.parser import parse
 from fuzzyctl.lang.syntax import SyntaxTree, Use
 from fuzzyctl.loading.assembly import bring_in
 from fuzzyctl.loading.load import Examined, look_through
-from fuzzyctl.support.reading import overlaid
+from fuzzyctl.support.reading import overlaid, read_source
 
 if TYPE_CHECKING:
     from fuzzyctl.analysis.verdicts import Verdict
     from fuzzyctl.model.system import FuzzySystem
+
+
+@lru_cache(maxsize=32)
+def _symbols_of_used(source: SourceText) -> Symbols:
+    return symbols_of(parse(source)[0])
 
 
 @dataclass(frozen=True)
@@ -60,7 +65,19 @@ class Document:
     @cached_property
     def symbols(self) -> Symbols:
         """Names with their declarations and uses."""
-        return symbols_of(self.tree)
+        with overlaid(self.buffers):
+            return symbols_of(self.tree, [_symbols_of_used(s) for s in self._used_sources()])
+
+    def _used_sources(self) -> Iterator[SourceText]:
+        """Yield the files that `use` names, as far as they may be read; mistakes in these lines are reported elsewhere."""
+        top = os.path.realpath(self.folder or "")
+        for s in self.tree.statements if self.folder is not None else ():
+            path = os.path.realpath(os.path.join(top, s.path)) if isinstance(s, Use) else ""
+            if path and Path(path).is_relative_to(top):
+                try:
+                    yield read_source(self.folder / s.path, only_regular=True)
+                except DiagnosticError:
+                    continue
 
     @cached_property
     def lines(self) -> list[LogicalLine]:

@@ -183,7 +183,9 @@ class Expressions(Names):
         kinds = what.replace("or system", "or a system")
         help_text = near or f"declare a {kinds} of that name, or 'use' a file that does"
         fix = respelt_as_suggested(call.span, call.function, known)
-        self.context.report("FZ202", f"no {what} '{call.function}'", call.span, facts=tuple(facts), help=help_text, fix=fix)
+        self.context.report(
+            "FZ202", f"no {what} '{call.function}'", call.span, facts=tuple(facts), help=help_text, fix=fix
+        )
 
     def _counted(self, call: ex.Call, expected: Sequence[str]) -> bool:
         named = next((a for a in call.arguments if isinstance(a, ex.Keyword)), None)

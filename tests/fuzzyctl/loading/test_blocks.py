@@ -71,7 +71,7 @@ MISSPELT = {
     "let a = rlue(x)": ("rule", ("systems: distant, rule",)),
     "let a = distnat(x)": ("distant", ("systems: distant, rule",)),
     "block a = innr(x)": ("inner", ("controllers: inner",)),
-    "let a = furnace(x)": ("", ("systems: distant, rule",)),
+    "let a = zzzzzz(x)": ("", ("systems: distant, rule",)),
     "block a = rlue(x)": ("", ("controllers: inner",)),
     "block a = outer(x)": ("", ()),  # it is the block itself, which a message of its own is about
 }
