@@ -69,7 +69,7 @@ class Document:
             return symbols_of(self.tree, [_symbols_of_used(s) for s in self._used_sources()])
 
     def _used_sources(self) -> Iterator[SourceText]:
-        """Yield the files that `use` names, as far as they may be read; mistakes in these lines are reported elsewhere."""
+        """Yield the files that `use` names, as far as they may be read; others are mistakes."""
         top = os.path.realpath(self.folder or "")
         for s in self.tree.statements if self.folder is not None else ():
             path = os.path.realpath(os.path.join(top, s.path)) if isinstance(s, Use) else ""

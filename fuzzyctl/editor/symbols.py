@@ -220,7 +220,7 @@ class _Block:
         return symbol
 
     def _entered(self, symbol: Symbol) -> Symbol:
-        """Return the symbol of a declaration: that of the used file, or that of a line which several variables share."""
+        """Return the symbol of a declaration: that of the used file, or that of the line that variables share."""
         at = (symbol.span.source.name, symbol.span.start)
         if at not in self.declared:
             if at not in self.symbols.known:
