@@ -57,10 +57,15 @@ class Document:
         return self.source.text
 
     @cached_property
+    def parsed(self) -> tuple[SyntaxTree, list[Diagnostic]]:
+        """The statements of the text alone, with its mistakes."""
+        return parse(self.source)
+
+    @cached_property
     def tree(self) -> SyntaxTree:
         """The statements that could be read, those of used files brought in."""
         with overlaid(self.buffers):
-            return bring_in(parse(self.source)[0], self.folder)[0]
+            return bring_in(self.parsed[0], self.folder)[0]
 
     @cached_property
     def symbols(self) -> Symbols:
@@ -88,7 +93,7 @@ class Document:
     def examined(self) -> Examined:
         """Blocks and mistakes, as far as no proof is needed."""
         with overlaid(self.buffers):
-            return look_through(self.source, folder=self.folder)
+            return look_through(self.source, folder=self.folder, parsed=self.parsed)
 
     @cached_property
     def mistakes(self) -> list[Diagnostic]:
