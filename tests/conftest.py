@@ -1,4 +1,4 @@
-"""What holds in all tests: how Hypothesis draws, how proofs measure time, how sweeps start workers, garbage, Ctrl-C, bytecode."""
+"""What holds in all tests: draws of Hypothesis, the time of proofs, workers of sweeps, garbage, Ctrl-C, bytecode."""
 
 import gc
 import multiprocessing

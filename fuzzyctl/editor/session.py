@@ -30,7 +30,7 @@ from fuzzyctl.editor.workspace import Workspace
 from fuzzyctl.support.reading import MAX_BYTES
 
 #: Seconds that a text rests before it is checked, in which a burst of changes arrives, and before its proofs begin.
-BREATH: Final = 0.005
+BREATH: Final = 0.001
 REST: Final = 0.1
 
 _SEVERITIES: Final = {
