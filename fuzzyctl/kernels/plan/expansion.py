@@ -45,8 +45,9 @@ DEEPEST: Final = 200
 DEEPEST_INSTANCES: Final = 20
 #: Name of the state that says whether a step was made.
 STARTED: Final = "#started"
-#: Most steps that `delay` keeps.
+#: Most steps that `delay` keeps, and that all delays of a controller do.
 MOST_SAMPLES: Final = 10_000
+MOST_DELAYED: Final = 100_000
 
 
 def equations_of(controller: Controller, free: Sequence[str] = ()) -> Equations:
@@ -160,6 +161,8 @@ class Expansion:
     _operators: dict[tuple[str, tuple[Expr, ...], str], Expr] = field(default_factory=dict)
     _count: int = 0
     parts: int = 0
+    #: Samples that all delays keep.
+    delayed: int = 0
     _depth: int = 0
     #: Free numbers of systems by the names of their states.
     free: dict[str, FreeNumber] = field(default_factory=dict)
@@ -470,9 +473,16 @@ def _hysteresis(use: _Use, x: Expr) -> Expr:
 
 def _delay(use: _Use, x: Expr) -> Expr:
     samples, start = use.constant("samples"), use.start()
-    if not (samples == int(samples) and 1 <= samples <= MOST_SAMPLES):
+    if not (1 <= samples <= MOST_SAMPLES and samples == int(samples)):
         message = f"a delay of {samples:g} samples: expected a whole number from 1 to {MOST_SAMPLES:,}"
-        raise DiagnosticError([Diagnostic("FZ302", message, span_of(use.settings["samples"]))])
+        help_text = "write the number of steps, the time over the sample time; without a delay write the value itself"
+        raise DiagnosticError([Diagnostic("FZ302", message, span_of(use.settings["samples"]), help=help_text)])
+    use.expansion.delayed += int(samples)
+    if use.expansion.delayed > MOST_DELAYED:
+        message = f"the delays of the controller keep more than {MOST_DELAYED:,} samples"
+        raise DiagnosticError(
+            [Diagnostic("FZ112", message, use.call.span, help="delay fewer values, or sample slower")]
+        )
     value = use.value(x)
     for k in range(int(samples)):
         value = use.keep(f".{k}", start, value)

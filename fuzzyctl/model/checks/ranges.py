@@ -75,7 +75,9 @@ def has_computed_params(block: Block) -> bool:
 
 def _inside(block: Block) -> Iterator[tuple[Instance, Controller | Plant]]:
     if not isinstance(block, Plant):
-        callees = {c.name: c for c in (*block.controllers, *(block.plants if isinstance(block, Loop) else ()))}
+        callees: dict[str, Controller | Plant] = {c.name: c for c in block.controllers}
+        if isinstance(block, Loop):
+            callees |= {p.name: p for p in block.plants}
         yield from ((instance, callees[instance.controller]) for instance in block.instances)
 
 

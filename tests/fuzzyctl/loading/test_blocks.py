@@ -41,6 +41,7 @@ def large(count):
             first + doubling + PLANT + f"output y = x\nloop l\nblock b = p(f{count - 1}(t))\nrun 1 s\n",
             "FZ112",
         ),
+        "delays in a row": (HEAD + f"output y = {'delay(' * (count // 3)}x{', 10000)' * (count // 3)}\n", "FZ112"),
         "controllers that double": ("controller c0\ninput x\noutput y = previous(x)\n" + inside, "FZ112"),
     }
 

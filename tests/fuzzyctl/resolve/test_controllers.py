@@ -66,6 +66,7 @@ MISTAKES = {
         "a delay of 2.5 samples: expected a whole number from 1 to 10,000",
         "2.5",
     ),
+    "output y = delay(x, inf)": ("FZ302", "a delay of inf samples: expected a whole number from 1 to 10,000", "inf"),
     "output y = delay(x, 1e9)": (
         "FZ302",
         "a delay of 1e+09 samples: expected a whole number from 1 to 10,000",

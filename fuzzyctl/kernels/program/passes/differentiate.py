@@ -257,9 +257,9 @@ class _Tape:
     def _ahead(self, condition: Expr) -> Callable[[int], Expr]:
         """Return what holds of a condition where argument k has grown a little."""
         match condition:
-            case Logic(op=op, operands=operands):
+            case Logic(op=joint, operands=operands):
                 parts = [self._ahead(o) for o in operands]
-                return lambda k: Logic(op, tuple(part(k) for part in parts))
+                return lambda k: Logic(joint, tuple(part(k) for part in parts))
             case Compare(op=op, left=left, right=right) if left != right:
                 sides = self.let(left), self.let(right)
                 return _compared(op, sides, (self.derivatives(left), self.derivatives(right)))
