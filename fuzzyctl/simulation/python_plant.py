@@ -9,6 +9,7 @@ from typing import Any, Final, final
 
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 from fuzzyctl.diagnostics.source import Span
+from fuzzyctl.diagnostics.suggestions import counted
 from fuzzyctl.model.plant import Plant
 from fuzzyctl.support.reading import read_source
 
@@ -71,7 +72,9 @@ class PythonPlant:
             numbers = ()
         if len(numbers) != count:
             message = f"'{function}' of plant '{self._plant.name}' returned {_shown(found)} at t = {t:.6g} s"
-            raise self._mistake(message, (f"expected {count} numbers, one for each of: {self._names(function)}",))
+            raise self._mistake(
+                message, (f"expected {counted(count, 'number')}, one for each of: {self._names(function)}",)
+            )
         if any(map(math.isnan, numbers)):
             message = f"'{function}' of plant '{self._plant.name}' returned {_shown(found)} at t = {t:.6g} s"
             help_text = "keep arguments of sqrt and log in their domain, and divisors away from 0"
