@@ -23,7 +23,7 @@ def with_instance_params(block: Block, names: Iterable[str]) -> Block:
         names: `INSTANCE.PARAM`, `INSTANCE.INSTANCE.PARAM` and so on; other names do not count.
     """
     for name in names:
-        if isinstance(name, str) and "." in name:
+        if "." in str(name):  # what is no text is refused by who reads it
             block, _ = _with_one(block, name, block)
     return block
 

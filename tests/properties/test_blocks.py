@@ -58,7 +58,7 @@ def plants(draw):
         numbers = {"n": draw(st.sampled_from(["1", "2.5", "0.1 + k"])), "d": draw(st.sampled_from(["3", "1e-3", "k"]))}
         return f"plant drawn = {draw(st.sampled_from(LINEAR)).format(**numbers)}\nparam k = 2\n"
     extra = draw(st.sampled_from(RANGES)) + draw(st.sampled_from(EXTRAS))
-    lines = ['input u "force"', f"state x{extra} = 0.5", "param k in [0, 1] = 0.5", "der x = u - x"]
+    lines = ['input u "force"', f"state x{extra} = 0.5", "param k in [0, 1] = 0.5", "der x = 2 * (u - x)"]
     names = ["u", "x"]
     for number in range(draw(st.integers(1, 6))):
         a, b = draw(st.sampled_from(names)), draw(st.sampled_from(names))

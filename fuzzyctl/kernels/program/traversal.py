@@ -100,11 +100,19 @@ def rebuilt(statement: Statement, value: Callable[[Expr], Expr], name: Callable[
         case Between(name=own, side=side, share=share, body=body, value=end):
             return Between(name(own), name(side), value(share), all_of(body), value(end))
         case Quadrature(body=body, value=end, given=given, marks=marks):
-            named = {n: name(getattr(statement, n)) for n in ("found", "area", "x", "places")}
-            given, marks = tuple(map(name, given)), tuple(map(value, marks))
-            jumps = tuple(Jump(value(j.mark), name(j.part), value(j.inside), j.is_left) for j in statement.jumps)
-            changed = replace(statement, **named, body=all_of(body), value=value(end), given=given, marks=marks)
-            return replace(changed, jumps=jumps)
+            return Quadrature(
+                name(statement.found),
+                name(statement.area),
+                statement.kind,
+                name(statement.x),
+                all_of(body),
+                value(end),
+                tuple(map(name, given)),
+                name(statement.places),
+                tuple(map(value, marks)),
+                tuple(Jump(value(j.mark), name(j.part), value(j.inside), j.is_left) for j in statement.jumps),
+                statement.unknown,
+            )
         case Refuse(condition=condition):
             return replace(statement, condition=value(condition))
     assert_never(statement)

@@ -153,7 +153,7 @@ class Units:
                 first = to_text(known[0][0])
                 message = f"'{first}' is measured in {known[0][1]}, '{to_text(part)}' in {unit}"
                 self._report(message, part)
-                break
+                return ""
         return known[0][1] if known else ""
 
     def define(self, name: str, value: Expr) -> None:
