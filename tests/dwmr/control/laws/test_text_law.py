@@ -13,6 +13,7 @@ from dwmr.scenario.file import read
 from dwmr.simulation import preflight, simulate
 from dwmr.sweep.robots import Robots
 from fuzzyctl import Proved, load_controller
+from fuzzyctl.analysis.verdicts import Undecided, Verdicts
 from fuzzyctl.diagnostics.diagnostic import DiagnosticError
 from tests.dwmr.process import in_short
 
@@ -193,6 +194,18 @@ class TestVarying:
         checked(scenario)
         with pytest.raises(DiagnosticError, match="k <= 1"):
             checked(scenario, "robot.controllers.mine.k=2")
+
+    def test_a_proof_for_all_values_takes_a_tenth_of_the_time_at_most(self, beside, monkeypatch):
+        limits = []
+
+        def undecided(controller, timeout, progress=None, free=()):
+            limits.append((timeout, free))
+            return Verdicts([Undecided("slow", "")])
+
+        monkeypatch.setattr("fuzzyctl.analysis.induction.prover.verdicts", undecided)
+        monkeypatch.setattr("fuzzyctl.analysis.prove.TIMEOUT", 5.0)
+        law_text.Assembled(load_controller(beside().with_name("mine.fz"))).proved({"k": 0.5, "start": 0.0})
+        assert limits == [(0.5, ("k",)), (5.0, ())]
 
     def test_one_proof_holds_for_all_values_of_the_others(self, beside):
         assembled = law_text.Assembled(load_controller(beside().with_name("mine.fz")))
