@@ -17,9 +17,10 @@ from fuzzyctl.formulas import (
 from fuzzyctl.kernels.backends.numpy.backend import array_function
 from fuzzyctl.kernels.program.scalar import scalar_function
 from tests.reference import formulas as reference
+from tests.sizes import examples
 
 #: Other processes may slow a test down at any time.
-QUICK = settings(max_examples=60, deadline=None)
+QUICK = settings(max_examples=examples(60, 20), deadline=None)
 UNIT = st.floats(0, 1)
 FINITE = st.floats(-100, 100, allow_subnormal=False)
 

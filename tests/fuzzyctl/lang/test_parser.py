@@ -43,6 +43,12 @@ class TestStatements:
         (term,) = one(f"input x in [0, 1]\n  {form.format(word)}").terms
         assert (term.name.text, term.kind.text) == (word, "ramp")
 
+    @pytest.mark.parametrize("word", ["else", "unit", "implication", "weight"])
+    @pytest.mark.parametrize("value", ["0.5", "-1", "(k)", "a*0.5"])
+    def test_a_cell_behind_a_number_may_be_called_like_a_keyword(self, word, value):
+        (row,) = one(f"table y = x\n  a b c\n| {value} {word} b*0.5").rows
+        assert [c.terms[0].text for c in row.cells[1:]] == [word, "b"]
+
     def test_a_term_takes_positional_and_named_parameters(self):
         variable = one("input x in [0, 1]\n A = triangle(-inf, peak=0.5, right=1)")
         (term,) = variable.terms

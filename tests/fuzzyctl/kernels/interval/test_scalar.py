@@ -10,6 +10,7 @@ from fuzzyctl.formulas import CONJUNCTIONS, DISJUNCTIONS, MEMBERSHIP
 from fuzzyctl.kernels.backends.numpy.backend import array_function
 from fuzzyctl.kernels.interval.scalar import decide, enclose, hull
 from fuzzyctl.kernels.program.scalar import scalar_function
+from tests.sizes import examples
 
 X = Name("x")
 BOX = {"x": (1.0, 2.0), "y": (-1.0, 3.0), "far": (2.0, math.inf), "zero": (0.0, 1.0)}
@@ -144,7 +145,7 @@ def test_what_may_have_no_value_may_be_anything(function):
 spot = st.floats(-2, 2) | st.integers(-8, 8).map(lambda i: i / 4)
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=examples(300, 100), deadline=None)
 @given(st.data())
 def test_every_step_of_a_function_lies_in_its_interval(data):
     """Ends are often multiples of 1/4, where comparisons, roundings and remainders change."""
@@ -160,7 +161,7 @@ def test_every_step_of_a_function_lies_in_its_interval(data):
             assert (low, high) == (-math.inf, math.inf) or low <= value <= high, (box, point, value)
 
 
-@settings(max_examples=400, deadline=None)
+@settings(max_examples=examples(400, 100), deadline=None)
 @given(st.data())
 def test_every_value_of_a_function_lies_in_its_interval(data):
     function = data.draw(st.sampled_from(["sin", "cos", "tan", "exp", "log", "sqrt", "abs", "atan2", "^"]))
@@ -205,7 +206,7 @@ def test_every_kind_has_an_example():
 
 
 @pytest.mark.parametrize(("kind", "parameters"), EXAMPLES)
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=examples(60, 20), deadline=None)
 @given(st.data())
 def test_every_degree_lies_in_the_interval_of_its_box(kind, parameters, data):
     degree = MEMBERSHIP[kind].degree(X, parameters)
@@ -218,7 +219,7 @@ def test_every_degree_lies_in_the_interval_of_its_box(kind, parameters, data):
 
 
 @pytest.mark.parametrize("among", [CONJUNCTIONS, DISJUNCTIONS])
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=examples(150, 50), deadline=None)
 @given(st.data())
 def test_every_truth_lies_in_the_interval_of_its_box(among, data):
     name = data.draw(st.sampled_from(list(among)))
