@@ -153,7 +153,9 @@ def _pictures() -> tempfile.TemporaryDirectory[str]:
 
 
 def _command(name: str) -> Any:
-    async def run(ls: FuzzyServer, uri: str, block: str = "", point: Mapping[str, Any] | None = None) -> dict[str, Any]:
+    async def run(
+        ls: FuzzyServer, uri: str, block: str = "", point: Mapping[str, Any] | None = None, *quiet: bool
+    ) -> dict[str, Any]:
         document = ls.document(uri)
         picture = str(Path(_pictures().name) / f"{block or 'surface'}.svg")
         given = lenses.arguments(name, block, point or {}, picture)
@@ -161,9 +163,9 @@ def _command(name: str) -> Any:
         found = {"exit": code, "text": text, "picture": ""}
         if name == lenses.SURFACE and code == 0:
             found["picture"] = picture
-            if ls.knows.shows_documents:
+            if ls.knows.shows_documents and not any(quiet):
                 await ls.window_show_document_async(lsp.ShowDocumentParams(uri_of(picture), external=True))
-        else:
+        elif not any(quiet):
             kind = lsp.MessageType.Info if code == 0 else lsp.MessageType.Warning
             ls.window_show_message(lsp.ShowMessageParams(kind, text[:_MESSAGE]))
         return found

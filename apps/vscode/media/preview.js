@@ -29,6 +29,7 @@
       // A slider that has moved since is ahead of the answer.
       values[name] = data.serial === sent ? value : (values[name] ?? value);
     }
+    chosen.checked = data.serial === sent ? data.pointed : chosen.checked;
     showSliders(data.inputs);
     showMark();
   });
@@ -124,5 +125,6 @@
     send(true);
   });
 
-  vscode.postMessage({ point: null, select: false, serial: sent });
+  // The point is what it was before the page was loaded again.
+  vscode.postMessage({ select: false, serial: sent });
 })();

@@ -1,11 +1,14 @@
 // Starts the language server and the preview.
 import * as vscode from "vscode";
-import { LanguageClient, RevealOutputChannelOn, State } from "vscode-languageclient/node";
+import { ExecuteCommandSignature, LanguageClient, RevealOutputChannelOn, State } from "vscode-languageclient/node";
 import { Preview } from "./preview";
 import { findPython, Search, serverArguments } from "./python";
 
 let client: LanguageClient | undefined;
 let log: vscode.LogOutputChannel;
+/** What commands of the server's printed, by the path of the text that shows it. */
+const printed = new Map<string, string>();
+const printedAgain = new vscode.EventEmitter<vscode.Uri>();
 let preview: Preview;
 /** Starts and stops follow each other: two at once would leave a server behind. */
 let turn: Promise<void> = Promise.resolve();
@@ -16,6 +19,11 @@ export function activate(context: vscode.ExtensionContext): void {
   context.subscriptions.push(
     log,
     preview,
+    printedAgain,
+    vscode.workspace.registerTextDocumentContentProvider("fuzzyctl", {
+      onDidChange: printedAgain.event,
+      provideTextDocumentContent: ({ path }) => printed.get(path) ?? "",
+    }),
     vscode.commands.registerCommand("fuzzyctl.restart", restart),
     vscode.commands.registerCommand("fuzzyctl.log", () => log.show()),
     vscode.commands.registerCommand("fuzzyctl.preview", () => preview.open()),
@@ -71,15 +79,31 @@ async function start(): Promise<void> {
       outputChannel: log,
       // A key during a restart is an error of the client's that no user can do anything about.
       revealOutputChannelOn: RevealOutputChannelOn.Never,
-      middleware: {
-        // The server's own answer to "surface" is a file; here the pane shows it.
-        executeCommand: (command, words, next) =>
-          command === "fuzzyctl.surface" ? preview.open(words[1] as string | undefined) : next(command, words),
-      },
+      middleware: { executeCommand: run },
     },
   );
   client.onDidChangeState(({ newState }) => newState === State.Running && preview.update());
   await client.start();
+}
+
+/** Run a command of the server's; what it shows by messages and files of its own is shown beside the text here. */
+async function run(command: string, words: unknown[], next: ExecuteCommandSignature): Promise<unknown> {
+  const [uri, block, point] = words as [string, string?, Record<string, number>?];
+  if (command === "fuzzyctl.surface") {
+    return preview.open(block);
+  }
+  if (command === "fuzzyctl.why") {
+    return preview.open(block, point);
+  }
+  const answer = await vscode.window.withProgress(
+    { location: vscode.ProgressLocation.Window, title: command.replace(".", " ") },
+    async () => (await next(command, [uri, block, point, true])) as { text: string },
+  );
+  const shown = vscode.Uri.from({ scheme: "fuzzyctl", path: `/${command.replace("fuzzyctl.", "")} ${block}` });
+  printed.set(shown.path, answer.text.replaceAll("<stdin>", vscode.workspace.asRelativePath(vscode.Uri.parse(uri))));
+  printedAgain.fire(shown);
+  await vscode.window.showTextDocument(shown, { viewColumn: vscode.ViewColumn.Beside, preserveFocus: true });
+  return answer;
 }
 
 async function missing(search: Search): Promise<void> {

@@ -58,16 +58,17 @@ export class Preview implements vscode.Disposable {
     this.listeners.forEach((l) => l.dispose());
   }
 
-  /** Show the pane beside the text; where a system is named, with the cursor at it. */
-  open(system?: string): void {
+  /** Show the pane beside the text; where a system is named, with the cursor in it; where a point is given, with its rules. */
+  open(system?: string, point?: Record<string, number>): void {
     const editor = vscode.window.activeTextEditor;
     if (editor?.document.languageId === "fz") {
       this.editor = editor;
-      const at = system ? editor.document.getText().search(new RegExp(`^[ \\t]*system[ \\t]+${system}\\b`, "m")) : -1;
-      if (at >= 0) {
-        const place = editor.document.positionAt(at);
-        editor.selection = new vscode.Selection(place, place);
+      if (system) {
+        enterSystem(editor, system);
       }
+    }
+    if (point !== undefined) {
+      this.asked.point = Object.entries(point).map(([name, value]) => ({ name, value }));
     }
     if (this.panel !== undefined) {
       this.panel.reveal(undefined, true);
@@ -81,8 +82,8 @@ export class Preview implements vscode.Disposable {
         { enableScripts: true, localResourceRoots: [media], retainContextWhenHidden: true },
       );
       this.panel.onDidDispose(() => (this.panel = undefined));
-      this.panel.webview.onDidReceiveMessage((asked: Asked) => {
-        this.asked = asked;
+      this.panel.webview.onDidReceiveMessage((asked: Partial<Asked>) => {
+        this.asked = { ...this.asked, ...asked };
         void this.draw();
       });
       // It asks for pictures itself, whenever it is loaded.
@@ -136,9 +137,9 @@ export class Preview implements vscode.Disposable {
         point,
         dark: DARK.has(vscode.window.activeColorTheme.kind),
       });
-      this.show({ ...answer, serial });
+      this.show({ ...answer, serial, pointed: point !== null });
       if (!select) {
-        this.enter(answer);
+        this.enter(answer, point);
       } else if (answer.rule !== null && editor.document.version === version) {
         const { start, end } = answer.rule;
         const range = new vscode.Range(start.line, start.character, end.line, end.character);
@@ -150,23 +151,36 @@ export class Preview implements vscode.Disposable {
     }
   }
 
-  /** Move the point into the region of the cell that the cursor has come into. */
-  private enter({ region, rule }: Answer): void {
+  /** Move the point, unless it has moved since, into the region of the cell that the cursor has come into. */
+  private enter({ region, rule }: Answer, point: Point | null): void {
     const inside = JSON.stringify(region?.rule) === JSON.stringify(rule);
-    if (region?.point && region.text !== this.region && !inside && this.asked.point !== null) {
+    const same = point !== null && this.asked.point === point;
+    if (region?.point && region.text !== this.region && same && !inside) {
       this.asked.point = region.point;
       this.again = true;
     }
     this.region = region?.text;
   }
 
-  private show(answer: Partial<Answer> & { serial?: number }): void {
+  private show(answer: Partial<Answer> & { serial?: number; pointed?: boolean }): void {
     if (this.panel !== undefined) {
       if (answer.title) {
         this.panel.title = answer.title;
       }
       void this.panel.webview.postMessage(answer);
     }
+  }
+}
+
+/** Put the cursor at the head of a system, unless it is in that system. */
+function enterSystem(editor: vscode.TextEditor, name: string): void {
+  const cursor = editor.document.offsetAt(editor.selection.active);
+  const heads = [...editor.document.getText().matchAll(/^[ \t]*(system|controller|plant|loop)[ \t]+(\S+)/gm)];
+  const around = heads.filter(({ index }) => index <= cursor).at(-1);
+  const head = heads.find(([, kind, written]) => kind === "system" && written === name);
+  if (head !== undefined && around?.[2] !== name) {
+    const place = editor.document.positionAt(head.index);
+    editor.selection = new vscode.Selection(place, place);
   }
 }
 

@@ -225,6 +225,16 @@ async function drive(address) {
   step("the quick fix repairs it");
   await until("the mark is gone", async () => (await pane().locator("#message").innerText()) === "");
 
+  // A lens proves, and what came out stands beside the text.
+  await page.locator(".codelens-decoration a", { hasText: "✓ proved" }).click();
+  await page.locator(".view-line", { hasText: /^tip.fz:16:.proved:.tip.>=.0$/ }).waitFor();
+  await picture("5-prove");
+  const tab = page.locator(".tab", { hasText: "prove tip" });
+  await tab.click({ button: "middle" });
+  await tab.waitFor({ state: "detached" });
+  await page.locator(".view-line", { hasText: "good" }).last().click();
+  step("a lens shows what is proved");
+
   // Another term gives another surface.
   const before = await shown("surface");
   await goTo(14, 17);
@@ -299,13 +309,24 @@ async function drive(address) {
     step(`after ${what} the server answers`);
   }
 
+  // What is refuted leads to the counterexample.
+  await goTo(16, 17);
+  await page.keyboard.type("+2");
+  const why = page.locator(".codelens-decoration a", { hasText: "refuted at" });
+  const [, ...counterexample] = (await why.innerText()).match(/service = (\S+), food = ([^:]+):/);
+  await why.click();
+  await until("the point is the counterexample", async () =>
+    (await pane().locator("#inputs output").allInnerTexts()).join() === counterexample.join());
+  await picture("10-why");
+  step("a lens leads to the counterexample");
+
   // A snippet.
   await goTo(17, 1);
   await page.keyboard.type("requ");
   await page.keyboard.press("Control+Space");
   await page.locator(".suggest-widget .monaco-list-row", { hasText: "Guarantee" }).click();
   await page.locator(".view-line", { hasText: /^require.output.>=.0$/ }).waitFor();
-  await picture("10-snippet");
+  await picture("11-snippet");
   step("a snippet is inserted");
 }
 
