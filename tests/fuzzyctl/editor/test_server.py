@@ -45,11 +45,14 @@ def with_server(talk, capabilities=None):
         done = await client.initialize_async(lsp.InitializeParams(capabilities=able))
         client.initialized(lsp.InitializedParams())
         try:
-            return await asyncio.wait_for(talk(client, done.capabilities), SECONDS)
+            found = await asyncio.wait_for(talk(client, done.capabilities), SECONDS)
         finally:
             await client.shutdown_async(None)
             client.exit(None)
+            log = await asyncio.wait_for(client._server.stderr.read(), SECONDS)
             await client.stop()
+        assert b"Traceback" not in log, log.decode()
+        return found
 
     return asyncio.run(run())
 
@@ -265,6 +268,7 @@ REFRESHING = lsp.ClientCapabilities(
             completion_item=lsp.ClientCompletionItemOptions(snippet_support=True)
         ),
         diagnostic=lsp.DiagnosticClientCapabilities(),
+        publish_diagnostics=lsp.PublishDiagnosticsClientCapabilities(related_information=True),
     ),
     workspace=lsp.WorkspaceClientCapabilities(
         diagnostics=lsp.DiagnosticWorkspaceClientCapabilities(refresh_support=True),
