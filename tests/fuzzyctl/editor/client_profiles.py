@@ -4,7 +4,7 @@
     other/bin/python tests/fuzzyctl/editor/client_profiles.py
 
 In an environment of its own, since pytest-lsp changes how pytest runs. For each profile a server is started, a file is
-opened, every request of `REQUESTS` is sent, and what the server sends by itself is looked at. Exit code 1 after a
+opened, every request is sent, and what the server sends by itself is looked at. Exit code 1 after a
 warning of pytest-lsp, an answer that is an error, a request of the server that the editor does not offer, or a line
 in the server's log.
 """
@@ -20,6 +20,10 @@ from pathlib import Path
 import pytest_lsp
 from lsprotocol import types as lsp
 from pytest_lsp.client import make_test_lsp_client
+
+sys.path.insert(0, str(Path(__file__).parents[3]))
+
+from tests.fuzzyctl.editor.requests import requests
 
 CLIENTS = Path(pytest_lsp.__file__).parent / "clients"
 SECONDS = 120
@@ -38,46 +42,7 @@ param unused = 1
 """
 SHARED = "input service in [0, 10]\n  terms poor good\n"
 #: Where names, cells and calls stand, and beyond the text.
-PLACES = [(0, 8), (2, 8), (4, 13), (6, 7), (7, 14), (7, 32), (8, 10), (9, 13), (99, 99)]
-
-AT_PLACES = {
-    lsp.TEXT_DOCUMENT_COMPLETION: lsp.CompletionParams,
-    lsp.TEXT_DOCUMENT_HOVER: lsp.HoverParams,
-    lsp.TEXT_DOCUMENT_SIGNATURE_HELP: lsp.SignatureHelpParams,
-    lsp.TEXT_DOCUMENT_DEFINITION: lsp.DefinitionParams,
-    lsp.TEXT_DOCUMENT_DOCUMENT_HIGHLIGHT: lsp.DocumentHighlightParams,
-    lsp.TEXT_DOCUMENT_PREPARE_RENAME: lsp.PrepareRenameParams,
-}
-OF_TEXTS = {
-    lsp.TEXT_DOCUMENT_DOCUMENT_SYMBOL: lsp.DocumentSymbolParams,
-    lsp.TEXT_DOCUMENT_FOLDING_RANGE: lsp.FoldingRangeParams,
-    lsp.TEXT_DOCUMENT_DOCUMENT_LINK: lsp.DocumentLinkParams,
-    lsp.TEXT_DOCUMENT_SEMANTIC_TOKENS_FULL: lsp.SemanticTokensParams,
-    lsp.TEXT_DOCUMENT_CODE_LENS: lsp.CodeLensParams,
-    lsp.TEXT_DOCUMENT_DIAGNOSTIC: lsp.DocumentDiagnosticParams,
-}
-
-
-def requests(document: lsp.TextDocumentIdentifier):
-    """Yield each method with its parameters."""
-    whole = lsp.Range(lsp.Position(0, 0), lsp.Position(TEXT.count("\n"), 0))
-    options = lsp.FormattingOptions(2, True)
-    for at in (lsp.Position(*p) for p in PLACES):
-        yield from ((method, params(document, at)) for method, params in AT_PLACES.items())
-        yield lsp.TEXT_DOCUMENT_REFERENCES, lsp.ReferenceParams(lsp.ReferenceContext(True), document, at)
-        yield lsp.TEXT_DOCUMENT_SELECTION_RANGE, lsp.SelectionRangeParams(document, [at])
-        context = lsp.CodeActionContext([])
-        yield lsp.TEXT_DOCUMENT_CODE_ACTION, lsp.CodeActionParams(document, lsp.Range(at, at), context)
-        params = lsp.DocumentOnTypeFormattingParams(document, at, "\n", options)
-        yield lsp.TEXT_DOCUMENT_ON_TYPE_FORMATTING, params
-    yield from ((method, params(document)) for method, params in OF_TEXTS.items())
-    yield lsp.TEXT_DOCUMENT_RENAME, lsp.RenameParams(document, lsp.Position(2, 8), "percent")
-    yield lsp.TEXT_DOCUMENT_SEMANTIC_TOKENS_RANGE, lsp.SemanticTokensRangeParams(document, whole)
-    yield lsp.TEXT_DOCUMENT_INLAY_HINT, lsp.InlayHintParams(document, whole)
-    yield lsp.TEXT_DOCUMENT_FORMATTING, lsp.DocumentFormattingParams(document, options)
-    yield lsp.TEXT_DOCUMENT_RANGE_FORMATTING, lsp.DocumentRangeFormattingParams(document, whole, options)
-    yield lsp.WORKSPACE_SYMBOL, lsp.WorkspaceSymbolParams("tip")
-
+PLACES = [lsp.Position(*p) for p in ((0, 8), (2, 8), (4, 13), (6, 7), (7, 14), (7, 32), (8, 10), (9, 13), (99, 99))]
 
 #: What a server may only ask of editors that offer it: the section of their capabilities, and its flag.
 ASKED = {
@@ -125,7 +90,8 @@ async def talk(profile: str, folder: Path) -> tuple[int, list[lsp.Diagnostic], l
     await client.initialize_session(started)
     client.text_document_did_open(lsp.DidOpenTextDocumentParams(lsp.TextDocumentItem(uri, "fz", 1, TEXT)))
     count = 0
-    for method, params in requests(lsp.TextDocumentIdentifier(uri)):
+    rename = lsp.RenameParams(lsp.TextDocumentIdentifier(uri), PLACES[1], "percent")
+    for method, params in (*requests(uri, PLACES), (lsp.TEXT_DOCUMENT_RENAME, rename)):
         try:
             await asyncio.wait_for(client.protocol.send_request_async(method, params), SECONDS)
             count += 1

@@ -138,51 +138,6 @@ def test_a_refuted_guarantee_lights_up_and_a_burst_gives_one_proof():
     with_server(talk)
 
 
-ODD = {
-    "empty": "",
-    "bytes": "\0\1",
-    "emoji": "🙂 🙂\r\nsystem 🙂\r\n",
-    "nested": "(" * 5000,
-    "many": "system t\n" * 3000,
-    "10 MB": "param a = 1\n" * 900_000,
-}
-
-
-def test_odd_texts_get_answers():
-    async def talk(client, _):
-        for name, text in ODD.items():
-            await answers(client, text, f"untitled:{name}")
-
-    async def answers(client, text, uri):
-        document = opened(client, text, uri)
-        while (await client.diagnostics()).uri != document.uri:
-            pass
-        for place in (lsp.Position(0, 0), lsp.Position(0, 10_000), lsp.Position(99_999, 3)):
-            await client.text_document_hover_async(lsp.HoverParams(document, place))
-            await client.text_document_completion_async(lsp.CompletionParams(document, place))
-            await client.text_document_references_async(
-                lsp.ReferenceParams(context=lsp.ReferenceContext(True), text_document=document, position=place)
-            )
-        await client.text_document_document_symbol_async(lsp.DocumentSymbolParams(document))
-        await client.text_document_folding_range_async(lsp.FoldingRangeParams(document))
-        beyond = lsp.Range(lsp.Position(0, 3), lsp.Position(99_999, 3))
-        options = lsp.FormattingOptions(2, True)
-        await client.text_document_semantic_tokens_full_async(lsp.SemanticTokensParams(document))
-        await client.text_document_semantic_tokens_range_async(lsp.SemanticTokensRangeParams(document, beyond))
-        await client.text_document_inlay_hint_async(lsp.InlayHintParams(document, beyond))
-        await client.text_document_code_lens_async(lsp.CodeLensParams(document))
-        await client.text_document_diagnostic_async(lsp.DocumentDiagnosticParams(document))
-        await client.text_document_range_formatting_async(lsp.DocumentRangeFormattingParams(document, beyond, options))
-        for place in (lsp.Position(0, 0), lsp.Position(99_999, 3)):
-            await client.text_document_on_type_formatting_async(
-                lsp.DocumentOnTypeFormattingParams(document, place, "\n", options)
-            )
-        await client.text_document_code_action_async(lsp.CodeActionParams(document, beyond, lsp.CodeActionContext([])))
-        assert await client.workspace_symbol_async(lsp.WorkspaceSymbolParams("")) is not None
-
-    with_server(talk)
-
-
 def test_units_of_the_client():
     text = 'system t "🙂🙂" \nparam a = 1\n# 🙂\n' + "input x in [0, a]\n  terms p q  # 🙂 p\nlet y = x * a\n"
 
