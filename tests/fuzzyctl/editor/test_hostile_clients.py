@@ -3,7 +3,6 @@
 import asyncio
 import json
 import logging
-import sys
 from pathlib import Path
 
 import pytest
@@ -14,7 +13,13 @@ from fuzzyctl.editor.server import server
 from fuzzyctl.editor.session import FuzzyServer
 from tests.fuzzyctl.editor.marked import LOOP, SYSTEM
 from tests.fuzzyctl.editor.requests import requests
-from tests.fuzzyctl.editor.test_server import SECONDS, Client, changed, opened, position, with_server
+from tests.fuzzyctl.editor.wire import (
+    SECONDS,
+    changed,
+    opened,
+    position,
+    started,
+)
 
 FAR = 2**31 - 1
 #: Places before, in, between and behind what a line and a text have.
@@ -160,7 +165,7 @@ def test_the_log_has_a_line_for_a_mistake_of_a_client_and_a_traceback_for_one_of
     assert "Traceback" in own
 
 
-def test_wrong_requests_have_errors_as_answers_and_right_ones_behind_them_are_answered():
+def test_wrong_requests_have_errors_as_answers_and_right_ones_behind_them_are_answered(with_shared_server):
     async def talk(client, _):
         document = opened(client, SYSTEM)
         for method, params in {"textDocument/juggle": {}, "fuzzyctl/preview": {}}.items():
@@ -171,10 +176,10 @@ def test_wrong_requests_have_errors_as_answers_and_right_ones_behind_them_are_an
             await client.text_document_rename_async(lsp.RenameParams(document, lsp.Position(0, 7), "2a"))
         assert await client.text_document_hover_async(lsp.HoverParams(document, lsp.Position(0, 7))) is not None
 
-    with_server(talk)
+    with_shared_server(talk)
 
 
-def test_a_large_text_is_refused_and_answered():
+def test_a_large_text_is_refused_and_answered(with_shared_server):
     text = "param a = 1\n" * 900_000  # 10 MB
 
     async def talk(client, _):
@@ -186,10 +191,10 @@ def test_a_large_text_is_refused_and_answered():
         changed(client, document, 2, SYSTEM)
         assert not [d for d in (await client.diagnostics(2)).diagnostics if d.severity == 1]
 
-    with_server(talk)
+    with_shared_server(talk)
 
 
-def test_more_keys_than_anybody_types():
+def test_more_keys_than_anybody_types(with_shared_server):
     """As fast as the wire takes them, with a request behind each: the last text is checked, and all are answered."""
     keys = 400
 
@@ -209,26 +214,21 @@ def test_more_keys_than_anybody_types():
             pass
         await client.text_document_hover_async(lsp.HoverParams(document, lsp.Position(0, 7)))
 
-    with_server(talk)
+    with_shared_server(talk)
 
 
 def test_a_server_that_is_killed_is_started_again():
     async def run():
-        for round_ in range(2):
-            client = Client()
-            await client.start_io(sys.executable, "-m", "fuzzyctl", "lsp")
-            await client.initialize_async(lsp.InitializeParams(lsp.ClientCapabilities()))
-            client.initialized(lsp.InitializedParams())
+        for is_killed in (True, False):
+            client, _ = await started()
             opened(client, SYSTEM.replace("small  large", "small  lagre", 1))
             (mistake,) = [d for d in (await client.diagnostics()).diagnostics if d.severity == 1]
             assert mistake.code == "FZ203"
-            if round_ == 0:
+            if is_killed:
                 client._server.kill()
-                await client._server.wait()
-            else:
-                # An editor that ends without a word closes the wire.
+            else:  # an editor that ends without a word closes the wire
                 client._server.stdin.close()
-                assert await asyncio.wait_for(client._server.wait(), SECONDS) is not None
-                assert b"Traceback" not in await client._server.stderr.read()
+            assert await asyncio.wait_for(client._server.wait(), SECONDS) is not None
+            assert b"Traceback" not in await client._server.stderr.read()
 
     asyncio.run(run())
