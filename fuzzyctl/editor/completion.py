@@ -201,8 +201,8 @@ def _members(place: _Place) -> Iterator[Item] | None:
     callee = place.scope.callees.get(place.found[1])
     if callee is None or place.found[1].isdigit():
         return iter(())
-    scopes = [(s, h) for _, s, h in place.document.symbols.scopes if h is not None and h.name == callee]
-    return (_item(symbol) for scope, _ in scopes for symbol in scope.own.values() if symbol.kind == "output")
+    scopes = [scope for scope, head in place.document.symbols.blocks() if head.name == callee]
+    return (_item(symbol) for scope in scopes for symbol in scope.own.values() if symbol.kind == "output")
 
 
 def _of_kinds(*kinds: str) -> _Proposals:

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from fuzzyctl.diagnostics.diagnostic import Diagnostic
+from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.editor.symbols import Symbols, symbols_of
 from fuzzyctl.lang.lines import LogicalLine, split
@@ -17,11 +17,16 @@ from fuzzyctl.lang.parser import parse
 from fuzzyctl.lang.syntax import SyntaxTree, Use
 from fuzzyctl.loading.assembly import bring_in
 from fuzzyctl.loading.load import Examined, look_through
-from fuzzyctl.support.reading import overlaid
+from fuzzyctl.support.reading import overlaid, read_source
 
 if TYPE_CHECKING:
     from fuzzyctl.analysis.verdicts import Verdict
     from fuzzyctl.model.system import FuzzySystem
+
+
+@lru_cache(maxsize=32)
+def _symbols_of_used(source: SourceText) -> Symbols:
+    return symbols_of(parse(source)[0])
 
 
 @dataclass(frozen=True)
@@ -52,15 +57,33 @@ class Document:
         return self.source.text
 
     @cached_property
+    def parsed(self) -> tuple[SyntaxTree, list[Diagnostic]]:
+        """The statements of the text alone, with its mistakes."""
+        return parse(self.source)
+
+    @cached_property
     def tree(self) -> SyntaxTree:
         """The statements that could be read, those of used files brought in."""
         with overlaid(self.buffers):
-            return bring_in(parse(self.source)[0], self.folder)[0]
+            return bring_in(self.parsed[0], self.folder)[0]
 
     @cached_property
     def symbols(self) -> Symbols:
         """Names with their declarations and uses."""
-        return symbols_of(self.tree)
+        with overlaid(self.buffers):
+            return symbols_of(self.tree, [_symbols_of_used(s) for s in self._used_sources()])
+
+    def _used_sources(self) -> Iterator[SourceText]:
+        """Yield the files that `use` names, as far as they may be read; others are mistakes."""
+        if self.folder is None:
+            return
+        for name in (s.path for s in self.tree.statements if isinstance(s, Use)):
+            path = self.folder / name
+            if Path(os.path.realpath(path)).is_relative_to(os.path.realpath(self.folder)):
+                try:
+                    yield read_source(path, only_regular=True)
+                except DiagnosticError:
+                    continue
 
     @cached_property
     def lines(self) -> list[LogicalLine]:
@@ -71,7 +94,7 @@ class Document:
     def examined(self) -> Examined:
         """Blocks and mistakes, as far as no proof is needed."""
         with overlaid(self.buffers):
-            return look_through(self.source, folder=self.folder)
+            return look_through(self.source, folder=self.folder, parsed=self.parsed)
 
     @cached_property
     def mistakes(self) -> list[Diagnostic]:

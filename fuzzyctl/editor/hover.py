@@ -72,12 +72,12 @@ def _of_symbol(document: Document, symbol: Symbol) -> list[str]:
 
 
 def _system_of(document: Document, symbol: Symbol) -> FuzzySystem | None:
-    owner = symbol
-    while owner.owner is not None:
-        owner = owner.owner
+    block = symbol.block or symbol
     systems = document.examined.systems
-    named = [s for s in systems if s.name == owner.name]
-    return named[0] if named else systems[0] if len(systems) == 1 and owner.kind != "controller" else None
+    if block.kind in ("system", "controller", "plant", "loop"):
+        is_own = block.span.source.name == document.source.name
+        return next((s for s in systems if is_own and s.name == block.name), None)
+    return systems[0] if len(systems) == 1 else None
 
 
 def _values(system: FuzzySystem, symbol: Symbol) -> list[str]:

@@ -46,8 +46,8 @@ def _of(document: Document, offset: int, name: str, commas: int) -> Signature | 
         inner = word.form[word.form.index("(") + 1 : word.form.rindex(")")]
         parameters = tuple(p.strip() for p in re.split(r",(?![^\[]*\])", inner))
         return Signature(word.form, word.what, parameters, min(commas, len(parameters) - 1))
-    for _, scope, block in document.symbols.scopes:
-        if block is not None and block.name == name:
+    for scope, block in document.symbols.blocks():
+        if block.name == name:
             inputs = tuple(s.name for s in scope.own.values() if s.kind == "input")
             if inputs:
                 return Signature(f"{name}({', '.join(inputs)})", block.label, inputs, min(commas, len(inputs) - 1))

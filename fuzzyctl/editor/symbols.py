@@ -6,7 +6,7 @@ They are read from the syntax tree alone, so that a file with mistakes has them,
 from __future__ import annotations
 
 from collections import ChainMap
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, Final
@@ -43,6 +43,11 @@ class Symbol:
     label: str = ""
     owner: Symbol | None = None
 
+    @property
+    def block(self) -> Symbol | None:
+        """The system, controller, plant or loop that it belongs to."""
+        return self.owner.block or self.owner if self.owner is not None else None
+
 
 @dataclass
 class Scope:
@@ -77,6 +82,10 @@ class Symbols:
 
     all: list[Symbol] = field(default_factory=list)
     uses: list[tuple[Span, Symbol]] = field(default_factory=list)
+    #: Systems, controllers and plants of used files, each with its scope.
+    elsewhere: list[tuple[Scope, Symbol]] = field(default_factory=list)
+    #: Symbols of used files by source and offset.
+    known: dict[tuple[str, int], Symbol] = field(default_factory=dict)
     #: Scopes of the blocks by the offset at which each begins, and what each block is.
     scopes: list[tuple[int, Scope, Symbol | None]] = field(default_factory=list)
 
@@ -98,6 +107,17 @@ class Symbols:
         """Return all locations of a symbol, its declaration among them, in the order of the text."""
         return sorted(self._by_symbol.get(symbol, []), key=lambda s: (s.source.name, s.start))
 
+    def blocks(self) -> Iterator[tuple[Scope, Symbol]]:
+        """Yield the blocks of the file, then those of the files that it uses, each with its scope."""
+        yield from ((scope, head) for _, scope, head in self.scopes if head is not None)
+        yield from self.elsewhere
+
+    def take_in(self, used: Symbols) -> None:
+        """Add the names of a used file: the blocks that this one may call, and where the others are used there."""
+        self.elsewhere += [(s, head) for _, s, head in used.scopes if head is not None and head.kind != "loop"]
+        self.uses += used.uses
+        self.known |= {(s.span.source.name, s.span.start): s for s in used.all}
+
     def scope_at(self, offset: int) -> tuple[Scope, Symbol | None]:
         """Return the scope of the block that holds an offset."""
         found: tuple[Scope, Symbol | None] = (Scope(), None)
@@ -107,9 +127,16 @@ class Symbols:
         return found
 
 
-def symbols_of(tree: sx.SyntaxTree) -> Symbols:
-    """Return the symbols of a file, whose used files have been brought in."""
+def symbols_of(tree: sx.SyntaxTree, used: Iterable[Symbols] = ()) -> Symbols:
+    """Return the symbols of a file, whose used files have been brought in.
+
+    Args:
+        tree: The file, with the declarations of used files.
+        used: The symbols of used files, whose blocks it may call.
+    """
     symbols = Symbols()
+    for file in used:
+        symbols.take_in(file)
     parts = split(tree)
     shared = _Block(symbols, Scope(), None)
     common = parts[0].shared if parts else ()
@@ -134,6 +161,9 @@ def symbols_of(tree: sx.SyntaxTree) -> Symbols:
         block = _Block(symbols, scope, head)
         block.declare(statements)
         blocks.append((block, statements))
+    for scope, head in symbols.elsewhere:
+        heads.setdefault(head.name, scope)
+        shared.scope.own.setdefault(head.name, head)
     shared.heads = heads
     shared.use(common)
     for block, statements in blocks:
@@ -158,7 +188,7 @@ class _Block:
     def __init__(self, symbols: Symbols, scope: Scope, head: Symbol | None) -> None:
         self.symbols, self.scope, self.head = symbols, scope, head
         self.heads: Mapping[str, Scope] = {}
-        self.declared_terms: dict[tuple[str, int], Symbol] = {}
+        self.declared: dict[tuple[str, int], Symbol] = {}
 
     # -- declarations
 
@@ -185,29 +215,28 @@ class _Block:
 
     def _declare(self, kind: str, word: sx.Word, s: sx.Statement, label: str = "") -> Symbol:
         whole = Span(s.span.source, s.span.start, _end(s))
-        symbol = Symbol(kind, word.text, word.span, whole, label, self.head)
-        self.symbols.all.append(symbol)
+        symbol = self._entered(Symbol(kind, word.text, word.span, whole, label, self.head))
         self.scope.own.setdefault(word.text, symbol)
-        self._used(word.span, symbol)
         return symbol
+
+    def _entered(self, symbol: Symbol) -> Symbol:
+        """Return the symbol of a declaration: that of the used file, or that of the line that variables share."""
+        at = (symbol.span.source.name, symbol.span.start)
+        if at not in self.declared:
+            if at not in self.symbols.known:
+                self._used(symbol.span, symbol)
+            self.declared[at] = self.symbols.known.get(at, symbol)
+            self.symbols.all.append(self.declared[at])
+        return self.declared[at]
 
     def _variable(self, s: sx.Variable) -> None:
         variable = self._declare(s.keyword.text, s.name, s, s.label)
         own: dict[str, Symbol] = {}
         for line in s.terms:
             for word in [line.name] if isinstance(line, sx.TermLine) else [item.name for item in line.items]:
-                own.setdefault(word.text, self._term_of(variable, word, line))
+                term = Symbol("term", word.text, word.span, line.span, owner=variable)
+                own.setdefault(word.text, self._entered(term))
         self.scope.terms.setdefault(s.name.text, own)
-
-    def _term_of(self, variable: Symbol, word: sx.Word, line: sx.TermLine | sx.TermsLine) -> Symbol:
-        """Return the symbol of a term, which all variables have in common that are declared on one line."""
-        at = (word.span.source.name, word.span.start)
-        if at not in self.declared_terms:
-            symbol = Symbol("term", word.text, word.span, line.span, owner=variable)
-            self.declared_terms[at] = symbol
-            self.symbols.all.append(symbol)
-            self._used(word.span, symbol)
-        return self.declared_terms[at]
 
     # -- uses
 
@@ -329,7 +358,7 @@ class _Block:
                 callee = self.heads.get(self.scope.callees.get(node.function, node.function))
                 for argument in node.arguments:
                     if isinstance(argument, ex.Keyword) and argument.span is not None and callee is not None:
-                        self._at(argument.name, argument.span, callee.own)
+                        self._at(argument.name, argument.span, callee.names)
 
     def _name(self, name: str, span: Span) -> None:
         """Look up a name, which may have a member behind a point, at the beginning of a location."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final
 
@@ -46,6 +46,7 @@ class Blocks:
         parts: The blocks of the file.
         systems: Its systems without errors.
         elsewhere: Finds the blocks of used files.
+        found_elsewhere: Returns those of the files that have been read to find one.
         folder: Where the file stands; None for a text that may use no files.
 
     Attributes:
@@ -57,11 +58,12 @@ class Blocks:
         parts: Sequence[Part],
         systems: Sequence[FuzzySystem],
         elsewhere: Callable[[str], Callee | None],
+        found_elsewhere: Callable[[], Mapping[str, Callee]],
         folder: Path | None,
     ) -> None:
         self.diagnostics: list[Diagnostic] = []
         self._systems = {s.name: s for s in systems}
-        self._elsewhere, self._folder = elsewhere, folder
+        self._elsewhere, self._found_elsewhere, self._folder = elsewhere, found_elsewhere, folder
         self._parts: dict[str, Part] = {}
         self._found: dict[str, Block | None] = {}
         self._path: list[str] = []
@@ -72,7 +74,7 @@ class Blocks:
             if isinstance(part.head, sx.Head):
                 self._parts.setdefault(part.head.name.text, part)
         #: Names of blocks that may have mistakes of their own.
-        self._declared = frozenset(h.name.text for h in heads if not _is_loop(h))
+        self._declared = {h.name.text: _kind(h) for h in heads if not _is_loop(h)}
 
     def _report_repeated(self, heads: Sequence[sx.System | sx.Head]) -> None:
         """Report names that two blocks have; those of two systems are reported elsewhere."""
@@ -99,6 +101,11 @@ class Blocks:
         block = None if _is_loop(self._parts[name].head) else self._resolved(name)
         return None if isinstance(block, Loop) else block
 
+    def _callees(self) -> dict[str, str]:
+        """Return what can be called, each name with what it is; not the block itself that is being resolved."""
+        kinds = {n: type(b).__name__.removeprefix("Fuzzy").lower() for n, b in self._found_elsewhere().items()}
+        return {name: kind for name, kind in (kinds | self._declared).items() if name not in self._path}
+
     def _resolved(self, name: str) -> Block | None:
         part = self._parts[name]
         assert isinstance(part.head, sx.Head)
@@ -119,8 +126,8 @@ class Blocks:
 
     def _examined(self, part: Part, head: sx.Head) -> Block | None:
         """Resolve a block and check it; None after a mistake."""
-        broken = self._declared - self._systems.keys()
-        context = Context(unread=part.tree.unread, nameless=part.tree.nameless, broken=broken)
+        broken = frozenset(self._declared.keys() - self._systems.keys())
+        context = Context(unread=part.tree.unread, nameless=part.tree.nameless, broken=broken, callees=self._callees)
         statements = (*part.shared, *part.tree.statements)
         resolve = _RESOLVERS[head.keyword.text]
         block, incomplete, found = resolve(statements, head, self.find, context, path=part.tree.source.name)
@@ -154,6 +161,10 @@ class Blocks:
         except DiagnosticError as error:
             self._parts_left -= MOST_PARTS // 20
             yield from error.diagnostics
+
+
+def _kind(head: sx.System | sx.Head) -> str:
+    return "system" if isinstance(head, sx.System) else head.keyword.text
 
 
 def _is_loop(head: Any) -> bool:

@@ -87,6 +87,7 @@ def look_through(
     hints: bool = True,
     opened: Opened | None = None,
     loop: str | None = None,
+    parsed: tuple[sx.SyntaxTree, list[Diagnostic]] | None = None,
 ) -> Examined:
     """Examine all systems of a source; what it allows and denies is left to whoever knows all diagnostics.
 
@@ -96,13 +97,14 @@ def look_through(
         hints: Whether to look for what can only be a warning.
         opened: The systems of files that have been read for this check already.
         loop: Name of the loop that is wanted; mistakes in other loops of the file are left out.
+        parsed: The statements of the source with its mistakes, where they are known.
     """
     foreign = format_of(source.name)
     if foreign is not None:
         from fuzzyctl.formats.foreign import examine_foreign
 
         return Examined(source, *examine_foreign(foreign, source))
-    tree, mistakes = parse(source)
+    tree, mistakes = parse(source) if parsed is None else parsed
     if loop is not None:
         tree, mistakes = without_other_loops(tree, mistakes, loop)
     tree, more = bring_in(tree, folder)
@@ -134,7 +136,7 @@ def look_through(
     if any(isinstance(part.head, sx.Head) for part in parts):
         from fuzzyctl.loading.blocks import Blocks
 
-        blocks = Blocks(parts, linked, used.block, folder)
+        blocks = Blocks(parts, linked, used.block, lambda: used.blocks, folder)
         equations = blocks.all()
         diagnostics.extend(_without_follow_ups(source, mistakes, blocks.diagnostics))
     # What was read after repairs is no system of the file, but its mistakes are those of the file.

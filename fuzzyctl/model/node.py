@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, fields, replace
 from functools import cache
 from types import UnionType
@@ -27,12 +27,15 @@ class Node:
 
     def __post_init__(self) -> None:
         kind: Any = type(self)
-        for name, accepted in _fields_of(kind):
-            value = getattr(self, name)
+        values = self.__dict__
+        for name, plain, takes in _fields_of(kind):
+            value = values[name]
+            if isinstance(value, plain):
+                continue
             if isinstance(value, list):
                 value = tuple(value)
                 object.__setattr__(self, name, value)
-            if not isinstance(value, accepted.plain) and not accepted.takes(value):
+            if not takes(value):
                 declared = kind.__dataclass_fields__[name].type
                 raise ValueOutOfBoundsError(f"{kind.__name__}.{name}", value, f"of type {declared}")
 
@@ -64,10 +67,11 @@ class _Accepted(NamedTuple):
 
 
 @cache
-def _fields_of(kind: Any) -> tuple[tuple[str, _Accepted], ...]:
-    """Return the fields of a model type with what their declared types accept."""
+def _fields_of(kind: Any) -> tuple[tuple[str, tuple[type, ...], Callable[[object], bool]], ...]:
+    """Return the fields of a model type with the types that they accept, and what says whether they take a value."""
     hints = get_type_hints(kind)
-    return tuple((f.name, _accepted(hints[f.name])) for f in fields(kind))
+    accepted = [(f.name, _accepted(hints[f.name])) for f in fields(kind)]
+    return tuple((name, a.plain, a.takes) for name, a in accepted)
 
 
 def _accepted(declared: Any) -> _Accepted:

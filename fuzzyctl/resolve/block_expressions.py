@@ -173,12 +173,19 @@ class Expressions(Names):
             form = several if len(called.outputs) > 1 else f"{system}(...)"
             self.context.report("FZ202", f"no {what} '{call.function}'", call.span, help=f"write '{form}'")
             return
-        facts = (f"functions: {', '.join(known)}",) if known else ()
+        facts = [f"functions: {', '.join(known)}"] if known else []
+        callees = self.context.callees()
+        for kind in what.split(" or "):
+            names = sorted(n for n, k in callees.items() if k == kind)
+            facts += [f"{kind}s: {listed(names)}"] if names else []
+            known = [*known, *names]
         near = did_you_mean(call.function, known)
         kinds = what.replace("or system", "or a system")
         help_text = near or f"declare a {kinds} of that name, or 'use' a file that does"
         fix = respelt_as_suggested(call.span, call.function, known)
-        self.context.report("FZ202", f"no {what} '{call.function}'", call.span, facts=facts, help=help_text, fix=fix)
+        self.context.report(
+            "FZ202", f"no {what} '{call.function}'", call.span, facts=tuple(facts), help=help_text, fix=fix
+        )
 
     def _counted(self, call: ex.Call, expected: Sequence[str]) -> bool:
         named = next((a for a in call.arguments if isinstance(a, ex.Keyword)), None)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import ChainMap
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Final
 
@@ -33,6 +33,7 @@ class Context:
         lost_file: Whether any declaration may be missing, since a used file could not be read.
         nameless: Keywords of declarations whose name is missing.
         broken: Names of blocks that are declared and may have mistakes of their own.
+        callees: Returns the systems, controllers and plants that can be called, each name with what it is.
         where: The place of each declaration.
     """
 
@@ -42,6 +43,7 @@ class Context:
     lost_file: bool = False
     nameless: frozenset[str] = frozenset()
     broken: frozenset[str] = frozenset()
+    callees: Callable[[], Mapping[str, str]] = dict
 
     #: The profile in force, whose settings hold where the file says nothing.
     profile: Profile = PROFILES["exact"]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from functools import reduce
+from functools import lru_cache, reduce
 from typing import Final
 
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, Note
@@ -58,21 +58,39 @@ def _breaks(ranks: list[list[int]], terms: int) -> Iterator[_Break]:
     """Yield the symmetries that all cells follow but one pair."""
     rows, columns = len(ranks), len(ranks[0])
     usual = Counter(r for row in ranks for r in row).most_common(1)[0][0]
-    for turn, counterpart, square in _TURNS:
+    for k, (turn, _, square) in enumerate(_TURNS):
         if square and rows != columns:
             continue
-        cells = [(i, j) for i in range(rows) for j in range(columns)]
-        pairs = {frozenset({p, counterpart(p, rows, columns)}) for p in cells}
+        pairs = _pairs(k, rows, columns)
         for opposite in (False, True):
-            broken, telling = [], 0
-            for pair in pairs:
-                a, b = (ranks[i][j] for i, j in (min(pair), max(pair)))
-                if b != (terms - 1 - a if opposite else a):
-                    broken.append(pair)
-                elif len(pair) == 2 and (a, b) != (usual, usual):
-                    telling += 1
-            if len(broken) == 1 and telling >= _TELLING:
-                yield _Break(broken[0], turn, opposite)
+            broken = _broken(ranks, pairs, usual, terms - 1 if opposite else None)
+            if broken is not None:
+                yield _Break(frozenset(broken), turn, opposite)
+
+
+@lru_cache(maxsize=64)
+def _pairs(turn: int, rows: int, columns: int) -> tuple[tuple[Place, Place], ...]:
+    """Return the pairs of cells that a way to turn a table exchanges; a cell that stays is with itself."""
+    counterpart = _TURNS[turn][1]
+    cells = [(i, j) for i in range(rows) for j in range(columns)]
+    return tuple((p, q) for p in cells if p <= (q := counterpart(p, rows, columns)))
+
+
+def _broken(
+    ranks: list[list[int]], pairs: tuple[tuple[Place, Place], ...], usual: int, total: int | None
+) -> tuple[Place, Place] | None:
+    """Return the one pair whose ranks are not the same, or not of the total that is given; None for none or several."""
+    broken, telling = None, 0
+    for pair in pairs:
+        (i, j), (k, m) = pair
+        a, b = ranks[i][j], ranks[k][m]
+        if b != (a if total is None else total - a):
+            if broken is not None:
+                return None
+            broken = pair
+        elif pair[0] != pair[1] and (a, b) != (usual, usual):
+            telling += 1
+    return broken if telling >= _TELLING else None
 
 
 def _diagnostic(table: RuleTable, place: Place, found: _Break) -> Diagnostic:

@@ -95,3 +95,76 @@ def test_used_files(tmp_path):
     assert (found.source.name, found.line) == (str(tmp_path / "shared.fz"), 2)
     changed = rename(document, text.index("poor"), "bad")
     assert {r.span.source.name for r in changed} == {str(path), str(tmp_path / "shared.fz")}
+
+
+PARTS = """input e in [-1, 1]
+  terms N P
+system rule "The rule"
+output u in [-1, 1]
+  terms N P
+table u = e
+     N  P
+  |  N  P
+controller law
+input r
+param k = 2
+output v = k * rule(r)
+plant lag = tf(num=[1], den=[1, 1])
+"""
+TOP = """use "parts.fz"
+controller top
+input x
+block a = law(x, k=3)
+output z = a.v + rule(e=x)
+loop closed
+block b = top(lag.y)
+block lag = lag(u=b.z)
+run 1 s
+"""
+
+
+@pytest.fixture
+def top(tmp_path):
+    (tmp_path / "parts.fz").write_text(PARTS)
+    return Document(SourceText(str(tmp_path / "a.fz"), TOP), tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("at", "line", "uses"),
+    [
+        ("law(x", 9, [4, 9]),
+        ("k=3", 11, [4, 11, 12]),
+        ("v + rule", 12, [5, 12]),
+        ("rule(e", 3, [5, 3, 12]),
+        ("e=x", 1, [5, 1, 6]),
+        ("lag(u", 13, [8, 13]),
+    ],
+)
+def test_blocks_of_used_files_are_found(top, at, line, uses):
+    offset = TOP.index(at)
+    found = definition(top, offset)
+    assert (found.source.name, found.line) == (str(top.folder / "parts.fz"), line)
+    assert [s.line for s in references(top, offset)] == uses
+    assert top.mistakes == []
+
+
+def test_a_block_is_renamed_in_the_file_that_declares_it(top):
+    changes = rename(top, TOP.index("law(x"), "lawful")
+    assert {c.span.source.name for c in changes} == {str(top.folder / n) for n in ("a.fz", "parts.fz")}
+    for name, text in (("parts.fz", PARTS), ("a.fz", TOP)):
+        path = top.folder / name
+        own = tuple(c for c in changes if c.span.source.name == str(path))
+        path.write_text(fixed(SourceText(str(path), text), [Fix(own, "sure")]))
+    after = Document(SourceText(str(top.folder / "a.fz"), (top.folder / "a.fz").read_text()), top.folder)
+    assert after.mistakes == []
+    assert "lawful" in {head.name for _, head in after.symbols.blocks()}
+
+
+def test_a_used_file_outside_of_the_folder_is_not_read(tmp_path):
+    (tmp_path / "sub").mkdir()
+    (tmp_path / "parts.fz").write_text(PARTS)
+    (tmp_path / "sub" / "link.fz").symlink_to(tmp_path / "parts.fz")
+    for name in ("../parts.fz", str(tmp_path / "parts.fz"), "link.fz"):
+        text = TOP.replace("parts.fz", name)
+        document = Document(SourceText(str(tmp_path / "sub" / "a.fz"), text), tmp_path / "sub")
+        assert definition(document, text.index("law(x")) is None

@@ -66,6 +66,31 @@ class TestNames:
         assert (found.code, found.message) == ("FZ201", "there is a block 'c' already")
 
 
+#: Lines of a controller that call what has another name, and what they were to call.
+MISSPELT = {
+    "let a = rlue(x)": ("rule", ("systems: distant, rule",)),
+    "let a = distnat(x)": ("distant", ("systems: distant, rule",)),
+    "block a = innr(x)": ("inner", ("controllers: inner",)),
+    "let a = zzzzzz(x)": ("", ("systems: distant, rule",)),
+    "block a = rlue(x)": ("", ("controllers: inner",)),
+    "block a = outer(x)": ("", ()),  # it is the block itself, which a message of its own is about
+}
+
+
+class TestMisspeltCalls:
+    @pytest.mark.parametrize("line", MISSPELT)
+    def test_the_name_that_was_meant_is_suggested(self, line, tmp_path):
+        (tmp_path / "distant.fz").write_text(RULE.replace("system rule", "system distant"), encoding="utf-8")
+        text = 'use "distant.fz"\n' + RULE + HEAD.replace(" c", " inner") + "output y = x\n"
+        text += HEAD.replace(" c", " outer") + line + "\noutput y = x\n"
+        meant, facts = MISSPELT[line]
+        found = look_through(SourceText(str(tmp_path / "a.fz"), text), folder=tmp_path).diagnostics
+        (mistake,) = [d for d in found if d.severity == "error"]
+        assert tuple(f for f in mistake.facts if not f.startswith("functions")) == facts or not facts
+        assert (f"did you mean '{meant}'?" in (mistake.help or "")) == bool(meant)
+        assert (mistake.fix.replacements[0].text if mistake.fix is not None else "") == meant
+
+
 class TestFiles:
     def test_a_loop_uses_the_controllers_and_plants_of_other_files(self, tmp_path):
         (tmp_path / "law.fz").write_text("controller law\ninput e\noutput v = e\n", encoding="utf-8")
