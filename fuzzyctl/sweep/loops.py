@@ -143,7 +143,7 @@ class Loops(Runnable[LoopScenario]):
         return free, {name: value for name, value in given.items() if name not in free}
 
     def _used(self, scenario: LoopScenario, again: bool = False) -> dict[str, UsedFile]:
-        """Return the files that those with loops use, such as tables, plants in Python, FMUs; `again` reads them anew."""
+        """Return the files that those with loops use: tables, plants in Python, FMUs; `again` reads them anew."""
         others = list(scenario.files.read.items())[scenario.files.own :]
         found = {}
         for name, content in others:
