@@ -122,6 +122,16 @@ class TestText:
         assert "measures without a value: iae" in result.output
         assert "FZ708" not in run(path, "--quiet").output
 
+    def test_signals_that_lose_their_values_apart_are_all_said(self, small):
+        path = small()
+        text = path.read_text("utf-8").replace("iae(p.y, r)", "integral(slip + log(p.y - 0.1))")
+        lets = "let slip = p.y / p.y\nlet twice = 2 * slip\nlet root = sqrt(p.y - 0.1)\n"
+        path.write_text(text + lets, encoding="utf-8")
+        (warning,) = run(path).output.split("warning[")[1:]
+        assert warning.startswith("FZ708]: 'slip' is not a number at t = 0 s")
+        assert "= nor is 'root' at t = 0 s (line " in warning
+        assert "twice" not in warning
+
     def test_an_inaccurate_integration_is_a_warning(self, small):
         result = run(small(), "--set", "p.T=0.05")
         assert "warning[FZ706]" in result.output
