@@ -85,6 +85,7 @@ class TestText:
             ("K=4", 2, "FZ502", "no param 'K'"),
             ("law.k=4", 2, "FZ502", "did you mean 'law.K'?"),
             ("law.K=40", 1, "FZ302", "param 'law.K' is 40, outside of (0, 10]"),
+            ("law.K=40", 1, "FZ302", "give --set another value"),
             ("law.K=high", 2, "FZ503", "param 'law.K' is no number"),
         ],
     )
