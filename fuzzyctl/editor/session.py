@@ -107,6 +107,17 @@ class FuzzyServer(LanguageServer):
         paths = {uri: uris.to_fs_path(uri) for uri in self.workspace.text_documents}
         return {os.path.abspath(path): self.document(uri) for uri, path in paths.items() if path is not None}
 
+    @property
+    def folders(self) -> list[Path]:
+        """The folders that are open."""
+        found = [uris.to_fs_path(uri) for uri in self.workspace.folders] or [self.workspace.root_path]
+        return [Path(folder) for folder in found if folder]
+
+    @property
+    def others(self) -> list[Document]:
+        """The documents that are open, and the rule files of the folders."""
+        return list(self.files.documents(self.folders, self.opened))
+
     def report_server_error(self, error: Exception, source: Any) -> None:
         """Show a message for a mistake of the server; one of a client is answered and logged."""
         if not is_of_client(error):

@@ -114,6 +114,15 @@ def test_files_that_are_used(tmp_path, with_shared_server):
         at = {"text_document": document, "position": position(text, "poor")}
         found = await client.text_document_definition_async(lsp.DefinitionParams(**at))
         assert (found.uri, found.range.start.line) == ((tmp_path / "shared.fz").as_uri(), 1)
+        shared = opened(client, (tmp_path / "shared.fz").read_text(), (tmp_path / "shared.fz").as_uri())
+        declared = {"text_document": shared, "position": lsp.Position(1, 8)}
+        context = lsp.ReferenceContext(True)
+        uses = await client.text_document_references_async(lsp.ReferenceParams(context=context, **declared))
+        assert [u.uri for u in uses] == [shared.uri, document.uri]
+        renamed = await client.text_document_rename_async(lsp.RenameParams(new_name="awful", **declared))
+        (edit,) = renamed.changes[document.uri]
+        assert (edit.new_text, edit.range) == ("awful", uses[1].range)
+        client.text_document_did_close(lsp.DidCloseTextDocumentParams(shared))
         (tmp_path / "shared.fz").unlink()
         changed(client, document, 2, text + "\n")
         assert (await client.diagnostics(2)).diagnostics[0].code == "FZ218"
