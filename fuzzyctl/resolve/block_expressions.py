@@ -8,7 +8,6 @@ from fuzzyctl import expr as ex
 from fuzzyctl.diagnostics.fixes import respelt_as_suggested
 from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.diagnostics.suggestions import a_or_an, counted, did_you_mean, listed
-from fuzzyctl.lang import syntax as sx
 from fuzzyctl.model.controller import Controller
 from fuzzyctl.model.forms import NEEDED, Form
 from fuzzyctl.model.measures import MEASURES
@@ -70,10 +69,12 @@ class Expressions(Names):
             case ex.Call():
                 return self._call(expr, inner, pure=pure) and self._fits(truth, is_condition=False, span=expr.span)
             case ex.Keyword(name=name, span=span):
-                self.context.report("FZ303", f"unexpected named argument '{name}'", span)
+                self.context.report("FZ303", f"unexpected named argument '{name}'", span, help="write the value alone")
                 return False
             case ex.Items() | ex.Text() | ex.Pair():
-                self.context.report("FZ303", f"expected a number, found {_ODD[type(expr)]}", expr.span)
+                self.context.report(
+                    "FZ303", f"expected a number, found {_ODD[type(expr)]}", expr.span, help="write one number"
+                )
                 return False
         return all([inner(part) for part in ex.children(expr)]) and self._fits(
             truth, is_condition=False, span=ex.span_of(expr)
@@ -89,10 +90,9 @@ class Expressions(Names):
         if name.partition(".")[0] in self.lost:
             return False
         if name not in known and name not in ex.CONSTANTS:
-            self.context.unknown(kind, expr, self.ordered_names if names is None else sorted(known))
+            self.context.unknown(kind, expr, self.ordered(known))
             return False
-        if isinstance(self.named.get(name), sx.Equation) and self.is_several(name):
-            outputs = [m for m in self.members if m.startswith(f"{name}.")]
+        if outputs := self.members.get(name):
             message = f"'{name}' has several outputs" if len(outputs) > 1 else f"'{name}' is a block, not a value"
             self.context.report("FZ214", message, expr.span, help=f"write one of: {listed(outputs)}")
             return False
@@ -204,17 +204,20 @@ class Expressions(Names):
     def arguments(self, call: ex.Call, inputs: Sequence[str], params: Sequence[str], inner: Inner) -> bool:
         """Check the arguments of a block: its inputs in order or by name, its params by name."""
         given = [a for a in call.arguments if not isinstance(a, ex.Keyword)]
+        form = f"the form is: {call.function}({', '.join(inputs)})"
         fine = True
-        bound = list(inputs[: len(given)])
+        bound = set(inputs[: len(given)])
         if len(given) > len(inputs):
             message = f"'{call.function}' takes {counted(len(inputs), 'input')}, not {len(given)}"
-            self.context.report("FZ303", message, call.span, facts=(f"inputs: {', '.join(inputs)}",))
+            self.context.report("FZ303", message, call.span, help=form)
             fine = False
         for argument in call.arguments:
             if not isinstance(argument, ex.Keyword):
                 fine = inner(argument, truth=False) and fine
             elif argument.name in bound:
-                self.context.report("FZ303", f"argument '{argument.name}' is given twice", argument.span)
+                self.context.report(
+                    "FZ303", f"argument '{argument.name}' is given twice", argument.span, help="remove one of them"
+                )
                 fine = False
             elif argument.name in inputs:
                 fine = inner(argument.value, truth=False) and fine
@@ -229,11 +232,11 @@ class Expressions(Names):
                 self.context.report("FZ202", message, argument.span, facts=facts, help=help_text, fix=fix)
                 fine = False
             if isinstance(argument, ex.Keyword):
-                bound.append(argument.name)
+                bound.add(argument.name)
         missing = [name for name in inputs if name not in bound]
         if fine and missing:
             message = f"'{call.function}' lacks a value for: {', '.join(missing)}"
-            self.context.report("FZ303", message, call.span, facts=(f"inputs: {', '.join(inputs)}",))
+            self.context.report("FZ303", message, call.span, help=form)
         return fine and not missing
 
     def form(self, call: ex.Call, forms: Mapping[str, Form], inner: Inner) -> bool:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Sequence, Set
 from dataclasses import dataclass, field
 from functools import cached_property
+from itertools import chain
 from typing import ClassVar, Final
 
 from fuzzyctl import expr as ex
@@ -60,12 +61,14 @@ class Names:
     find: Find
     functions: dict[str, sx.Function] = field(default_factory=dict)
     named: dict[str, sx.Signal | sx.Equation] = field(default_factory=dict)
-    #: Outputs of instances and of calls with several outputs, as `NAME.OUTPUT`.
-    members: dict[str, sx.Statement] = field(default_factory=dict)
+    #: Outputs of instances and of calls with several outputs, as `NAME.OUTPUT`, by the first of these names.
+    members: dict[str, tuple[str, ...]] = field(default_factory=dict)
     #: Instances and calls of what is not known, whose outputs are not known either.
     lost: set[str] = field(default_factory=set)
     #: What has been looked for, by name.
     blocks: dict[str, Callee | None] = field(default_factory=dict)
+    #: Names that were sorted last, and these in order.
+    _ordered: tuple[Set[str], Sequence[str]] = (frozenset(), ())
 
     def declare(self, statements: Sequence[sx.Statement]) -> None:
         """Enter all names first, so that statements may come in any order."""
@@ -81,7 +84,7 @@ class Names:
                 case sx.Equation(name=name, keyword=keyword, value=value) if keyword.text in ("let", "block"):
                     if self._declared(name, f"a {keyword.text}"):
                         self.named[name.text] = s
-                        self._declare_members(name.text, value, s)
+                        self._declare_members(name.text, value)
         self.lost = {name for name, s in self.named.items() if isinstance(s, sx.Equation) and self._is_lost(s.value)}
 
     def _declared(self, word: sx.Word, what: str) -> bool:
@@ -102,12 +105,12 @@ class Names:
         )
         return False
 
-    def _declare_members(self, name: str, value: ex.Expr, s: sx.Equation) -> None:
+    def _declare_members(self, name: str, value: ex.Expr) -> None:
         block = self.found(value.function) if isinstance(value, ex.Call) else None
         if isinstance(block, FuzzySystem) and len(block.outputs) > 1:
-            self.members |= {f"{name}.{o.name}": s for o in block.outputs}
+            self.members[name] = tuple(f"{name}.{o.name}" for o in block.outputs)
         elif isinstance(block, Controller | Plant):
-            self.members |= {f"{name}.{r.name}": s for r in block.results}
+            self.members[name] = tuple(f"{name}.{r.name}" for r in block.results)
 
     def _is_lost(self, value: ex.Expr) -> bool:
         """Whether a value calls what is not known, or has mistakes of its own."""
@@ -124,19 +127,16 @@ class Names:
             self.blocks[name] = None if is_function else self.find(name)
         return self.blocks[name]
 
-    def is_several(self, name: str) -> bool:
-        """Whether a name is that of several outputs."""
-        return any(m.startswith(f"{name}.") for m in self.members)
-
     @cached_property
     def names(self) -> Set[str]:
         """All names that an expression may use, once all are entered."""
-        return {*self.context.params, *self.named, *self.members, *self.given}
+        return {*self.context.params, *self.named, *chain.from_iterable(self.members.values()), *self.given}
 
-    @cached_property
-    def ordered_names(self) -> Sequence[str]:
-        """The same in alphabetical order, as messages list them."""
-        return sorted(self.names)
+    def ordered(self, names: Set[str]) -> Sequence[str]:
+        """Return names in alphabetical order, as messages list them; the same names again are not sorted anew."""
+        if names is not self._ordered[0]:
+            self._ordered = names, sorted(names)
+        return self._ordered[1]
 
     def what(self, name: str) -> str:
         """Return what a name is, such as "a param"; empty for none."""

@@ -73,11 +73,12 @@ class Statements(Expressions):
         return Param(name=s.name.text, expression=s.expression, unit=s.unit, bounds=bounds, span=s.name.span)
 
     def _function(self, s: sx.Function) -> Function | None:
-        parameters = [p.text for p in s.parameters]
-        for k, word in enumerate(s.parameters):
+        parameters: dict[str, None] = {}
+        for word in s.parameters:
             self.context.is_free(word, "a parameter")
-            if word.text in parameters[:k]:
+            if word.text in parameters:
                 self.context.report("FZ201", f"parameter '{word.text}' is given twice", word.span, help="rename one")
+            parameters[word.text] = None
         names = {*parameters, *self.context.params}
         if not self.formula(s.expression, names=names, kind="parameter or param", pure=True):
             return None

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence, Set
 from functools import cached_property
+from itertools import chain
 from typing import TYPE_CHECKING
 
 from fuzzyctl import expr as ex
@@ -76,7 +77,7 @@ class _Loop(Statements):
     def names(self) -> Set[str]:
         """All names that a signal may use."""
         signals = (n for n, s in self.named.items() if s.keyword.text != "measure")
-        return {*self.context.params, *signals, *self.members, *self.given}
+        return {*self.context.params, *signals, *chain.from_iterable(self.members.values()), *self.given}
 
     @cached_property
     def _measures_and_params(self) -> Set[str]:

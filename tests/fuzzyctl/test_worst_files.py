@@ -19,6 +19,7 @@ from fuzzyctl.analysis.work import COVERAGE, SpentError, Work
 from fuzzyctl.cli.main import main
 from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.explain.trace import _Contributions
+from fuzzyctl.expr import Name
 from fuzzyctl.kernels.plan.build import degree_name, plan
 from fuzzyctl.lang.csv_table import parse_csv_table
 from fuzzyctl.lang.lines import LogicalLine, split
@@ -30,6 +31,7 @@ from fuzzyctl.model.checks.partitions import spoilt_partitions
 from fuzzyctl.model.computed_numbers import Numbers
 from fuzzyctl.model.guarantee import Param
 from fuzzyctl.model.params import ParamValues
+from fuzzyctl.resolve.block_expressions import Expressions
 from fuzzyctl.resolve.context import Context
 from fuzzyctl.resolve.rules import resolve_antecedent, resolve_rule
 from fuzzyctl.resolve.system import MAX_VARIABLES
@@ -216,6 +218,23 @@ def test_a_consequent_is_not_compared_with_all_others():
     consequents = tuple(replace(c, output=replace(c.output, text=Compared(c.output.text))) for c in rule.consequents)
     resolve_rule(Context(), replace(rule, consequents=consequents))
     assert Compared.times < 10 * 100
+
+
+def test_names_of_a_block_are_sorted_once_for_all_mistakes():
+    block, known = Expressions(Context(), None, {}.get), {"b", "a"}
+    assert block.ordered(known) == ["a", "b"]
+    assert block.ordered(known) is block.ordered(known)
+    assert block.ordered({"c"}) == ["c"]
+
+
+def test_outputs_of_an_instance_are_not_looked_for_among_all():
+    class Members(dict):
+        def __iter__(self):
+            pytest.fail("all members are looked at")
+
+    block = Expressions(Context(), None, {}.get, members=Members(b=("b.u",)))
+    assert not block.formula(Name("b"), names={"b"})
+    assert block.context.diagnostics[0].help == "write one of: b.u"
 
 
 def test_unread_words_are_not_copied_for_each_unknown_block(monkeypatch):

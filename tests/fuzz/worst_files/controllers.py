@@ -92,6 +92,23 @@ def controller_states_that_read_all(size):
 
 
 @file_case
+def a_controller_function_of_many_parameters(size):
+    yield TOP + f"function f({', '.join(f'y{k}' for k in range(int(90_000 * size)))}) = 1\n"
+
+
+@file_case
+def a_controller_instance_with_many_arguments(size):
+    given = ", ".join(f"a{k}=1" for k in range(int(48_000 * size)))
+    yield f"controller inner\ninput e\noutput u = e\n{TOP}block b = inner({given})\n"
+
+
+@file_case
+def controller_instances_taken_for_values(size):
+    yield "controller inner\ninput e\noutput u = e\n" + TOP
+    yield from (f"block b{k} = inner(e)\nlet a{k} = b{k} + 1\n" for k in range(int(4900 * size)))
+
+
+@file_case
 def a_controller_with_a_long_delay(size):
     yield TOP + f"output v in [-1, 1] = delay(e, {max(1, int(10_000 * size))})\n"
 

@@ -21,6 +21,7 @@ repetitions(
         "loop-measures": ("measure m@ = iae(p.y, 1)\n", TOP),
         "loop-measures-of-unknown-kinds": ("measure m@ = aie(p.y, 1)\n", TOP),
         "loop-requirements": ("require m <= 1 + @\n", TOP, "measure m = iae(p.y, 1)\n"),
+        "loop-requirements-of-unknown-measures-among-many": ("measure m@ = iae(p.y, 1)\nrequire q@ <= 1\n", TOP),
         "loop-requirements-of-unknown-measures": ("require mm@ <= 1\n", TOP),
         "loop-noises": ("let a@ = noise(0.1, seed=@)\n", TOP),
         "loop-blocks": ("block b@ = law(1)\n", TOP),
