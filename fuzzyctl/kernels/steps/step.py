@@ -143,7 +143,7 @@ class Step(Displayed):
         """
         import numpy as np
 
-        points = self._points(inputs, dt, dimensions=2)
+        points = np.ascontiguousarray(self._points(inputs, dt, dimensions=2))
         kept = self.start() if state is None else float_array(state, "state").copy()
         self._require_states(kept, ())
         results = np.empty((len(points), len(self.output_names)))

@@ -215,6 +215,8 @@ class TestStep:
         step = fuzzyctl.compile(controller(PID), backend)
         rows = np.random.default_rng(3).uniform(-1, 1, (30, 2))
         outputs, last = step.run(rows)
+        for turned in (np.asfortranarray(rows), np.hstack([rows, rows])[:, : rows.shape[1]], rows[::-1].copy()[::-1]):
+            np.testing.assert_array_equal(step.run(turned)[0], outputs)
         state, copies = step.start(), np.tile(step.start(), (4, 1))
         for row, output in zip(rows, outputs, strict=True):
             one, state = step(*row, state)
