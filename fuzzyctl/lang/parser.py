@@ -13,7 +13,7 @@ from fuzzyctl.diagnostics.source import SourceText, Span
 from fuzzyctl.lang import fast_path
 from fuzzyctl.lang import syntax as sx
 from fuzzyctl.lang.foreign import foreign
-from fuzzyctl.lang.lines import LineKind, LogicalLine, half_typed, meant_head, split
+from fuzzyctl.lang.lines import LineKind, LogicalLine, half_typed, keyword_behind, meant_head, split
 from fuzzyctl.lang.missing_keywords import (
     Headless,
     describe_barless,
@@ -244,6 +244,7 @@ class _Assembler:
         meant = meant_keyword(line.word)
         if meant is not None and self.source.text[line.start : line.end].strip() == line.word:
             self.nameless.add(meant)
+        meant = keyword_behind(self.source.text[line.start : line.end]) or meant
         is_variable = looks_like_variable(self.source, line)
         if meant in ("input", "output", "table") or is_variable:
             # It was the head of the block that follows.
