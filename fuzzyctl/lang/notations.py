@@ -116,7 +116,8 @@ def _declaration(groups: list[str], around: Surroundings) -> str | None:
     indent, name, value = groups[2], groups[3], groups[4]
     if indent or name in around.declared.terms:
         return f"{indent}{name} = constant({value})" if around.block == "output" else None
-    return f"param {name} = {value}"
+    # A param cannot have the name of a variable.
+    return f"param {name} = {value}" if name not in around.declared.variables else None
 
 
 def _joined(groups: list[str], around: Surroundings) -> str:

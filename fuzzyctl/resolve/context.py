@@ -22,6 +22,12 @@ MAX_SUGGESTIONS: Final = 500
 CLAIM_FUNCTIONS: Final = ("total", "bounded", "increasing", "decreasing", "lipschitz")
 
 
+def is_function(name: str, *, output: bool) -> bool:
+    """Whether a function of the language has this name, so that no input, param or, with `output`, output may."""
+    # An output may be called in a guarantee, as `u(-e)`, where nothing would tell it from a function.
+    return name in CLAIM_FUNCTIONS or (name in ex.FUNCTIONS and (output or name not in ex.SOFT))
+
+
 @dataclass
 class Context:
     """Diagnostics and declared names.
@@ -98,9 +104,7 @@ class Context:
 
     def declare(self, word: sx.Word, what: str, shared: str = "params, inputs and outputs") -> bool:
         """Enter a name; report and return False when it is reserved or taken; `shared` says what has such names."""
-        # An output may be called in a guarantee, as `u(-e)`, where nothing would tell it from a function.
-        functions = ex.FUNCTIONS if what == "an output" else ex.FUNCTIONS.keys() - ex.SOFT
-        if word.text in sx.RESERVED or word.text in functions or word.text in CLAIM_FUNCTIONS:
+        if word.text in sx.RESERVED or is_function(word.text, output=what == "an output"):
             self._reserved(word, what)
             if word.text not in self.unread:
                 self.unread |= {word.text}

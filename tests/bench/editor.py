@@ -43,12 +43,20 @@ LINES = 500
 #: Most milliseconds for an answer, from a key to names and syntax, and from the last key to the lights.
 MOST_ANSWER, MOST_NAMES, MOST_LIGHTS = 20.0, 30.0, 300.0
 
+
+def renamed(document: Document, offset: int) -> Any:
+    """Return the changes that give the name at an offset another one; None where there is no name."""
+    found = navigation.symbol_at(document, offset)
+    return navigation.rename(document, offset, "renamed") if found is not None else None
+
+
 ANSWERS: dict[str, Callable[[Document, int], Any]] = {
     "completion": completion.complete,
     "hover": hover.hover,
     "signature": signature.signature,
     "definition": navigation.definition,
     "references": navigation.references,
+    "rename": renamed,
     "selections": outline.selections,
     "code actions": actions.actions,
     "layout on type": lambda document, offset: layout.typed(document, offset, "\n"),

@@ -84,3 +84,8 @@ def test_fixes_that_leave_as_many_errors_are_not_made():
 def test_numbers_of_other_tools(line, right):
     text = RIGHT.replace("b = gaussian(1, 0.1)  # other", line)
     assert text_of(text) == RIGHT.replace("b = gaussian(1, 0.1)  # other", right)
+
+
+def test_a_value_is_no_param_under_the_name_of_a_variable():
+    assert text_of(f"{RIGHT}k = 5\n", likely=True) == f"{RIGHT}param k = 5\n"
+    assert text_of(f"{RIGHT}y = 5\n", likely=True) == f"{RIGHT}y = 5\n"
