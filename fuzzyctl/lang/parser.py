@@ -57,16 +57,24 @@ def parse(source: SourceText) -> tuple[sx.SyntaxTree, list[Diagnostic]]:
     if not mistakes and not foreign:
         return tree, mistakes
     # Files without mistakes need no repairs.
+    from fuzzyctl.lang.other_formats import other_format
     from fuzzyctl.lang.recovery import recover
 
+    if (mistake := other_format(source)) is not None:
+        return _nothing(source), [mistake]
     return recover(source, found, _read_lines, _reads_line)
+
+
+def _nothing(source: SourceText) -> sx.SyntaxTree:
+    """Return the tree of a file that is not read."""
+    return sx.SyntaxTree(source, (), lost_variable=True, lost_input=True)
 
 
 def _read_lines(source: SourceText) -> tuple[sx.SyntaxTree, list[Diagnostic], list[Diagnostic]]:
     """Parse a text as it is written; mistakes of lines that only other tools write so come third."""
     assembler = _Assembler(source)
     if (mistake := _crowded(source)) is not None:
-        return sx.SyntaxTree(source, (), lost_variable=True, lost_input=True), [mistake], []
+        return _nothing(source), [mistake], []
     lines = (line for line in split(source) if line.kind != "blank")
     for line, below in pairwise(chain(lines, (None,))):
         assert line is not None, "only the last one has none below"
