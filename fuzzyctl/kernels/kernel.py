@@ -210,7 +210,8 @@ class Kernel(Displayed):
             Shape (..., rules), in the order of `FuzzySystem.rules`; NaN where an input is NaN. Of pandas a DataFrame
             with the index of the points and a column for each rule, from 0.
         """
-        return labelled(self._view("activations", points, state), range(self.n_rules), points)
+        found: FloatArray = labelled(self._view("activations", points, state), range(self.n_rules), points)
+        return found
 
     def gradient(self, points: Any, state: Any = None) -> FloatArray:
         """Compute the derivatives of the outputs by the inputs, exact but for rounding.
@@ -232,7 +233,8 @@ class Kernel(Displayed):
         from fuzzyctl.kernels.arrays import jacobian
 
         found = jacobian(self._view("gradient", points, state), len(self.output_names))
-        return labelled(found, self.input_names, points)
+        kept: FloatArray = labelled(found, self.input_names, points)
+        return kept
 
     def _view(self, what: str, points: Any, state: Any) -> FloatArray:
         """Evaluate one of the programs that show what is behind the outputs."""

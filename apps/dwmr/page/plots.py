@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import base64
 import json
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from importlib.resources import files
 from typing import Any, NamedTuple
 
@@ -156,7 +156,7 @@ class _Drawing:
     def velocities(self) -> Plot:
         """Draw the velocities from the wheels and those that the law commands."""
         signals = [
-            Signal(f"{symbol} [{unit}]", self._each(lambda t, n=name: t[n]), self._each(lambda t, n=name: t[f"{n}_c"]))
+            Signal(f"{symbol} [{unit}]", self._recorded(name), self._recorded(f"{name}_c"))
             for name, symbol, unit in (("v", "v", "m/s"), ("omega", "ω", "rad/s"))
         ]
         return self._over_time("Velocities", "From the wheels, and wide and pale as the law commands them.", signals)
@@ -165,8 +165,10 @@ class _Drawing:
         """Draw the peaks of |dv_c/dt| of both channels."""
         dt = self.scenario.run.dt
         signals = [
-            Signal(label, self._each(lambda t, c=channel: self._peaks(derived.chattering(t, c, dt))), is_log=True)
-            for channel, label in (("v", "|dv_c/dt| [m/s²]"), ("omega", "|dω_c/dt| [rad/s²]"))
+            Signal(
+                label, {law: self._peaks(derived.chattering(t, name, dt)) for law, t in self.runs.items()}, is_log=True
+            )
+            for name, label in (("v", "|dv_c/dt| [m/s²]"), ("omega", "|dω_c/dt| [rad/s²]"))
         ]
         caption = "The greatest |dv_c/dt| of every stretch of time, on logarithmic axes."
         return self._over_time("Chattering", caption, signals)
@@ -206,8 +208,8 @@ class _Drawing:
         said = ", ".join(f"{law} V of Eq. ({'23' if 'V_23' in one else '10'})" for law, one in found.items())
         return [self._over_time("Lyapunov function", f"V and its derivative: {said}.", signals)]
 
-    def _each(self, values: Callable[[Trajectory], FloatArray]) -> dict[str, FloatArray]:
-        return {law: values(t) for law, t in self.runs.items()}
+    def _recorded(self, name: str) -> dict[str, FloatArray]:
+        return {law: t[name] for law, t in self.runs.items()}
 
     def _groups(self) -> list[list[int]]:
         """Return the robots of each panel of a signal."""
