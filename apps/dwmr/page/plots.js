@@ -178,7 +178,7 @@
       this.panels = data.panels.map((panel) => new Panel(this, panel, grid));
       this.readout = make(parent, "p", { class: "readout" });
       this.say("");
-      new ResizeObserver(() => this.draw()).observe(grid);
+      new ResizeObserver(() => requestAnimationFrame(() => this.resize(grid.clientWidth))).observe(grid);
     }
 
     entry(legend, series, k) {
@@ -204,6 +204,12 @@
       this.view = x;
       for (const panel of this.panels) panel.view = y;
       this.draw();
+    }
+
+    // What is drawn changes the height, which says nothing new.
+    resize(width) {
+      if (width !== this.width) this.draw();
+      this.width = width;
     }
 
     draw() {

@@ -30,6 +30,7 @@ globalThis.document = {
   createElementNS: (space, name) => new Element(name, space),
   getElementById: (id) => (byId[id] ??= new Element("div", "html")),
 };
+globalThis.requestAnimationFrame = (action) => action();
 globalThis.ResizeObserver = class {
   constructor(action) {
     this.action = action;
