@@ -35,7 +35,8 @@ def page(file: str, loop: str | None, out: str | None, choice: Choice) -> int:
     """Write a file as one HTML page that computes offline, to look at and to share.
 
     It has sliders for the inputs, terms with their degrees, the rules that act, surfaces, and what is proved; steps of
-    controllers; loops over time, which are run before. The numbers come from JavaScript as 'fuzzyctl codegen' writes it.
+    controllers; loops over time, which are run before. Its numbers come from JavaScript as 'fuzzyctl codegen' writes
+    it.
 
     \b
     fuzzyctl page rules/tipper.fz -o tipper.html
@@ -177,7 +178,9 @@ def _refused(name: str, span: object, error: Exception) -> Diagnostic:
     from fuzzyctl.diagnostics.source import Span
 
     place = span if isinstance(span, Span) else None
-    return Diagnostic("FZ608", f"'{name}' cannot be written in JavaScript, with which pages compute", place, facts=(str(error),))
+    return Diagnostic(
+        "FZ608", f"'{name}' cannot be written in JavaScript, with which pages compute", place, facts=(str(error),)
+    )
 
 
 def _nothing(file: str, examined: Examined, name: str | None) -> Diagnostic:
