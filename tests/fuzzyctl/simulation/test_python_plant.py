@@ -61,12 +61,18 @@ def test_it_is_the_plant_that_text_says(loop, python_loop):
         ("return speed, u", "return u", "'derivative' of plant 'p' returned -", "one for each of: x, v"),
         ("return x\n", "return ['a', None]\n", "'output' of plant 'p' returned ['a', None]", "expected 2 numbers"),
         ("return x\n", "return 1 / 0\n", "'output' of plant 'p' raised ZeroDivisionError at t = 0 s", "p.py:13: "),
+        ("return x\n", "return {1.0, 2.0}\n", "'output' of plant 'p' returned {1.0, 2.0}", "expected 2 numbers"),
+        ("return x\n", "return '12'\n", "'output' of plant 'p' returned '12'", "expected 2 numbers"),
+        ("return x\n", "return 10**400, 0\n", "'output' of plant 'p' returned (1000", "expected 2 numbers"),
+        ("return x\n", "return (1 / 0 for v in x)\n", "'output' of plant 'p' raised ZeroDivisionError", "p.py:13: "),
+        ("return x\n", "raise SystemExit(0)\n", "'output' of plant 'p' raised SystemExit at t = 0 s", "p.py:13: "),
+        ("inputs =", "raise SystemExit(0)\ninputs =", "the file of plant 'p' raised SystemExit", "p.py:2: "),
         ("def output", "def outputs_", "the file has no function 'output'", "it is block 'p'"),
         (
             "inputs =",
             "import nothing_of_that_name\ninputs =",
             "the file of plant 'p' raised ModuleNotFoundError",
-            "p.py:2",
+            "no files beside it",
         ),
     ],
 )
@@ -78,7 +84,7 @@ def test_what_its_code_does_wrong_is_a_mistake_with_its_place(python_loop, old, 
         (found,) = error.diagnostics
     assert found.code == "FZ704"
     assert found.message.startswith(message)
-    assert any(fact in f for f in found.facts)
+    assert any(fact in f for f in (*found.facts, found.help))
     assert found.span.text == "p"
 
 
