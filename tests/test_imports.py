@@ -24,7 +24,7 @@ ORDER = [
     ["comparison", "explain", "loading"],
     ["analysis", "building", "interop", "plot", "sweep"],
     ["codegen", "convert", "display"],
-    ["editor"],
+    ["editor", "page"],
     ["cli"],
     ["__main__"],
 ]
