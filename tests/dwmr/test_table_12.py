@@ -42,6 +42,7 @@ class TestTable12:
             ("robots.follower1.formation.separation=1.3", "robots.follower1.formation is"),
             ("disturbances.0.v=0.2", "disturbances are"),
             ("load.mass_factor=1", "load is"),
+            ("formation.leader_velocity=wheels", "formation is"),
             ("run.horizon=300", "run.horizon is"),
         ],
     )
