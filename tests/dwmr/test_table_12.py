@@ -67,6 +67,8 @@ class TestTable12:
         assert why_not.startswith("Table 13 is left out, it speaks of another run: robots.leader.mass")
         assert "Table 13 of the paper" in printed(number=13)
         assert "0.4604" in printed(number=13)
+        assert "AIFQSMC in Gazebo" in " ".join(printed(number=13).split())
+        assert "Gazebo" not in printed(number=12)
 
     def test_is_shown_for_a_run_with_other_bodies(self):
         assert beside(paper("robot.body.width=0.5")) == (12, "")
