@@ -30,7 +30,7 @@ def checked_system(examined: Examined, choice: Choice) -> tuple[FuzzySystem, tup
     checked = check_changed(examined, choice.changed, system=choice.name)
     if checked.system is None:
         raise DiagnosticError(checked.diagnostics)
-    show([*checked.diagnostics, *_undecided(checked.verdicts)])
+    show([*checked.diagnostics, *undecided(checked.verdicts)])
     return checked.system, checked.verdicts
 
 
@@ -59,7 +59,7 @@ def _under(block: _Block, profile: str | None) -> _Block:
     return replace(block, systems=systems)
 
 
-def _undecided(verdicts: tuple[Verdict, ...]) -> list[Diagnostic]:
+def undecided(verdicts: tuple[Verdict, ...]) -> list[Diagnostic]:
     """Warn of guarantees that quick methods leave open."""
     from fuzzyctl.analysis.verdicts import Undecided
 
