@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from fuzzyctl.codegen.steps.javascript_source import StepJavaScriptLayout
 from fuzzyctl.codegen.steps.unit import StepUnit, ends
 from fuzzyctl.model.controller import Controller
 from fuzzyctl.model.plant import Plant
-from fuzzyctl.plot.time_series import Panel, panels
-from fuzzyctl.simulation.run import Run
+
+if TYPE_CHECKING:
+    from fuzzyctl.plot.time_series import Panel
+    from fuzzyctl.simulation.run import Run
 
 #: Most samples of a run that a page holds, and digits of each.
 SAMPLES: Final = 600
@@ -45,6 +47,8 @@ def controller_data(unit: StepUnit) -> dict[str, Any]:
 
 def loop_data(run: Run) -> dict[str, Any]:
     """Return what is shown of a run: its signals, every n-th sample where there are many, measures and requirements."""
+    from fuzzyctl.plot.time_series import panels  # numpy, which controllers do without
+
     every = max(1, math.ceil(len(run) / SAMPLES))
     measures = run.measures
     blocks: list[tuple[str, Controller | Plant]] = [(b.name, b) for b in (*run.loop.controllers, *run.loop.plants)]

@@ -11,7 +11,10 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any, Final
 
+from fuzzyctl.analysis.check import check_changed
 from fuzzyctl.codegen.errors import CodegenError
+from fuzzyctl.codegen.steps.unit import prepare_step
+from fuzzyctl.codegen.unit import prepare
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError, FuzzyctlError
 from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.editor import actions, completion, hover
@@ -19,6 +22,10 @@ from fuzzyctl.editor.document import Document
 from fuzzyctl.lang.formatter import format_source
 from fuzzyctl.model.controller import Controller
 from fuzzyctl.model.system import FuzzySystem
+from fuzzyctl.page.blocks import controller_data
+from fuzzyctl.page.document import Section, controller_section, system_section
+from fuzzyctl.page.document import document as page_of
+from fuzzyctl.page.systems import SystemFacts
 from fuzzyctl.studio.exports import exported
 from fuzzyctl.studio.places import characters, edits, ends
 from fuzzyctl.support.reading import MAX_BYTES
@@ -113,6 +120,22 @@ def _format(document: Document, _: _Data) -> _Data:
     return {"text": format_source(document.source)}
 
 
+def _page(document: Document, _: _Data) -> _Data:
+    """Return the page of all systems and controllers; loops are runs, which take numpy."""
+    sections = [_section(block, document) for block in _sound(document)]
+    if not sections:
+        return {"refused": "there is no system and no controller to show"}
+    return {"html": page_of(sections[0].data["title"] or sections[0].data["name"], sections, document.proved)}
+
+
+def _section(block: FuzzySystem | Controller, document: Document) -> Section:
+    if isinstance(block, Controller):
+        step = prepare_step(block, document.text)
+        return controller_section(controller_data(step), step)
+    verdicts = check_changed(document.examined, lambda s: s, system=block.name).verdicts
+    return system_section(SystemFacts(prepare(block, document.text, verdicts=verdicts), verdicts))
+
+
 def _export(document: Document, asked: _Data) -> _Data:
     """Return the files of all blocks in one language; why not, for a block that it cannot express."""
     files: dict[str, str] = {}
@@ -145,5 +168,6 @@ METHODS: Final[dict[str, Callable[[Document, _Data], _Data]]] = {
     "hover": _hover,
     "actions": _actions,
     "format": _format,
+    "page": _page,
     "export": _export,
 }
