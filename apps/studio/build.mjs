@@ -1,7 +1,7 @@
 // Makes the studio's folder: npm ci && node build.mjs [FOLDER], `dist` where none is named. PYTHON (default: python3) is
 // a Python that has fuzzyctl's parser, lark, installed; everything else is of this repository and of npm.
 //
-// The folder holds the page, Pyodide, fuzzyctl and lark in one archive with their bytecode, examples, and licences.
+// The folder holds the page, Pyodide, the bytecode of fuzzyctl and lark in one archive, examples, and licences.
 import { execFileSync } from "node:child_process";
 import { copyFileSync, mkdirSync, readdirSync, readFileSync, rmSync, statSync, writeFileSync } from "node:fs";
 import { dirname, join, relative, resolve } from "node:path";
@@ -12,6 +12,8 @@ import { loadPyodide } from "pyodide";
 const HERE = dirname(fileURLToPath(import.meta.url));
 const ROOT = join(HERE, "..", "..");
 const OUT = resolve(process.argv[2] ?? join(HERE, "dist"));
+const { version } = JSON.parse(readFileSync(join(HERE, "node_modules", "pyodide", "package.json"), "utf8"));
+const RUNTIME = `pyodide-${version}`;
 const PYODIDE = ["pyodide.asm.mjs", "pyodide.asm.wasm", "python_stdlib.zip", "pyodide-lock.json"];
 /** Rooms of fuzzyctl that the worker never imports. */
 const LEFT_OUT = new Set(["cli", "experiments", "interop", "sweep", "__pycache__"]);
@@ -25,7 +27,7 @@ function files(folder, wanted) {
     });
 }
 
-/** Returns fuzzyctl and lark with their bytecode, which Pyodide itself compiles, as one zip. */
+/** Returns the bytecode of fuzzyctl and lark, which Pyodide itself compiles, as one zip. */
 async function archive() {
   const python = process.env.PYTHON ?? "python3";
   const [lark] = JSON.parse(execFileSync(python, ["-c", "import json, lark; print(json.dumps(list(lark.__path__)))"], { encoding: "utf8" }));
@@ -40,11 +42,11 @@ async function archive() {
   pyodide.runPython(`
 import compileall, os, zipfile
 from py_compile import PycInvalidationMode
-assert compileall.compile_dir("/pack", quiet=1, stripdir="/pack", invalidation_mode=PycInvalidationMode.UNCHECKED_HASH)
+assert compileall.compile_dir("/pack", quiet=1, stripdir="/pack", legacy=True, optimize=0, invalidation_mode=PycInvalidationMode.UNCHECKED_HASH)
 with zipfile.ZipFile("/fuzzyctl.zip", "w", zipfile.ZIP_DEFLATED, compresslevel=9) as packed:
     for folder, folders, names in os.walk("/pack"):
         folders.sort()
-        for name in sorted(names):
+        for name in sorted(n for n in names if not n.endswith(".py")):
             path = os.path.join(folder, name)
             with open(path, "rb") as file:
                 packed.writestr(zipfile.ZipInfo(os.path.relpath(path, "/pack")), file.read(), zipfile.ZIP_DEFLATED)
@@ -98,7 +100,7 @@ function notices(metafile, lark) {
 }
 
 rmSync(OUT, { recursive: true, force: true });
-mkdirSync(join(OUT, "pyodide"), { recursive: true });
+mkdirSync(join(OUT, RUNTIME), { recursive: true });
 const { metafile } = await build({
   entryPoints: [join(HERE, "src", "main.js"), join(HERE, "src", "worker.js")],
   outdir: OUT,
@@ -108,11 +110,11 @@ const { metafile } = await build({
   format: "esm",
   target: "es2022",
   external: ["node:*", "ws"],
-  loader: { ".json": "json" },
+  define: { RUNTIME: JSON.stringify(RUNTIME) },
   metafile: true,
 });
 for (const name of ["index.html", "style.css"]) copyFileSync(join(HERE, "src", name), join(OUT, name));
-for (const name of PYODIDE) copyFileSync(join(HERE, "node_modules", "pyodide", name), join(OUT, "pyodide", name));
+for (const name of PYODIDE) copyFileSync(join(HERE, "node_modules", "pyodide", name), join(OUT, RUNTIME, name));
 const { zip, lark } = await archive();
 writeFileSync(join(OUT, "fuzzyctl.zip"), zip);
 writeFileSync(join(OUT, "examples.json"), JSON.stringify(examples()));

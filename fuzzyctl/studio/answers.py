@@ -11,7 +11,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any, Final
 
-from fuzzyctl.analysis.check import check_changed
+from fuzzyctl.analysis.prove import quickly
 from fuzzyctl.codegen.errors import CodegenError
 from fuzzyctl.codegen.steps.unit import prepare_step
 from fuzzyctl.codegen.unit import prepare
@@ -132,7 +132,7 @@ def _section(block: FuzzySystem | Controller, document: Document) -> Section:
     if isinstance(block, Controller):
         step = prepare_step(block, document.text)
         return controller_section(controller_data(step), step)
-    verdicts = check_changed(document.examined, lambda s: s, system=block.name).verdicts
+    verdicts = quickly(block)[0] if block.guarantees else []
     return system_section(SystemFacts(prepare(block, document.text, verdicts=verdicts), verdicts))
 
 

@@ -15,7 +15,10 @@ ADDRESS: Final = "127.0.0.1"
 
 
 class _Handler(SimpleHTTPRequestHandler):
-    """Serves files without a word; browsers ask whether what they have is the newest."""
+    """Serves files without a word; browsers ask whether what they have is the newest, but for Pyodide.
+
+    Its folder is named after its version, so they keep it, and the machine code that they make of it.
+    """
 
     extensions_map: Final = {
         ".html": "text/html; charset=utf-8",
@@ -31,7 +34,8 @@ class _Handler(SimpleHTTPRequestHandler):
 
     def end_headers(self) -> None:
         """Send what each answer has."""
-        self.send_header("Cache-Control", "no-cache")
+        kept = self.path.startswith("/pyodide-")
+        self.send_header("Cache-Control", "max-age=31536000, immutable" if kept else "no-cache")
         self.send_header("X-Content-Type-Options", "nosniff")
         super().end_headers()
 

@@ -51,7 +51,7 @@ export function editor(parent, ask, changed) {
     const found = await ask("hover", { offset: pos });
     return found?.markdown ? { pos: found.from, end: found.to, above: true, create: () => ({ dom: shown(found.markdown) }) } : null;
   });
-  return new EditorView({
+  const view = new EditorView({
     parent,
     state: EditorState.create({
       extensions: [
@@ -74,6 +74,8 @@ export function editor(parent, ask, changed) {
       ],
     }),
   });
+  view.scrollDOM.tabIndex = 0; // the keyboard scrolls it
+  return view;
 }
 
 /** Shows diagnostics in the text; `repair` puts a repair in. */

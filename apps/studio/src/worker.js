@@ -14,7 +14,7 @@ async function start() {
     if (!response.ok) throw new Error(`fuzzyctl.zip: ${response.status}`);
     return response.arrayBuffer();
   });
-  const pyodide = await loadPyodide({ indexURL: new URL("pyodide/", location.href).href });
+  const pyodide = await loadPyodide({ indexURL: new URL(`${RUNTIME}/`, location.href).href });
   pyodide.unpackArchive(await packed, "zip", { extractDir: "/fuzzyctl" });
   pyodide.FS.mkdirTree(FOLDER);
   pyodide.runPython(`
