@@ -73,7 +73,12 @@ HOMES = {
     "pydantic": {"apps/dwmr", "fuzzyctl/experiments/sweep", "fuzzyctl/sweep/spec.py"},
     "PIL": {"apps/dwmr/figures"},
     "lsprotocol": {"fuzzyctl/editor/server.py", "fuzzyctl/editor/session.py", "fuzzyctl/editor/requests.py"},
-    "pygls": {"fuzzyctl/editor/server.py", "fuzzyctl/editor/session.py", "fuzzyctl/editor/requests.py"},
+    "pygls": {
+        "fuzzyctl/editor/protocol.py",
+        "fuzzyctl/editor/requests.py",
+        "fuzzyctl/editor/server.py",
+        "fuzzyctl/editor/session.py",
+    },
     "pygments": {"fuzzyctl/lang/highlight.py"},
     "pyarrow": {"fuzzyctl/experiments/results/parquet.py", "apps/dwmr/output/data/parquet_file.py"},
     "distributed": {"fuzzyctl/experiments/sweep/cluster.py"},

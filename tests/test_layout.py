@@ -42,7 +42,6 @@ THROUGH = {
     "fuzzyctl/loading/block_numbers.py": "fuzzyctl/resolve/test_loops.py fuzzyctl/resolve/test_plants.py "
     "fuzzyctl/resolve/test_controllers.py",
     "fuzzyctl/loading/choice.py": "fuzzyctl/loading/test_load.py fuzzyctl/cli/test_loading.py",
-    "fuzzyctl/loading/examination.py": "fuzzyctl/loading/test_load.py fuzzyctl/loading/test_linking.py",
     "fuzzyctl/loading/policy.py": "fuzzyctl/cli/test_check.py fuzzyctl/loading/test_load.py",
     "fuzzyctl/model": "fuzzyctl/model/test_system.py fuzzyctl/model/checks/test_checks.py fuzzyctl/cli/test_as.py",
     "fuzzyctl/plot": "fuzzyctl/cli/test_plot.py fuzzyctl/cli/test_why.py fuzzyctl/plot/test_figures.py",

@@ -48,7 +48,7 @@ class Choice:
         try:
             system = system.with_params(**values) if values else system
         except DiagnosticError as error:
-            raise self._blamed(error) from None
+            raise blamed(error, self.settings) from None
         return under(system, self.profile)
 
     def with_settings(self, block: AnyBlock) -> AnyBlock:
@@ -65,18 +65,19 @@ class Choice:
         try:
             return with_params(block, values)
         except DiagnosticError as error:
-            raise self._blamed(error) from None
-
-    def _blamed(self, error: DiagnosticError) -> DiagnosticError:
-        """Return a mistake with the settings that it comes from."""
-        facts = (f"with {' '.join(f'--set {text}' for text in self.settings)}",)
-        blamed = [replace(d, facts=(*d.facts, *facts), help="give --set another value") for d in error.diagnostics]
-        return DiagnosticError(blamed)
+            raise blamed(error, self.settings) from None
 
     def of_params(self, names: Sequence[str]) -> Choice:
         """Return the same with the settings of some params only."""
         own = tuple(t for t in self.settings if t.partition("=")[0].strip() in names)
         return replace(self, settings=own)
+
+
+def blamed(error: DiagnosticError, settings: Sequence[str]) -> DiagnosticError:
+    """Return mistakes with the settings that they come from."""
+    facts = (f"with {' '.join(f'--set {text}' for text in settings)}",)
+    help_text = "give --set another value"
+    return DiagnosticError([replace(d, facts=(*d.facts, *facts), help=help_text) for d in error.diagnostics])
 
 
 def chooses(command: Callable[..., Any]) -> Callable[..., Any]:

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from fuzzyctl.cli.common import assignments, show
-from fuzzyctl.cli.loading import source_of
+from fuzzyctl.cli.loading import blamed, source_of
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 
 if TYPE_CHECKING:
@@ -64,8 +64,5 @@ def settings_of(texts: Sequence[str], loops: Sequence[Loop]) -> list[Loop]:
         try:
             changed.append(with_settings(loop, {n: v for n, v in values.items() if n in own}))
         except DiagnosticError as error:
-            facts = (f"with {' '.join(f'--set {text}' for text in texts)}",)
-            raise DiagnosticError(
-                [dataclasses.replace(d, facts=(*d.facts, *facts)) for d in error.diagnostics]
-            ) from None
+            raise blamed(error, texts) from None
     return changed

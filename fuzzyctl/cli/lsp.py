@@ -27,4 +27,6 @@ def lsp() -> int:
         say(f'error: the language server needs {error.name}: pip install "fuzzyctl[lsp]"', err=True)
         return FAILED
     server.start_io()
+    # The server closes the streams at its end, and the command flushes them.
+    sys.stdout = sys.stderr
     return DONE

@@ -75,12 +75,13 @@ class Document:
 
     def _used_sources(self) -> Iterator[SourceText]:
         """Yield the files that `use` names, as far as they may be read; others are mistakes."""
-        top = os.path.realpath(self.folder or "")
-        for s in self.tree.statements if self.folder is not None else ():
-            path = os.path.realpath(os.path.join(top, s.path)) if isinstance(s, Use) else ""
-            if path and Path(path).is_relative_to(top):
+        if self.folder is None:
+            return
+        for name in (s.path for s in self.tree.statements if isinstance(s, Use)):
+            path = self.folder / name
+            if Path(os.path.realpath(path)).is_relative_to(os.path.realpath(self.folder)):
                 try:
-                    yield read_source(self.folder / s.path, only_regular=True)
+                    yield read_source(path, only_regular=True)
                 except DiagnosticError:
                     continue
 

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import os
 import re
+from collections.abc import Iterable
 
 from fuzzyctl.diagnostics.fixes import Fix, Replacement, fixed
 from fuzzyctl.diagnostics.source import SourceText, Span
@@ -27,17 +29,41 @@ def definition(document: Document, offset: int) -> Span | None:
     return found[1].span if found is not None else None
 
 
-def references(document: Document, offset: int, *, declaration: bool = True) -> list[Span]:
-    """Return where the name at an offset is used, in this file and in those that it uses."""
+def references(
+    document: Document, offset: int, *, declaration: bool = True, others: Iterable[Document] = ()
+) -> list[Span]:
+    """Return where the name at an offset is used, in this file, in those that it uses, and in others that use these.
+
+    Args:
+        document: The file.
+        offset: The name.
+        declaration: Whether the declaration is among them.
+        others: Files that may use what is declared here.
+    """
     found = symbol_at(document, offset)
     if found is None:
         return []
     symbol = found[1]
-    return [span for span in document.symbols.uses_of(symbol) if declaration or span != symbol.span]
+    spans = document.symbols.uses_of(symbol)
+    for other in others:
+        if other.source.name != document.source.name:
+            spans += _uses_in(other, symbol)
+    return [s for s in spans if declaration or s != symbol.span]
 
 
-def rename(document: Document, offset: int, name: str) -> list[Replacement]:
-    """Return the changes of all files that give the name at an offset another one.
+def _uses_in(other: Document, symbol: Symbol) -> list[Span]:
+    """Return where another file uses a symbol of a file that it uses."""
+    path = os.path.abspath(symbol.span.source.name)
+    if path not in other.used:
+        return []
+    # By name and owners: the file on disk may be another version than the text on the screen.
+    same = [s for s in other.symbols.known.values() if s.path == symbol.path]
+    here = [s for s in same if os.path.abspath(s.span.source.name) == path]
+    return [span for s in here for span in other.symbols.uses_of(s) if span.source.name == other.source.name]
+
+
+def rename(document: Document, offset: int, name: str, others: Iterable[Document] = ()) -> list[Replacement]:
+    """Return the changes of all files that give the name at an offset another one, of those that use it, too.
 
     Where the file was laid out by `fuzzyctl fmt`, it is afterwards: columns of tables are aligned again.
 
@@ -55,7 +81,7 @@ def rename(document: Document, offset: int, name: str) -> list[Replacement]:
     taken = _taken(document, symbol, name)
     if taken is not None:
         raise RenameError(f"'{name}' is declared already in line {taken.line}")
-    changes = [Replacement(span, name) for span in document.symbols.uses_of(symbol)]
+    changes = [Replacement(span, name) for span in references(document, offset, others=others)]
     own = [c for c in changes if c.span.source.name == document.source.name]
     others = [c for c in changes if c.span.source.name != document.source.name]
     return [*_laid_out(document.source, own), *others]

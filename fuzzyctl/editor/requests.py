@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import Any, Final
 
 from lsprotocol import types as lsp
-from pygls import uris
 
 from fuzzyctl.diagnostics.fixes import Replacement
 from fuzzyctl.diagnostics.source import Span
@@ -88,8 +87,7 @@ def _diagnostics(ls: FuzzyServer, params: lsp.DocumentDiagnosticParams) -> lsp.R
 
 
 def _workspace_symbols(ls: FuzzyServer, params: lsp.WorkspaceSymbolParams) -> list[lsp.WorkspaceSymbol]:
-    folders = [uris.to_fs_path(uri) for uri in ls.workspace.folders] or [ls.workspace.root_path]
-    found = ls.files.symbols([Path(f) for f in folders if f], params.query, ls.opened)
+    found = ls.files.symbols(ls.folders, params.query, ls.opened)
     return [
         lsp.WorkspaceSymbol(
             location=ls.location(symbol.span),

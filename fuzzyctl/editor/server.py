@@ -106,7 +106,7 @@ def _definition(ls: FuzzyServer, params: lsp.DefinitionParams) -> lsp.Location |
 def _references(ls: FuzzyServer, params: lsp.ReferenceParams) -> list[lsp.Location]:
     document = ls.document(params.text_document.uri)
     offset, declaration = ls.offset(document, params.position), params.context.include_declaration
-    return [ls.location(s) for s in navigation.references(document, offset, declaration=declaration)]
+    return [ls.location(s) for s in navigation.references(document, offset, declaration=declaration, others=ls.others)]
 
 
 @server.feature(lsp.TEXT_DOCUMENT_DOCUMENT_HIGHLIGHT)
@@ -129,7 +129,7 @@ def _rename(ls: FuzzyServer, params: lsp.RenameParams) -> lsp.WorkspaceEdit:
 
     document = ls.document(params.text_document.uri)
     try:
-        changes = navigation.rename(document, ls.offset(document, params.position), params.new_name)
+        changes = navigation.rename(document, ls.offset(document, params.position), params.new_name, ls.others)
     except navigation.RenameError as error:
         raise JsonRpcInvalidParams(str(error)) from None
     return lsp.WorkspaceEdit(changes=ls.edits(changes))

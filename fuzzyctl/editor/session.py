@@ -13,7 +13,7 @@ from collections.abc import Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 from lsprotocol import types as lsp
 from pygls import uris
@@ -26,6 +26,7 @@ from fuzzyctl.diagnostics.source import SourceText, Span
 from fuzzyctl.editor import lenses, lights
 from fuzzyctl.editor.document import Document
 from fuzzyctl.editor.lights import Light
+from fuzzyctl.editor.protocol import Protocol, is_of_client, log_in_lines
 from fuzzyctl.editor.workspace import Workspace
 from fuzzyctl.support.reading import MAX_BYTES
 
@@ -64,13 +65,16 @@ class Abilities:
     refreshes_hints: bool = False
     refreshes_lenses: bool = False
     shows_documents: bool = False
+    relates: bool = False
+    tags: bool = False
 
 
 class FuzzyServer(LanguageServer):
     """The documents that are open, each in its last version."""
 
     def __init__(self) -> None:
-        super().__init__("fuzzyctl", fuzzyctl.__version__)
+        super().__init__("fuzzyctl", fuzzyctl.__version__, protocol_cls=Protocol)
+        log_in_lines()
         self._documents: dict[str, tuple[int | None, Document]] = {}
         self._proofs: dict[str, asyncio.Task[None]] = {}
         # One after the other: two proofs at once take the processor from the answers.
@@ -85,6 +89,7 @@ class FuzzyServer(LanguageServer):
         caps = self.client_capabilities
         text, workspace, window = caps.text_document, caps.workspace, caps.window
         item = text.completion.completion_item if text and text.completion else None
+        published = text.publish_diagnostics if text else None
         return Abilities(
             snippets=bool(item and item.snippet_support),
             pulls=bool(text and text.diagnostic),
@@ -92,6 +97,8 @@ class FuzzyServer(LanguageServer):
             refreshes_hints=bool(workspace and workspace.inlay_hint and workspace.inlay_hint.refresh_support),
             refreshes_lenses=bool(workspace and workspace.code_lens and workspace.code_lens.refresh_support),
             shows_documents=bool(window and window.show_document and window.show_document.support),
+            relates=bool(published and published.related_information),
+            tags=bool(published and published.tag_support),
         )
 
     @property
@@ -99,6 +106,22 @@ class FuzzyServer(LanguageServer):
         """The documents that are open and stand for files, by absolute path."""
         paths = {uri: uris.to_fs_path(uri) for uri in self.workspace.text_documents}
         return {os.path.abspath(path): self.document(uri) for uri, path in paths.items() if path is not None}
+
+    @property
+    def folders(self) -> list[Path]:
+        """The folders that are open."""
+        found = [uris.to_fs_path(uri) for uri in self.workspace.folders] or [self.workspace.root_path]
+        return [Path(folder) for folder in found if folder]
+
+    @property
+    def others(self) -> list[Document]:
+        """The documents that are open, and the rule files of the folders."""
+        return list(self.files.documents(self.folders, self.opened))
+
+    def report_server_error(self, error: Exception, source: Any) -> None:
+        """Show a message for a mistake of the server; one of a client is answered and logged."""
+        if not is_of_client(error):
+            super().report_server_error(error, source)
 
     def document(self, uri: str) -> Document:
         """Return the text of a document as it is now; an empty one for a text that is too large to be read."""
@@ -202,19 +225,23 @@ class FuzzyServer(LanguageServer):
     def diagnostic(self, d: Diagnostic, light: Light | None = None) -> lsp.Diagnostic:
         """Return a diagnostic with its facts, its help and the places that explain it."""
         nowhere = lsp.Range(lsp.Position(0, 0), lsp.Position(0, 0))
-        text = "\n".join([d.message, *d.facts, *([f"help: {d.help}"] if d.help else [])])
-        related = [lsp.DiagnosticRelatedInformation(self.location(n.span), n.message) for n in d.notes]
+        knows, notes = self.knows, d.notes
+        text = [d.message, *d.facts, *([f"help: {d.help}"] if d.help else [])]
+        related = [lsp.DiagnosticRelatedInformation(self.location(n.span), n.message) for n in notes]
+        if not knows.relates:
+            text += [f"line {n.span.line}: {n.message}" for n in notes]
         is_refuted = d.code == "FZ402" and light is not None and bool(light.point)
         if is_refuted and light is not None:
             related.append(self._counterexample(light))
+        is_unused = "is used by nothing" in CODES[d.code]
         return lsp.Diagnostic(
             range=self.range(d.span) if d.span is not None else nowhere,
-            message=text,
+            message="\n".join(text),
             severity=_SEVERITIES[d.severity],
             code=d.code,
             source="fuzzyctl",
-            related_information=related or None,
-            tags=[lsp.DiagnosticTag.Unnecessary] if "is used by nothing" in CODES[d.code] else None,
+            related_information=(related or None) if knows.relates else None,
+            tags=[lsp.DiagnosticTag.Unnecessary] if is_unused and knows.tags else None,
             data={"why": lenses.point_text(light.point)} if is_refuted and light is not None else None,
         )
 
@@ -227,7 +254,7 @@ class FuzzyServer(LanguageServer):
             severity=lsp.DiagnosticSeverity.Error if is_refuted else lsp.DiagnosticSeverity.Information,
             code="FZ402" if is_refuted else None,
             source="fuzzyctl",
-            related_information=[self._counterexample(light)] if light.point else None,
+            related_information=[self._counterexample(light)] if light.point and self.knows.relates else None,
             data={"why": lenses.point_text(light.point)} if light.point else None,
         )
 

@@ -35,7 +35,8 @@ def shared_terms(document: Document, own: sx.Variable) -> Iterator[tuple[str, li
 def _group(document: Document, own: sx.Variable) -> list[sx.Variable]:
     """Return the variables of the block with the terms of one of them, in the order of the text."""
     block = document.symbols.scope_at(own.span.start)[0]
-    terms, found = _terms(document, own), {}
+    terms = _terms(document, own)
+    found: dict[int, sx.Variable] = {}
     for s in document.tree.statements:
         if not isinstance(s, sx.Variable) or s.span.source.name != document.source.name:
             continue

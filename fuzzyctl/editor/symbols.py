@@ -48,6 +48,11 @@ class Symbol:
         """The system, controller, plant or loop that it belongs to."""
         return self.owner.block or self.owner if self.owner is not None else None
 
+    @property
+    def path(self) -> tuple[tuple[str, str], ...]:
+        """Kind and name of the symbol, behind those of what it belongs to."""
+        return (*(self.owner.path if self.owner is not None else ()), (self.kind, self.name))
+
 
 @dataclass
 class Scope:

@@ -25,6 +25,13 @@ class Workspace:
     def __init__(self) -> None:
         self._read: dict[Path, tuple[tuple[int, int], Document]] = {}
 
+    def documents(self, folders: Iterable[Path], opened: Mapping[str, Document]) -> Iterator[Document]:
+        """Yield the documents that are open, then those of the other files below some folders."""
+        yield from opened.values()
+        for path in rule_files(folders):
+            if str(path) not in opened and (document := self._document(path)) is not None:
+                yield document
+
     def symbols(self, folders: Iterable[Path], query: str, opened: Mapping[str, Document]) -> list[Symbol]:
         """Return the names that hold the letters of a query in their order, declared in files below some folders.
 
@@ -33,13 +40,9 @@ class Workspace:
             query: Letters, case left out; empty for all names.
             opened: Documents that stand for files, by absolute path.
         """
-        documents = dict(opened)
-        for path in rule_files(folders):
-            if str(path) not in documents and (document := self._document(path)) is not None:
-                documents[str(path)] = document
         found = [
             symbol
-            for document in documents.values()
+            for document in self.documents(folders, opened)
             for symbol in document.symbols.all
             if symbol.span.source.name == document.source.name and matches(query, symbol.name)
         ]

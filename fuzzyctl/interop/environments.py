@@ -9,6 +9,7 @@ import gymnasium
 import numpy as np
 
 from fuzzyctl.diagnostics.diagnostic import ArgumentError, Diagnostic, UnknownNameError
+from fuzzyctl.diagnostics.suggestions import counted
 from fuzzyctl.expr import Call, Expr, Name, evaluate
 from fuzzyctl.interop.numbers import number, numbers
 from fuzzyctl.interop.opened_loops import OpenedLoop
@@ -72,7 +73,7 @@ class LoopEnvironment(gymnasium.Env[Any, Any]):  # type: ignore[misc]  # gymnasi
 
         Raises:
             UnknownNameError: For a name of no state, and another option than `start`.
-            ArgumentError: Where the run cannot begin at these states.
+            ArgumentError: For a `start` that is no mapping, and where the run cannot begin at these states.
             ValueOutOfBoundsError: For a state that is no finite number.
         """
         for name in options or {}:
@@ -81,6 +82,8 @@ class LoopEnvironment(gymnasium.Env[Any, Any]):  # type: ignore[misc]  # gymnasi
         super().reset(seed=seed)
         begin = {name: float(self.np_random.uniform(*ends)) for name, ends in self._start.items()}
         given = (options or {}).get("start", {})
+        if not isinstance(given, Mapping):
+            raise ArgumentError(f"the option 'start' must be values by the names of states, got {given!r}")
         begin |= {f"{self.opened.prefix}{name}": number(f"start of '{name}'", value) for name, value in given.items()}
         noise = int(self.np_random.integers(2**32))
         self._stepper = Stepper(self.experiment, self._substeps, noise, begin)
@@ -101,16 +104,17 @@ class LoopEnvironment(gymnasium.Env[Any, Any]):  # type: ignore[misc]  # gymnasi
             says why it was terminated.
 
         Raises:
-            ArgumentError: For an action of another shape or with NaN, before the first `reset`, and after the end of an
-                episode.
+            ArgumentError: For an action of another shape or not finite, before the first `reset`, and after the end of
+                an episode.
             ValueOutOfBoundsError: For a reward that is no finite number.
         """
         if self._stepper is None or self._ended:
             raise ArgumentError("'reset' begins an episode" + (": this one has ended" if self._ended else ""))
         values = numbers(action)
-        if values is None or values.shape != self.action_space.shape or np.isnan(values).any():
+        if values is None or values.shape != self.action_space.shape or not np.isfinite(values).all():
             names = ", ".join(self.opened.shown[a] for a in self.opened.actions)
-            raise ArgumentError(f"the action must be {self.action_space.shape[0]} numbers ({names}), got {action!r}")
+            expected = counted(self.action_space.shape[0], "finite number")
+            raise ArgumentError(f"the action must be {expected} ({names}), got {action!r}")
         stepper, last, total = self._stepper, self.experiment.samples - 1, 0.0
         row: Any = None
         for _ in range(self.opened.every):

@@ -80,9 +80,10 @@ def python_plant(
     """
     for one in (name, *inputs, *states, *outputs):
         _require_name(one)
-    for of, own in (("state", [*inputs, *states]), ("output", [*inputs, *outputs])):
-        if len(set(own)) < len(own):
-            raise ArgumentError(f"an input and a {of} of plant '{name}' have one name")
+    names = [*inputs, *states, *outputs]
+    twice = next((n for k, n in enumerate(names) if n in names[:k]), None)
+    if twice is not None:
+        raise ArgumentError(f"'{twice}' names two of the inputs, states and outputs of plant '{name}'")
     return Plant(
         name=name,
         inputs=tuple(Signal(name=n) for n in inputs),

@@ -17,7 +17,7 @@ from fuzzyctl.diagnostics.source import SourceText, Span
 from fuzzyctl.lang import syntax as sx
 from fuzzyctl.lang.common_errors import repair
 from fuzzyctl.lang.lines import LogicalLine
-from fuzzyctl.lang.mistakes import form_of
+from fuzzyctl.lang.mistakes import form_of, too_deep
 
 #: What a name may be made of.
 NAME_RULE: Final = "a name begins with a letter or '_' and goes on with letters, digits and '_'"
@@ -93,10 +93,7 @@ class Builder(Transformer[Token, Any]):
                 depth += len(node.hedges)
             deepest = max(deepest, depth)
             if depth > ex.MAX_DEPTH:
-                message = f"the expression nests deeper than {ex.MAX_DEPTH} levels"
-                self.problems.append(
-                    Diagnostic("FZ106", message, self.line, help="split it: give parts a name with 'param'")
-                )
+                self.problems.append(too_deep(isinstance(root, sx.Truth), self.line))
                 return root
             if id(node) not in self.levels:
                 stack.extend((child, depth + 1) for child in _parts(node))

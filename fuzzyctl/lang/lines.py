@@ -152,7 +152,7 @@ def _take(source: SourceText, current: _Open, piece: str, at: int, *, in_block: 
                 "FZ106",
                 f"parentheses nest deeper than {MAX_NESTING} levels",
                 Span(source, at, at + 1),
-                help="give a part of the expression a name with 'param'",
+                help="give parts a name with 'let', or with 'param' where no input is read",
             )
     elif piece in ")]":
         is_param = _RANGED_PARAM.match(source.text, current.start) is not None

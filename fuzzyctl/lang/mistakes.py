@@ -11,6 +11,7 @@ from fuzzyctl.diagnostics.diagnostic import Diagnostic
 from fuzzyctl.diagnostics.fixes import Fix, Replacement, respelt
 from fuzzyctl.diagnostics.source import SourceText, Span
 from fuzzyctl.diagnostics.suggestions import closest, look_alikes
+from fuzzyctl.expr import MAX_DEPTH
 from fuzzyctl.lang.common_errors import NO_RULE, SPELLINGS, corner, repair
 from fuzzyctl.lang.lines import LogicalLine
 from fuzzyctl.lang.syntax import BLOCK_KEYWORDS, BLOCKS, NAME, STATEMENT_KEYWORDS
@@ -48,6 +49,12 @@ FORMS: Final[dict[str, str]] = {
     "require": "require EXPRESSION >= EXPRESSION within 1e-12 when CONDITION",
     "allow": 'allow FZ208 "reason"',
     "deny": 'deny FZ208 "reason"',
+}
+
+#: How what nests too deeply can be split, by what it is.
+_SPLIT: Final[dict[str, str]] = {
+    "antecedent": "split it: let other rules set an output from some of the inputs, and read that output here",
+    "expression": "split it: give parts a name with 'let', or with 'param' where no input is read",
 }
 
 #: How a system writes what controllers write as `let NAME = EXPRESSION`.
@@ -134,6 +141,12 @@ _WORD: Final = re.compile(NAME)
 #: What is found where the weight of a rule is expected.
 _NEAR_WEIGHT: Final = re.compile(rf"(?<!\w)((?>{NAME}))\s++[-+]?(?:\.?\d\S*+|\([^()]*+\))\s*+(?:#.*)?$")
 _NUMBER_LIKE: Final = re.compile(r"[\w.]+")
+
+
+def too_deep(is_antecedent: bool, span: Span) -> Diagnostic:
+    """Return the mistake of an antecedent or of an expression that nests deeper than its readers can go."""
+    what = "antecedent" if is_antecedent else "expression"
+    return Diagnostic("FZ106", f"the {what} nests deeper than {MAX_DEPTH} levels", span, help=_SPLIT[what])
 
 
 def describe(source: SourceText, line: LogicalLine, error: UnexpectedInput) -> Diagnostic:

@@ -96,17 +96,25 @@ def _assigned(source: SourceText, report: _Report) -> dict[str, dict[str, float]
             [report("the file is not Python", facts, "fix it, and run it with python once")]
         ) from None
     nodes = {name: node for target in tree.body for name, node in _assignment(target)}
-    found = {}
+    found: dict[str, dict[str, float]] = {}
     for name, example in _INTERFACE.items():
-        value = _literal(nodes.get(name))
-        if value is None:
+        values = _literal(nodes.get(name))
+        if values is None:
             what = "assigns no" if name not in nodes else "computes its"
             facts = ("names and starts are read without running the file, so they are written out",)
             raise DiagnosticError([report(f"the file {what} '{name}'", facts, f"write in it: {example}")])
-        odd = next((n for n in value if not n.isidentifier() or n in sx.RESERVED), None)
-        if odd is not None:
-            raise DiagnosticError([report(f"'{odd}' of '{name}' is no name", (), "rename it in the file")])
-        found[name] = value
+        own: dict[str, float] = {}
+        for n, value in values:
+            if not n.isidentifier() or n in sx.RESERVED:
+                raise DiagnosticError([report(f"'{n}' of '{name}' is no name", (), "rename it in the file")])
+            first = next((of for of, names in (*found.items(), (name, own)) if n in names), None)
+            if first is not None:
+                help_text = "inputs, states and outputs share one set of names; rename one of them"
+                raise DiagnosticError(
+                    [report(f"'{n}' of '{name}' is declared twice", (f"first in '{first}'",), help_text)]
+                )
+            own[n] = value
+        found[name] = own
     return found
 
 
@@ -116,17 +124,17 @@ def _assignment(node: ast.stmt) -> list[tuple[str, ast.expr]]:
     return [(t.id, value) for t in targets if isinstance(t, ast.Name) and value is not None]
 
 
-def _literal(node: ast.expr | None) -> dict[str, float] | None:
+def _literal(node: ast.expr | None) -> list[tuple[str, float]] | None:
     """Return the names of a tuple or list of texts, or of a dictionary with numbers; None for anything else."""
     try:
         value = ast.literal_eval(node) if node is not None else None
     except (ValueError, TypeError, SyntaxError, MemoryError, RecursionError):
         return None
-    if isinstance(value, tuple | list):
-        value = dict.fromkeys(value, 0.0) if all(isinstance(n, str) for n in value) else None
-    if not isinstance(value, dict) or not all(isinstance(n, str) and _is_number(v) for n, v in value.items()):
-        return None
-    return value
+    if isinstance(value, dict):
+        pairs = list(value.items())
+    else:
+        pairs = [(n, 0.0) for n in value] if isinstance(value, tuple | list) else [(None, 0.0)]
+    return pairs if all(isinstance(n, str) and _is_number(v) for n, v in pairs) else None
 
 
 def _is_number(value: object) -> bool:

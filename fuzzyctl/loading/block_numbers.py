@@ -4,22 +4,24 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import Final
 
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, Note
 from fuzzyctl.diagnostics.source import Span
-from fuzzyctl.expr import CONSTANTS, DIVISION, REPAIRS, Call, Expr, ExprError, Keyword, evaluate, span_of, walk
+from fuzzyctl.expr import CONSTANTS, DIVISION, REPAIRS, Call, Expr, ExprError, Keyword, Number, evaluate, span_of, walk
 from fuzzyctl.model.checks.constants import constants, quotients
 from fuzzyctl.model.checks.ranges import outside_ranges
 from fuzzyctl.model.controller import Controller, Definition, Instance, Result, Signal
 from fuzzyctl.model.forms import bound, pairs_of
-from fuzzyctl.model.guarantee import Bounds
+from fuzzyctl.model.guarantee import Bounds, Param
 from fuzzyctl.model.loop import Loop
 from fuzzyctl.model.measures import MEASURES
-from fuzzyctl.model.params import ParamCycleError, ParamValues
+from fuzzyctl.model.params import FINITE, ParamCycleError, ParamValues
 from fuzzyctl.model.plant import Plant
 from fuzzyctl.model.plant_forms import PLANT_FUNCTIONS
 from fuzzyctl.model.signals import SIGNALS
+from fuzzyctl.model.system import FuzzySystem
 
 #: Most samples of a run.
 MOST_SAMPLES: Final = 10_000_000
@@ -76,16 +78,22 @@ def _computed(expr: Expr, params: ParamValues) -> float | Diagnostic | None:
 
 
 def _constants(block: Controller | Plant | Loop, params: ParamValues) -> Iterator[Diagnostic]:
-    """Check the parts of expressions that depend on params only, and what is divided by 0."""
-    names = {*CONSTANTS, *(p.name for p in block.params)}
+    """Check the parts of expressions that have a value before anything runs, and what is divided by 0."""
+    lets = [Param(name=d.name, expression=d.value) for d in block.definitions]
+    values = ParamValues([*block.params, *lets], partial=True)
+    names = {*CONSTANTS, *values.values}
+    systems = {s.name: s for s in block.systems}
     for expr, own in _expressions(block):
         is_known = (names - own).__contains__
         for constant in constants(expr, is_known):
-            value = _computed(constant, params)
+            value = _computed(constant, values)
             yield from [value] if isinstance(value, Diagnostic) else []
-        for quotient in quotients(expr, is_known):
-            if _computed(quotient.right, params) == 0.0:
-                yield Diagnostic("FZ307", DIVISION, quotient.span, help=REPAIRS[DIVISION])
+        for quotient, divisor in quotients(expr, is_known):
+            if _computed(divisor, values) == 0.0:
+                yield Diagnostic("FZ307", DIVISION, span_of(quotient), help=REPAIRS[DIVISION])
+        for call in walk(expr) if systems else ():
+            if isinstance(call, Call) and call.function in systems:
+                yield from _called(call, systems[call.function], params)
 
 
 def _expressions(block: Controller | Plant | Loop) -> Iterator[tuple[Expr, set[str]]]:
@@ -175,10 +183,30 @@ def _instance(instance: Instance, callee: Controller | Plant, params: ParamValue
     found = {name: _computed(e, params) for name, e in given.items()}
     yield from (value for value in found.values() if isinstance(value, Diagnostic))
     numbers = {name: value for name, value in found.items() if isinstance(value, float)}
+    for name, value in numbers.items():
+        if math.isinf(value):
+            message = f"param '{name}' of '{instance.controller}' is infinite"
+            yield Diagnostic("FZ307", message, span_of(given[name]) or instance.span, help=FINITE)
     for o in outside_ranges(callee, numbers) if numbers else ():
         what = f"{o.what} of '{instance.controller}'"
         place = next((span_of(e) for name, e in given.items() if o.what == f"param '{name}'"), instance.span)
         yield _outside(what, o.value, place, o.bounds, o.text)
+
+
+def _called(call: Call, system: FuzzySystem, params: ParamValues) -> Iterator[Diagnostic]:
+    """Check what a call of a system gives for its params."""
+    given = {a.name: a.value for a in call.arguments if isinstance(a, Keyword)}
+    numbers = {name: value for name, e in given.items() if isinstance(value := _computed(e, params), float)}
+    own = [replace(p, expression=Number(numbers[p.name])) if p.name in numbers else p for p in system.params]
+    values = ParamValues(own, partial=True)
+    for param in own:
+        if param.name in numbers:
+            value, place = numbers[param.name], span_of(given[param.name])
+            what = f"param '{param.name}' of '{system.name}'"
+            if math.isinf(value):
+                yield Diagnostic("FZ307", f"{what} is infinite", place, help=FINITE)
+            elif param.bounds is not None:
+                yield from outside(what, value, place, param.bounds, values)
 
 
 def _dead_times(plant: Plant, params: ParamValues) -> Iterator[Diagnostic]:

@@ -101,7 +101,9 @@ class Blocks:
         if name in self._path:
             circle = " → ".join([*self._path[self._path.index(name) :], name])
             message = f"{part.head.keyword.text} '{name}' contains itself"
-            self.diagnostics.append(Diagnostic("FZ217", message, part.head.name.span, facts=(circle,)))
+            self.diagnostics.append(
+                Diagnostic("FZ217", message, part.head.name.span, facts=(circle,), help="remove one of these blocks")
+            )
             return None
         if len(self._path) == DEEPEST_INSTANCES:
             message = f"controllers lie more than {DEEPEST_INSTANCES} levels inside each other"

@@ -74,7 +74,9 @@ class _Calls:
         name, _, output = call.function.partition(".")
         if name in self.path:
             circle = " → ".join([*self.path[self.path.index(name) :], name])
-            return self._refuse("FZ217", "systems call each other in a circle", call, facts=(circle,))
+            return self._refuse(
+                "FZ217", "systems call each other in a circle", call, facts=(circle,), help="remove one of these calls"
+            )
         own = self.systems.get(name)
         other = self.linked(own) if own is not None else None if self.broken else self.elsewhere(name)
         if other is None:
@@ -121,7 +123,7 @@ class _Calls:
             return self._refuse("FZ202", message, call, facts=(f"outputs: {listed(outputs)}",), help=help_text)
         if len(call.arguments) != len(inputs):
             message = f"'{call.function}' takes {counted(len(inputs), 'argument')}, not {len(call.arguments)}"
-            return self._refuse("FZ303", message, call, facts=(f"inputs: {', '.join(inputs)}",))
+            return self._refuse("FZ303", message, call, help=f"the form is: {call.function}({', '.join(inputs)})")
         kept = next((o.name for o in other.outputs if o.adaptive is not None or isinstance(o.otherwise, Hold)), None)
         if kept is not None:
             message = f"output '{kept}' of '{other.name}' keeps a state, which a system cannot hold"

@@ -15,7 +15,7 @@ from fuzzyctl.loading.block_files import named_path
 from fuzzyctl.model.controller import Result, Signal
 from fuzzyctl.model.plant import Plant
 from fuzzyctl.simulation.fmu_archive import FmuDescription, FmuError, read_description
-from fuzzyctl.support.reading import files_in
+from fuzzyctl.support.reading import files_in, record_file
 
 
 def with_fmu(plant: Plant, head: sx.Head, folder: Path | None) -> tuple[Plant, list[Diagnostic]]:
@@ -25,6 +25,7 @@ def with_fmu(plant: Plant, head: sx.Head, folder: Path | None) -> tuple[Plant, l
     try:
         path = named_path(text.text, span, folder)
         fmu = read_description(str(path))
+        record_file(path)
     except DiagnosticError as error:
         return plant, list(error.diagnostics)
     except FmuError as error:

@@ -104,7 +104,7 @@ def _misfits(system: FuzzySystem, other: FuzzySystem, output: str, node: Expr) -
     if isinstance(node, Call):
         if len(node.arguments) != len(inputs):
             message = f"'{node.function}' takes {counted(len(inputs), 'argument')}, not {len(node.arguments)}"
-            yield Diagnostic("FZ303", message, place, facts=(f"inputs: {', '.join(inputs)}",))
+            yield Diagnostic("FZ303", message, place, help=f"the form is: {node.function}({', '.join(inputs)})")
         return
     lacking = [v for v in other.inputs if v.name not in {own.name for own in system.inputs}]
     if lacking:

@@ -4,11 +4,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
+from typing import Final
 
 from fuzzyctl import expr as ex
 from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.expr import CONSTANTS, ExprError, evaluate, names_in
 from fuzzyctl.model.guarantee import Param
+
+#: Repair of a param that is infinite.
+FINITE: Final = "give it a finite number, a large one where nothing is limited"
 
 
 class ParamCycleError(ExprError):
@@ -77,7 +81,9 @@ class ParamValues:
         try:
             value = evaluate(param.expression, self.values)
             if math.isinf(value):
-                raise ExprError(f"param '{param.name}' is infinite", param.span)
+                error = ExprError(f"param '{param.name}' is infinite", param.span)
+                error.help = FINITE
+                raise error
         except ExprError as error:
             self.errors.append(error)
             return

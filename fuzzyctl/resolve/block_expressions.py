@@ -69,10 +69,12 @@ class Expressions(Names):
             case ex.Call():
                 return self._call(expr, inner, pure=pure) and self._fits(truth, is_condition=False, span=expr.span)
             case ex.Keyword(name=name, span=span):
-                self.context.report("FZ303", f"unexpected named argument '{name}'", span)
+                self.context.report("FZ303", f"unexpected named argument '{name}'", span, help="write the value alone")
                 return False
             case ex.Items() | ex.Text() | ex.Pair():
-                self.context.report("FZ303", f"expected a number, found {_ODD[type(expr)]}", expr.span)
+                self.context.report(
+                    "FZ303", f"expected a number, found {_ODD[type(expr)]}", expr.span, help="write one number"
+                )
                 return False
         return all([inner(part) for part in ex.children(expr)]) and self._fits(
             truth, is_condition=False, span=ex.span_of(expr)
@@ -202,17 +204,20 @@ class Expressions(Names):
     def arguments(self, call: ex.Call, inputs: Sequence[str], params: Sequence[str], inner: Inner) -> bool:
         """Check the arguments of a block: its inputs in order or by name, its params by name."""
         given = [a for a in call.arguments if not isinstance(a, ex.Keyword)]
+        form = f"the form is: {call.function}({', '.join(inputs)})"
         fine = True
         bound = set(inputs[: len(given)])
         if len(given) > len(inputs):
             message = f"'{call.function}' takes {counted(len(inputs), 'input')}, not {len(given)}"
-            self.context.report("FZ303", message, call.span, facts=(f"inputs: {', '.join(inputs)}",))
+            self.context.report("FZ303", message, call.span, help=form)
             fine = False
         for argument in call.arguments:
             if not isinstance(argument, ex.Keyword):
                 fine = inner(argument, truth=False) and fine
             elif argument.name in bound:
-                self.context.report("FZ303", f"argument '{argument.name}' is given twice", argument.span)
+                self.context.report(
+                    "FZ303", f"argument '{argument.name}' is given twice", argument.span, help="remove one of them"
+                )
                 fine = False
             elif argument.name in inputs:
                 fine = inner(argument.value, truth=False) and fine
@@ -231,7 +236,7 @@ class Expressions(Names):
         missing = [name for name in inputs if name not in bound]
         if fine and missing:
             message = f"'{call.function}' lacks a value for: {', '.join(missing)}"
-            self.context.report("FZ303", message, call.span, facts=(f"inputs: {', '.join(inputs)}",))
+            self.context.report("FZ303", message, call.span, help=form)
         return fine and not missing
 
     def form(self, call: ex.Call, forms: Mapping[str, Form], inner: Inner) -> bool:

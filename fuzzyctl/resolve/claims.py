@@ -113,7 +113,7 @@ def _check_call(context: Context, call: ex.Call) -> bool:
         if len(call.arguments) == due or context.lost_input:
             return True
         message = f"'{call.function}' takes {counted(due, 'argument')}, not {len(call.arguments)}"
-        context.report("FZ303", message, call.span, facts=(f"inputs: {', '.join(context.inputs)}",))
+        context.report("FZ303", message, call.span, help=f"the form is: {call.function}({', '.join(context.inputs)})")
         return False
     return context.check_call(call)
 
@@ -134,28 +134,28 @@ def _unknown_function(context: Context, call: ex.Call) -> None:
 
 def _check_form(context: Context, call: ex.Call, truth: bool) -> bool:
     form, is_truth = FORMS[call.function]
-    facts = (f"the form is: {form}",)
+    help_text = f"the form is: {form}"
     due = form.split(")")[0].count(",") + 1
     if len(call.arguments) != due:
         message = f"'{call.function}' takes {counted(due, 'argument')}, not {len(call.arguments)}"
-        context.report("FZ303", message, call.span, facts=facts)
+        context.report("FZ303", message, call.span, help=help_text)
         return False
-    ok = _names(context, call.arguments[0], context.outputs, "output", facts)
+    ok = _names(context, call.arguments[0], context.outputs, "output", help_text)
     if call.function == "bounded":
         ok = all([context.check_names(a, context.params, "param") for a in call.arguments[1:]]) and ok
     elif due == 2:
-        ok = _names(context, call.arguments[1], context.inputs, "input", facts) and ok
+        ok = _names(context, call.arguments[1], context.inputs, "input", help_text) and ok
     if is_truth != truth:
         given = "a condition" if is_truth else "a number"
-        context.report("FZ307", f"'{call.function}' is {given}", call.span, facts=facts)
+        context.report("FZ307", f"'{call.function}' is {given}", call.span, help=help_text)
         return False
     return ok
 
 
-def _names(context: Context, given: ex.Expr, among: Mapping[str, object], kind: str, facts: tuple[str, ...]) -> bool:
+def _names(context: Context, given: ex.Expr, among: Mapping[str, object], kind: str, help_text: str) -> bool:
     if isinstance(given, ex.Name):
         if given.name not in among:
             context.unknown(kind, given, among)
         return given.name in among
-    context.report("FZ303", f"expected the name of an {kind}", ex.span_of(given), facts=facts)
+    context.report("FZ303", f"expected the name of an {kind}", ex.span_of(given), help=help_text)
     return False

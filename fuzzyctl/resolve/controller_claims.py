@@ -42,7 +42,7 @@ def _is_pointwise(context: Context, claim: ex.Expr) -> bool:
             return False
         if len(node.arguments) != 3:
             message = f"'bounded' takes {counted(3, 'argument')}, not {len(node.arguments)}"
-            context.report("FZ303", message, node.span, facts=(f"the form is: {form}",))
+            context.report("FZ303", message, node.span, help=f"the form is: {form}")
             return False
     return True
 

@@ -38,7 +38,7 @@ def applied(context: Context, word: sx.Word, arguments: list[ex.Expr]) -> ex.Exp
     if given != due:
         message = f"'{word.text}' takes {counted(due, 'parameter')} besides the variable, not {given}"
         names = ", ".join(p.text for p in context.functions[word.text].parameters[1:])
-        context.report("FZ303", message, word.span, facts=(f"the form is: {word.text}({names})",))
+        context.report("FZ303", message, word.span, help=f"the form is: {word.text}({names})")
         return None
     return expanded(context, ex.Call(word.text, tuple(arguments), word.span))
 
@@ -95,11 +95,17 @@ class _Expansion:
         name, parameters = call.function, [p.text for p in function.parameters]
         if name in self.path:
             circle = " → ".join([*self.path[self.path.index(name) :], name])
-            context.report("FZ217", f"function '{name}' calls itself", function.name.span, facts=(circle,))
+            context.report(
+                "FZ217",
+                f"function '{name}' calls itself",
+                function.name.span,
+                facts=(circle,),
+                help="remove one of these calls",
+            )
             return None
         if len(arguments) != len(parameters):
             message = f"'{name}' takes {counted(len(parameters), 'argument')}, not {len(arguments)}"
-            context.report("FZ303", message, call.span, facts=(f"the form is: {name}({', '.join(parameters)})",))
+            context.report("FZ303", message, call.span, help=f"the form is: {name}({', '.join(parameters)})")
             return None
         if not self._is_sound(function, {*parameters, *context.params}):
             return None

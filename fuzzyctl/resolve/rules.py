@@ -42,9 +42,9 @@ def resolve_function(context: Context, term: sx.FunctionTerm) -> Membership | No
     due = {"constant": 1, "function": 1}.get(kind, len(context.inputs) + 1)
     if len(given) != due and not (kind == "linear" and context.lost_input):
         form = f"linear({', '.join([*(f'per {name}' for name in context.inputs), 'constant'])})"
-        facts = (f"the form is: {form if kind == 'linear' else kind + '(expression)'}",)
+        help_text = f"the form is: {form if kind == 'linear' else kind + '(expression)'}"
         message = f"'{kind}' takes {counted(due, 'parameter')}, not {len(given)}"
-        context.report("FZ303", message, term.span, facts=facts)
+        context.report("FZ303", message, term.span, help=help_text)
         return None
     if kind == "function":
         whole = expanded(context, given[0])
@@ -63,8 +63,8 @@ def _by_name(context: Context, term: sx.FunctionTerm) -> tuple[ex.Expr, ...] | N
         context.report("FZ303", f"'{term.kind.text}' takes no named parameters", named[0].span, help="drop the name")
         return None
     if len(constants) > 1:
-        facts = ("the form is: linear(constant, INPUT=factor, ...)",)
-        context.report("FZ303", "beside named factors 'linear' takes one constant", term.span, facts=facts)
+        help_text = "the form is: linear(constant, INPUT=factor, ...)"
+        context.report("FZ303", "beside named factors 'linear' takes one constant", term.span, help=help_text)
         return None
     factors: dict[str, ex.Expr] = {}
     for a in named:

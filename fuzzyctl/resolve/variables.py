@@ -307,7 +307,7 @@ def _function(context: Context, statement: sx.Variable, line: sx.TermLine) -> Me
         return None
     if len(line.arguments) != 1:
         form = f"function(expression over {name})"
-        context.report("FZ303", "'function' takes one expression", line.kind.span, facts=(f"the form is: {form}",))
+        context.report("FZ303", "'function' takes one expression", line.kind.span, help=f"the form is: {form}")
         return None
     names = ChainMap[str, Any]({name: None}, context.params)
     whole = expanded(context, line.arguments[0].value)
@@ -351,11 +351,11 @@ def _arguments(
             return None
         else:
             what = "surplus" if i >= len(formula.parameters) else "positional after a named one"
-            context.report("FZ303", f"a parameter is {what}", argument.span, facts=(f"the form is: {form}",))
+            context.report("FZ303", f"a parameter is {what}", argument.span, help=f"the form is: {form}")
             return None
         if name in given:
             message = f"parameter '{name}' is given twice"
-            context.report("FZ303", message, argument.span, facts=(f"the form is: {form}",))
+            context.report("FZ303", message, argument.span, help=f"the form is: {form}")
             return None
         given[name] = argument.value
     if not all([context.check_names(e, context.params, "param") for e in (*given.values(), *rest)]):
@@ -364,6 +364,6 @@ def _arguments(
     missing = [p for p in formula.parameters if p not in given]
     if missing:
         message = f"'{formula.name}' lacks its parameter{'' if len(missing) == 1 else 's'} {', '.join(missing)}"
-        context.report("FZ303", message, line.kind.span.to(line.span), facts=(f"the form is: {form}",))
+        context.report("FZ303", message, line.kind.span.to(line.span), help=f"the form is: {form}")
         return None
     return (*(given[p] for p in formula.parameters), *rest), height

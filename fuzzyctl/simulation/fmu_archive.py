@@ -14,7 +14,6 @@ import zipfile
 import zlib
 from collections.abc import Iterator
 from dataclasses import dataclass
-from itertools import islice
 from pathlib import Path, PurePosixPath
 from typing import Final
 
@@ -210,10 +209,10 @@ def _variables(found: list[Element], version: int) -> Iterator[Element]:
         if element.name not in ("ScalarVariable", "Float64"):
             continue
         inner = {}
-        for below in islice(found, k + 1, None):
-            if below.depth <= element.depth:
-                break
-            inner[below.name] = below
+        j = k + 1
+        while j < len(found) and found[j].depth > element.depth:
+            inner[found[j].name] = found[j]
+            j += 1
         if version == 2 and "Real" in inner:
             yield Element("Real", {**inner["Real"].attributes, **element.attributes}, element.depth)
         elif version == 3 and element.name == "Float64" and "Dimension" not in inner:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import traceback
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any, Final, final
 
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
@@ -44,19 +44,19 @@ class PythonPlant:
 
     def derivative(self, t: float, x: tuple[float, ...], u: tuple[float, ...]) -> Sequence[float]:
         """Return the derivatives of the states by time."""
-        found = self._guarded(lambda: self._derivative(t, x, u), "'derivative'", t)
+        found = self._guarded(lambda: _consumed(self._derivative(t, x, u)), "'derivative'", t)
         return self._numbers(found, len(self._plant.states), "derivative", t)
 
     def output(self, t: float, x: tuple[float, ...]) -> Sequence[float]:
         """Return the outputs."""
-        found = self._guarded(lambda: self._output(t, x), "'output'", t)
+        found = self._guarded(lambda: _consumed(self._output(t, x)), "'output'", t)
         return self._numbers(found, len(self._plant.results), "output", t)
 
     def _guarded(self, call: Callable[[], Any], what: str, t: float | None = None) -> Any:
         """Return what a call of the user's code returns; what it raises is a diagnostic."""
         try:
             return call()
-        except Exception as error:  # noqa: BLE001 - the user's code may raise anything; what it raised is reported
+        except (Exception, SystemExit) as error:  # noqa: BLE001 - the user's code may raise anything, which is reported
             frames = traceback.extract_tb(error.__traceback__)
             own = frames[1:][-1:] if self._plant.calls else [f for f in frames if f.filename == self._plant.python]
             at = f"{own[-1].filename}:{own[-1].lineno}: " if own else ""
@@ -67,15 +67,16 @@ class PythonPlant:
 
     def _numbers(self, found: Any, count: int, function: str, t: float) -> Sequence[float]:
         try:
-            numbers = tuple(map(float, found))
-        except (TypeError, ValueError):
-            numbers = ()
+            undefined = any(map(math.isnan, found))  # which refuses texts, as float does not
+            numbers = () if isinstance(found, set | frozenset) else tuple(map(float, found))
+        except (TypeError, ValueError, OverflowError):
+            undefined, numbers = False, ()
         if len(numbers) != count:
             message = f"'{function}' of plant '{self._plant.name}' returned {_shown(found)} at t = {t:.6g} s"
             raise self._mistake(
                 message, (f"expected {counted(count, 'number')}, one for each of: {self._names(function)}",)
             )
-        if any(map(math.isnan, numbers)):
+        if undefined:
             message = f"'{function}' of plant '{self._plant.name}' returned {_shown(found)} at t = {t:.6g} s"
             help_text = "keep arguments of sqrt and log in their domain, and divisors away from 0"
             raise self._mistake(message, (f"expected numbers for: {self._names(function)}",), help_text)
@@ -88,6 +89,11 @@ class PythonPlant:
     def _mistake(self, message: str, facts: tuple[str, ...], help_text: str = "") -> DiagnosticError:
         facts = (*facts, f"it is block '{self._block}'")
         return DiagnosticError([Diagnostic("FZ704", message, self._span, facts=facts, help=help_text)])
+
+
+def _consumed(found: Any) -> Any:
+    """Return what a generator yields, which may raise only then."""
+    return tuple(found) if isinstance(found, Iterator) else found
 
 
 def _shown(value: Any) -> str:

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, Note
 from fuzzyctl.diagnostics.source import Span
-from fuzzyctl.expr import to_text
+from fuzzyctl.expr import Expr, names_in, span_of, to_text
 from fuzzyctl.model.loop import Loop
 from fuzzyctl.simulation.equations import LARGEST, PlantState
 from fuzzyctl.simulation.settings import blocks_of
@@ -23,6 +23,8 @@ if TYPE_CHECKING:
     FloatArray = npt.NDArray[np.float64]
 
 _KEEP_DOMAINS: Final = "keep arguments of sqrt and log in their domain with max(x, 0), and divisors away from 0"
+#: Most signals without a value that are named beside the first one.
+_MOST_NOTES: Final = 3
 
 
 def interrupted(loop: Loop, time: float) -> Diagnostic:
@@ -66,7 +68,7 @@ def _made_before(
     state: PlantState, value: float, time: float, loop: Loop, positions: Mapping[str, int], past: FloatArray
 ) -> Diagnostic:
     """Return the diagnostic of the signal that is not finite at the last sample, which a state has its value from."""
-    name = _origin(loop, positions, past[-1], np.isfinite)
+    name = _origins(loop, positions, ~np.isfinite(past[-1:]))[0][1]
     before = time * (len(past) - 1) / len(past)
     message = f"'{name}' is {_what(past[-1, positions[name]])} at t = {before:.6g} s"
     facts = (f"one sample later state '{state.name}' is {_what(value)}",)
@@ -108,21 +110,39 @@ def without_value(loop: Loop, output: str, positions: Mapping[str, int], row: Fl
 
 
 def signals_without_value(run: Run) -> list[Diagnostic]:
-    """Return a warning for the first signal of a run, up to its end, that is not a number at some sample."""
-    bad = np.isnan(run.record).any(axis=1)
+    """Return a warning for the signals of a run, up to its end, that are not numbers at some sample.
+
+    It is that of the first one; others that were not computed from it are notes.
+    """
+    bad = np.isnan(run.record)
     if run.stopped is not None or not bad.any():
         return []
-    first = int(np.argmax(bad))
-    name = _origin(run.loop, run.positions, run.record[first], lambda row: ~np.isnan(row))
-    if name.startswith("#"):
-        name = to_text(run.judgement.signals[int(name[1:])])
-    message = f"'{name}' is not a number at t = {run.t[first]:.6g} s"
-    facts = [f"signals have no value at {int(bad.sum()):,} of {len(run):,} samples"]
+    (first, name), *others = _origins(run.loop, run.positions, bad, run.judgement.signals)
+    shown, span = _shown(name, run)
+    message = f"'{shown}' is not a number at t = {run.t[first]:.6g} s"
+    facts = [f"signals have no value at {int(bad.any(axis=1).sum()):,} of {len(run):,} samples"]
     lost = [n for n, value in run.measures.items() if math.isnan(value)]
     if lost:
         facts.append(f"measures without a value: {', '.join(lost)}")
-    span = _span_of_signal(run.loop, name)
-    return [Diagnostic("FZ708", message, span, severity="warning", facts=tuple(facts), help=_KEEP_DOMAINS)]
+    notes = []
+    for k, other in others[:_MOST_NOTES]:
+        text, place = _shown(other, run)
+        notes += [Note(place, f"nor is '{text}' at t = {run.t[k]:.6g} s")] if place is not None else []
+    if len(others) > _MOST_NOTES:
+        facts.append(f"nor are {len(others) - _MOST_NOTES} more signals")
+    return [
+        Diagnostic(
+            "FZ708", message, span, severity="warning", facts=tuple(facts), help=_KEEP_DOMAINS, notes=tuple(notes)
+        )
+    ]
+
+
+def _shown(name: str, run: Run) -> tuple[str, Span | None]:
+    """Return the text of a signal and its place."""
+    if name.startswith("#"):
+        expr = run.judgement.signals[int(name[1:])]
+        return to_text(expr), span_of(expr) or run.loop.span
+    return name, _span_of_signal(run.loop, name)
 
 
 def _span_of_signal(loop: Loop, name: str) -> Span | None:
@@ -134,16 +154,34 @@ def _what(value: float) -> str:
     return "not a number" if math.isnan(value) else "infinite"
 
 
-def _origin(
-    loop: Loop, positions: Mapping[str, int], row: FloatArray, has_value: Callable[[FloatArray], npt.NDArray[np.bool_]]
-) -> str:
-    """Return which signal of a sample lost its value: an output of a block whose inputs have one, else the first."""
-    kept = has_value(row)
-    lost = [name for name, k in positions.items() if not kept[k]]
+def _origins(
+    loop: Loop, positions: Mapping[str, int], bad: npt.NDArray[np.bool_], judged: Sequence[Expr] = ()
+) -> list[tuple[int, str]]:
+    """Return the signals that lost their value before what they are computed from, if that did, with the sample.
+
+    Args:
+        loop: The loop.
+        positions: Columns of the record by name.
+        bad: What has no value, shape (samples, signals), some of it.
+        judged: The expressions of the signals `#0`, `#1` and so on.
+
+    Returns:
+        In order of time, outputs of blocks first, one of each block.
+    """
+    first = {name: int(np.argmax(bad[:, k])) for name, k in positions.items() if bad[:, k].any()}
+    read = {f"#{k}": e for k, e in enumerate(judged)} | {d.name: d.value for d in loop.definitions}
+    sources = {name: [n.name for n in names_in(e)] for name, e in read.items()}
+    made: dict[str, str] = {}
     for instance in loop.instances:
         block = blocks_of(loop)[instance.controller]
         inputs, outputs = ([f"{instance.name}.{s.name}" for s in own] for own in (block.inputs, block.results))
-        made = [name for name in outputs if name in lost]
-        if made and not any(name in lost for name in inputs):
-            return made[0]
-    return lost[0]
+        given = [n.name for a in instance.arguments for n in names_in(a)]
+        sources |= dict.fromkeys(inputs, given)
+        sources |= dict.fromkeys(outputs, inputs)
+        made |= dict.fromkeys(outputs, instance.name)
+    found: dict[str, tuple[int, str]] = {}
+    for name, k in sorted(first.items(), key=lambda item: (item[1], item[0] not in made)):
+        own = sources.get(name) or sources.get(name.partition(".")[0], ())
+        if all(first.get(n, k + 1) > k for n in own):
+            found.setdefault(made.get(name, name), (k, name))
+    return list(found.values()) or [(k, name) for name, k in first.items()][:1]

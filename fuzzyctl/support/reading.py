@@ -91,6 +91,13 @@ def read_file(path: str | os.PathLike[str], *, max_bytes: int = MAX_BYTES, only_
     return content
 
 
+def record_file(path: str | os.PathLike[str]) -> None:
+    """Keep the content of a file that is not read as text, such as an FMU, where reading is recorded."""
+    record = _RECORDED.get()
+    if record is not None:
+        record[os.fspath(path)] = Path(path).read_bytes()
+
+
 def read_stream(stream: BinaryIO, name: str, *, max_bytes: int = MAX_BYTES) -> SourceText:
     """Read a stream as text, as `read_source` reads a file; `name` is shown in diagnostics."""
     return decode(read_bytes(stream, name, max_bytes=max_bytes), name)

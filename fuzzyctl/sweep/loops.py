@@ -19,6 +19,7 @@ from fuzzyctl.model.loop import Loop
 from fuzzyctl.simulation.columns import columns
 from fuzzyctl.simulation.expansion import loop_equations
 from fuzzyctl.simulation.experiment import Experiment
+from fuzzyctl.simulation.fmu_plant import require_fixed
 from fuzzyctl.simulation.run import Run
 from fuzzyctl.simulation.settings import params_of, with_settings
 from fuzzyctl.simulation.signals import Noise, Table
@@ -142,7 +143,7 @@ class Loops(Runnable[LoopScenario]):
         return free, {name: value for name, value in given.items() if name not in free}
 
     def _used(self, scenario: LoopScenario, again: bool = False) -> dict[str, UsedFile]:
-        """Return the files that those with loops use, such as tables and plants in Python; `again` reads them anew."""
+        """Return the files that those with loops use: tables, plants in Python, FMUs; `again` reads them anew."""
         others = list(scenario.files.read.items())[scenario.files.own :]
         found = {}
         for name, content in others:
@@ -154,8 +155,9 @@ class Loops(Runnable[LoopScenario]):
 
 
 def _can_be_free(loop: Loop, name: str) -> bool:
-    """Whether a param can be an argument of a compiled run; the start of a state cannot, among others."""
+    """Whether a param can be an argument of a compiled run; starts of states and params of FMUs cannot."""
     try:
+        require_fixed(loop, (name,))
         loop_equations(loop, free=(name,))
     except ArgumentError:
         return False

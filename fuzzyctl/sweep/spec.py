@@ -7,9 +7,12 @@ from typing import Annotated
 
 from pydantic import Field, Strict
 
+from fuzzyctl.diagnostics.diagnostic import DiagnosticError
+from fuzzyctl.diagnostics.suggestions import closest
 from fuzzyctl.experiments.sweep import spec_file
 from fuzzyctl.experiments.sweep.spec import Spec
 from fuzzyctl.experiments.sweep.spec_file import SpecFile
+from fuzzyctl.support.reading import files_in
 
 
 class LoopSpec(Spec):
@@ -30,6 +33,19 @@ def read(path: Path) -> SpecFile:
 
 
 def against(file: SpecFile) -> tuple[Path, ...]:
-    """Return the further files of a SPEC."""
-    spec = file.spec
-    return tuple(file.path.parent / name for name in spec.against) if isinstance(spec, LoopSpec) else ()
+    """Return the further files of a SPEC.
+
+    Raises:
+        DiagnosticError: With each that is not there.
+    """
+    names = file.spec.against if isinstance(file.spec, LoopSpec) else ()
+    mistakes = []
+    for path in (file.path.parent / name for name in names):
+        if not path.exists():
+            near = closest(path.name, files_in(path.parent, {path.suffix}))
+            help_text = f"did you mean '{near}'?" if near else ""
+            message = f"against: no file '{path.name}': there is no such file"
+            mistakes.append(file.diagnostic("FZ904", ("against",), message, help=help_text))
+    if mistakes:
+        raise DiagnosticError(mistakes)
+    return tuple(file.path.parent / name for name in names)

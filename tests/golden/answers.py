@@ -14,6 +14,11 @@ from fuzzyctl.editor.server import server
 
 MARKS = "".join([*map(chr, range(0x2460, 0x2474)), *map(chr, range(0x3251, 0x3260))])
 URI = "untitled:a.fz"
+ABLE = lsp.ClientCapabilities(
+    text_document=lsp.TextDocumentClientCapabilities(
+        publish_diagnostics=lsp.PublishDiagnosticsClientCapabilities(related_information=True)
+    )
+)
 OPTIONS = lsp.FormattingOptions(2, True)
 
 
@@ -32,7 +37,7 @@ class Case:
         self.document = lsp.TextDocumentIdentifier(self.uri)
         Case.version += 1
         if Case.version == 1:
-            list(server.protocol.lsp_initialize(lsp.InitializeParams(capabilities=lsp.ClientCapabilities())))
+            list(server.protocol.lsp_initialize(lsp.InitializeParams(capabilities=ABLE)))
         for other in list(server.workspace.text_documents):
             server.workspace.remove_text_document(other)
         server.workspace.put_text_document(lsp.TextDocumentItem(self.uri, "fz", Case.version, self.text))

@@ -24,7 +24,8 @@
     for (const name of ["surface", "rules", "terms"]) {
       draw(name, data[name]);
     }
-    byId("surface").alt = `Surface of ${data.title}`;
+    byId("surface").alt = `Surface of ${data.title}${data.region ? `, marked: ${data.region.text}` : ""}`;
+    byId("rules").alt = `Rules that act at ${data.inputs.map(({ name, value }) => `${name} = ${value}`).join(", ")}`;
     for (const { name, value } of data.inputs) {
       // A slider that has moved since is ahead of the answer.
       values[name] = data.serial === sent ? value : (values[name] ?? value);

@@ -202,7 +202,7 @@ function page(webview: vscode.Webview, media: vscode.Uri): string {
     <div id="map"><img id="surface" alt="" hidden><span id="mark" hidden></span></div>
     <label id="choice"><input type="checkbox" id="with-point"> Rules at a point (a click into the map is one)</label>
     <div id="inputs" hidden></div>
-    <div id="wide"><img id="rules" class="lines" alt="Rules that act at the point" hidden></div>
+    <div id="wide"><img id="rules" class="lines" alt="" hidden></div>
     <img id="terms" class="lines" alt="Terms of the variables" hidden>
   </main>
   <script nonce="${nonce}" src="${file("preview.js")}"></script>

@@ -152,6 +152,12 @@ const shown = async (id) => {
   const address = await pane().locator(`#${id}`).getAttribute("src", { timeout: 1000 });
   return address?.startsWith("blob:") && address;
 };
+/** The address of a picture once its description has some words. */
+const described = async (id, words) => {
+  const has = async () => (await pane().locator(`#${id}`).getAttribute("alt", { timeout: 1000 })).includes(words);
+  await until(`'${id}' has '${words}'`, has);
+  return shown(id);
+};
 const changed = (id, before) => until(`'${id}' changes`, async () => {
   const now = await shown(id);
   return now && now !== before && now;
@@ -236,27 +242,27 @@ async function drive(address) {
   step("a lens shows what is proved");
 
   // Another term gives another surface.
-  const before = await shown("surface");
   await goTo(14, 17);
+  const before = await described("surface", "service is good and food is fine then tip is large");
   await page.keyboard.press("Control+d");
   await page.keyboard.type("small");
-  const second = await changed("surface", before);
-  assert.notEqual(first, second);
+  const after = await described("surface", "service is good and food is fine then tip is small");
+  assert.equal(new Set([first, before, after]).size, 3);
   await picture("5-edited");
   step("an edit changes the surface");
 
   // A click into the map selects the cell of its strongest rule, and shows the rules there.
   const surface = await pane().locator("#surface").boundingBox();
   await page.mouse.click(surface.x + 0.5 * surface.width, surface.y + 0.8 * surface.height);
-  await changed("rules", undefined);
   await until("the cell of poor and bad is selected", async () =>
     (await page.locator(".active-line-number").innerText()) === "13" && (await page.locator(".selected-text").count()) > 0);
+  const map = await described("surface", "service is poor and food is bad");
+  const atClick = await described("rules", "Rules that act at service = 0.");
   await picture("6-click");
   step("a click into the map selects a cell and shows the rules");
-  const atClick = await shown("rules");
-  const map = await changed("surface", second);
   await pane().locator("#value-food").fill("9");
-  const atNine = await changed("rules", atClick);
+  const atNine = await described("rules", "food = 9");
+  assert.notEqual(atNine, atClick);
   assert.equal(await shown("surface"), map, "a slider draws the map again");
   assert.equal(await pane().locator("#inputs span").last().innerText(), "<i>Food</i> & $x$");
   await picture("7-slider");
@@ -265,15 +271,13 @@ async function drive(address) {
   // The other way: the cursor in a cell marks its region, and moves the point into it.
   await page.locator(".view-line", { hasText: "require" }).click();
   await goTo(14, 10);
-  await until("the point is in the region of good and bad", async () =>
-    (await pane().locator("#inputs output").allInnerTexts()).join() === "10,0");
-  await changed("surface", map);
-  await changed("rules", atNine);
+  const light = await described("surface", "service is good and food is bad");
+  await described("rules", "service = 10, food = 0");
+  assert.deepEqual(await pane().locator("#inputs output").allInnerTexts(), ["10", "0"]);
   await picture("8-cell");
   step("the cursor in a cell marks its region and moves the point there");
 
   // Light, dark and high contrast: the lines and texts of the pictures are as light as those of the theme.
-  const light = await shown("surface");
   let dark;
   for (const [theme, kind] of [
     ["Default Dark Modern", "vscode-dark"],
@@ -315,8 +319,7 @@ async function drive(address) {
   const why = page.locator(".codelens-decoration a", { hasText: "refuted at" });
   const [, ...counterexample] = (await why.innerText()).match(/service = (\S+), food = ([^:]+):/);
   await why.click();
-  await until("the point is the counterexample", async () =>
-    (await pane().locator("#inputs output").allInnerTexts()).join() === counterexample.join());
+  await described("rules", `service = ${counterexample[0]}, food = ${counterexample[1]}`);
   await picture("10-why");
   step("a lens leads to the counterexample");
 

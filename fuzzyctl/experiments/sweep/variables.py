@@ -96,6 +96,8 @@ def expand(file: SpecFile, settings: Any, common: Mapping[str, str] | None = Non
                     f"random.{written}: {key} has no number in the scenario that a {distribution.relative} could change"
                 )
                 help_text = _in_place_of(written, common or {})
+                if value is None and not help_text:
+                    help_text = did_you_mean(split_key(key)[-1], _beside(settings, key))
                 mistakes.append(file.diagnostic("FZ904", ("random", written), message, help=help_text))
             elif key in found:
                 message = f"random.{written} gives {key} again, after random.{found[key].written}"

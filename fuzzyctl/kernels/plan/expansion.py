@@ -284,7 +284,9 @@ class Expansion:
         if function.name in self._functions:
             circle = " → ".join([*self._functions[self._functions.index(function.name) :], function.name])
             message = f"function '{function.name}' calls itself"
-            raise DiagnosticError([Diagnostic("FZ217", message, function.span, facts=(circle,))])
+            raise DiagnosticError(
+                [Diagnostic("FZ217", message, function.span, facts=(circle,), help="remove one of these calls")]
+            )
         values = [self.named(self.expanded(a, scope), function.name) for a in arguments]
         inner = Scope(scope.controller, scope.prefix, {}, scope.period, scope.symbolic, scope.written)
         inner.names |= dict(zip(function.parameters, values, strict=True))

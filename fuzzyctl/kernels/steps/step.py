@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, final
+from typing import TYPE_CHECKING, Any, Final, final
 
 from fuzzyctl.diagnostics.diagnostic import ArgumentError, NoRuleFiresError, UnknownNameError, ValueOutOfBoundsError
 from fuzzyctl.displayed import Displayed
@@ -24,6 +24,9 @@ if TYPE_CHECKING:
     from fuzzyctl.kernels.steps.values import StepValues
 
     FloatArray = npt.NDArray[np.float64]
+
+#: What the time since the step before is.
+_TIME: Final = "> 0 s and finite"
 
 
 @final
@@ -86,7 +89,7 @@ class Step(Displayed):
 
         Raises:
             ArgumentError: For a wrong number of arguments, or one of another type.
-            ValueOutOfBoundsError: For a `dt` that is not positive.
+            ValueOutOfBoundsError: For a `dt` that is not positive and finite.
             NoRuleFiresError: Where no rule of a system fires whose output says `else error`.
         """
         import numpy as np
@@ -118,8 +121,8 @@ class Step(Displayed):
             return []
         if dt is None:
             raise ArgumentError("'dt' is missing: the controller has no 'every' line")
-        if not as_number(dt) > 0:
-            raise ValueOutOfBoundsError(DT, dt, "> 0 s")
+        if not 0.0 < as_number(dt) < math.inf:
+            raise ValueOutOfBoundsError(DT, dt, _TIME)
         return [as_number(dt)]
 
     def run(self, inputs: Any, state: Any = None, *, dt: Any = None) -> tuple[FloatArray, FloatArray]:
@@ -135,12 +138,12 @@ class Step(Displayed):
 
         Raises:
             ArgumentError: For arrays of another shape or not of numbers.
-            ValueOutOfBoundsError: For a `dt` that is not positive.
+            ValueOutOfBoundsError: For a `dt` that is not positive and finite.
             NoRuleFiresError: At the first step where no rule of a system fires whose output says `else error`.
         """
         import numpy as np
 
-        points = self._points(inputs, dt, dimensions=2)
+        points = np.ascontiguousarray(self._points(inputs, dt, dimensions=2))
         kept = self.start() if state is None else float_array(state, "state").copy()
         self._require_states(kept, ())
         results = np.empty((len(points), len(self.output_names)))
@@ -160,7 +163,7 @@ class Step(Displayed):
 
         Raises:
             ArgumentError: For arrays of another shape or not of numbers.
-            ValueOutOfBoundsError: For a `dt` that is not positive.
+            ValueOutOfBoundsError: For a `dt` that is not positive and finite.
             NoRuleFiresError: For the first copy where no rule of a system fires whose output says `else error`.
         """
         import numpy as np
@@ -187,7 +190,7 @@ class Step(Displayed):
         Raises:
             ArgumentError: For arrays of another shape or not of numbers, and where exact sets of a system jump at
                 places without a closed form, as under `aggregation nilpotent_maximum`.
-            ValueOutOfBoundsError: For a `dt` that is not positive.
+            ValueOutOfBoundsError: For a `dt` that is not positive and finite.
             NoRuleFiresError: For the first copy where no rule of a system fires whose output says `else error`.
         """
         import numpy as np
@@ -255,8 +258,9 @@ class Step(Displayed):
         times = float_array(dt, DT)
         if times.ndim and times.shape != points.shape[:-1]:
             raise ArgumentError(f"'dt' must be one number or have the shape {points.shape[:-1]}, got {times.shape}")
-        if not np.all(times > 0):
-            raise ValueOutOfBoundsError(DT, float(times[~(times > 0)].flat[0]), "> 0 s")
+        fine = (times > 0) & (times < math.inf)
+        if not np.all(fine):
+            raise ValueOutOfBoundsError(DT, float(times[~fine].flat[0]), _TIME)
         return np.concatenate([points, np.broadcast_to(times, points.shape[:-1])[..., np.newaxis]], axis=-1)
 
     def _require_states(self, states: FloatArray, shape: tuple[int, ...]) -> None:

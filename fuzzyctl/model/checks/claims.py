@@ -28,8 +28,8 @@ def uncomputable_claims(numbers: Numbers) -> Iterator[Diagnostic]:
                 elif value is not None and math.isinf(value):
                     message = "a number of the guarantee is infinite"
                     yield Diagnostic("FZ302", message, place, help="only feet may be infinite; leave the bound out")
-            for quotient in quotients(expr, is_known) if expr is not None else ():
-                if numbers.value(quotient.right) == 0.0:
+            for quotient, divisor in quotients(expr, is_known) if expr is not None else ():
+                if numbers.value(divisor) == 0.0:
                     place = span_of(quotient) or guarantee.span
                     yield Diagnostic("FZ307", DIVISION, place, help=REPAIRS[DIVISION])
 

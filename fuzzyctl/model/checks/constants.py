@@ -19,14 +19,22 @@ def constants(expr: Expr, is_known: IsKnown) -> list[Expr]:
     return [expr] if whole and not isinstance(expr, Number) else found
 
 
-def quotients(expr: Expr, is_known: IsKnown) -> Iterator[Binary]:
-    """Yield quotients of what depends on variables by what depends on params only."""
+def quotients(expr: Expr, is_known: IsKnown) -> Iterator[tuple[Expr, Expr]]:
+    """Yield quotients and remainders of what depends on variables, each with a divisor that depends on params only."""
     choices = {id(n) for node in walk(expr) if _is_choice(node) for c in children(node)[1:] for n in walk(c)}
     for node in walk(expr):
-        if isinstance(node, Binary) and node.op == "/" and id(node) not in choices:
-            (_, whole), (_, below) = _parts(node, is_known), _parts(node.right, is_known)
+        divisor = _divisor(node)
+        if divisor is not None and id(node) not in choices:
+            (_, whole), (_, below) = _parts(node, is_known), _parts(divisor, is_known)
             if below and not whole:
-                yield node
+                yield node, divisor
+
+
+def _divisor(expr: Expr) -> Expr | None:
+    match expr:
+        case Binary(op="/", right=divisor) | Call(function="mod" | "fmod", arguments=(_, divisor)):
+            return divisor
+    return None
 
 
 def _is_choice(expr: Expr) -> bool:

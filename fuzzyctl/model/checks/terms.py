@@ -75,7 +75,7 @@ def _without_area(output: Output, method: Defuzzifier) -> Iterator[Diagnostic]:
     first, *others = without
     what = "a number" if first.membership.kind in ("constant", "singleton") else "a function of the inputs"
     message = f"term '{first.name}' of '{output.name}' is {what} and has no area, so it has no {method.kind}"
-    facts = (f"so have {', '.join(repr(t.name) for t in others)}",) if others else ()
+    facts = (f"the same holds for {', '.join(repr(t.name) for t in others)}",) if others else ()
     place = first.membership.span or first.span
     yield Diagnostic("FZ214", message, place, facts=facts, help=BY_AVERAGE)
 

@@ -85,6 +85,7 @@ class TestText:
             ("K=4", 2, "FZ502", "no param 'K'"),
             ("law.k=4", 2, "FZ502", "did you mean 'law.K'?"),
             ("law.K=40", 1, "FZ302", "param 'law.K' is 40, outside of (0, 10]"),
+            ("law.K=40", 1, "FZ302", "give --set another value"),
             ("law.K=high", 2, "FZ503", "param 'law.K' is no number"),
         ],
     )
@@ -121,6 +122,16 @@ class TestText:
         assert "signals have no value at 1 of 51 samples" in result.output
         assert "measures without a value: iae" in result.output
         assert "FZ708" not in run(path, "--quiet").output
+
+    def test_signals_that_lose_their_values_apart_are_all_said(self, small):
+        path = small()
+        text = path.read_text("utf-8").replace("iae(p.y, r)", "integral(slip + log(p.y - 0.1))")
+        lets = "let slip = p.y / p.y\nlet twice = 2 * slip\nlet root = sqrt(p.y - 0.1)\n"
+        path.write_text(text + lets, encoding="utf-8")
+        (warning,) = run(path).output.split("warning[")[1:]
+        assert warning.startswith("FZ708]: 'slip' is not a number at t = 0 s")
+        assert "= nor is 'root' at t = 0 s (line " in warning
+        assert "twice" not in warning
 
     def test_an_inaccurate_integration_is_a_warning(self, small):
         result = run(small(), "--set", "p.T=0.05")

@@ -168,3 +168,19 @@ def test_a_used_file_outside_of_the_folder_is_not_read(tmp_path):
         text = TOP.replace("parts.fz", name)
         document = Document(SourceText(str(tmp_path / "sub" / "a.fz"), text), tmp_path / "sub")
         assert definition(document, text.index("law(x")) is None
+
+
+def test_files_that_use_a_name_are_among_its_uses(top):
+    """Also where the text on the screen has moved on from the file that the others read."""
+    parts = Document(SourceText(str(top.folder / "parts.fz"), "# new\n" + PARTS), top.folder)
+    offset = parts.text.index("controller law") + len("controller ")
+    assert [(s.source is top.source, s.line) for s in references(parts, offset, others=[parts, top])] == [
+        (False, 10),
+        (True, 4),
+    ]
+    term = parts.text.index("N P")
+    assert [s.line for s in references(parts, term, others=[top])] == [3, 8]
+    changes = rename(parts, offset, "lawful", [parts, top])
+    assert [(c.span.source is top.source, c.text) for c in changes] == [(False, "controller lawful"), (True, "lawful")]
+    alone = Document(SourceText(str(top.folder / "alone.fz"), "controller law\ninput x\noutput y = x\n"), top.folder)
+    assert len(references(parts, offset, others=[alone])) == 1

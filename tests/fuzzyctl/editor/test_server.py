@@ -1,73 +1,23 @@
 """The language server over the wire: a client of pygls starts it as an editor does."""
 
 import asyncio
-import sys
 from pathlib import Path
 
 import pytest
 from lsprotocol import types as lsp
 from pygls.exceptions import JsonRpcException
-from pygls.lsp.client import LanguageClient
 
 from tests.fuzzyctl.editor.marked import LOOP
 from tests.fuzzyctl.editor.marked import SYSTEM as BASE
+from tests.fuzzyctl.editor.wire import (
+    SECONDS,
+    changed,
+    opened,
+    position,
+    with_server,
+)
 
-SECONDS = 60
 SYSTEM = BASE + 'allow FZ219 "kept for later"\n'
-
-
-class Client(LanguageClient):
-    """A client that keeps the diagnostics published for each document, and can wait for the next ones."""
-
-    def __init__(self):
-        super().__init__("test", "1")
-        self.published = asyncio.Queue()
-
-        @self.feature(lsp.TEXT_DOCUMENT_PUBLISH_DIAGNOSTICS)
-        def _published(params: lsp.PublishDiagnosticsParams) -> None:
-            self.published.put_nowait(params)
-
-    async def diagnostics(self, version=None):
-        """Return the next diagnostics, of one version of a text where it is given."""
-        while True:
-            found = await asyncio.wait_for(self.published.get(), SECONDS)
-            if version is None or found.version == version:
-                return found
-
-
-def with_server(talk, capabilities=None):
-    """Run a conversation with a server of its own."""
-    able = lsp.ClientCapabilities() if capabilities is None else capabilities
-
-    async def run():
-        client = Client()
-        await client.start_io(sys.executable, "-m", "fuzzyctl", "lsp")
-        done = await client.initialize_async(lsp.InitializeParams(capabilities=able))
-        client.initialized(lsp.InitializedParams())
-        try:
-            return await asyncio.wait_for(talk(client, done.capabilities), SECONDS)
-        finally:
-            await client.shutdown_async(None)
-            client.exit(None)
-            await client.stop()
-
-    return asyncio.run(run())
-
-
-def opened(client, text, uri="untitled:a.fz"):
-    client.text_document_did_open(lsp.DidOpenTextDocumentParams(lsp.TextDocumentItem(uri, "fz", 1, text)))
-    return lsp.TextDocumentIdentifier(uri)
-
-
-def changed(client, document, version, text):
-    identifier = lsp.VersionedTextDocumentIdentifier(version, document.uri)
-    whole = lsp.TextDocumentContentChangeWholeDocument(text)
-    client.text_document_did_change(lsp.DidChangeTextDocumentParams(identifier, [whole]))
-
-
-def position(text, at, more=0):
-    before = text[: text.index(at) + more]
-    return lsp.Position(before.count("\n"), len(before) - before.rfind("\n") - 1)
 
 
 def applied(text, edits):
@@ -79,7 +29,7 @@ def applied(text, edits):
     return "\n".join(lines)
 
 
-def test_a_conversation():
+def test_a_conversation(with_shared_server):
     async def talk(client, capabilities):
         assert capabilities.rename_provider
         document = opened(client, SYSTEM)
@@ -117,10 +67,10 @@ def test_a_conversation():
         client.text_document_did_close(lsp.DidCloseTextDocumentParams(document))
         assert (await client.diagnostics()).uri == document.uri
 
-    with_server(talk)
+    with_shared_server(talk)
 
 
-def test_a_refuted_guarantee_lights_up_and_a_burst_gives_one_proof():
+def test_a_refuted_guarantee_lights_up_and_a_burst_gives_one_proof(with_shared_server):
     async def talk(client, _):
         document = opened(client, SYSTEM)
         for version in range(2, 62):
@@ -132,55 +82,10 @@ def test_a_refuted_guarantee_lights_up_and_a_burst_gives_one_proof():
         assert [p.version for p in proofs] == [61]
         assert "tip >= 61" in proofs[0].diagnostics[0].message
 
-    with_server(talk)
+    with_shared_server(talk)
 
 
-ODD = {
-    "empty": "",
-    "bytes": "\0\1",
-    "emoji": "🙂 🙂\r\nsystem 🙂\r\n",
-    "nested": "(" * 5000,
-    "many": "system t\n" * 3000,
-    "10 MB": "param a = 1\n" * 900_000,
-}
-
-
-def test_odd_texts_get_answers():
-    async def talk(client, _):
-        for name, text in ODD.items():
-            await answers(client, text, f"untitled:{name}")
-
-    async def answers(client, text, uri):
-        document = opened(client, text, uri)
-        while (await client.diagnostics()).uri != document.uri:
-            pass
-        for place in (lsp.Position(0, 0), lsp.Position(0, 10_000), lsp.Position(99_999, 3)):
-            await client.text_document_hover_async(lsp.HoverParams(document, place))
-            await client.text_document_completion_async(lsp.CompletionParams(document, place))
-            await client.text_document_references_async(
-                lsp.ReferenceParams(context=lsp.ReferenceContext(True), text_document=document, position=place)
-            )
-        await client.text_document_document_symbol_async(lsp.DocumentSymbolParams(document))
-        await client.text_document_folding_range_async(lsp.FoldingRangeParams(document))
-        beyond = lsp.Range(lsp.Position(0, 3), lsp.Position(99_999, 3))
-        options = lsp.FormattingOptions(2, True)
-        await client.text_document_semantic_tokens_full_async(lsp.SemanticTokensParams(document))
-        await client.text_document_semantic_tokens_range_async(lsp.SemanticTokensRangeParams(document, beyond))
-        await client.text_document_inlay_hint_async(lsp.InlayHintParams(document, beyond))
-        await client.text_document_code_lens_async(lsp.CodeLensParams(document))
-        await client.text_document_diagnostic_async(lsp.DocumentDiagnosticParams(document))
-        await client.text_document_range_formatting_async(lsp.DocumentRangeFormattingParams(document, beyond, options))
-        for place in (lsp.Position(0, 0), lsp.Position(99_999, 3)):
-            await client.text_document_on_type_formatting_async(
-                lsp.DocumentOnTypeFormattingParams(document, place, "\n", options)
-            )
-        await client.text_document_code_action_async(lsp.CodeActionParams(document, beyond, lsp.CodeActionContext([])))
-        assert await client.workspace_symbol_async(lsp.WorkspaceSymbolParams("")) is not None
-
-    with_server(talk)
-
-
-def test_units_of_the_client():
+def test_units_of_the_client(with_shared_server):
     text = 'system t "🙂🙂" \nparam a = 1\n# 🙂\n' + "input x in [0, a]\n  terms p q  # 🙂 p\nlet y = x * a\n"
 
     async def talk(client, _):
@@ -193,10 +98,10 @@ def test_units_of_the_client():
         )
         assert [(p.range.start.line, p.range.start.character) for p in found] == [(1, 6), (3, 15), (5, 12)]
 
-    with_server(talk)
+    with_shared_server(talk)
 
 
-def test_files_that_are_used(tmp_path):
+def test_files_that_are_used(tmp_path, with_shared_server):
     (tmp_path / "shared.fz").write_text("input service in [0, 10]\n  terms poor good\n")
     text = 'system t\ndefuzzifier center_average\nuse "shared.fz"\noutput tip in [0, 1] else 0\n'
     text += "  terms small=0 large=1\nif service is poor then tip is small\n"
@@ -209,14 +114,23 @@ def test_files_that_are_used(tmp_path):
         at = {"text_document": document, "position": position(text, "poor")}
         found = await client.text_document_definition_async(lsp.DefinitionParams(**at))
         assert (found.uri, found.range.start.line) == ((tmp_path / "shared.fz").as_uri(), 1)
+        shared = opened(client, (tmp_path / "shared.fz").read_text(), (tmp_path / "shared.fz").as_uri())
+        declared = {"text_document": shared, "position": lsp.Position(1, 8)}
+        context = lsp.ReferenceContext(True)
+        uses = await client.text_document_references_async(lsp.ReferenceParams(context=context, **declared))
+        assert [u.uri for u in uses] == [shared.uri, document.uri]
+        renamed = await client.text_document_rename_async(lsp.RenameParams(new_name="awful", **declared))
+        (edit,) = renamed.changes[document.uri]
+        assert (edit.new_text, edit.range) == ("awful", uses[1].range)
+        client.text_document_did_close(lsp.DidCloseTextDocumentParams(shared))
         (tmp_path / "shared.fz").unlink()
         changed(client, document, 2, text + "\n")
         assert (await client.diagnostics(2)).diagnostics[0].code == "FZ218"
 
-    with_server(talk)
+    with_shared_server(talk)
 
 
-def test_a_preview():
+def test_a_preview(with_shared_server):
     text = "system t\ndefuzzifier center_average\ninput x in [0, 1]\n  terms a b\n"
     text += "output y in [0, 1]\n  terms p q\ntable y = x\n    a  b\n  | p  q\n"
 
@@ -246,17 +160,17 @@ def test_a_preview():
         changed(client, document, 2, text.replace("p  q\n", "p  qq\n"))
         assert (await asked()).message == "system 't' has mistakes"
 
-    with_server(talk)
+    with_shared_server(talk)
 
 
-def test_loops_have_names_too():
+def test_loops_have_names_too(with_shared_server):
     async def talk(client, _):
         document = opened(client, LOOP)
         await client.diagnostics()
         at = {"text_document": document, "position": position(LOOP, "surface(e")}
         assert (await client.text_document_definition_async(lsp.DefinitionParams(**at))).range.start.line == 0
 
-    with_server(talk)
+    with_shared_server(talk)
 
 
 REFRESHING = lsp.ClientCapabilities(
@@ -265,6 +179,7 @@ REFRESHING = lsp.ClientCapabilities(
             completion_item=lsp.ClientCompletionItemOptions(snippet_support=True)
         ),
         diagnostic=lsp.DiagnosticClientCapabilities(),
+        publish_diagnostics=lsp.PublishDiagnosticsClientCapabilities(related_information=True),
     ),
     workspace=lsp.WorkspaceClientCapabilities(
         diagnostics=lsp.DiagnosticWorkspaceClientCapabilities(refresh_support=True),
@@ -341,7 +256,7 @@ def test_a_client_that_asks_for_diagnostics_is_told_when():
     with_server(talk, REFRESHING)
 
 
-def test_texts_that_are_not_saved_are_used_and_files_may_vanish(tmp_path):
+def test_texts_that_are_not_saved_are_used_and_files_may_vanish(tmp_path, with_shared_server):
     shared = "input service in [0, 10]\n  terms poor good\n"
     text = 'system t\ndefuzzifier center_average\nuse "shared.fz"\noutput tip in [0, 1] else 0\n'
     text += "  terms small=0 large=1\nif service is poor then tip is small\nif service is good then tip is large\n"
@@ -372,11 +287,11 @@ def test_texts_that_are_not_saved_are_used_and_files_may_vanish(tmp_path):
         client.workspace_did_change_watched_files(lsp.DidChangeWatchedFilesParams([change]))
         assert (await of(client, uris["a.fz"], wrong=True))[0].code == "FZ218"
 
-    with_server(talk)
+    with_shared_server(talk)
 
 
 @pytest.mark.long
-def test_a_surface_is_drawn():
+def test_a_surface_is_drawn(with_shared_server):
     async def talk(client, _):
         document = opened(client, SYSTEM)
         (lens, *_rest) = await client.text_document_code_lens_async(lsp.CodeLensParams(document))
@@ -385,4 +300,4 @@ def test_a_surface_is_drawn():
         assert done["exit"] == 0
         assert "<svg" in Path(done["picture"]).read_text()
 
-    with_server(talk)
+    with_shared_server(talk)

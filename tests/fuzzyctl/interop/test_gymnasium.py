@@ -85,8 +85,8 @@ class TestLoop:
         with pytest.raises(ArgumentError, match="'reset' begins an episode"):
             env.step([1.0])
         env.reset()
-        for action in ([1.0, 2.0], [float("nan")]):
-            with pytest.raises(ArgumentError, match="the action must be 1 numbers"):
+        for action in ([1.0, 2.0], [float("nan")], [np.inf]):
+            with pytest.raises(ArgumentError, match=r"the action must be 1 finite number \(law.valve\), got \["):
                 env.step(action)
         with pytest.raises(UnknownNameError, match=r"no state 'tank\.x'"):
             environment(tank("1 s"), "law", reward="iae", start={"tank.x": (0, 1)})
@@ -127,6 +127,8 @@ class TestLoop:
             env.reset(options={"strat": {"tank.h": 1.0}})
         with pytest.raises(ValueOutOfBoundsError, match=r"start of 'tank\.h' must be finite"):
             env.reset(options={"start": {"tank.h": float("nan")}})
+        with pytest.raises(ArgumentError, match="the option 'start' must be values by the names of states, got None"):
+            env.reset(options={"start": None})
 
     @pytest.mark.parametrize("reward", [lambda s: float("nan"), lambda s: None])
     def test_a_reward_is_a_finite_number(self, tank, reward):

@@ -156,9 +156,12 @@ class TestFunctions:
         run = fuzzyctl.simulate(with_plant(small(), "p", self.system(output=lambda t, x, u, p: [x[0] + u[0]])))
         assert "depend on the inputs of the same instant" in run.stopped.facts[0]
 
-    @pytest.mark.parametrize(("inputs", "states"), [(["a b"], ["x"]), (["x"], ["x"]), (["é"], ["x"])])
+    @pytest.mark.parametrize(
+        ("inputs", "states"),
+        [(["a b"], ["x"]), (["x"], ["x"]), (["é"], ["x"]), (["u", "u"], ["x"]), (["u"], ["y"])],
+    )
     def test_names_are_those_of_signals(self, inputs, states):
-        with pytest.raises(ArgumentError, match=r"is no name|have one name"):
+        with pytest.raises(ArgumentError, match=r"is no name|'.' names two of the inputs, states and outputs"):
             python_plant("p", inputs, dict.fromkeys(states, 0.0), ["y"], derivative=max, output=max)
 
     @pytest.mark.parametrize("start", [float("nan"), "a", None, [1.0]])

@@ -35,3 +35,15 @@ class TestDescribe:
 
     def test_a_term_line_without_its_equals_sign_is_shown_with_it(self):
         assert diagnose("input x in [0, 1]\n  A triangle(0, 1, 2)").help == "write: A = triangle(0, 1, 2)"
+
+    @pytest.mark.parametrize(
+        ("line", "what", "repair"),
+        [
+            ("if " + " and ".join(f"x{k} is a" for k in range(102)) + " then y is b", "antecedent", "set an output"),
+            ("param k = " + "-" * 102 + "1", "expression", "with 'let', or with 'param'"),
+        ],
+    )
+    def test_what_nests_too_deeply_is_split_in_its_own_way(self, line, what, repair):
+        mistake = diagnose(line)
+        assert (mistake.code, mistake.message) == ("FZ106", f"the {what} nests deeper than 100 levels")
+        assert repair in mistake.help

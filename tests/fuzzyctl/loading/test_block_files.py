@@ -20,6 +20,9 @@ WRONG = {
     PYTHON.replace("0.5", "1e999"): "the file computes its 'states'",
     PYTHON.replace('"force"', '"a b"'): "'a b' of 'inputs' is no name",
     PYTHON.replace('"force"', '"not"'): "'not' of 'inputs' is no name",
+    PYTHON.replace('"force",', '"force", "force"'): "'force' of 'inputs' is declared twice",
+    PYTHON.replace('"force"', '"v"'): "'v' of 'states' is declared twice",
+    PYTHON.replace('"place"', '"x"'): "'x' of 'outputs' is declared twice",
 }
 
 LOOP = """plant lag = tf(num=[1], den=[1, 1])

@@ -42,6 +42,9 @@ MISTAKES = {
     "param k = 1/0\noutput y = k": ("FZ307", "division by zero", "1/0"),
     "output y = x + 1/0": ("FZ307", "division by zero", "1/0"),
     "param k = 0\nlet a = x / k\noutput y = a": ("FZ307", "division by zero", "x / k"),
+    "let a = 0\nlet b = a\noutput y = x / b": ("FZ307", "division by zero", "x / b"),
+    "output y = mod(x, 0)": ("FZ307", "division by zero", "mod(x, 0"),
+    "param k = inf\noutput y = k": ("FZ307", "param 'k' is infinite", "k"),
     "param k = -1\noutput y = clamp(x, 0, log(k))": (
         "FZ307",
         "an argument lies outside the function's domain",
@@ -131,6 +134,8 @@ CALLS = {
     "output y = rule(x, x)": ("FZ303", "'rule' takes 1 input, not 2", "rule(x, x"),
     "output y = rule(x, e=x)": ("FZ303", "argument 'e' is given twice", "e=x"),
     "output y = rule(x, q=x)": ("FZ202", "'rule' has no input or param 'q'", "q=x"),
+    "output y = rule(x, k=inf)": ("FZ307", "param 'k' of 'rule' is infinite", "inf"),
+    "let a = 0\noutput y = x + 1 / a": ("FZ307", "division by zero", "1 / a"),
     "output y = rule(x, k=x)": ("FZ202", "no param 'x'", "x"),
     "function f(a) = rule(x)\noutput y = f(x)": ("FZ202", "no parameter or param 'x'", "x"),
     "block b = rule(x)\noutput y = x": ("FZ214", "'rule' is a system, and 'block' takes a controller", "rule(x"),

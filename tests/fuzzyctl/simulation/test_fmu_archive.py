@@ -8,6 +8,7 @@ import pytest
 
 from fuzzyctl.simulation import fmu_archive
 from fuzzyctl.simulation.fmu_archive import FmuError, FmuVariable, identifier, read_description, unpack
+from tests.effort import at_most
 
 FMI2 = """<?xml version="1.0" encoding="UTF-8"?>
 <fmiModelDescription fmiVersion="2.0" modelName="m" guid="g">
@@ -56,6 +57,13 @@ def test_what_an_fmu_says_of_itself(archive):
     third = read_description(archive({"modelDescription.xml": FMI3}))
     assert (third.version, third.platforms, third.has_sources) == (3, (), False)
     assert [v.name for v in (*third.inputs, *third.outputs)] == ["u", "y"]
+
+
+def test_many_variables_are_read_in_a_time_that_grows_with_their_number(archive):
+    many = "".join(f'<ScalarVariable name="x{k}" valueReference="{k}"><Real/></ScalarVariable>' for k in range(20_000))
+    path = archive({"modelDescription.xml": FMI2.replace("</ModelVariables>", many + "</ModelVariables>")})
+    with at_most(0.5):
+        assert read_description(path).outputs[0].reference == 7
 
 
 @pytest.mark.parametrize(

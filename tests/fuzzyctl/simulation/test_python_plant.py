@@ -61,6 +61,12 @@ def test_it_is_the_plant_that_text_says(loop, python_loop):
         ("return speed, u", "return u", "'derivative' of plant 'p' returned -", "one for each of: x, v"),
         ("return x\n", "return ['a', None]\n", "'output' of plant 'p' returned ['a', None]", "expected 2 numbers"),
         ("return x\n", "return 1 / 0\n", "'output' of plant 'p' raised ZeroDivisionError at t = 0 s", "p.py:13: "),
+        ("return x\n", "return {1.0, 2.0}\n", "'output' of plant 'p' returned {1.0, 2.0}", "expected 2 numbers"),
+        ("return x\n", "return '12'\n", "'output' of plant 'p' returned '12'", "expected 2 numbers"),
+        ("return x\n", "return 10**400, 0\n", "'output' of plant 'p' returned (1000", "expected 2 numbers"),
+        ("return x\n", "return (1 / 0 for v in x)\n", "'output' of plant 'p' raised ZeroDivisionError", "p.py:13: "),
+        ("return x\n", "raise SystemExit(0)\n", "'output' of plant 'p' raised SystemExit at t = 0 s", "p.py:13: "),
+        ("inputs =", "raise SystemExit(0)\ninputs =", "the file of plant 'p' raised SystemExit", "p.py:2: "),
         ("def output", "def outputs_", "the file has no function 'output'", "it is block 'p'"),
         (
             "inputs =",

@@ -5,10 +5,13 @@ import dataclasses
 import json
 import math
 import pickle
+import zipfile
 
 import pytest
 
 import fuzzyctl
+from fuzzyctl.codegen.fmu.archive import fmu
+from fuzzyctl.codegen.fmu.binary import compiler
 from fuzzyctl.diagnostics.diagnostic import DiagnosticError
 from fuzzyctl.experiments.settings.overrides import OverrideError
 from fuzzyctl.experiments.sweep import plan, provenance, run
@@ -16,6 +19,7 @@ from fuzzyctl.experiments.sweep.run import InterruptedSweepError
 from fuzzyctl.experiments.sweep.worker import SweepError, work
 from fuzzyctl.sweep.loops import Loops
 from fuzzyctl.sweep.spec import against, read
+from tests.fuzzyctl.codegen.fmu.fmus import plant_fmu
 
 FILE = """
 controller law
@@ -217,6 +221,28 @@ class TestFiles:
         (row,) = swept(folder, 'scenario = "small.fz"\n')
         assert row["stop_reason"] == "'derivative' of plant 'p' raised ZeroDivisionError"
 
+    def test_an_fmu_has_its_own_params_in_each_run_and_is_not_changed(self, folder):
+        pytest.importorskip("fmpy")
+        if compiler() is None:
+            pytest.skip("there is no C compiler")
+        plant = plant_fmu("plant p\ninput u\nparam T = 1\nstate x = 0\nder x = (u - x) / T\noutput y = x\n")
+        (folder / "p.fmu").write_bytes(fmu(plant, 3).data)
+        loop = "loop l\nblock p = p(1)\nmeasure end_value = final(p.y)\nrun 1 s step 0.1 s\n"
+        (folder / "small.fz").write_text(f'plant p = fmu("p.fmu")\nparam T = 3\n\n{loop}', encoding="utf-8")
+        text = 'scenario = "small.fz"\n[grid]\n"p.T" = [1.0, 2.0]\n'
+        rows = swept(folder, text)
+        assert [float(row["end_value"]) for row in rows] == pytest.approx([1 - math.exp(-1 / T) for T in (1, 2)])
+        (folder / "out" / "sweep.json").unlink()
+        for one in ("results.csv", "times.csv"):
+            (folder / "out" / one).unlink()
+        with pytest.raises(InterruptedSweepError):
+            swept(folder, text, workers=Here(1))
+        with zipfile.ZipFile(folder / "p.fmu", "a") as changed:
+            changed.writestr("extra/note.txt", "another version")
+        with pytest.raises(DiagnosticError) as caught:
+            swept(folder, text, resume=True)
+        assert "rules.p.fmu" in caught.value.diagnostics[0].facts[0]
+
 
 class TestMistakes:
     @pytest.mark.parametrize(
@@ -229,7 +255,8 @@ class TestMistakes:
             ('"p.T"', '"p.D"', 8, "no number in the scenario that a factor could change"),
             ("runs = 3", 'controllers = ["big"]', 3, "there is no loop 'big'"),
             ("runs = 3", 'measures = ["errors"]', 3, "there is no measure 'errors' did you mean 'error'?"),
-            ("runs = 3", 'against = ["none.fz"]', 0, "there is no such file"),
+            ("runs = 3", 'against = ["none.fz"]', 3, "against: no file 'none.fz'"),
+            ("runs = 3", 'against = ["smal.fz"]', 3, "there is no such file did you mean 'small.fz'?"),
             ("runs = 3", "loop = 3", 3, "unknown key loop"),
             ("small.fz", "big.fz", 2, "there is no such file"),
             ("seed = 2", "[set]\n'noise.seed' = -1", 5, "noise.seed must be a whole number >= 0, got -1"),

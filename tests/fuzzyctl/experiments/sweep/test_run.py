@@ -109,6 +109,7 @@ class TestPlan:
             ('"shut"]', '"shot"]', 3, "there is no valve 'shot'"),
             ('["level"]', '["levle"]', 6, "there is no measure 'levle' did you mean 'level'?"),
             ('"tank.level"', '"tank.depth"', 12, "no number in the scenario that a factor could change"),
+            ('"tank.level"', '"tank.levle"', 12, "that a factor could change did you mean 'level'?"),
             ('"{scenario}"', '"nothing.toml"', 2, "there is no such file"),
         ],
     )  # fmt: skip

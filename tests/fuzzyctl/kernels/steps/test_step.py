@@ -215,6 +215,8 @@ class TestStep:
         step = fuzzyctl.compile(controller(PID), backend)
         rows = np.random.default_rng(3).uniform(-1, 1, (30, 2))
         outputs, last = step.run(rows)
+        for turned in (np.asfortranarray(rows), np.hstack([rows, rows])[:, : rows.shape[1]], rows[::-1].copy()[::-1]):
+            np.testing.assert_array_equal(step.run(turned)[0], outputs)
         state, copies = step.start(), np.tile(step.start(), (4, 1))
         for row, output in zip(rows, outputs, strict=True):
             one, state = step(*row, state)
@@ -234,7 +236,9 @@ class TestStep:
 
     @pytest.mark.parametrize("backend", BACKENDS)
     def test_overflow_of_a_state_gives_infinity_without_a_warning(self, controller, backend):
-        lines = "controller c\nstate s = 1\nnext s = s * 1e200\noutput y = s - s / 0\nevery 1 s\n"
+        lines = (
+            "controller c\nstate s = 1\nstate z = 0\nnext s = s * 1e200\nnext z = z\noutput y = s - s / z\nevery 1 s\n"
+        )
         step = fuzzyctl.compile(controller(lines), backend)
         state = step.start()
         found = []
@@ -243,7 +247,7 @@ class TestStep:
             found.append(output)
         assert found[:2] == [-math.inf, -math.inf]
         assert math.isnan(found[3])
-        assert state.tolist() == [math.inf]
+        assert state.tolist() == [math.inf, 0.0]
 
     @pytest.mark.parametrize("backend", BACKENDS)
     def test_a_rule_base_with_a_gap_is_an_error_of_the_step(self, controller, backend):
@@ -267,7 +271,7 @@ class TestStep:
             free(0.0, free.start())
         with pytest.raises(ArgumentError, match=r"period of 0\.01 s"):
             fixed(0.0, 0.0, fixed.start(), dt=0.1)
-        for dt in (0.0, -1.0, math.nan):
+        for dt in (0.0, -1.0, math.nan, math.inf):
             with pytest.raises(ValueOutOfBoundsError, match="dt"):
                 free(0.0, free.start(), dt=dt)
             with pytest.raises(ValueOutOfBoundsError, match="dt"):

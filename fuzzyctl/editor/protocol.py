@@ -1,0 +1,47 @@
+"""Messages that are none: each request among them has an answer, and the log has a line, no traceback."""
+
+from __future__ import annotations
+
+import json
+import logging
+from typing import Any
+
+from pygls.exceptions import JsonRpcException, JsonRpcInternalError, JsonRpcInvalidParams
+from pygls.protocol import LanguageServerProtocol
+
+
+class Protocol(LanguageServerProtocol):
+    """Answers requests whose parameters are none of the protocol, such as negative lines, with an error."""
+
+    def structure_message(self, data: dict[str, Any]) -> Any:
+        """Return the message of some data."""
+        try:
+            return super().structure_message(data)
+        except JsonRpcException as error:
+            reason = str(error.__cause__ or error).strip().split("\n")[0]
+            mistake = JsonRpcInvalidParams(f"these are no parameters of '{data.get('method', '')}': {reason}")
+            if "id" in data and "method" in data:
+                self._send_response(data["id"], error=mistake.to_response_error())
+            raise mistake from None
+
+
+def is_of_client(error: BaseException | None) -> bool:
+    """Whether an error says what is wrong with a message, and not with the server."""
+    if isinstance(error, JsonRpcInternalError):
+        return False
+    return isinstance(error, JsonRpcException | json.JSONDecodeError | UnicodeDecodeError)
+
+
+def log_in_lines() -> None:
+    """Write mistakes of clients, which the answer says, as one line of the log."""
+    for name in ("pygls.protocol.json_rpc", "pygls.server"):
+        logging.getLogger(name).addFilter(_in_a_line)
+
+
+def _in_a_line(record: logging.LogRecord) -> bool:
+    error = record.exc_info[1] if record.exc_info else None
+    if is_of_client(error):
+        record.msg, record.args, record.exc_info = f"{record.getMessage()}: {error}", (), None
+    elif isinstance(record.args, tuple) and record.args and "Traceback" in str(record.args[-1]):
+        record.args = (*record.args[:-1], str(record.args[-1]).strip().rsplit("\n", 1)[-1])
+    return True
