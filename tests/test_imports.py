@@ -24,7 +24,8 @@ ORDER = [
     ["comparison", "explain", "loading"],
     ["analysis", "building", "interop", "plot", "sweep"],
     ["codegen", "convert", "display"],
-    ["editor"],
+    ["editor", "page"],
+    ["studio"],
     ["cli"],
     ["__main__"],
 ]

@@ -44,6 +44,7 @@ THROUGH = {
     "fuzzyctl/loading/choice.py": "fuzzyctl/loading/test_load.py fuzzyctl/cli/test_loading.py",
     "fuzzyctl/loading/policy.py": "fuzzyctl/cli/test_check.py fuzzyctl/loading/test_load.py",
     "fuzzyctl/model": "fuzzyctl/model/test_system.py fuzzyctl/model/checks/test_checks.py fuzzyctl/cli/test_as.py",
+    "fuzzyctl/page": "fuzzyctl/cli/test_page.py",
     "fuzzyctl/plot": "fuzzyctl/cli/test_plot.py fuzzyctl/cli/test_why.py fuzzyctl/plot/test_figures.py",
     "fuzzyctl/resolve": "fuzzyctl/resolve/test_rules.py fuzzyctl/resolve/test_settings.py",
     "fuzzyctl/simulation": "fuzzyctl/simulation/test_experiment.py fuzzyctl/cli/test_simulate.py",

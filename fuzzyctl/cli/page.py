@@ -185,5 +185,7 @@ def _nothing(file: str, examined: Examined, name: str | None) -> Diagnostic:
     if name is not None and name not in names:
         facts = (f"blocks: {', '.join(names)}",)
         return Diagnostic("FZ502", f"no block '{name}'", facts=facts, help="name one of these", file=file)
-    message = "a page shows systems, controllers and loops, and there is none"
-    return Diagnostic("FZ502", message, help="add a loop that runs the plant", file=file)
+    held = ", ".join(b.name for b in examined.blocks if name in (None, b.name))
+    facts = (f"plants: {held}",) if held else ()
+    message = "a page shows systems, controllers and loops; none is there"
+    return Diagnostic("FZ502", message, facts=facts, help="write a loop that runs the plant", file=file)

@@ -10,6 +10,7 @@ from fuzzyctl.codegen.steps.javascript_source import StepJavaScriptLayout
 from fuzzyctl.codegen.steps.unit import StepUnit, ends
 from fuzzyctl.model.controller import Controller
 from fuzzyctl.model.plant import Plant
+from fuzzyctl.simulation.settings import params_of
 
 if TYPE_CHECKING:
     from fuzzyctl.plot.time_series import Panel
@@ -50,6 +51,7 @@ def loop_data(run: Run) -> dict[str, Any]:
     from fuzzyctl.plot.time_series import panels  # numpy, which controllers do without
 
     every = max(1, math.ceil(len(run) / SAMPLES))
+    shown = sorted({*range(0, len(run), every), *range(len(run))[-1:]})
     measures = run.measures
     blocks: list[tuple[str, Controller | Plant]] = [(b.name, b) for b in (*run.loop.controllers, *run.loop.plants)]
     return {
@@ -61,10 +63,10 @@ def loop_data(run: Run) -> dict[str, Any]:
             ["blocks", ", ".join(f"{name} ({type(b).__name__.lower()})" for name, b in blocks)],
             ["solver", run.solver],
             ["samples", f"{len(run):,}{f', each {every}th is shown' if every > 1 else ''}"],
-            *_params(run.params),
+            *_params(params_of(run.loop) | dict(run.params)),
         ],
-        "t": _shortened(run.t[::every]),
-        "panels": [_panel(run, p, every) for p in panels(run)],
+        "t": _shortened(run.t[shown]),
+        "panels": [_panel(run, p, shown) for p in panels(run)],
         "measures": [
             [m.label or m.name, f"{measures[m.name]:.6g}{f' {m.unit}' if m.unit else ''}"] for m in run.loop.measures
         ],
@@ -73,9 +75,9 @@ def loop_data(run: Run) -> dict[str, Any]:
     }
 
 
-def _panel(run: Run, panel: Panel, every: int) -> dict[str, Any]:
-    reference = _shortened(run.signal(panel.reference)[::every]) if panel.reference is not None else None
-    values = _shortened(run[panel.signal][::every])
+def _panel(run: Run, panel: Panel, shown: list[int]) -> dict[str, Any]:
+    reference = _shortened(run.signal(panel.reference)[shown]) if panel.reference is not None else None
+    values = _shortened(run[panel.signal][shown])
     return {"name": panel.signal, "label": panel.label, "held": panel.held, "values": values, "reference": reference}
 
 

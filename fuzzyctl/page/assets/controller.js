@@ -16,7 +16,7 @@ function controllerSection(controller, kernel) {
         a.line(history.rows.map((r, n) => [history.first + n + 1, r[k]]), lineColor(k), 1.5, { stepped: true });
     }));
     function show(text = "") {
-        numbers.show(history.rows.at(-1) ?? controller.outputs.map(() => NaN), history.rows.length ? text : text || "No step has been made.");
+        numbers.show(history.rows.at(-1) ?? [], text);
         count.textContent = `Steps: ${history.first + history.rows.length}`;
         const rows = Object.entries(state ?? {}).map(([name, value]) =>
             [name, Array.isArray(value) ? value.map((v) => shown(v)).join(", ") : shown(value)]);

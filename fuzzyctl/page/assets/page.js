@@ -20,8 +20,12 @@ const begins = facts.sections.map((section, k) => {
     main.append(element("article", { id: `block${k}` }, heading, ...source, element("div", { className: "parts" }, ...parts)));
     return begin;
 });
-begins.forEach((begin) => begin());
 main.append(element("footer", { className: "note" }, `Written by fuzzyctl ${facts.version}. All numbers are computed on this page.`));
 const again = () => redraws.forEach((draw) => draw());
-again();
+// After the first paint, which need not wait for numbers.
+requestAnimationFrame(() => setTimeout(() => {
+    begins.forEach((begin) => begin());
+    again();
+    document.body.dataset.ready = "yes";
+}));
 matchMedia("(prefers-color-scheme: dark)").addEventListener("change", again);

@@ -22,6 +22,9 @@ const identifier = () => `e${++identifiers}`;
 
 /** A number as people read it. */
 function shown(value, digits = 6) {
+    if (value === undefined) {
+        return "none yet";
+    }
     if (value === null || Number.isNaN(value)) {
         return "no value (NaN)";
     }
@@ -141,7 +144,7 @@ function endsOf(values, margin = 0.05) {
     if (low > high) {
         return [0, 1];
     }
-    const room = (high - low) * margin || Math.abs(high) * 0.1 || 1;
+    const room = high > low ? (high - low) * margin : Math.abs(high) * 0.1 || 1;
     return [low - room, high + room];
 }
 

@@ -105,7 +105,7 @@ function surfaceView(system, evaluated, controls) {
         if (!ready() || y < 0) {
             return;
         }
-        const scale = 0.36 * Math.min(width, 1.3 * height), [s, c] = [Math.sin, Math.cos].map((f) => f((turn * Math.PI) / 180));
+        const scale = Math.min(width / 3.2, height / 3.4), [s, c] = [Math.sin, Math.cos].map((f) => f((turn * Math.PI) / 180));
         const [st, ct] = [Math.sin, Math.cos].map((f) => f((tilt * Math.PI) / 180));
         const project = (a, b, h) => {
             const right = a * c - b * s, depth = a * s + b * c;
@@ -169,7 +169,7 @@ function surfaceView(system, evaluated, controls) {
         }
     }
 
-    const map = picture(300, "", drawMap), surface = picture(300, "", drawSurface);
+    const map = picture(320, "", drawMap), surface = picture(320, "", drawSurface);
     function redraw() {
         const over = y < 0 ? withUnit(inputs[x]) : `${withUnit(inputs[x])} and ${withUnit(inputs[y])}`;
         const text = `${withUnit(outputs[z])} over ${over}, at the point ${shown(current[z])}`;

@@ -45,8 +45,9 @@ function systemSection(system, kernel) {
     const own = [
         element("section", {}, controls.form, numbers.box),
         surface.box,
-        element("section", {}, element("h3", {}, "Terms"), ...terms.filter((t) => t !== null).map((t) => t.box)),
-        element("section", {}, element("h3", {}, "Rules"), ...tables.map((t) => t.box), ...viewer.boxes),
+        element("section", { className: "whole" }, element("h3", {}, "Terms"),
+            element("div", { className: "several" }, ...terms.filter((t) => t !== null).map((t) => t.box))),
+        element("section", { className: "wide" }, element("h3", {}, "Rules"), ...tables.map((t) => t.box), ...viewer.boxes),
         element("section", {}, element("h3", {}, "Proved"), tableOf("Bounds of outputs, for all inputs", [], system.bounds),
             ...verdictList(system.verdicts), element("details", {}, element("summary", {}, "About the system"), about)),
     ];
