@@ -17,7 +17,7 @@ from fuzzyctl.cli.streams import say
 @click.command()
 @click.argument("file", required=False)
 @click.option("--folder", metavar="FOLDER", help="The studio that was built.  [default: apps/studio/dist]")
-@click.option("--port", type=click.IntRange(0, 65535), default=0, help="Port of the server.  [default: one that is free]")
+@click.option("--port", type=click.IntRange(0, 65535), default=0, help="Port.  [default: one that is free]")
 @click.option("--no-browser", is_flag=True, help="Print the address only.")
 @answers_with_diagnostics
 def studio(file: str | None, folder: str | None, port: int, no_browser: bool) -> int:

@@ -37,7 +37,8 @@ def answer(request: str) -> str:
     """Answer a request.
 
     Args:
-        request: JSON with `method`, a key of `METHODS`, `file`, the path of the text, `text`, and what the method takes.
+        request: JSON with `method`, a key of `METHODS`, `file`, the path of the text, `text`, and what the method
+            takes, such as `offset`, in units of UTF-16.
 
     Returns:
         JSON: what the method returns, or `refused`, a line that says why there is no answer.

@@ -164,9 +164,9 @@ async function drive(address) {
     const listen = (download) => saved.push(download.suggestedFilename());
     page.on("download", listen);
     await page.locator("#save").selectOption(format);
-    for (let k = 0; saved.length < count && k < 100; k += 1) await page.waitForTimeout(50);
+    for (let k = 0; saved.length < count && k < 400; k += 1) await page.waitForTimeout(50);
     page.off("download", listen);
-    assert.equal(saved.length, count, format);
+    assert.equal(saved.length, count, `${format}: ${await page.locator("#status").textContent()}`);
   }
 
   // Examples that use other files.
