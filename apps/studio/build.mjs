@@ -15,6 +15,8 @@ const OUT = resolve(process.argv[2] ?? join(HERE, "dist"));
 const { version } = JSON.parse(readFileSync(join(HERE, "node_modules", "pyodide", "package.json"), "utf8"));
 const RUNTIME = `pyodide-${version}`;
 const PYODIDE = ["pyodide.asm.mjs", "pyodide.asm.wasm", "python_stdlib.zip", "pyodide-lock.json"];
+/** Modules whose text is read: generated Python holds functions of them. */
+const READ = ["fuzzyctl/expr.py", "fuzzyctl/kernels/program/ieee.py"];
 /** Rooms of fuzzyctl that the worker never imports. */
 const LEFT_OUT = new Set(["cli", "experiments", "interop", "sweep", "__pycache__"]);
 
@@ -42,11 +44,17 @@ async function archive() {
   pyodide.runPython(`
 import compileall, os, zipfile
 from py_compile import PycInvalidationMode
-assert compileall.compile_dir("/pack", quiet=1, stripdir="/pack", legacy=True, optimize=0, invalidation_mode=PycInvalidationMode.UNCHECKED_HASH)
+read = {os.path.join("/pack", path) for path in ${JSON.stringify(READ)}}
+how = {"quiet": 1, "stripdir": "/pack", "prependdir": "/fuzzyctl", "invalidation_mode": PycInvalidationMode.UNCHECKED_HASH}
+for folder, _, names in os.walk("/pack"):
+    for path in (os.path.join(folder, name) for name in names if name.endswith(".py")):
+        assert compileall.compile_file(path, legacy=path not in read, **how), path
+        if path not in read:
+            os.remove(path)
 with zipfile.ZipFile("/fuzzyctl.zip", "w", zipfile.ZIP_DEFLATED, compresslevel=9) as packed:
     for folder, folders, names in os.walk("/pack"):
         folders.sort()
-        for name in sorted(n for n in names if not n.endswith(".py")):
+        for name in sorted(names):
             path = os.path.join(folder, name)
             with open(path, "rb") as file:
                 packed.writestr(zipfile.ZipInfo(os.path.relpath(path, "/pack")), file.read(), zipfile.ZIP_DEFLATED)

@@ -20,7 +20,7 @@ class _Handler(SimpleHTTPRequestHandler):
     Its folder is named after its version, so they keep it, and the machine code that they make of it.
     """
 
-    extensions_map: Final = {
+    extensions_map = {
         ".html": "text/html; charset=utf-8",
         ".css": "text/css; charset=utf-8",
         ".js": "text/javascript; charset=utf-8",
