@@ -253,9 +253,10 @@ def test_a_file_of_plain_lines_is_read_without_the_grammar():
     assert "lark" not in loaded_after(code)
 
 
-def test_a_check_without_findings_imports_neither_other_formats_nor_the_compiler():
-    code = f"import fuzzyctl\nfuzzyctl.check({str(ROOT / 'rules' / 'tipper.fz')!r})\n"
-    unused = [f"fuzzyctl.{m}" for m in ("formats.foreign", "kernels.compile", "loading.policy")]
+def test_a_check_without_findings_imports_neither_other_formats_nor_the_compiler_nor_what_writes_fixes():
+    code = f"import fuzzyctl, fuzzyctl.cli.check\nfuzzyctl.check({str(ROOT / 'rules' / 'tipper.fz')!r})\n"
+    others = ("formats.foreign", "kernels.compile", "loading.policy", "cli.unified_diff", "support.writing")
+    unused = [f"fuzzyctl.{m}" for m in others]
     loaded_after(f"{code}assert [m for m in {unused} if m in sys.modules] == []")
 
 

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 
 #: Least part of a difference that a cause is named for.
-FELT: Final = 1e-3
+LEAST_SHARE: Final = 1e-3
 
 
 @dataclass(frozen=True)
@@ -246,12 +246,12 @@ def _indented(lines: Sequence[str]) -> list[str]:
 
 
 def _causes(causes: tuple[Cause, ...]) -> list[str]:
-    """Return one line for each cause that anyone would feel, the largest first, and what no cause explains."""
-    shown = sorted((c for c in causes if abs(c.explains) >= FELT), key=lambda c: -abs(c.explains))
+    """Return one line for each cause with a part worth naming, the largest first, and what no cause explains."""
+    shown = sorted((c for c in causes if abs(c.explains) >= LEAST_SHARE), key=lambda c: -abs(c.explains))
     names = [_cause(c) for c in shown]
     parts = [c.explains for c in shown]
     rest = 1.0 - sum(c.explains for c in causes)
-    if abs(rest) >= FELT:
+    if abs(rest) >= LEAST_SHARE:
         names, parts = [*names, "the rest: several of what differs at once"], [*parts, rest]
     width = max(map(len, names), default=0)
     return [f"{name:{width}}  explains {100 * part:.3g} %" for name, part in zip(names, parts, strict=True)]

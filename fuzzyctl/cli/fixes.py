@@ -11,10 +11,8 @@ import click
 from fuzzyctl.cli.common import STDIN
 from fuzzyctl.cli.loading import source_of
 from fuzzyctl.cli.streams import say, write_data
-from fuzzyctl.cli.unified_diff import print_diff
 from fuzzyctl.diagnostics.fixes import APPLICABILITIES
 from fuzzyctl.diagnostics.suggestions import counted
-from fuzzyctl.support.writing import written_whole
 
 if TYPE_CHECKING:
     from fuzzyctl.diagnostics.source import SourceText
@@ -60,6 +58,8 @@ def fix_file(file: str, *, likely: bool, only_diff: bool) -> tuple[SourceText, b
     done = fix_source(source, folder=Path(file).parent, likely=likely)
     changed = done.source is not source
     if only_diff:
+        from fuzzyctl.cli.unified_diff import print_diff
+
         print_diff(STDIN if file == "-" else file, source.text, done.source.text)
     elif file == "-":
         write_data(done.source.text)
@@ -71,6 +71,8 @@ def fix_file(file: str, *, likely: bool, only_diff: bool) -> tuple[SourceText, b
 
 def _write(path: Path, text: str) -> None:
     """Write a text, behind the byte order mark that the file had, if it had one."""
+    from fuzzyctl.support.writing import written_whole
+
     mark = _MARK if path.read_bytes().startswith(_MARK.encode()) else ""
     with written_whole(path) as temporary:
         temporary.write_text(mark + text, encoding="utf-8", newline="")

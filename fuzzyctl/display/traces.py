@@ -71,7 +71,7 @@ def _contribution(c: Contribution) -> str:
     text = f"{c.output}: {c.share:.1%} of the activation, for {c.term}"
     if c.value is not None:
         text += f" = {c.value:.6g}"
-    return text if c.pull is None else f"{text}, which pulls it by {c.pull:+.6g}"
+    return text if c.influence is None else f"{text}, which pulls it by {c.influence:+.6g}"
 
 
 def _slope(left: float, right: float) -> str:

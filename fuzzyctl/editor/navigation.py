@@ -83,8 +83,8 @@ def rename(document: Document, offset: int, name: str, others: Iterable[Document
         raise RenameError(f"'{name}' is declared already in line {taken.line}")
     changes = [Replacement(span, name) for span in references(document, offset, others=others)]
     own = [c for c in changes if c.span.source.name == document.source.name]
-    others = [c for c in changes if c.span.source.name != document.source.name]
-    return [*_laid_out(document.source, own), *others]
+    elsewhere = [c for c in changes if c.span.source.name != document.source.name]
+    return [*_laid_out(document.source, own), *elsewhere]
 
 
 def _taken(document: Document, symbol: Symbol, name: str) -> Span | None:

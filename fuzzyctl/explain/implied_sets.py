@@ -55,18 +55,18 @@ class ImpliedSets:
         term = self._term(rule, nth)
         return None if term.reads_inputs else sampled_degrees(term, self.points)
 
-    def implied(self, rule: int, felt: float, nth: int = 0) -> Curve | None:
+    def implied(self, rule: int, activation: float, nth: int = 0) -> Curve | None:
         """Return the implied set of a rule: its consequent under the activation applied to it."""
         own = self.consequent(rule, nth)
         if own is None:
             return None
         norm = conjunction(self.output.implication_of(self._term(rule, nth)), self.output.equal)
         imply = scalar_function(norm(Name("a"), Name("b")))
-        return tuple(imply(felt, degree) for degree in own)
+        return tuple(imply(activation, degree) for degree in own)
 
     def together(self, rules: Iterable[tuple[int, float, int]]) -> Curve:
         """Return the aggregated set of rules, each given with the activation applied to it and its consequent."""
-        curves = [curve for rule, felt, nth in rules if (curve := self.implied(rule, felt, nth)) is not None]
+        curves = [curve for rule, own, nth in rules if (curve := self.implied(rule, own, nth)) is not None]
         return tuple(reduce(self._join, degrees) for degrees in zip(*curves, strict=True)) if curves else ()
 
     @property
@@ -79,15 +79,15 @@ class ImpliedSets:
 
         A function of the inputs has none.
         """
-        felt: dict[object, tuple[SetPlan, float]] = {}
+        activated: dict[object, tuple[SetPlan, float]] = {}
         for rule, own, nth in rules:
             term = self._term(rule, nth)
             if term.reads_inputs:
                 continue
             # Where the sum runs over terms, rules of one term give one value together.
             key: object = term if self.output.merge != "rules" else (rule, nth)
-            felt[key] = (term, self._join(felt[key][1], own) if key in felt else own)
-        return [(self._crisp_value(term, strength), strength) for term, strength in felt.values()]
+            activated[key] = (term, self._join(activated[key][1], own) if key in activated else own)
+        return [(self._crisp_value(term, strength), strength) for term, strength in activated.values()]
 
     def _crisp_value(self, term: SetPlan, strength: float) -> float:
         output = self.output

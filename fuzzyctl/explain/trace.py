@@ -25,7 +25,7 @@ from fuzzyctl.support import arguments
 
 #: Slopes are differences over this part of an input's range.
 STEP: Final = 1e-6
-#: By so much, as a part of the largest value, an output may differ from the mean of the values that its rules pull to:
+#: By so much, as a part of the largest value, an output may differ from the mean of the values of its rules:
 #: far more than by rounding, and less than what is printed.
 _SAME: Final = 1e-9
 
@@ -38,19 +38,19 @@ class Contribution:
         output: The output.
         term: The consequent's name with its hedges, or its text for one without a name.
         value: What it is in an average over rules, None for a fuzzy set or where it changes with the activation.
-        felt: The effective activation: that applied to the consequent, after hedges and weight.
+        effective_activation: The activation applied to the consequent, after hedges and weight.
         share: The rule's part of all activations that move the output, from 0 to 1.
-        pull: What it adds to the output compared with the average of the others, share · (value - output); None as for
-            `value`, and where the output is not the mean of the values by their shares: a sum, held within its range,
-            of rules that are joined first, or divided by something else.
+        influence: What it adds to the output compared with the average of the others, share · (value - output); None as
+            for `value`, and where the output is not the mean of the values by their shares: a sum, held within its
+            range, of rules that are joined first, or divided by something else.
     """
 
     output: str
     term: str
     value: float | None
-    felt: float
+    effective_activation: float
     share: float
-    pull: float | None
+    influence: float | None
 
 
 @dataclass(frozen=True)
@@ -164,14 +164,14 @@ def trace(system: FuzzySystem, values: Mapping[str, float]) -> Trace:
     count, width = len(flat.degrees), len(flat.outputs)
     activations, outputs = results[count : count + len(flat.rules)], results[-width:]
     without_value = {k for k, value in enumerate((*point, *outputs)) if math.isnan(value)}
-    mute = _mute(flat, without_value)
-    felt = _felt(flat, results[count + len(flat.rules) : -width], mute)
-    active = {r for r, a in enumerate(activations) if a > 0.0} - mute
-    for output, effects in zip(flat.outputs, felt, strict=True):
+    silent = _silent(flat, without_value)
+    effective = _effective(flat, results[count + len(flat.rules) : -width], silent)
+    active = {r for r, a in enumerate(activations) if a > 0.0} - silent
+    for output, effects in zip(flat.outputs, effective, strict=True):
         active |= {e.rule for e, effect in zip(output.implied, effects, strict=True) if effect > 0.0}
     acting = sorted(active, key=lambda r: (-activations[r], r))
     known = known_at(flat, point) | dict(zip((o.name for o in flat.outputs), outputs, strict=True))
-    own = [_Contributions.of(flat, o, felt[k], outputs[k], known, active) for k, o in enumerate(flat.outputs)]
+    own = [_Contributions.of(flat, o, effective[k], outputs[k], known, active) for k, o in enumerate(flat.outputs)]
     return Trace(
         system=system,
         inputs=dict(zip(names, point, strict=True)),
@@ -184,12 +184,12 @@ def trace(system: FuzzySystem, values: Mapping[str, float]) -> Trace:
     )
 
 
-def _mute(flat: Plan, missing: set[int]) -> set[int]:
+def _silent(flat: Plan, missing: set[int]) -> set[int]:
     """Return the rules that read a variable without a value, or how far such rules have activated a term."""
     if not missing:
         return set()
     lost = {degree_name(k) for k, d in enumerate(flat.degrees) if d.variable in missing}
-    mute: set[int] = set()
+    silent: set[int] = set()
 
     def reads(expr: Expr) -> bool:
         return any(n.name in lost for n in names_in(expr))
@@ -198,20 +198,20 @@ def _mute(flat: Plan, missing: set[int]) -> set[int]:
         for k, step in enumerate(flat.steps):
             if reads(step):
                 lost.add(step_name(k))
-        more = {r for r, rule in enumerate(flat.rules) if reads(flat.strengths[rule.strength])} - mute
+        more = {r for r, rule in enumerate(flat.rules) if reads(flat.strengths[rule.strength])} - silent
         if not more:
-            return mute
-        mute |= more
+            return silent
+        silent |= more
         for k, chain in enumerate(flat.chains):
-            if any(flat.outputs[chain.output].implied[e].rule in mute for e in chain.entries):
+            if any(flat.outputs[chain.output].implied[e].rule in silent for e in chain.entries):
                 lost.add(chain_name(k))
 
 
-def _felt(flat: Plan, effects: tuple[float, ...], mute: set[int]) -> list[list[float]]:
-    """Return for each output the activation applied to each of its consequents; 0 for a mute rule."""
+def _effective(flat: Plan, effects: tuple[float, ...], silent: set[int]) -> list[list[float]]:
+    """Return for each output the activation applied to each of its consequents; 0 for a silent rule."""
     rest = iter(effects)
     every = [[(entry.rule, next(rest)) for entry in output.implied] for output in flat.outputs]
-    return [[0.0 if rule in mute else effect for rule, effect in own] for own in every]
+    return [[0.0 if rule in silent else effect for rule, effect in own] for own in every]
 
 
 class _Traced:
@@ -264,7 +264,7 @@ class _Contributions:
         """Take an output apart."""
         values = [_value(output, output.terms[e.term], known) if e.rule in active else None for e in output.implied]
         whole = sum(effects)
-        pairs = [(felt / whole, v) for felt, v in zip(effects, values, strict=True) if felt and v is not None]
+        pairs = [(w / whole, v) for w, v in zip(effects, values, strict=True) if w and v is not None]
         off = abs(sum(share * v for share, v in pairs) - result)
         # No comparison holds where something is NaN.
         is_mean = not output.sums and off <= _SAME * max((abs(v) for _, v in pairs), default=0.0)
@@ -287,8 +287,8 @@ class _Contributions:
         for k, consequent in zip(entries, named, strict=True):
             effect, value = self.effects[k], self.values[k]
             share = effect / self.whole if self.whole else 0.0
-            pull = None if value is None or self.mean is None else share * (value - self.mean)
-            parts.append(Contribution(self.output.name, _named(consequent), value, effect, share, pull))
+            influence = None if value is None or self.mean is None else share * (value - self.mean)
+            parts.append(Contribution(self.output.name, _named(consequent), value, effect, share, influence))
         return parts
 
 

@@ -46,6 +46,12 @@ _KEYWORD_LINE = re.compile(rf"\s*(?:(?:{'|'.join(STATEMENT_KEYWORDS)})\b(?!\s*[=
 _BLOCK_LINES = {head: re.compile(rf"\s*(?:{'|'.join(words)})\b(?!\s*[=|])") for head, words in BLOCKS.items()}
 # Words that inputs and terms are named by as well: a head goes on with a name, and ends or goes on with '=' or a text.
 _LIKE_HEAD = re.compile(rf"\s*({NAME})[ \t]*(?:(?!is\b){NAME}[ \t]*)?(?:$|[\"#]|=[ \t]*(?:tf|zpk|ss|python)\b)")
+# The first word of a block behind another one, or behind characters, that do not belong there.
+_BEHIND = re.compile(
+    rf"\s*(?:{NAME}\s+|[^\w\s\"#]+\s*)"
+    rf"(?:(table)(?:\s+{NAME})?\s*=|(input|output)\s+(?!(?:in|unit|is)\b){NAME}"
+    rf"|({'|'.join(HEADS)})\b(?!\s+is\b)(?:\s+{NAME}\s*)?\s*(?:$|[\"#=]))"
+)
 _HEADS = rf"(?:plant|loop)\b(?=[ \t]+(?!is\b){NAME}[ \t]*(?:$|[=\"#\n]))"
 _FIRST = "|".join(_HEADS if word == "plant" else rf"{word}\b" for word in STATEMENT_KEYWORDS if word != "loop")
 # A rule may be broken before `and` and `or`, so these do not end an open parenthesis. Each of the next three looks at
@@ -202,15 +208,24 @@ def _close(source: SourceText, current: _Open, above: LogicalLine | None) -> Log
 
 
 def meant_head(code: str, in_block: str) -> str | None:
-    """Return which head of a block a line that begins no statement most likely is, half typed or misspelt.
+    """Return which head of a block a line that begins no statement most likely is: half typed, misspelt, behind a slip.
 
     In a system, where short names begin lines of tables, a word of two letters is none.
     """
+    behind = keyword_behind(code)
+    if behind in HEADS:
+        return behind
     found = _LIKE_HEAD.match(code)
     if found is None or len(found[1]) < (2 if in_block else 4):
         return None
     meant = half_typed(found[1], (*HEADS, *BLOCKS.get(in_block, STATEMENT_KEYWORDS)))
     return meant if meant in HEADS else None
+
+
+def keyword_behind(code: str) -> str | None:
+    """Return the first word of a block that stands behind one word, or characters, at the beginning of a line."""
+    found = _BEHIND.match(code)
+    return None if found is None else found[found.lastindex or 1]
 
 
 def half_typed(word: str, keywords: Sequence[str]) -> str | None:

@@ -13,7 +13,7 @@ from fuzzyctl.diagnostics.source import SourceText, Span
 from fuzzyctl.diagnostics.suggestions import closest, look_alikes
 from fuzzyctl.expr import MAX_DEPTH
 from fuzzyctl.lang.common_errors import NO_RULE, SPELLINGS, corner, repair
-from fuzzyctl.lang.lines import LogicalLine
+from fuzzyctl.lang.lines import LogicalLine, keyword_behind
 from fuzzyctl.lang.syntax import BLOCK_KEYWORDS, BLOCKS, NAME, STATEMENT_KEYWORDS
 
 if TYPE_CHECKING:
@@ -344,6 +344,14 @@ def describe_unknown_line(source: SourceText, line: LogicalLine, block: str) -> 
         return Diagnostic("FZ101", "expected a name, then '='", place, help=f"the form is: {LET_FORM}")
     if line.word in BLOCK_FORMS or (line.in_block and line.word in FORMS):
         return _of_another_block(line, place)
+    behind = keyword_behind(text)
+    if behind is not None:
+        help_text = f"remove '{line.word}'; the form is: {(forms | FORMS | BLOCK_FORMS)[behind]}"
+        gap = re.match(r"\s*\w+\s+", text)
+        fix = (
+            Fix((Replacement(Span(source, start, line.start + gap.end()), ""),), "likely") if gap is not None else None
+        )
+        return Diagnostic("FZ101", f"'{line.word}' begins no statement", place, help=help_text, fix=fix)
     hint = f"did you mean '{near}'? the form is: {forms[near]}" if near else ""
     if not hint and block == "variable":
         hint = f"a term is written: {_BELOW['term_line']}"

@@ -10,6 +10,7 @@ from fuzzyctl.diagnostics.other_tools_words import PEER_WORDS
 from fuzzyctl.diagnostics.suggestions import closest, is_slip, look_alikes
 from fuzzyctl.lang.character_repairs import DECIMAL, ENDS
 from fuzzyctl.lang.edits import Edit, Repair, Surroundings
+from fuzzyctl.lang.lines import keyword_behind
 from fuzzyctl.lang.other_tools import known_setting, remark
 from fuzzyctl.lang.repair_patterns import NUMBER, Replacement, by_pattern, head
 from fuzzyctl.lang.syntax import BLOCKS, NAME, STATEMENT_KEYWORDS
@@ -48,6 +49,8 @@ def _misspelt(code: str, text: str, around: Surroundings) -> Iterator[Edit]:
         return
     if found[1] in around.declared.names:
         # It begins a row without its bar, or the rest of a rule.
+        return
+    if keyword_behind(code) is not None:
         return
     near = closest(found[1], BLOCKS.get(around.in_block, STATEMENT_KEYWORDS))
     # `allow` takes any words; its codes are known by their form.
@@ -89,7 +92,10 @@ def _value_of_setting(code: str, text: str, around: Surroundings) -> Iterator[Ed
             yield Edit(m.start(2), m.end(2), meant, why)
 
 
-def _range(groups: list[str], around: Surroundings) -> str:
+def _range(groups: list[str], around: Surroundings) -> str | None:
+    names = {n for end in groups[-2:] for n in re.findall(NAME, end) if not re.fullmatch("(?i)pi|inf(inity)?", n)}
+    if not names <= around.declared.params:
+        return None
     low, high = (re.sub(r"(?i)\binf(inity)?\b", "inf", g) for g in groups[-2:])
     return f" in [{low}, {high}]"
 

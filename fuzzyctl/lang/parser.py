@@ -13,7 +13,7 @@ from fuzzyctl.diagnostics.source import SourceText, Span
 from fuzzyctl.lang import fast_path
 from fuzzyctl.lang import syntax as sx
 from fuzzyctl.lang.foreign import foreign
-from fuzzyctl.lang.lines import LineKind, LogicalLine, half_typed, meant_head, split
+from fuzzyctl.lang.lines import LineKind, LogicalLine, half_typed, keyword_behind, meant_head, split
 from fuzzyctl.lang.missing_keywords import (
     Headless,
     describe_barless,
@@ -57,16 +57,24 @@ def parse(source: SourceText) -> tuple[sx.SyntaxTree, list[Diagnostic]]:
     if not mistakes and not foreign:
         return tree, mistakes
     # Files without mistakes need no repairs.
+    from fuzzyctl.lang.other_formats import other_format
     from fuzzyctl.lang.recovery import recover
 
+    if (mistake := other_format(source)) is not None:
+        return _nothing(source), [mistake]
     return recover(source, found, _read_lines, _reads_line)
+
+
+def _nothing(source: SourceText) -> sx.SyntaxTree:
+    """Return the tree of a file that is not read."""
+    return sx.SyntaxTree(source, (), lost_variable=True, lost_input=True)
 
 
 def _read_lines(source: SourceText) -> tuple[sx.SyntaxTree, list[Diagnostic], list[Diagnostic]]:
     """Parse a text as it is written; mistakes of lines that only other tools write so come third."""
     assembler = _Assembler(source)
     if (mistake := _crowded(source)) is not None:
-        return sx.SyntaxTree(source, (), lost_variable=True, lost_input=True), [mistake], []
+        return _nothing(source), [mistake], []
     lines = (line for line in split(source) if line.kind != "blank")
     for line, below in pairwise(chain(lines, (None,))):
         assert line is not None, "only the last one has none below"
@@ -236,6 +244,7 @@ class _Assembler:
         meant = meant_keyword(line.word)
         if meant is not None and self.source.text[line.start : line.end].strip() == line.word:
             self.nameless.add(meant)
+        meant = keyword_behind(self.source.text[line.start : line.end]) or meant
         is_variable = looks_like_variable(self.source, line)
         if meant in ("input", "output", "table") or is_variable:
             # It was the head of the block that follows.

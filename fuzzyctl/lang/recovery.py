@@ -44,6 +44,8 @@ _GAP: Final = re.compile(r"\s{41}")
 _REPAIRS: Final[tuple[Repair, ...]] = (*STATEMENTS, *TERMS, *RULES, *SPELLING)
 _RULE: Final = re.compile(r"[ \t]*((?:else[ \t]+)?if\b[^\n#]*)", re.IGNORECASE)
 
+_LAST_WORD: Final = re.compile(rf"{sx.NAME}\Z")
+
 #: Codes of lines that cannot be read, and how many of them get a fix by one token, which takes many readings.
 _SYNTAX: Final = frozenset({"FZ101", "FZ102", "FZ103", "FZ105"})
 _TOKEN_FIXES: Final = 4
@@ -84,9 +86,19 @@ def recover(
             break
         text = repaired
         tree, mistakes, foreign = read(text)
-    tree = dataclasses.replace(tree, repaired=bool(reports) and not mistakes)
+    tree = dataclasses.replace(
+        tree, repaired=bool(reports) and not mistakes, unread=tree.unread | _half_typed(source, reports.values())
+    )
     mistakes = _with_token_fixes(text, mistakes, reads_line)
     return tree, _joined(source, reports.values(), map(in_original, mistakes))
+
+
+def _half_typed(source: SourceText, reports: Iterable[Diagnostic]) -> set[str]:
+    """Return the last words of lines whose parentheses were closed for them: there typing may have stopped."""
+    fixes = [d.fix for d in reports if d.code == "FZ103" and d.fix is not None]
+    ends = [r.span.start for fix in fixes for r in fix.replacements if r.text.strip(")]") == ""]
+    words = (_LAST_WORD.search(source.text, source.text.rfind("\n", 0, end) + 1, end) for end in ends)
+    return {word[0] for word in words if word is not None}
 
 
 def _joined(source: SourceText, reports: Iterable[Diagnostic], mistakes: Iterable[Diagnostic]) -> list[Diagnostic]:

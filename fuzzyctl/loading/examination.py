@@ -121,11 +121,11 @@ def look_through(
     crowd = _crowded(source, parts)
     if crowd is not None:
         return Examined(source, (), [in_original(d) for d in (*diagnostics, crowd)], tuple(policy))
-    written = _as_written(tree, parts, broken)
-    for part, text in zip(parts, written, strict=True):
+    written = _as_written(tree, parts, broken, hints)
+    for part, key in zip(parts, written, strict=True):
         if isinstance(part.head, sx.Head):
             continue
-        system, found = _examine_part(part, broken, hints, (*text, str(hints)) if text else ())
+        system, found = _examine_part(part, broken, hints, key)
         # Warnings are of the file as it is, not of what its repair would be.
         diagnostics.extend(d for d in found if d.severity == "error" or not tree.repaired)
         systems.extend([system] if system is not None else [])
@@ -207,23 +207,26 @@ class _Used:
         return self.opened[key]
 
 
-def _as_written(tree: sx.SyntaxTree, parts: Sequence[Part], broken: bool) -> list[tuple[str, ...]]:
-    """Return the texts that each part is made of, its own and those that it shares; none where these are not all."""
+def _as_written(tree: sx.SyntaxTree, parts: Sequence[Part], broken: bool, hints: bool) -> list[int | None]:
+    """Return a hash of all texts that each part is made of, those that it shares included; None where there are others.
+
+    Hashes of texts have 64 bits and a key of the process: no two texts that somebody writes have the same.
+    """
     text, used = tree.source.text, {s.span.source for s in tree.used}
     starts = [p.head.span.start if p.head is not None and len(parts) > 1 else 0 for p in parts]
-    common = (text[: starts[0]], *(source.text for source in sorted(used, key=lambda s: s.name)))
-    has_others = broken or tree.repaired or any(isinstance(s, sx.Table) and s.csv for s in tree.statements)
-    ends = [*starts[1:], len(text)]
-    return [() if has_others else (text[a:b], *common) for a, b in zip(starts, ends, strict=True)]
+    if broken or tree.repaired or any(isinstance(s, sx.Table) and s.csv for s in tree.statements):
+        return [None] * len(parts)
+    common = (hints, text[: starts[0]], *(s.text for s in sorted(used, key=lambda s: s.name)))
+    return [hash((text[a:b], *common)) for a, b in zip(starts, [*starts[1:], len(text)], strict=True)]
 
 
-#: Texts of systems without mistakes and warnings: with every key an editor asks about most of them again.
-_CLEAN: Final[set[tuple[str, ...]]] = set()
-_MOST_CLEAN: Final = 256
+#: Systems as they were written that had no mistake and no warning: an editor asks about most of them with every key.
+_CLEAN: Final[set[int]] = set()
+_MOST_CLEAN: Final = 1000
 
 
 def _examine_part(
-    part: Part, broken: bool, hints: bool, written: tuple[str, ...]
+    part: Part, broken: bool, hints: bool, written: int | None
 ) -> tuple[FuzzySystem | None, list[Diagnostic]]:
     system, diagnostics = resolve(part.tree, part.shared, broken)
     if system is not None:
@@ -231,7 +234,7 @@ def _examine_part(
         # What is written once for several systems need not be used by each.
         once = ("FZ208", "FZ216", "FZ219")
         diagnostics = [d for d in diagnostics if not (d.code in once and part.is_shared(d.span))]
-        if written and not diagnostics:
+        if written is not None and not diagnostics:
             if len(_CLEAN) >= _MOST_CLEAN:
                 _CLEAN.clear()
             _CLEAN.add(written)

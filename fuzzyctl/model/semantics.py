@@ -24,7 +24,7 @@ class Semantics(Node):
         total: What an average divides by: the `activations` of the rules summed over; their firing `strengths`, weights
             left out; or the activations of `all_rules`, those included that do not name the output.
         least: A rule acts only if its activation is above it; None for rules that always act. A rule of activation 0
-            that acts is felt only if a hedge in its consequent makes something of it.
+            that acts has an effect only if a hedge in its consequent makes something of it.
         equal: Degrees that differ by less count as equal where a drastic, nilpotent or Hamacher norm asks for equality.
         chained: An output in an antecedent counts with its crisp `value`, or with the `degree` up to which its term has
             been activated by the rules before.

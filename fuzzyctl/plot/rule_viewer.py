@@ -130,9 +130,9 @@ def _with_room(low: float, high: float, numbers: Sequence[float | None]) -> tupl
 
 
 def _own(found: Trace, output: LinguisticVariable) -> list[tuple[int, float, int]]:
-    """Return the rules that leave something in an output: position, how far it is felt, and which consequent."""
+    """Return the rules that leave something in an output: position, its effective activation, and which consequent."""
     return [
-        (rule.number - 1, c.felt, nth)
+        (rule.number - 1, c.effective_activation, nth)
         for rule in found.rules
         for nth, c in enumerate(c for c in rule.contributions if c.output == output.name)
         if c.value is None
@@ -175,8 +175,8 @@ def _begins_crowded(column: _Column, rule: int, own: Sequence[Contribution]) -> 
     """Return whether a number or a place stands where names begin, in the first fifth of the axis."""
     numbers = [c.value for c in own if c.value is not None]
     if column.sets is not None and column.sets.has_crisp_values:
-        felt = [(rule, c.felt, nth) for nth, c in enumerate(own) if c.value is None]
-        numbers += [value for value, _ in column.sets.crisp_values(felt)]
+        acting = [(rule, c.effective_activation, nth) for nth, c in enumerate(own) if c.value is None]
+        numbers += [value for value, _ in column.sets.crisp_values(acting)]
     low, high = column.ends
     return any(low <= n < 0.8 * low + 0.2 * high for n in numbers)
 
@@ -195,15 +195,15 @@ def _read_value(system: FuzzySystem, found: Trace, variable: LinguisticVariable)
 
 def _consequent(ax: Any, column: _Column, rule: int, nth: int, contribution: Contribution) -> None:
     if contribution.value is not None:
-        ax.vlines(contribution.value, 0, contribution.felt, color=OUTPUT, lw=3)
+        ax.vlines(contribution.value, 0, contribution.effective_activation, color=OUTPUT, lw=3)
         return
     assert column.sets is not None, "rules contribute to outputs only"
     if column.sets.has_crisp_values:
-        _spikes(ax, column.sets.crisp_values([(rule, contribution.felt, nth)]))
+        _spikes(ax, column.sets.crisp_values([(rule, contribution.effective_activation, nth)]))
         if (shape := column.sets.consequent(rule, nth)) is not None and column.sets.output.inverts:
             ax.plot(column.x, shape, color=OUTPUT, lw=1)
         return
-    curve, cut = column.sets.consequent(rule, nth), column.sets.implied(rule, contribution.felt, nth)
+    curve, cut = column.sets.consequent(rule, nth), column.sets.implied(rule, contribution.effective_activation, nth)
     if curve is not None and cut is not None:
         ax.plot(column.x, curve, color=OUTPUT, lw=1)
         ax.fill_between(column.x, cut, color=OUTPUT, alpha=0.35, lw=0)
@@ -211,8 +211,8 @@ def _consequent(ax: Any, column: _Column, rule: int, nth: int, contribution: Con
 
 def _spikes(ax: Any, values: Sequence[tuple[float, float]]) -> None:
     """Draw crisp values as high as the activations applied to them."""
-    for value, felt in values:
-        ax.vlines(value, 0, felt, color=OUTPUT, lw=3)
+    for value, activation in values:
+        ax.vlines(value, 0, activation, color=OUTPUT, lw=3)
 
 
 def _names(ax: Any, names: Sequence[tuple[str, str]], *, on_the_right: bool = False) -> None:
@@ -234,7 +234,7 @@ def _last_row(ax: Any, found: Trace, column: _Column) -> None:
         ax.axvline(found.inputs[name], color=LINE, lw=0.8)
         return
     contributions = [c for rule in found.rules for c in rule.contributions if c.output == name]
-    _spikes(ax, [(c.value, c.felt) for c in contributions if c.value is not None])
+    _spikes(ax, [(c.value, c.effective_activation) for c in contributions if c.value is not None])
     own = _own(found, column.variable)
     if column.sets.has_crisp_values:
         _spikes(ax, column.sets.crisp_values(own))

@@ -67,7 +67,7 @@ class Experiment:
     Raises:
         DiagnosticError: For an algebraic loop, sample times that do not fit together, files that cannot be used.
         UnknownNameError: For a free param that there is not, and another backend.
-        ArgumentError: For a free param that something needs as a constant, such as the start of a state.
+        ArgumentError: For a free param that something needs as a constant, such as the start of a state, or is twice.
     """
 
     def __init__(
@@ -81,6 +81,8 @@ class Experiment:
         for name in free:
             if name not in known:
                 raise UnknownNameError("param", name, tuple(known))
+            if list(free).count(name) > 1:
+                raise ArgumentError(f"'{name}' cannot be free: it is given twice")
         #: The free params with their values in the file.
         self.nominal = {name: known[name] for name in free}
         require_fixed(loop, free)

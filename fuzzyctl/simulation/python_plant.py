@@ -63,6 +63,8 @@ class PythonPlant:
             when = "" if t is None else f" at t = {t:.6g} s"
             message = f"{what} of plant '{self._plant.name}' raised {type(error).__name__}{when}"
             help_text = "call the functions once" if self._plant.calls else "run the file with python"
+            if isinstance(error, ModuleNotFoundError):
+                help_text = "install it: a plant imports installed packages, no files beside it"
             raise self._mistake(message, (f"{at}{error}",), help_text) from None
 
     def _numbers(self, found: Any, count: int, function: str, t: float) -> Sequence[float]:

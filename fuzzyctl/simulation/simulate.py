@@ -7,7 +7,7 @@ from typing import Final
 
 import numpy as np
 
-from fuzzyctl.diagnostics.diagnostic import Diagnostic, UnknownNameError
+from fuzzyctl.diagnostics.diagnostic import ArgumentError, Diagnostic, UnknownNameError
 from fuzzyctl.kernels.compile import Backend
 from fuzzyctl.model.loop import Loop
 from fuzzyctl.simulation.experiment import Experiment, Progress
@@ -53,8 +53,10 @@ def simulate(
         UnknownNameError: For a name of no param, backend or solver.
         ArgumentError: For an argument of another type, and a solver of scipy for a loop with dead time.
     """
+    if not isinstance(loop, Loop):
+        raise ArgumentError(f"expected a Loop, got {type(loop).__name__}")
     loop = with_settings(loop, params) if params else loop
-    if backend == "auto" and samples_of(loop) * substeps <= SHORT:
+    if backend == "auto" and isinstance(substeps, int) and samples_of(loop) * substeps <= SHORT:
         backend = "python"  # which is done before numba has compiled
     experiment = Experiment(loop, backend)
     if solver != RK4:

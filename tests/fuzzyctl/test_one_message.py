@@ -52,6 +52,10 @@ class TestBrokenHeads:
             ("output u in [-5, 5]", "u in [-5, 5]", "5 FZ101"),
             ("table u = e\n", "table u e\n", "8 FZ102"),
             ("table u = e\n", "u = e\n", "8 FZ101"),
+            ("table u = e\n", "force table = e\n", "8 FZ101"),
+            ("table u = e\n", ")table u = e\n", "8 FZ103"),
+            ("input e in [-1, 1]", "an input e in [-1, 1]", "3 FZ101"),
+            ("input e in [-1, 1]", "input e -1 k", "3 FZ102"),
             ("table u = e\n", "", "8 FZ110"),
         ],
     )
@@ -81,6 +85,48 @@ class TestBrokenHeads:
         found = said(after="param k = (1]\n" * 900)
         assert [code for _, code, _ in found] == ["FZ103"] * 500 + ["FZ112"]
         assert "too many errors (500)" in found[-1][2]
+
+
+#: Blocks of equations below the base text, with the first words of their lines.
+BLOCKS = """\
+controller c
+input x
+input beta
+let d = derivative(2 * beta)
+output y = d + x
+every 1 s
+plant p
+input v
+state h = 0
+der h = v - h
+output y = h
+loop run
+block c = c(r, p.y)
+block p = p(c.y)
+let r = steps(0: 1)
+measure m = iae(p.y, r)
+run 5 s
+"""
+
+
+class TestBlocks:
+    @pytest.mark.parametrize(
+        ("old", "new", "place"),
+        [
+            ("controller c", "a controller c", "11 FZ101"),
+            ("controller c", ")controller c", "11 FZ103"),
+            ("plant p", "motor plant p", "17 FZ101"),
+            ("loop run", "less_rate loop", "22 FZ101"),
+            ("loop run", "- loop run", "22 FZ101"),
+            ("(2 * beta)", "(2 * be", "14 FZ103"),
+        ],
+    )
+    def test_a_slip_before_the_head_costs_no_more_than_itself(self, old, new, place):
+        assert old in BLOCKS
+        assert only(said(after=BLOCKS.replace(old, new, 1)))[0] == place
+
+    def test_a_half_typed_name_is_none_of_its_own(self):
+        assert only(said(after="let z = (2 * be\n"))[0] == "11 FZ103"
 
 
 class TestFiles:

@@ -289,7 +289,9 @@ def _vanishes(case: Case, row: int, output: int) -> bool:
             for k, x in enumerate(case.points[row])
         ]
         found = trace(case.system, dict(zip((i.name for i in case.system.inputs), moved, strict=True)))
-        largest = max(largest, *(c.felt for r in found.rules for c in r.contributions if c.output == name), 0.0)
+        largest = max(
+            largest, *(c.effective_activation for r in found.rules for c in r.contributions if c.output == name), 0.0
+        )
     return 0.0 < largest < 2.0**-53 / AGREEMENT
 
 

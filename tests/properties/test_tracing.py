@@ -31,10 +31,10 @@ def compare(system, kernel, point):
     for output in system.outputs:
         parts = [c for r in found.rules for c in r.contributions if c.output == output.name]
         # A rule may act and be felt as nothing, where a hedge makes 0 of its activation.
-        assert sum(c.share for c in parts) == pytest.approx(1.0 if any(c.felt for c in parts) else 0.0)
-        pulls = [c.pull for c in parts if c.pull is not None]
+        assert sum(c.share for c in parts) == pytest.approx(1.0 if any(c.effective_activation for c in parts) else 0.0)
+        pulls = [c.influence for c in parts if c.influence is not None]
         # What the output differs from the mean by, and rounding. Functions of inputs without a value pull nowhere.
-        largest = max((abs(c.value) for c in parts if c.pull is not None), default=0.0)
+        largest = max((abs(c.value) for c in parts if c.influence is not None), default=0.0)
         assert abs(sum(pulls)) <= 2e-9 * largest
 
 

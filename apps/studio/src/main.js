@@ -18,6 +18,8 @@ const engine = new Engine((state, detail) => {
   if (state === "failed") status(`fuzzyctl does not start: ${detail}`);
   if (state === "stopped") {
     status(`stopped: ${detail}; fuzzyctl starts again, and the next change of the text is checked`);
+    at("count").textContent = "Not checked";
+    at("mistakes").replaceChildren();
     stale("The picture is not that of the text, which takes too long.");
   }
 });
@@ -110,8 +112,9 @@ async function picture(own) {
   at("frames").append(frame);
   await loaded;
   if (own !== version) return frame.remove();
-  for (const other of at("frames").querySelectorAll("iframe")) if (other !== frame) other.remove();
   frame.className = "";
+  for (let k = 0; k < 2; k += 1) await new Promise(requestAnimationFrame); // the one before stays until this one is painted
+  for (const other of at("frames").querySelectorAll("iframe")) if (other !== frame) other.remove();
   stale("");
 }
 

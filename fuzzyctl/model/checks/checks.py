@@ -296,7 +296,7 @@ def _functions(system: FuzzySystem) -> Iterator[Expr]:
 def slips_in_tables(system: FuzzySystem) -> Iterator[Diagnostic]:
     """Find cells that jump in a table, or break its symmetry."""
     if any(isinstance(part, RuleTable) for part in system.tables_and_rules):
-        from fuzzyctl.model.checks.hints import jumping_tables
+        from fuzzyctl.model.checks.rule_tables import jumping_tables
         from fuzzyctl.model.checks.symmetry import odd_cells
 
         yield from jumping_tables(system)

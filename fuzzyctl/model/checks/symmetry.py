@@ -9,7 +9,7 @@ from functools import lru_cache, reduce
 from typing import Final
 
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, Note
-from fuzzyctl.model.checks.hints import Place, culprit, ranks_of
+from fuzzyctl.model.checks.rule_tables import Place, culprit, ranks_of
 from fuzzyctl.model.rule import RuleTable
 from fuzzyctl.model.system import FuzzySystem
 

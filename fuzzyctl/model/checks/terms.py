@@ -12,12 +12,11 @@ from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.expr import Binary, Expr, Name, Number, names_in, replace_names, span_of, walk
 from fuzzyctl.formulas import MEMBERSHIP, exact_maxima_possible, is_monotone
 from fuzzyctl.formulas.inverse import solved
-from fuzzyctl.model.checks.hints import uncovered_ranges
 from fuzzyctl.model.checks.partitions import spoilt_partitions
 from fuzzyctl.model.computed_numbers import Numbers
 from fuzzyctl.model.method import MAXIMA, TSUKAMOTO, Defuzzifier
 from fuzzyctl.model.system import FuzzySystem
-from fuzzyctl.model.variable import Hold, Membership, Output, Term
+from fuzzyctl.model.variable import Hold, Input, Membership, Output, Term
 
 
 def misfitting_defuzzifier(numbers: Numbers) -> Iterator[Diagnostic]:
@@ -229,6 +228,43 @@ def _lasting(numbers: Numbers, output: Output) -> Iterator[tuple[str, float, Spa
     value = numbers.finite(otherwise) if isinstance(otherwise, Expr) else None
     if isinstance(otherwise, Expr) and value is not None:
         yield "'else' value {}", value, span_of(otherwise) or output.span
+
+
+def uncovered_ranges(numbers: Numbers) -> Iterator[Diagnostic]:
+    """Find parts of an input's range where no term has a degree above 0.
+
+    Where some output has no `else`, the proof of coverage reports such a part as the hole it makes.
+    """
+    if any(o.otherwise is None and o.adaptive is None for o in numbers.system.outputs):
+        return
+    for variable in numbers.system.inputs:
+        for low, high in _gaps(numbers, variable):
+            message = f"no term of '{variable.name}' covers its range from {low:.6g} to {high:.6g}"
+            yield Diagnostic("FZ309", message, variable.span, "warning", help="widen a term, or shorten the range")
+
+
+def _gaps(numbers: Numbers, variable: Input) -> list[tuple[float, float]]:
+    """Return the parts of the range, wider than a point, that no support reaches."""
+    ends, shapes = numbers.range(variable), numbers.shapes(variable)
+    if ends is None or not shapes or len(shapes) < len(variable.terms):
+        return []  # no antecedent reads an input without terms, and the reach of a term with bad parameters is unknown
+    supports: list[tuple[float, float]] = []
+    for term, parameters in shapes:
+        vertices = MEMBERSHIP[term.membership.kind].vertices(parameters)
+        if not vertices:
+            return []  # curved terms are above 0 nearly everywhere
+        left = vertices[0][0] if vertices[0][1] == 0 else -math.inf
+        right = vertices[-1][0] if vertices[-1][1] == 0 else math.inf
+        supports.append((left, right))
+    reached, upper = ends
+    gaps: list[tuple[float, float]] = []
+    for left, right in sorted(supports):
+        if left > reached:
+            gaps.append((reached, min(left, upper)))
+        reached = max(reached, right)
+        if reached >= upper:
+            return gaps
+    return [*gaps, (reached, upper)]
 
 
 #: Each needs whole variables and a known method, so they run where every statement has a meaning.

@@ -45,7 +45,7 @@ class TestTrace:
         parts = [c for r in found.rules for c in r.contributions]
         assert sum(c.share for c in parts) == pytest.approx(1.0)
         assert sum(c.share * c.value for c in parts) == pytest.approx(output)
-        assert sum(c.pull for c in parts) == pytest.approx(0.0, abs=1e-15)
+        assert sum(c.influence for c in parts) == pytest.approx(0.0, abs=1e-15)
         assert [r.activation for r in found.rules] == sorted((r.activation for r in found.rules), reverse=True)
         assert len(found.rules) + found.silent == 25
 
@@ -57,7 +57,7 @@ class TestTrace:
         assert rules[1].activation == 0.3
         of_u, of_v = rules[1].contributions
         assert (of_u.output, of_u.term, of_u.value, of_u.share) == ("u", "flat", 4.0, pytest.approx(0.3 / 0.7))
-        assert (of_v.output, of_v.value, of_v.pull) == ("v", None, None)
+        assert (of_v.output, of_v.value, of_v.influence) == ("v", None, None)
         assert of_v.share == pytest.approx(0.3 / 0.7)
         (tilted,) = rules[2].contributions
         assert tilted.value == pytest.approx(0.5 * 4 + 2 * 0.5 + 1)
@@ -229,7 +229,7 @@ class TestPictureOfHedges:
 
 def test_data_say_how_far_an_output_feels_a_rule():
     found = trace(loads(HEDGED.replace("input x", "semantics fuzzylite\ninput x")), {"x": 6.0})
-    parts = {c.term: (r.activation, c.felt) for r in found.rules for c in r.contributions}
+    parts = {c.term: (r.activation, c.effective_activation) for r in found.rules for c in r.contributions}
     assert parts["not n"] == (pytest.approx(0.16), pytest.approx(0.84))
     assert parts["somewhat p"] == (pytest.approx(0.6), pytest.approx(0.6**0.5))
 

@@ -45,7 +45,7 @@ RuleBlock:
 def test_a_rule_that_sets_an_output_twice_contributes_twice():
     """A hedge of fuzzylite's consequents is carried on to the next one: 0.8 squared for both."""
     (rule,) = trace(loads(TWICE, "twice.fll"), {"x": 2.0}).rules
-    assert [(c.output, c.term, c.felt) for c in rule.contributions] == [
+    assert [(c.output, c.term, c.effective_activation) for c in rule.contributions] == [
         ("y", "very m", pytest.approx(0.64)),
         ("y", "l", pytest.approx(0.64)),
     ]
@@ -84,7 +84,7 @@ class TestWithoutAValue:
         assert [r.number for r in found.rules] == [6]
         assert all(math.isnan(d) for d in found.degrees["u"].values())
         (own,) = found.rules[0].contributions
-        assert (own.value, own.share, own.pull) == (0.0, 1.0, None)
+        assert (own.value, own.share, own.influence) == (0.0, 1.0, None)
 
     def test_rules_that_read_an_input_without_a_value_are_silent(self):
         found = trace(loads(READS), {"x": 0.2, "y": math.nan})
@@ -126,9 +126,9 @@ def test_rules_pull_where_the_output_is_the_mean_of_what_they_say(settings, clam
     parts = [c for r in trace(loads(text), {"x": x}).rules for c in r.contributions]
     assert len(parts) > 1
     assert all(c.value is not None for c in parts)
-    assert [c.pull for c in parts] == [None] * len(parts)
+    assert [c.influence for c in parts] == [None] * len(parts)
     plain = [c for r in trace(loads(AVERAGE.format("", "", 1)), {"x": 2.0}).rules for c in r.contributions]
-    assert sum(c.pull for c in plain) == pytest.approx(0.0, abs=1e-15)
+    assert sum(c.influence for c in plain) == pytest.approx(0.0, abs=1e-15)
 
 
 @pytest.mark.parametrize("start", [0.0, 1e6, 1e9, 1e12])

@@ -167,3 +167,22 @@ class TestLimits:
         _, (mistake,) = parse(SourceText("t", "system s\n" + 20 * plain + 20 * group))
         assert (mistake.code, mistake.span.line) == ("FZ112", 44)
         assert mistake.message == "the lines that are not plain have more than 22 words, numbers and parentheses"
+
+
+class TestFilesOfOtherTools:
+    @pytest.mark.parametrize(
+        ("text", "what", "suffix", "column"),
+        [
+            ("% a comment\n[System]\nName='t'\nVersion=2.0\n", "a file of MATLAB or Octave", ".fis", 1),
+            ("# a comment\nEngine: e\nInputVariable: x\n", "a fuzzylite file", ".fll", 1),
+            ("(* a\ncomment *)  function_block f\nVAR_INPUT\n", "an FCL file", ".fcl", 13),
+            ("\n  <?xml version='1.0'?>\n<FuzzyController>\n", "an FML file", ".fml", 3),
+            ("\n<fuzzySystem name='x'>\n", "an FML file", ".fml", 1),
+        ],
+    )
+    def test_are_one_mistake_with_the_suffix_that_they_need(self, text, what, suffix, column):
+        tree, (mistake,) = parse(SourceText("t", text))
+        assert not tree.statements
+        assert mistake.message == f"this is {what}, not a rule file"
+        assert f"ends with '{suffix}'" in mistake.help
+        assert (mistake.span.line, mistake.span.column) == (2, column)

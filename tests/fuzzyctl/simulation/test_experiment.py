@@ -582,6 +582,12 @@ class TestFree:
             Experiment(loop(FILL), "python", free=["law.Kq"])
         with pytest.raises(ArgumentError, match=r"expected 1 values \(law.Kp\), got the shape \(2,\)"):
             Experiment(loop(FILL), "python", free=["law.Kp"]).run([1, 2])
+        with pytest.raises(ArgumentError, match=r"'law\.Kp' cannot be free: it is given twice"):
+            Experiment(loop(FILL), "python", free=["law.Kp", "law.Kp"])
+        with pytest.raises(ArgumentError, match="expected a Loop, got Plant"):
+            fuzzyctl.simulate(loop(FILL).plants[0])
+        with pytest.raises(ArgumentError, match="'substeps' must be a positive integer, got '1'"):
+            fuzzyctl.simulate(loop(FILL), substeps="1")
 
 
 def test_an_output_of_states_alone_breaks_an_algebraic_loop(loop):

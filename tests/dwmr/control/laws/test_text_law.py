@@ -130,7 +130,7 @@ class TestRun:
         assert found["v_c"][0, 0] != found["v_c"][1, 0]
 
     def test_an_output_that_has_no_value_stops_the_run(self, beside):
-        stop = run(beside(LAW.replace("drift_x + k", "drift_x + sqrt(0 - 1) + k"))).stop
+        stop = run(beside(LAW.replace("drift_x + k", "drift_x + sqrt(-1 - x_e * x_e) + k"))).stop
         assert stop is not None
         assert "v_c is not finite" in stop.reason
 

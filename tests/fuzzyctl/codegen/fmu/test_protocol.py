@@ -172,6 +172,9 @@ def test_samples_are_logged_where_they_are_wanted(built, version):
         (lambda i: i.set(y=1.0), "'y' is no input and no parameter"),
         (lambda i: i.step(float("inf")), "expected a finite time"),
         (lambda i: i.step(-0.1), "expected a"),
+        (lambda i: i.step(float("nan")), "expected a"),
+        (lambda i: i.own.doStep(float("nan"), 0.1), "expected a finite time"),
+        (lambda i: i.own.doStep(-0.1, 0.1), "the step begins at -0.1 s, the one before ended at 0 s"),
         (lambda i: i.own.doStep(0.5, 0.1), "the step begins at 0.5 s, the one before ended at 0 s"),
         (lambda i: i.own.exitInitializationMode(), "not allowed between steps"),
         (lambda i: i.references.update(q=99) or i.get("q"), "no variable has the reference 99"),
@@ -187,6 +190,13 @@ def test_what_an_importer_does_wrong_is_an_error_with_a_message(built, version, 
     assert category == "logStatusError"
     assert told.startswith("fmi")
     assert message in told
+
+
+def test_a_step_of_no_length_does_nothing_in_fmi_2_and_is_an_error_in_fmi_3(built):
+    instance = built(controller_fmu(COUNTER), 2).instance()
+    assert [instance.step(size, x=1.0)[0] for size in (0.1, 0.0, 0.0, 0.1)] == [0, 0, 0, 2]
+    with pytest.raises(FMICallException):
+        built(controller_fmu(COUNTER), 3).instance().step(0.0)
 
 
 @VERSIONS

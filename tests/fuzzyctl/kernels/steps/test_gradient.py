@@ -112,3 +112,24 @@ def test_where_all_triangles_have_their_peak_it_is_that_of_the_surface(backend):
     """At the set point each degree has a kink, and the surface has none."""
     step = step_of(SURFACE + "controller q\ninput e\ninput d\noutput u = surface(2 * e, d)\nevery 1 s\n", backend)
     np.testing.assert_allclose(step.gradient([0.0, 0.0], [])[0], [1.0, 0.5], rtol=1e-15)
+
+
+@pytest.mark.parametrize("backend", ["python", "numpy", "numba"])
+def test_of_operators_with_a_switch_are_the_slopes_ahead(backend):
+    """Inside of a hysteresis and a rate limit, at their ends and outside, and of a short delay; no jump lies ahead."""
+    lines = "let h = hysteresis(x, -1, 1)\nlet r = rate_limit(x, 2)\nlet d = delay(2 * x, 1)\n"
+    step = step_of(f"controller q\ninput x\n{lines}output u = h\noutput v = r\noutput w = d\nevery 1 s\n", backend)
+    before = np.array([step(x, step.start())[1] for x in (0.0, 0.25, 1.0)])
+    points = np.array([-3.0, -2.0, -0.9, 0.0, 0.25, 1.0, 2.0, 2.25, 3.0, 5.0])
+    inputs, states = np.repeat(points, 3), np.tile(before, (len(points), 1))
+
+    def results(inputs, states):
+        return np.concatenate(step.batch(inputs, states), axis=-1)
+
+    at = results(inputs, states)
+    ahead = [results(inputs + 1e-7, states) - at]
+    ahead += [results(inputs, states + 1e-7 * column) - at for column in np.eye(states.shape[1])]
+    found = np.concatenate(step.gradient(inputs, states), axis=-2)
+    started = step.state_names.index("#started") + 1  # which is 0 or 1
+    expected = np.delete(np.stack(ahead, axis=-1) / 1e-7, started, axis=-1)
+    np.testing.assert_allclose(np.delete(found, started, axis=-1), expected, atol=1e-6)

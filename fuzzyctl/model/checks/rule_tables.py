@@ -1,57 +1,16 @@
-"""Hints for rule tables: probable slips in a number or a cell."""
+"""Checks of rule tables: one cell that breaks what is monotone but for it."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 from itertools import product
 
 from fuzzyctl.diagnostics.diagnostic import Diagnostic
-from fuzzyctl.formulas import MEMBERSHIP
-from fuzzyctl.model.computed_numbers import Numbers
 from fuzzyctl.model.rule import RuleTable
 from fuzzyctl.model.system import FuzzySystem
-from fuzzyctl.model.variable import Input
 
 #: Row and column of a cell.
 Place = tuple[int, int]
-
-
-def uncovered_ranges(numbers: Numbers) -> Iterator[Diagnostic]:
-    """Find parts of an input's range where no term has a degree above 0.
-
-    Where some output has no `else`, the proof of coverage reports such a part as the hole it makes.
-    """
-    if any(o.otherwise is None and o.adaptive is None for o in numbers.system.outputs):
-        return
-    for variable in numbers.system.inputs:
-        for low, high in _gaps(numbers, variable):
-            message = f"no term of '{variable.name}' covers its range from {low:.6g} to {high:.6g}"
-            yield Diagnostic("FZ309", message, variable.span, "warning", help="widen a term, or shorten the range")
-
-
-def _gaps(numbers: Numbers, variable: Input) -> list[tuple[float, float]]:
-    """Return the parts of the range, wider than a point, that no support reaches."""
-    ends, shapes = numbers.range(variable), numbers.shapes(variable)
-    if ends is None or not shapes or len(shapes) < len(variable.terms):
-        return []  # no antecedent reads an input without terms, and the reach of a term with bad parameters is unknown
-    supports: list[tuple[float, float]] = []
-    for term, parameters in shapes:
-        vertices = MEMBERSHIP[term.membership.kind].vertices(parameters)
-        if not vertices:
-            return []  # curved terms are above 0 nearly everywhere
-        left = vertices[0][0] if vertices[0][1] == 0 else -math.inf
-        right = vertices[-1][0] if vertices[-1][1] == 0 else math.inf
-        supports.append((left, right))
-    reached, upper = ends
-    gaps: list[tuple[float, float]] = []
-    for left, right in sorted(supports):
-        if left > reached:
-            gaps.append((reached, min(left, upper)))
-        reached = max(reached, right)
-        if reached >= upper:
-            return gaps
-    return [*gaps, (reached, upper)]
 
 
 def jumping_tables(system: FuzzySystem) -> Iterator[Diagnostic]:
