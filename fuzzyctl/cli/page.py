@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from fuzzyctl.cli.checked import undecided
+from fuzzyctl.cli.checked import block_under, undecided
 from fuzzyctl.cli.common import DONE, QUIET, answers_with_diagnostics, assignments, show
 from fuzzyctl.cli.loading import Choice, chooses, source_of
 from fuzzyctl.cli.loops import settings_of
@@ -35,7 +35,8 @@ def page(file: str, loop: str | None, out: str | None, choice: Choice) -> int:
     """Write a file as one HTML page that computes offline, to look at and to share.
 
     It has sliders for the inputs, terms with their degrees, the rules that act, surfaces, and what is proved; steps of
-    controllers; loops over time, which are run before. The numbers come from JavaScript as 'fuzzyctl codegen' writes it.
+    controllers; loops over time, which are run before. Its numbers come from JavaScript as 'fuzzyctl codegen' writes
+    it.
 
     \b
     fuzzyctl page rules/tipper.fz -o tipper.html
@@ -147,7 +148,7 @@ def _controllers(examined: Examined, choice: Choice, diagnostics: list[Diagnosti
     diagnostics += [d for d in found if d not in diagnostics]
     for controller in chosen:
         own = choice.of_params([p.name for p in controller.params])
-        changed: Controller = own.with_settings(controller)
+        changed: Controller = block_under(own.with_settings(controller), choice.profile)
         settings = assignments(own.settings, [p.name for p in controller.params], "param")
         try:
             unit = prepare_step(changed, examined.source.text, settings=settings)
@@ -177,7 +178,9 @@ def _refused(name: str, span: object, error: Exception) -> Diagnostic:
     from fuzzyctl.diagnostics.source import Span
 
     place = span if isinstance(span, Span) else None
-    return Diagnostic("FZ608", f"'{name}' cannot be written in JavaScript, with which pages compute", place, facts=(str(error),))
+    return Diagnostic(
+        "FZ608", f"'{name}' cannot be written in JavaScript, with which pages compute", place, facts=(str(error),)
+    )
 
 
 def _nothing(file: str, examined: Examined, name: str | None) -> Diagnostic:
@@ -186,6 +189,6 @@ def _nothing(file: str, examined: Examined, name: str | None) -> Diagnostic:
         facts = (f"blocks: {', '.join(names)}",)
         return Diagnostic("FZ502", f"no block '{name}'", facts=facts, help="name one of these", file=file)
     held = ", ".join(b.name for b in examined.blocks if name in (None, b.name))
-    facts = (f"plants: {held}",) if held else ()
+    others = (f"plants: {held}",) if held else ()
     message = "a page shows systems, controllers and loops; none is there"
-    return Diagnostic("FZ502", message, facts=facts, help="write a loop that runs the plant", file=file)
+    return Diagnostic("FZ502", message, facts=others, help="write a loop that runs the plant", file=file)

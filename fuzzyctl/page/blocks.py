@@ -8,8 +8,6 @@ from typing import TYPE_CHECKING, Any, Final
 
 from fuzzyctl.codegen.steps.javascript_source import StepJavaScriptLayout
 from fuzzyctl.codegen.steps.unit import StepUnit, ends
-from fuzzyctl.model.controller import Controller
-from fuzzyctl.model.plant import Plant
 from fuzzyctl.simulation.settings import params_of
 
 if TYPE_CHECKING:
@@ -53,14 +51,14 @@ def loop_data(run: Run) -> dict[str, Any]:
     every = max(1, math.ceil(len(run) / SAMPLES))
     shown = sorted({*range(0, len(run), every), *range(len(run))[-1:]})
     measures = run.measures
-    blocks: list[tuple[str, Controller | Plant]] = [(b.name, b) for b in (*run.loop.controllers, *run.loop.plants)]
+    kinds = {c.name: "controller" for c in run.loop.controllers} | {p.name: "plant" for p in run.loop.plants}
     return {
         "kind": "loop",
         "name": run.loop.name,
         "title": run.loop.title,
         "source": run.loop.citation,
         "facts": [
-            ["blocks", ", ".join(f"{name} ({type(b).__name__.lower()})" for name, b in blocks)],
+            ["blocks", ", ".join(f"{name} ({kind})" for name, kind in kinds.items())],
             ["solver", run.solver],
             ["samples", f"{len(run):,}{f', each {every}th is shown' if every > 1 else ''}"],
             *_params(params_of(run.loop) | dict(run.params)),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import os
 import zlib
 from functools import partial
 from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
@@ -12,6 +13,17 @@ from urllib.parse import quote
 
 #: Only this machine reaches it.
 ADDRESS: Final = "127.0.0.1"
+#: What files are, by the end of their names.
+_TYPES: Final = {
+    ".html": "text/html; charset=utf-8",
+    ".css": "text/css; charset=utf-8",
+    ".js": "text/javascript; charset=utf-8",
+    ".mjs": "text/javascript; charset=utf-8",
+    ".json": "application/json",
+    ".wasm": "application/wasm",
+    ".zip": "application/zip",
+    ".txt": "text/plain; charset=utf-8",
+}
 
 
 class _Handler(SimpleHTTPRequestHandler):
@@ -20,21 +32,13 @@ class _Handler(SimpleHTTPRequestHandler):
     Its folder is named after its version, so they keep it, and the machine code that they make of it.
     """
 
-    extensions_map = {
-        ".html": "text/html; charset=utf-8",
-        ".css": "text/css; charset=utf-8",
-        ".js": "text/javascript; charset=utf-8",
-        ".mjs": "text/javascript; charset=utf-8",
-        ".json": "application/json",
-        ".wasm": "application/wasm",
-        ".zip": "application/zip",
-        ".txt": "text/plain; charset=utf-8",
-        "": "application/octet-stream",
-    }
+    def guess_type(self, path: str | os.PathLike[str]) -> str:
+        """Return the type of a file by its name, the same on every machine."""
+        return _TYPES.get(os.path.splitext(path)[1], "application/octet-stream")
 
     def end_headers(self) -> None:
         """Send what each answer has."""
-        kept = self.path.startswith("/pyodide-")
+        kept = getattr(self, "path", "").startswith("/pyodide-")  # a request without sense has none
         self.send_header("Cache-Control", "max-age=31536000, immutable" if kept else "no-cache")
         self.send_header("X-Content-Type-Options", "nosniff")
         super().end_headers()

@@ -4,7 +4,7 @@ const SIDE = 41, CURVE = 401, SLICE = 12, PATIENCE = 8000;
 
 function surfaceView(system, evaluated, controls) {
     const { inputs, outputs } = system, status = element("p", { className: "note", "aria-live": "polite" });
-    let x = 0, y = inputs.length > 1 ? 1 : -1, z = 0, key = "", generation = 0, grid = null, turn = 225, tilt = 28, current = [];
+    let x = 0, y = inputs.length > 1 ? 1 : -1, z = 0, key = "", generation = 0, grid = null, turn = 300, tilt = 30, current = [];
 
     const axis = (input, k, n) => input.lower + ((input.upper - input.lower) * k) / (n - 1);
     function begin() {
