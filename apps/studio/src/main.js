@@ -47,8 +47,9 @@ async function check() {
 // -- mistakes
 
 function show(diagnostics) {
+  const repair = repairs();
   mark(view, diagnostics, repair);
-  at("mistakes").replaceChildren(...diagnostics.map(entry));
+  at("mistakes").replaceChildren(...diagnostics.map((d) => entry(d, repair)));
   const errors = diagnostics.filter((d) => d.severity === "error").length;
   const others = diagnostics.length - errors;
   const texts = [[errors, "error"], [others, "other remark"]].filter(([n]) => n).map(([n, what]) => `${n} ${what}${n > 1 ? "s" : ""}`);
@@ -56,7 +57,7 @@ function show(diagnostics) {
   status(at("count").textContent);
 }
 
-function entry(d) {
+function entry(d, repair) {
   const item = document.createElement("li");
   const place = button(`${d.line ? `line ${d.line}: ` : d.place ? `${d.place}: ` : ""}${d.severity}[${d.code}]: ${d.message}`, () => {
     view.dispatch({ selection: { anchor: Math.min(d.from, view.state.doc.length) }, scrollIntoView: true });
@@ -83,12 +84,14 @@ function button(text, click) {
   return found;
 }
 
-/** Puts edits in, unless the text has changed since they were made: then the mistakes are shown anew first. */
-function repair(edits) {
+/** Returns what puts edits in, unless the text has changed since they were made. */
+function repairs() {
   const own = version;
-  view.dispatch({ changes: edits.map(({ from, to, text }) => ({ from, to, insert: text })), userEvent: "input.repair" });
-  view.focus();
-  return own;
+  return (edits) => {
+    if (own !== version) return status("the text has changed since; its mistakes are found again");
+    view.dispatch({ changes: edits.map(({ from, to, text }) => ({ from, to, insert: text })), userEvent: "input.repair" });
+    view.focus();
+  };
 }
 
 // -- the picture
@@ -112,10 +115,11 @@ async function picture(own) {
   at("frames").append(frame);
   await loaded;
   if (own !== version) return frame.remove();
+  const before = at("frames").querySelectorAll("iframe:not(.waiting)");
   frame.className = "";
   for (let k = 0; k < 2; k += 1) await new Promise(requestAnimationFrame); // the one before stays until this one is painted
-  for (const other of at("frames").querySelectorAll("iframe")) if (other !== frame) other.remove();
-  stale("");
+  for (const other of before) other.remove(); // and not one that waits for a newer text
+  if (own === version) stale("");
 }
 
 // -- texts in and out

@@ -137,6 +137,9 @@ async function drive(address) {
   assert.ok(await page.locator("#frames.stale iframe").count() === 1);
   assert.match(await page.locator("#stale").textContent(), /has errors/);
 
+  await page.locator("#mistakes button.fix").first().click();
+  await until(page, () => document.getElementById("count").textContent === "No mistakes");
+
   // Names that inject.
   await put(page, tipper.replace(/^system tipper.*$/m, 'system tipper "</script><img src=x onerror=alert(1)>"'));
   assert.deepEqual(await mistakes(page), []);
