@@ -36,7 +36,6 @@ async function look(browser, name, scheme) {
     page.on("request", (request) => request.url().startsWith("file:") || fail(`request: ${request.url()}`));
     await page.goto(pathToFileURL(join(FOLDER, name)).href);
     await page.locator("body[data-ready]").waitFor();
-    const paint = await page.evaluate(() => performance.getEntriesByName("first-contentful-paint")[0]?.startTime);
     if (await page.locator("article img, article script, article svg").count()) {
         fail("a name became markup");
     }
@@ -59,6 +58,7 @@ async function look(browser, name, scheme) {
         mkdirSync(PICTURES, { recursive: true });
         await page.screenshot({ path: join(PICTURES, `${name}-${scheme}.png`), fullPage: true });
     }
+    const paint = await page.evaluate(() => performance.getEntriesByName("first-contentful-paint")[0]?.startTime);
     await context.close();
     console.log(`${name}, ${scheme}: ${expected[name].length} points, first paint after ${Math.round(paint)} ms`);
 }

@@ -143,7 +143,7 @@ def test_a_page_computes_what_the_kernel_and_the_trace_compute(path, tmp_path):
                 activity[section["degrees"] + rules + c["effect"]]
                 for c in section["rules"][rule.number - 1]["consequents"]
             ]
-            assert beside(effects, [c.felt for c in rule.contributions], 1.0)
+            assert beside(effects, [c.effective_activation for c in rule.contributions], 1.0)
 
 
 @pytest.mark.skipif(shutil.which("node") is None, reason="node is not installed")
@@ -176,7 +176,7 @@ def test_functions_states_hedges_and_refusals_are_computed(tmp_path):
         for rule in found.rules:
             parts = section["rules"][rule.number - 1]["consequents"]
             effects = [activity[section["degrees"] + 2 + c["effect"]] for c in parts]
-            assert beside(effects, [c.felt for c in rule.contributions], 1.0)
+            assert beside(effects, [c.effective_activation for c in rule.contributions], 1.0)
 
 
 @pytest.mark.skipif(shutil.which("node") is None, reason="node is not installed")
