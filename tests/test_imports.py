@@ -25,6 +25,7 @@ ORDER = [
     ["analysis", "building", "interop", "plot", "sweep"],
     ["codegen", "convert", "display"],
     ["editor", "page"],
+    ["studio"],
     ["cli"],
     ["__main__"],
 ]

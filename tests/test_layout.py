@@ -48,6 +48,7 @@ THROUGH = {
     "fuzzyctl/plot": "fuzzyctl/cli/test_plot.py fuzzyctl/cli/test_why.py fuzzyctl/plot/test_figures.py",
     "fuzzyctl/resolve": "fuzzyctl/resolve/test_rules.py fuzzyctl/resolve/test_settings.py",
     "fuzzyctl/simulation": "fuzzyctl/simulation/test_experiment.py fuzzyctl/cli/test_simulate.py",
+    "fuzzyctl/studio": "fuzzyctl/studio/test_answers.py",
     "fuzzyctl/sweep": "fuzzyctl/sweep/test_loops.py",
     "fuzzyctl/support": "fuzzyctl/test_arbitrary_arguments.py fuzzyctl/loading/test_load.py",
     "dwmr/calibration": "dwmr/calibration/test_calibration.py",

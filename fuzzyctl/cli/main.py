@@ -29,6 +29,7 @@ COMMANDS: Final = {
     "prove": ("fuzzyctl.cli.prove", "prove", "Prove the guarantees of rule files: their 'require' lines."),
     "show": ("fuzzyctl.cli.show", "show_system", "Print a summary of a rule file."),
     "simulate": ("fuzzyctl.cli.simulate", "simulate", "Run loops of controllers and plants, and judge them."),
+    "studio": ("fuzzyctl.cli.studio", "studio", "Edit rule files in the browser, with pictures."),
     "sweep": ("fuzzyctl.cli.sweep", "sweep", "Run loops many times with values that vary."),
     "watch": ("fuzzyctl.cli.watch", "watch", "Check a file again at every save, with numbers and picture."),
     "why": ("fuzzyctl.cli.why", "why", "Say why a system gives what it gives at a point."),

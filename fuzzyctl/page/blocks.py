@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from fuzzyctl.codegen.steps.javascript_source import StepJavaScriptLayout
 from fuzzyctl.codegen.steps.unit import StepUnit, ends
-from fuzzyctl.plot.time_series import Panel, panels
-from fuzzyctl.simulation.run import Run
 from fuzzyctl.simulation.settings import params_of
+
+if TYPE_CHECKING:
+    from fuzzyctl.plot.time_series import Panel
+    from fuzzyctl.simulation.run import Run
 
 #: Most samples of a run that a page holds, and digits of each.
 SAMPLES: Final = 600
@@ -44,6 +46,8 @@ def controller_data(unit: StepUnit) -> dict[str, Any]:
 
 def loop_data(run: Run) -> dict[str, Any]:
     """Return what is shown of a run: its signals, every n-th sample where there are many, measures and requirements."""
+    from fuzzyctl.plot.time_series import panels  # numpy, which controllers do without
+
     every = max(1, math.ceil(len(run) / SAMPLES))
     shown = sorted({*range(0, len(run), every), *range(len(run))[-1:]})
     measures = run.measures
