@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import os
 import re
+from collections import Counter
 from collections.abc import Iterable
+from dataclasses import replace
 
 from fuzzyctl.diagnostics.fixes import Fix, Replacement, fixed
 from fuzzyctl.diagnostics.source import SourceText, Span
@@ -68,7 +70,7 @@ def rename(document: Document, offset: int, name: str, others: Iterable[Document
     Where the file was laid out by `fuzzyctl fmt`, it is afterwards: columns of tables are aligned again.
 
     Raises:
-        RenameError: Where there is no name, or the new one is none or is taken.
+        RenameError: Where there is no name, or the new one is none, is taken, or makes a mistake of the text.
     """
     found = symbol_at(document, offset)
     if found is None:
@@ -82,9 +84,26 @@ def rename(document: Document, offset: int, name: str, others: Iterable[Document
     if taken is not None:
         raise RenameError(f"'{name}' is declared already in line {taken.line}")
     changes = [Replacement(span, name) for span in references(document, offset, others=others)]
+    _check(document, changes, name)
     own = [c for c in changes if c.span.source.name == document.source.name]
     elsewhere = [c for c in changes if c.span.source.name != document.source.name]
     return [*_laid_out(document.source, own), *elsewhere]
+
+
+def _check(document: Document, changes: list[Replacement], name: str) -> None:
+    """Raise a RenameError where changes of a document and of files bring it a mistake that it has not had."""
+    changed: dict[SourceText, list[Replacement]] = {}
+    for change in changes:
+        changed.setdefault(change.span.source, []).append(change)
+    texts = {source: fixed(source, [Fix(tuple(found), "sure")]) for source, found in changed.items()}
+    own = {s.name: text for s, text in texts.items()}.get(document.source.name, document.text)
+    buffers = {**document.buffers, **{os.path.abspath(s.name): text for s, text in texts.items()}}
+    after = replace(document, source=SourceText(document.source.name, own), buffers=buffers)
+    before = Counter(d.code for d in document.mistakes if d.severity == "error")
+    for mistake in after.mistakes:
+        if mistake.severity == "error" and not before[mistake.code]:
+            raise RenameError(f"'{name}' cannot be the name: {mistake.message}")
+        before[mistake.code] -= 1
 
 
 def _taken(document: Document, symbol: Symbol, name: str) -> Span | None:

@@ -13,6 +13,8 @@ from fuzzyctl.lang.repair_patterns import NUMBER, by_pattern, head
 from fuzzyctl.lang.syntax import NAME, STATEMENT_KEYWORDS
 
 _NUMBERS: Final = re.compile(rf"(?:{NUMBER}|[-+]?(?:inf(?:inity)?)\b)", re.IGNORECASE)
+_INFINITY: Final = re.compile(r"^([-+]?)inf(?:inity)?$", re.IGNORECASE)
+_WITH_COMMA: Final = re.compile(r"[-+]?\d+(?:[.,]\d+)?")
 _CALL: Final = re.compile(
     rf"^\s*(?:{NAME}\[\s*\"([^\"]*)\"\s*\]|({NAME}))?\s*(?:=|:=|:|\s)\s*\"?(?:fuzz\.|mf\.|sf\.)?({NAME})\"?\s*,?\s*"
     r"([\[(]?.*)$"
@@ -36,6 +38,10 @@ def _call(code: str, text: str, around: Surroundings) -> Iterator[Edit]:
     word = found[3].lower()
     form = SCIKIT_ORDERS.get(word) if is_scikit else ORDERS.get(word)
     parameters = MEMBERSHIP[kind].parameters
+    decimals = _with_decimal_commas(rest)
+    if len(decimals) == len(parameters) != len(numbers):
+        numbers = decimals
+    numbers = [n if n.lstrip("+-") in around.declared.params else _INFINITY.sub(r"\1inf", n) for n in numbers]
     why = "membership functions have names of their own here"
     if form is not None and len(numbers) == len(form.parameters) and not any("=" in n for n in numbers):
         given = dict(zip(form.parameters, numbers, strict=True))
@@ -69,11 +75,13 @@ def _arguments(rest: str) -> list[str] | None:
     # Points of FCL: (0, 1) (5, 0).
     inner = re.sub(r"[\[\](),;]", " ", inner)
     parts = inner.split()
-    return (
-        [re.sub(r"(?i)inf(inity)?$", "inf", p) for p in parts]
-        if parts and all(map(_NUMBERS.fullmatch, parts))
-        else None
-    )
+    return parts if parts and all(map(_NUMBERS.fullmatch, parts)) else None
+
+
+def _with_decimal_commas(rest: str) -> list[str]:
+    """Return the parameters of a call whose numbers are separated by blanks and have commas for points."""
+    parts = re.sub(r"[\[\]()]", " ", rest).split()
+    return [p.replace(",", ".") for p in parts] if all(map(_WITH_COMMA.fullmatch, parts)) else []
 
 
 def _points(groups: list[str], around: Surroundings) -> str:

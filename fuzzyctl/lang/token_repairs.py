@@ -49,6 +49,7 @@ def token_fix(source: SourceText, start: int, end: int, reads: Reads) -> Fix | N
     kinds: tuple[tuple[Callable[[str, Sequence[tuple[int, int]]], Iterator[_Change]], Applicability], ...] = (
         (_respelt, "sure"),
         (_repeated, "sure"),
+        (_of_another_letter, "likely"),
         (_swapped, "likely"),
         (_put_in, "likely"),
     )
@@ -73,6 +74,16 @@ def _respelt(text: str, tokens: Sequence[tuple[int, int]]) -> Iterator[_Change]:
         near = closest(word, _INNER) if re.fullmatch(NAME, word) and word not in _INNER else None
         if near is not None and is_slip(word, near, _INNER):
             yield first, last, near
+
+
+def _of_another_letter(text: str, tokens: Sequence[tuple[int, int]]) -> Iterator[_Change]:
+    """Yield keywords of two letters for words that differ in one of these, where several keywords may do."""
+    for first, last in tokens[1:]:
+        word = text[first:last]
+        if re.fullmatch(NAME, word) and len(word) == 2 and word not in _INNER:
+            for near in _INNER:
+                if len(near) == 2 and (word[0] == near[0]) != (word[1] == near[1]):
+                    yield first, last, near
 
 
 def _repeated(text: str, tokens: Sequence[tuple[int, int]]) -> Iterator[_Change]:

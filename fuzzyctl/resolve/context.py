@@ -9,7 +9,7 @@ from typing import Any, Final
 
 from fuzzyctl import expr as ex
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, Note, Severity
-from fuzzyctl.diagnostics.fixes import Fix, respelt
+from fuzzyctl.diagnostics.fixes import Fix, Replacement, respelt
 from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.diagnostics.suggestions import closest, counted, listed, look_alikes
 from fuzzyctl.lang import syntax as sx
@@ -160,7 +160,8 @@ class Context:
             or (code == "FZ202" and any(word in kind or kind == "name" for word in self.nameless))
         ):
             return
-        near = self.near(text, known)
+        constant = text.lower() if text.lower() in ex.CONSTANTS and "param" in kind else None
+        near = constant or self.near(text, known)
         if " nor " in kind:
             message, listing = f"'{text}' is neither {kind}", "known here"
         else:
@@ -168,6 +169,9 @@ class Context:
         facts = (*look_alikes(text), f"{listing}: {listed(known)}" if known else f"there is no {kind}")
         help_text = f"did you mean '{near}'?" if near else ""
         fix = respelt(word.span, text, near, known)
+        if constant is not None and word.span is not None:
+            # It is declared nowhere, so that the slip is here, however often each spelling stands in the text.
+            fix = Fix((Replacement(word.span, constant),), "sure")
         if text in self.lets:
             fix = None
             help_text = f"a let is no {kind}; a constant begins with 'param'"

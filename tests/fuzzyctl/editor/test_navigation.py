@@ -82,6 +82,16 @@ def test_a_name_that_is_taken_or_missing():
     assert "  terms poor fine great" in renamed(SYSTEM, "bad", "poor")
 
 
+def test_a_name_that_makes_a_mistake():
+    with pytest.raises(RenameError, match="'min' cannot be the name: 'min' is a word of the language"):
+        renamed(SYSTEM, "service", "min", "input")
+    # Mistakes that were there are no hindrance.
+    broken = SYSTEM.replace("system ", "param k = nothing\nsystem ", 1)
+    assert "input server" in renamed(broken, "service", "server", "input")
+    with pytest.raises(RenameError, match="'min' cannot be the name"):
+        renamed(broken, "service", "min", "input")
+
+
 def test_the_same_name_changes_nothing():
     assert renamed(SYSTEM, "service", "service", "input") == SYSTEM
 

@@ -11,6 +11,8 @@ CASES = [
     ('input x in [0, 1] uint "m"', "sure", 'input x in [0, 1] unit "m"'),
     ("input x in [0, 1]]", "sure", "input x in [0, 1]"),
     ("output y in [0, 1] elsse 0", "sure", "output y in [0, 1] else 0"),
+    ("if a iz b then c is d", "likely", "if a is b then c is d"),
+    ("input x im [0, 1]", "likely", "input x in [0, 1]"),
     ("input x [in 0, 1]", "likely", "input x in [0, 1]"),
     ("table y = a x b x c", "likely", None),
     ("rules low highest(count=1)", "likely", None),

@@ -66,3 +66,21 @@ def test_fixes_that_leave_as_many_errors_are_not_made():
         "FZ101",
         "FZ105",
     ]
+
+
+@pytest.mark.parametrize(
+    ("line", "right"),
+    [
+        # As many numbers as the function takes say whether commas are decimal ones.
+        ("b = trimf [0,0 0,5 1]", "b = triangle(0.0, 0.5, 1)"),
+        ("b = trimf [0,1 2]", "b = triangle(0, 1, 2)"),
+        ("b = gaussmf [0,1 1,5]", "b = gaussian(1.5, 0.1)"),
+        ("b = trapmf(0, 1, 2, Inf)", "b = trapezoid(0, 1, 2, inf)"),
+        # The names of constants have small letters, also where those of the wrong spelling are more.
+        ("b = trapezoid(-Inf, -Inf, 0, inf)", "b = trapezoid(-inf, -inf, 0, inf)"),
+        ("b = triangle(0, 1, PI)", "b = triangle(0, 1, pi)"),
+    ],
+)
+def test_numbers_of_other_tools(line, right):
+    text = RIGHT.replace("b = gaussian(1, 0.1)  # other", line)
+    assert text_of(text) == RIGHT.replace("b = gaussian(1, 0.1)  # other", right)
