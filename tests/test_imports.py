@@ -24,7 +24,8 @@ ORDER = [
     ["comparison", "explain", "loading"],
     ["analysis", "building", "interop", "plot", "sweep"],
     ["codegen", "convert", "display"],
-    ["editor"],
+    ["editor", "page"],
+    ["studio"],
     ["cli"],
     ["__main__"],
 ]
@@ -69,7 +70,6 @@ HOMES = {
     "matplotlib": {"fuzzyctl/plot", "apps/dwmr/figures"},
     "mpl_toolkits": {"fuzzyctl/plot", "apps/dwmr/figures"},
     "click": {"fuzzyctl/cli", "apps/dwmr/cli"},
-    "plotly": {"apps/dwmr/page/plots.py"},
     "pydantic": {"apps/dwmr", "fuzzyctl/experiments/sweep", "fuzzyctl/sweep/spec.py"},
     "PIL": {"apps/dwmr/figures"},
     "lsprotocol": {"fuzzyctl/editor/server.py", "fuzzyctl/editor/session.py", "fuzzyctl/editor/requests.py"},

@@ -30,7 +30,7 @@ def checked_system(examined: Examined, choice: Choice) -> tuple[FuzzySystem, tup
     checked = check_changed(examined, choice.changed, system=choice.name)
     if checked.system is None:
         raise DiagnosticError(checked.diagnostics)
-    show([*checked.diagnostics, *_undecided(checked.verdicts)])
+    show([*checked.diagnostics, *undecided(checked.verdicts)])
     return checked.system, checked.verdicts
 
 
@@ -46,20 +46,20 @@ def checked_block(examined: Examined, block: _Block, choice: Choice) -> _Block:
     if any(d.severity == "error" for d in diagnostics):
         raise DiagnosticError(diagnostics)
     show(diagnostics)
-    return _under(choice.with_settings(block), choice.profile)
+    return block_under(choice.with_settings(block), choice.profile)
 
 
-def _under(block: _Block, profile: str | None) -> _Block:
+def block_under(block: _Block, profile: str | None) -> _Block:
     """Return a block whose systems are under a profile."""
     from fuzzyctl.model.controller import Controller
 
     systems = tuple(under(s, profile) for s in block.systems)
     if isinstance(block, Controller):
-        return replace(block, systems=systems, controllers=tuple(_under(c, profile) for c in block.controllers))
+        return replace(block, systems=systems, controllers=tuple(block_under(c, profile) for c in block.controllers))
     return replace(block, systems=systems)
 
 
-def _undecided(verdicts: tuple[Verdict, ...]) -> list[Diagnostic]:
+def undecided(verdicts: tuple[Verdict, ...]) -> list[Diagnostic]:
     """Warn of guarantees that quick methods leave open."""
     from fuzzyctl.analysis.verdicts import Undecided
 

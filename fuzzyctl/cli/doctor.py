@@ -24,7 +24,6 @@ from fuzzyctl.support.cores import cores
 #: What fuzzyctl needs, and what only some commands do, each with the extra that brings it.
 NEEDED: Final = ("lark", "pydantic", "click", "rich", "numpy", "scipy", "matplotlib", "numba", "pygments")
 OPTIONAL: Final = {
-    "plotly": "html",
     "pyarrow": "data",
     "distributed": "cluster",
     "control": "interop",

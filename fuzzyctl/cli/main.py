@@ -23,11 +23,13 @@ COMMANDS: Final = {
     "fmt": ("fuzzyctl.cli.fmt", "fmt", "Lay rule files out: spacing, indentation, columns of tables."),
     "lsp": ("fuzzyctl.cli.lsp", "lsp", "Serve an editor: mistakes, completion, hover, renaming."),
     "new": ("fuzzyctl.cli.new", "new", "Write an annotated rule file to begin with."),
+    "page": ("fuzzyctl.cli.page", "page", "Write a file as one page that computes offline."),
     "plot-surface": ("fuzzyctl.cli.plot", "plot_surface", "Draw an output over one or two inputs."),
     "plot-terms": ("fuzzyctl.cli.plot", "plot_terms", "Draw the terms of all inputs and outputs."),
     "prove": ("fuzzyctl.cli.prove", "prove", "Prove the guarantees of rule files: their 'require' lines."),
     "show": ("fuzzyctl.cli.show", "show_system", "Print a summary of a rule file."),
     "simulate": ("fuzzyctl.cli.simulate", "simulate", "Run loops of controllers and plants, and judge them."),
+    "studio": ("fuzzyctl.cli.studio", "studio", "Edit rule files in the browser, with pictures."),
     "sweep": ("fuzzyctl.cli.sweep", "sweep", "Run loops many times with values that vary."),
     "watch": ("fuzzyctl.cli.watch", "watch", "Check a file again at every save, with numbers and picture."),
     "why": ("fuzzyctl.cli.why", "why", "Say why a system gives what it gives at a point."),
@@ -63,6 +65,7 @@ What to do with it:
   fuzzyctl why tip.fz service=7           which rules act there, and how much
   fuzzyctl plot-terms tip.fz              draw the terms
   fuzzyctl plot-surface tip.fz -o tip.png draw what it computes
+  fuzzyctl page tip.fz -o tip.html        sliders, surface, rules to share
   fuzzyctl simulate loop.fz -o out        run a controller on a plant
   fuzzyctl sweep spec.toml                run loops many times
   fuzzyctl fmt tip.fz                     lay it out

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any, Final
 from fuzzyctl.analysis.coverage.coverage import uncovered_of
 from fuzzyctl.codegen.errors import CodegenError
 from fuzzyctl.codegen.rounding_text import at_most
-from fuzzyctl.codegen.table_error import enclosed
 from fuzzyctl.diagnostics.diagnostic import NoRuleFiresError
 from fuzzyctl.kernels.algorithms.grid import STEEPEST, Grid, Table
 from fuzzyctl.kernels.algorithms.select import Algorithm
@@ -76,6 +75,8 @@ def tabulated(algorithm: Algorithm, points: int) -> Tabulated:
     if grid is not None and not any(t.weight for t in grid.outputs):
         errors, proof = _compared(grid, found), "exact, at all corners of both partitions"
     else:
+        from fuzzyctl.codegen.table_error import enclosed  # numpy, which other targets do without
+
         errors, proof = enclosed(flat, found), "by interval analysis of each cell"
     for output, own, error in zip(flat.outputs, values, errors, strict=True):
         span = max(output.upper - output.lower, max(own) - min(own))

@@ -191,11 +191,13 @@ class Kernel(Displayed):
             state: As for `batch`; only outputs that rules read may need it.
 
         Returns:
-            By variable and term, each of shape (...); NaN where the variable is NaN.
+            By variable and term, each of shape (...); NaN where the variable is NaN. Of pandas each is a Series with
+            the index of the points.
         """
         from fuzzyctl.kernels.arrays import by_name
 
-        return by_name(self.plan, self._view("degrees", points, state))
+        found = by_name(self.plan, self._view("degrees", points, state))
+        return {name: {t: labelled(d, [t], points) for t, d in terms.items()} for name, terms in found.items()}
 
     def strengths(self, points: Any, state: Any = None) -> FloatArray:
         """Compute how far each rule is active: its firing strength times its weight, after the activation method.
@@ -205,9 +207,11 @@ class Kernel(Displayed):
             state: As for `degrees`.
 
         Returns:
-            Shape (..., rules), in the order of `FuzzySystem.rules`; NaN where an input is NaN.
+            Shape (..., rules), in the order of `FuzzySystem.rules`; NaN where an input is NaN. Of pandas a DataFrame
+            with the index of the points and a column for each rule, from 0.
         """
-        return self._view("activations", points, state)
+        found: FloatArray = labelled(self._view("activations", points, state), range(self.n_rules), points)
+        return found
 
     def gradient(self, points: Any, state: Any = None) -> FloatArray:
         """Compute the derivatives of the outputs by the inputs, exact but for rounding.
@@ -220,7 +224,7 @@ class Kernel(Displayed):
             Shape (..., inputs) for one output, (..., outputs, inputs) for several. At a kink it is the derivative of
             the branches that the program takes there; where several kinks meet it need not lie between the slopes of
             both sides. Beyond the range of an input, which is clamped, it is 0. That of a bisector in a gap between
-            sets, where it jumps, is NaN.
+            sets, where it jumps, is NaN. For one output of pandas a DataFrame with the index of the points.
 
         Raises:
             ArgumentError: For arrays of another shape, and for exact sets that jump at places without a closed form,
@@ -228,7 +232,9 @@ class Kernel(Displayed):
         """
         from fuzzyctl.kernels.arrays import jacobian
 
-        return jacobian(self._view("gradient", points, state), len(self.output_names))
+        found = jacobian(self._view("gradient", points, state), len(self.output_names))
+        kept: FloatArray = labelled(found, self.input_names, points)
+        return kept
 
     def _view(self, what: str, points: Any, state: Any) -> FloatArray:
         """Evaluate one of the programs that show what is behind the outputs."""

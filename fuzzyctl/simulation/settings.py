@@ -8,7 +8,6 @@ from dataclasses import replace
 
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError, UnknownNameError, ValueOutOfBoundsError
 from fuzzyctl.expr import Expr, Keyword, Number, evaluate, names_in
-from fuzzyctl.kernels.free_values import require_bounds
 from fuzzyctl.model.checks.ranges import has_computed_params, outside_ranges
 from fuzzyctl.model.controller import Controller, Instance
 from fuzzyctl.model.guarantee import Param
@@ -139,6 +138,8 @@ class Ranges:
                 raise ValueOutOfBoundsError(f"free number '{name}'", value, "a finite number")
             param, numbers = _declared(self._loop, name, settings)
             if param.bounds is not None:
+                from fuzzyctl.kernels.free_values import require_bounds  # numpy, which checks do without
+
                 require_bounds(name, value, param.bounds, numbers, param.unit)
         for o in () if self._only_plain else outside_ranges(_changed(self._loop, settings), {}):
             raise ValueOutOfBoundsError(f"{o.what} under these free numbers", o.value, f"in {o.text}")

@@ -56,7 +56,7 @@ def simulate(
     if not isinstance(loop, Loop):
         raise ArgumentError(f"expected a Loop, got {type(loop).__name__}")
     loop = with_settings(loop, params) if params else loop
-    if backend == "auto" and isinstance(substeps, int) and samples_of(loop) * substeps <= SHORT:
+    if backend == "auto" and type(substeps) is int and samples_of(loop) * substeps <= SHORT:
         backend = "python"  # which is done before numba has compiled
     experiment = Experiment(loop, backend)
     if solver != RK4:

@@ -181,7 +181,7 @@ def _origins(
         made |= dict.fromkeys(outputs, instance.name)
     found: dict[str, tuple[int, str]] = {}
     for name, k in sorted(first.items(), key=lambda item: (item[1], item[0] not in made)):
-        own = sources.get(name) or sources.get(name.partition(".")[0], ())
+        own = sources.get(name) or sources.get(name.partition(".")[0]) or []
         if all(first.get(n, k + 1) > k for n in own):
             found.setdefault(made.get(name, name), (k, name))
     return list(found.values()) or [(k, name) for name, k in first.items()][:1]

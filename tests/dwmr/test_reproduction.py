@@ -56,6 +56,18 @@ def test_table_12_is_what_the_runs_give(measured):
             assert float(ours) / float(printed) == pytest.approx(float(ratio), abs=0.006)
 
 
+def test_followers_that_know_the_wheels_velocity_of_their_leader(measured):
+    table = rows("What followers know of their leader", 8)
+    assert len(table) == 4
+    for law, robot, *numbers in table:
+        found = measured(law, "formation.leader_velocity=wheels")
+        assert found["rmse"]["leader"] == measured(law)["rmse"]["leader"]
+        assert found["robots_hit"]
+        for name, ours, ratio in zip(NAMES, numbers[::2], numbers[1::2], strict=True):
+            assert found["rmse"][robot][name] == pytest.approx(float(ours), rel=BANDS[law])
+            assert float(ours) / TABLE_12[law][robot][name] == pytest.approx(float(ratio), abs=0.006)
+
+
 def test_the_order_of_the_leaders_is_what_the_runs_give(measured):
     printed = [TABLE_12[law]["leader"][name] for law in ("fcafsmc", "aifqsmc") for name in ("x_e", "y_e")]
     ours = [measured(law)["rmse"]["leader"][name] for law in ("aifqsmc", "fcafsmc") for name in ("x_e", "y_e")]

@@ -42,6 +42,7 @@ class TestTable12:
             ("robots.follower1.formation.separation=1.3", "robots.follower1.formation is"),
             ("disturbances.0.v=0.2", "disturbances are"),
             ("load.mass_factor=1", "load is"),
+            ("formation.leader_velocity=wheels", "formation is"),
             ("run.horizon=300", "run.horizon is"),
         ],
     )
@@ -66,6 +67,8 @@ class TestTable12:
         assert why_not.startswith("Table 13 is left out, it speaks of another run: robots.leader.mass")
         assert "Table 13 of the paper" in printed(number=13)
         assert "0.4604" in printed(number=13)
+        assert "AIFQSMC in Gazebo" in " ".join(printed(number=13).split())
+        assert "Gazebo" not in printed(number=12)
 
     def test_is_shown_for_a_run_with_other_bodies(self):
         assert beside(paper("robot.body.width=0.5")) == (12, "")

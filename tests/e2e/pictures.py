@@ -1,60 +1,136 @@
-"""The pictures of the README: above each stands the command that makes it.
+"""The pictures of README and docs: above each stands what makes it.
 
-`python tests/e2e/pictures.py` makes them again.
+- `<!-- COMMAND -->`: the command writes a file of the picture's name, in a folder with the shipped rules and
+  the files of the page.
+- `<!-- terminal: COMMAND -->`: the picture is what the command prints.
+- `<!-- picture: FILE -->`: the examples of the page leave this file.
+
+`python tests/e2e/pictures.py` makes all of them again, `python tests/e2e/pictures.py PAGE ...` those of some pages.
 """
 
 from __future__ import annotations
 
 import contextlib
+import os
 import re
 import shutil
 import sys
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
-from matplotlib import image
+from PIL import Image
+from PIL.PngImagePlugin import PngInfo
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT))
 
 from tests.e2e.commands import run_here  # noqa: E402 - as a script it finds no tests otherwise
+from tests.e2e.pages import PAGES, blocks, follow  # noqa: E402
+from tests.e2e.terminal import picture_of  # noqa: E402
 
-FORM = re.compile(r"^<!-- (.+) -->\n!\[.+\]\((docs/images/.+)\)$", flags=re.MULTILINE)
+FORM = re.compile(r"^<!-- (?:(terminal|picture): )?(.+) -->\n!\[[^\]]{20,}\]\((.+)\)$", flags=re.MULTILINE)
+
+#: Colours of a PNG: its size is a third of that with all of them, and no eye sees it.
+COLOURS = 128
+#: The environment of the commands.
+SHOWN = {"MPLBACKEND": "Agg", "NO_COLOR": "1", "COLUMNS": "100"}
 
 
-def pictures() -> Iterator[tuple[str, Path]]:
-    """Yield each command with the file of its picture, relative to the project."""
-    for command, path in FORM.findall((ROOT / "README.md").read_text(encoding="utf-8")):
-        yield command, Path(path)
+class Picture(NamedTuple):
+    """A picture of a page: what makes it, of which kind that is, and its file."""
+
+    page: Path
+    kind: str
+    source: str
+    path: Path
 
 
-def made(command: str, name: str, folder: Path) -> Path:
-    """Run a command in a folder and return the file of some name that it writes there."""
+def pictures(page: Path) -> Iterator[Picture]:
+    """Yield the pictures of a page that something makes."""
+    for kind, source, path in FORM.findall(page.read_text(encoding="utf-8")):
+        yield Picture(page, kind or "command", source, (page.parent / path).resolve())
+
+
+def made(picture: Picture, folder: Path) -> Path:
+    """Run the command of a picture in a folder and return the file that it writes there."""
     shutil.copytree(ROOT / "rules", folder / "rules")
+    for block in blocks(picture.page):
+        if block.file:
+            (folder / block.file).write_text(block.text, encoding="utf-8")
     with contextlib.chdir(folder):
-        status, printed = run_here(command, {"MPLBACKEND": "Agg"}) or (1, "a command of the project is expected")
+        status, printed = run_here(picture.source, SHOWN) or (1, "a command of the project is expected")
+    if picture.kind == "terminal":
+        found = folder / picture.path.name
+        found.write_text(picture_of(picture.source, printed), encoding="utf-8")
+        return found
     assert status == 0, printed
-    (found,) = folder.rglob(name)
+    (found,) = folder.rglob(picture.path.name)
     return found
 
 
+def excess(stored: Path, drawn: Path) -> float:
+    """Return by how much two pictures differ more than they may: 0 where they are the same.
+
+    Of PNGs it is the share of squares with another colour, so that a line that moves counts; letters and edges of
+    another version of matplotlib may differ in a twentieth of all squares. Of an SVG, a text here, each letter counts.
+    """
+    if stored.suffix == ".svg":
+        return float(stored.read_text(encoding="utf-8") != drawn.read_text(encoding="utf-8"))
+    a, b = blocks_of(stored), blocks_of(drawn)
+    if a.shape != b.shape:
+        return 1.0
+    allowed = 0.0005 if drawn_by(stored) == drawn_by(drawn) else 0.05
+    return max(0.0, float((np.abs(a - b).max(axis=2) > 0.05).mean()) - allowed)
+
+
+def drawn_by(path: Path) -> str:
+    """Return the program and version that drew a PNG."""
+    with Image.open(path) as picture:
+        return str(picture.info.get("Software", ""))
+
+
 def blocks_of(path: Path, size: int = 15) -> np.ndarray:
-    """Return the mean colours of squares of a picture."""
-    pixels = image.imread(path)[:, :, :3]
+    """Return the mean colours of squares of a picture, 0 to 1."""
+    with Image.open(path) as picture:
+        pixels = np.asarray(picture.convert("RGB")) / 255.0
     high, wide = (n // size for n in pixels.shape[:2])
     return pixels[: high * size, : wide * size].reshape(high, size, wide, size, 3).mean(axis=(1, 3))
 
 
-def main() -> None:
-    """Make all of them again."""
-    for command, path in pictures():
-        with tempfile.TemporaryDirectory() as folder:
-            (ROOT / path).parent.mkdir(exist_ok=True)
-            shutil.copyfile(made(command, path.name, Path(folder)), ROOT / path)
-        print(f"wrote {path}: {command}")
+def store(drawn: Path, path: Path) -> None:
+    """Copy a picture to its place, a PNG with few colours."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    if path.suffix == ".png":
+        with Image.open(drawn) as picture:
+            by = PngInfo()
+            by.add_text("Software", drawn_by(drawn))
+            few = picture.convert("RGB").quantize(COLOURS, dither=Image.Dither.NONE)
+            few.save(path, optimize=True, pnginfo=by)
+    else:
+        shutil.copyfile(drawn, path)
+    print(f"wrote {path.relative_to(ROOT)}")
+
+
+def main(names: list[str]) -> None:
+    """Make the pictures of some pages again, of all without a name."""
+    pages = [Path(name).resolve() for name in names] or PAGES
+    os.environ |= SHOWN
+    for page in pages:
+        found = list(pictures(page))
+        for picture in found:
+            if picture.kind != "picture":
+                with tempfile.TemporaryDirectory() as folder:
+                    store(made(picture, Path(folder)), picture.path)
+        if left := [p for p in found if p.kind == "picture"]:
+            with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder):
+                shutil.copytree(ROOT / "rules", "rules")
+                follow(page, Path(folder))
+                for picture in left:
+                    store(Path(picture.source), picture.path)
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(main(sys.argv[1:]))

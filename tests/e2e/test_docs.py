@@ -15,6 +15,7 @@ import pytest
 from fuzzyctl.codegen.fmu.binary import compiler
 from tests import sizes
 from tests.e2e.pages import DOCS, FOLLOWED, PAGES, ROOT, Session, anchors, follow, without_code
+from tests.e2e.pictures import excess, pictures
 from tests.own_files import own_files
 
 #: Pages that take seconds: they are followed a second time only before a release.
@@ -45,6 +46,9 @@ def test_every_example_of_a_page_does_what_the_page_says(
         monkeypatch.setattr("fuzzyctl.analysis.prove.TIMEOUT", 1.0)  # a law that is refused uses it up
     again = page in FOLLOWED and (sizes.LONG or page.name not in SLOW)
     follow(page, tmp_path, 2 if again else 1)
+    for picture in pictures(page):
+        if picture.kind == "picture":
+            assert excess(picture.path, tmp_path / picture.source) == 0.0, picture
 
 
 @pytest.mark.skipif(shutil.which("gcc") is None, reason="gcc is not installed")

@@ -47,6 +47,7 @@ COMMANDS = {
     "eval": [["eval", FILE, "σ=3"], ["eval", FILE], ["eval", FILE, "--points", "-"]],
     "prove": [["prove", FILE], ["prove", "--format", "json", FILE]],
     "bounds": [["bounds", FILE]],
+    "page": [["page", FILE, "-o", "→.html"], ["page", FILE, "→"]],
     "plot-surface": [["plot-surface", FILE, "-o", "σ.png"]],
     "plot-terms": [["plot-terms", FILE, "-o", "τ.png"]],
     "fmt": [["fmt", "-"], ["fmt", "--check", "wide.fz"], ["fmt", "--diff", "wide.fz"]],

@@ -76,9 +76,8 @@ def compare(
         from fuzzyctl.experiments.sweep.run import Workers
 
         varied = comparison.variation(vary)
-        laws = tuple(name.strip() for name in names.split(","))
-        _require_once("--controller", laws)
-        _require_once("SCENARIO...", scenarios)
+        laws = run_options.words_of(names)
+        run_options.require_once("SCENARIO...", scenarios)
         plans = [_plan(varied, name, laws, runs, seed, rules_folder, overrides) for name in scenarios]
         _require_names(plans)
         found = _compute(plans, Workers(jobs, cluster))
@@ -98,13 +97,6 @@ def _require_format(path: Path | None) -> None:
     if suffix not in ("csv", "parquet"):
         raise click.BadParameter(f"{str(path)!r} ends neither in .csv nor in .parquet.", param_hint="'-o'")
     data_formats.require([suffix])
-
-
-def _require_once(option: str, words: Sequence[str]) -> None:
-    """Refuse a name that is given twice: it would be compared with itself."""
-    twice = next((word for k, word in enumerate(words) if word in words[:k]), None)
-    if twice is not None:
-        raise click.BadParameter(f"{twice!r} is given twice.", param_hint=f"'{option}'")
 
 
 def _require_names(plans: Sequence[Plan[ScenarioFile]]) -> None:
@@ -137,10 +129,7 @@ def _plan(
     try:
         path = find(scenario)
         for name in laws:
-            if name not in controllers.GROUPS and not controllers.exists(name, path.parent):
-                known = ", ".join(repr(one) for one in (*controllers.names(), *controllers.GROUPS))
-                message = f"{name!r} is not one of {known}, and there is no {name}.fz or {name}.py beside {scenario}."
-                raise click.BadParameter(message, param_hint="'--controller'")
+            run_options.require_law(name, path.parent, scenario)
         with worker_options.checking(runs) as report:
             return comparison.make(varied, path, laws, runs, seed, rules_folder, overrides, report)
     except (UnknownScenarioError, OverrideError) as error:

@@ -38,7 +38,6 @@ def _report(task: run_options.Task, names: tuple[str, ...], path: Path) -> bool:
     from fuzzyctl.experiments.results.folder import one_file
 
     run_options.check(task, names)
-    _require_plotly()
     with one_file(path) as files:
         trajectories = run_options.simulate(task, names)
         if len(trajectories) < len(names) or any(t.stop and t.stop.reason == "interrupted" for t in trajectories):
@@ -56,13 +55,6 @@ def _report(task: run_options.Task, names: tuple[str, ...], path: Path) -> bool:
     run_options.say_stops(trajectories)
     say(f"wrote {path}: {len(text.encode()) / 1e6:.1f} MB")
     return all(t.stop is None for t in trajectories)
-
-
-def _require_plotly() -> None:
-    from dwmr.page import plots
-
-    if not plots.available():
-        raise click.ClickException("the plots need plotly, which is not installed: pip install 'fuzzyctl[html]'")
 
 
 def _write(path: Path, text: str) -> None:

@@ -27,10 +27,10 @@ def controller_option(command: Command) -> Command:
     """Add --controller to a command."""
     return click.option(
         "--controller",
-        metavar="LAW",
+        metavar="LAWS",
         show_default="the scenario's own",
-        help=f"Control law to run: {', '.join(laws.names())}, or one of your own in LAW.fz or LAW.py beside the "
-        f"scenario; or several: {', '.join(laws.GROUPS)}.",
+        help=f"Control laws to run, separated by commas: {', '.join(laws.names())}, or of your own in LAW.fz or LAW.py "
+        f"beside the scenario; several at once: {', '.join(laws.GROUPS)}.",
     )(command)
 
 
@@ -101,17 +101,42 @@ def laws_of(task: Task, controller: str | None) -> tuple[str, ...]:
     """Return the names of the control laws that --controller asks for.
 
     Raises:
-        click.BadParameter: For a word that is no law, no group of laws, and no law beside the scenario.
+        click.BadParameter: For a word that is no law, no group of laws, and no law beside the scenario; for one that is
+            there twice.
     """
     if controller is None:
         return (task.file.scenario.run.controller,)
-    if controller in laws.GROUPS or laws.exists(controller, task.file.path.parent):
-        return laws.group(controller)
+    words = words_of(controller)
+    for word in words:
+        require_law(word, task.file.path.parent, "the scenario")
+    return tuple(dict.fromkeys(name for word in words for name in laws.group(word)))
+
+
+def words_of(controller: str) -> tuple[str, ...]:
+    """Return the words of --controller, which commas separate.
+
+    Raises:
+        click.BadParameter: For a word that is there twice.
+    """
+    words = tuple(word.strip() for word in controller.split(","))
+    require_once("--controller", words)
+    return words
+
+
+def require_law(word: str, folder: Path, scenario: str) -> None:
+    """Refuse a word that is no law, no group of laws, and no law in the folder of a scenario."""
+    if word in laws.GROUPS or laws.exists(word, folder):
+        return
     known = ", ".join(repr(name) for name in (*laws.names(), *laws.GROUPS))
-    message = (
-        f"{controller!r} is not one of {known}, and there is no {controller}.fz or {controller}.py beside the scenario."
-    )
+    message = f"{word!r} is not one of {known}, and there is no {word}.fz or {word}.py beside {scenario}."
     raise click.BadParameter(message, param_hint="'--controller'")
+
+
+def require_once(option: str, words: Sequence[str]) -> None:
+    """Refuse a word that an option or argument has twice."""
+    twice = next((word for k, word in enumerate(words) if word in words[:k]), None)
+    if twice is not None:
+        raise click.BadParameter(f"{twice!r} is given twice.", param_hint=f"'{option}'")
 
 
 def check(task: Task, names: Sequence[str]) -> None:

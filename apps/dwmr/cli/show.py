@@ -92,7 +92,7 @@ def _page(found: Mapping[str, Any]) -> Iterator[str]:
     )
     for title, lines in (
         ("Reference", _reference(found["reference"])),
-        ("Robots", _robots(found["robots"])),
+        ("Robots", _robots(found["robots"], found["formation"])),
         ("Obstacles", _obstacles(found["obstacles"], found["avoidance"])),
         ("Disturbances", _disturbances(found["disturbances"], found["load"])),
         ("Controllers", _controllers(found["controllers"])),
@@ -118,7 +118,7 @@ def _reference(one: Mapping[str, Any]) -> Iterator[str]:
         yield f"straight on from {one['straight_from']:.6g} s"
 
 
-def _robots(robots: Sequence[Mapping[str, Any]]) -> Iterator[str]:
+def _robots(robots: Sequence[Mapping[str, Any]], formation: Mapping[str, str]) -> Iterator[str]:
     width = max(2 * r["depth"] + len(r["name"]) for r in robots)
     for one in robots:
         name = "  " * one["depth"] + one["name"]
@@ -133,6 +133,8 @@ def _robots(robots: Sequence[Mapping[str, Any]]) -> Iterator[str]:
         if one["noise"]:
             words.append("measures with noise " + ", ".join(f"{k} {v:g}" for k, v in one["noise"].items() if v))
         yield f"{name:{width}}  {'; '.join(words)}"
+    if formation["leader_velocity"] == "wheels":
+        yield "followers know the velocity of their leader's wheels, not its slip"
 
 
 def _obstacles(obstacles: Sequence[Mapping[str, float]], avoidance: Mapping[str, float]) -> Iterator[str]:

@@ -22,8 +22,8 @@ def index(made: Collection[int], left_out: Mapping[int, str], suffix: str, scena
         f"# Figures of the scenario {_plain(scenario.name)}",
         "",
         "Counterparts of Figs. 8 to 28 of Goto, Bertol, Martins, drawn from simulated runs. Disturbance windows are "
-        "shaded; a bar at the foot of a panel marks obstacle avoidance. Signals are drawn by the least and greatest "
-        "value of every stretch of time, so that chattering shows as the band it fills.",
+        "shaded; a bar at the foot of a panel marks obstacle avoidance, one at its head the load. Signals are drawn by "
+        "the least and greatest value of every stretch of time, so that chattering shows as the band it fills.",
         "",
     ]
     for figure in FIGURES:

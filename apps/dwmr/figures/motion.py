@@ -9,7 +9,6 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from dwmr.control.obstacle_avoidance import constant_radius
-from dwmr.core.arrays import FloatArray
 from dwmr.core.geometry import wrap_array
 from dwmr.figures import panels
 from dwmr.figures.style import COLOURS
@@ -77,7 +76,7 @@ def velocity_and_formation_errors(trajectory: Trajectory, scenario: Scenario) ->
     figure, rows = panels.grid(len(robots) + 1, 2)
     _velocity_rows(rows[:-1], trajectory, scenario, robots)
     found = [derived.formation_error(trajectory, scenario, robot) for robot in followers]
-    found = [(separation, _broken(bearing)) for separation, bearing in found]
+    found = [(separation, np.unwrap(bearing)) for separation, bearing in found]
     titles = ((r"$L_d - L$ [m]", "separation error"), (r"$\Psi_d - \Psi$ [rad]", "bearing error"))
     for column, (label, title) in enumerate(titles):
         # a follower keeps the colour it has among all robots
@@ -102,21 +101,15 @@ def blending(trajectory: Trajectory, scenario: Scenario) -> Figure:
     time = np.array([[figure.add_subplot(places[rows, :])]])
     for robot in robots:
         i, tail = trajectory.robots.index(robot), f" of {robot}" if len(robots) > 1 else ""
-        original = derived.path_orientation(trajectory, robot)
-        active = wrap_array(trajectory["theta_r"][:, i])
-        orientations = np.stack([_broken(original), _broken(active)], axis=1)
+        original = np.unwrap(derived.path_orientation(trajectory, robot))
+        # within half a turn of the path: where avoidance ends, both are one again
+        active = original + wrap_array(trajectory["theta_r"][:, i] - original)
+        orientations = np.stack([original, active], axis=1)
         names = [f"original path, tt{tail}", f"in force, oa during avoidance{tail}"]
         panels.lines(time[0, 0], trajectory.t, orientations, names, r"$\theta_r$ [rad]")
     panels.mark(time, trajectory, scenario)
     panels.legend(figure, time[0, 0], columns=4)
     return figure
-
-
-def _broken(angle: FloatArray) -> FloatArray:
-    """Break the line of an angle where it jumps from π to −π."""
-    shown = angle.copy()
-    shown[1:][np.abs(np.diff(angle)) > np.pi] = np.nan
-    return shown
 
 
 def _vectors(axes: Any, trajectory: Trajectory, scenario: Scenario, a: int) -> None:
@@ -165,12 +158,12 @@ def radii(trajectory: Trajectory, scenario: Scenario, chosen: slice, distance: b
             axes.plot(
                 *thin(trajectory.t, gap[:, a], panels.BUCKETS),
                 lw=0.8,
-                ls=(0, (4, 2)),
+                ls=":",
                 label=f"$d_{{ia}}${tail}",
                 **style,
             )
             axes.plot(*thin(trajectory.t, radius[:, a], panels.BUCKETS), lw=1.4, label=f"$R_d${tail}", **style)
-            axes.axhline(least, color="#444444", lw=0.8, ls=":", label=r"constant part $\bar{R}_d$")
+            axes.axhline(least, color="#444444", lw=0.8, ls="--", label=r"constant part $\bar{R}_d$")
             swell = max(float(radius[:, a].max()) - least, 0.02 * least)
             axes.set_ylim(least - 0.8 * swell, least + 1.8 * swell)
     for axes, robot in zip(rows[len(numbers) :, 0], robots, strict=False):

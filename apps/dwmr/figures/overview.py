@@ -13,6 +13,7 @@ from matplotlib.patches import Circle
 
 from dwmr.control.obstacle_avoidance import constant_radius
 from dwmr.core.arrays import FloatArray
+from dwmr.figures.panels import MARKS, bodies, mark
 from dwmr.figures.style import COLOURS, DASHES, STYLE, TITLES
 from dwmr.results.contacts import meetings
 from dwmr.results.metrics import errors, printed_frame
@@ -146,6 +147,7 @@ def _path_panel(axes: Any, trajectory: Trajectory, scenario: Scenario) -> None:
         x, y, colour = trajectory["x"][:, i], trajectory["y"][:, i], COLOURS[i % len(COLOURS)]
         axes.plot(x, y, color=colour, lw=1.3, ls=DASHES[i % len(DASHES)], label=name)
         axes.plot(x[0], y[0], marker="o", ms=5, color="white", mec=colour, mew=1.4, ls="", zorder=5)
+    bodies(axes, trajectory, scenario)
     axes.plot([], [], marker="o", ms=5, color="white", mec="#555555", ls="", label="start")
     met = meetings(trajectory, scenario)
     if len(met):
@@ -164,21 +166,9 @@ def _path_panel(axes: Any, trajectory: Trajectory, scenario: Scenario) -> None:
 
 def _error_column(panels: Any, trajectory: Trajectory, scenario: Scenario, rows: Sequence[tuple[str, str]]) -> None:
     panels[0].set_title(TITLES.get(trajectory.controller, trajectory.controller))
-    panels[-1].set_xlabel("t [s]")
-    # the leader last: its larger errors must not hide the followers'
-    end = float(trajectory.t[-1])
     series: Mapping[str, Any] = {n: errors(trajectory, n, printed_frame(scenario, n)) for n in trajectory.robots}
     for axes, (name, unit) in zip(panels, rows, strict=True):
         axes.set_ylabel(f"{_symbol(name)} [{unit}]")
-        for k, one in enumerate(scenario.disturbances):
-            axes.axvspan(
-                min(one.start, end),
-                min(one.stop, end),
-                color="#f0e442",
-                alpha=0.25,
-                lw=0,
-                label="disturbance" if k == 0 else None,
-            )
         for i, robot in enumerate(trajectory.robots):
             axes.plot(
                 trajectory.t,
@@ -188,9 +178,7 @@ def _error_column(panels: Any, trajectory: Trajectory, scenario: Scenario, rows:
                 ls=DASHES[i % len(DASHES)],
                 label=robot,
             )
-        _mark_avoidance(axes, trajectory)
-        if end > 0.0:
-            axes.set_xlim(0.0, end)
+    mark(panels[:, None], trajectory, scenario)
 
 
 def _share_comparable_limits(row: Any) -> None:
@@ -202,24 +190,9 @@ def _share_comparable_limits(row: Any) -> None:
         row[k].set_ylim(min(limits[a][0] for a in alike), max(limits[a][1] for a in alike))
 
 
-def _mark_avoidance(axes: Any, trajectory: Trajectory) -> None:
-    """Draw a bar at the foot of a panel while any robot avoids an obstacle."""
-    active = (trajectory["obstacle"] >= 0).any(axis=1)
-    axes.fill_between(
-        trajectory.t,
-        0.0,
-        0.025,
-        where=active,
-        transform=axes.get_xaxis_transform(),
-        color="#444444",
-        lw=0,
-        label="avoidance",
-    )
-
-
 def _legend(axes: Any) -> tuple[list[Any], list[str]]:
     handles, labels = axes.get_legend_handles_labels()
-    order = np.argsort([label in ("disturbance", "avoidance") for label in labels], kind="stable")
+    order = np.argsort([label in MARKS for label in labels], kind="stable")
     return [handles[k] for k in order], [labels[k] for k in order]
 
 

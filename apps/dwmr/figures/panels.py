@@ -8,14 +8,15 @@ from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
-from matplotlib.patches import Circle
+from matplotlib.patches import Circle, Polygon
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from dwmr.control.obstacle_avoidance import constant_radius
 from dwmr.core.arrays import FloatArray
+from dwmr.figures.animation import body
 from dwmr.figures.style import COLOURS, DASHES
 from dwmr.results.decimation import kept, thin
-from dwmr.results.derived import windows
+from dwmr.results.derived import loaded, windows
 from dwmr.scenario.model import Scenario
 from dwmr.simulation.simulate import Trajectory
 
@@ -29,6 +30,10 @@ LEAST_LEVEL = 1e-3
 LEGEND_WIDTH = 0.98
 #: Points of a path: a tenth of a second apart in a run of 200 s.
 PATH_POINTS = 2000
+#: Bodies along the way of a robot: the first at its start, one at its end.
+BODIES = 11
+#: Labels of what `mark` draws, which stand last in a legend.
+MARKS = ("disturbance", "load", "avoidance")
 
 
 def grid(rows: int, columns: int, height: float = 2.3) -> tuple[Figure, Any]:
@@ -117,7 +122,10 @@ def peaks(axes: Any, t: FloatArray, levels: FloatArray, names: Sequence[str], la
 
 
 def mark(panels: Any, trajectory: Trajectory, scenario: Scenario) -> None:
-    """Shade the disturbance windows, draw a bar at the foot during avoidance, and end the axis with the run."""
+    """Shade the disturbance windows, draw bars, and end the axis with the run.
+
+    The bar at the head stands for the load on mass and inertia, that at the foot for avoidance.
+    """
     end = float(trajectory.t[-1])
     active = (trajectory["obstacle"] >= 0).any(axis=1)
     edges = np.flatnonzero(np.diff(np.concatenate([[False], active, [False]]).astype(np.int8)))
@@ -125,6 +133,8 @@ def mark(panels: Any, trajectory: Trajectory, scenario: Scenario) -> None:
     for axes in np.ravel(panels):
         for k, (start, stop) in enumerate(windows([(d.start, d.stop) for d in scenario.disturbances], end)):
             axes.axvspan(start, stop, color="#f0e442", alpha=0.25, lw=0, label="" if k else "disturbance")
+        for start, stop in loaded(scenario, end):
+            axes.axvspan(start, stop, 0.975, 1.0, color="#999999", lw=0, label="load")
         for k, (start, stop) in enumerate(bars):
             axes.axvspan(start, stop, 0.0, 0.025, color="#444444", lw=0, label="" if k else "avoidance")
         if end > 0.0:
@@ -143,7 +153,7 @@ def legend(figure: Figure, *panels: Any, columns: int = 6) -> None:
         for handle, label in zip(*axes.get_legend_handles_labels(), strict=True):
             if label not in found:
                 found[label] = handle
-    order = sorted(found, key=lambda label: label in ("disturbance", "avoidance"))
+    order = sorted(found, key=lambda label: label in MARKS)
     for lines in range(math.ceil(len(order) / columns), len(order) + 1):
         count = math.ceil(len(order) / lines)
         drawn = figure.legend([found[k] for k in order], order, loc="outside lower center", ncols=count)
@@ -168,7 +178,19 @@ def paths(axes: Any, trajectory: Trajectory, scenario: Scenario) -> None:
         axes.plot(
             x[0], y[0], marker="o", ms=4.5, color="white", mec=COLOURS[i % len(COLOURS)], mew=1.3, ls="", zorder=5
         )
+    bodies(axes, trajectory, scenario)
     obstacles(axes, scenario)
+
+
+def bodies(axes: Any, trajectory: Trajectory, scenario: Scenario) -> None:
+    """Draw the bodies of all robots, each with a nose, at `BODIES` moments that divide the run evenly."""
+    for k in np.linspace(0, len(trajectory.t) - 1, BODIES).round().astype(int):
+        for i, name in enumerate(trajectory.robots):
+            x, y, theta = (float(trajectory[signal][k, i]) for signal in ("x", "y", "theta"))
+            if math.isfinite(x + y + theta):  # the last place of a run that diverged may be none
+                edge = COLOURS[i % len(COLOURS)]
+                outline = body(scenario.robots[name], x, y, theta)
+                axes.add_patch(Polygon(outline, fc="white", ec=edge, lw=0.9, zorder=4))
 
 
 def obstacles(axes: Any, scenario: Scenario) -> None:

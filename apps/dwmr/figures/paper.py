@@ -63,9 +63,9 @@ def _run(number: int, law: str) -> list[PaperFigure]:
             number,
             law,
             "Paths, formation, obstacles; chattering",
-            "Left: the robots' reference points, start marked by a circle, around the obstacles with their constant "
-            "avoidance radius R̄_d. Right: the chattering measure |dv_c/dt| of both channels, the greatest value "
-            "of every stretch of time, on a logarithmic axis [m/s², rad/s²].",
+            "Left: the robots' reference points, start marked by a circle, their bodies at eleven moments, around the "
+            "obstacles with their constant avoidance radius R̄_d. Right: the chattering measure |dv_c/dt| of both "
+            "channels, the greatest value of every stretch of time, on a logarithmic axis [m/s², rad/s²].",
             motion.path_and_chattering,
         ),
         PaperFigure(
@@ -80,7 +80,8 @@ def _run(number: int, law: str) -> list[PaperFigure]:
             number + 2 if law != "aifqsmc" else 19,
             law,
             "Velocity tracking errors of the other robots; separation and bearing errors",
-            "As the figure before, for the robots after the second; last, L_d − L [m] and Ψ_d − Ψ [rad] of followers.",
+            "As the figure before, for the robots after the second; last, L_d − L [m] and Ψ_d − Ψ, unwrapped "
+            "[rad], of followers.",
             motion.velocity_and_formation_errors,
             ("followers",),
         ),
@@ -116,7 +117,7 @@ def _avoidance(law: str) -> list[PaperFigure]:
             law,
             "Blending vectors; orientation of the reference",
             "Above: the direction of U = U_b + U_f along the way around each obstacle. Below: θ_r of the original path "
-            "and θ_r in force, which avoidance changes [rad].",
+            "and θ_r in force, which avoidance changes, unwrapped [rad].",
             motion.blending,
             needs,
         ),

@@ -33,6 +33,12 @@ _STABILITY = (
     "and its growth per second in the last quarter."
 )
 
+#: What the numbers of a table of the paper are.
+_PAPERS = {
+    12: " Table 12: the paper's simulation; what the paper does not print of it is fitted here to this table.",
+    13: " Table 13: AIFQSMC in Gazebo, where robots have bodies and sensors; here they see each other exactly.",
+}
+
 #: Least width of the tables; text for a pipe or a file is not squeezed further.
 _WIDTH = 80
 #: A longer name of a law would squeeze the numbers beside it.
@@ -58,7 +64,8 @@ def print_report(
         picture: File that the sentence points to.
     """
     runs = summary["controllers"]
-    _print_table(out, _errors_title(printed), _errors(runs, printed), _ERRORS + _RATIO * (printed is not None))
+    about = _ERRORS + ("" if printed is None else _RATIO + _PAPERS[printed])
+    _print_table(out, _errors_title(printed), _errors(runs, printed), about)
     _print_table(out, "Safety", _safety(runs), _SAFETY)
     _print_table(out, "Effort", _effort(runs), _EFFORT)
     if any(run.get("lyapunov") for run in runs.values()):

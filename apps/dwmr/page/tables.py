@@ -111,5 +111,25 @@ def effort(runs: Mapping[str, Any]) -> str:
     return table("Effort", head, rows)
 
 
+def stability(runs: Mapping[str, Any]) -> str:
+    """Return the table of Lyapunov functions and of the drift of adaptive gains, nothing where no law has them."""
+    if not any(run.get("lyapunov") for run in runs.values()):
+        return ""
+    head = ["law", "robot", "dV/dt > 0, Eq. (14) [% of time]", "dV/dt > 0, Eq. (26) [% of time]"]
+    for gain in ("k_h,v [m/s]", "k_h,ω [rad/s]"):
+        head += [f"{gain}: largest", "last", "growth per s, last quarter"]
+    rows = []
+    for law, run in runs.items():
+        for robot in run["rmse"]:
+            shares, drifts = run.get("lyapunov", {}).get(robot, {}), run.get("drift", {}).get(robot, {})
+            cells = [shares.get(f"V_dot_{number}_positive") for number in (10, 23)]
+            row = [law, robot, *("" if share is None else f"{100.0 * share:.1f}" for share in cells)]
+            for name in ("k_h_v", "k_h_omega"):
+                gain = drifts.get(name)
+                row += ["", "", ""] if gain is None else [_number(gain[key]) for key in ("largest", "final", "growth")]
+            rows.append(row)
+    return table("Stability", head, rows)
+
+
 def _number(value: float) -> str:
     return f"{value:.4f}" if abs(value) < 1e6 else f"{value:.3e}"

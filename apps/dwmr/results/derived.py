@@ -157,6 +157,13 @@ def path_orientation(trajectory: Trajectory, robot: str) -> FloatArray:
     return wrap_array(np.where(trajectory["obstacle"][:, i] >= 0, along, theta))
 
 
+def loaded(scenario: Scenario, end: float) -> list[tuple[float, float]]:
+    """Return the window of the load, cut at the end of a run; none where it changes neither mass nor inertia [s]."""
+    load = scenario.load
+    changes = load.mass_factor != 1.0 or load.inertia_factor != 1.0
+    return windows([(load.start, load.stop)] if changes else [], end)
+
+
 def windows(spans: Sequence[tuple[float, float]], end: float) -> list[tuple[float, float]]:
     """Return windows of time cut at the end of a run; those that begin later are left out [s]."""
     return [(start, min(stop, end)) for start, stop in spans if start < min(stop, end)]

@@ -30,7 +30,9 @@ def differences(scenario: Scenario, fitted: bool = False, shipped: str = "paper"
 
     paper = read(find(shipped)).scenario
     found = [
-        key for key in ("reference", "obstacles", "avoidance", "load") if getattr(scenario, key) != getattr(paper, key)
+        key
+        for key in ("reference", "formation", "obstacles", "avoidance", "load")
+        if getattr(scenario, key) != getattr(paper, key)
     ]
     if scenario.run.horizon != paper.run.horizon:
         found.append("run.horizon")

@@ -93,6 +93,15 @@ class Formation(Section):
     bearing: float = quantity("desired bearing Ψ_ijd", "rad", ge=-FULL_TURN, le=FULL_TURN)
 
 
+class FormationSettings(Section):
+    """What robots of a formation know of one another."""
+
+    leader_velocity: Literal["ground", "wheels"] = Field(
+        default="ground",
+        description="leader's velocity as its followers know it: over ground, or from its wheels",
+    )
+
+
 class Noise(Section):
     """Standard deviations of what a robot measures of itself, drawn anew every control period."""
 
@@ -205,6 +214,7 @@ class Scenario(Section):
     run: Run
     reference: ReferenceSettings
     robots: dict[Printable, Robot] = Field(min_length=1, max_length=1000)
+    formation: FormationSettings = FormationSettings()
     obstacles: Annotated[tuple[Obstacle, ...], Strict(False), Field(max_length=LONGEST_LIST)] = ()
     avoidance: AvoidanceSettings
     disturbances: Annotated[tuple[DisturbanceSettings, ...], Strict(False), Field(max_length=LONGEST_LIST)] = ()

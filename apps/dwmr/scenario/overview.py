@@ -47,6 +47,7 @@ def _facts(file: ScenarioFile, rules: Rules, t: FloatArray, path: FloatArray) ->
         "run": scenario.run.model_dump(),
         "reference": _reference(file, t, path),
         "robots": [_robot(scenario, name, depth) for name, depth in in_order(scenario).items()],
+        "formation": scenario.formation.model_dump(),
         "obstacles": [_obstacle(o.x, o.y, o.radius, file.shape, t, path) for o in scenario.obstacles],
         "avoidance": scenario.avoidance.model_dump(),
         "disturbances": [one.model_dump() for one in sorted(scenario.disturbances, key=lambda d: d.start)],

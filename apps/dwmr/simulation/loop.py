@@ -74,6 +74,7 @@ class World(NamedTuple):
         obstacles: Centre and radius of each, shape (a, 3) [m].
         avoidance: Parameters of the avoidance.
         gains: Constants of the control law, shape (n, g).
+        slip_is_known: Whether followers know the velocity of their leader over ground; else that of its wheels.
     """
 
     dt: float
@@ -85,6 +86,7 @@ class World(NamedTuple):
     obstacles: FloatArray
     avoidance: Avoidance
     gains: FloatArray
+    slip_is_known: bool
 
 
 class Memory(NamedTuple):
@@ -272,7 +274,9 @@ def _error(t: float, i: int, target: Target, plant: FloatArray, world: World, me
     if j < 0:
         return trajectory_error(s.x, s.y, s.theta, target.x, target.y, target.theta, theta_star, target.v, robot.d)
     lead, d_i = _state(plant, j), world.robots[j].d
-    v_i, omega_i = velocity(lead, disturbance(t, world.acting[j]))
+    v_i, omega_i = lead.v, lead.omega
+    if world.slip_is_known:
+        v_i, omega_i = velocity(lead, disturbance(t, world.acting[j]))
     return follower_error(
         lead.x, lead.y, lead.theta, v_i, omega_i, d_i, s.x, s.y, s.theta, theta_star, robot.d,
         robot.separation, robot.bearing,

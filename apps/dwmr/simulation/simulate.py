@@ -239,6 +239,7 @@ def _world(simulation: Simulation, laws: list[Law]) -> World:
             settings.margin, settings.largest_radius, settings.kappa, settings.gamma, settings.rho, settings.slowdown
         ),
         np.array([law.gains for law in laws]),
+        scenario.formation.leader_velocity == "ground",
     )
 
 

@@ -88,6 +88,17 @@ def writable(array: FloatArray) -> FloatArray:
     return np.require(array, requirements=["C", "W", "A"])
 
 
+def row_array(names: Sequence[str], rows: Any, what: str) -> FloatArray:
+    """Return rows as an array of floats, shape (..., names); a data frame's columns are put in the order of the names.
+
+    Raises:
+        ArgumentError: For columns of other names, and for what is no array of real numbers.
+    """
+    is_frame = getattr(rows, "ndim", 0) == 2 and hasattr(rows, "columns")
+    columns = columns_by_name(names, rows, what) if is_frame and len(names) else None
+    return float_array(rows, what) if columns is None else stacked(names, columns)
+
+
 def point_array(names: Sequence[str], points: Any) -> Any:
     """Return points as an array of shape (..., inputs); columns with names are put in the order of the inputs.
 

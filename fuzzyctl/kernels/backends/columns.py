@@ -47,12 +47,13 @@ def _has_named_axes(values: Any) -> bool:
     return all(hasattr(values, attribute) for attribute in ("dims", "indexes", "shape"))
 
 
-def columns_by_name(inputs: Sequence[str], values: Any) -> list[Any] | None:
+def columns_by_name(inputs: Sequence[str], values: Any, what: str = "points") -> list[Any] | None:
     """Return the column of each input in the order of the inputs, None for values without named columns.
 
     Args:
         inputs: The names of the inputs.
         values: What a caller gives as points.
+        what: What messages call them.
 
     Raises:
         ArgumentError: For columns that are missing, repeated or no inputs, all of them by name; for a list of records.
@@ -64,12 +65,13 @@ def columns_by_name(inputs: Sequence[str], values: Any) -> list[Any] | None:
         return None
     # As rule files are read: letters with accents have one form.
     known = [unicodedata.normalize("NFC", name) if isinstance(name, str) else name for name in names]
-    mistakes = [f"no input {name!r}{_hint(name, inputs)}" for name in dict.fromkeys(known) if name not in inputs]
+    kind = "state" if what == "states" else "input"
+    mistakes = [f"no {kind} {name!r}{_hint(name, inputs)}" for name in dict.fromkeys(known) if name not in inputs]
     mistakes += [f"column {name!r} occurs {known.count(name)} times" for name in inputs if known.count(name) > 1]
     missing = [repr(name) for name in inputs if name not in known]
     mistakes += [f"a column is missing for: {', '.join(missing)}"] if missing else []
     if mistakes:
-        wanted = f"points with named columns must have exactly the inputs {', '.join(inputs)}"
+        wanted = f"{what} with named columns must have exactly the {kind}s {', '.join(inputs)}"
         raise ArgumentError(f"{wanted}; {'; '.join(mistakes)}")
     if labels is not None:
         return [values[..., known.index(name)] for name in inputs]

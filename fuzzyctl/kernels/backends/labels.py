@@ -7,12 +7,12 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 
-def labelled(results: Any, names: Sequence[str], given: Any) -> Any:
+def labelled(results: Any, names: Sequence[Any], given: Any) -> Any:
     """Return results as pandas has them, if what was given is of pandas; else as they are.
 
     Args:
         results: Shape (rows,) for one output, (rows, outputs) for several; of another shape they have no row labels.
-        names: Of the outputs.
+        names: Of the results, such as the outputs.
         given: A DataFrame, or Series as the values of a mapping; anything else has no row labels.
 
     Returns:

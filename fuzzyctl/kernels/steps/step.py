@@ -9,7 +9,9 @@ from typing import TYPE_CHECKING, Any, Final, final
 
 from fuzzyctl.diagnostics.diagnostic import ArgumentError, NoRuleFiresError, UnknownNameError, ValueOutOfBoundsError
 from fuzzyctl.displayed import Displayed
-from fuzzyctl.kernels.backends.arguments import float_array, writable
+from fuzzyctl.kernels.backends.arguments import float_array, row_array, writable
+from fuzzyctl.kernels.backends.columns import require_same_index
+from fuzzyctl.kernels.backends.labels import labelled
 from fuzzyctl.kernels.backends.python import backend as python_backend
 from fuzzyctl.kernels.plan.equations import DT, Equations
 from fuzzyctl.kernels.program.program import Program, Refuse
@@ -129,12 +131,13 @@ class Step(Displayed):
         """Make a step for each row of the inputs, one after the other.
 
         Args:
-            inputs: Shape (n, inputs); for one input also (n,).
+            inputs: Shape (n, inputs); for one input also (n,). The columns of a data frame are matched by their names.
             state: The state before the first step, shape (states,); None for `start()`.
             dt: Times since the step before [s], one number or shape (n,), for a controller without period.
 
         Returns:
-            The outputs, shape (n,) for one, (n, outputs) for several, and the state after the last step.
+            The outputs, shape (n,) for one, (n, outputs) for several, of pandas with the index of the inputs, and the
+            state after the last step.
 
         Raises:
             ArgumentError: For arrays of another shape or not of numbers.
@@ -148,21 +151,25 @@ class Step(Displayed):
         self._require_states(kept, ())
         results = np.empty((len(points), len(self.output_names)))
         self._run(points, kept, results)
-        return (results[:, 0] if results.shape[1] == 1 else results), kept
+        outputs = results[:, 0] if results.shape[1] == 1 else results
+        return labelled(outputs, self.output_names, inputs), kept
 
     def batch(self, inputs: Any, states: Any, *, dt: Any = None) -> tuple[FloatArray, FloatArray]:
         """Make one step of many copies of the controller side by side.
 
         Args:
-            inputs: Shape (..., inputs); for one input also without that axis.
+            inputs: Shape (..., inputs); for one input also without that axis. The columns of a data frame are matched
+                by their names, here and in `states`.
             states: Shape (..., states).
             dt: Time since the step before [s], one number or shape (...), for a controller without period.
 
         Returns:
-            The outputs, shape (...) for one, (..., outputs) for several, and the next states, shape (..., states).
+            The outputs, shape (...) for one, (..., outputs) for several, and the next states, shape (..., states). Of
+            pandas the outputs have the index of the inputs, the next states that of the states.
 
         Raises:
-            ArgumentError: For arrays of another shape or not of numbers.
+            ArgumentError: For arrays of another shape or not of numbers, columns of other names, and inputs and states
+                with different row labels.
             ValueOutOfBoundsError: For a `dt` that is not positive and finite.
             NoRuleFiresError: For the first copy where no rule of a system fires whose output says `else error`.
         """
@@ -172,7 +179,8 @@ class Step(Displayed):
         outputs = len(self.output_names)
         results = np.empty((*shape, outputs + len(self.state_names)))
         self._fill(points, rows, results.reshape(-1, results.shape[-1]))
-        return (results[..., 0] if outputs == 1 else results[..., :outputs]), results[..., outputs:]
+        first = results[..., 0] if outputs == 1 else results[..., :outputs]
+        return labelled(first, self.output_names, inputs), labelled(results[..., outputs:], self.state_names, states)
 
     def gradient(self, inputs: Any, states: Any, *, dt: Any = None) -> tuple[FloatArray, FloatArray]:
         """Compute the derivatives of a step by the inputs, then the states, free numbers last; exact but for rounding.
@@ -233,7 +241,8 @@ class Step(Displayed):
         """Return inputs and states of many copies, one in each row, and the shape that the copies are in."""
         import numpy as np
 
-        points, kept = self._points(inputs, dt), float_array(states, "states")
+        require_same_index(("inputs", "states", DT), (inputs, states, dt))
+        points, kept = self._points(inputs, dt), row_array(self.state_names, states, "states")
         shape = points.shape[:-1]
         self._require_states(kept, shape)
         count = math.prod(shape)
@@ -244,7 +253,7 @@ class Step(Displayed):
         """Return the inputs; without a period the times since the step before are a last column."""
         import numpy as np
 
-        points = float_array(inputs, "inputs")
+        points = row_array(self.input_names, inputs, "inputs")
         width = len(self.input_names)
         if width == 1 and (points.ndim == 0 or points.shape[-1] != 1 or points.ndim + 1 == dimensions):
             points = points[..., np.newaxis]

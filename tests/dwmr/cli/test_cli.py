@@ -3,9 +3,11 @@ import json
 import subprocess
 import sys
 
+import click
 import numpy as np
 import pytest
 
+from dwmr.cli import run_options
 from dwmr.cli.main import COMMANDS, main
 from dwmr.scenario.file import find
 from fuzzyctl.support.shipped import rules_folder
@@ -64,6 +66,13 @@ class TestRun:
         assert list(runs) == ["aifqsmc", *(f"aifqsmc_without_{p}" for p in ("adaptation", "immunity", "layer"))]
         assert runs["aifqsmc_without_adaptation"]["drift"]["leader"]["k_h_v"]["largest"] == 0.1
         assert max(len(line) for line in done.stdout.partition("results in")[0].splitlines()) <= 80
+
+    def test_several_laws_are_separated_by_commas(self):
+        task = run_options.read("paper", None, ())
+        assert run_options.laws_of(task, "smc, aifqsmc_without_layer") == ("smc", "aifqsmc_without_layer")
+        assert run_options.laws_of(task, "smc,all") == ("smc", "aifqsmc", "fcafsmc")
+        with pytest.raises(click.BadParameter, match="'pid' is not one of"):
+            run_options.laws_of(task, "smc,pid")
 
     def test_a_short_run_is_not_compared_with_the_paper(self, short):
         assert "Table 12" not in short[1].stdout
@@ -212,6 +221,7 @@ def cases(tmp_path):
         "a bad override": (["paper", "--set", "robots.leader.mass=-1"], 1, ["--set robots.leader.mass=-1", "> 0 kg"]),
         "an override without value": (["paper", "--set", "run.horizon"], 2, ["expected key=value"]),
         "an unknown controller": (["paper", "--controller", "pid"], 2, ["'pid' is not one of", "aifqsmc"]),
+        "a controller twice": (["paper", "--controller", "smc, smc"], 2, ["'smc' is given twice"]),
         "an unknown option": (["paper", "--fast"], 2, ["No such option"]),
         "a missing rules folder": (["paper", "--rules", tmp_path / "no"], 2, ["does not exist"]),
         "a missing rule file": (["paper", "--set", "rules.ais_reaction.file=no.fz"], 1, ["'no.fz'", "looked in"]),

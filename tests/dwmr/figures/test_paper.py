@@ -2,10 +2,13 @@ import dataclasses
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
+from matplotlib.patches import Polygon
 from matplotlib.text import Text
 
 from dwmr.core.geometry import wrap_array
-from dwmr.figures import paper
+from dwmr.figures import panels, paper
+from dwmr.figures.animation import body
 from dwmr.figures.index import index
 from dwmr.results import derived
 from dwmr.results.metrics import distances, measure
@@ -90,6 +93,47 @@ class TestContent:
         x, y = line(figure, "y [m]", "follower1")
         assert (x[0], y[0]) == (-3.5, 3.0)
         assert (x[-1], y[-1]) == (trajectory["x"][-1, 1], trajectory["y"][-1, 1])
+
+    def test_bodies_stand_along_the_paths_with_their_headings(self, drawn):
+        figure, trajectory, scenario = drawn(13)
+        bodies = [one.get_xy()[:5] for one in figure.axes[0].patches if isinstance(one, Polygon)]
+        assert len(bodies) == 3 * panels.BODIES
+        places = (float(trajectory[name][-1, 2]) for name in ("x", "y", "theta"))
+        assert bodies[-1] == pytest.approx(body(scenario.robots["follower2"], *places))
+
+    def test_a_place_that_is_no_number_has_no_body(self, drawn):
+        _, trajectory, scenario = drawn(13)
+        values = trajectory.values.copy()
+        values[-1, :, COLUMNS["x"]] = np.nan
+        axes = Figure().add_subplot()
+        panels.bodies(axes, dataclasses.replace(trajectory, values=values), scenario)
+        assert len(axes.patches) == 3 * (panels.BODIES - 1)
+
+    @pytest.mark.parametrize(("factor", "spans"), [(1.2, [(1.0, 5.0)]), (1.0, [])])
+    def test_the_load_is_marked_where_there_is_one(self, drawn, factor, spans):
+        _, trajectory, scenario = drawn(13)
+        given = {"start": 1.0, "stop": 9.0, "mass_factor": factor, "inertia_factor": 1.0}
+        scenario = scenario.model_copy(update={"load": scenario.load.model_copy(update=given)})
+        axes = Figure().add_subplot()
+        panels.mark(np.array([[axes]]), trajectory, scenario)
+        found = [one for one in axes.patches if one.get_label() == "load"]
+        assert [(one.get_x(), one.get_x() + one.get_width()) for one in found] == spans
+
+    def test_angles_are_unwrapped(self, drawn):
+        turns = np.linspace(0.0, 8.0, 1001)
+        _, trajectory, scenario = drawn(14)
+        values = trajectory.values.copy()
+        values[:, 0, COLUMNS["obstacle"]] = -1.0
+        values[:, 0, COLUMNS["theta_r"]] = wrap_array(turns)
+        figure = BY_NUMBER[14].draw(dataclasses.replace(trajectory, values=values), scenario)
+        for label in ("original path, tt", "in force, oa during avoidance"):
+            assert same(line(figure, r"$\theta_r$ [rad]", label), trajectory.t, turns)
+        _, trajectory, scenario = drawn(10)
+        values = trajectory.values.copy()
+        values[:, 0, COLUMNS["theta"]] += turns
+        figure = BY_NUMBER[10].draw(dataclasses.replace(trajectory, values=values), scenario)
+        _, bearing = line(figure, r"$\Psi_d - \Psi$ [rad]", "follower1")
+        assert bearing[-1] - bearing[0] == pytest.approx(8.0, abs=1.5)
 
     def test_chattering_shows_the_peak_of_every_stretch(self, drawn):
         figure, trajectory, scenario = drawn(8)

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 from dwmr.control import laws
+from dwmr.control.formation import follower_auxiliary_rate
 from dwmr.control.fuzzy_gains import Rules
 from dwmr.core.jit import COMPILED
 from dwmr.plant.robot import State
@@ -186,6 +187,22 @@ formation = { leader = "follower2", separation = 1.25, bearing = 3.0 }
         trajectory = simulate.run(simulate.prepare(file, "aifqsmc", Rules(file.scenario.rules, (), file.places)))
         assert trajectory.stop is None
         assert np.abs(trajectory["x_e"][-1]).max() < 0.05
+
+
+class TestLeaderVelocity:
+    @pytest.mark.parametrize(("known", "share"), [("ground", 1.0), ("wheels", 0.0)])
+    def test_is_what_turns_the_auxiliary_orientation_of_a_follower(self, run_paper, known, share):
+        """A sinusoid acts on the leader from 3 s on; only `ground` lets its followers know."""
+        file, run = run_paper("aifqsmc", "run.horizon=5", f"formation.leader_velocity={known}")
+        v, omega = (run[name][:-1, 0] + share * run[f"d_{name}"][:-1, 0] for name in ("v", "omega"))
+        assert np.abs(run["d_omega"][:, 0]).max() > 0.01
+        for i, name in ((1, "follower1"), (2, "follower2")):
+            place = file.scenario.robots[name]
+            rate = np.vectorize(follower_auxiliary_rate)(
+                run["theta"][:-1, 0], v, omega, run["theta_r_star"][:-1, i], place.d,
+                place.formation.separation, place.formation.bearing,
+            )  # fmt: skip
+            assert np.diff(run["theta_r_star"][:, i]) == pytest.approx(file.scenario.run.dt * rate, abs=1e-12)
 
 
 class TestDisturbedRobots:

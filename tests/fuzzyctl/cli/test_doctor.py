@@ -31,11 +31,11 @@ class TestDoctor:
 
     def test_finds_what_is_missing(self, monkeypatch):
         versions = doctor._version
-        monkeypatch.setattr(doctor, "_version", lambda name: None if name in ("rich", "plotly") else versions(name))
+        monkeypatch.setattr(doctor, "_version", lambda name: None if name in ("rich", "pyarrow") else versions(name))
         result = run("doctor")
         assert result.exit_code == 1
         assert "problem: rich is not installed: pip install rich" in result.output
-        assert "plotly: not installed; pip install 'fuzzyctl[html]' brings it" in result.output
+        assert "pyarrow: not installed; pip install 'fuzzyctl[data]' brings it" in result.output
 
     def test_without_numba_says_what_takes_its_place(self):
         script = (

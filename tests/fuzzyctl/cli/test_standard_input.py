@@ -15,6 +15,7 @@ COMMANDS = {
     "bounds": [],
     "eval": ["x=0.5", "y=3"],
     "why": ["x=0.5", "y=3"],
+    "page": ["-o", "x.html"],
     "plot-terms": ["-o", "terms.svg"],
     "plot-surface": ["-z", "u", "--resolution", "5", "-o", "surface.svg"],
     "codegen": ["--target", "python", "-o", "code"],

@@ -161,7 +161,7 @@ class TestJob:
             ("[[ $* == ci* ]] && { echo no network; exit 1; }", (0, "no network\nits packages cannot be installed")),
             ("[[ $* == *start ]] && exit 77 || exit 0", (0, "it does not start here")),
             ("[[ $* == *start ]] && exit 124 || exit 0", (0, "that takes longer than 150 s here")),
-            ("[[ $* == *start ]] && exit 1 || exit 0", (1, "")),
+            ("[[ $* == *start ]] && exit 1 || exit 0", (1, "a check failed, and is run again")),
             (
                 "[[ $* == *package ]] && { echo a.ts:1; exit 2; } || [[ $* != *start ]] || echo not reached",
                 (1, "a.ts:1"),

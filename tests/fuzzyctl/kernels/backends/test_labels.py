@@ -83,3 +83,54 @@ def test_results_of_another_shape_have_no_row_labels():
     results = np.zeros((2, 3))
     assert labelled(results, ["u"], FRAME) is results
     assert labelled(np.zeros((3, 2, 2)), ["u", "v"], FRAME).shape == (3, 2, 2)
+
+
+def test_degrees_strengths_and_gradients_of_a_frame_keep_its_index(tipper):
+    kernel = fuzzyctl.compile(tipper, "python")
+    array = FRAME[["service", "food"]].to_numpy()
+    degrees = kernel.degrees(FRAME)["food"]["delicious"]
+    pd.testing.assert_series_equal(
+        degrees, pd.Series(kernel.degrees(array)["food"]["delicious"], FRAME.index, name="delicious")
+    )
+    pd.testing.assert_frame_equal(kernel.strengths(FRAME), pd.DataFrame(kernel.strengths(array), FRAME.index))
+    gradient = pd.DataFrame(kernel.gradient(array), FRAME.index, columns=["service", "food"])
+    pd.testing.assert_frame_equal(kernel.gradient(FRAME), gradient)
+
+
+class TestSteps:
+    """A controller with a state: its columns are matched by name, in any order, and results keep the index."""
+
+    INPUTS = pd.DataFrame({"level": [0.2, 0.7, 0.4], "reference": [1.0, 0.5, 0.5]}, index=[0.0, 0.1, 0.2])
+
+    @pytest.fixture
+    def step(self):
+        text = rules_folder() / "loops" / "water_tank.fz"
+        return fuzzyctl.compile(fuzzyctl.load_controller(text), "python")
+
+    def test_a_run_over_a_frame_gives_a_series(self, step):
+        found, state = step.run(self.INPUTS)
+        expected, after = step.run(self.INPUTS[list(step.input_names)].to_numpy())
+        pd.testing.assert_series_equal(found, pd.Series(expected, self.INPUTS.index, name="valve"))
+        assert (state == after).all()
+
+    def test_a_batch_gives_states_as_it_got_them(self, step):
+        states = np.tile(step.start(), (3, 1)) + np.arange(3.0)[:, np.newaxis]
+        expected, after = step.batch(self.INPUTS[list(step.input_names)].to_numpy(), states)
+        found, arrays = step.batch(self.INPUTS, states)
+        pd.testing.assert_series_equal(found, pd.Series(expected, self.INPUTS.index, name="valve"))
+        assert type(arrays) is np.ndarray
+        frame = pd.DataFrame(states, self.INPUTS.index, columns=list(step.state_names))
+        _, kept = step.batch(self.INPUTS, frame[list(reversed(step.state_names))])
+        pd.testing.assert_frame_equal(kept, pd.DataFrame(after, frame.index, columns=frame.columns))
+
+    def test_other_names_and_other_rows_are_refused(self, step):
+        states = np.tile(step.start(), (3, 1))
+        with pytest.raises(
+            fuzzyctl.ArgumentError, match=r"^inputs with named .* no input 'levl' \(did you mean 'level'"
+        ):
+            step.run(self.INPUTS.rename(columns={"level": "levl"}))
+        frame = pd.DataFrame(states, self.INPUTS.index, columns=[*step.state_names[:-1], "last"])
+        with pytest.raises(fuzzyctl.ArgumentError, match=r"exactly the states .* no state 'last'"):
+            step.batch(self.INPUTS, frame)
+        with pytest.raises(fuzzyctl.ArgumentError, match="'inputs' and 'states' have different row labels"):
+            step.batch(self.INPUTS, pd.DataFrame(states, columns=list(step.state_names)))

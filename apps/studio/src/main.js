@@ -1,0 +1,233 @@
+// The studio: a text on the left, what fuzzyctl says of it below, the page of its systems on the right.
+import { editor, mark } from "./editor.js";
+import { Engine } from "./engine.js";
+import { link, linked } from "./link.js";
+
+const at = (id) => document.getElementById(id);
+const status = (text) => (at("status").textContent = text);
+let name = "untitled.fz";
+/** Texts that the text may use, by name. */
+let files = {};
+/** Counts texts, so that no answer is shown that is about an older one. */
+let version = 0;
+
+const engine = new Engine((state, detail) => {
+  document.body.dataset.state = state;
+  if (state === "starting") status("starting fuzzyctl …");
+  if (state === "ready") status("ready");
+  if (state === "failed") status(`fuzzyctl does not start: ${detail}`);
+  if (state === "stopped") {
+    status(`stopped: ${detail}; fuzzyctl starts again, and the next change of the text is checked`);
+    at("count").textContent = "Not checked";
+    at("mistakes").replaceChildren();
+    stale("The picture is not that of the text, which takes too long.");
+  }
+});
+const view = editor(at("editor"), (method, more) => ask(method, more), () => {
+  version += 1;
+  check();
+});
+
+function ask(method, more = {}) {
+  return engine.ask({ method, file: `/files/${name}`, text: view.state.doc.toString().toWellFormed(), ...more });
+}
+
+async function check() {
+  const own = version;
+  const found = await ask("check");
+  if (!found || own !== version) return;
+  if (found.refused) return status(found.refused);
+  show(found.diagnostics);
+  if (found.diagnostics.some((d) => d.severity === "error")) stale("The text has errors: this is the picture before them.");
+  else await picture(own);
+  // What a test waits for.
+  if (own === version) document.body.dataset.shown = String(own);
+}
+
+// -- mistakes
+
+function show(diagnostics) {
+  const repair = repairs();
+  mark(view, diagnostics, repair);
+  at("mistakes").replaceChildren(...diagnostics.map((d) => entry(d, repair)));
+  const errors = diagnostics.filter((d) => d.severity === "error").length;
+  const others = diagnostics.length - errors;
+  const texts = [[errors, "error"], [others, "other remark"]].filter(([n]) => n).map(([n, what]) => `${n} ${what}${n > 1 ? "s" : ""}`);
+  at("count").textContent = texts.join(", ") || "No mistakes";
+  status(at("count").textContent);
+}
+
+function entry(d, repair) {
+  const item = document.createElement("li");
+  const place = button(`${d.line ? `line ${d.line}: ` : d.place ? `${d.place}: ` : ""}${d.severity}[${d.code}]: ${d.message}`, () => {
+    view.dispatch({ selection: { anchor: Math.min(d.from, view.state.doc.length) }, scrollIntoView: true });
+    view.focus();
+  });
+  place.className = d.severity;
+  const facts = document.createElement("p");
+  facts.className = "facts";
+  facts.textContent = [...d.facts, ...(d.help ? [`help: ${d.help}`] : [])].join("\n");
+  item.append(place, facts);
+  if (d.fix.length) {
+    const fix = button(`Repair: ${d.title}`, () => repair(d.fix));
+    fix.className = "fix";
+    item.append(fix);
+  }
+  return item;
+}
+
+function button(text, click) {
+  const found = document.createElement("button");
+  found.type = "button";
+  found.textContent = text;
+  found.onclick = click;
+  return found;
+}
+
+/** Returns what puts edits in, unless the text has changed since they were made. */
+function repairs() {
+  const own = version;
+  return (edits) => {
+    if (own !== version) return status("the text has changed since; its mistakes are found again");
+    view.dispatch({ changes: edits.map(({ from, to, text }) => ({ from, to, insert: text })), userEvent: "input.repair" });
+    view.focus();
+  };
+}
+
+// -- the picture
+
+function stale(why) {
+  const has = at("frames").querySelector("iframe") !== null;
+  at("frames").classList.toggle("stale", has && why !== "");
+  at("stale").textContent = has || why === "" ? why : "There is no picture yet.";
+}
+
+async function picture(own) {
+  const found = await ask("page");
+  if (!found || own !== version) return;
+  if (found.refused) return stale(`This is not the picture of the text: ${found.refused}`);
+  const frame = document.createElement("iframe");
+  frame.title = `Systems and controllers of ${name}`;
+  frame.sandbox = "allow-scripts";
+  frame.className = "waiting";
+  frame.srcdoc = found.html;
+  const loaded = new Promise((resolve) => (frame.onload = resolve));
+  at("frames").append(frame);
+  await loaded;
+  if (own !== version) return frame.remove();
+  const before = at("frames").querySelectorAll("iframe:not(.waiting)");
+  frame.className = "";
+  for (let k = 0; k < 2; k += 1) await new Promise(requestAnimationFrame); // the one before stays until this one is painted
+  for (const other of before) other.remove(); // and not one that waits for a newer text
+  if (own === version) stale("");
+}
+
+// -- texts in and out
+
+function open(title, text, others = {}) {
+  name = title.replace(/[/\\\0]/g, "_").slice(-100) || "untitled.fz";
+  files = others;
+  engine.place(files);
+  at("name").textContent = name;
+  document.title = `${name} - fuzzyctl studio`;
+  view.dispatch({ changes: { from: 0, to: view.state.doc.length, insert: text }, selection: { anchor: 0 } });
+}
+
+async function drop(list) {
+  const texts = {};
+  for (const file of list) {
+    if (file.size > 5e6) return status(`${file.name} has ${file.size} bytes, more than 5000000`);
+    texts[file.name.replace(/[/\\\0]/g, "_")] = (await file.text()).replace(/^\ufeff/, "");
+  }
+  const main = Object.keys(texts).find((n) => n.endsWith(".fz"));
+  if (!main) {
+    engine.place((files = { ...files, ...texts }));
+    version += 1;
+    await check();
+    return status(`the text may use ${Object.keys(texts).join(", ")}`);
+  }
+  open(main, texts[main], { ...files, ...texts });
+}
+
+function save(file, text) {
+  const anchor = document.createElement("a");
+  anchor.href = URL.createObjectURL(new Blob([text], { type: "application/octet-stream" }));
+  anchor.download = file;
+  anchor.click();
+  setTimeout(() => URL.revokeObjectURL(anchor.href), 10_000);
+}
+
+async function saveAs(format) {
+  if (format === "fz") return save(name, view.state.doc.toString());
+  const found = await (format === "page" ? ask("page") : ask("export", { target: format }));
+  if (!found || found.refused) return status(`nothing is saved: ${found?.refused ?? "fuzzyctl was stopped"}`);
+  const written = found.files ?? { [`${name.replace(/\.fz$/, "")}.html`]: found.html };
+  for (const [file, text] of Object.entries(written)) save(file, text);
+  const left = found.left_out?.length ? `; left out: ${found.left_out.join("; ")}` : "";
+  status(`saved ${Object.keys(written).join(", ")}${left}`);
+}
+
+at("open").onchange = async (event) => {
+  await drop(event.target.files);
+  event.target.value = "";
+};
+at("save").onchange = async (event) => {
+  const format = event.target.value;
+  event.target.value = "";
+  if (format) await saveAs(format);
+};
+at("format").onclick = async () => {
+  const own = version;
+  const found = await ask("format");
+  if (!found || own !== version) return;
+  if (found.refused) return status(found.refused);
+  if (found.text !== view.state.doc.toString()) view.dispatch({ changes: { from: 0, to: view.state.doc.length, insert: found.text } });
+};
+at("share").onclick = async () => {
+  const url = await link(name, view.state.doc.toString().toWellFormed());
+  history.replaceState(null, "", url);
+  const copied = await navigator.clipboard.writeText(url).then(() => true, () => false);
+  status(copied ? `the link is copied, ${url.length} characters` : "the link stands in the address bar");
+};
+addEventListener("dragover", (event) => {
+  event.preventDefault();
+  document.body.classList.add("dropping");
+});
+addEventListener("dragleave", () => document.body.classList.remove("dropping"));
+addEventListener("drop", async (event) => {
+  event.preventDefault();
+  document.body.classList.remove("dropping");
+  if (event.dataTransfer.files.length) await drop(event.dataTransfer.files);
+}, { capture: true });
+
+async function start() {
+  const examples = await (await fetch("examples.json")).json();
+  for (const group of new Set(examples.map((e) => e.group))) {
+    const own = document.createElement("optgroup");
+    own.label = group;
+    own.append(...examples.flatMap((e, k) => (e.group === group ? [new Option(e.name, String(k))] : [])));
+    at("examples").append(own);
+  }
+  at("examples").onchange = ({ target }) => {
+    const chosen = examples[Number(target.value)];
+    if (target.value !== "") open(chosen.name, chosen.text, chosen.files);
+    target.value = "";
+  };
+  const tipper = examples.find((e) => e.name === "tipper.fz");
+  open(tipper.name, tipper.text, tipper.files);
+  await follow();
+}
+
+/** Opens the text of the address, if it has one. */
+async function follow() {
+  try {
+    const found = await linked(location.hash);
+    if (found) open(found.name, found.text);
+  } catch (error) {
+    status(`the link holds no text that can be read: ${error.message}`);
+  }
+}
+addEventListener("hashchange", follow);
+await start();
+// For tests.
+globalThis.studio = { view, engine };

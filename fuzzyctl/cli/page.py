@@ -1,0 +1,194 @@
+"""`fuzzyctl page`: a file as one page that computes offline."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from itertools import chain
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from fuzzyctl.cli.checked import block_under, undecided
+from fuzzyctl.cli.common import DONE, QUIET, answers_with_diagnostics, assignments, show
+from fuzzyctl.cli.loading import Choice, chooses, source_of
+from fuzzyctl.cli.loops import settings_of
+from fuzzyctl.cli.streams import say
+from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
+
+if TYPE_CHECKING:
+    from fuzzyctl.loading.load import Examined
+    from fuzzyctl.model.controller import Controller
+    from fuzzyctl.model.loop import Loop
+    from fuzzyctl.page.document import Section
+
+
+@click.command()
+@click.argument("file")
+@click.argument("loop", required=False)
+@click.option("-o", "--output", "out", metavar="FILE", help="The page.  [default: name of the file, .html]")
+@chooses
+@QUIET
+@answers_with_diagnostics
+def page(file: str, loop: str | None, out: str | None, choice: Choice) -> int:
+    """Write a file as one HTML page that computes offline, to look at and to share.
+
+    It has sliders for the inputs, terms with their degrees, the rules that act, surfaces, and what is proved; steps of
+    controllers; loops over time, which are run before. Its numbers come from JavaScript as 'fuzzyctl codegen' writes
+    it.
+
+    \b
+    fuzzyctl page rules/tipper.fz -o tipper.html
+    fuzzyctl page rules/loops/water_tank.fz fill -o tank.html
+    """
+    from fuzzyctl.loading.load import look_through
+    from fuzzyctl.page.document import document
+    from fuzzyctl.support.writing import write_together
+
+    source = source_of(file)
+    examined = look_through(source, folder=Path(file).parent, loop=loop)
+    reported = examined.reported(examined.diagnostics)
+    if any(d.severity == "error" for d in reported):
+        raise DiagnosticError(reported)
+    loops = _loops(examined, choice, loop)
+    _known_settings(examined, loops, choice)
+    diagnostics = list(reported)
+    sections = [
+        *_systems(examined, choice, diagnostics),
+        *_controllers(examined, choice, diagnostics),
+        *_runs(loops, choice, diagnostics),
+    ]
+    if not sections:
+        raise DiagnosticError([_nothing(file, examined, choice.name)])
+    show(diagnostics)
+    target = Path(out or f"{'stdin' if file == '-' else Path(file).stem}.html")
+    title = next((s.data["title"] for s in sections if s.data["title"]), sections[0].data["name"])
+    write_together({target: document(title, sections, diagnostics)})
+    say(f"wrote {target}")
+    return DONE
+
+
+def _loops(examined: Examined, choice: Choice, loop: str | None) -> list[Loop]:
+    """Return the loops to run: the one that is named, else all, none where another block is named.
+
+    Raises:
+        DiagnosticError: For a name of no loop.
+    """
+    from fuzzyctl.loading.choice import chosen_block
+
+    if loop is not None:
+        chosen = chosen_block(examined.source, examined.loops, "loop", loop)
+        if isinstance(chosen, Diagnostic):
+            raise DiagnosticError([chosen])
+        return [chosen]
+    return [own for own in examined.loops if choice.name in (None, own.name)]
+
+
+def _known_settings(examined: Examined, loops: list[Loop], choice: Choice) -> None:
+    """Refuse settings of no block.
+
+    Raises:
+        DiagnosticError: For names that no block has, and values that are no numbers.
+    """
+    if not choice.settings:
+        return
+    from fuzzyctl.model.instance_params import instance_params
+    from fuzzyctl.simulation.settings import short_names
+
+    own = ([p.name for p in b.params] for b in (*examined.systems, *examined.blocks))
+    of_loops = (name for loop in loops for name in (*short_names(loop), *instance_params(loop)))
+    assignments(choice.settings, list(dict.fromkeys([*chain.from_iterable(own), *of_loops])), "param")
+
+
+def _systems(examined: Examined, choice: Choice, diagnostics: list[Diagnostic]) -> Iterator[Section]:
+    """Yield the sections of systems, and add what their checks find.
+
+    Raises:
+        DiagnosticError: For a system with errors, and one that JavaScript cannot compute.
+    """
+    from fuzzyctl.analysis.check import check_changed
+    from fuzzyctl.codegen.errors import CodegenError
+    from fuzzyctl.codegen.unit import prepare
+    from fuzzyctl.page.document import system_section
+    from fuzzyctl.page.systems import SystemFacts
+
+    for system in examined.systems:
+        if choice.name not in (None, system.name):
+            continue
+        own = replace(choice.of_params([p.name for p in system.params]), name=system.name)
+        checked = check_changed(examined, own.changed, system=system.name)
+        if checked.system is None:
+            raise DiagnosticError(checked.diagnostics)
+        found = [*checked.diagnostics, *undecided(checked.verdicts)]
+        diagnostics += [d for d in found if d not in diagnostics]
+        settings = assignments(own.settings, [p.name for p in system.params], "param")
+        try:
+            unit = prepare(checked.system, examined.source.text, settings=settings, verdicts=checked.verdicts)
+            yield system_section(SystemFacts(unit, checked.verdicts))
+        except CodegenError as error:
+            raise DiagnosticError([_refused(system.name, system.span, error)]) from None
+
+
+def _controllers(examined: Examined, choice: Choice, diagnostics: list[Diagnostic]) -> Iterator[Section]:
+    """Yield the sections of controllers; see `_systems`."""
+    from fuzzyctl.analysis.check import check_examined
+    from fuzzyctl.codegen.errors import CodegenError
+    from fuzzyctl.codegen.steps.unit import prepare_step
+    from fuzzyctl.model.controller import Controller
+    from fuzzyctl.page.blocks import controller_data
+    from fuzzyctl.page.document import controller_section
+
+    chosen = [b for b in examined.blocks if isinstance(b, Controller) and choice.name in (None, b.name)]
+    if not chosen:
+        return
+    _, found = check_examined(examined, profile=choice.profile)
+    if any(d.severity == "error" for d in found):
+        raise DiagnosticError(found)
+    diagnostics += [d for d in found if d not in diagnostics]
+    for controller in chosen:
+        own = choice.of_params([p.name for p in controller.params])
+        changed: Controller = block_under(own.with_settings(controller), choice.profile)
+        settings = assignments(own.settings, [p.name for p in controller.params], "param")
+        try:
+            unit = prepare_step(changed, examined.source.text, settings=settings)
+            yield controller_section(controller_data(unit), unit)
+        except CodegenError as error:
+            raise DiagnosticError([_refused(controller.name, controller.span, error)]) from None
+
+
+def _runs(loops: list[Loop], choice: Choice, diagnostics: list[Diagnostic]) -> Iterator[Section]:
+    """Yield the sections of loops, which are run."""
+    if not loops:
+        return
+    from fuzzyctl.model.instance_params import instance_params
+    from fuzzyctl.page.blocks import loop_data
+    from fuzzyctl.page.document import Section
+    from fuzzyctl.simulation.settings import short_names
+    from fuzzyctl.simulation.simulate import simulate, warnings
+
+    for loop in loops:
+        own = choice.of_params([*short_names(loop), *instance_params(loop)])
+        run = simulate(settings_of(own.settings, [loop])[0])
+        diagnostics += [*([run.stopped] if run.stopped is not None else []), *warnings(run)]
+        yield Section(loop_data(run))
+
+
+def _refused(name: str, span: object, error: Exception) -> Diagnostic:
+    from fuzzyctl.diagnostics.source import Span
+
+    place = span if isinstance(span, Span) else None
+    return Diagnostic(
+        "FZ608", f"'{name}' cannot be written in JavaScript, with which pages compute", place, facts=(str(error),)
+    )
+
+
+def _nothing(file: str, examined: Examined, name: str | None) -> Diagnostic:
+    names = [b.name for b in (*examined.systems, *examined.blocks)]
+    if name is not None and name not in names:
+        facts = (f"blocks: {', '.join(names)}",)
+        return Diagnostic("FZ502", f"no block '{name}'", facts=facts, help="name one of these", file=file)
+    held = ", ".join(b.name for b in examined.blocks if name in (None, b.name))
+    others = (f"plants: {held}",) if held else ()
+    message = "a page shows systems, controllers and loops; none is there"
+    return Diagnostic("FZ502", message, facts=others, help="write a loop that runs the plant", file=file)

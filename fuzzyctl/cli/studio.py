@@ -1,0 +1,59 @@
+"""`fuzzyctl studio`: rule files in the browser, served from this machine to this machine."""
+
+from __future__ import annotations
+
+import sys
+import webbrowser
+from pathlib import Path
+
+import click
+
+import fuzzyctl
+from fuzzyctl.cli.common import DONE, answers_with_diagnostics
+from fuzzyctl.cli.loading import source_of
+from fuzzyctl.cli.streams import say
+
+
+@click.command()
+@click.argument("file", required=False)
+@click.option("--folder", metavar="FOLDER", help="The studio that was built.  [default: apps/studio/dist]")
+@click.option("--port", type=click.IntRange(0, 65535), default=0, help="Port.  [default: one that is free]")
+@click.option("--no-browser", is_flag=True, help="Print the address only.")
+@answers_with_diagnostics
+def studio(file: str | None, folder: str | None, port: int, no_browser: bool) -> int:
+    """Edit rule files in the browser, with their mistakes, repairs and pictures.
+
+    \b
+    fuzzyctl studio rules/tipper.fz
+
+    fuzzyctl itself runs in the browser; nothing leaves this machine, and no network is needed. The file is opened as a
+    copy: 'Save as' in the studio writes it. A server on the loopback address hands the studio to the browser, since
+    browsers start no workers from files. Ctrl-C ends it.
+
+    The studio is built once, from a checkout: cd apps/studio && npm ci && node build.mjs
+    """
+    from fuzzyctl.studio.server import address, server
+
+    built = Path(folder) if folder is not None else Path(fuzzyctl.__file__).parents[1] / "apps" / "studio" / "dist"
+    if not (built / "index.html").is_file():
+        raise click.UsageError(
+            f"there is no studio in '{built}'; 'cd apps/studio && npm ci && node build.mjs' builds it, "
+            "'--folder' says where it is"
+        )
+    text = source_of(file).text if file is not None else None
+    try:
+        serving = server(built, port)
+    except OSError as error:
+        raise click.UsageError(f"port {port} cannot be served: {error.strerror}; leave '--port' out") from None
+    place = address(serving.server_port, Path(file).name if file not in (None, "-") else "stdin.fz", text)
+    say(f"the studio: {place}")
+    sys.stdout.flush()
+    if not no_browser:
+        webbrowser.open(place)
+    try:
+        serving.serve_forever()
+    except KeyboardInterrupt:
+        say("", err=True)
+    finally:
+        serving.server_close()
+    return DONE

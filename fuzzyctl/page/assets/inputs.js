@@ -1,0 +1,67 @@
+// Sliders with a field for the number beside each, and the numbers that come out.
+
+/** Controls for inputs; `moved` is called after each change. */
+function inputControls(inputs, moved) {
+    const values = inputs.map((i) => 0.5 * i.lower + 0.5 * i.upper);
+    const refreshes = [];
+    const rows = inputs.map((input, k) => {
+        const id = identifier(), note = element("span", { className: "note", id: `${id}-note` });
+        const range = { min: input.lower, max: input.upper, step: "any" };
+        const slider = element("input", { type: "range", ...range, "aria-label": `${withUnit(input)}, slider` });
+        const field = element("input", { type: "number", step: "any", id, "aria-describedby": note.id });
+        function refresh(typed = false) {
+            const value = values[k];
+            slider.value = Number.isNaN(value) ? input.lower : value;
+            if (!typed) {
+                field.value = Number.isNaN(value) ? "" : value;
+            }
+            const beyond = value < input.lower || value > input.upper;
+            const tail = input.extrapolate || !("extrapolate" in input) ? "beyond the range" : "counts as the end of the range";
+            note.textContent = Number.isNaN(value) ? "no number" : beyond ? tail : `${shown(input.lower)} to ${shown(input.upper)}`;
+            note.classList.toggle("warning", beyond || Number.isNaN(value));
+        }
+        slider.addEventListener("input", () => { values[k] = slider.valueAsNumber; refresh(); moved(); });
+        field.addEventListener("input", () => { values[k] = field.valueAsNumber; refresh(true); moved(); });
+        refreshes.push(refresh);
+        refresh();
+        const label = element("label", { for: id }, withUnit(input));
+        return element("div", { className: "control" }, label, slider, field, note);
+    });
+    return {
+        values,
+        form: element("fieldset", {}, element("legend", {}, "Inputs"), ...rows),
+        set(changes) {
+            for (const [k, value] of changes) {
+                values[k] = value;
+                refreshes[k]();
+            }
+            moved();
+        },
+    };
+}
+
+/** The numbers of some outputs, which screen readers read after each change. */
+function outputNumbers(outputs) {
+    const cells = outputs.map(() => element("output", { className: "number" }));
+    const message = element("p", { className: "warning" });
+    const rows = outputs.map((o, k) => element("p", {}, `${called(o)} `, cells[k], o.unit ? ` ${o.unit}` : ""));
+    const box = element("div", { className: "outputs", "aria-live": "polite", role: "status" }, ...rows, message);
+    return {
+        box,
+        show(values, text = "") {
+            cells.forEach((cell, k) => {
+                cell.textContent = shown(values[k], 9);
+                cell.dataset.value = String(values[k]);
+            });
+            message.textContent = text;
+        },
+    };
+}
+
+/** A choice among names. */
+function choice(label, names, chosen, changed) {
+    const id = identifier();
+    const list = element("select", { id }, ...names.map((name, k) => element("option", { value: k, selected: k === chosen }, name)));
+    list.addEventListener("change", () => changed(Number(list.value)));
+    return element("span", { className: "choice" }, element("label", { for: id }, label), list);
+}

@@ -1,0 +1,55 @@
+// One system: everything at the point of its sliders.
+
+function verdictList(verdicts) {
+    if (verdicts.length === 0) {
+        return [];
+    }
+    const marks = { proved: "✓", met: "✓", refuted: "✗", "not met": "✗", undecided: "?" };
+    const items = verdicts.map(([word, claim, note]) => element("li", {},
+        element("strong", { className: ["✗", "?"].includes(marks[word]) ? "warning" : "" }, `${marks[word]} ${word}: `),
+        element("code", {}, claim), note ? ` (${note})` : ""));
+    return [element("ul", { className: "verdicts" }, ...items)];
+}
+
+function systemSection(system, kernel) {
+    const start = () => (kernel.start === null ? null : kernel.start());
+    let state = start();
+    const copy = (own) => (own.consequent === undefined ? { ...own } : { ...own, consequent: [...own.consequent] });
+    /** The outputs at some inputs; where no rule fires they have no value, and a text says so. */
+    function evaluated(values, own = state === null ? null : copy(state)) {
+        try {
+            const result = kernel.evaluate(...values, ...(own === null ? [] : [own]));
+            return { values: Array.isArray(result) ? result : [result], text: "" };
+        } catch (error) {
+            if (error.name !== "NoRuleFiresError") {
+                throw error;
+            }
+            return { values: system.outputs.map(() => NaN), text: `No rule fires for '${error.output}'.` };
+        }
+    }
+    const numbers = outputNumbers(system.outputs), viewer = ruleViewer(system, kernel), tables = system.tables.map(ruleTable);
+    const terms = [...system.inputs, ...system.outputs].map((v) => (v.terms.length ? termsView(v, kernel.sets[v.variable]) : null));
+    const controls = inputControls(system.inputs, moved), surface = surfaceView(system, evaluated, controls);
+    function moved() {
+        const values = controls.values, missing = values.some(Number.isNaN), before = state === null ? null : copy(state);
+        const found = evaluated(values, state);
+        const rest = before === null ? [] : [before];
+        const activity = missing ? [] : kernel.activity(...values, ...rest), functions = missing ? [] : kernel.values(...values);
+        numbers.show(found.values, missing ? "An input has no number." : found.text);
+        terms.forEach((t, k) => t?.show([...values, ...found.values][k]));
+        tables.forEach((t) => t.show(activity.slice(system.degrees, system.degrees + system.rules.length)));
+        viewer.show({ values, outputs: found.values, activity, numbers: functions, state: before });
+        surface.update(found.values);
+    }
+    const about = tableOf("Facts", [], [...system.facts]);
+    const own = [
+        element("section", {}, controls.form, numbers.box),
+        surface.box,
+        element("section", { className: "whole" }, element("h3", {}, "Terms"),
+            element("div", { className: "several" }, ...terms.filter((t) => t !== null).map((t) => t.box))),
+        element("section", { className: "wide" }, element("h3", {}, "Rules"), ...tables.map((t) => t.box), ...viewer.boxes),
+        element("section", {}, element("h3", {}, "Proved"), tableOf("Bounds of outputs, for all inputs", [], system.bounds),
+            ...verdictList(system.verdicts), element("details", {}, element("summary", {}, "About the system"), about)),
+    ];
+    return { parts: own, begin: moved };
+}

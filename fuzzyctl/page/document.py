@@ -1,0 +1,149 @@
+"""The text of a page: facts as data, the generated JavaScript, and the scripts that show them; nothing is fetched."""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import json
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from html import escape
+from importlib.resources import files
+from typing import Any, Final
+
+from fuzzyctl import __version__
+from fuzzyctl.codegen import javascript_parts, javascript_source
+from fuzzyctl.codegen.javascript_source import JavaScriptLayout
+from fuzzyctl.codegen.steps import javascript_source as step_source
+from fuzzyctl.codegen.steps.javascript_source import StepJavaScriptLayout
+from fuzzyctl.codegen.steps.unit import StepUnit
+from fuzzyctl.codegen.unit import Unit
+from fuzzyctl.diagnostics.diagnostic import Diagnostic
+from fuzzyctl.diagnostics.terminal import printable
+from fuzzyctl.page.systems import SystemFacts
+from fuzzyctl.plot.style import COLORS
+
+#: The scripts in their order: what later ones call stands before them.
+SCRIPTS: Final = ("plots.js", "inputs.js", "surface.js", "rules.js", "system.js", "controller.js", "loop.js", "page.js")
+#: What would end a script early, or begin another one within it.
+_ENDS: Final = re.compile(r"</script|<script|<!--", re.IGNORECASE)
+
+
+@dataclass(frozen=True)
+class Section:
+    """One block of a file on a page.
+
+    Args:
+        data: What is shown of it.
+        script: The expression in JavaScript that computes it; `null` for what was computed before.
+    """
+
+    data: dict[str, Any]
+    script: str = "null"
+
+
+def system_section(facts: SystemFacts) -> Section:
+    """Return the section of a system.
+
+    Raises:
+        CodegenError: For a system that JavaScript cannot compute.
+    """
+    unit: Unit = facts.unit
+    data, name = facts.data(), JavaScriptLayout(unit).name
+    start = f"system.{name}_init" if data["state"] else "null"
+    own = f"evaluate: system.{name}, start: {start}"
+    modules = (("system", javascript_source.module(unit)), ("parts", javascript_parts.module(unit, facts.shown)))
+    return Section(data, _expression(modules, f"{own}, ...parts"))
+
+
+def controller_section(data: dict[str, Any], unit: StepUnit) -> Section:
+    """Return the section of a controller.
+
+    Raises:
+        CodegenError: For a controller that JavaScript cannot compute.
+    """
+    layout = StepJavaScriptLayout(unit)
+    start = f"system.{layout.name}_init" if layout.has_state else "null"
+    return Section(
+        data, _expression([("system", step_source.module(unit))], f"step: system.{layout.name}_step, start: {start}")
+    )
+
+
+def _expression(modules: Sequence[tuple[str, str]], result: str) -> str:
+    """Return modules as functions that are called at once, and what is taken from them."""
+    lines = ["(() => {"]
+    for name, text in modules:
+        exported = re.findall(r"^export (?:function|const|class) (\w+)", text, re.MULTILINE)
+        plain = re.sub(r"^export ", "", text, flags=re.MULTILINE)
+        lines += [f"const {name} = (() => {{", plain + f"return {{ {', '.join(exported)} }};", "})();"]
+    return "\n".join([*lines, f"return {{ {result} }};", "})()"])
+
+
+def document(title: str, sections: Sequence[Section], diagnostics: Sequence[Diagnostic]) -> str:
+    """Return the whole page.
+
+    Args:
+        title: Of the window.
+        sections: Its blocks.
+        diagnostics: Warnings and hints of the file.
+    """
+    facts = {
+        "title": title,
+        "version": __version__,
+        "colors": list(COLORS),
+        "sections": [s.data for s in sections],
+        "diagnostics": [
+            {"severity": d.severity, "code": d.code, "message": d.message, "facts": list(d.facts), "help": d.help}
+            for d in diagnostics
+        ],
+    }
+    kernels = ",\n".join(s.script for s in sections)
+    computing = f'"use strict";\nconst kernels = [\n{kernels}\n];\n'
+    showing = '"use strict";\n(() => {\n' + "\n".join(map(_asset, SCRIPTS)) + "})();\n"
+    style = _asset("page.css")
+    for own in (computing, showing, style):
+        assert _ENDS.search(own) is None, "a script ends before its end"
+    allowed = " ".join(map(_hash, (computing, showing)))
+    policy = f"default-src 'none'; script-src {allowed}; style-src {_hash(style)}; img-src data:; base-uri 'none'"
+    policy += "; form-action 'none'"
+    return f"""<!doctype html>
+<html lang="en">
+<head>
+<meta charset="utf-8">
+<meta http-equiv="Content-Security-Policy" content="{policy}">
+<meta name="viewport" content="width=device-width, initial-scale=1">
+<meta name="color-scheme" content="light dark">
+<title>{escape(printable(title))}</title>
+<style>{style}</style>
+</head>
+<body>
+<main id="page"><noscript>This page computes with JavaScript, which is switched off.</noscript></main>
+<script type="application/json" id="facts">{_json(facts)}</script>
+<script>{computing}</script>
+<script>{showing}</script>
+</body>
+</html>
+"""
+
+
+def _asset(name: str) -> str:
+    return files("fuzzyctl.page").joinpath("assets", name).read_text(encoding="utf-8")
+
+
+def _hash(content: str) -> str:
+    digest = hashlib.sha256(content.encode("utf-8")).digest()
+    return f"'sha256-{base64.b64encode(digest).decode('ascii')}'"
+
+
+def _json(facts: object) -> str:
+    """Return data as JSON in ASCII in which no tag begins; control characters are visible."""
+    return json.dumps(_visible(facts), allow_nan=False, separators=(",", ":")).replace("<", "\\u003c")
+
+
+def _visible(value: Any) -> Any:
+    if isinstance(value, str):
+        return printable(value)
+    if isinstance(value, dict):
+        return {key: _visible(own) for key, own in value.items()}
+    return [_visible(own) for own in value] if isinstance(value, list | tuple) else value

@@ -1,0 +1,193 @@
+"""What a page shows of a system: facts as plain data, and the sets whose degrees its JavaScript computes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from typing import Any, Generic, TypeVar
+
+from fuzzyctl.analysis.verdicts import Proved, Refuted, Undecided, Verdict
+from fuzzyctl.codegen.javascript_parts import Shown
+from fuzzyctl.codegen.unit import Unit
+from fuzzyctl.explain.implied_sets import antecedent_set
+from fuzzyctl.expr import Expr, names_in
+from fuzzyctl.formats.fz import antecedent_text, cell_text, membership_text, rule_text, semantics_text
+from fuzzyctl.kernels.inference.defuzzify.defuzzify import consequent_hull
+from fuzzyctl.kernels.plan.build import OutputPlan, SetPlan, planned_set
+from fuzzyctl.model.method import TSUKAMOTO
+from fuzzyctl.model.rule import Consequent, Rule, RuleTable, literals
+from fuzzyctl.model.variable import Input, LinguisticVariable
+
+_T = TypeVar("_T")
+
+
+class _Once(list[_T], Generic[_T]):
+    """A list that holds each entry once."""
+
+    def place(self, entry: _T) -> int:
+        """Return where an entry stands."""
+        if entry not in self:
+            self.append(entry)
+        return self.index(entry)
+
+
+@dataclass
+class SystemFacts:
+    """What is shown of a system, found once.
+
+    Args:
+        unit: The system.
+        verdicts: Of its guarantees.
+    """
+
+    unit: Unit
+    verdicts: Sequence[Verdict]
+    implications: _Once[tuple[str, float]] = field(default_factory=_Once)
+    values: _Once[Expr] = field(default_factory=_Once)
+
+    def __post_init__(self) -> None:
+        system = self.unit.system
+        self.variables: list[LinguisticVariable] = [*system.inputs, *system.lets, *system.outputs]
+        self.names = [v.name for v in self.variables]
+        self.sets: list[_Once[SetPlan]] = [_Once() for _ in self.variables]
+
+    @property
+    def shown(self) -> Shown:
+        """What the JavaScript beside that of the system computes; complete once the data are."""
+        return Shown(self.sets, self.implications, self.values)
+
+    def data(self) -> dict[str, Any]:
+        """Return the facts as plain data."""
+        system = self.unit.system
+        rules = [self._rule(k, rule) for k, rule in enumerate(system.rules)]
+        return {
+            "kind": "system",
+            "name": system.name,
+            "title": system.title,
+            "source": system.citation,
+            "facts": [
+                ["semantics", semantics_text(system.method.semantics)],
+                ["algorithm", f"{self.unit.algorithm.name}; {self.unit.algorithm.reason}"],
+                *([n, f"{v:.9g}"] for n, v in system.values.items()),
+            ],
+            "inputs": [self._variable(v) for v in system.inputs],
+            "outputs": [self._variable(v) | self._output(k) for k, v in enumerate(system.outputs)],
+            "rules": rules,
+            "tables": list(self._tables()),
+            "degrees": len(self.unit.plan.degrees),
+            "state": bool(self.unit.plan.initial_state),
+            "bounds": [self._bound(v.name, v.unit) for v in system.outputs],
+            "verdicts": [_verdict(v) for v in self.verdicts],
+        }
+
+    def _variable(self, v: LinguisticVariable) -> dict[str, Any]:
+        system, k = self.unit.system, self.names.index(v.name)
+        low, high = system.number(v.lower), system.number(v.upper)
+        terms, corners = [], set()
+        for term in v.terms:
+            planned = planned_set(system, v, term)
+            at = planned.parameters[0] if planned is not None and _is_spike(planned) else None
+            place = None if planned is None or at is not None else self.sets[k].place(planned)
+            corners |= set(planned.pieces if planned is not None and at is None else ())
+            terms.append({"name": term.name, "text": membership_text(term.membership), "set": place, "at": at})
+        found: dict[str, Any] = {"name": v.name, "label": v.label, "unit": v.unit, "lower": low, "upper": high}
+        found |= {"variable": k, "terms": terms, "corners": sorted(c for c in corners if low < c < high)}
+        return found | ({"extrapolate": v.extrapolate} if isinstance(v, Input) else {})
+
+    def _output(self, k: int) -> dict[str, Any]:
+        output = self.unit.plan.outputs[k]
+        crisp = output.over_rules or output.inverts or output.takes_degrees
+        return {"crisp": crisp, "formula": output.value is not None}
+
+    def _rule(self, k: int, rule: Rule) -> dict[str, Any]:
+        parts = []
+        for part in dict.fromkeys(literals(rule.antecedent)):
+            v = self.variables[self.names.index(part.variable)]
+            own = antecedent_set(self.unit.system, v, part)
+            if own is not None:
+                place = self.sets[self.names.index(v.name)].place(own)
+                parts.append({"variable": v.name, "set": place, "name": " ".join((*part.hedges, part.term))})
+        return {"text": rule_text(rule), "parts": parts, "consequents": list(self._consequents(k, rule))}
+
+    def _consequents(self, rule: int, written: Rule) -> Iterator[dict[str, Any]]:
+        """Yield what a rule does to outputs; `effect` is its place behind the activations."""
+        before = 0
+        for o, output in enumerate(self.unit.plan.outputs):
+            named: list[Consequent] = [c for c in written.consequents if c.output == output.name]
+            entries = [(k, e) for k, e in enumerate(output.implied) if e.rule == rule]
+            for (k, entry), consequent in zip(entries, named, strict=True):
+                text = consequent.term if isinstance(consequent.term, str) else membership_text(consequent.term)
+                found = {"output": o, "name": " ".join((*consequent.hedges, text)), "effect": before + k}
+                yield found | self._acting(o, output, entry.term, k)
+            before += len(output.implied)
+
+    def _acting(self, o: int, output: OutputPlan, term: int, k: int) -> dict[str, Any]:
+        """Return what a consequent is: a number, a function of the inputs, a state, or a set with its implication."""
+        own = output.terms[term]
+        if output.rate is not None:
+            return {"state": self.unit.plan.states.index((o, k))}
+        if own.reads_inputs:
+            assert own.expression is not None
+            return {"function": self.values.place(own.expression)} if self._reads_inputs_only(own.expression) else {}
+        if output.over_rules and output.kind not in TSUKAMOTO:
+            return {"value": consequent_hull(output, [term])[0]}
+        place = self.sets[self.names.index(output.name)].place(own)
+        implied = self.implications.place((output.implication_of(own), output.equal))
+        return {"set": place, "implication": implied}
+
+    def _reads_inputs_only(self, expression: Expr) -> bool:
+        flat = self.unit.plan
+        known = {i.name for i in flat.inputs}
+        for let in flat.lets:
+            if not let.calls and {n.name for n in names_in(let.value)} <= known:
+                known.add(let.name)
+        return {n.name for n in names_in(expression)} <= known
+
+    def _tables(self) -> Iterator[dict[str, Any]]:
+        """Yield the rule tables; each cell that is a rule has its place."""
+        rule = 0
+        for part in self.unit.system.tables_and_rules:
+            if not isinstance(part, RuleTable):
+                rule += 1
+                continue
+            cells = []
+            for row in part.cells:
+                cells.append([{"text": cell_text(c), "rule": rule + n} if c.terms else None for c, n in _counted(row)])
+                rule += sum(bool(c.terms) for c in row)
+            condition = f", with {antecedent_text(part.condition, top=True)}" if part.condition is not None else ""
+            yield {
+                "outputs": ", ".join(part.outputs) + condition,
+                "rows": part.rows,
+                "columns": part.columns,
+                "row_terms": list(part.row_terms),
+                "column_terms": list(part.column_terms),
+                "cells": cells,
+            }
+
+    def _bound(self, name: str, unit: str) -> list[str]:
+        bound = self.unit.bounds[name]
+        tail = f" {unit}" if unit else ""
+        return [name, f"from {bound.lo + 0.0:.9g} to {bound.hi + 0.0:.9g}{tail}"]
+
+
+def _counted(row: Sequence[Any]) -> Iterator[tuple[Any, int]]:
+    """Yield the cells of a row, each with the number of rules before it in the row."""
+    rules = 0
+    for cell in row:
+        yield cell, rules
+        rules += bool(cell.terms)
+
+
+def _is_spike(planned: SetPlan) -> bool:
+    return planned.kind in ("singleton", "constant") and planned.expression is None
+
+
+def _verdict(verdict: Verdict) -> list[str]:
+    match verdict:
+        case Proved(note=found):
+            text = found
+        case Refuted(witness=witness, note=found):
+            text = "; ".join(filter(None, (str(witness), found)))
+        case Undecided(reason=reason):
+            text = reason
+    return [type(verdict).__name__.lower(), verdict.claim, text]

@@ -1,0 +1,1 @@
+"""What the studio in the browser asks of a text, as plain data, and the server of its folder; no numpy."""

@@ -1,0 +1,174 @@
+"""Answers of the studio's worker: each a function of a text, and of a place in it, to plain data.
+
+The worker runs these functions in WebAssembly, without numpy. What needs numpy is refused by name, never left out.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterator
+from functools import lru_cache
+from pathlib import Path
+from typing import Any, Final
+
+from fuzzyctl.analysis.prove import quickly
+from fuzzyctl.codegen.errors import CodegenError
+from fuzzyctl.codegen.steps.unit import prepare_step
+from fuzzyctl.codegen.unit import prepare
+from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError, FuzzyctlError
+from fuzzyctl.diagnostics.source import SourceText
+from fuzzyctl.editor import actions, completion, hover
+from fuzzyctl.editor.document import Document
+from fuzzyctl.lang.formatter import format_source
+from fuzzyctl.model.controller import Controller
+from fuzzyctl.model.system import FuzzySystem
+from fuzzyctl.page.blocks import controller_data
+from fuzzyctl.page.document import Section, controller_section, system_section
+from fuzzyctl.page.document import document as page_of
+from fuzzyctl.page.systems import SystemFacts
+from fuzzyctl.studio.exports import exported
+from fuzzyctl.studio.places import characters, edits, ends
+from fuzzyctl.support.reading import MAX_BYTES
+
+_Data = dict[str, Any]
+
+
+def answer(request: str) -> str:
+    """Answer a request.
+
+    Args:
+        request: JSON with `method`, a key of `METHODS`, `file`, the path of the text, `text`, and what the method
+            takes, such as `offset`, in units of UTF-16.
+
+    Returns:
+        JSON: what the method returns, or `refused`, a line that says why there is no answer.
+    """
+    asked = json.loads(request)
+    try:
+        found = METHODS[asked["method"]](document(asked["file"], asked["text"]), asked)
+    except ModuleNotFoundError as error:
+        found = {"refused": f"this takes {error.name}, which the studio does not have; the program fuzzyctl does it"}
+    except FuzzyctlError as error:
+        found = {"refused": str(error)}
+    return json.dumps(found)
+
+
+@lru_cache(maxsize=4)
+def document(file: str, text: str) -> Document:
+    """Return a text as a document; what it uses is read from its folder.
+
+    Raises:
+        DiagnosticError: For a text that is too large.
+    """
+    if len(text) > MAX_BYTES:
+        message = f"the text has {len(text)} characters, more than {MAX_BYTES}"
+        raise DiagnosticError([Diagnostic("FZ003", message, file=file, help="split the file")])
+    return Document(SourceText(file, text), Path(file).parent)
+
+
+def _check(document: Document, _: _Data) -> _Data:
+    """Return all diagnostics, and the blocks that can be shown and exported."""
+    try:
+        found, blocks = document.proved, _blocks(document)
+    except DiagnosticError as error:
+        found, blocks = list(error.diagnostics), []
+    return {
+        "diagnostics": [_diagnostic(d, document) for d in found],
+        "blocks": [{"name": b.name, "kind": type(b).__name__.lower().removeprefix("fuzzy")} for b in blocks],
+    }
+
+
+def _blocks(document: Document) -> list[FuzzySystem | Controller]:
+    return [*document.examined.systems, *document.examined.controllers]
+
+
+def _diagnostic(d: Diagnostic, document: Document) -> _Data:
+    """Return a diagnostic with its repair; one about a used file names it, and stands at the beginning."""
+    source = document.source
+    own = d.span is not None and d.span.source.name == source.name
+    at = ends(d.span) if d.span is not None and own else {"from": 0, "to": 0}
+    place = "" if own or d.span is None else str(d.span)
+    line = d.span.line if d.span is not None and own else 0
+    fix = [] if d.fix is None else edits(d.fix.replacements, source.name)
+    found = {"code": d.code, "severity": d.severity, "message": d.message, "facts": list(d.facts), "help": d.help}
+    return {**at, **found, "place": place, "line": line, "fix": fix, "title": _title(d) if fix else ""}
+
+
+def _title(d: Diagnostic) -> str:
+    return d.help.split("\n")[0] if d.help else f"repair: {d.message}"
+
+
+def _complete(document: Document, asked: _Data) -> _Data:
+    done = completion.complete(document, characters(document.text, asked["offset"]))
+    items = [
+        {"label": i.label, "kind": i.kind, "detail": i.detail, "what": i.what, "snippet": i.snippet} for i in done.items
+    ]
+    return {**ends(done.span), "items": items}
+
+
+def _hover(document: Document, asked: _Data) -> _Data:
+    found = hover.hover(document, characters(document.text, asked["offset"]))
+    return {"markdown": ""} if found is None else {**ends(found.span), "markdown": found.markdown}
+
+
+def _actions(document: Document, asked: _Data) -> _Data:
+    """Return what can be written at a place, such as the missing rows of a table."""
+    found = actions.actions(document, characters(document.text, asked["offset"]))
+    return {"actions": [{"title": a.title, "edits": edits(a.replacements, document.source.name)} for a in found]}
+
+
+def _format(document: Document, _: _Data) -> _Data:
+    return {"text": format_source(document.source)}
+
+
+def _page(document: Document, _: _Data) -> _Data:
+    """Return the page of all systems and controllers; loops are runs, which take numpy."""
+    sections = [_section(block, document) for block in _sound(document)]
+    if not sections:
+        return {"refused": "there is no system and no controller to show"}
+    return {"html": page_of(sections[0].data["title"] or sections[0].data["name"], sections, document.proved)}
+
+
+def _section(block: FuzzySystem | Controller, document: Document) -> Section:
+    if isinstance(block, Controller):
+        step = prepare_step(block, document.text)
+        return controller_section(controller_data(step), step)
+    verdicts = quickly(block)[0] if block.guarantees else []
+    return system_section(SystemFacts(prepare(block, document.text, verdicts=verdicts), verdicts))
+
+
+def _export(document: Document, asked: _Data) -> _Data:
+    """Return the files of all blocks in one language; why not, for a block that it cannot express."""
+    files: dict[str, str] = {}
+    refused = []
+    for block in _sound(document):
+        try:
+            files |= exported(block, document.text, asked["target"])
+        except CodegenError as error:
+            refused.append(f"'{block.name}': {error}")
+    if not files:
+        return {"refused": "; ".join(refused) or "there is no system and no controller to write"}
+    return {"files": files, "left_out": refused}
+
+
+def _sound(document: Document) -> Iterator[FuzzySystem | Controller]:
+    """Yield the blocks of a text without errors.
+
+    Raises:
+        DiagnosticError: For a text with errors.
+    """
+    if any(d.severity == "error" for d in document.proved):
+        raise DiagnosticError([d for d in document.proved if d.severity == "error"])
+    yield from _blocks(document)
+
+
+#: What can be asked.
+METHODS: Final[dict[str, Callable[[Document, _Data], _Data]]] = {
+    "check": _check,
+    "complete": _complete,
+    "hover": _hover,
+    "actions": _actions,
+    "format": _format,
+    "page": _page,
+    "export": _export,
+}

@@ -1,0 +1,272 @@
+"""Pages compute what kernels compute, and nothing of a file becomes markup or script."""
+
+import base64
+import hashlib
+import html.parser
+import json
+import math
+import random
+import re
+import shutil
+import subprocess
+
+import pytest
+
+from fuzzyctl import compile, load, load_controller, loads
+from fuzzyctl.diagnostics.diagnostic import NoRuleFiresError
+from fuzzyctl.explain.trace import trace
+from fuzzyctl.support.shipped import rules_folder
+from tests.commands import runner
+from tests.shipped import LAWS, SYSTEMS
+
+RULES = rules_folder()
+LARGEST = 300_000
+run = runner("page")
+
+HOSTILE = """system bad "</script><script>alert(1)</script> <!-- & <b>"
+source "'><img src=x onerror=alert(1)> \u202e evil"
+defuzzifier center_average
+input a "'><img src=x onerror=alert(2)>" in [0, 1] unit "</script>"
+  terms lo hi
+output u "<svg onload=alert(3)>" in [-1, 1] unit "\u2066%"
+  p = constant(-1)
+  q = constant(1)
+if a is lo then u is p
+if a is hi then u is q
+"""
+
+MIXED = """system mixed "Numbers, functions, sets, weights, hedges, what is held and what adapts"
+allow FZ208
+defuzzifier weighted_average
+input x in [0, 10]
+  low  = triangle(-inf, 0, 10)
+  high = triangle(0, 10, inf)
+input y in [-1, 1] extrapolate
+  N = gaussian(-1, 0.7)
+  P = gaussian(1, 0.7)
+let both = x * y
+output u in [0, 9] else hold
+  flat = constant(4)
+  tilt = function(both + 1)
+output v in [0, 1] else error defuzzifier centroid(resolution=100) implication product
+  a = triangle(0, 0.2, 0.4)
+  b = triangle(0.5, 0.7, 0.9)
+output k in [-3, 3] adaptive rate x else 0
+  one = constant(-1)
+  two = constant(1)
+if x is very low and y is N then u is flat, v is a, k is one weight 0.5
+if x is high and not y is N then u is tilt, v is b, k is two
+"""
+
+
+class Tags(html.parser.HTMLParser):
+    """The tags of a page, and the texts of its scripts."""
+
+    def __init__(self, text):
+        super().__init__()
+        self.tags, self.scripts, self.policy, self.inside = [], [], "", None
+        self.feed(text)
+
+    def handle_starttag(self, tag, attributes):
+        own = dict(attributes)
+        self.tags.append(tag)
+        self.inside = own if tag in ("script", "style") else None
+        if own.get("http-equiv") == "Content-Security-Policy":
+            self.policy = own["content"]
+
+    def handle_data(self, data):
+        if self.inside is not None:
+            self.scripts.append((self.inside.get("id", ""), data))
+            self.inside = None
+
+
+def written(path, *arguments):
+    """Return the tags of the page that is written, and its facts."""
+    done = run(*arguments, "-o", path)
+    assert done.exit_code == 0, done.output
+    text = path.read_text(encoding="utf-8")
+    assert len(text.encode()) <= LARGEST
+    tags = Tags(text)
+    return tags, json.loads(next(s for name, s in tags.scripts if name == "facts"))
+
+
+def computed(folder, tags, asked):
+    """Return what node computes by an expression over `kernels`."""
+    script = next(s for _, s in tags.scripts if s.startswith('"use strict";\nconst kernels'))
+    (folder / "main.js").write_text(f"{script}\nconsole.log(JSON.stringify({asked}));\n", encoding="utf-8")
+    done = subprocess.run(["node", "main.js"], capture_output=True, text=True, check=False, cwd=folder)
+    assert (done.returncode, done.stderr) == (0, "")
+    return json.loads(done.stdout)
+
+
+def points(system, count):
+    """Return points within and beyond the ranges, their corners, always the same."""
+    drawn = random.Random(7)
+    ends = [(system.number(i.lower), system.number(i.upper)) for i in system.inputs]
+    return [[a + (b - a) * drawn.uniform(-0.1, 1.1) for a, b in ends] for _ in range(count)]
+
+
+def beside(found, expected, scale):
+    return all(math.isclose(a, b, rel_tol=1e-12, abs_tol=1e-12 * scale) for a, b in zip(found, expected, strict=True))
+
+
+SOURCES = [*SYSTEMS, *sorted((RULES / "loops").glob("*.fz"))]
+
+
+@pytest.mark.skipif(shutil.which("node") is None, reason="node is not installed")
+@pytest.mark.parametrize("path", SOURCES, ids=lambda p: p.stem)
+def test_a_page_computes_what_the_kernel_and_the_trace_compute(path, tmp_path):
+    system = load(path)
+    asked = points(system, 40)
+    # Runs of loops take longer than all the rest.
+    tags, facts = written(tmp_path / "x.html", path, "--system", system.name)
+    kernel = compile(system, backend="python")
+    (section,) = facts["sections"]
+    start = ", kernels[0].start()" * section["state"]
+    call = f"[kernels[0].evaluate(...p{start}), kernels[0].activity(...p{start})]"
+    own = f"{json.dumps(asked)}.map((p) => {call})"
+    state = [kernel.initial_state()] if section["state"] else []
+    for point, (output, activity) in zip(asked, computed(tmp_path, tags, own), strict=True):
+        outputs = output if isinstance(output, list) else [output]
+        expected = kernel(*point, *state)
+        scale = max(abs(e) for o in section["outputs"] for e in (o["lower"], o["upper"]))
+        assert beside(outputs, expected if isinstance(expected, tuple) else [expected], scale)
+        found = trace(system, dict(zip([i.name for i in system.inputs], point, strict=True)))
+        degrees = [d for own in found.degrees.values() for d in own.values()]
+        assert beside(sorted(activity[: section["degrees"]]), sorted(degrees), 1.0)
+        acting = {r.number - 1: r.activation for r in found.rules}
+        rules = len(section["rules"])
+        own = activity[section["degrees"] : section["degrees"] + rules]
+        assert beside(own, [acting.get(k, 0.0) for k in range(rules)], 1.0)
+        for rule in found.rules:
+            effects = [
+                activity[section["degrees"] + rules + c["effect"]]
+                for c in section["rules"][rule.number - 1]["consequents"]
+            ]
+            assert beside(effects, [c.effective_activation for c in rule.contributions], 1.0)
+
+
+@pytest.mark.skipif(shutil.which("node") is None, reason="node is not installed")
+def test_functions_states_hedges_and_refusals_are_computed(tmp_path):
+    system, file = loads(MIXED), tmp_path / "mixed.fz"
+    file.write_text(MIXED, encoding="utf-8")
+    tags, facts = written(tmp_path / "x.html", file)
+    (section,) = facts["sections"]
+    assert section["state"] is True
+    asked = points(system, 40)
+    own = f"""{json.dumps(asked)}.map((p) => {{
+        const k = kernels[0], own = k.start();
+        const functions = [k.sets.map((f) => f(0.3)), k.implications.map((f) => f(0.5, 0.25))];
+        const rest = [k.activity(...p, own), k.values(...p), ...functions];
+        try {{ return [k.evaluate(...p, own), ...rest]; }} catch (error) {{ return [error.output, ...rest]; }}
+    }})"""
+    kernel = compile(system, backend="python")
+    for point, (output, activity, values, sets, implied) in zip(asked, computed(tmp_path, tags, own), strict=True):
+        assert implied == [0.125]
+        assert [len(s) for s in sets] == [3, 2, 0, 0, 2, 0]
+        x = min(max(point[0], 0.0), 10.0)
+        assert beside(values, [x * point[1] + 1], 1.0)
+        given = dict(zip(("x", "y"), point, strict=True))
+        if isinstance(output, str):
+            with pytest.raises(NoRuleFiresError, match=output):
+                kernel(*point, list(kernel.initial_state()))
+            continue
+        assert beside(output, kernel(*point, list(kernel.initial_state())), 10.0)
+        found = trace(system, given)
+        for rule in found.rules:
+            parts = section["rules"][rule.number - 1]["consequents"]
+            effects = [activity[section["degrees"] + 2 + c["effect"]] for c in parts]
+            assert beside(effects, [c.effective_activation for c in rule.contributions], 1.0)
+
+
+@pytest.mark.skipif(shutil.which("node") is None, reason="node is not installed")
+@pytest.mark.parametrize("path", LAWS, ids=lambda p: p.stem)
+def test_steps_of_a_controller_are_those_of_the_kernel(path, tmp_path):
+    tags, facts = written(tmp_path / "x.html", path)
+    controller = load_controller(path)
+    (section,) = facts["sections"]
+    names = [i["name"] for i in section["inputs"]]
+    asked = [
+        [0.01 * (k + 1) * (n + 1) for n in range(len(names))] + [0.005] * (section["period"] is None) for k in range(10)
+    ]
+    start = "kernels[0].start()" if section["state"] else "null"
+    own = f"((s) => {json.dumps(asked)}.map((p) => kernels[0].step(...(s === null ? [] : [s]), ...p)))({start})"
+    step = compile(controller, backend="python")
+    state = step.start()
+    for given, output in zip(asked, computed(tmp_path, tags, own), strict=True):
+        inputs = given[: len(names)]
+        expected, state = step(*inputs, state, **({} if section["period"] else {"dt": 0.005}))
+        pairs = zip(*[v if isinstance(v, list | tuple) else [v] for v in (output, expected)], strict=True)
+        assert all(math.isclose(a, b, rel_tol=1e-12, abs_tol=1e-12) for a, b in pairs)
+
+
+def test_nothing_of_a_file_becomes_markup_and_only_hashed_scripts_run(tmp_path):
+    file = tmp_path / "bad.fz"
+    file.write_text(HOSTILE, encoding="utf-8")
+    tags, facts = written(tmp_path / "bad.html", file)
+    assert sorted(set(tags.tags)) == ["body", "head", "html", "main", "meta", "noscript", "script", "style", "title"]
+    assert tags.tags.count("script") == 3
+    hashes = [
+        base64.b64encode(hashlib.sha256(s.encode()).digest()).decode() for name, s in tags.scripts if name != "facts"
+    ]
+    assert len(hashes) == 3
+    assert all(f"'sha256-{h}'" in tags.policy for h in hashes)
+    assert tags.policy.startswith("default-src 'none'; script-src 'sha256-")
+    assert "unsafe" not in tags.policy
+    assert facts["sections"][0]["title"] == "</script><script>alert(1)</script> <!-- & <b>"
+    text = (tmp_path / "bad.html").read_text(encoding="utf-8")
+    assert not re.search("[\u202a-\u202e\u2066-\u2069\u2028\u2029]", text)
+    assert "innerHTML" not in text
+    assert not re.search(r"""(src|href)=["']?(https?:)?//|fetch\(|import\(|XMLHttpRequest""", text)
+
+
+def test_a_page_of_a_file_with_a_loop_holds_its_blocks_and_its_run(tmp_path):
+    _, facts = written(tmp_path / "x.html", RULES / "loops" / "water_tank.fz", "fill", "--set", "law.GU=6")
+    assert [(s["kind"], s["name"]) for s in facts["sections"]] == [
+        ("system", "surface"),
+        ("controller", "fuzzy_pi"),
+        ("loop", "fill"),
+    ]
+    loop = facts["sections"][-1]
+    assert ["law.GU", "6"] in loop["facts"]
+    assert (loop["t"][0], loop["t"][-1]) == (0.0, 60.0)
+    assert {len(p["values"]) for p in loop["panels"]} == {len(loop["t"])}
+    assert [p["name"] for p in loop["panels"]] == ["tank.y", "law.valve", "leak"]
+    assert loop["panels"][0]["reference"][0] == 1.0
+    assert [v[0] for v in loop["verdicts"]] == ["met", "met"]
+
+
+def test_tables_bounds_verdicts_and_diagnostics_are_shown(tmp_path):
+    _, facts = written(tmp_path / "x.html", RULES / "ais_reaction.fz", "--set", "k_s=0.5")
+    (section,) = facts["sections"]
+    (table,) = section["tables"]
+    assert [[c["rule"] for c in row] for row in table["cells"]] == [[5 * r + c for c in range(5)] for r in range(5)]
+    assert (table["rows"], table["columns"]) == ("sigma", "dsigma")
+    assert ["k_s", "0.5"] in section["facts"]
+    assert section["bounds"] == [["f", "from -1 to 0.18"]]
+    assert [v[0] for v in section["verdicts"]] == ["proved", "proved", "proved"]
+    assert facts["diagnostics"] == []
+    file = tmp_path / "unused.fz"
+    file.write_text("system s\ninput x in [0, 1]\n  terms a b c\noutput u in [0, 1] else 0\n  terms p q\n"
+                    "if x is a then u is p\nif x is b then u is q\n", encoding="utf-8")  # fmt: skip
+    _, facts = written(tmp_path / "x.html", file)
+    assert "FZ208" in [d["code"] for d in facts["diagnostics"]]
+
+
+@pytest.mark.parametrize(
+    ("words", "code", "message"),
+    [
+        (("{rules}/tipper.fz", "absent"), 2, "the file holds no loop"),
+        (("{rules}/tipper.fz", "--system", "absent"), 2, "no block 'absent'"),
+        (("{rules}/tipper.fz", "--set", "g=1"), 2, "no param 'g'"),
+        (("{rules}/loops/water_tank.fz", "--system", "tank"), 2, "none is there"),
+        (("{rules}/absent.fz",), 1, "there is no such file"),
+        (("{folder}/broken.fz",), 1, "error[FZ"),
+    ],
+)
+def test_mistakes_are_reported_and_nothing_is_written(words, code, message, tmp_path):
+    (tmp_path / "broken.fz").write_text("system s\ninput x in [0, 1]\n  tirms a b\n", encoding="utf-8")
+    target = tmp_path / "x.html"
+    done = run(*(w.format(rules=RULES, folder=tmp_path) for w in words), "-o", target)
+    assert (done.exit_code, target.exists()) == (code, False)
+    assert message in done.output

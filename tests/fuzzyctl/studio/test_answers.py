@@ -1,0 +1,119 @@
+"""The studio's worker answers without numpy what the program answers with it; browsers count in UTF-16."""
+
+import json
+import subprocess
+import sys
+
+import pytest
+
+from fuzzyctl.studio.answers import METHODS, answer
+from fuzzyctl.support.reading import MAX_BYTES
+from fuzzyctl.support.shipped import rules_folder
+
+RULES = rules_folder()
+#: A system with transcendental terms, a controller with used files, a loop.
+FILES = ("tipper.fz", "fcafsmc_law.fz", "loops/water_tank.fz")
+TARGETS = ("c", "javascript", "python", "st")
+#: What Pyodide does not have beside the studio.
+ABSENT = "numpy scipy matplotlib numba pydantic pygls lsprotocol rich click pygments".split()
+
+#: Answers requests with these packages out of reach, and evaluates a kernel in Python.
+WITHOUT = f"""
+import json, sys
+class Absent:
+    def find_spec(self, name, path=None, target=None):
+        if name.split(".")[0] in {ABSENT!r}:
+            raise ModuleNotFoundError(f"No module named {{name!r}}", name=name.split(".")[0])
+sys.meta_path.insert(0, Absent())
+from fuzzyctl import compile, load
+from fuzzyctl.studio.answers import answer
+found = [answer(json.dumps(request)) for request in json.load(sys.stdin)]
+kernel = compile(load({str(RULES / "tipper.fz")!r}), backend="python")
+print(json.dumps([found, kernel(7.0, 8.0).hex()]))
+"""
+
+
+def ask(method, text, file="/files/a.fz", **more):
+    return json.loads(answer(json.dumps({"method": method, "file": str(file), "text": text, **more})))
+
+
+def requests():
+    for name in FILES:
+        path = RULES / name
+        text = path.read_text()
+        common = {"file": str(path), "text": text, "offset": text.index(" = ") - 1}
+        yield from ({"method": m, **common} for m in METHODS if m != "export")
+        yield from ({"method": "export", "target": target, **common} for target in TARGETS)
+
+
+def test_answers_without_numpy_are_those_with_it():
+    from fuzzyctl import compile, load
+
+    asked = list(requests())
+    done = subprocess.run([sys.executable, "-c", WITHOUT], input=json.dumps(asked), capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    found, number = json.loads(done.stdout)
+    for request, own in zip(asked, found, strict=True):
+        assert "refused" not in json.loads(own), request["method"]
+        assert own == answer(json.dumps(request)), request["method"]
+    assert number == compile(load(RULES / "tipper.fz"), backend="python")(7.0, 8.0).hex()
+
+
+def test_places_are_in_units_of_utf_16():
+    text = "# 𝑥 é\nsystem s\ninput x in [0, 1]\n  terms lo hi\noutput y in [0, 1]\n  terms p q\n"
+    text += "if x is lop then y is p\n"
+    found = next(d for d in ask("check", text)["diagnostics"] if d["code"] == "FZ203")
+    place = text.index("lop") + 1  # the letter before takes two units
+    assert (found["from"], found["to"], found["line"]) == (place, place + 3, 7)
+    assert {"from": place, "to": place + 3, "text": "lo"} in found["fix"]
+    done = ask("complete", text, offset=place)
+    assert {"lo", "hi"} <= {i["label"] for i in done["items"]}
+    assert done["from"] == place
+
+
+@pytest.mark.parametrize("offset", [-5, 0, 3, 10_000])
+def test_any_offset_has_an_answer(offset):
+    for method in ("complete", "hover", "actions"):
+        assert "refused" not in ask(method, "# 𝑥\n", offset=offset)
+
+
+def test_a_text_with_errors_has_no_picture_and_no_files():
+    text = (RULES / "tipper.fz").read_text().replace("good", "gud", 1)
+    assert any(d["severity"] == "error" for d in ask("check", text)["diagnostics"])
+    assert "has no term 'good'" in ask("page", text)["refused"]
+    assert "has no term 'good'" in ask("export", text, target="c")["refused"]
+
+
+def test_what_is_not_installed_is_refused_by_name(monkeypatch):
+    def lacks(*_):
+        raise ModuleNotFoundError("No module named 'numpy'", name="numpy")
+
+    monkeypatch.setitem(METHODS, "check", lacks)
+    assert "this takes numpy" in ask("check", "system a\n")["refused"]
+
+
+def test_empty_and_too_large_texts_are_refused():
+    plant = "plant p\ninput u\nstate x = 0\nder x = u\noutput y = x\n"
+    assert "no system" in ask("page", plant)["refused"]
+    assert "no system" in ask("export", plant, target="c")["refused"]
+    assert "no statement" in ask("page", "")["refused"]
+    assert f"more than {MAX_BYTES}" in ask("check", " " * (MAX_BYTES + 1))["refused"]
+
+
+def test_a_mistake_in_a_used_file_names_it(tmp_path):
+    (tmp_path / "b.fz").write_text("system b\nnonsense\n")
+    found = ask("check", 'use "b.fz"\n', tmp_path / "a.fz")["diagnostics"]
+    assert any("b.fz:2" in d["place"] and d["line"] == 0 for d in found)
+
+
+def test_hovers_show_a_term():
+    text = (RULES / "tipper.fz").read_text()
+    found = ask("hover", text, offset=text.index("gaussian(5") - 9)
+    assert "data:image/svg+xml" in found["markdown"]
+
+
+def test_a_hostile_title_stays_text():
+    text = (RULES / "tipper.fz").read_text()
+    line = next(x for x in text.splitlines() if x.startswith("system tipper"))
+    found = ask("page", text.replace(line, 'system tipper "</script><img src=x onerror=alert(1)>"'))["html"]
+    assert "<img src=x" not in found

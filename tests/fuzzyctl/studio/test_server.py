@@ -1,0 +1,66 @@
+"""The server of the studio: the loopback address, types that browsers ask for, links that carry a text."""
+
+import base64
+import threading
+import urllib.error
+import urllib.request
+import zlib
+from urllib.parse import parse_qs, urlsplit
+
+import pytest
+
+from fuzzyctl.studio.server import address, server
+
+
+@pytest.fixture
+def served(tmp_path):
+    (tmp_path / "in").mkdir()
+    (tmp_path / "secret").write_text("no")
+    for name in ("index.html", "worker.js", "a.wasm"):
+        (tmp_path / "in" / name).write_text(name)
+    (tmp_path / "in" / "pyodide-1").mkdir()
+    (tmp_path / "in" / "pyodide-1" / "b.wasm").write_text("b")
+    serving = server(tmp_path / "in")
+    thread = threading.Thread(target=serving.serve_forever, kwargs={"poll_interval": 0.01})
+    thread.start()
+    yield f"http://127.0.0.1:{serving.server_port}"
+    serving.shutdown()
+    thread.join()
+    serving.server_close()
+
+
+def test_files_have_their_types_and_only_the_runtime_is_kept(served):
+    found = {}
+    for name in ("", "worker.js", "a.wasm", "pyodide-1/b.wasm"):
+        with urllib.request.urlopen(f"{served}/{name}") as answer:
+            found[name] = answer.headers["Content-Type"].split(";")[0], "immutable" in answer.headers["Cache-Control"]
+    assert found == {
+        "": ("text/html", False),
+        "worker.js": ("text/javascript", False),
+        "a.wasm": ("application/wasm", False),
+        "pyodide-1/b.wasm": ("application/wasm", True),
+    }
+
+
+def test_nothing_above_the_folder_is_served(served):
+    with pytest.raises(urllib.error.HTTPError) as caught:
+        urllib.request.urlopen(f"{served}/../secret")
+    caught.value.close()
+    assert caught.value.code == 404
+
+
+def test_only_this_machine_reaches_it(tmp_path):
+    serving = server(tmp_path)
+    assert serving.server_address[0] == "127.0.0.1"
+    serving.server_close()
+
+
+def test_a_link_carries_a_text():
+    text = "# é 𝑥 & #\n" * 50
+    found = urlsplit(address(80, "a b&c.fz", text))
+    values = parse_qs(found.fragment)
+    packed = values["text"][0]
+    bytes_ = base64.urlsafe_b64decode(packed + "=" * (-len(packed) % 4))
+    assert values["name"] == ["a b&c.fz"]
+    assert zlib.decompress(bytes_, -15).decode() == text
+    assert address(80) == "http://127.0.0.1:80/"
