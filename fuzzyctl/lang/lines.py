@@ -212,9 +212,9 @@ def meant_head(code: str, in_block: str) -> str | None:
 
     In a system, where short names begin lines of tables, a word of two letters is none.
     """
-    behind = keyword_behind(code)
-    if behind in HEADS:
-        return behind
+    behind = _BEHIND.match(code)
+    if behind is not None and behind[3]:
+        return behind[3]
     found = _LIKE_HEAD.match(code)
     if found is None or len(found[1]) < (2 if in_block else 4):
         return None

@@ -58,7 +58,7 @@ def test_systems_that_call_each_other_are_written_once():
 
 
 def test_a_plant_in_python_keeps_its_file(tmp_path):
-    (tmp_path / "cart.py").write_text('inputs = ("u",)\nstates = {"x": 1}\noutputs = ("x",)\n', encoding="utf-8")
+    (tmp_path / "cart.py").write_text('inputs = ("u",)\nstates = {"x": 1}\noutputs = ("y",)\n', encoding="utf-8")
     (tmp_path / "cart.fz").write_text('plant cart = python("cart.py")\nparam k = 2\n', encoding="utf-8")
     plant = fuzzyctl.load_plant(tmp_path / "cart.fz")
     assert fuzzyctl.dumps(plant) == 'plant cart = python("cart.py")\n\nparam k = 2\n'

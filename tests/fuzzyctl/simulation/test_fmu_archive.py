@@ -60,9 +60,9 @@ def test_what_an_fmu_says_of_itself(archive):
 
 
 def test_many_variables_are_read_in_a_time_that_grows_with_their_number(archive):
-    many = "".join(f'<ScalarVariable name="x{k}" valueReference="{k}"><Real/></ScalarVariable>' for k in range(20_000))
+    many = "".join(f'<ScalarVariable name="x{k}" valueReference="{k}"><Real/></ScalarVariable>' for k in range(60_000))
     path = archive({"modelDescription.xml": FMI2.replace("</ModelVariables>", many + "</ModelVariables>")})
-    with at_most(0.5):
+    with at_most(4):
         assert read_description(path).outputs[0].reference == 7
 
 
