@@ -89,8 +89,8 @@ DATA = [["fmt", "-"], ["eval", FILE, "--points", "-"], ["convert", FILE, "-", "-
 
 
 def test_every_command_is_here():
-    # A sweep prints what that of the robots does, and the others end with the editor or with Ctrl-C.
-    assert set(COMMANDS) | {"lsp", "sweep", "watch"} == set(commands_of(fuzzyctl))
+    # A sweep prints what that of the robots does, and the others end with the editor, the browser or Ctrl-C.
+    assert set(COMMANDS) | {"lsp", "studio", "sweep", "watch"} == set(commands_of(fuzzyctl))
     assert set(ROBOTS) == set(commands_of(dwmr))
 
 

@@ -59,8 +59,8 @@ class TestStandardInput:
         )
 
     def test_is_a_file_for_every_command_that_reads_one(self):
-        # A sweep and a watch name their files, and the language server is given texts.
-        others = {"new", "explain", "doctor", "lsp", "sweep", "watch"}
+        # A sweep and a watch name their files, the language server is given texts, and the studio serves until Ctrl-C.
+        others = {"new", "explain", "doctor", "lsp", "studio", "sweep", "watch"}
         assert set(main.list_commands(None)) - others == {*COMMANDS, "diff", "fmt", "simulate"}
 
     def test_has_its_name_in_diagnostics(self, base):
