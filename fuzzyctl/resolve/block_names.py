@@ -72,6 +72,7 @@ class Names:
 
     def declare(self, statements: Sequence[sx.Statement]) -> None:
         """Enter all names first, so that statements may come in any order."""
+        self.context.named = self.named
         self.context.is_free(self.head.name, a_or_an(self.kind))
         for s in statements:
             match s:

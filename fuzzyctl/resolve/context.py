@@ -11,7 +11,7 @@ from fuzzyctl import expr as ex
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, Note, Severity
 from fuzzyctl.diagnostics.fixes import Fix, Replacement, respelt
 from fuzzyctl.diagnostics.source import Span
-from fuzzyctl.diagnostics.suggestions import closest, counted, listed, look_alikes
+from fuzzyctl.diagnostics.suggestions import a_or_an, closest, counted, listed, look_alikes
 from fuzzyctl.lang import syntax as sx
 from fuzzyctl.model.profiles import PROFILES, Profile
 
@@ -59,6 +59,8 @@ class Context:
     inputs: dict[str, sx.Variable] = field(default_factory=dict)
     outputs: dict[str, sx.Variable] = field(default_factory=dict)
     lets: dict[str, sx.Variable] = field(default_factory=dict)
+    #: What a controller, plant or loop declares besides params.
+    named: Mapping[str, sx.Signal | sx.Equation] = field(default_factory=dict)
     hedges: dict[str, sx.Hedge] = field(default_factory=dict)
     functions: dict[str, sx.Function] = field(default_factory=dict)
     #: Names of the terms of a variable, by the identity of its statement, which lives as long as the tree.
@@ -179,7 +181,29 @@ class Context:
         if text in self.lets:
             fix = None
             help_text = f"a let is no {kind}; a constant begins with 'param'"
+        elif kind == "param" and text in self.named:
+            fix = None
+            help_text = self._no_constant(text, self.named[text])
         self.report(code, message, word.span, facts=facts, help=help_text, fix=fix)
+
+    def _no_constant(self, name: str, statement: sx.Signal | sx.Equation) -> str:
+        """Return what to do where a signal of a controller, plant or loop stands in place of a param."""
+        keyword = statement.keyword.text
+        if keyword == "let" and statement.value is not None and self._is_constant(statement.value):
+            return f"'{name}' is a let: write 'param {name} = {ex.to_text(statement.value)}' in place of it"
+        return f"'{name}' is {a_or_an(keyword)}, which may change while it runs; a constant begins with 'param'"
+
+    def _is_constant(self, value: ex.Expr) -> bool:
+        """Whether a param could have a value."""
+        for node in ex.walk(value):
+            match node:
+                case ex.Name(name=name) if name not in self.params and name not in ex.CONSTANTS:
+                    return False
+                case ex.Call(function=function) if function not in ex.FUNCTIONS:
+                    return False
+                case ex.Compare() | ex.Logic() | ex.Keyword() | ex.Items() | ex.Text() | ex.Pair():
+                    return False
+        return True
 
     def check_names(self, expr: ex.Expr, known: Collection[str], kind: str) -> bool:
         """Check that an expression uses only known names and functions, each with the right number of arguments."""

@@ -255,3 +255,18 @@ def test_a_call_as_systems_write_it_is_answered_with_the_form_of_controllers(nam
     examined = look_through(SourceText("c.fz", text))
     (found,) = (d for d in examined.diagnostics if d.severity == "error")
     assert (found.code, found.help) == ("FZ202", f"write {form}")
+
+
+@pytest.mark.parametrize(
+    ("lines", "repair"),
+    [
+        ("let z = 2 * sqrt(4)", "'z' is a let: write 'param z = 2 * sqrt(4)' in place of it"),
+        ("let z = 2 * x", "'z' is a let, which may change while it runs; a constant begins with 'param'"),
+        ("let z = previous(1)", "'z' is a let, which may change while it runs; a constant begins with 'param'"),
+        ("state z = 2\nnext z = z", "'z' is a state, which may change while it runs; a constant begins with 'param'"),
+    ],
+)
+def test_a_signal_in_a_param_of_a_call_is_answered_with_what_to_write(lines, repair):
+    text = f"{SYSTEM}{HEAD}{lines}\noutput y = rule(x, k=1/z)\n"
+    (found,) = (d for d in look_through(SourceText("c.fz", text)).diagnostics if d.severity == "error")
+    assert (found.message, found.span.text, found.help) == ("no param 'z'", "z", repair)

@@ -37,7 +37,8 @@ MISTAKES = {
     "block b = furnace(1)": ("FZ202", "no controller or plant 'furnace'", "furnace(1", "'use' a file"),
     "block b = tank(w=1)": ("FZ202", "'tank' has no input or param 'w'", "w=1", ""),
     "block b = law(1, 2, k=11)": ("FZ302", "param 'k' of 'law' is 11, outside of [0, 10]", "11", ""),
-    "block b = law(1, 2, k=r)": ("FZ202", "no param 'r'", "r", ""),
+    "block b = law(1, 2, k=r)": ("FZ202", "no param 'r'", "r", "'r' is a let, which may change while it runs"),
+    "let z = 2\nblock b = law(1, 2, k=1/z)": ("FZ202", "no param 'z'", "z", "write 'param z = 2' in place of it"),
     "block b = 3": ("FZ214", "expected a call of a controller or plant", "3", "the form is: block b ="),
     "block b = tf(num=[1], den=[1, 1])": (
         "FZ214",
