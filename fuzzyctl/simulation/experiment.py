@@ -242,9 +242,8 @@ class Experiment:
             message = f"no rule fires for output '{outputs[kind - len(states)]}' at t = {sample * self.step:.6g} s"
             help_text = "add rules, or an 'else' to the output"
             return sample, Diagnostic("FZ701", message, self.loop.span, help=help_text)
-        return sample, left(
-            states[kind], float(x[kind]), sample * self.step, self.loop, self.positions, record[:sample]
-        )
+        time, kept = sample * self.step, self.equations.states
+        return sample, left(states[kind], float(x[kind]), time, self.loop, self.positions, record[:sample], kept)
 
 
 @final

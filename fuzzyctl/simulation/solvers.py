@@ -105,7 +105,8 @@ def _outside(experiment: Experiment, x: FloatArray, sample: int, record: FloatAr
     for state, value in zip(experiment.equations.plant_states, x.tolist(), strict=True):
         if not state.holds(value):
             time, positions = sample * experiment.step, experiment.positions
-            return left(state, value, time, experiment.loop, positions, record[:sample])
+            kept = experiment.equations.states
+            return left(state, value, time, experiment.loop, positions, record[:sample], kept)
     return None
 
 

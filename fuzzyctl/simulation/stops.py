@@ -18,11 +18,13 @@ from fuzzyctl.simulation.settings import blocks_of
 if TYPE_CHECKING:
     import numpy.typing as npt
 
+    from fuzzyctl.kernels.plan.equations import KeptState
     from fuzzyctl.simulation.run import Run
 
     FloatArray = npt.NDArray[np.float64]
 
 _KEEP_DOMAINS: Final = "keep arguments of sqrt and log in their domain with max(x, 0), and divisors away from 0"
+_START: Final = "give it a finite start"
 #: Most signals without a value that are named beside the first one.
 _MOST_NOTES: Final = 3
 
@@ -33,7 +35,13 @@ def interrupted(loop: Loop, time: float) -> Diagnostic:
 
 
 def left(
-    state: PlantState, value: float, time: float, loop: Loop, positions: Mapping[str, int], past: FloatArray
+    state: PlantState,
+    value: float,
+    time: float,
+    loop: Loop,
+    positions: Mapping[str, int],
+    past: FloatArray,
+    kept: Sequence[KeptState] = (),
 ) -> Diagnostic:
     """Return the diagnostic of a state that has left its range, or has no finite value.
 
@@ -44,15 +52,16 @@ def left(
         loop: The loop.
         positions: Columns of the record by name.
         past: The record of all samples before, shape (samples, signals).
+        kept: States of controllers, whose starts may be infinite.
     """
     if not math.isfinite(value) and len(past) and not np.isfinite(past[-1]).all():
-        return _made_before(state, value, time, loop, positions, past)
+        return _made_before(state, value, time, loop, positions, past, kept)
     unit = f" {state.unit}" if state.unit else ""
     at = f"at t = {time:.6g} s"
     facts = [f"one sample before it was {past[-1, positions[state.name]]:.6g}{unit}"] if len(past) else []
     if not math.isfinite(value) or abs(value) >= LARGEST:
         message = f"state '{state.name}' is {_what(value)} {at}"
-        help_text = f"use a shorter step or more substeps; {_KEEP_DOMAINS}"
+        help_text = f"use a shorter step or more substeps; {_KEEP_DOMAINS}" if len(past) else _START
     else:
         ends = f"{'(' if state.without_low or state.low == -math.inf else '['}{state.low:g}, "
         ends += f"{state.high:g}{')' if state.without_high or state.high == math.inf else ']'}"
@@ -65,15 +74,26 @@ def left(
 
 
 def _made_before(
-    state: PlantState, value: float, time: float, loop: Loop, positions: Mapping[str, int], past: FloatArray
+    state: PlantState,
+    value: float,
+    time: float,
+    loop: Loop,
+    positions: Mapping[str, int],
+    past: FloatArray,
+    kept: Sequence[KeptState],
 ) -> Diagnostic:
     """Return the diagnostic of the signal that is not finite at the last sample, which a state has its value from."""
     name = _origins(loop, positions, ~np.isfinite(past[-1:]))[0][1]
     before = time * (len(past) - 1) / len(past)
     message = f"'{name}' is {_what(past[-1, positions[name]])} at t = {before:.6g} s"
     facts = (f"one sample later state '{state.name}' is {_what(value)}",)
-    notes = (Note(state.span, "the state is declared here"),) if state.span is not None else ()
-    return Diagnostic("FZ701", message, _span_of_signal(loop, name), facts=facts, help=_KEEP_DOMAINS, notes=notes)
+    spans = [(state.span, "the state is declared here")]
+    block = f"{name.partition('.')[0]}."
+    starts = [k for k in kept if len(past) == 1 and k.name.startswith(block) and not math.isfinite(k.start)]
+    spans += [(k.span, "what is kept here starts infinite") for k in starts]
+    notes = tuple(Note(span, text) for span, text in spans if span is not None)
+    help_text = _START if starts else _KEEP_DOMAINS
+    return Diagnostic("FZ701", message, _span_of_signal(loop, name), facts=facts, help=help_text, notes=notes)
 
 
 def first_without_value(record: FloatArray, columns: list[int]) -> tuple[int, int] | None:

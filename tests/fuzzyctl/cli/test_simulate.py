@@ -324,3 +324,22 @@ class TestCompare:
     def test_it_takes_two_files(self, small):
         assert self.compare(small(), "--loops").exit_code == 2
         assert self.compare(small(), small(), "--loops", "--as", "exact").exit_code == 2
+
+
+@pytest.mark.parametrize("law", ["output u = previous(y, start=inf)", "state h = inf\nnext h = y\noutput u = h"])
+def test_a_stop_by_a_state_that_starts_infinite_says_so(tmp_path, law):
+    path = tmp_path / "l.fz"
+    plant = "plant p\ninput u\nstate x = 0\nder x = u - x\noutput y = x\n"
+    loop = "loop l\nblock c = c(p.y)\nblock p = p(c.u)\nrun 1 s\n"
+    path.write_text(f"controller c\ninput y\n{law}\nevery 0.1 s\n{plant}{loop}", encoding="utf-8")
+    (found,) = json.loads(run(path, "--format", "json").output)["diagnostics"]
+    assert (found["message"], found["help"]) == ("'c.u' is infinite at t = 0 s", "give it a finite start")
+    assert "what is kept here starts infinite" in run(path).output
+
+
+def test_a_stop_by_a_state_of_a_plant_that_starts_infinite_says_so(tmp_path):
+    path = tmp_path / "l.fz"
+    plant = "plant p\ninput u\nstate x = inf\nder x = u - x\noutput y = x\n"
+    path.write_text(f"{plant}loop l\nblock p = p(1)\nrun 1 s step 0.1 s\n", encoding="utf-8")
+    (found,) = json.loads(run(path, "--format", "json").output)["diagnostics"]
+    assert (found["message"], found["help"]) == ("state 'p.x' is infinite at t = 0 s", "give it a finite start")
