@@ -57,11 +57,14 @@ class Choice:
         Raises:
             DiagnosticError: As `changed`.
         """
-        values = assignments(self.settings, [p.name for p in block.params], "param")
+        values = assignments(self.settings, params_of(block), "param")
         if not values:
             return block
         from fuzzyctl.loading.block_equations import with_params
+        from fuzzyctl.model.controller import Controller
+        from fuzzyctl.model.instance_params import with_instance_params
 
+        block = with_instance_params(block, values) if isinstance(block, Controller) else block
         try:
             return with_params(block, values)
         except DiagnosticError as error:
@@ -71,6 +74,14 @@ class Choice:
         """Return the same with the settings of some params only."""
         own = tuple(t for t in self.settings if t.partition("=")[0].strip() in names)
         return replace(self, settings=own)
+
+
+def params_of(block: Controller | Plant | Loop) -> list[str]:
+    """Return the names of the params that can be set: those of a controller's instances are among them."""
+    from fuzzyctl.model.controller import Controller
+    from fuzzyctl.model.instance_params import instance_params
+
+    return [*(p.name for p in block.params), *(instance_params(block) if isinstance(block, Controller) else ())]
 
 
 def blamed(error: DiagnosticError, settings: Sequence[str]) -> DiagnosticError:
@@ -179,12 +190,12 @@ def open_blocks(file: str, choice: Choice) -> Opened:
     opened = open_systems(file, replace(choice, settings=(), profile=None), blocks=True)
     if not opened.blocks:
         return replace(opened, systems=tuple(map(choice.changed, opened.systems)))
-    params = [[p.name for p in s.params] for s in opened.systems] + [[p.name for p in b.params] for b in opened.blocks]
+    params = [[p.name for p in s.params] for s in opened.systems] + [params_of(b) for b in opened.blocks]
     assignments(choice.settings, list(dict.fromkeys(chain.from_iterable(params))), "param")
     return replace(
         opened,
         systems=tuple(choice.of_params([p.name for p in s.params]).changed(s) for s in opened.systems),
-        blocks=tuple(choice.of_params([p.name for p in b.params]).with_settings(b) for b in opened.blocks),
+        blocks=tuple(choice.of_params(params_of(b)).with_settings(b) for b in opened.blocks),
     )
 
 

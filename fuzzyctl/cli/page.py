@@ -12,7 +12,7 @@ import click
 
 from fuzzyctl.cli.checked import block_under, undecided
 from fuzzyctl.cli.common import DONE, QUIET, answers_with_diagnostics, assignments, show
-from fuzzyctl.cli.loading import Choice, chooses, source_of
+from fuzzyctl.cli.loading import Choice, chooses, params_of, source_of
 from fuzzyctl.cli.loops import settings_of
 from fuzzyctl.cli.streams import say
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
@@ -96,7 +96,7 @@ def _known_settings(examined: Examined, loops: list[Loop], choice: Choice) -> No
     from fuzzyctl.model.instance_params import instance_params
     from fuzzyctl.simulation.settings import short_names
 
-    own = ([p.name for p in b.params] for b in (*examined.systems, *examined.blocks))
+    own = [*([p.name for p in s.params] for s in examined.systems), *map(params_of, examined.blocks)]
     of_loops = (name for loop in loops for name in (*short_names(loop), *instance_params(loop)))
     assignments(choice.settings, list(dict.fromkeys([*chain.from_iterable(own), *of_loops])), "param")
 
@@ -147,9 +147,9 @@ def _controllers(examined: Examined, choice: Choice, diagnostics: list[Diagnosti
         raise DiagnosticError(found)
     diagnostics += [d for d in found if d not in diagnostics]
     for controller in chosen:
-        own = choice.of_params([p.name for p in controller.params])
+        own = choice.of_params(params_of(controller))
         changed: Controller = block_under(own.with_settings(controller), choice.profile)
-        settings = assignments(own.settings, [p.name for p in controller.params], "param")
+        settings = assignments(own.settings, params_of(controller), "param")
         try:
             unit = prepare_step(changed, examined.source.text, settings=settings)
             yield controller_section(controller_data(unit), unit)
