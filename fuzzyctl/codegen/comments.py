@@ -38,17 +38,17 @@ def _note(variable: LinguisticVariable, lower: float, upper: float) -> str:
 def value_notes(unit: Unit) -> dict[str, list[str]]:
     """Return what values of the evaluation of all rules are, by name: degrees of terms, and activations of rules.
 
-    A trace has the same values under the same names, and says which is which.
+    The program of the activity has the same values under the same names, and says which is which.
     """
     if unit.algorithm.name != "rules":
         return {}
-    traced, flat = inference.trace(unit.plan), unit.plan
+    traced, flat = inference.activity(unit.plan), unit.plan
     own = {s.name: s for s in unit.algorithm.printed.body if isinstance(s, Assign)}
     same = {s.name for s in traced.body if isinstance(s, Assign) and own.get(s.name) == s}
     texts = [f"degree of {flat.variable(d.variable).name} is {d.term}" for d in flat.degrees]
     texts += [rule_text(rule) for rule in unit.system.rules]
     found: dict[str, list[str]] = {}
-    for result, text in zip(traced.results, texts, strict=False):  # effects and outputs follow
+    for result, text in zip(traced.results, texts, strict=False):  # effects follow
         if isinstance(result, Name) and result.name in same:
             found.setdefault(result.name, []).append(text)
     return found

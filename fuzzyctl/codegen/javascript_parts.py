@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from fuzzyctl.codegen.javascript_source import JavaScriptLayout
 from fuzzyctl.codegen.javascript_text import block, dialect, file_text, helpers, tables, value_text
@@ -16,7 +16,7 @@ from fuzzyctl.kernels.inference import inference
 from fuzzyctl.kernels.plan.build import SetPlan
 from fuzzyctl.kernels.program.builder import Builder, clip
 from fuzzyctl.kernels.program.printer import INDENT
-from fuzzyctl.kernels.program.program import Program, Refuse
+from fuzzyctl.kernels.program.program import Program
 
 _A, _B = Name("a"), Name("b")
 
@@ -45,7 +45,7 @@ def module(unit: Unit, shown: Shown) -> str:
     `aggregations` of two degrees, one for each output.
     """
     layout = JavaScriptLayout(unit)
-    activity = with_prefix(renamed(_activity(unit), layout.arguments), "t")
+    activity = with_prefix(renamed(lean(inference.activity(unit.plan)), layout.arguments), "t")
     values = with_prefix(renamed(_values(unit, shown.values), layout.arguments), "v")
     degrees = [with_prefix(_degrees(own), f"s{k}_") for k, own in enumerate(shown.sets)]
     implied = [_norm(conjunction(name, equal)(_A, _B)) for name, equal in shown.implications]
@@ -63,13 +63,6 @@ def module(unit: Unit, shown: Shown) -> str:
     lines += _functions("implications", "a, b", implied, single=True)
     lines += _functions("aggregations", "a, b", joined, single=True)
     return file_text(broken(lines, INDENT))
-
-
-def _activity(unit: Unit) -> Program:
-    """Return the program of the trace without the outputs, which nothing else of it needs unless rules read them."""
-    program = inference.trace(unit.plan)
-    kept = program.results[: len(program.results) - len(unit.plan.outputs)]
-    return lean(replace(program, results=kept, body=tuple(s for s in program.body if not isinstance(s, Refuse))))
 
 
 def _values(unit: Unit, expressions: Sequence[Expr]) -> Program:

@@ -112,12 +112,32 @@ def trace(plan: Plan) -> Program:
     front = _Front(plan)
     for position in plan.order:
         front.write_output(position)
-    builder = front.builder
+    acts = _activity(front)
+    outputs = [front.builder.let(Where(front.nan(o), NAN, front.outputs[o])) for o in range(len(plan.outputs))]
+    return _program(plan, front.builder, [*acts, *outputs])
+
+
+def activity(plan: Plan) -> Program:
+    """Write the program that traces the rules alone: the results of `trace` but the outputs.
+
+    Until the rules are written, its statements are those of `evaluation`, under the same names.
+    """
+    front = _Front(plan)
+    read = {k for output in plan.outputs for k in output.reads}
+    last = max((n for n, position in enumerate(plan.order) if position in read), default=-1)
+    for position in plan.order[: last + 1]:
+        front.write_output(position)
+    front.builder.statements = [s for s in front.builder.statements if not isinstance(s, Refuse)]
+    return _program(plan, front.builder, _activity(front))
+
+
+def _activity(front: _Front) -> list[Expr]:
+    """Return all degrees, the activation of each rule, and the activation applied to each consequent."""
+    plan = front.plan
     degrees = [front.degree(i) for i in range(len(plan.degrees))]
-    activations = [builder.let(front.activations[r]) for r in range(len(plan.rules))]
+    activations = [front.builder.let(front.activations[r]) for r in range(len(plan.rules))]
     effects = [front.effect(entry) for output in plan.outputs for entry in output.implied]
-    outputs = [builder.let(Where(front.nan(o), NAN, front.outputs[o])) for o in range(len(plan.outputs))]
-    return _program(plan, builder, [*degrees, *activations, *effects, *outputs])
+    return [*degrees, *activations, *effects]
 
 
 def largest_activations(plan: Plan) -> Program:
