@@ -87,7 +87,9 @@ def draw_runs(figure: Any, runs: Sequence[Run], labels: Sequence[str]) -> None:
         labels: What they are called in the legend, one for each.
     """
     own = [{p.signal: p for p in panels(run)} for run in runs]
-    shown = list({name: p for found in reversed(own) for name, p in reversed(found.items())}.values())[::-1][:MOST]
+    first = {name: p for found in reversed(own) for name, p in found.items()}  # of a signal of several runs
+    names = dict.fromkeys(name for found in own for name in found)
+    shown = sorted((first[name] for name in names), key=lambda p: (p.given, p.held))[:MOST]
     sized(figure, WIDTH, REST + PANEL * max(len(shown), 1))
     axes = np.atleast_1d(figure.subplots(max(len(shown), 1), 1, sharex=True))
     for ax, panel in zip(axes, shown, strict=False):

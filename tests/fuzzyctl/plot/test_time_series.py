@@ -118,4 +118,4 @@ def test_a_run_that_was_stopped_ends_in_a_cross(loop_of):
 def test_signals_that_only_one_run_has_have_panels_too(run):
     pendulum = fuzzyctl.simulate(fuzzyctl.load_loop(FOLDER / "pendulum.fz"), backend="python")
     figure = drawn([pendulum, run], ["pendulum", "tank"])
-    assert [len(ax.lines) for ax in figure.axes] == [2, 1, 1, 1, 1, 1, 2, 1]
+    assert [len(ax.lines) for ax in figure.axes] == [2, 1, 1, 1, 2, 1, 1, 1]  # outputs of both plants first
