@@ -114,6 +114,8 @@ def _decimal_commas(code: str, text: str, around: Surroundings) -> Iterator[Edit
 def _declaration(groups: list[str], around: Surroundings) -> str | None:
     """Make a singleton of `k = 3` below an output, where the file reads the name as a term, and else a param."""
     indent, name, value = groups[2], groups[3], groups[4]
+    if name.lower() in ("else", "default", "otherwise"):
+        return None
     if indent or name in around.declared.terms:
         return f"{indent}{name} = constant({value})" if around.block == "output" else None
     # A param cannot have the name of a variable.
@@ -127,6 +129,11 @@ def _joined(groups: list[str], around: Surroundings) -> str:
 def _named(groups: list[str], around: Surroundings) -> str | None:
     name = re.sub(r"\W+", "_", groups[2]).strip("_")
     return f" {name} {groups[1].strip()}" if re.fullmatch(NAME, name) else None
+
+
+def _weighted(groups: list[str], around: Surroundings) -> str | None:
+    weight = groups[2].replace(",", ".")
+    return f"{groups[3]} weight {weight}" if float(weight) <= 1 else None
 
 
 def _outside_tables(repair: Repair) -> Repair:
@@ -204,6 +211,11 @@ STATEMENTS: Final[tuple[Repair, ...]] = (
         r"^\s*(?P<x>\|?(?:\s*:?-{2,}:?\s*\|)+\s*(?::?-{2,}:?)?)\s*$", "", "a table has no line between header and rows"
     ),
     by_pattern(r"^\s*(?P<x>(?:rule\s*\w*\s*[:.)]|r?\d+\s*[.:)])\s*)(?=if\b)", "", "rules have no name or number"),
+    by_pattern(
+        r"^\s*(?P<x>(?:weight\s*[=:]?\s*)?\(?\s*(\d*[.,]?\d+)\s*\)?\s*[:,]?\s*(if\b(?!.*\bweight\b).*?))\s*$",
+        _weighted,
+        "the weight of a rule stands at its end",
+    ),
     by_pattern(r"^\s*(?P<x>\}|\{|end\w*)\s*$", "", "a block ends where the next statement begins"),
     by_pattern(r"(?P<x>\s*(?:[{:,]|\bdo))\s*$", "", ENDS),
     by_pattern(
@@ -226,6 +238,13 @@ STATEMENTS: Final[tuple[Repair, ...]] = (
     ),
     by_pattern(r"^\s*(?P<x>(?:include|import)\s+)(?=\")", "use ", "another file is named with 'use'"),
     by_pattern(rf"^\s*(?P<x>term\s*:?\s+)(?={NAME}\s*:?=|{NAME}\s+{NAME}\b)", "", "a term begins with its name"),
+    by_pattern(
+        rf"(?<=[)\]])(?P<x>\s*,?\s*)(?={NAME}\s*:?=\s*{NAME}\s*[(\[])",
+        "\n  ",
+        "each term with a function has its own line",
+        heads="terms",
+    ),
+    by_pattern(rf"^\s*(?P<x>terms\s*:?\s+)(?={NAME}\s*:?=\s*{NAME}\s*[(\[])", "", "a term begins with its name"),
     by_pattern(
         rf"^\s*(?P<x>({NAME})\s*(?::=|:|=)?\s*)(?={NAME}\s*(?:\([^()]*\))?\s*$)",
         _setting_of,
@@ -261,6 +280,13 @@ STATEMENTS: Final[tuple[Repair, ...]] = (
         heads="input output",
     ),
     by_pattern(
+        rf"\bin\s*(?P<x>[\[({{]?\s*({_SIGNED})\s*(?:,|;|:|\.\.+|\bto\b|\s)\s*({_SIGNED})(?:\s*[\])}}])?)"
+        r"(?=\s*(?:$|:?=|[^\W\d]))",
+        "[{2}, {3}]",
+        "a range is written: in [low, high]",
+        heads="param",
+    ),
+    by_pattern(
         r"\s*\b(?P<x>default|otherwise)\s*(?::=|=|:)?\s*", "else ", "the value without rules is 'else'", heads="output"
     ),
     by_pattern(
@@ -275,7 +301,7 @@ STATEMENTS: Final[tuple[Repair, ...]] = (
         r"\bunit\s+(?P<x>[\[(]?([^\s\"\[\](),;]+)[\])]?)",
         '"{2}"',
         "a unit is a text in double quotes",
-        heads="input output param",
+        heads="input output param let state measure",
     ),
     by_pattern(
         rf"\b(?:else|weight)\s+(?P<x>([-+]?[\w.]+(?:\s*[-+*/^]\s*[\w.]+)+|[-+]{NAME}))",
@@ -297,6 +323,7 @@ STATEMENTS: Final[tuple[Repair, ...]] = (
     by_pattern(rf"^\s*(?P<x>d({NAME})\s*/\s*dt\s*)(?==)", "der {2} ", _DERIVATIVE),
     by_pattern(rf"^\s*der(?P<x>\s*\(\s*({NAME})\s*\)\s*)(?==)", " {2} ", _DERIVATIVE),
     by_pattern(rf"^\s*(?P<x>)(?={NAME}\s*=\s*(?:tf|zpk|ss)\s*\()", "plant ", "a plant of one line begins with 'plant'"),
+    by_pattern(r"\s*:=\s*", " = ", "a value is assigned with '='"),
     by_pattern(r"\*\*", "^", "a power is written '^'"),
     by_pattern(
         r"(?<![\w.)])([\w.]+)\s*%\s*([\w.]+)",

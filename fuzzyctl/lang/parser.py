@@ -14,6 +14,7 @@ from fuzzyctl.lang import fast_path
 from fuzzyctl.lang import syntax as sx
 from fuzzyctl.lang.foreign import foreign
 from fuzzyctl.lang.lines import LineKind, LogicalLine, half_typed, keyword_behind, meant_head, split
+from fuzzyctl.lang.misplaced_else import misplaced_else
 from fuzzyctl.lang.missing_keywords import (
     Headless,
     describe_barless,
@@ -166,6 +167,13 @@ class _Assembler:
             line = dataclasses.replace(line, kind="statement")
         if line.in_block:
             self._take_block_line(line)
+            return
+        if (
+            self.block == "variable"
+            and (misplaced := misplaced_else(self.source, line, self.statements[-1])) is not None
+        ):
+            self.diagnostics.append(misplaced)
+            self.incomplete = True
             return
         if self.block == "table" and line.mistake is None and self._lacks_bar(line, below):
             self.barless.append(line)

@@ -162,7 +162,7 @@ def _with_combined(
     stops: Stops,
     reports: dict[int, Diagnostic],
 ) -> list[Diagnostic]:
-    """Return the mistakes of a text, the first ones of lines that cannot be read with the fix of the whole line, if any.
+    """Return the mistakes of a text, the first ones of lines that cannot be read with a fix of the whole line, if any.
 
     What has been reported of such a line becomes the report of all its repairs.
     """
@@ -175,7 +175,7 @@ def _with_combined(
     by_line = {d.span.line: place for place, d in reports.items() if d.span is not None}
     left = {id(d): d for d in mistakes}
     for k, line, around in _surrounded(text.text, lines, first):
-        draft = _as_written(source, text, line.start, _ends(text.text, line)[0])
+        draft = _as_written(source, text, line.start, min(_ends(text.text, line)))
         found = combined(draft, around, Reading(stops, kind_of(line, around)))
         if found is None or not found.edits:
             continue
@@ -228,9 +228,13 @@ def _surrounded(
 
 
 def _ends(text: str, line: LogicalLine) -> tuple[int, ...]:
-    """Return where the first line of text ends, and where the logical line that an open parenthesis continues."""
+    """Return where the first line of text ends, and where the logical line that an open parenthesis continues.
+
+    The longer one comes first where its parentheses are closed.
+    """
     first = text.find("\n", line.start, line.end)
-    return (line.end,) if first < 0 else (first, line.end)
+    ends = (line.end,) if first < 0 else (first, line.end)
+    return ends if line.mistake is not None else ends[::-1]
 
 
 def _report(source: SourceText, draft: Draft, first: Diagnostic, *, whole: bool) -> Diagnostic:

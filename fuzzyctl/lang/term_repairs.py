@@ -41,6 +41,13 @@ def _call(code: str, text: str, around: Surroundings) -> Iterator[Edit]:
     decimals = _with_decimal_commas(rest)
     if len(decimals) == len(parameters) != len(numbers):
         numbers = decimals
+    if (
+        not MEMBERSHIP[kind].variadic
+        and re.fullmatch(r"[(\[]\d+(?:,\d+)+[)\]]\s*", rest)
+        and len(numbers) == 2 * len(parameters)
+    ):
+        # All numbers have a comma, none has a blank.
+        numbers = [f"{whole}.{part}" for whole, part in zip(numbers[::2], numbers[1::2], strict=True)]
     numbers = [n if n.lstrip("+-") in around.declared.params else _INFINITY.sub(r"\1inf", n) for n in numbers]
     why = "membership functions have names of their own here"
     if form is not None and len(numbers) == len(form.parameters) and not any("=" in n for n in numbers):

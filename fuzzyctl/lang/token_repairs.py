@@ -40,13 +40,20 @@ def _respelt(text: str, tokens: Sequence[tuple[int, int]]) -> Iterator[_Change]:
 
 
 def _of_another_letter(text: str, tokens: Sequence[tuple[int, int]]) -> Iterator[_Change]:
-    """Yield keywords of two letters for words that differ in one of these, where several keywords may do."""
+    """Yield keywords of two letters for short words that differ in one letter, where several keywords may do."""
     for first, last in tokens[1:]:
         word = text[first:last]
-        if re.fullmatch(NAME, word) and len(word) == 2 and word not in _INNER:
+        if re.fullmatch(NAME, word) and len(word) <= 3 and word not in _INNER:
             for near in _INNER:
-                if len(near) == 2 and (word[0] == near[0]) != (word[1] == near[1]):
+                if len(near) == 2 and _differ_in_one_letter(word, near):
                     yield first, last, near
+
+
+def _differ_in_one_letter(word: str, near: str) -> bool:
+    """Whether a word is one of two letters with one changed, swapped, left out, or put in."""
+    if len(word) == 2:
+        return (word[0] == near[0]) != (word[1] == near[1]) or word == near[::-1]
+    return word in near if len(word) == 1 else near in (word[1:], word[:2], word[0] + word[2])
 
 
 def _repeated(text: str, tokens: Sequence[tuple[int, int]]) -> Iterator[_Change]:
