@@ -7,13 +7,13 @@ after which more of the line can be read are kept, and tokens are changed where 
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Final
 
 from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.lang.character_repairs import CHARACTERS
-from fuzzyctl.lang.edits import Draft, Repair, Surroundings
+from fuzzyctl.lang.edits import Draft, Edit, Repair, Surroundings
 from fuzzyctl.lang.lines import LineKind, LogicalLine, split
 from fuzzyctl.lang.notations import SPELLING, STATEMENTS
 from fuzzyctl.lang.rule_repairs import RULES
@@ -62,7 +62,8 @@ class Reading:
             at = self.stops(source, line, known)
             if at is not None:
                 return max(len(text) - at, 1)
-            if line.mistake is not None:
+            # The kinds of brackets are those of ranges, which may be half open in blocks.
+            if line.mistake is not None and (line.mistake.code != "FZ103" or self.kind != "block_statement"):
                 return 1
         return 0
 
@@ -130,14 +131,21 @@ def _after(draft: Draft, repairs: list[Repair], around: Surroundings) -> Draft:
     return draft
 
 
-def combined(draft: Draft, around: Surroundings, reading: Reading) -> Draft | None:
+def combined(draft: Draft, known: Sequence[Edit], around: Surroundings, reading: Reading) -> Draft | None:
     """Return a line after a combination of repairs and changes of tokens; None where none makes it readable.
 
     Args:
         draft: The line as it was written.
+        known: Edits of the line that may be among them.
         around: What stands around it.
         reading: How it is read, and how often.
     """
+    edited = draft.edited(known)
+    found = _combined(edited, around, reading) if known else None
+    return found or _combined(draft, around, reading)
+
+
+def _combined(draft: Draft, around: Surroundings, reading: Reading) -> Draft | None:
     if len(draft.text) > _LONGEST_OF_TOKENS or "\n" in draft.text or _GAP.search(draft.text):
         return None
     # Its characters are read as they are repaired, where they are no part of a line.

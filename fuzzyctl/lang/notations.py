@@ -11,7 +11,7 @@ from fuzzyctl.diagnostics.suggestions import closest, is_slip, look_alikes
 from fuzzyctl.lang.character_repairs import DECIMAL, ENDS
 from fuzzyctl.lang.edits import Edit, Repair, Surroundings
 from fuzzyctl.lang.lines import keyword_behind
-from fuzzyctl.lang.other_tools import known_setting, remark
+from fuzzyctl.lang.other_tools import is_value, known_setting, remark
 from fuzzyctl.lang.repair_patterns import NUMBER, Replacement, by_pattern, head
 from fuzzyctl.lang.syntax import BLOCKS, NAME, STATEMENT_KEYWORDS
 
@@ -57,6 +57,16 @@ def _misspelt(code: str, text: str, around: Surroundings) -> Iterator[Edit]:
     if near is not None and (near not in ("allow", "deny") or re.match(r"\s+FZ\d", code[found.end() :])):
         why = "; ".join((f"did you mean '{near}'?", *look_alikes(found[1])))
         yield Edit(found.start(1), found.end(1), near, why, is_slip(found[1], near, STATEMENT_KEYWORDS))
+
+
+def _misspelt_norm(code: str, text: str, around: Surroundings) -> Iterator[Edit]:
+    """Replace a first word of two letters of `and` or `or` before the name of a norm."""
+    found = re.fullmatch(rf"\s*(\w\w)\s+({NAME})\W*", code)
+    if found is not None and found[1] not in STATEMENT_KEYWORDS and found[1] not in around.declared.names:
+        for near in ("and", "or"):
+            is_near = set(found[1]) < set(near) or found[1] == near[::-1]
+            if is_near and is_value(near, found[2]):
+                yield Edit(found.start(1), found.end(1), near, f"did you mean '{near}'?")
 
 
 def _unclosed(code: str, text: str, around: Surroundings) -> Iterator[Edit]:
@@ -123,7 +133,7 @@ def _declaration(groups: list[str], around: Surroundings) -> str | None:
 
 
 def _joined(groups: list[str], around: Surroundings) -> str:
-    return re.sub(r"[ -]+", "_", groups[1])
+    return "_".join(dict.fromkeys(re.split(r"[ -]+", groups[1])))
 
 
 def _named(groups: list[str], around: Surroundings) -> str | None:
@@ -210,7 +220,11 @@ STATEMENTS: Final[tuple[Repair, ...]] = (
     by_pattern(
         r"^\s*(?P<x>\|?(?:\s*:?-{2,}:?\s*\|)+\s*(?::?-{2,}:?)?)\s*$", "", "a table has no line between header and rows"
     ),
-    by_pattern(r"^\s*(?P<x>(?:rule\s*\w*\s*[:.)]|r?\d+\s*[.:)])\s*)(?=if\b)", "", "rules have no name or number"),
+    by_pattern(
+        r"^\s*(?P<x>(?:rule\s*\w*\s*[:.)]|r?\d+\s*[.:)])\s*)(?=(?:\([\d.,]+\)\s*)?if\b)",
+        "",
+        "rules have no name or number",
+    ),
     by_pattern(
         r"^\s*(?P<x>(?:weight\s*[=:]?\s*)?\(?\s*(\d*[.,]?\d+)\s*\)?\s*[:,]?\s*(if\b(?!.*\bweight\b).*?))\s*$",
         _weighted,
@@ -298,7 +312,7 @@ STATEMENTS: Final[tuple[Repair, ...]] = (
     by_pattern(r"\belse(?P<x>\s*(?::=|=|:)\s*)", " ", "'else' is followed by its value", heads="output"),
     by_pattern(r"\bunit(?P<x>\s*[=:]\s*)", " ", "'unit' is followed by a text", heads="input output param"),
     by_pattern(
-        r"\bunit\s+(?P<x>[\[(]?([^\s\"\[\](),;]+)[\])]?)",
+        r"\bunit\s+(?!unit\b)(?P<x>[\[(]?([^\s\"\[\](),;]+)[\])]?)",
         '"{2}"',
         "a unit is a text in double quotes",
         heads="input output param let state measure",
@@ -340,4 +354,4 @@ STATEMENTS: Final[tuple[Repair, ...]] = (
 )
 
 #: What comes last, since it takes any word for another.
-SPELLING: Final[tuple[Repair, ...]] = (_misspelt, _unclosed)
+SPELLING: Final[tuple[Repair, ...]] = (_misspelt, _misspelt_norm, _unclosed)

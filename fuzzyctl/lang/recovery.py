@@ -176,7 +176,7 @@ def _with_combined(
     left = {id(d): d for d in mistakes}
     for k, line, around in _surrounded(text.text, lines, first):
         draft = _as_written(source, text, line.start, min(_ends(text.text, line)))
-        found = combined(draft, around, Reading(stops, kind_of(line, around)))
+        found = combined(draft, _known_edits(draft, first[k]), around, Reading(stops, kind_of(line, around)))
         if found is None or not found.edits:
             continue
         place = by_line.get(source.line_of(draft.origin[0]))
@@ -186,6 +186,15 @@ def _with_combined(
             reports[place] = _report(source, found, reports[place], whole=True)
             del left[id(first[k])]
     return list(left.values())
+
+
+def _known_edits(draft: Draft, mistake: Diagnostic) -> list[Edit]:
+    """Return the edits of a line that the fix of its mistake makes."""
+    fix, at = in_original(mistake).fix, draft.origin[0]
+    if fix is None or not all(at <= r.span.start and r.span.end <= draft.origin[-1] for r in fix.replacements):
+        return []
+    sure, why = fix.applicability == "sure", mistake.help.partition(";")[0]
+    return [Edit(r.span.start - at, r.span.end - at, r.text, why, sure) for r in fix.replacements]
 
 
 def _touches_other_lines(d: Diagnostic) -> bool:

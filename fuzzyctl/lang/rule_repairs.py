@@ -236,7 +236,7 @@ RULES: Final[tuple[Repair, ...]] = (
         "each term has its variable",
         heads="if with",
     ),
-    by_pattern(r"\w(?P<x>\s*\.)\s*$", "", "a rule ends without a full stop", heads="if with"),
+    by_pattern(r"[\w)](?P<x>[\s,]*\.)\s*$", "", "a rule ends without a full stop", heads="if with"),
     by_pattern(
         r"\bweight\s+(?P<x>(\d{1,2}(?:\.\d+)?|100)\s*%)\s*$",
         lambda g, _: f"{float(g[2]) / 100:g}",

@@ -154,7 +154,7 @@ _FUNCTION: Final = rf"\s*=\s*(?:{'|'.join(MEMBERSHIP)})\s*\("
 TERMS: Final[tuple[Repair, ...]] = (
     by_pattern(
         rf"^\s*(?!(?:{'|'.join(STATEMENT_KEYWORDS)})\b)(?P<x>{NAME}(?:[ \t]+{NAME})+)(?={_FUNCTION})",
-        lambda g, _: "_".join(g[1].split()),
+        lambda g, _: "_".join(dict.fromkeys(g[1].split())),
         "a name has no blanks",
     ),
     by_pattern(rf"^\s*({NAME}(?:-{NAME})+)(?=\s*=|\s*\|)", _hyphen_name, "a name has no hyphen, which is a minus sign"),

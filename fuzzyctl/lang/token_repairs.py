@@ -57,9 +57,16 @@ def _differ_in_one_letter(word: str, near: str) -> bool:
 
 
 def _repeated(text: str, tokens: Sequence[tuple[int, int]]) -> Iterator[_Change]:
-    """Yield the removal of each token that repeats the one before it."""
+    """Yield the removal of each token but a number that repeats the one before it."""
     for (first, last), (again, stop) in pairwise(tokens):
-        if text[first:last] == text[again:stop]:
+        if text[first:last] == text[again:stop] and not text[last - 1].isdigit():
+            yield last, stop, ""
+
+
+def _repeated_numbers(text: str, tokens: Sequence[tuple[int, int]]) -> Iterator[_Change]:
+    """Yield the removal of each number that repeats the one before it, which may be another number."""
+    for (first, last), (again, stop) in pairwise(tokens):
+        if text[first:last] == text[again:stop] and text[last - 1].isdigit():
             yield last, stop, ""
 
 
@@ -68,7 +75,8 @@ def _swapped(text: str, tokens: Sequence[tuple[int, int]]) -> Iterator[_Change]:
     for (first, last), (again, stop) in pairwise(tokens):
         opening = text[first:last] in ("(", "[")
         behind = stop + len(text[stop:]) - len(text[stop:].lstrip()) if opening else stop
-        yield first, behind, f"{text[again:stop]}{text[last:again] or ' '}{text[first:last]}"
+        apart = " " if re.match(r"\w\w", text[first - 1 : first] + text[again:stop]) else ""
+        yield first, behind, f"{apart}{text[again:stop]}{text[last:again] or ' '}{text[first:last]}"
 
 
 def _put_in(text: str, tokens: Sequence[tuple[int, int]]) -> Iterator[_Change]:
@@ -91,6 +99,7 @@ def _put_in(text: str, tokens: Sequence[tuple[int, int]]) -> Iterator[_Change]:
 _KINDS: Final[tuple[tuple[_Changes, str, bool], ...]] = (
     (_respelt, "it is a slip of a keyword", True),
     (_repeated, "it stands there twice", True),
+    (_repeated_numbers, "it stands there twice", False),
     (_of_another_letter, "it is like a keyword", False),
     (_swapped, "the order is another one", False),
     (_put_in, "with it the line can be read", False),

@@ -8,7 +8,7 @@ from itertools import pairwise
 from typing import Final
 
 from fuzzyctl import expr as ex
-from fuzzyctl.diagnostics.fixes import Fix, Replacement, respelt
+from fuzzyctl.diagnostics.fixes import Fix, Replacement, respelt, with_decimal_points
 from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.diagnostics.suggestions import closest, counted, listed, look_alikes
 from fuzzyctl.formulas import HEDGES
@@ -48,7 +48,8 @@ def resolve_function(context: Context, term: sx.FunctionTerm) -> Membership | No
         form = f"linear({', '.join([*(f'per {name}' for name in context.inputs), 'constant'])})"
         help_text = f"the form is: {form if kind == 'linear' else kind + '(expression)'}"
         message = f"'{kind}' takes {counted(due, 'parameter')}, not {len(given)}"
-        context.report("FZ303", message, term.span, help=help_text)
+        fix = with_decimal_points(term.span, len(given), due)
+        context.report("FZ303", message, term.span, help=help_text, fix=fix)
         return None
     if kind == "function":
         whole = expanded(context, given[0])
