@@ -1,5 +1,8 @@
 // Sliders with a field for the number beside each, and the numbers that come out.
 
+/** The controls of systems and controllers by name, which the time of a run moves. */
+const controlled = new Map();
+
 /** Controls for inputs; `moved` is called after each change. */
 function inputControls(inputs, moved) {
     const values = inputs.map((i) => 0.5 * i.lower + 0.5 * i.upper);
