@@ -58,7 +58,7 @@ def test_it_is_the_plant_that_text_says(loop, python_loop):
     ("old", "new", "message", "fact"),
     [
         ("return x\n", "return x[0]\n", "'output' of plant 'p' returned 1.0 at t = 0 s", "expected 2 numbers"),
-        ("return speed, u", "return u", "'derivative' of plant 'p' returned -", "p.py:7: expected 2 numbers, one for each"),
+        ("return speed, u", "return u", "'derivative' of plant 'p' returned -", "p.py:7: expected 2 numbers"),
         ("return speed, u", "return u", "'derivative' of plant 'p' returned -", "such as (0.0, 0.0)"),
         ("return speed, u", "return 1e999, u", "'derivative' of plant 'p' returned (inf, -", "not so: x"),
         ("return x\n", "return 1 / 0\n", "'output' of plant 'p' raised ZeroDivisionError", "there x = 1, v = 0"),
