@@ -239,7 +239,9 @@ def _world(simulation: Simulation, laws: list[Law]) -> World:
             settings.margin, settings.largest_radius, settings.kappa, settings.gamma, settings.rho, settings.slowdown
         ),
         np.array([law.gains for law in laws]),
-        scenario.formation.leader_velocity == "ground",
+        float(scenario.formation.leader_velocity == "ground"),
+        not noise.is_present(scenario),
+        False,
     )
 
 
@@ -283,7 +285,8 @@ def _memory(simulation: Simulation, laws: list[Law]) -> Memory:
     seen = plant.copy() if noise.is_present(scenario) else plant
     theta_star = np.array([_first_direction(simulation, r) for r in robots])
     sides = np.zeros((n, len(scenario.obstacles)))
-    return Memory(plant, seen, theta_star, np.zeros((n, 2)), sides, law, law.copy(), np.zeros((n, 2)))
+    filters, slip, torques = np.zeros((3, n, 2))
+    return Memory(plant, slip, seen, theta_star, filters, sides, law, law.copy(), torques)
 
 
 def _first_direction(simulation: Simulation, robot: Robot) -> float:

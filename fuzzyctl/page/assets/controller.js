@@ -4,7 +4,7 @@ const KEPT = 400;
 
 function controllerSection(controller, kernel) {
     const named = controller.period === null ? [...controller.inputs, { name: "dt", label: "time between steps", unit: "s", lower: 0.001, upper: 1 }] : controller.inputs;
-    const controls = inputControls(named, () => {});
+    const controls = inputControls(controller.name, named, () => {});
     controlled.set(controller.name, controls);
     const numbers = outputNumbers(controller.outputs);
     const count = element("p", { className: "note" }), states = element("div", {});

@@ -35,7 +35,7 @@ function systemSection(system, kernel) {
     }
     const numbers = outputNumbers(system.outputs), viewer = ruleViewer(system, kernel), tables = system.tables.map(ruleTable);
     const terms = [...system.inputs, ...system.outputs].map((v) => (v.terms.length ? termsView(v, kernel.sets[v.variable]) : null));
-    const controls = inputControls(system.inputs, moved), surface = surfaceView(system, evaluated, controls);
+    const controls = inputControls(system.name, system.inputs, moved), surface = surfaceView(system, evaluated, controls);
     controlled.set(system.name, controls);
     function moved() {
         const values = controls.values, missing = values.some(Number.isNaN), before = state === null ? null : copy(state);

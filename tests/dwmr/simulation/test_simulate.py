@@ -290,8 +290,10 @@ def step(error, dt, gains, state, kernels, next_state, signals):
     def test_of_another_folder_is_unknown(self, tmp_path):
         scenario = self.beside(tmp_path)
         (tmp_path / "mine.py").rename(tmp_path / "yours.py")
-        with pytest.raises(DiagnosticError, match="unknown controller 'mine'"):
+        with pytest.raises(DiagnosticError, match="unknown controller 'mine'") as found:
             read(scenario)
+        (one,) = found.value.diagnostics
+        assert one.facts[-1] == "there is no mine.fz or mine.py beside the scenario"
 
     @pytest.mark.parametrize("name", ["../mine", "mine.py", "", "a b"])
     def test_is_looked_for_by_names_only(self, tmp_path, name):

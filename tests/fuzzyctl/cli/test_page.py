@@ -95,7 +95,7 @@ def written(path, *arguments):
 
 def computed(folder, tags, asked):
     """Return what node computes by an expression over `kernels`."""
-    script = next(s for _, s in tags.scripts if s.startswith('"use strict";\nconst kernels'))
+    script = next(s for _, s in tags.scripts if s.startswith('"use strict";\nvar kernels'))
     (folder / "main.js").write_text(f"{script}\nconsole.log(JSON.stringify({asked}));\n", encoding="utf-8")
     done = subprocess.run(["node", "main.js"], capture_output=True, text=True, check=False, cwd=folder)
     assert (done.returncode, done.stderr) == (0, "")
