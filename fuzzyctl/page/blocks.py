@@ -110,9 +110,25 @@ def _systems(controller: Controller) -> Iterator[FuzzySystem]:
 
 
 def _panel(run: Run, panel: Panel, shown: list[int]) -> dict[str, Any]:
-    reference = _shortened(run.signal(panel.reference)[shown]) if panel.reference is not None else None
-    values = _shortened(run[panel.signal][shown])
-    return {"name": panel.signal, "label": panel.label, "held": panel.held, "values": values, "reference": reference}
+    from fuzzyctl.page import limits
+
+    values = run[panel.signal]
+    lines, reference = [limits.Line(panel.signal, run.t, values)], None
+    if panel.reference is not None:
+        followed = run.signal(panel.reference)
+        lines.append(limits.Line("reference", run.t, followed))
+        reference = _shortened(followed[shown])
+    found = limits.of(lines)
+    return {
+        "name": panel.signal,
+        "label": panel.label,
+        "held": panel.held,
+        "values": _shortened(values[shown]),
+        "reference": reference,
+        "y": found.shown,
+        "whole": found.whole,
+        "note": found.note,
+    }
 
 
 def _shortened(values: Any) -> list[float | None]:
