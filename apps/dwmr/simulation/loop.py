@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 
 from dwmr.control.formation import follower_error, follower_position, trajectory_error
 from dwmr.control.obstacle_avoidance import Avoidance, avoid
+from dwmr.control.safety_filter import Filter, Safety, filter_commands
 from dwmr.core.arrays import FloatArray
 from dwmr.core.geometry import clamp
 from dwmr.core.interfaces import Signal, TrackingError
@@ -71,8 +72,8 @@ class World(NamedTuple):
         robots: Records of dtype `ROBOT`, shape (n,).
         acting: Disturbances, records of dtype `DISTURBANCE`, shape (n, m).
         load: Change of mass and inertia.
-        obstacles: Centre and radius of each, shape (a, 3) [m].
         avoidance: Parameters of the avoidance.
+        safety: Parameters of the safety filter.
         gains: Constants of the control law, shape (n, g).
         slip_is_known: Whether followers know the velocity of their leader over ground; else that of its wheels.
     """
@@ -83,8 +84,8 @@ class World(NamedTuple):
     robots: Any
     acting: Any
     load: Load
-    obstacles: FloatArray
     avoidance: Avoidance
+    safety: Safety
     gains: FloatArray
     slip_is_known: bool
 
@@ -101,6 +102,7 @@ class Memory(NamedTuple):
         law: States of the control law, shape (n, s).
         next_law: The same after the period.
         torques: Torques asked of the right and left wheel, shape (n, 2) [N m].
+        filter: Working memory of the safety filter.
     """
 
     plant: FloatArray
@@ -111,6 +113,7 @@ class Memory(NamedTuple):
     law: FloatArray
     next_law: FloatArray
     torques: FloatArray
+    filter: Filter
 
 
 class Target(NamedTuple):
@@ -133,9 +136,11 @@ def run_periods(
     kernels: Any,
     world: World,
     memory: Memory,
+    obstacles: FloatArray,
     noise: FloatArray,
     record: FloatArray,
     law_record: FloatArray,
+    safety_record: FloatArray,
 ) -> tuple[int, int, int]:
     """Run the control periods from `first` up to but not including `last`.
 
@@ -146,43 +151,64 @@ def run_periods(
         kernels: Gain kernels of the law, one tuple per robot.
         world: Constants.
         memory: Read and written.
+        obstacles: Centres and radii of the obstacles at these periods and the one after, shape (last - first + 1, a, 3)
+            [m]; shape (1, a, 3) where none moves.
         noise: Added to what the robots measure of x, y, theta, v, omega, shape (last - first, n, 5) [m, m, rad, m/s,
             rad/s]; shape (0, n, 5) where all measure exactly.
         record: Written, shape (periods, n, len(SIGNALS)).
         law_record: Written, shape (periods, n, signals of the law).
+        safety_record: Written where the safety filter is on, shape (periods, n, signals of the filter).
 
     Returns:
         Number of the period reached, robot and fault: 0 for none, a key of the law's FAULTS, `NOT_FINITE` or
             `TOO_LARGE`.
     """
     n = world.robots.shape[0]
+    move = 1 if obstacles.shape[0] > 1 else 0
     for k in range(first, last):
         t = k * world.dt
         faulty, first_fault = -1, 0
+        now = obstacles[move * (k - first)]
         if noise.shape[0] > 0:
             _measure(noise[k - first], memory)
         # all robots decide before any of them moves
         for i in range(n):
             state = _state(memory.plant, i)
-            target = _aim(t, i, path, world, memory)
+            target = _aim(t, i, path, now, world, memory)
             seen = error = _error(t, i, target, memory.plant, world, memory)
             if noise.shape[0] > 0:
                 seen = _error(t, i, target, memory.seen, world, memory)
             v_c, omega_c, fault = step(
                 seen, world.dt, world.gains[i], memory.law[i], kernels[i], memory.next_law[i], law_record[k, i]
             )
-            now = disturbance(t, world.acting[i])
-            _inner_loop(i, v_c, omega_c, world, memory)
-            _record(record[k, i], state, target, error, v_c, omega_c, now, memory, i)
+            acting = disturbance(t, world.acting[i])
+            if world.safety.is_on:
+                memory.filter.commands[i, 0], memory.filter.commands[i, 1] = v_c, omega_c
+            else:
+                _inner_loop(i, v_c, omega_c, world, memory)
+            _record(record[k, i], state, target, error, v_c, omega_c, acting, memory, i)
             memory.theta_star[i] += world.dt * seen.drift_theta
             fault = _fault(fault, state, v_c, omega_c)
             if fault != 0 and first_fault == 0:
                 faulty, first_fault = i, fault
+        if world.safety.is_on:
+            _keep_safe(now, obstacles[move * (k - first + 1)], world, memory, record[k], safety_record[k])
         if first_fault != 0:  # only now, so that the last row is whole
             return k, faulty, first_fault
         for i in range(n):
             _move(t, i, world, memory)
     return last, -1, 0
+
+
+@compiled
+def _keep_safe(
+    now: FloatArray, after: FloatArray, world: World, memory: Memory, record: FloatArray, safety_record: FloatArray
+) -> None:
+    """Filter the commands of all robots together, then turn them into torques, which are written into the record."""
+    filter_commands(memory.seen, now, after, world.dt, world.robots, world.safety, memory.filter, safety_record)
+    for i in range(world.robots.shape[0]):
+        _inner_loop(i, memory.filter.commands[i, 0], memory.filter.commands[i, 1], world, memory)
+        record[i, 14], record[i, 15] = memory.torques[i, 0], memory.torques[i, 1]
 
 
 @compiled
@@ -229,7 +255,7 @@ def _is_too_large(s: State, v_c: float, omega_c: float) -> bool:
 
 
 @compiled
-def _aim(t: float, i: int, path: Any, world: World, memory: Memory) -> Target:
+def _aim(t: float, i: int, path: Any, obstacles: FloatArray, world: World, memory: Memory) -> Target:
     """Return the target of one robot; a robot on the reference avoids obstacles by what it sees of itself.
 
     Source:
@@ -248,7 +274,7 @@ def _aim(t: float, i: int, path: Any, world: World, memory: Memory) -> Target:
     if robot.avoids != 0:
         s = _state(memory.seen, i)
         obstacle, direction, reach = avoid(
-            s.x, s.y, s.theta, s.v, robot.radius, world.obstacles, memory.sides[i], world.avoidance
+            s.x, s.y, s.theta, s.v, robot.radius, obstacles, memory.sides[i], world.avoidance
         )
         if obstacle >= 0:
             theta_r, v_r = direction, world.avoidance.slowdown * v_r
