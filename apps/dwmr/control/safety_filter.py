@@ -31,7 +31,6 @@ class Safety(NamedTuple):
     """Parameters of the filter.
 
     Attributes:
-        is_on: Whether commands are filtered at all.
         alpha: Rate α at which the barrier may decline [1/s].
         lookahead: Distance of the guarded point ahead of the axle [m].
         clearance: Distance that the discs keep, beside their radii and the way of half a period [m].
@@ -42,7 +41,6 @@ class Safety(NamedTuple):
         obstacle_speeds: Bounds of the obstacles' speeds, shape (a,) [m/s].
     """
 
-    is_on: bool
     alpha: float
     lookahead: float
     clearance: float
@@ -65,6 +63,7 @@ class Filter(NamedTuple):
         spaces: Constraints on these.
         obstacles: Number of the obstacle that each constraint is about, -1 for none, shape (m,).
         active: Working memory of the projection.
+        record: What is recorded, in the order of `SIGNALS`, shape (periods, n, 4).
     """
 
     commands: FloatArray
@@ -74,16 +73,15 @@ class Filter(NamedTuple):
     spaces: HalfSpaces
     obstacles: Any
     active: ActiveSet
+    record: FloatArray
 
 
-def working_memory(robots: int, obstacles: int, is_on: bool) -> Filter:
-    """Return working memory for some robots and obstacles; next to none where the filter is off."""
-    n = robots if is_on else 0
+def working_memory(n: int, obstacles: int, samples: int) -> Filter:
+    """Return working memory for some robots and obstacles, and a record of some samples."""
     most = 4 * n + n * (n - 1) // 2 + n * obstacles
     commands, points, wanted, safe = (np.zeros((n, columns)) for columns in (2, 3, 2, 2))
-    return Filter(
-        commands, points, wanted, safe, half_spaces(most), np.full(most, -1, dtype=np.int64), active_set(n)
-    )  # fmt: skip
+    about, record = np.full(most, -1, dtype=np.int64), np.zeros((samples, n, len(SIGNALS)))
+    return Filter(commands, points, wanted, safe, half_spaces(most), about, active_set(n), record)
 
 
 @compiled
@@ -118,6 +116,7 @@ def rate_bound(alpha: float, distance: float, least: float) -> float:
 
 @compiled
 def filter_commands(
+    k: int,
     poses: FloatArray,
     now: FloatArray,
     after: FloatArray,
@@ -125,18 +124,17 @@ def filter_commands(
     robots: Any,
     safety: Safety,
     memory: Filter,
-    record: FloatArray,
 ) -> None:
     """Replace the commands in memory by the nearest safe ones within the robots' limits.
 
     Args:
+        k: Number of the control period.
         poses: Reference points and orientations of the robots in the first three columns, shape (n, ...) [m, m, rad].
         now, after: Centres and radii of the obstacles now and a control period later, shape (a, 3) [m].
         dt: Control period [s].
         robots: Records of dtype `ROBOT`, shape (n,).
         safety: Parameters.
         memory: Read and written.
-        record: `SIGNALS`, shape (n, 4); written.
     """
     n, l = robots.shape[0], safety.lookahead
     for i in range(n):
@@ -151,14 +149,15 @@ def filter_commands(
     count = _apart(count, dt, safety, memory)
     count = _away(count, now, after, dt, safety, memory)
     project(memory.wanted, memory.spaces, count, hard, memory.active, memory.safe)
+    record = memory.record[k]
     for i in range(n):
         memory.commands[i, 0], memory.commands[i, 1] = memory.safe[i, 0], memory.safe[i, 1] / l
         record[i, 0], record[i, 1] = memory.commands[i, 0], memory.commands[i, 1]
         record[i, 2], record[i, 3] = 0.0, -1.0
-    for k in range(hard, count):
-        by, obstacle = memory.spaces.shortfalls[k], memory.obstacles[k]
+    for row in range(hard, count):
+        by, obstacle = memory.spaces.shortfalls[row], memory.obstacles[row]
         for side in range(2):
-            i, other = memory.spaces.robots[k, side], memory.spaces.robots[k, 1 - side]
+            i, other = memory.spaces.robots[row, side], memory.spaces.robots[row, 1 - side]
             if by > record[i, 2]:
                 record[i, 2], record[i, 3] = by, n + obstacle if obstacle >= 0 else other
 

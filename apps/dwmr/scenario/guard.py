@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from dwmr.control.safety_filter import Safety
-from dwmr.scenario.model import Robot, Scenario
+from dwmr.scenario.model import Robot, SafetySettings, Scenario
 from dwmr.scenario.moving import largest_speed
 from dwmr.scenario.outlines import outline
 
@@ -19,18 +19,14 @@ def disc_radius(robot: Robot, lookahead: float) -> float:
     return math.hypot(from_point + body.half_length, body.half_width) + body.margin
 
 
-def safety_of(scenario: Scenario) -> Safety:
-    """Return the parameters of the safety filter; it is off where the scenario has no [safety]."""
-    settings, robots = scenario.safety, tuple(scenario.robots.values())
-    if settings is None:
-        nothing = np.zeros(0)
-        return Safety(False, 0.0, 0.0, 0.0, nothing, nothing, nothing, nothing)
+def safety_of(scenario: Scenario, settings: SafetySettings) -> Safety:
+    """Return the parameters of the safety filter with some settings."""
+    robots = tuple(scenario.robots.values())
     lookahead, error = settings.lookahead, settings.velocity_error
     limits = np.array([(r.actuator.v_limit, r.actuator.omega_limit) for r in robots])
     speeds = np.hypot(limits[:, 0], lookahead * limits[:, 1])
     turning = 0.5 * scenario.run.dt * limits[:, 1] * speeds  # a held command's velocity turns with the robot
     return Safety(
-        True,
         settings.alpha,
         lookahead,
         settings.margin,

@@ -73,7 +73,6 @@ class World(NamedTuple):
         acting: Disturbances, records of dtype `DISTURBANCE`, shape (n, m).
         load: Change of mass and inertia.
         avoidance: Parameters of the avoidance.
-        safety: Parameters of the safety filter.
         gains: Constants of the control law, shape (n, g).
         slip_is_known: Whether followers know the velocity of their leader over ground; else that of its wheels.
     """
@@ -85,7 +84,6 @@ class World(NamedTuple):
     acting: Any
     load: Load
     avoidance: Avoidance
-    safety: Safety
     gains: FloatArray
     slip_is_known: bool
 
@@ -102,7 +100,6 @@ class Memory(NamedTuple):
         law: States of the control law, shape (n, s).
         next_law: The same after the period.
         torques: Torques asked of the right and left wheel, shape (n, 2) [N m].
-        filter: Working memory of the safety filter.
     """
 
     plant: FloatArray
@@ -113,7 +110,6 @@ class Memory(NamedTuple):
     law: FloatArray
     next_law: FloatArray
     torques: FloatArray
-    filter: Filter
 
 
 class Target(NamedTuple):
@@ -140,7 +136,7 @@ def run_periods(
     noise: FloatArray,
     record: FloatArray,
     law_record: FloatArray,
-    safety_record: FloatArray,
+    guard: tuple[Safety, Filter] | None,
 ) -> tuple[int, int, int]:
     """Run the control periods from `first` up to but not including `last`.
 
@@ -157,7 +153,7 @@ def run_periods(
             rad/s]; shape (0, n, 5) where all measure exactly.
         record: Written, shape (periods, n, len(SIGNALS)).
         law_record: Written, shape (periods, n, signals of the law).
-        safety_record: Written where the safety filter is on, shape (periods, n, signals of the filter).
+        guard: Safety filter and its memory, None for none; numba compiles the loop once for each.
 
     Returns:
         Number of the period reached, robot and fault: 0 for none, a key of the law's FAULTS, `NOT_FINITE` or
@@ -182,17 +178,17 @@ def run_periods(
                 seen, world.dt, world.gains[i], memory.law[i], kernels[i], memory.next_law[i], law_record[k, i]
             )
             acting = disturbance(t, world.acting[i])
-            if world.safety.is_on:
-                memory.filter.commands[i, 0], memory.filter.commands[i, 1] = v_c, omega_c
-            else:
+            if guard is None:
                 _inner_loop(i, v_c, omega_c, world, memory)
+            else:
+                guard[1].commands[i, 0], guard[1].commands[i, 1] = v_c, omega_c
             _record(record[k, i], state, target, error, v_c, omega_c, acting, memory, i)
             memory.theta_star[i] += world.dt * seen.drift_theta
             fault = _fault(fault, state, v_c, omega_c)
             if fault != 0 and first_fault == 0:
                 faulty, first_fault = i, fault
-        if world.safety.is_on:
-            _keep_safe(now, obstacles[move * (k - first + 1)], world, memory, record[k], safety_record[k])
+        if guard is not None:
+            _keep_safe(k, now, obstacles[move * (k - first + 1)], guard, world, memory, record[k])
         if first_fault != 0:  # only now, so that the last row is whole
             return k, faulty, first_fault
         for i in range(n):
@@ -202,12 +198,14 @@ def run_periods(
 
 @compiled
 def _keep_safe(
-    now: FloatArray, after: FloatArray, world: World, memory: Memory, record: FloatArray, safety_record: FloatArray
-) -> None:
+    k: int, now: FloatArray, after: FloatArray, guard: tuple[Safety, Filter], world: World, memory: Memory,
+    record: FloatArray,
+) -> None:  # fmt: skip
     """Filter the commands of all robots together, then turn them into torques, which are written into the record."""
-    filter_commands(memory.seen, now, after, world.dt, world.robots, world.safety, memory.filter, safety_record)
+    safety, its_memory = guard
+    filter_commands(k, memory.seen, now, after, world.dt, world.robots, safety, its_memory)
     for i in range(world.robots.shape[0]):
-        _inner_loop(i, memory.filter.commands[i, 0], memory.filter.commands[i, 1], world, memory)
+        _inner_loop(i, its_memory.commands[i, 0], its_memory.commands[i, 1], world, memory)
         record[i, 14], record[i, 15] = memory.torques[i, 0], memory.torques[i, 1]
 
 

@@ -171,7 +171,10 @@ def run(simulation: Simulation, report: Callable[[int], None] | None = None) -> 
     samples = scenario.run.steps + 1
     record = np.zeros((samples, len(names), len(SIGNALS)))
     law_record = np.zeros((samples, len(names), len(module.SIGNALS)))
-    safety_record = np.zeros((samples if world.safety.is_on else 0, len(names), len(safety_filter.SIGNALS)))
+    guard = None
+    if scenario.safety is not None:
+        room = safety_filter.working_memory(len(names), len(scenario.obstacles), samples)
+        guard = (safety_of(scenario, scenario.safety), room)
     path, step = first_class(compiled.PATHS[simulation.shape.path]), first_class(module.step)
     draw = noise.source(scenario)
     kernels = tuple(tuple(first_class(k) for k in law.kernels) for law in laws)
@@ -184,7 +187,7 @@ def run(simulation: Simulation, report: Callable[[int], None] | None = None) -> 
             obstacles = _obstacles(scenario, first, last)
             done = run_periods(
                 first, last, path, step, kernels, world, memory, obstacles, draw(last - first),
-                record, law_record, safety_record,
+                record, law_record, guard,
             )  # fmt: skip
             if raised:
                 raise raised[0]
@@ -216,8 +219,8 @@ def run(simulation: Simulation, report: Callable[[int], None] | None = None) -> 
         stop = Stop(float(t[-1]), names[robot], _reason(fault, record[reached, robot], module))
     elif interrupted:
         stop = Stop(float(t[-1]), "", "interrupted")
-    if world.safety.is_on:
-        law_record = np.concatenate([law_record, safety_record], axis=2)
+    if guard is not None:
+        law_record = np.concatenate([law_record, guard[1].record], axis=2)
     signals = simulation.law_signals
     return Trajectory(simulation.name, names, t, record[:kept], law_record[:kept], signals, wall_s, stop)
 
@@ -263,7 +266,6 @@ def _world(simulation: Simulation, laws: list[Law]) -> World:
         Avoidance(
             settings.margin, settings.largest_radius, settings.kappa, settings.gamma, settings.rho, settings.slowdown
         ),
-        safety_of(scenario),
         np.array([law.gains for law in laws]),
         scenario.formation.leader_velocity == "ground",
     )
@@ -309,8 +311,7 @@ def _memory(simulation: Simulation, laws: list[Law]) -> Memory:
     seen = plant.copy() if noise.is_present(scenario) else plant
     theta_star = np.array([_first_direction(simulation, r) for r in robots])
     sides = np.zeros((n, len(scenario.obstacles)))
-    guard = safety_filter.working_memory(n, len(scenario.obstacles), scenario.safety is not None)
-    return Memory(plant, seen, theta_star, np.zeros((n, 2)), sides, law, law.copy(), np.zeros((n, 2)), guard)
+    return Memory(plant, seen, theta_star, np.zeros((n, 2)), sides, law, law.copy(), np.zeros((n, 2)))
 
 
 def _first_direction(simulation: Simulation, robot: Robot) -> float:
