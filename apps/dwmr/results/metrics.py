@@ -14,6 +14,7 @@ from dwmr.core.arrays import FloatArray
 from dwmr.core.geometry import wrap_array
 from dwmr.results import contacts, lyapunov
 from dwmr.scenario.model import Scenario
+from dwmr.scenario.moving import centres
 from dwmr.simulation.simulate import Trajectory
 
 #: Duration of the runs behind Table 12 [s] (section 7); errors of a shorter run are no counterpart of it.
@@ -178,8 +179,8 @@ def distances(trajectory: Trajectory, scenario: Scenario, robot: str) -> FloatAr
         Goto, Bertol, Martins, Eq. (56).
     """
     i = trajectory.robots.index(robot)
-    centres = np.array([(o.x, o.y) for o in scenario.obstacles]).reshape(-1, 2)
-    gap: FloatArray = np.hypot(trajectory["x"][:, i, None] - centres[:, 0], trajectory["y"][:, i, None] - centres[:, 1])
+    at = centres(scenario, trajectory.t)
+    gap: FloatArray = np.hypot(trajectory["x"][:, i, None] - at[:, :, 0], trajectory["y"][:, i, None] - at[:, :, 1])
     return gap
 
 
