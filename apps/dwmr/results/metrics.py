@@ -12,7 +12,7 @@ import numpy as np
 from dwmr.control import laws
 from dwmr.core.arrays import FloatArray
 from dwmr.core.geometry import wrap_array
-from dwmr.results import contacts, lyapunov
+from dwmr.results import contacts, lyapunov, safety
 from dwmr.scenario.model import Scenario
 from dwmr.scenario.moving import centres
 from dwmr.simulation.simulate import Trajectory
@@ -110,6 +110,8 @@ def measure(trajectory: Trajectory, scenario: Scenario, wanted: Collection[str] 
         }
         if wanted is None or {"lyapunov", "drift"} & set(wanted):
             result |= lyapunov.measure(trajectory, scenario)
+    if wanted is None and scenario.safety is not None:
+        result["safety"] = safety.measure(trajectory, scenario, scenario.safety)
     if "g_ais_v" in trajectory.names:
         result["g_ais_min"] = float(min(trajectory["g_ais_v"].min(), trajectory["g_ais_omega"].min()))
     result["steps"] = len(whole.t) - 1

@@ -94,12 +94,13 @@ def missed(pair: Pair, alpha: float, dt: float) -> FloatArray:
     return np.where(short > TOLERANCE, short, 0.0)
 
 
-def measure(trajectory: Trajectory, scenario: Scenario) -> dict[str, Any] | None:
-    """Return what became of the safety filter as plain data, None for a run without.
+def measure(trajectory: Trajectory, scenario: Scenario, settings: SafetySettings) -> dict[str, Any]:
+    """Return what became of the safety filter as plain data.
 
     Args:
         trajectory: A run.
         scenario: What was run.
+        settings: Its filter.
 
     Returns:
         `acts`: share of time in which the filter changed a robot's command [-]; `disc_gap`: least distance between a
@@ -108,9 +109,6 @@ def measure(trajectory: Trajectory, scenario: Scenario) -> dict[str, Any] | None
         time `t`, duration `lasted` [s], place `x`, `y` of the robot's guarded point [m] and the largest amount `by`
         [m/s].
     """
-    settings = scenario.safety
-    if settings is None:
-        return None
     names = [*trajectory.robots, *(f"obstacles.{a}" for a in range(len(scenario.obstacles)))]
     shortfall, conflict = trajectory["safe_shortfall"], trajectory["safe_conflict"]
     points = guarded_points(trajectory, scenario, settings.lookahead)

@@ -127,8 +127,7 @@ def outcome(number: int, seed: int, law: str) -> dict[str, Any]:
     """Run a scene: its collisions [robot, other, time], moments at which barriers were not kept, and least gaps."""
     file, trajectory = run(number, seed, law)
     scenario = file.scenario
-    found = safety.measure(trajectory, scenario)
-    assert found is not None
+    found = safety.measure(trajectory, scenario, scenario.safety)
     hits, least = [], math.inf
     for a, b, near, gaps in robot_gaps(trajectory, scenario):
         least = min(least, float(gaps.min()))
