@@ -33,6 +33,8 @@ class Safety(NamedTuple):
     Attributes:
         alpha: Rate α at which the barrier may decline [1/s].
         lookahead: Distance of the guarded point ahead of the axle [m].
+        acceleration: Rate at which the filter lets laws change their commands [m/s²].
+        angular_acceleration: The same for turning [rad/s²].
         clearance: Distance that the discs keep, beside their radii and the way of half a period [m].
         radii: Radii of the robots' discs, shape (n,) [m].
         speeds: Bounds of the speeds of the guarded points, shape (n,) [m/s].
@@ -43,6 +45,8 @@ class Safety(NamedTuple):
 
     alpha: float
     lookahead: float
+    acceleration: float
+    angular_acceleration: float
     clearance: float
     radii: FloatArray
     speeds: FloatArray
@@ -59,7 +63,7 @@ class Filter(NamedTuple):
         points: Guarded points and headings, shape (n, 3) [m, m, rad].
         wanted: Velocities of the guarded points along and across their robots that the law asks for, shape (n, 2)
             [m/s].
-        safe: The same after the filter, shape (n, 2) [m/s].
+        safe: The same after the filter, those of the period before at first, shape (n, 2) [m/s].
         spaces: Constraints on these.
         obstacles: Number of the obstacle that each constraint is about, -1 for none, shape (m,).
         active: Working memory of the projection.
@@ -142,8 +146,10 @@ def filter_commands(
         memory.points[i, 0] = poses[i, 0] + ahead * math.cos(theta)
         memory.points[i, 1] = poses[i, 1] + ahead * math.sin(theta)
         memory.points[i, 2] = theta
-        memory.wanted[i, 0] = clamp(memory.commands[i, 0], robots[i].v_limit)
-        memory.wanted[i, 1] = l * clamp(memory.commands[i, 1], robots[i].omega_limit)
+        v, omega = clamp(memory.commands[i, 0], robots[i].v_limit), clamp(memory.commands[i, 1], robots[i].omega_limit)
+        before = memory.safe[i]
+        memory.wanted[i, 0] = before[0] + clamp(v - before[0], dt * safety.acceleration)
+        memory.wanted[i, 1] = before[1] + clamp(l * omega - before[1], dt * l * safety.angular_acceleration)
     count = _limits(robots, safety, memory.spaces)
     hard = count
     count = _apart(count, dt, safety, memory)

@@ -29,6 +29,8 @@ def safety_of(scenario: Scenario, settings: SafetySettings) -> Safety:
     return Safety(
         settings.alpha,
         lookahead,
+        settings.acceleration,
+        settings.angular_acceleration,
         settings.margin,
         np.array([disc_radius(r, lookahead) for r in robots]),
         speeds + error,

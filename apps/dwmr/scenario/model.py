@@ -196,6 +196,8 @@ class SafetySettings(Section):
     alpha: float = quantity("rate α at which the barrier h may decline", "1/s", gt=0, le=1e6)
     lookahead: float = quantity("guarded point ahead of the axle", "m", gt=0, le=FARTHEST)
     margin: float = quantity("distance kept between guarded discs and obstacles", "m", ge=0, le=FARTHEST)
+    acceleration: float = quantity("rate at which commands may change", "m/s²", gt=0, le=1e6)
+    angular_acceleration: float = quantity("rate at which commands may change", "rad/s²", gt=0, le=1e6)
     velocity_error: float = quantity(
         "bound of the difference between a guarded point's velocity and its command", "m/s", ge=0, le=FASTEST_OBSTACLE
     )
