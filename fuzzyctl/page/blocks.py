@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any, Final
 
 from fuzzyctl.codegen.steps.javascript_source import StepJavaScriptLayout
 from fuzzyctl.codegen.steps.unit import StepUnit, ends
+from fuzzyctl.page.proofs import controller_proofs
 from fuzzyctl.simulation.settings import params_of
 
 if TYPE_CHECKING:
+    from fuzzyctl.model.controller import Controller
+    from fuzzyctl.model.system import FuzzySystem
     from fuzzyctl.plot.time_series import Panel
     from fuzzyctl.simulation.run import Run
 
@@ -21,8 +24,13 @@ DIGITS: Final = 6
 REACH: Final = 10.0
 
 
-def controller_data(unit: StepUnit) -> dict[str, Any]:
-    """Return what is shown of a controller."""
+def controller_data(unit: StepUnit, *, proofs: bool = False) -> dict[str, Any]:
+    """Return what is shown of a controller.
+
+    Args:
+        unit: The controller.
+        proofs: Whether bounds and verdicts are among it, which take numpy.
+    """
     controller = unit.controller
     inputs = []
     for signal in controller.inputs:
@@ -41,6 +49,7 @@ def controller_data(unit: StepUnit) -> dict[str, Any]:
         "outputs": [{"name": r.name, "label": r.label, "unit": r.unit} for r in controller.results],
         "state": layout.has_state,
         "period": unit.equations.period,
+        **(controller_proofs(controller) if proofs else {"bounds": None, "verdicts": []}),
     }
 
 
@@ -65,12 +74,39 @@ def loop_data(run: Run) -> dict[str, Any]:
         ],
         "t": _shortened(run.t[shown]),
         "panels": [_panel(run, p, shown) for p in panels(run)],
+        "inputs": list(_inputs(run, shown)),
         "measures": [
             [m.label or m.name, f"{measures[m.name]:.6g}{f' {m.unit}' if m.unit else ''}"] for m in run.loop.measures
         ],
         "verdicts": [["met" if r.holds else "not met", r.text, ""] for r in run.requirements],
         "stopped": run.stopped.message if run.stopped is not None else "",
     }
+
+
+def _inputs(run: Run, shown: list[int]) -> Iterator[dict[str, Any]]:
+    """Yield for each controller and system what its inputs are at the samples shown; of several calls the first."""
+    from fuzzyctl.simulation.sample_times import sample_times
+
+    controllers, samples, found = {c.name: c for c in run.loop.controllers}, sample_times(run.loop)[1], set()
+    for instance in run.loop.instances:
+        controller = controllers.get(instance.controller)
+        if controller is None:
+            continue
+        rows = [k - k % samples[instance.name] for k in shown]
+        known = [(controller.name, "", [i.name for i in controller.inputs])]
+        known += [(s.name, f"{s.name}.", [i.name for i in s.inputs]) for s in _systems(controller)]
+        for name, prefix, names in known:
+            signals = [f"{instance.name}.{prefix}{n}" for n in names]
+            if name not in found and set(signals) <= set(run.names):
+                found.add(name)
+                yield {"block": name, "values": [_shortened(run[s][rows]) for s in signals]}
+
+
+def _systems(controller: Controller) -> Iterator[FuzzySystem]:
+    """Yield the systems that a controller and those inside it call."""
+    yield from controller.systems
+    for inner in controller.controllers:
+        yield from _systems(inner)
 
 
 def _panel(run: Run, panel: Panel, shown: list[int]) -> dict[str, Any]:

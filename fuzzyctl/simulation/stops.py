@@ -91,10 +91,12 @@ def _made_before(
     facts = (f"one sample later state '{state.name}' is {_what(value)}",)
     spans = [(state.span, "the state is declared here")]
     block = f"{name.partition('.')[0]}."
-    starts = [k for k in kept if len(past) == 1 and k.name.startswith(block) and not math.isfinite(k.start)]
-    spans += [(k.span, "what is kept here starts infinite") for k in starts]
+    starts = dict.fromkeys(k.span for k in kept if k.name.startswith(block) and not math.isfinite(k.start))
+    spans += [(span, "what is kept here starts infinite") for span in starts]
     notes = tuple(Note(span, text) for span, text in spans if span is not None)
-    help_text = _START if starts else _KEEP_DOMAINS
+    help_text = _KEEP_DOMAINS
+    if starts:  # which it may still have at a later sample
+        help_text = _START if len(past) == 1 else f"give what is kept a finite start, or {_KEEP_DOMAINS}"
     return Diagnostic("FZ701", message, _span_of_signal(loop, name), facts=facts, help=help_text, notes=notes)
 
 

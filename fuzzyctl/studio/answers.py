@@ -23,7 +23,14 @@ from fuzzyctl.lang.formatter import format_source
 from fuzzyctl.model.controller import Controller
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.page.blocks import controller_data
-from fuzzyctl.page.document import Section, controller_section, system_section
+from fuzzyctl.page.document import (
+    Section,
+    controller_section,
+    live_document,
+    page_facts,
+    page_script,
+    system_section,
+)
 from fuzzyctl.page.document import document as page_of
 from fuzzyctl.page.systems import SystemFacts
 from fuzzyctl.studio.exports import exported
@@ -31,6 +38,10 @@ from fuzzyctl.studio.places import characters, edits, ends
 from fuzzyctl.support.reading import MAX_BYTES
 
 _Data = dict[str, Any]
+
+
+class NothingShownError(FuzzyctlError):
+    """A text holds nothing that a page could show."""
 
 
 def answer(request: str) -> str:
@@ -121,12 +132,34 @@ def _format(document: Document, _: _Data) -> _Data:
     return {"text": format_source(document.source)}
 
 
+def _frame(_: Document, asked: _Data) -> _Data:
+    """Return the page that pictures are shown on."""
+    return {"html": live_document(asked["nonce"])}
+
+
+def _picture(document: Document, _: _Data) -> _Data:
+    """Return what the frame shows of the text."""
+    title, sections = _shown(document)
+    return {"facts": page_facts(title, sections, document.proved), "script": page_script(sections)}
+
+
 def _page(document: Document, _: _Data) -> _Data:
-    """Return the page of all systems and controllers; loops are runs, which take numpy."""
+    """Return the page of all systems and controllers."""
+    title, sections = _shown(document)
+    return {"html": page_of(title, sections, document.proved)}
+
+
+def _shown(document: Document) -> tuple[str, list[Section]]:
+    """Return the title of a page, and its sections.
+
+    Raises:
+        DiagnosticError: For a text with errors.
+        NothingShownError: For one without systems and controllers.
+    """
     sections = [_section(block, document) for block in _sound(document)]
     if not sections:
-        return {"refused": "there is no system and no controller to show"}
-    return {"html": page_of(sections[0].data["title"] or sections[0].data["name"], sections, document.proved)}
+        raise NothingShownError("there is no system and no controller to show")
+    return sections[0].data["title"] or sections[0].data["name"], sections
 
 
 def _section(block: FuzzySystem | Controller, document: Document) -> Section:
@@ -169,6 +202,8 @@ METHODS: Final[dict[str, Callable[[Document, _Data], _Data]]] = {
     "hover": _hover,
     "actions": _actions,
     "format": _format,
+    "frame": _frame,
+    "picture": _picture,
     "page": _page,
     "export": _export,
 }

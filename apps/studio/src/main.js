@@ -2,12 +2,15 @@
 import { editor, mark } from "./editor.js";
 import { Engine } from "./engine.js";
 import { link, linked } from "./link.js";
+import { Picture } from "./picture.js";
 
 const at = (id) => document.getElementById(id);
 const status = (text) => (at("status").textContent = text);
 let name = "untitled.fz";
 /** Texts that the text may use, by name. */
 let files = {};
+/** Milliseconds until a picture that is not complete is said to be an older one. */
+const PATIENCE = 500;
 /** Counts texts, so that no answer is shown that is about an older one. */
 let version = 0;
 
@@ -23,6 +26,7 @@ const engine = new Engine((state, detail) => {
     stale("The picture is not that of the text, which takes too long.");
   }
 });
+const shown = new Picture(at("frames"), (nonce) => ask("frame", { nonce }));
 const view = editor(at("editor"), (method, more) => ask(method, more), () => {
   version += 1;
   check();
@@ -97,29 +101,18 @@ function repairs() {
 // -- the picture
 
 function stale(why) {
-  const has = at("frames").querySelector("iframe") !== null;
-  at("frames").classList.toggle("stale", has && why !== "");
-  at("stale").textContent = has || why === "" ? why : "There is no picture yet.";
+  at("frames").classList.toggle("stale", shown.has && why !== "");
+  at("stale").textContent = shown.has || why === "" ? why : `There is no picture yet. ${why}`;
 }
 
 async function picture(own) {
-  const found = await ask("page");
+  const found = await ask("picture");
   if (!found || own !== version) return;
   if (found.refused) return stale(`This is not the picture of the text: ${found.refused}`);
-  const frame = document.createElement("iframe");
-  frame.title = `Systems and controllers of ${name}`;
-  frame.sandbox = "allow-scripts";
-  frame.className = "waiting";
-  frame.srcdoc = found.html;
-  const loaded = new Promise((resolve) => (frame.onload = resolve));
-  at("frames").append(frame);
-  await loaded;
-  if (own !== version) return frame.remove();
-  const before = at("frames").querySelectorAll("iframe:not(.waiting)");
-  frame.className = "";
-  for (let k = 0; k < 2; k += 1) await new Promise(requestAnimationFrame); // the one before stays until this one is painted
-  for (const other of before) other.remove(); // and not one that waits for a newer text
-  if (own === version) stale("");
+  const slow = setTimeout(() => stale("The picture of the text is being computed; this is the one before."), PATIENCE);
+  const failed = await shown.show(found);
+  clearTimeout(slow);
+  if (own === version && failed !== null) stale(failed);
 }
 
 // -- texts in and out
@@ -230,4 +223,4 @@ async function follow() {
 addEventListener("hashchange", follow);
 await start();
 // For tests.
-globalThis.studio = { view, engine };
+globalThis.studio = { view, engine, picture: shown };

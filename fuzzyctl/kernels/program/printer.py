@@ -68,6 +68,8 @@ class Dialect:
     nested: bool = False
     integral: Callable[[Quadrature, str, str], str] = lambda s, given, marks: (
         f"{s.kind}({s.function}, marked({s.places}, {marks}), {given})"
+        if s.speed is None
+        else f"{s.kind}({s.function}, {s.speed_function}, {s.places}, {given})"
     )
     constant: Callable[[float], str] = lambda value: number(value)
 
@@ -228,13 +230,23 @@ def _tuple(texts: Sequence[str]) -> str:
     return f"({', '.join(texts)},)" if texts else "()"
 
 
-def set_function(statement: Quadrature, dialect: Dialect) -> Iterator[str]:
-    """Yield the lines of the function that a quadrature integrates."""
-    yield f"def {statement.function}({statement.x}, given):"
-    if statement.given:
-        yield f"{INDENT}{', '.join(statement.given)}, = given"
-    yield from block(statement.body, dialect, lambda condition, output: [])
-    yield f"{INDENT}return {text(statement.value, dialect)}"
+def set_functions(statement: Quadrature, dialect: Dialect) -> Iterator[str]:
+    """Yield the lines of the function that a quadrature integrates, and those of the speed of its jumps."""
+    given, speed = statement.given, statement.speed
+    yield from _inner_function(statement.function, (statement.x,), given, statement.body, statement.value, dialect)
+    if speed is not None:
+        places = (statement.x, speed.right)
+        yield from _inner_function(statement.speed_function, places, given, speed.body, speed.value, dialect)
+
+
+def _inner_function(
+    name: str, places: Sequence[str], given: Sequence[str], body: tuple[Statement, ...], value: Expr, dialect: Dialect
+) -> Iterator[str]:
+    yield f"def {name}({', '.join(places)}, given):"
+    if given:
+        yield f"{INDENT}{', '.join(given)}, = given"
+    yield from block(body, dialect, lambda condition, output: [])
+    yield f"{INDENT}return {text(value, dialect)}"
 
 
 def _offset(parts: Sequence[tuple[str, int]]) -> str:
@@ -287,7 +299,7 @@ def block(
                 yield f"{pad}{INDENT}{name} = ({name} + {own} * ({other} - {name}) if {side} else {other})"
             case Quadrature(found=found, area=area, given=given):
                 if dialect.nested:
-                    yield from (pad + line for line in set_function(statement, dialect))
+                    yield from (pad + line for line in set_functions(statement, dialect))
                 read, marks = (_tuple(t) for t in (given, [text(m, dialect) for m in statement.marks]))
                 yield f"{pad}{found}, {area} = {dialect.integral(statement, read, marks)}"
             case Refuse(condition=condition, output=output):

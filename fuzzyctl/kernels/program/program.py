@@ -137,20 +137,19 @@ class Between:
 
 
 @record(frozen=True, slots=True)
-class Jump:
-    """A place where a set that is integrated jumps, because a part of it ends there.
+class Speed:
+    """How fast the place moves at which a set that is integrated jumps.
 
     Args:
-        mark: The place, an atom.
-        part: Name of the part, among what the body of the set writes; it is 0 outside.
-        inside: What the part is there on the inner side.
-        is_left: Whether the part begins there; else it ends.
+        right: Name of a place to the right of another one, which has the name of the place of the set.
+        body: Statements for each two places.
+        value: The derivative of the place of a jump between both; 0 where there is none between them, and infinite or
+            NaN for a jump that does not move, or where both are too far apart to tell.
     """
 
-    mark: Expr
-    part: str
-    inside: Expr
-    is_left: bool
+    right: str
+    body: tuple[Statement, ...]
+    value: Expr
 
 
 @record(frozen=True, slots=True)
@@ -160,15 +159,15 @@ class Quadrature:
     Args:
         found: Name of what is found: the first moment about 0, or the place up to which the area is half.
         area: Name of the area.
-        kind: Name of the function: `moments` or `half`.
+        kind: Name of the function: `moments`, `half`, or `jumps`, which finds what jumps add to the derivatives of
+            moment and area.
         x: Name of the place.
         body: Statements for each place.
         value: The degree there.
         given: Names that body and value read besides the place.
         places: Name of the table, whose entries rise.
         marks: Atoms between the first and the last entry, where the set may bend or jump.
-        jumps: Where the set jumps, at places that move with what is given.
-        unknown: The norm that makes it jump at such places that are not known; empty for none.
+        speed: For `jumps` how fast they move, else None.
     """
 
     found: str
@@ -180,13 +179,17 @@ class Quadrature:
     given: tuple[str, ...]
     places: str
     marks: tuple[Expr, ...]
-    jumps: tuple[Jump, ...] = ()
-    unknown: str = ""
+    speed: Speed | None = None
 
     @property
     def function(self) -> str:
         """The name of the set as a function."""
         return f"set_{self.found}"
+
+    @property
+    def speed_function(self) -> str:
+        """The name of the speed of its jumps as a function."""
+        return f"speed_{self.found}"
 
 
 @record(frozen=True, slots=True)

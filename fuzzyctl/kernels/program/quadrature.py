@@ -19,6 +19,8 @@ from typing import Final
 Given = tuple[float, ...]
 #: From a place and what else it depends on to the degree.
 SetFunction = Callable[[float, Given], float]
+#: From two places and what else it depends on to how fast jumps between both move, see `program.Speed`.
+SpeedFunction = Callable[[float, float, Given], float]
 
 #: Positive nodes of the Kronrod rule with 15 points on [-1, 1], their weights, and those of the Gauss rule with 7
 #: points, which has every other node (Piessens et al., QUADPACK, 1983).
@@ -96,6 +98,8 @@ LOOSER: Final = 3
 SLACK: Final = 1e-13
 #: A bound that no area comes to.
 NOWHERE: Final = math.nan
+#: How fast a jump moves whose speed is not known.
+INFINITE: Final = math.inf
 #: Most steps to find a place within a stretch, and where they end, as a part of its length.
 STEPS: Final = 60
 NEAR: Final = 1e-15
@@ -218,6 +222,44 @@ def summed(
                 top -= 1
     end = places[len(places) - 1]
     return moment, area, is_complete, end, end, 0.0
+
+
+def jumps(function: SetFunction, speed: SpeedFunction, places: Sequence[float], given: Given) -> tuple[float, float]:
+    """Return what jumps of a set that move add to the derivatives of moment and area.
+
+    Stretches are halved while the set is not smooth, and besides while something jumps between their ends.
+    """
+    _, _, allowed = integrals(function, places, given)
+    rounded = ROUNDED * max(abs(places[0]), abs(places[len(places) - 1]))
+    area = 0.0
+    moment = 0.0
+    left_over = MOST
+    ends = [0.0] * (DEEPEST + 1)
+    for k in range(len(places) - 1):
+        left = places[k]
+        ends[0] = places[k + 1]
+        top = 0
+        reserve = left_over - left_over // min(len(places) - 1 - k, 4)
+        while top >= 0:
+            right = ends[top]
+            center = 0.5 * left + 0.5 * right
+            own, _, error = stretch(function, given, center, 0.5 * (right - left))
+            moved = speed(left, right, given)
+            left_over -= 1
+            size = abs(own)
+            is_off = error > allowed and error > OF_OWN * size and error * (right - left) > rounded * size
+            is_off = is_off or moved != 0.0
+            if is_off and top < DEEPEST and left < center < right and left_over > reserve:
+                top += 1
+                ends[top] = center
+            else:
+                if abs(moved) < INFINITE:
+                    share = moved * (function(left, given) - function(right, given))
+                    area += share
+                    moment += share * center
+                left = right
+                top -= 1
+    return moment, area
 
 
 def within(function: SetFunction, given: Given, left: float, right: float, wanted: float, whole: float) -> float:

@@ -19,13 +19,13 @@ from fuzzyctl.kernels.program.program import (
     Between,
     Fold,
     Item,
-    Jump,
     Locate,
     Offset,
     Place,
     Program,
     Quadrature,
     Refuse,
+    Speed,
     Statement,
 )
 
@@ -64,8 +64,10 @@ def parts(statement: Statement) -> Parts:
         case Between(name=name, side=side, share=share, body=body, value=value):
             return Parts((name,), (share, value), body, counters=(side,))
         case Quadrature(found=found, area=area, x=x, body=body, value=value, given=given, places=places, marks=marks):
-            jumps = [e for j in statement.jumps for e in (j.mark, j.inside)]
-            return Parts((found, area), (value, *marks, *jumps), body, (*given, places), (x,))
+            if (speed := statement.speed) is None:
+                return Parts((found, area), (value, *marks), body, (*given, places), (x,))
+            inner, counters = (*body, *speed.body), (x, speed.right)
+            return Parts((found, area), (value, speed.value, *marks), inner, (*given, places), counters)
         case Refuse(condition=condition):
             return Parts((), (condition,))
     assert_never(statement)
@@ -99,7 +101,7 @@ def rebuilt(statement: Statement, value: Callable[[Expr], Expr], name: Callable[
             return Fold(count, name(own), assigned(first), assigned(body), assigned(then))
         case Between(name=own, side=side, share=share, body=body, value=end):
             return Between(name(own), name(side), value(share), all_of(body), value(end))
-        case Quadrature(body=body, value=end, given=given, marks=marks):
+        case Quadrature(body=body, value=end, given=given, marks=marks, speed=speed):
             return Quadrature(
                 name(statement.found),
                 name(statement.area),
@@ -110,8 +112,7 @@ def rebuilt(statement: Statement, value: Callable[[Expr], Expr], name: Callable[
                 tuple(map(name, given)),
                 name(statement.places),
                 tuple(map(value, marks)),
-                tuple(Jump(value(j.mark), name(j.part), value(j.inside), j.is_left) for j in statement.jumps),
-                statement.unknown,
+                speed and Speed(name(speed.right), all_of(speed.body), value(speed.value)),
             )
         case Refuse(condition=condition):
             return replace(statement, condition=value(condition))

@@ -31,7 +31,9 @@ function termsView(variable, degreesAt) {
     });
     const items = variable.terms.map((term, k) => {
         const swatch = element("span", { className: "swatch", "aria-hidden": "true" });
-        redraws.push(() => (swatch.style.background = lineColor(k)));
+        const fill = () => (swatch.style.background = lineColor(k));
+        fill();
+        redraws.push(fill);
         return element("li", { title: term.text }, swatch, `${term.name} `, numbers[k]);
     });
     const box = element("div", { className: "terms" }, element("h4", {}, withUnit(variable)), canvas, element("ul", {}, ...items));

@@ -42,7 +42,20 @@ MISTAKES = {
     "output y = delay(x)": ("FZ303", "wrong arguments of 'delay'", "delay(x", "the form is: delay(x, time"),
     "output y = delay(x, 1 s, 2, 3)": ("FZ303", "wrong arguments of 'delay'", "delay(", "the form is: delay"),
     "output y = delay(x, u)": ("FZ202", "no param 'u'", "u", ""),
-    "output y = delay(x, -1)": ("FZ302", "the dead time is -1 s: expected 0 or more", "-1", "write a time"),
+    "output y = delay(x, -1)": (
+        "FZ302",
+        "the dead time is -1 s: expected a finite time of 0 or more",
+        "-1",
+        "write a time",
+    ),
+    "output y = delay(x, inf)": (
+        "FZ302",
+        "the dead time is inf s: expected a finite time of 0 or more",
+        "inf",
+        "write a time",
+    ),
+    "output y = delay(x, 1, inf)": ("FZ302", "the start of the dead time is infinite", "inf", "give it a finite start"),
+    "state w = -inf\nder w = x\noutput y = x": ("FZ302", "the start of state 'w' is infinite", "-inf", "give it"),
     "output y = x / (1 - 1)": ("FZ307", "division by zero", "x / (1 - 1", "give the divisor a value"),
     "output y = delay(x, 1 s, start=1/0)": ("FZ307", "division by zero", "1/0", ""),
     "function f(a) = delay(a, 1 s)\noutput y = f(x)": (
@@ -99,7 +112,12 @@ ONE_LINE = {
     "tf(num=1, den=[1, 1])": ("FZ303", "expected a list for 'num'", "1", "the form is: tf("),
     "tf(num=[1], den=[1, q])": ("FZ202", "no param 'q'", "q", ""),
     "tf(num=[1], den=[1, [2]])": ("FZ303", "expected a number, found a list", "[2]", ""),
-    "tf(num=[1], den=[1, 2], delay=-1)": ("FZ302", "the dead time is -1 s: expected 0 or more", "-1", "write a time"),
+    "tf(num=[1], den=[1, 2], delay=-1)": (
+        "FZ302",
+        "the dead time is -1 s: expected a finite time of 0 or more",
+        "-1",
+        "write a time",
+    ),
     "tf(num=[1], den=[1e-300, 1e300])": ("FZ307", "the coefficients are too large or too small", "tf(", "scale them"),
     "tf(num=[1], den=[1, 2], dealy=1)": ("FZ303", "wrong arguments of 'tf'", "tf(", "delay=0 s"),
     "zpk(zeros=[-1, -2], poles=[-1])": (

@@ -1,6 +1,7 @@
 """The studio's worker answers without numpy what the program answers with it; browsers count in UTF-16."""
 
 import json
+import re
 import subprocess
 import sys
 
@@ -41,7 +42,7 @@ def requests():
     for name in FILES:
         path = RULES / name
         text = path.read_text()
-        common = {"file": str(path), "text": text, "offset": text.index(" = ") - 1}
+        common = {"file": str(path), "text": text, "offset": text.index(" = ") - 1, "nonce": "a1-b2"}
         yield from ({"method": m, **common} for m in METHODS if m != "export")
         yield from ({"method": "export", "target": target, **common} for target in TARGETS)
 
@@ -115,5 +116,16 @@ def test_hovers_show_a_term():
 def test_a_hostile_title_stays_text():
     text = (RULES / "tipper.fz").read_text()
     line = next(x for x in text.splitlines() if x.startswith("system tipper"))
-    found = ask("page", text.replace(line, 'system tipper "</script><img src=x onerror=alert(1)>"'))["html"]
-    assert "<img src=x" not in found
+    hostile = text.replace(line, 'system tipper "</script><img src=x onerror=alert(1)>"')
+    assert "<img src=x" not in ask("page", hostile)["html"]
+    assert "<img src=x" not in ask("picture", hostile)["script"]
+
+
+def test_a_picture_is_what_the_page_shows():
+    text = (RULES / "tipper.fz").read_text()
+    page, picture, frame = ask("page", text)["html"], ask("picture", text), ask("frame", "", nonce="a1-b2")["html"]
+    assert f"<script>{picture['script']}</script>" in page
+    shown = re.search(r'id="facts">(.*?)</script>', page)
+    assert json.loads(shown[1]) == picture["facts"]
+    assert "'nonce-a1-b2'" in frame
+    assert "nonce" not in re.search(r'content="(default-src.*?)"', page)[1]
