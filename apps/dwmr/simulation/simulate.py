@@ -183,13 +183,15 @@ def run(simulation: Simulation, report: Callable[[int], None] | None = None) -> 
     chunk = PERIODS_AT_A_TIME if COMPILED else 1
 
     def periods(first: int, last: int) -> tuple[int, int, int]:
-        with reported(simulation.name, Path(str(module.__file__)), "run", only_own=last > 0):
+        file = Path(str(module.__file__))
+        with reported(simulation.name, file, "run", only_own=last > 0):
             obstacles = _obstacles(scenario, first, last)
             done = run_periods(
                 first, last, path, step, kernels, world, memory, obstacles, draw(last - first),
                 record, law_record, guard,
             )  # fmt: skip
-            if raised:
+        if raised:  # by the law's step: errors of compiled code name no line
+            with reported(simulation.name, file, "run"):
                 raise raised[0]
         return done
 
