@@ -13,6 +13,8 @@ from typing import Any, Final
 
 from fuzzyctl.analysis.prove import quickly
 from fuzzyctl.codegen.errors import CodegenError
+from fuzzyctl.codegen.sources import sources
+from fuzzyctl.codegen.steps.sources import step_sources
 from fuzzyctl.codegen.steps.unit import prepare_step
 from fuzzyctl.codegen.unit import prepare
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError, FuzzyctlError
@@ -33,7 +35,6 @@ from fuzzyctl.page.document import (
 )
 from fuzzyctl.page.document import document as page_of
 from fuzzyctl.page.systems import SystemFacts
-from fuzzyctl.studio.exports import exported
 from fuzzyctl.studio.places import characters, edits, ends
 from fuzzyctl.support.reading import MAX_BYTES
 
@@ -200,12 +201,19 @@ def _export(document: Document, asked: _Data) -> _Data:
     refused = []
     for block in _blocks(document):
         try:
-            files |= exported(block, document.text, asked["target"])
+            files |= _files(block, document.text, asked["target"])
         except CodegenError as error:
             refused.append(f"'{block.name}': {error}")
     if not files:
         return {"refused": "; ".join(refused) or "there is no system and no controller to write"}
     return {"files": files, "left_out": refused}
+
+
+def _files(block: FuzzySystem | Controller, text: str, target: str) -> dict[str, str]:
+    """Return the files of a block, without the self-tests, whose numbers take numpy."""
+    if isinstance(block, Controller):
+        return step_sources(prepare_step(block, text), target)
+    return sources(prepare(block, text), target)
 
 
 def _require_sound(document: Document) -> None:
