@@ -11,6 +11,10 @@ let name = "untitled.fz";
 let files = {};
 /** Milliseconds until a picture that is not complete is said to be an older one. */
 const PATIENCE = 500;
+/** Milliseconds that the text stays the same before its loops are run. */
+const PAUSE = 300;
+/** The runs that are shown. */
+let runs = [];
 /** Counts texts, so that no answer is shown that is about an older one. */
 let version = 0;
 
@@ -110,16 +114,35 @@ async function picture(own) {
   if (!found || own !== version) return;
   if (found.refused) return stale(`This is not the picture of the text: ${found.refused}`);
   const slow = setTimeout(() => stale("The picture of the text is being computed; this is the one before."), PATIENCE);
-  const failed = await shown.show(found);
+  const before = runs.filter((r) => found.loops.includes(r.name)).map((r) => ({ ...r, note: "This run is that of the text before." }));
+  const failed = await shown.show(together(found, before));
   clearTimeout(slow);
-  if (own === version && failed !== null) stale(failed);
+  if (own !== version || failed === null) return;
+  stale(failed);
+  if (found.loops.length > 0) setTimeout(() => own === version && run(own, found), PAUSE);
 }
+
+/** Runs the loops of the text, once it has stayed the same for a moment, and shows them below its systems. */
+async function run(own, found) {
+  const done = await ask("runs");
+  if (!done || own !== version) return;
+  if (done.refused) return stale(`The loops are not run: ${done.refused}`);
+  runs = done.sections;
+  const failed = await shown.show(together(found, runs));
+  if (own === version && failed !== null) {
+    stale(failed);
+    document.body.dataset.ran = String(own); // what a test waits for
+  }
+}
+
+const together = ({ facts, script }, sections) => ({ facts: { ...facts, sections: [...facts.sections, ...sections] }, script });
 
 // -- texts in and out
 
 function open(title, text, others = {}) {
   name = title.replace(/[/\\\0]/g, "_").slice(-100) || "untitled.fz";
   files = others;
+  runs = [];
   engine.place(files);
   at("name").textContent = name;
   document.title = `${name} - fuzzyctl studio`;

@@ -2,6 +2,10 @@
 // inputs of the controllers and systems of the page.
 
 function loopSection(loop) {
+    if (loop.refused || loop.t.length === 0) {
+        const why = loop.refused || loop.stopped;
+        return { parts: [element("section", { className: "wide" }, element("p", { className: "warning" }, `There is no run: ${why}`))], begin() {} };
+    }
     const { t, panels } = loop, id = identifier();
     let k = 0;
     const pictures = panels.map((panel) => picture(120, `${panel.label} over the time`, (context, width, height) => {
@@ -39,6 +43,7 @@ function loopSection(loop) {
         element("section", { className: "wide" }, element("h3", {}, "Signals over the time"),
             ...pictures.flatMap((p, n) => [element("h4", {}, panels[n].label), p])),
         element("section", {}, element("h3", {}, "Measures"), ...(loop.stopped ? [element("p", { className: "warning" }, loop.stopped)] : []),
+            ...(loop.note ? [element("p", { className: "note" }, loop.note)] : []),
             ...(loop.measures.length ? [tableOf("Measures", [], loop.measures)] : []), ...verdictList(loop.verdicts),
             element("details", {}, element("summary", {}, "About the run"), tableOf("Facts", [], loop.facts))),
     ];
