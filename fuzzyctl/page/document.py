@@ -26,9 +26,9 @@ from fuzzyctl.plot.style import COLORS
 
 #: The scripts in their order: what later ones call stands before them.
 SCRIPTS: Final = ("plots.js", "inputs.js", "surface.js", "rules.js", "system.js", "controller.js", "loop.js", "page.js")
-#: The last one: of a page that stays as it is, and of one that gets new texts.
-STILL: Final = "still.js"
-LIVE: Final = "live.js"
+#: The last ones: of a page that stays as it is, and of one that gets new texts.
+STILL: Final = ("still.js",)
+LIVE: Final = ("files.js", "live.js")
 #: What would end a script early, or begin another one within it.
 _ENDS: Final = re.compile(r"</script|<script|<!--", re.IGNORECASE)
 
@@ -126,8 +126,8 @@ def page_script(sections: Sequence[Section]) -> str:
     return f'"use strict";\nvar kernels = [\n{kernels}\n];\n'
 
 
-def _html(title: str, facts: dict[str, Any], computing: str, last: str, nonce: str) -> str:
-    showing = '"use strict";\n(() => {\n' + "\n".join(map(_asset, (*SCRIPTS, last))) + "})();\n"
+def _html(title: str, facts: dict[str, Any], computing: str, last: Sequence[str], nonce: str) -> str:
+    showing = '"use strict";\n(() => {\n' + "\n".join(map(_asset, (*SCRIPTS, *last))) + "})();\n"
     style = _asset("page.css")
     for own in (computing, showing, style):
         assert _ENDS.search(own) is None, "a script ends before its end"

@@ -103,11 +103,7 @@ def _diagnostic(d: Diagnostic, document: Document) -> _Data:
     line = d.span.line if d.span is not None and own else 0
     fix = [] if d.fix is None else edits(d.fix.replacements, source.name)
     found = {"code": d.code, "severity": d.severity, "message": d.message, "facts": list(d.facts), "help": d.help}
-    return {**at, **found, "place": place, "line": line, "fix": fix, "title": _title(d) if fix else ""}
-
-
-def _title(d: Diagnostic) -> str:
-    return d.help.split("\n")[0] if d.help else f"repair: {d.message}"
+    return {**at, **found, "place": place, "line": line, "fix": fix, "title": actions.repair_title(d) if fix else ""}
 
 
 def _complete(document: Document, asked: _Data) -> _Data:
@@ -124,9 +120,18 @@ def _hover(document: Document, asked: _Data) -> _Data:
 
 
 def _actions(document: Document, asked: _Data) -> _Data:
-    """Return what can be written at a place, such as the missing rows of a table."""
-    found = actions.actions(document, characters(document.text, asked["offset"]))
-    return {"actions": [{"title": a.title, "edits": edits(a.replacements, document.source.name)} for a in found]}
+    """Return what can be changed at a place: repairs of its line, and what is missing, such as rows of a table."""
+    offset, source = characters(document.text, asked["offset"]), document.source
+    broken = actions.repairs(document.proved, *_line(document.text, offset))
+    found = [(actions.repair_title(d), d.fix.replacements) for d in broken if d.fix is not None]
+    found += [(a.title, a.replacements) for a in actions.actions(document, offset)]
+    return {"actions": [{"title": title, "edits": edits(own, source.name)} for title, own in found]}
+
+
+def _line(text: str, offset: int) -> tuple[int, int]:
+    """Return the ends of the line that holds an offset."""
+    end = text.find("\n", offset)
+    return text.rfind("\n", 0, offset) + 1, len(text) if end < 0 else end
 
 
 def _format(document: Document, _: _Data) -> _Data:
