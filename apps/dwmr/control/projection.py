@@ -149,7 +149,7 @@ def _solve(wanted: FloatArray, spaces: HalfSpaces, count: int, active: ActiveSet
 
 @compiled
 def _lower(spaces: HalfSpaces, hard: int, active: ActiveSet, size: int, new: int) -> bool:
-    """Lower the bounds of a contradiction: 0 = a_new + sum of |share| a_c over the active c, yet their bounds add up."""
+    """Lower the bounds of a contradiction: of normals that cancel, each times a positive share, while bounds do not."""
     excess, weight = spaces.bounds[new] - spaces.shortfalls[new], 1.0 if new >= hard else 0.0
     for c in range(size):
         k, share = active.rows[c], max(0.0, -active.shares[c])

@@ -140,16 +140,18 @@ def filter_commands(
         safety: Parameters.
         memory: Read and written.
     """
-    n, l = robots.shape[0], safety.lookahead
+    n, lookahead = robots.shape[0], safety.lookahead
     for i in range(n):
-        theta, ahead = poses[i, 2], l - robots[i].d
+        theta, ahead = poses[i, 2], lookahead - robots[i].d
         memory.points[i, 0] = poses[i, 0] + ahead * math.cos(theta)
         memory.points[i, 1] = poses[i, 1] + ahead * math.sin(theta)
         memory.points[i, 2] = theta
         v, omega = clamp(memory.commands[i, 0], robots[i].v_limit), clamp(memory.commands[i, 1], robots[i].omega_limit)
         before = memory.safe[i]
         memory.wanted[i, 0] = before[0] + clamp(v - before[0], dt * safety.acceleration)
-        memory.wanted[i, 1] = before[1] + clamp(l * omega - before[1], dt * l * safety.angular_acceleration)
+        memory.wanted[i, 1] = before[1] + clamp(
+            lookahead * omega - before[1], dt * lookahead * safety.angular_acceleration
+        )
     count = _limits(robots, safety, memory.spaces)
     hard = count
     count = _apart(count, dt, safety, memory)
@@ -157,7 +159,7 @@ def filter_commands(
     project(memory.wanted, memory.spaces, count, hard, memory.active, memory.safe)
     record = memory.record[k]
     for i in range(n):
-        memory.commands[i, 0], memory.commands[i, 1] = memory.safe[i, 0], memory.safe[i, 1] / l
+        memory.commands[i, 0], memory.commands[i, 1] = memory.safe[i, 0], memory.safe[i, 1] / lookahead
         record[i, 0], record[i, 1] = memory.commands[i, 0], memory.commands[i, 1]
         record[i, 2], record[i, 3] = 0.0, -1.0
     for row in range(hard, count):

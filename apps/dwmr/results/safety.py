@@ -1,4 +1,4 @@
-"""The safety filter along a recorded run: distances of the guarding discs, and moments at which a barrier is not kept."""
+"""The safety filter along a recorded run: distances of the guarding discs, moments at which no barrier was kept."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from dwmr.control.safety_filter import Safety, least_distance, rate_bound
+from dwmr.control.safety_filter import Safety, least_distance
 from dwmr.core.arrays import FloatArray
 from dwmr.scenario.guard import safety_of
 from dwmr.scenario.model import SafetySettings, Scenario
@@ -74,6 +74,13 @@ def _pair(i: int, other: int, vector: FloatArray, radius: float, speed: float, s
     return Pair(i, other, vector, least, float(safety.speeds[i]) + speed, float(safety.radii[i]) + radius)
 
 
+def rate_bounds(alpha: float, distance: FloatArray, least: float) -> FloatArray:
+    """Return `safety_filter.rate_bound` of many distances [m/s]."""
+    outside = np.maximum(distance, least)
+    bounds: FloatArray = alpha * (np.maximum(least - distance, 0.0) - (outside**2 - least**2) / (2.0 * outside))
+    return bounds
+
+
 def missed(pair: Pair, alpha: float, dt: float) -> FloatArray:
     """Return by how much the mean rate of the distance in the period after each sample lies below its bound.
 
@@ -88,7 +95,7 @@ def missed(pair: Pair, alpha: float, dt: float) -> FloatArray:
     step, distance = np.diff(pair.vector, axis=0) / dt, pair.distance[:-1]
     with np.errstate(divide="ignore", invalid="ignore"):
         rate = np.sum(step * pair.vector[:-1], axis=1) / distance
-    bound = np.array([rate_bound(alpha, float(one), pair.least) for one in distance])
+    bound = rate_bounds(alpha, distance, pair.least)
     too_fast = np.hypot(step[:, 0], step[:, 1]) - pair.speed
     short: FloatArray = np.maximum(bound - rate, too_fast)
     return np.where(short > TOLERANCE, short, 0.0)

@@ -185,7 +185,7 @@ class Obstacle(Section):
                 raise ValueError(f"path.{k} is at {t:g} s, not after {before:g} s")
             speed = math.hypot(x_t - x, y_t - y) / (t - before)
             if speed > FASTEST_OBSTACLE:
-                raise ValueError(f"path.{k} is reached at {speed:.4g} m/s; at most {FASTEST_OBSTACLE:g} m/s is possible")
+                raise ValueError(f"path.{k} is reached at {speed:.4g} m/s; at most {FASTEST_OBSTACLE:g} is possible")
             before, x, y = t, x_t, y_t
         return self
 

@@ -37,7 +37,7 @@ def mistakes(scenario: Scenario, places: Places) -> Iterable[Diagnostic]:
 
 
 def _starts(scenario: Scenario, settings: SafetySettings) -> Iterator[tuple[str, str, str, float, float]]:
-    """Yield names of two that keep apart, the other one's centre in words, and their distance and R [m] at the start."""
+    """Yield names of two that keep apart, the other's centre in words, their distance and R at the start [m]."""
     safety, dt, names = safety_of(scenario, settings), scenario.run.dt, tuple(scenario.robots)
     points = [_point(robot, settings, robot.x_0, robot.y_0, robot.theta_0) for robot in scenario.robots.values()]
     for i, name in enumerate(names):
@@ -71,9 +71,10 @@ def remarks(scenario: Scenario, places: Places) -> Iterable[Diagnostic]:
     slowest = min(scenario.robots, key=lambda name: scenario.robots[name].actuator.v_limit)
     limit = scenario.robots[slowest].actuator.v_limit
     for a, one in enumerate(scenario.obstacles):
-        if largest_speed(one) > limit:
+        speed = largest_speed(one)
+        if speed > limit:
             message = (
-                f"obstacles.{a} moves at up to {largest_speed(one):.4g} m/s, robots.{slowest} at {limit:g} m/s at most: "
+                f"obstacles.{a} moves at up to {speed:.4g} m/s, robots.{slowest} at {limit:g} m/s at most: "
                 "it may run into it, whatever the filter does"
             )
             yield places.diagnostic("FZ904", f"obstacles.{a}", message)

@@ -9,11 +9,12 @@ python crowds.py --scene K [--seed N] [--law LAW]
 from __future__ import annotations
 
 import argparse
+import dataclasses
 import math
 import tempfile
 from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
-from functools import partial
+from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
@@ -120,7 +121,15 @@ def read_scene(number: int, seed: int, law: str) -> ScenarioFile:
 def run(number: int, seed: int, law: str) -> tuple[ScenarioFile, simulate.Trajectory]:
     """Run a scene."""
     file = read_scene(number, seed, law)
-    return file, simulate.run(simulate.prepare(file, law, Rules(file.scenario.rules, file.folders, file.places)))
+    prepared = dataclasses.replace(_prepared(law), scenario=file.scenario, shape=file.shape)
+    return file, simulate.run(prepared)
+
+
+@cache
+def _prepared(law: str) -> simulate.Simulation:
+    """Return a scene made ready; its laws are those of all scenes, whose robots have the same gains."""
+    file = read_scene(0, 0, law)
+    return simulate.prepare(file, law, Rules(file.scenario.rules, file.folders, file.places))
 
 
 def outcome(number: int, seed: int, law: str) -> dict[str, Any]:

@@ -149,7 +149,8 @@ def test_the_solution_is_the_nearest_one(wanted, rows):
         assert np.abs(step).max() <= 1e-9
         return
     fit = minimize(
-        lambda m: 0.5 * np.sum((tight.T @ m - step) ** 2), np.zeros(len(tight)), jac=lambda m: tight @ (tight.T @ m - step),
+        lambda m: 0.5 * np.sum((tight.T @ m - step) ** 2), np.zeros(len(tight)),
+        jac=lambda m: tight @ (tight.T @ m - step),
         bounds=[(0.0, None)] * len(tight), method="L-BFGS-B", options={"ftol": 1e-18, "gtol": 1e-12, "maxiter": 2000},
     )  # fmt: skip
     assert fit.fun <= 1e-8
