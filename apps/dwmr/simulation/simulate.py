@@ -16,7 +16,7 @@ from dwmr.control.laws.python_law import reported
 from dwmr.control.laws.settings import LawSettings
 from dwmr.control.obstacle_avoidance import Avoidance
 from dwmr.core.arrays import FloatArray
-from dwmr.core.interfaces import Law, Signal
+from dwmr.core.interfaces import Law, Plant, Signal
 from dwmr.core.jit import COMPILED, collected_errors, first_class, first_class_functions
 from dwmr.plant.disturbances import DISTURBANCE, Load
 from dwmr.plant.robot import ROBOT
@@ -26,6 +26,7 @@ from dwmr.scenario.file import ScenarioFile
 from dwmr.scenario.model import Robot, Scenario
 from dwmr.simulation import noise
 from dwmr.simulation.loop import COLUMNS, LARGEST, NOT_FINITE, SIGNALS, TOO_LARGE, Memory, World, run_periods
+from dwmr.simulation.mujoco_plant import MujocoPlant
 from dwmr.simulation.preflight import settings_of
 from fuzzyctl.diagnostics.diagnostic import DiagnosticError
 from fuzzyctl.experiments.settings.locations import Places
@@ -166,13 +167,24 @@ def run(simulation: Simulation, report: Callable[[int], None] | None = None) -> 
     kernels = tuple(tuple(first_class(k) for k in law.kernels) for law in laws)
     reached, robot, fault, wall_s = 0, -1, 0, 0.0
     interrupted = False
-    chunk = PERIODS_AT_A_TIME if COMPILED else 1
+    plant = _other_plant(scenario)
+    chunk = PERIODS_AT_A_TIME if COMPILED and plant is None else 1
 
-    def periods(first: int, last: int) -> tuple[int, int, int]:
+    def decided(first: int, last: int) -> tuple[int, int, int]:
         with reported(simulation.name, Path(str(module.__file__)), "run", only_own=last > 0):
             done = run_periods(first, last, path, step, kernels, world, memory, draw(last - first), record, law_record)
             if raised:
                 raise raised[0]
+        return done
+
+    def periods(first: int, last: int) -> tuple[int, int, int]:
+        if plant is None or last == 0:
+            return decided(first, last)
+        for k in range(first, last):
+            done = decided(k, k + 1)
+            if done[2] != 0:
+                break
+            plant.move(k * scenario.run.dt, memory.torques, memory.plant, memory.slip)
         return done
 
     with first_class_functions(), collected_errors() as raised:
@@ -186,7 +198,7 @@ def run(simulation: Simulation, report: Callable[[int], None] | None = None) -> 
                 reached, robot, fault = periods(reached, last)
                 took = perf_counter() - began
                 wall_s += took
-                if not COMPILED and took < 0.5 * PATIENCE:
+                if chunk < PERIODS_AT_A_TIME and took < 0.5 * PATIENCE:
                     chunk = min(2 * chunk, PERIODS_AT_A_TIME)
                 if report is not None:
                     report(reached)
@@ -202,6 +214,13 @@ def run(simulation: Simulation, report: Callable[[int], None] | None = None) -> 
     elif interrupted:
         stop = Stop(float(t[-1]), "", "interrupted")
     return Trajectory(simulation.name, names, t, record[:kept], law_record[:kept], module.SIGNALS, wall_s, stop)
+
+
+def _other_plant(scenario: Scenario) -> Plant | None:
+    """Return what moves the robots, None for the equations, which the loop has in itself."""
+    if scenario.run.plant == "equations":
+        return None
+    return MujocoPlant(scenario)
 
 
 def _reason(fault: int, row: FloatArray, module: Any) -> str:
@@ -241,7 +260,7 @@ def _world(simulation: Simulation, laws: list[Law]) -> World:
         np.array([law.gains for law in laws]),
         float(scenario.formation.leader_velocity == "ground"),
         not noise.is_present(scenario),
-        False,
+        scenario.run.plant != "equations",
     )
 
 
