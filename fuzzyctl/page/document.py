@@ -31,9 +31,9 @@ SCRIPTS: Final = (
 )
 #: What shows tables and panels of lines, for pages of other programs.
 PANELS: Final = ("plots.js", "panels.js")
-#: The last one: of a page that stays as it is, and of one that gets new texts.
-STILL: Final = "still.js"
-LIVE: Final = "live.js"
+#: The last ones: of a page that stays as it is, and of one that gets new texts.
+STILL: Final = ("still.js",)
+LIVE: Final = ("files.js", "live.js")
 #: What would end a script early, or begin another one within it.
 _ENDS: Final = re.compile(r"</script|<script|<!--", re.IGNORECASE)
 
@@ -131,9 +131,9 @@ def page_script(sections: Sequence[Section]) -> str:
     return f'"use strict";\nvar kernels = [\n{kernels}\n];\n'
 
 
-def _html(title: str, facts: dict[str, Any], computing: str, last: str, nonce: str) -> str:
+def _html(title: str, facts: dict[str, Any], computing: str, last: Sequence[str], nonce: str) -> str:
     body = '<main id="page"><noscript>This page computes with JavaScript, which is switched off.</noscript></main>'
-    showing = enclosed(*map(asset, (*SCRIPTS, last)))
+    showing = enclosed(*map(asset, (*SCRIPTS, *last)))
     return html_document(title, body, facts, (computing, showing), asset("page.css"), nonce=nonce)
 
 

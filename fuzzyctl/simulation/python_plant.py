@@ -87,7 +87,8 @@ class PythonPlant:
             return call()
         except (Exception, SystemExit) as error:  # noqa: BLE001 - the user's code may raise anything, which is reported
             frames = traceback.extract_tb(error.__traceback__)
-            own = frames[1:][-1:] if self._plant.calls else [f for f in frames if f.filename == self._plant.python]
+            of_file = [f for f in frames if f.filename == self._plant.python]
+            own = [f for f in frames if f.filename != __file__] if self._plant.calls else of_file
             at = f"{own[-1].filename}:{own[-1].lineno}: " if own else ""
             when = "" if t is None else f" at t = {t:.6g} s"
             message = f"{what} of plant '{self._plant.name}' raised {type(error).__name__}{when}"

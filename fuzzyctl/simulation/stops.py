@@ -107,7 +107,9 @@ def first_without_value(record: FloatArray, columns: list[int]) -> tuple[int, in
         record: All signals, shape (samples, signals).
         columns: Positions of the signals that count.
     """
-    if math.isfinite(record.sum()):  # which is quickly known of a run where all is well
+    with np.errstate(invalid="ignore"):  # inf - inf
+        total = record.sum()  # quickly computed, and finite where all is well
+    if math.isfinite(total):
         return None
     bad = np.argwhere(~np.isfinite(record[:, columns]))
     return (int(bad[0, 0]), columns[bad[0, 1]]) if len(bad) else None

@@ -9,9 +9,10 @@ export class Picture {
    * @param page Returns a promise of the frame's page, where scripts with a nonce are executed.
    */
   constructor(box, page) {
-    Object.assign(this, { box, page, has: false, count: 0, waiting: new Map() });
+    Object.assign(this, { box, page, has: false, count: 0, waiting: new Map(), saving: new Map() });
     addEventListener("message", ({ source, data }) => {
       if (source !== this.frame?.contentWindow) return;
+      this.saving.get(data.id)?.(data.files);
       this.waiting.get(data.id)?.(data.failed ? `The picture cannot be drawn, please report this: ${data.failed}` : "");
     });
   }
@@ -36,6 +37,19 @@ export class Picture {
     this.waiting.delete(id);
     if (failed === "") this.has = true;
     return failed;
+  }
+
+  /** Returns a promise of the surfaces that are shown, as files { file, content }. */
+  async files(format) {
+    if (!this.has) return [];
+    const id = `files ${(this.count += 1)}`;
+    const found = await new Promise((resolve) => {
+      this.saving.set(id, resolve);
+      this.frame.contentWindow.postMessage({ id, format }, "*");
+      setTimeout(() => resolve([]), LIMIT);
+    });
+    this.saving.delete(id);
+    return found;
   }
 
   async #load() {

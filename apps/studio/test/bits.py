@@ -37,7 +37,7 @@ def evaluated(kernel, point):
 
 
 def numbers(folders):
-    """Return the points, and the outputs there, of each system without a state; whether these hold no transcendental function."""
+    """Return points, the outputs there, and whether no transcendental function computes them, of each system."""
     found = {}
     for path in sorted(p for folder in folders for p in Path(folder).rglob("*.fz")):
         text = path.read_text(encoding="utf-8")

@@ -68,8 +68,8 @@ class Dialect:
     nested: bool = False
     integral: Callable[[Quadrature, str, str], str] = lambda s, given, marks: (
         f"{s.kind}({s.function}, marked({s.places}, {marks}), {given})"
-        if s.speed is None
-        else f"{s.kind}({s.function}, {s.speed_function}, {s.places}, {given})"
+        if s.crossings is None
+        else f"{s.kind}({s.function}, {s.crossing_function}, {s.places}, {given})"
     )
     constant: Callable[[float], str] = lambda value: number(value)
 
@@ -231,22 +231,21 @@ def _tuple(texts: Sequence[str]) -> str:
 
 
 def set_functions(statement: Quadrature, dialect: Dialect) -> Iterator[str]:
-    """Yield the lines of the function that a quadrature integrates, and those of the speed of its jumps."""
-    given, speed = statement.given, statement.speed
-    yield from _inner_function(statement.function, (statement.x,), given, statement.body, statement.value, dialect)
-    if speed is not None:
-        places = (statement.x, speed.right)
-        yield from _inner_function(statement.speed_function, places, given, speed.body, speed.value, dialect)
+    """Yield the lines of the function that a quadrature integrates, and those of its crossings."""
+    yield from _of_place(statement.function, statement, statement.body, text(statement.value, dialect), dialect)
+    if (crossings := statement.crossings) is not None:
+        values = _tuple([text(v, dialect) for v in crossings.values])
+        yield from _of_place(statement.crossing_function, statement, crossings.body, values, dialect)
 
 
-def _inner_function(
-    name: str, places: Sequence[str], given: Sequence[str], body: tuple[Statement, ...], value: Expr, dialect: Dialect
+def _of_place(
+    name: str, statement: Quadrature, body: tuple[Statement, ...], value: str, dialect: Dialect
 ) -> Iterator[str]:
-    yield f"def {name}({', '.join(places)}, given):"
-    if given:
-        yield f"{INDENT}{', '.join(given)}, = given"
+    yield f"def {name}({statement.x}, given):"
+    if statement.given:
+        yield f"{INDENT}{', '.join(statement.given)}, = given"
     yield from block(body, dialect, lambda condition, output: [])
-    yield f"{INDENT}return {text(value, dialect)}"
+    yield f"{INDENT}return {value}"
 
 
 def _offset(parts: Sequence[tuple[str, int]]) -> str:

@@ -137,19 +137,17 @@ class Between:
 
 
 @record(frozen=True, slots=True)
-class Speed:
-    """How fast the place moves at which a set that is integrated jumps.
+class Crossings:
+    """The comparisons at which a set that is integrated may jump.
 
     Args:
-        right: Name of a place to the right of another one, which has the name of the place of the set.
-        body: Statements for each two places.
-        value: The derivative of the place of a jump between both; 0 where there is none between them, and infinite or
-            NaN for a jump that does not move, or where both are too far apart to tell.
+        body: Statements for each place.
+        values: Of each comparison, those first that change others, four atoms: whether it holds, 1 or 0; by how much
+            its sides differ; and the derivatives of this by the place and by what the set is differentiated by.
     """
 
-    right: str
     body: tuple[Statement, ...]
-    value: Expr
+    values: tuple[Expr, ...]
 
 
 @record(frozen=True, slots=True)
@@ -167,7 +165,7 @@ class Quadrature:
         given: Names that body and value read besides the place.
         places: Name of the table, whose entries rise.
         marks: Atoms between the first and the last entry, where the set may bend or jump.
-        speed: For `jumps` how fast they move, else None.
+        crossings: For `jumps` where they are and how fast they move, else None.
     """
 
     found: str
@@ -179,7 +177,7 @@ class Quadrature:
     given: tuple[str, ...]
     places: str
     marks: tuple[Expr, ...]
-    speed: Speed | None = None
+    crossings: Crossings | None = None
 
     @property
     def function(self) -> str:
@@ -187,9 +185,9 @@ class Quadrature:
         return f"set_{self.found}"
 
     @property
-    def speed_function(self) -> str:
-        """The name of the speed of its jumps as a function."""
-        return f"speed_{self.found}"
+    def crossing_function(self) -> str:
+        """The name of its crossings as a function."""
+        return f"crossing_{self.found}"
 
 
 @record(frozen=True, slots=True)

@@ -1,5 +1,6 @@
 // A page whose text changes, in a frame: a message { id, facts, script, nonce } brings a new one. The one before stays until all
-// surfaces of the new one are drawn; then the answer is { id }, or { id, failed }. What was set on the page stays set.
+// surfaces of the new one are drawn; then the answer is { id }, or { id, failed }. What was set on the page stays set. A message
+// { id, format } asks for the surfaces as files, "svg" or "png"; the answer is { id, files }.
 
 let shownPage = document.getElementById("page"), nextPage = null;
 
@@ -8,6 +9,10 @@ addEventListener("message", ({ source, data }) => {
         return;
     }
     const answer = (more = {}) => parent.postMessage({ id: data.id, ...more }, "*");
+    if (data.format !== undefined) {
+        filesOf(shownPage, data.format).then((files) => answer({ files }));
+        return;
+    }
     nextPage?.remove();
     const own = (nextPage = element("main", { className: "next" }));
     settled = () => {};

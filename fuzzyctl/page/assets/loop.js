@@ -2,12 +2,16 @@
 // inputs of the controllers and systems of the page.
 
 function loopSection(loop) {
+    if (loop.refused || loop.t.length === 0) {
+        const why = loop.refused || loop.stopped;
+        return { parts: [element("section", { className: "wide" }, element("p", { className: "warning" }, `There is no run: ${why}`))], begin() {} };
+    }
     const { t, panels } = loop, id = identifier();
     const plot = new PanelPlot({
         title: `loop ${loop.name}`, x: "t [s]", columns: 1, height: 110,
         series: [{ name: "signal", colour: lineColor(0), dash: "" }, ...(panels.some((p) => p.reference) ? [{ name: "reference", colour: "", dash: "5 4" }] : [])],
         panels: panels.map(({ label, held, values, reference, y, whole, note }) => ({
-            label, title: "", x: [t[0], Math.max(t.at(-1), t[0] + 1e-9)], y, whole, note,
+            label, title: "", x: [t[0], Math.max(t.at(-1), t[0] + 1e-9)], y: y ?? endsOf([...values, ...(reference ?? [])]), whole, note,
             lines: [...(reference ? [{ series: 1, x: t, y: reference }] : []), { series: 0, x: t, y: values, stepped: held }],
         })),
     });
@@ -31,6 +35,7 @@ function loopSection(loop) {
         element("section", {}, element("div", { "aria-live": "polite" }, tableOf("Signals", [], panels.map((p, n) => [p.label, cells[n]])))),
         element("section", { className: "wide" }, element("h3", {}, "Signals over the time"), plot.box),
         element("section", {}, element("h3", {}, "Measures"), ...(loop.stopped ? [element("p", { className: "warning" }, loop.stopped)] : []),
+            ...(loop.note ? [element("p", { className: "note" }, loop.note)] : []),
             ...(loop.measures.length ? [tableOf("Measures", [], loop.measures)] : []), ...verdictList(loop.verdicts),
             element("details", {}, element("summary", {}, "About the run"), tableOf("Facts", [], loop.facts))),
     ];

@@ -1,6 +1,7 @@
 // Elements of the page and plots on canvases. Every text of a file goes through textContent.
 
 let facts = JSON.parse(document.getElementById("facts").textContent);
+const FONT = "12px system-ui, sans-serif";
 const redraws = [];
 /** What people set on the page, such as the values of sliders, by name: a page of a new text begins with it. */
 const settings = new Map();
@@ -55,6 +56,7 @@ function lineColor(n) {
 /** A canvas that draws again when its size or the colours of the page change. */
 function picture(height, label, draw) {
     const canvas = element("canvas", { role: "img", "aria-label": label });
+    canvas.draw = draw;
     canvas.style.height = `${height}px`;
     const ratio = () => window.devicePixelRatio || 1;
     const size = () => [canvas.clientWidth, canvas.clientHeight].map((n) => Math.round(n * ratio()));
@@ -66,7 +68,7 @@ function picture(height, label, draw) {
         [canvas.width, canvas.height] = size();
         const context = canvas.getContext("2d");
         context.scale(ratio(), ratio());
-        context.font = "12px system-ui, sans-serif";
+        context.font = FONT;
         draw(context, width, own);
     };
     redraws.push(canvas.again);

@@ -175,6 +175,8 @@ function surfaceView(system, evaluated, controls) {
     }
 
     const map = picture(320, "", drawMap), surface = picture(320, "", drawSurface);
+    map.dataset.file = `${system.name}-map`;
+    surface.dataset.file = `${system.name}-surface`;
     function redraw() {
         const over = y < 0 ? withUnit(inputs[x]) : `${withUnit(inputs[x])} and ${withUnit(inputs[y])}`;
         const text = `${withUnit(outputs[z])} over ${over}, at the point ${shown(current[z])}`;

@@ -308,6 +308,16 @@ def step(error, dt, gains, state, kernels, next_state, signals):
             self.ready(scenario)
         assert caught.value.diagnostics[0].place == f"{tmp_path / 'mine.py'}:3"
 
+    @pytest.mark.skipif(not COMPILED, reason="plain Python checks indices itself")
+    @pytest.mark.parametrize(("right", "wrong"), [("signals[0]", "signals[1]"), ("gains[0]", "gains[7]")])
+    def test_indices_beyond_an_array_are_errors_of_the_law(self, tmp_path, right, wrong):
+        run = self.ready(self.beside(tmp_path, self.LAW.replace(right, wrong)))
+        with pytest.raises(DiagnosticError, match="the control law mine cannot be run") as caught:
+            simulate.run(run)
+        (one,) = caught.value.diagnostics
+        assert one.facts == ("IndexError: index is out of bounds",)
+        assert "'signals' is as long as SIGNALS" in one.help
+
     def test_stops_a_run_with_its_reason_and_the_last_row_is_whole(self, tmp_path):
         faulty = self.LAW.replace("FAULTS = {}", 'FAULTS = {1: "the gain is too large"}').replace(
             "theta_e_star, 0", "theta_e_star, 1 if gains[0] > 5.0 and error.drift_x > 0.5 else 0"

@@ -72,6 +72,35 @@ def test_places_are_in_units_of_utf_16():
     assert done["from"] == place
 
 
+def test_changes_at_a_place_are_repairs_of_its_line_and_what_can_be_written():
+    text = (RULES / "tipper.fz").read_text().replace("then tip is cheap", "then tip is chaep")
+    repair, *_ = ask("actions", text, offset=text.index("chaep"))["actions"]
+    (edit,) = repair["edits"]
+    assert text[edit["from"] : edit["to"]] == "chaep"
+    assert edit["text"] == "cheap"
+    titles = [a["title"] for a in ask("actions", text, offset=text.index("output tip"))["actions"]]
+    assert "add 'else midpoint', the output where no rule fires" in titles
+    assert repair["title"] not in titles
+
+
+def test_loops_are_run_or_say_why_not(tmp_path):
+    text = (RULES / "loops" / "pendulum.fz").read_text()
+    (run,) = ask("runs", text)["sections"]
+    assert run["kind"] == "loop"
+    assert run["panels"][0]["values"]
+    assert "take numpy" in run["note"]
+    assert ask("picture", text)["loops"] == [run["name"]]
+    assert run["title"] in ask("page", text)["html"]
+    (noisy,) = ask("runs", (RULES / "loops" / "water_tank.fz").read_text())["sections"]
+    assert "another generator" in noisy["note"]
+    (tmp_path / "b.csv").write_text("t,v\n0,1\n9,1\n")
+    table = "plant p\ninput u\nstate x = 0\nder x = u\noutput y = x\nloop l\nblock b = p(r)\n"
+    table += 'let r = csv("b.csv", column="v")\nrun 1 s step 0.1 s\n'
+    (refused,) = ask("runs", table, tmp_path / "a.fz")["sections"]
+    assert refused["refused"] == "a table over time takes numpy; 'fuzzyctl simulate' runs it"
+    assert "no blocks" in ask("runs", "loop l\n")["refused"]
+
+
 @pytest.mark.parametrize("offset", [-5, 0, 3, 10_000])
 def test_any_offset_has_an_answer(offset):
     for method in ("complete", "hover", "actions"):

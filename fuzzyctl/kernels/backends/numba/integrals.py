@@ -33,6 +33,7 @@ _FUNCTIONS: Final = {
         quadrature.moments,
         quadrature.within,
         quadrature.half,
+        quadrature.speed,
         quadrature.jumps,
     )
 }
@@ -40,7 +41,7 @@ _FUNCTIONS: Final = {
 _NEEDED: Final = {
     "moments": ("stretch", "rough_area", "summed", "integrals", "moments"),
     "half": ("stretch", "rough_area", "summed", "integrals", "within", "half"),
-    "jumps": ("stretch", "rough_area", "summed", "integrals", "jumps"),
+    "jumps": ("stretch", "rough_area", "summed", "integrals", "speed", "jumps"),
 }
 #: How functions are compiled that only compiled functions call: without what Python and C would call.
 INNER: Final = '@njit(error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True)'
@@ -82,14 +83,14 @@ def integral_lines(statement: Quadrature) -> Iterator[str]:
         yield from ("", "", INNER, ast.unparse(_PutIn("", "").visit(ast.parse(inspect.getsource(quadrature.marked)))))
     for name in _NEEDED[statement.kind]:
         tree = ast.parse(inspect.getsource(_FUNCTIONS[name]))
-        yield from ("", "", INNER, ast.unparse(_PutIn(statement.function, statement.speed_function).visit(tree)))
+        yield from ("", "", INNER, ast.unparse(_PutIn(statement.function, statement.crossing_function).visit(tree)))
 
 
 class _PutIn(ast.NodeTransformer):
     """Puts a set in for the function that is integrated, and drops types, whose names a module does not have."""
 
-    def __init__(self, function: str, speed: str) -> None:
-        self.function, self.put_in = function, {"function": function, "speed": speed}
+    def __init__(self, function: str, crossing: str) -> None:
+        self.function, self.put_in = function, {"function": function, "crossing": crossing}
 
     def visit_FunctionDef(self, node: ast.FunctionDef) -> ast.AST:
         """Return a function without the arguments that are functions."""

@@ -134,8 +134,8 @@ def _sets(program: Program, tables: Mapping[str, FloatArray]) -> dict[str, Any]:
             exec(compile(source, "<fuzzyctl set>", "exec"), namespace)  # noqa: S102 - printed from a plan
             function = namespace[statement.function]
             found[statement.function] = quadrature.SetFunction(function, len(statement.body))
-            if statement.speed is not None:
-                found[statement.speed_function] = namespace[statement.speed_function]
+            if statement.crossings is not None:
+                found[statement.crossing_function] = namespace[statement.crossing_function]
     return found
 
 

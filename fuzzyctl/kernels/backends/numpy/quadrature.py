@@ -19,8 +19,8 @@ IntArray = npt.NDArray[np.intp]
 BoolArray = npt.NDArray[np.bool_]
 #: From places of shape (stretches, nodes) and what else it depends on, of shape (stretches, 1), to degrees.
 ArrayFunction = Callable[[FloatArray, tuple[FloatArray, ...]], Any]
-#: From the ends of stretches to how fast jumps between both move, see `program.Speed`.
-SpeedFunction = Callable[[FloatArray, FloatArray, tuple[FloatArray, ...]], Any]
+#: The same to the values of `program.Crossings`.
+CrossingFunction = Callable[[FloatArray, tuple[FloatArray, ...]], tuple[Any, ...]]
 
 #: Points that are integrated at a time, at most.
 PART: Final = 256
@@ -83,10 +83,10 @@ def half(
 
 
 def jumps(
-    function: ArrayFunction, speed: SpeedFunction, places: FloatArray, given: tuple[FloatArray | float, ...]
+    function: ArrayFunction, crossing: CrossingFunction, places: FloatArray, given: tuple[FloatArray | float, ...]
 ) -> tuple[FloatArray, FloatArray]:
     """Return what jumps add to the derivatives of first moments and areas; see `quadrature.jumps`."""
-    return _in_parts(partial(_jumps, speed), function, places, given)
+    return _in_parts(partial(_jumps, crossing), function, places, given)
 
 
 def _in_parts(
@@ -153,9 +153,9 @@ class _Stretches:
 
 
 def _levels(
-    function: ArrayFunction, places: FloatArray, given: FloatArray, speed: SpeedFunction | None = None
+    function: ArrayFunction, places: FloatArray, given: FloatArray, crossing: CrossingFunction | None = None
 ) -> Iterator[_Stretches]:
-    """Yield the stretches that are halved no more, those of a length at once; with a speed those of `jumps`."""
+    """Yield the stretches that are halved no more, those of a length at once; with crossings those of `jumps`."""
     count = given.shape[1]
     index = np.repeat(np.arange(count), places.shape[1] - 1)
     left, right = places[:, :-1].reshape(-1), places[:, 1:].reshape(-1)
@@ -169,8 +169,8 @@ def _levels(
         left_over -= np.bincount(index, minlength=count)
         open_ = (error > quadrature.OF_ALL * rough[index]) & (error > quadrature.OF_OWN * np.abs(own))
         open_ &= error * (right - left) > rounded[index] * np.abs(own)
-        if speed is not None:
-            open_ |= _speeds(speed, left, right, given[:, index]) != 0.0
+        if crossing is not None:
+            open_ |= _speeds(crossing, left, right, given[:, index]) != 0.0
         open_ &= (left < center) & (center < right) & (left_over[index] > 0) & (level < quadrature.DEEPEST)
         yield _Stretches(index, left, right, own, about).taken(~open_)
         if not open_.any():
@@ -191,13 +191,13 @@ def _moments(function: ArrayFunction, places: FloatArray, given: FloatArray) -> 
 
 
 def _jumps(
-    speed: SpeedFunction, function: ArrayFunction, places: FloatArray, given: FloatArray
+    crossing: CrossingFunction, function: ArrayFunction, places: FloatArray, given: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     count = given.shape[1]
     moment, area = np.zeros(count), np.zeros(count)
-    for own in _levels(function, places, given, speed):
+    for own in _levels(function, places, given, crossing):
         depends = given[:, own.point]
-        moved = _speeds(speed, own.left, own.right, depends)
+        moved = _speeds(crossing, own.left, own.right, depends)
         height = _degrees(function, own.left, depends) - _degrees(function, own.right, depends)
         share = np.where(np.isfinite(moved), moved, 0.0) * height
         area += np.bincount(own.point, share, count)
@@ -205,9 +205,17 @@ def _jumps(
     return moment, area
 
 
-def _speeds(speed: SpeedFunction, left: FloatArray, right: FloatArray, given: FloatArray) -> FloatArray:
-    """Return how fast jumps between the ends of some stretches move."""
-    return np.broadcast_to(speed(left, right, tuple(given)), left.shape)
+def _speeds(crossing: CrossingFunction, left: FloatArray, right: FloatArray, given: FloatArray) -> FloatArray:
+    """Return how fast jumps between the ends of some stretches move; see `quadrature.speed`."""
+    depends = tuple(given)
+    here, there = (np.array([np.broadcast_to(v, x.shape) for v in crossing(x, depends)]) for x in (left, right))
+    found = np.zeros(left.shape)
+    for k in reversed(range(0, len(here), 4)):
+        (one, a, *slopes), (other, b, *others) = here[k : k + 4], there[k : k + 4]
+        by_place, by_argument = np.where(slopes[0] == 0.0, others, slopes)
+        is_unknown = (np.abs(a - b) >= quadrature.CONTINUOUS) | (by_place == 0.0)
+        found = np.where(one == other, found, np.where(is_unknown, np.inf, -by_argument / by_place))
+    return found
 
 
 def _degrees(function: ArrayFunction, x: FloatArray, given: FloatArray) -> FloatArray:

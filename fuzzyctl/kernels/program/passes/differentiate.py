@@ -10,15 +10,16 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Final
 
 from fuzzyctl.expr import ONE, ZERO, Binary, Call, Compare, CompareOp, Expr, Logic, Name, Negate, Number, Where
 from fuzzyctl.kernels.program.builder import is_atom, minus, plus, times
-from fuzzyctl.kernels.program.passes.jumps import Crossing, comparisons, speed
+from fuzzyctl.kernels.program.passes.jumps import comparisons
+from fuzzyctl.kernels.program.passes.slopes import SLOPES, STEEP, STEPS
 from fuzzyctl.kernels.program.program import (
     NAN,
     Accumulate,
     Assign,
+    Crossings,
     Fold,
     Item,
     Locate,
@@ -26,19 +27,12 @@ from fuzzyctl.kernels.program.program import (
     Program,
     Quadrature,
     Refuse,
-    Speed,
     Statement,
 )
-from fuzzyctl.kernels.program.traversal import locals_of, reads, rebuilt, renamed, writes
+from fuzzyctl.kernels.program.traversal import locals_of, needed, reads, rebuilt, renamed, writes
 
 #: Derivatives of a value by the position of the argument, without those that are 0 everywhere.
 Derivatives = Mapping[int, Expr]
-
-#: Functions that are constant between their jumps.
-_STEPS: Final = ("floor",)
-
-#: Functions whose slope may be infinite.
-_STEEP: Final = ("sqrt", "log")
 
 
 class NotDifferentiableError(ValueError):
@@ -146,7 +140,7 @@ class _Tape:
 
         def sides(integral: Quadrature) -> Quadrature:
             side = Where(Compare(">", Name(whole.x), place), integral.value, -integral.value)
-            marks = () if integral.speed else (*whole.marks, place)
+            marks = () if integral.crossings else (*whole.marks, place)
             return replace(integral, value=side, marks=marks, given=(*integral.given, whole.found))
 
         _, more = self._integrated(sides(of_set), of_jumps and sides(of_jumps))
@@ -156,42 +150,32 @@ class _Tape:
 
     def _of_jumps(self, whole: Quadrature, slopes: Mapping[str, Name]) -> Quadrature | None:
         """Return the integral of the jumps of a set that move, None for a set without such jumps."""
-        tape = _Tape({n: {1: s} for n, s in slopes.items()} | {whole.x: {0: ONE}}, count=self.count)
-        right = tape.fresh()
-        tape.known[right] = {0: ONE}
-        body, name = tape._elsewhere(whole, right)
-        for statement in (*whole.body, *body):
-            tape.copy(statement)
-        both = [(c, renamed(c, name)) for c in comparisons(whole)]
-        found = [(tape._crossing(left), tape._crossing(right)) for left, right in both]
-        crossings = [(left, right) for left, right in found if left and right]
-        if not crossings:
+        found = comparisons(whole)
+        if not found:
             return None
-        value = speed(crossings, tape.let)
+        tape = _Tape({n: {1: s} for n, s in slopes.items()} | {whole.x: {0: ONE}}, count=self.count)
+        for statement in whole.body:
+            tape.copy(statement)
+        values: list[Expr] = []
+        for condition in found:
+            gap = minus(condition.left, condition.right)
+            own = tape.derivatives(gap)
+            if len(own) == 2:
+                values += [tape.let(Where(condition, ONE, ZERO)), tape.let(gap), own[0], own[1]]
         self.count = tape.count
-        return replace(whole, kind="jumps", marks=(), speed=Speed(right, tuple(tape.body), value))
-
-    def _crossing(self, condition: Compare) -> Crossing | None:
-        """Return a comparison with its derivatives by a place and by an argument, 0 and 1; None if it has only one."""
-        gap = minus(condition.left, condition.right)
-        own = self.derivatives(gap)
-        return Crossing(condition, self.let(gap), own[0], own[1]) if len(own) == 2 else None
+        crossings = Crossings(needed(tape.body, values), tuple(values))
+        return replace(whole, kind="jumps", marks=(), crossings=crossings) if values else None
 
     def _at(self, whole: Quadrature, place: Name) -> Expr:
         """Write the degree of a set at a place."""
-        body, name = self._elsewhere(whole, place.name)
-        self.body += body
-        return self.let(renamed(whole.value, name))
-
-    def _elsewhere(self, whole: Quadrature, place: str) -> tuple[list[Statement], Callable[[str], str]]:
-        """Return the body of a set at another place under names of its own, and what names become there."""
         inside = set().union(*(writes(s) | locals_of(s) for s in whole.body))
-        names = {whole.x: place} | {n: self.fresh() for n in sorted(inside)}
+        names = {whole.x: place.name} | {n: self.fresh() for n in sorted(inside)}
 
         def name(own: str) -> str:
             return names.get(own, own)
 
-        return [rebuilt(s, lambda value: renamed(value, name), name) for s in whole.body], name
+        self.body += [rebuilt(s, lambda value: renamed(value, name), name) for s in whole.body]
+        return self.let(renamed(whole.value, name))
 
     def _total(self, parts: Sequence[Expr]) -> Expr:
         total: Expr = ZERO
@@ -349,13 +333,13 @@ class _Tape:
                 size = self.let(self.let(y * y) + self.let(x * x))
                 by_y, by_x = self.let(x / size), self.let(self.let(-y) / size)
                 return self._sum([*own[0], *(k for k in own[1] if k not in own[0])], (own[0], by_y), (own[1], by_x))
-            case _, [x] if function in _STEPS:
+            case _, [x] if function in STEPS:
                 return {}
-            case _, [x]:
-                slope = self._slope(function, x, value)
-                if function in _STEEP:
-                    return {k: self._steep(d, slope) for k, d in own[0].items()}
-                return {k: self._product(d, slope) for k, d in own[0].items()}
+            case _, [x] if function in SLOPES:
+                slope, times_slope = SLOPES[function](x, value, self.let), self._product
+                if function in STEEP:
+                    times_slope = self._steep
+                return {k: times_slope(d, slope) for k, d in own[0].items()}
         raise NotDifferentiableError(function)
 
     def _clipped(self, values: tuple[Expr, Expr, Expr], own: Sequence[Derivatives]) -> Derivatives:
@@ -363,23 +347,6 @@ class _Tape:
         (x, low, high), (of_x, of_low, of_high) = values, own
         inner = self._chosen(_compared(">", (x, high), (of_x, of_high)), of_high, of_x)
         return self._chosen(_compared("<", (x, low), (of_x, of_low)), of_low, inner)
-
-    def _slope(self, function: str, x: Expr, value: Expr) -> Expr:
-        """Write the derivative of a function of one argument."""
-        match function:
-            case "sqrt":
-                return self.let(Number(0.5) / value)
-            case "exp":
-                return value
-            case "log":
-                return self.let(ONE / x)
-            case "sin":
-                return self.let(Call("cos", (x,)))
-            case "cos":
-                return self.let(-self.let(Call("sin", (x,))))
-            case "tan":
-                return self.let(1.0 + self.let(value * value))
-        raise NotDifferentiableError(function)
 
     def _sum(self, keys: Sequence[int], *parts: tuple[Derivatives, Expr]) -> Derivatives:
         """Return for each argument the sum of derivatives times factors."""
