@@ -87,7 +87,7 @@ def rates(plan: Plan) -> Program:
 
 
 def evaluation_with_rates(plan: Plan, *, most_pairs: int | None = None) -> Program:
-    """Write the program that computes all outputs, then rate · ξ_k, whose step is held within the range of the output."""
+    """Write the program that computes all outputs, then rate · ξ_k, which steps hold within the range."""
     front = _Front(plan, most_pairs=most_pairs)
     results = _results(front)
     rates = [Where(front.nan(o), NAN, change) for (o, _), change in zip(plan.states, _rates(plan, front), strict=True)]
