@@ -26,6 +26,9 @@ from fuzzyctl.plot.style import COLORS
 
 #: The scripts in their order: what later ones call stands before them.
 SCRIPTS: Final = ("plots.js", "inputs.js", "surface.js", "rules.js", "system.js", "controller.js", "loop.js", "page.js")
+#: The last ones: of a page that stays as it is, and of one that gets new texts.
+STILL: Final = ("still.js",)
+LIVE: Final = ("files.js", "live.js")
 #: What would end a script early, or begin another one within it.
 _ENDS: Final = re.compile(r"</script|<script|<!--", re.IGNORECASE)
 
@@ -88,6 +91,21 @@ def document(title: str, sections: Sequence[Section], diagnostics: Sequence[Diag
         sections: Its blocks.
         diagnostics: Warnings and hints of the file.
     """
+    return _html(title, page_facts(title, sections, diagnostics), page_script(sections), STILL, "")
+
+
+def live_document(nonce: str) -> str:
+    """Return a page without a text; messages to its window bring `page_facts` and `page_script`, see `live.js`.
+
+    Args:
+        nonce: What scripts that come later show to be executed: letters, digits and "-" that cannot be guessed.
+    """
+    assert re.fullmatch(r"[A-Za-z0-9-]+", nonce), "the nonce ends early"
+    return _html("", page_facts("", [], []), "", LIVE, f" 'nonce-{nonce}'")
+
+
+def page_facts(title: str, sections: Sequence[Section], diagnostics: Sequence[Diagnostic]) -> dict[str, Any]:
+    """Return what a page shows, as plain data; control characters are visible."""
     facts = {
         "title": title,
         "version": __version__,
@@ -98,13 +116,22 @@ def document(title: str, sections: Sequence[Section], diagnostics: Sequence[Diag
             for d in diagnostics
         ],
     }
+    shown: dict[str, Any] = _visible(facts)
+    return shown
+
+
+def page_script(sections: Sequence[Section]) -> str:
+    """Return what computes the numbers of a page."""
     kernels = ",\n".join(s.script for s in sections)
-    computing = f'"use strict";\nconst kernels = [\n{kernels}\n];\n'
-    showing = '"use strict";\n(() => {\n' + "\n".join(map(_asset, SCRIPTS)) + "})();\n"
+    return f'"use strict";\nvar kernels = [\n{kernels}\n];\n'
+
+
+def _html(title: str, facts: dict[str, Any], computing: str, last: Sequence[str], nonce: str) -> str:
+    showing = '"use strict";\n(() => {\n' + "\n".join(map(_asset, (*SCRIPTS, *last))) + "})();\n"
     style = _asset("page.css")
     for own in (computing, showing, style):
         assert _ENDS.search(own) is None, "a script ends before its end"
-    allowed = " ".join(map(_hash, (computing, showing)))
+    allowed = " ".join(map(_hash, (computing, showing))) + nonce
     policy = f"default-src 'none'; script-src {allowed}; style-src {_hash(style)}; img-src data:; base-uri 'none'"
     policy += "; form-action 'none'"
     return f"""<!doctype html>
@@ -137,8 +164,8 @@ def _hash(content: str) -> str:
 
 
 def _json(facts: object) -> str:
-    """Return data as JSON in ASCII in which no tag begins; control characters are visible."""
-    return json.dumps(_visible(facts), allow_nan=False, separators=(",", ":")).replace("<", "\\u003c")
+    """Return data as JSON in ASCII in which no tag begins."""
+    return json.dumps(facts, allow_nan=False, separators=(",", ":")).replace("<", "\\u003c")
 
 
 def _visible(value: Any) -> Any:
