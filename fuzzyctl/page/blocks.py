@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from typing import TYPE_CHECKING, Any, Final
 
 from fuzzyctl.codegen.steps.javascript_source import StepJavaScriptLayout
 from fuzzyctl.codegen.steps.unit import StepUnit, ends
 from fuzzyctl.expr import Expr, Name
 from fuzzyctl.model.loop import Loop
+from fuzzyctl.page.proofs import controller_proofs
 from fuzzyctl.simulation.settings import params_of
 
 if TYPE_CHECKING:
+    from fuzzyctl.model.controller import Controller
+    from fuzzyctl.model.system import FuzzySystem
     from fuzzyctl.simulation.plain_run import PlainRun
     from fuzzyctl.simulation.run import Run
 
@@ -23,8 +26,13 @@ DIGITS: Final = 6
 REACH: Final = 10.0
 
 
-def controller_data(unit: StepUnit) -> dict[str, Any]:
-    """Return what is shown of a controller."""
+def controller_data(unit: StepUnit, *, proofs: bool = False) -> dict[str, Any]:
+    """Return what is shown of a controller.
+
+    Args:
+        unit: The controller.
+        proofs: Whether bounds and verdicts are among it, which take numpy.
+    """
     controller = unit.controller
     inputs = []
     for signal in controller.inputs:
@@ -43,6 +51,7 @@ def controller_data(unit: StepUnit) -> dict[str, Any]:
         "outputs": [{"name": r.name, "label": r.label, "unit": r.unit} for r in controller.results],
         "state": layout.has_state,
         "period": unit.equations.period,
+        **(controller_proofs(controller) if proofs else {"bounds": None, "verdicts": []}),
     }
 
 
@@ -57,6 +66,35 @@ def loop_data(run: Run) -> dict[str, Any]:
         "verdicts": [["met" if r.holds else "not met", r.text, ""] for r in run.requirements],
         "stopped": run.stopped.message if run.stopped is not None else "",
     }
+
+
+def _inputs(
+    loop: Loop, recorded: Collection[str], signal: Callable[[Expr], list[float]], shown: list[int]
+) -> Iterator[dict[str, Any]]:
+    """Yield for each controller and system what its inputs are at the samples shown; of several calls the first."""
+    from fuzzyctl.simulation.sample_times import sample_times
+
+    controllers, samples, found = {c.name: c for c in loop.controllers}, sample_times(loop)[1], set()
+    for instance in loop.instances:
+        controller = controllers.get(instance.controller)
+        if controller is None:
+            continue
+        rows = [k - k % samples[instance.name] for k in shown]
+        known = [(controller.name, "", [i.name for i in controller.inputs])]
+        known += [(s.name, f"{s.name}.", [i.name for i in s.inputs]) for s in _systems(controller)]
+        for name, prefix, names in known:
+            signals = [f"{instance.name}.{prefix}{n}" for n in names]
+            if name not in found and set(signals) <= set(recorded):
+                found.add(name)
+                own = [signal(Name(s)) for s in signals]
+                yield {"block": name, "values": [_shortened([values[k] for k in rows]) for values in own]}
+
+
+def _systems(controller: Controller) -> Iterator[FuzzySystem]:
+    """Yield the systems that a controller and those inside it call."""
+    yield from controller.systems
+    for inner in controller.controllers:
+        yield from _systems(inner)
 
 
 def plain_loop_data(run: PlainRun) -> dict[str, Any]:
@@ -126,6 +164,7 @@ def _loop_data(
             }
             for p in panels(loop, recorded)
         ],
+        "inputs": list(_inputs(loop, recorded, signal, shown)),
     }
 
 

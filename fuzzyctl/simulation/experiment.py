@@ -23,7 +23,7 @@ from fuzzyctl.model.instance_params import with_instance_params
 from fuzzyctl.model.loop import Loop
 from fuzzyctl.simulation.columns import columns
 from fuzzyctl.simulation.dead_times import dead_times, enough
-from fuzzyctl.simulation.equations import LoopEquations
+from fuzzyctl.simulation.equations import LoopEquations, with_calls
 from fuzzyctl.simulation.expansion import loop_equations
 from fuzzyctl.simulation.fmu_plant import FmuPlant, require_fixed
 from fuzzyctl.simulation.judgement import Judgement
@@ -61,6 +61,7 @@ class Experiment:
         free: Params whose values are arguments of `run`: `BLOCK.PARAM`, or `PARAM` of the loop; `BLOCK.INSTANCE.PARAM`
             where a controller has controllers inside.
         algorithm: How systems are computed, see `compile`.
+        record_calls: Whether runs record the inputs of systems, too, as `BLOCK.SYSTEM.INPUT`.
 
     Raises:
         DiagnosticError: For an algebraic loop, sample times that do not fit together, files that cannot be used.
@@ -69,7 +70,13 @@ class Experiment:
     """
 
     def __init__(
-        self, loop: Loop, backend: Backend = "auto", *, free: Sequence[str] = (), algorithm: AlgorithmName = "auto"
+        self,
+        loop: Loop,
+        backend: Backend = "auto",
+        *,
+        free: Sequence[str] = (),
+        algorithm: AlgorithmName = "auto",
+        record_calls: bool = False,
     ) -> None:
         if not isinstance(loop, Loop):
             raise ArgumentError(f"expected a Loop, got {type(loop).__name__}")
@@ -86,7 +93,8 @@ class Experiment:
         require_fixed(loop, free)
         self._ranges = Ranges(loop, tuple(self.nominal))
         self.judgement = Judgement(loop)
-        self.equations = loop_equations(loop, self.judgement.signals, tuple(free))
+        equations = loop_equations(loop, self.judgement.signals, tuple(free))
+        self.equations = with_calls(equations) if record_calls else equations
         self.programs = programs(self.equations, algorithm)
         if backend == "auto" and _takes_long(self.equations, self.programs):
             self.backend = "python"

@@ -31,6 +31,7 @@ def simulate(
     solver: str = RK4,
     substeps: int = 1,
     progress: Progress | None = None,
+    record_calls: bool = False,
     **params: float,
 ) -> Run:
     """Simulate a loop.
@@ -43,6 +44,7 @@ def simulate(
         solver: "RK4" with steps of fixed length, compiled; or "RK45", "DOP853", "Radau", "BDF", "LSODA" of scipy.
         substeps: Steps of RK4 between two samples.
         progress: Called now and then with the number of samples done, and of all.
+        record_calls: Whether the inputs of systems are recorded, too, as `BLOCK.SYSTEM.INPUT`.
         params: Values of params of the loop, or of its blocks: `BLOCK.PARAM`, or `PARAM` where no other block has it.
 
     Returns:
@@ -58,7 +60,7 @@ def simulate(
     loop = with_settings(loop, params) if params else loop
     if backend == "auto" and type(substeps) is int and samples_of(loop) * substeps <= SHORT:
         backend = "python"  # which is done before numba has compiled
-    experiment = Experiment(loop, backend)
+    experiment = Experiment(loop, backend, record_calls=record_calls)
     if solver != RK4:
         from fuzzyctl.simulation.solvers import SOLVERS, solved
 

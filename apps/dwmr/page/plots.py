@@ -17,6 +17,7 @@ from dwmr.results import derived, lyapunov
 from dwmr.results.decimation import kept, thin
 from dwmr.results.metrics import errors, printed_frame
 from dwmr.scenario.model import Scenario
+from dwmr.scenario.moving import centres, is_moving, largest_speed
 from dwmr.simulation.simulate import Trajectory
 
 #: Okabe and Ito's colours and dashes [pixels], as in the other pictures.
@@ -108,6 +109,8 @@ class _Drawing:
                 }
             )  # fmt: skip
         caption = "Paths of the reference points, with the obstacles and the constant radius R̄_d around them."
+        if is_moving(self.scenario):
+            caption += " Obstacles that move are drawn at their starts, and outlined where they are at the end."
         reference = {"name": "reference", "colour": "", "dash": "2 3"}
         return self._plot("Paths", caption, panels, "x [m]", extra=[reference], is_map=True)
 
@@ -132,8 +135,11 @@ class _Drawing:
         avoiders = derived.avoiders(self.scenario)
         largest = max((self.scenario.robots[n].radius for n in avoiders), default=0.0)
         found = []
-        for one in self.scenario.obstacles:
+        for a, one in enumerate(self.scenario.obstacles):
             found.append((one.x, one.y, one.radius, True))
+            if largest_speed(one) > 0.0:
+                x, y = centres(self.scenario, np.array([self.end]))[0, a]
+                found.append((float(x), float(y), one.radius, False))
             if avoiders:
                 reach = constant_radius(one.radius, largest, self.scenario.avoidance.margin)
                 found.append((one.x, one.y, reach, False))

@@ -11,21 +11,25 @@ from typing import Any
 import numpy as np
 
 from dwmr.control import laws as controllers
+from dwmr.control import safety_filter
 from dwmr.control.fuzzy_gains import Rules
 from dwmr.control.laws.python_law import reported
 from dwmr.control.laws.settings import LawSettings
 from dwmr.control.obstacle_avoidance import Avoidance
 from dwmr.core.arrays import FloatArray
-from dwmr.core.interfaces import Law, Signal
+from dwmr.core.interfaces import Law, Plant, Signal
 from dwmr.core.jit import COMPILED, collected_errors, first_class, first_class_functions
 from dwmr.plant.disturbances import DISTURBANCE, Load
 from dwmr.plant.robot import ROBOT
 from dwmr.reference import compiled
 from dwmr.reference.prepared import Shape
 from dwmr.scenario.file import ScenarioFile
+from dwmr.scenario.guard import safety_of
 from dwmr.scenario.model import Robot, Scenario
+from dwmr.scenario.moving import centres, is_moving
 from dwmr.simulation import noise
 from dwmr.simulation.loop import COLUMNS, LARGEST, NOT_FINITE, SIGNALS, TOO_LARGE, Memory, World, run_periods
+from dwmr.simulation.mujoco_plant import MujocoPlant
 from dwmr.simulation.preflight import settings_of
 from fuzzyctl.diagnostics.diagnostic import DiagnosticError
 from fuzzyctl.experiments.settings.locations import Places
@@ -56,7 +60,8 @@ class Trajectory:
         robots: Names in the order of the arrays' second axis.
         t: Times, shape (samples,) [s].
         values: Signals of `loop.SIGNALS`, shape (samples, robots, signals).
-        law_values: Signals of the control law, shape (samples, robots, signals).
+        law_values: Signals of the control law and, where it is on, of the safety filter, shape (samples, robots,
+            signals).
         law_signals: Names and units of those.
         wall_s: Computing time of the loop [s].
         stop: Why the run ended early, or None.
@@ -92,6 +97,12 @@ class Simulation:
     shape: Shape
     module: Any
     laws: dict[str, Law]
+
+    @property
+    def law_signals(self) -> tuple[Signal, ...]:
+        """Signals of the control law and, where it is on, of the safety filter."""
+        own: tuple[Signal, ...] = tuple(self.module.SIGNALS)
+        return own if self.scenario.safety is None else (*own, *safety_filter.SIGNALS)
 
 
 def prepare(file: ScenarioFile, controller: str, rules: Rules) -> Simulation:
@@ -129,7 +140,7 @@ def require_memory(simulations: Sequence[Simulation], places: Places) -> None:
         DiagnosticError: When they do not.
     """
     needed = sum(
-        8 * (s.scenario.run.steps + 1) * len(s.laws) * (len(SIGNALS) + len(s.module.SIGNALS)) for s in simulations
+        8 * (s.scenario.run.steps + 1) * len(s.laws) * (len(SIGNALS) + len(s.law_signals)) for s in simulations
     )
     if needed <= MOST_MEMORY:
         return
@@ -161,18 +172,39 @@ def run(simulation: Simulation, report: Callable[[int], None] | None = None) -> 
     samples = scenario.run.steps + 1
     record = np.zeros((samples, len(names), len(SIGNALS)))
     law_record = np.zeros((samples, len(names), len(module.SIGNALS)))
+    guard = None
+    if scenario.safety is not None:
+        room = safety_filter.working_memory(len(names), len(scenario.obstacles), samples)
+        guard = (safety_of(scenario, scenario.safety), room)
     path, step = first_class(compiled.PATHS[simulation.shape.path]), first_class(module.step)
     draw = noise.source(scenario)
     kernels = tuple(tuple(first_class(k) for k in law.kernels) for law in laws)
     reached, robot, fault, wall_s = 0, -1, 0, 0.0
     interrupted = False
-    chunk = PERIODS_AT_A_TIME if COMPILED else 1
+    plant = _other_plant(scenario)
+    chunk = PERIODS_AT_A_TIME if COMPILED and plant is None else 1
+
+    def decided(first: int, last: int) -> tuple[int, int, int]:
+        file = Path(str(module.__file__))
+        with reported(simulation.name, file, "run", only_own=last > 0):
+            obstacles = _obstacles(scenario, first, last)
+            done = run_periods(
+                first, last, path, step, kernels, world, memory, obstacles, draw(last - first),
+                record, law_record, guard,
+            )  # fmt: skip
+        if raised:  # by the law's step: errors of compiled code name no line
+            with reported(simulation.name, file, "run"):
+                raise raised[0]
+        return done
 
     def periods(first: int, last: int) -> tuple[int, int, int]:
-        with reported(simulation.name, Path(str(module.__file__)), "run", only_own=last > 0):
-            done = run_periods(first, last, path, step, kernels, world, memory, draw(last - first), record, law_record)
-            if raised:
-                raise raised[0]
+        if plant is None or last == 0:
+            return decided(first, last)
+        for k in range(first, last):
+            done = decided(k, k + 1)
+            if done[2] != 0:
+                break
+            plant.move(k * scenario.run.dt, memory.torques, memory.plant, memory.slip)
         return done
 
     with first_class_functions(), collected_errors() as raised:
@@ -186,7 +218,7 @@ def run(simulation: Simulation, report: Callable[[int], None] | None = None) -> 
                 reached, robot, fault = periods(reached, last)
                 took = perf_counter() - began
                 wall_s += took
-                if not COMPILED and took < 0.5 * PATIENCE:
+                if chunk < PERIODS_AT_A_TIME and took < 0.5 * PATIENCE:
                     chunk = min(2 * chunk, PERIODS_AT_A_TIME)
                 if report is not None:
                     report(reached)
@@ -201,7 +233,25 @@ def run(simulation: Simulation, report: Callable[[int], None] | None = None) -> 
         stop = Stop(float(t[-1]), names[robot], _reason(fault, record[reached, robot], module))
     elif interrupted:
         stop = Stop(float(t[-1]), "", "interrupted")
-    return Trajectory(simulation.name, names, t, record[:kept], law_record[:kept], module.SIGNALS, wall_s, stop)
+    if guard is not None:
+        law_record = np.concatenate([law_record, guard[1].record], axis=2)
+    signals = simulation.law_signals
+    return Trajectory(simulation.name, names, t, record[:kept], law_record[:kept], signals, wall_s, stop)
+
+
+def _obstacles(scenario: Scenario, first: int, last: int) -> FloatArray:
+    """Return the obstacles at some periods and the one after them, once where none moves, as the loop takes them."""
+    count = last - first + 1 if is_moving(scenario) else 1
+    radii = np.broadcast_to([one.radius for one in scenario.obstacles], (count, len(scenario.obstacles)))
+    places = centres(scenario, scenario.run.dt * np.arange(first, first + count))
+    return np.ascontiguousarray(np.concatenate([places, radii[:, :, None]], axis=2))
+
+
+def _other_plant(scenario: Scenario) -> Plant | None:
+    """Return what moves the robots, None for the equations, which the loop has in itself."""
+    if scenario.run.plant == "equations":
+        return None
+    return MujocoPlant(scenario)
 
 
 def _reason(fault: int, row: FloatArray, module: Any) -> str:
@@ -234,12 +284,13 @@ def _world(simulation: Simulation, laws: list[Law]) -> World:
         robots.view(np.recarray),
         _acting(scenario).view(np.recarray),
         Load(scenario.load.start, scenario.load.stop, scenario.load.mass_factor, scenario.load.inertia_factor),
-        np.array([(o.x, o.y, o.radius) for o in scenario.obstacles]).reshape(-1, 3),
         Avoidance(
             settings.margin, settings.largest_radius, settings.kappa, settings.gamma, settings.rho, settings.slowdown
         ),
         np.array([law.gains for law in laws]),
-        scenario.formation.leader_velocity == "ground",
+        float(scenario.formation.leader_velocity == "ground"),
+        not noise.is_present(scenario),
+        scenario.run.plant != "equations",
     )
 
 
@@ -283,7 +334,8 @@ def _memory(simulation: Simulation, laws: list[Law]) -> Memory:
     seen = plant.copy() if noise.is_present(scenario) else plant
     theta_star = np.array([_first_direction(simulation, r) for r in robots])
     sides = np.zeros((n, len(scenario.obstacles)))
-    return Memory(plant, seen, theta_star, np.zeros((n, 2)), sides, law, law.copy(), np.zeros((n, 2)))
+    filters, slip, torques = np.zeros((3, n, 2))
+    return Memory(plant, slip, seen, theta_star, filters, sides, law, law.copy(), torques)
 
 
 def _first_direction(simulation: Simulation, robot: Robot) -> float:

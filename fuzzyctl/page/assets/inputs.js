@@ -1,5 +1,8 @@
 // Sliders with a field for the number beside each, and the numbers that come out.
 
+/** The controls of systems and controllers by name, which the time of a run moves. */
+const controlled = new Map();
+
 /** Controls for inputs of a block; `moved` is called after each change. */
 function inputControls(block, inputs, moved) {
     const kept = settings.get(`inputs of ${block}`) ?? {}, holds = (i) => kept[i.name] >= i.lower && kept[i.name] <= i.upper;

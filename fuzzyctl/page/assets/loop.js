@@ -1,4 +1,5 @@
-// A run of a loop, computed before: its signals over time, and their values at the time of a slider.
+// A run of a loop, computed before: its signals over time, and their values at the time of a slider, which also moves the
+// inputs of the controllers and systems of the page.
 
 function loopSection(loop) {
     if (loop.refused || loop.t.length === 0) {
@@ -30,11 +31,15 @@ function loopSection(loop) {
         panels.forEach((p, n) => (cells[n].textContent = shown(p.values[k]) + (p.reference ? `, reference ${shown(p.reference[k])}` : "")));
         pictures.forEach((p) => p.again());
     }
-    slider.addEventListener("input", show);
-    const row = element("div", { className: "control" }, element("label", { for: id }, "time"), slider, time);
+    slider.addEventListener("input", () => {
+        show();
+        for (const { block, values } of loop.inputs) {
+            controlled.get(block)?.set(values.map((v, n) => [n, v[k] ?? NaN]));
+        }
+    });
+    const bar = element("div", { className: "control" }, element("label", { for: id }, `time of ${loop.name}`), slider, time);
     const parts = [
-        element("section", {}, element("fieldset", {}, element("legend", {}, "Time"), row),
-            element("div", { "aria-live": "polite" }, tableOf("Signals", [], panels.map((p, n) => [p.label, cells[n]])))),
+        element("section", {}, element("div", { "aria-live": "polite" }, tableOf("Signals", [], panels.map((p, n) => [p.label, cells[n]])))),
         element("section", { className: "wide" }, element("h3", {}, "Signals over the time"),
             ...pictures.flatMap((p, n) => [element("h4", {}, panels[n].label), p])),
         element("section", {}, element("h3", {}, "Measures"), ...(loop.stopped ? [element("p", { className: "warning" }, loop.stopped)] : []),
@@ -42,5 +47,5 @@ function loopSection(loop) {
             ...(loop.measures.length ? [tableOf("Measures", [], loop.measures)] : []), ...verdictList(loop.verdicts),
             element("details", {}, element("summary", {}, "About the run"), tableOf("Facts", [], loop.facts))),
     ];
-    return { parts, begin: show };
+    return { parts, begin: show, bar };
 }

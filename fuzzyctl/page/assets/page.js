@@ -6,6 +6,8 @@ const makers = { system: systemSection, controller: controllerSection, loop: loo
 function build(main) {
     redraws.length = 0;
     computing.clear();
+    controlled.clear();
+    const bars = [];
     const parts = [element("h1", {}, facts.title)];
     if (facts.sections.length > 1) {
         const links = facts.sections.map((s, k) => element("a", { href: `#block${k}` }, `${s.kind} ${s.name}`));
@@ -17,13 +19,17 @@ function build(main) {
         parts.push(element("section", { className: "diagnostics" }, element("h2", {}, "Diagnostics"), element("ul", {}, ...items)));
     }
     const begins = facts.sections.map((section, k) => {
-        const { parts: own, begin } = makers[section.kind](section, kernels[k]);
+        const { parts: own, begin, bar } = makers[section.kind](section, kernels[k]);
         const source = section.source ? [element("p", { className: "note" }, `Source: ${section.source}`)] : [];
         const title = section.title ? `: ${section.title}` : "";
         const heading = element("h2", {}, `${section.kind} ${section.name}${title}`);
         parts.push(element("article", { id: `block${k}` }, heading, ...source, element("div", { className: "parts" }, ...own)));
+        bars.push(...(bar ? [bar] : []));
         return begin;
     });
+    if (bars.length) {
+        parts.push(element("section", { className: "times", "aria-label": "Times of runs" }, ...bars));
+    }
     parts.push(element("footer", { className: "note" }, `Written by fuzzyctl ${facts.version}. All numbers are computed on this page.`));
     main.replaceChildren(...parts);
     return () => {

@@ -85,6 +85,13 @@ class TestMeaning:
         found = [d for d in diagnostics(f"{BASE}{rule}\nelse u is b\n") if d.span.text == "else"]
         assert [(d.message, d.help) for d in found] == [("'else' begins no statement", "")]
 
+    @pytest.mark.parametrize("name", ["height", "wanted"])
+    def test_a_name_before_an_equals_sign_lacks_its_keyword(self, name):
+        (found,) = diagnostics(f"plant p\ninput u\nstate h = 1\nder h = u\n{name} = 2 * h\noutput y = h\n")
+        assert found.message == f"'{name}' begins no statement"
+        assert found.help == f"write: let {name} = ... or der {name} = ... or output {name} = ..."
+        assert found.fix is None
+
     @pytest.mark.parametrize("value", ["5 %", "5 % + 3", '5 % unit "V"', "min(5 %, 3)"])
     def test_percent_signs_of_expressions_begin_no_comment(self, value):
         (found,) = diagnostics(f"param k := {value} // 2nd\n{BASE}")

@@ -633,3 +633,18 @@ run length
     assert known.step == pytest.approx(0.1)
     with pytest.raises(ArgumentError, match=f"'{name}' cannot be free"):
         Experiment(loop(text), "python", free=[name])
+
+
+def test_recorded_calls_are_what_the_systems_are_given(loop):
+    found = loop(SHARED)
+    run, plain = (Experiment(found, "python", record_calls=r).run() for r in (True, False))
+    assert set(run.names) - set(plain.names) == {"law.gain.y"}
+    assert run["law.gain.y"] == pytest.approx(run["p.y"], abs=1e-15)
+    assert run["p.y"].tolist() == plain["p.y"].tolist()
+    tank = fuzzyctl.load_loop(rules_folder() / "loops" / "water_tank.fz")
+    run = fuzzyctl.simulate(tank, record_calls=True)
+    surface = fuzzyctl.compile(tank.controllers[0].systems[0])
+    moved = [surface(e, c) for e, c in zip(run["law.surface.error"], run["law.surface.change"], strict=True)]
+    valve = run["law.valve"][::5]  # a step of the controller is five of the run
+    expected = np.clip(valve[:-1] + 0.05 * 8 * np.array(moved[5::5]), 0, 10)
+    assert valve[1:] == pytest.approx(expected, abs=1e-12)
