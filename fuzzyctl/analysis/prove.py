@@ -70,6 +70,7 @@ _LETS: Final = "where rules read a let, here '{}', no claim is decided exactly"
 
 #: Why a claim is open that quick methods leave so.
 UNDIVIDED: Final = "it takes subdivision, for which no time is given"
+
 #: Why `total` of an output is undecided for lack of work in a proof, which no time limit changes.
 _TOO_MUCH: Final = f"it takes more than {COVERAGE:,} units of work, the most for the coverage of an output"
 
