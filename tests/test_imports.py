@@ -71,7 +71,7 @@ HOMES = {
     "mpl_toolkits": {"fuzzyctl/plot", "apps/dwmr/figures"},
     "click": {"fuzzyctl/cli", "apps/dwmr/cli"},
     "pydantic": {"apps/dwmr", "fuzzyctl/experiments/sweep", "fuzzyctl/sweep/spec.py"},
-    "PIL": {"apps/dwmr/figures"},
+    "PIL": {"apps/dwmr/figures", "apps/gallery"},
     "lsprotocol": {"fuzzyctl/editor/server.py", "fuzzyctl/editor/session.py", "fuzzyctl/editor/requests.py"},
     "pygls": {
         "fuzzyctl/editor/protocol.py",
@@ -84,6 +84,7 @@ HOMES = {
     "distributed": {"fuzzyctl/experiments/sweep/cluster.py"},
     "control": {"apps/gallery/beside_upa.py"},  # elsewhere by name, when it is called
     "fmpy": set(),  # by name, when a loop with an FMU is run
+    "mujoco": set(),  # by name, when a scenario's robots are rigid bodies
     "gymnasium": {"fuzzyctl/interop/environments.py"},
     "scipy": {
         "apps/dwmr/calibration/search.py",

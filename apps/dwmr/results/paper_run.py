@@ -13,7 +13,7 @@ _PRINTED = ("x_0", "y_0", "theta_0", "d", "radius", "avoids_obstacles", "formati
 #: Keys of a robot that its errors do not depend on, or by design may differ: the measures' outline, the gains.
 _FREE = ("body", "controllers")
 #: Numbers of the paper's tables by the shipped scenario behind them.
-_TABLES = {"paper": 12, "undisturbed": 13}
+_TABLES = {"paper": 12, "undisturbed": 13, "experiment": 13}
 #: Keys that are listed before the rest is counted.
 _MOST_SHOWN = 4
 
@@ -34,8 +34,7 @@ def differences(scenario: Scenario, fitted: bool = False, shipped: str = "paper"
         for key in ("reference", "formation", "obstacles", "avoidance", "load")
         if getattr(scenario, key) != getattr(paper, key)
     ]
-    if scenario.run.horizon != paper.run.horizon:
-        found.append("run.horizon")
+    found += [f"run.{key}" for key in ("horizon", "plant") if getattr(scenario.run, key) != getattr(paper.run, key)]
     if _disturbances(scenario, fitted) != _disturbances(paper, fitted):
         found.append("disturbances")
     return (*found, *_robots(scenario, paper, fitted))

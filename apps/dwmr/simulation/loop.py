@@ -1,4 +1,8 @@
-"""Compiled loop: references, avoidance, control law, inner loop and plant of all robots, period after period."""
+"""Compiled loop: references, avoidance, control law, inner loop and plant of all robots, period after period.
+
+`decide` turns what the robots measure into wheel torques; `move` is the plant of `plant/robot.py`. Another plant takes
+the place of `move` only, see `interfaces.Plant`.
+"""
 
 from __future__ import annotations
 
@@ -12,8 +16,9 @@ from dwmr.core.arrays import FloatArray
 from dwmr.core.geometry import clamp
 from dwmr.core.interfaces import Signal, TrackingError
 from dwmr.core.jit import compiled
-from dwmr.plant.disturbances import Disturbance, Load, disturbance
-from dwmr.plant.robot import State, advance, pd_torques, velocity
+from dwmr.plant.disturbances import Load, disturbance
+from dwmr.plant.robot import State, advance, pd_torques
+from dwmr.simulation.sensors import measure
 
 #: What is recorded of every robot at every sample, in the order of the columns that `_record` fills.
 SIGNALS = (
@@ -74,7 +79,9 @@ class World(NamedTuple):
         load: Change of mass and inertia.
         avoidance: Parameters of the avoidance.
         gains: Constants of the control law, shape (n, g).
-        slip_is_known: Whether followers know the velocity of their leader over ground; else that of its wheels.
+        known_slip: 1 where followers know the velocity of their leader over ground, 0 where that of its wheels.
+        measures_exactly: Whether what the robots see of themselves is so.
+        other_plant: Whether the caller of the loop moves the robots, by an `interfaces.Plant`.
     """
 
     dt: float
@@ -85,7 +92,9 @@ class World(NamedTuple):
     load: Load
     avoidance: Avoidance
     gains: FloatArray
-    slip_is_known: bool
+    known_slip: float
+    measures_exactly: bool
+    other_plant: bool
 
 
 class Memory(NamedTuple):
@@ -93,7 +102,9 @@ class Memory(NamedTuple):
 
     Attributes:
         plant: Fields of `State`, shape (n, 7).
-        seen: The same as the robots measure it; without noise it is the array `plant` itself.
+        slip: Velocities over ground less those of the wheels, shape (n, 2) [m/s, rad/s].
+        seen: The plant's state as the robots measure it; where they measure exactly it is the array `plant` itself.
+        wheels, odometry: Memory of the sensors, shapes (n, 6) and (n, 3), see `sensors.measure`.
         theta_star: Auxiliary orientations θ*_r, shape (n,) [rad].
         filters: States of the derivative filters, shape (n, 2) [m/s, rad/s].
         sides: Latched sides of avoidance, shape (n, a).
@@ -103,7 +114,10 @@ class Memory(NamedTuple):
     """
 
     plant: FloatArray
+    slip: FloatArray
     seen: FloatArray
+    wheels: FloatArray
+    odometry: FloatArray
     theta_star: FloatArray
     filters: FloatArray
     sides: FloatArray
@@ -159,41 +173,75 @@ def run_periods(
         Number of the period reached, robot and fault: 0 for none, a key of the law's FAULTS, `NOT_FINITE` or
             `TOO_LARGE`.
     """
-    n = world.robots.shape[0]
-    move = 1 if obstacles.shape[0] > 1 else 0
+    moving = 1 if obstacles.shape[0] > 1 else 0
     for k in range(first, last):
         t = k * world.dt
-        faulty, first_fault = -1, 0
-        now = obstacles[move * (k - first)]
-        if noise.shape[0] > 0:
-            _measure(noise[k - first], memory)
-        # all robots decide before any of them moves
-        for i in range(n):
-            state = _state(memory.plant, i)
-            target = _aim(t, i, path, now, world, memory)
-            seen = error = _error(t, i, target, memory.plant, world, memory)
-            if noise.shape[0] > 0:
-                seen = _error(t, i, target, memory.seen, world, memory)
-            v_c, omega_c, fault = step(
-                seen, world.dt, world.gains[i], memory.law[i], kernels[i], memory.next_law[i], law_record[k, i]
-            )
-            acting = disturbance(t, world.acting[i])
-            if guard is None:
-                _inner_loop(i, v_c, omega_c, world, memory)
-            else:
-                guard[1].commands[i, 0], guard[1].commands[i, 1] = v_c, omega_c
-            _record(record[k, i], state, target, error, v_c, omega_c, acting, memory, i)
-            memory.theta_star[i] += world.dt * seen.drift_theta
-            fault = _fault(fault, state, v_c, omega_c)
-            if fault != 0 and first_fault == 0:
-                faulty, first_fault = i, fault
-        if guard is not None:
-            _keep_safe(k, now, obstacles[move * (k - first + 1)], guard, world, memory, record[k])
-        if first_fault != 0:  # only now, so that the last row is whole
-            return k, faulty, first_fault
-        for i in range(n):
-            _move(t, i, world, memory)
+        now, after = obstacles[moving * (k - first)], obstacles[moving * (k - first + 1)]
+        if not world.measures_exactly:
+            measure(noise[k - first], memory.plant, world.robots, world.dt, memory.wheels, memory.odometry, memory.seen)
+        if not world.other_plant:
+            _slip(t, world, memory)
+        robot, fault = decide(k, path, step, kernels, world, memory, now, after, record, law_record, guard)
+        if fault != 0:
+            return k, robot, fault
+        if not world.other_plant:
+            move(t, world, memory)
     return last, -1, 0
+
+
+@compiled
+def decide(
+    period: int,
+    path: Any,
+    step: Any,
+    kernels: Any,
+    world: World,
+    memory: Memory,
+    now: FloatArray,
+    after: FloatArray,
+    record: FloatArray,
+    law_record: FloatArray,
+    guard: tuple[Safety, Filter] | None,
+) -> tuple[int, int]:
+    """Compute the torques of all robots from what they measure at the begin of a period, before any of them moves.
+
+    Args:
+        period: Number of the control period.
+        now, after: Centres and radii of the obstacles at its begin and its end, shape (a, 3) [m].
+
+    Other arguments as for `run_periods`.
+
+    Returns:
+        Robot and fault, as `run_periods` does.
+    """
+    n, t = world.robots.shape[0], period * world.dt
+    faulty, first_fault = -1, 0
+    for i in range(n):
+        state = _state(memory.plant, i)
+        target = _aim(t, i, path, now, world, memory)
+        seen = error = _error(i, target, memory.plant, world, memory)
+        if not world.measures_exactly:
+            seen = _error(i, target, memory.seen, world, memory)
+        v_c, omega_c, fault = step(
+            seen, world.dt, world.gains[i], memory.law[i], kernels[i], memory.next_law[i], law_record[period, i]
+        )
+        if guard is None:
+            _inner_loop(i, v_c, omega_c, world, memory)
+        else:
+            guard[1].commands[i, 0], guard[1].commands[i, 1] = v_c, omega_c
+        _record(record[period, i], state, target, error, v_c, omega_c, memory, i)
+        memory.theta_star[i] += world.dt * seen.drift_theta
+        fault = _fault(fault, state, v_c, omega_c)
+        if fault != 0 and first_fault == 0:
+            faulty, first_fault = i, fault
+    if guard is not None:
+        _keep_safe(period, now, after, guard, world, memory, record[period])
+    if first_fault != 0:  # only now, so that the last row is whole
+        return faulty, first_fault
+    for i in range(n):
+        for k in range(memory.law.shape[1]):  # a quarter of the compiling time of an assignment of slices
+            memory.law[i, k] = memory.next_law[i, k]
+    return -1, 0
 
 
 @compiled
@@ -221,14 +269,6 @@ def _fault(fault: int, state: State, v_c: float, omega_c: float) -> int:
 def _state(plant: FloatArray, i: int) -> State:
     p = plant
     return State(p[i, 0], p[i, 1], p[i, 2], p[i, 3], p[i, 4], p[i, 5], p[i, 6])
-
-
-@compiled
-def _measure(noise: FloatArray, memory: Memory) -> None:
-    """Write what the robots see of themselves: the plant's state and this period's noise."""
-    for i in range(noise.shape[0]):
-        for k in range(noise.shape[1]):
-            memory.seen[i, k] = memory.plant[i, k] + noise[i, k]
 
 
 @compiled
@@ -264,7 +304,7 @@ def _aim(t: float, i: int, path: Any, obstacles: FloatArray, world: World, memor
         lead = _state(memory.plant, robot.leader)
         d_i = world.robots[robot.leader].d
         x_r, y_r = follower_position(lead.x, lead.y, lead.theta, d_i, robot.separation, robot.bearing)
-        v_i, _ = velocity(lead, disturbance(t, world.acting[robot.leader]))
+        v_i = lead.v + memory.slip[robot.leader, 0]
         # theta_jr = theta_i of Eq. (47) cannot be kept in a turn; the auxiliary orientation takes its place
         return Target(x_r, y_r, memory.theta_star[i], v_i, -1.0, 0.0)
     reference = path(t - robot.delay, world.shape)
@@ -280,11 +320,10 @@ def _aim(t: float, i: int, path: Any, obstacles: FloatArray, world: World, memor
 
 
 @compiled
-def _error(t: float, i: int, target: Target, plant: FloatArray, world: World, memory: Memory) -> TrackingError:
+def _error(i: int, target: Target, plant: FloatArray, world: World, memory: Memory) -> TrackingError:
     """Return the tracking error of one robot.
 
     Args:
-        t: Time [s].
         i: Number of the robot.
         target: Where it should be; a follower's place is computed anew from its leader's state.
         plant: States of all robots as they are or as they are seen, shape (n, 7).
@@ -298,9 +337,8 @@ def _error(t: float, i: int, target: Target, plant: FloatArray, world: World, me
     if j < 0:
         return trajectory_error(s.x, s.y, s.theta, target.x, target.y, target.theta, theta_star, target.v, robot.d)
     lead, d_i = _state(plant, j), world.robots[j].d
-    v_i, omega_i = lead.v, lead.omega
-    if world.slip_is_known:
-        v_i, omega_i = velocity(lead, disturbance(t, world.acting[j]))
+    known = world.known_slip
+    v_i, omega_i = lead.v + known * memory.slip[j, 0], lead.omega + known * memory.slip[j, 1]
     return follower_error(
         lead.x, lead.y, lead.theta, v_i, omega_i, d_i, s.x, s.y, s.theta, theta_star, robot.d,
         robot.separation, robot.bearing,
@@ -321,16 +359,22 @@ def _inner_loop(i: int, v_c: float, omega_c: float, world: World, memory: Memory
 
 
 @compiled
-def _move(t: float, i: int, world: World, memory: Memory) -> None:
-    """Advance plant and control law of one robot by one period."""
-    s = advance(
-        t, _state(memory.plant, i), memory.torques[i, 0], memory.torques[i, 1], world.robots[i], world.acting[i],
-        world.load, world.dt, world.substeps,
-    )  # fmt: skip
-    p = memory.plant
-    p[i, 0], p[i, 1], p[i, 2], p[i, 3], p[i, 4], p[i, 5], p[i, 6] = s
-    for k in range(memory.law.shape[1]):  # a quarter of the compiling time of an assignment of slices
-        memory.law[i, k] = memory.next_law[i, k]
+def _slip(t: float, world: World, memory: Memory) -> None:
+    """Write the slip of the plant of `plant/robot.py`: its velocity-equivalent disturbances, d̃_0 of Eq. (6)."""
+    for i in range(memory.slip.shape[0]):
+        now = disturbance(t, world.acting[i])
+        memory.slip[i, 0], memory.slip[i, 1] = now.v, now.omega
+
+
+@compiled
+def move(t: float, world: World, memory: Memory) -> None:
+    """Advance all robots by one period that begins at a time [s], under held torques."""
+    p, torques = memory.plant, memory.torques
+    for i in range(p.shape[0]):
+        p[i, 0], p[i, 1], p[i, 2], p[i, 3], p[i, 4], p[i, 5], p[i, 6] = advance(
+            t, _state(p, i), torques[i, 0], torques[i, 1], world.robots[i], world.acting[i], world.load, world.dt,
+            world.substeps,
+        )  # fmt: skip
 
 
 @compiled
@@ -341,7 +385,6 @@ def _record(
     error: TrackingError,
     v_c: float,
     omega_c: float,
-    now: Disturbance,
     memory: Memory,
     i: int,
 ) -> None:
@@ -349,4 +392,4 @@ def _record(
     row[5], row[6], row[7], row[8] = target.x, target.y, target.theta, target.v
     row[9], row[10], row[11] = memory.theta_star[i], error.x_e, error.y_e
     row[12], row[13], row[14], row[15] = v_c, omega_c, memory.torques[i, 0], memory.torques[i, 1]
-    row[16], row[17], row[18], row[19] = now.v, now.omega, target.obstacle, target.avoidance_radius
+    row[16], row[17], row[18], row[19] = memory.slip[i, 0], memory.slip[i, 1], target.obstacle, target.avoidance_radius

@@ -17,7 +17,7 @@ from dwmr.control.laws.python_law import reported
 from dwmr.control.laws.settings import LawSettings
 from dwmr.control.obstacle_avoidance import Avoidance
 from dwmr.core.arrays import FloatArray
-from dwmr.core.interfaces import Law, Signal
+from dwmr.core.interfaces import Law, Plant, Signal
 from dwmr.core.jit import COMPILED, collected_errors, first_class, first_class_functions
 from dwmr.plant.disturbances import DISTURBANCE, Load
 from dwmr.plant.robot import ROBOT
@@ -29,6 +29,7 @@ from dwmr.scenario.model import Robot, Scenario
 from dwmr.scenario.moving import centres, is_moving
 from dwmr.simulation import noise
 from dwmr.simulation.loop import COLUMNS, LARGEST, NOT_FINITE, SIGNALS, TOO_LARGE, Memory, World, run_periods
+from dwmr.simulation.mujoco_plant import MujocoPlant
 from dwmr.simulation.preflight import settings_of
 from fuzzyctl.diagnostics.diagnostic import DiagnosticError
 from fuzzyctl.experiments.settings.locations import Places
@@ -180,17 +181,30 @@ def run(simulation: Simulation, report: Callable[[int], None] | None = None) -> 
     kernels = tuple(tuple(first_class(k) for k in law.kernels) for law in laws)
     reached, robot, fault, wall_s = 0, -1, 0, 0.0
     interrupted = False
-    chunk = PERIODS_AT_A_TIME if COMPILED else 1
+    plant = _other_plant(scenario)
+    chunk = PERIODS_AT_A_TIME if COMPILED and plant is None else 1
 
-    def periods(first: int, last: int) -> tuple[int, int, int]:
-        with reported(simulation.name, Path(str(module.__file__)), "run", only_own=last > 0):
+    def decided(first: int, last: int) -> tuple[int, int, int]:
+        file = Path(str(module.__file__))
+        with reported(simulation.name, file, "run", only_own=last > 0):
             obstacles = _obstacles(scenario, first, last)
             done = run_periods(
                 first, last, path, step, kernels, world, memory, obstacles, draw(last - first),
                 record, law_record, guard,
             )  # fmt: skip
-            if raised:
+        if raised:  # by the law's step: errors of compiled code name no line
+            with reported(simulation.name, file, "run"):
                 raise raised[0]
+        return done
+
+    def periods(first: int, last: int) -> tuple[int, int, int]:
+        if plant is None or last == 0:
+            return decided(first, last)
+        for k in range(first, last):
+            done = decided(k, k + 1)
+            if done[2] != 0:
+                break
+            plant.move(k * scenario.run.dt, memory.torques, memory.plant, memory.slip)
         return done
 
     with first_class_functions(), collected_errors() as raised:
@@ -204,7 +218,7 @@ def run(simulation: Simulation, report: Callable[[int], None] | None = None) -> 
                 reached, robot, fault = periods(reached, last)
                 took = perf_counter() - began
                 wall_s += took
-                if not COMPILED and took < 0.5 * PATIENCE:
+                if chunk < PERIODS_AT_A_TIME and took < 0.5 * PATIENCE:
                     chunk = min(2 * chunk, PERIODS_AT_A_TIME)
                 if report is not None:
                     report(reached)
@@ -231,6 +245,13 @@ def _obstacles(scenario: Scenario, first: int, last: int) -> FloatArray:
     radii = np.broadcast_to([one.radius for one in scenario.obstacles], (count, len(scenario.obstacles)))
     places = centres(scenario, scenario.run.dt * np.arange(first, first + count, dtype=np.float64))
     return np.ascontiguousarray(np.concatenate([places, radii[:, :, None]], axis=2))
+
+
+def _other_plant(scenario: Scenario) -> Plant | None:
+    """Return what moves the robots, None for the equations, which the loop has in itself."""
+    if scenario.run.plant == "equations":
+        return None
+    return MujocoPlant(scenario)
 
 
 def _reason(fault: int, row: FloatArray, module: Any) -> str:
@@ -267,7 +288,9 @@ def _world(simulation: Simulation, laws: list[Law]) -> World:
             settings.margin, settings.largest_radius, settings.kappa, settings.gamma, settings.rho, settings.slowdown
         ),
         np.array([law.gains for law in laws]),
-        scenario.formation.leader_velocity == "ground",
+        float(scenario.formation.leader_velocity == "ground"),
+        not noise.is_present(scenario),
+        scenario.run.plant != "equations",
     )
 
 
@@ -282,6 +305,8 @@ def _constants(robot: Robot, names: list[str]) -> dict[str, float]:
         "bearing": formation.bearing if formation else 0.0,
         "leader": names.index(formation.leader) if formation else -1,
         "avoids": int(robot.avoids_obstacles),
+        "odometry": int(robot.sensors.pose == "odometry"),
+        "encoder_steps": robot.sensors.encoder_steps,
     }
     tables = (robot, robot.friction, robot.actuator, robot.inner_loop)
     wanted = set(ROBOT.names or ())
@@ -311,7 +336,9 @@ def _memory(simulation: Simulation, laws: list[Law]) -> Memory:
     seen = plant.copy() if noise.is_present(scenario) else plant
     theta_star = np.array([_first_direction(simulation, r) for r in robots])
     sides = np.zeros((n, len(scenario.obstacles)))
-    return Memory(plant, seen, theta_star, np.zeros((n, 2)), sides, law, law.copy(), np.zeros((n, 2)))
+    filters, slip, torques = np.zeros((3, n, 2))
+    wheels, odometry = np.zeros((n, 6)), plant[:, :3].copy()
+    return Memory(plant, slip, seen, wheels, odometry, theta_star, filters, sides, law, law.copy(), torques)
 
 
 def _first_direction(simulation: Simulation, robot: Robot) -> float:

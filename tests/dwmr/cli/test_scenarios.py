@@ -8,10 +8,11 @@ import pytest
 from dwmr.control import laws
 from dwmr.scenario.file import find, read, shipped_names
 from fuzzyctl.support.shipped import rules_folder
+from tests.physics import shipped
 
 
 class TestNew:
-    @pytest.mark.parametrize("base", shipped_names())
+    @pytest.mark.parametrize("base", shipped())
     def test_writes_a_scenario_that_is_clean_and_says_the_same(self, dwmr, tmp_path, base):
         assert dwmr("new", "mine", "--from", base)[0] == 0
         mine, shipped = read(tmp_path / "mine.toml"), read(find(base))
