@@ -71,7 +71,7 @@ HOMES = {
     "mpl_toolkits": {"fuzzyctl/plot", "apps/dwmr/figures"},
     "click": {"fuzzyctl/cli", "apps/dwmr/cli"},
     "pydantic": {"apps/dwmr", "fuzzyctl/experiments/sweep", "fuzzyctl/sweep/spec.py"},
-    "PIL": {"apps/dwmr/figures"},
+    "PIL": {"apps/dwmr/figures", "apps/gallery"},
     "lsprotocol": {"fuzzyctl/editor/server.py", "fuzzyctl/editor/session.py", "fuzzyctl/editor/requests.py"},
     "pygls": {
         "fuzzyctl/editor/protocol.py",

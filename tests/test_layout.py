@@ -39,7 +39,7 @@ THROUGH = {
     "fuzzyctl/kernels": "fuzzyctl/kernels/test_engine.py fuzzyctl/kernels/test_exact.py properties/test_engine.py",
     "fuzzyctl/lang": "fuzzyctl/lang/test_parser.py fuzzyctl/lang/test_mistakes.py fuzzyctl/lang/test_recovery.py",
     "fuzzyctl/loading/block_equations.py": "fuzzyctl/resolve/test_loops.py fuzzyctl/resolve/test_plants.py",
-    "fuzzyctl/loading/block_numbers.py": "fuzzyctl/resolve/test_loops.py fuzzyctl/resolve/test_plants.py "
+    "fuzzyctl/model/checks/block_numbers.py": "fuzzyctl/resolve/test_loops.py fuzzyctl/resolve/test_plants.py "
     "fuzzyctl/resolve/test_controllers.py",
     "fuzzyctl/loading/choice.py": "fuzzyctl/loading/test_load.py fuzzyctl/cli/test_loading.py",
     "fuzzyctl/loading/policy.py": "fuzzyctl/cli/test_check.py fuzzyctl/loading/test_load.py",

@@ -5,8 +5,13 @@ The folder NAME holds NAME.fz, the page README.md and the picture NAME.png. What
     require overshoot == 32 within 0.5
 
 The table of the page stands between the lines TABLE and END. The line `<!-- drawn: LOOP LOOP -->` above the picture
-names the loops that it shows; without it, it shows all. The line `<!-- path: BLOCK.X BLOCK.Y -->` draws one signal over
-another one instead of both over time.
+names the loops that it shows; without it, it shows all. The lines
+
+    <!-- panel: control [N] in [-2, 8] = first.u second.u -->
+    <!-- lines: fixed gain, self-tuning -->
+
+choose the panels, each with its label, its range if it is cut and its signals, and what the lines are called if not by
+their loops. The line `<!-- path: BLOCK.X BLOCK.Y -->` draws one signal over another one instead of both over time.
 """
 
 from __future__ import annotations
@@ -17,6 +22,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Final
 
+from PIL import Image
+
 from fuzzyctl.diagnostics.diagnostic import DiagnosticError
 from fuzzyctl.diagnostics.suggestions import counted
 from fuzzyctl.expr import Compare, Name, evaluate
@@ -24,7 +31,8 @@ from fuzzyctl.loading.load import look_through
 from fuzzyctl.model.guarantee import Guarantee
 from fuzzyctl.model.loop import Loop, Measure
 from fuzzyctl.plot.style import COLORS, saved
-from fuzzyctl.plot.time_series import draw_runs
+from fuzzyctl.plot.time_series import GIVEN, REST, WIDTH, draw_runs
+from fuzzyctl.plot.time_series import PANEL as PANEL_HEIGHT
 from fuzzyctl.simulation.run import Run
 from fuzzyctl.simulation.simulate import simulate
 from fuzzyctl.support.reading import read_source
@@ -33,10 +41,13 @@ HERE: Final = Path(__file__).parent
 TABLE: Final = "<!-- table: python -m gallery -->"
 END: Final = "<!-- end of table -->"
 BLOCK: Final = re.compile(f"{re.escape(TABLE)}\n(.*?){re.escape(END)}", flags=re.DOTALL)
-PATH: Final = re.compile(r"^<!-- path: (\S+) (\S+) -->$", flags=re.MULTILINE)
-#: Pixels per inch of the pictures, which are small files.
-DPI: Final = 80
 DRAWN: Final = re.compile(r"^<!-- drawn: (.+) -->$", flags=re.MULTILINE)
+PANEL: Final = re.compile(r"^<!-- panel: ([^=]+?)(?: in \[(\S+), (\S+)\])? = (.+) -->$", flags=re.MULTILINE)
+LINES: Final = re.compile(r"^<!-- lines: (.+) -->$", flags=re.MULTILINE)
+PATH: Final = re.compile(r"^<!-- path: (\S+) (\S+) -->$", flags=re.MULTILINE)
+#: Pixels per inch and colours of the pictures, which are small files.
+DPI: Final = 120
+COLOURS: Final = 64
 
 
 def entries() -> dict[str, Path]:
@@ -60,8 +71,12 @@ def table_of(runs: Sequence[Run]) -> str:
     """Return the Markdown table of runs: a row for each measure, a column for each loop, printed values in brackets."""
     measures = {m.name: m for run in runs for m in run.loop.measures}
     rows = [[_label(m), *(_cell(run, m.name) for run in runs)] for m in measures.values()]
-    head = ["", *(run.loop.title or run.loop.name for run in runs)]
+    head = ["", *(_title(run) for run in runs)]
     return "".join(f"| {' | '.join(row)} |\n" for row in [head, ["---"] * len(head), *rows])
+
+
+def _title(run: Run) -> str:
+    return run.loop.title or run.loop.name
 
 
 def _label(measure: Measure) -> str:
@@ -121,23 +136,59 @@ def draw(target: Path, runs: Sequence[Run], page: str) -> None:
     """Draw the runs that a page shows."""
     names = match[1].split() if (match := DRAWN.search(page)) else [run.loop.name for run in runs]
     shown = [run for name in names for run in runs if run.loop.name == name]
-    path = PATH.search(page)
+    several = len(shown) > 1  # one has its title above the panels
     with saved(target, DPI) as figure:
-        if path is not None:
-            draw_paths(figure, shown, *path.groups())
+        if path := PATH.search(page):
+            draw_path(figure, shown, *path.groups())
+        elif chosen := PANEL.findall(page):
+            draw_panels(figure, shown, chosen, match[1].split(", ") if (match := LINES.search(page)) else ())
         else:
-            several = len(shown) > 1  # one has its title above the panels
-            draw_runs(figure, shown, [(run.loop.title if several else "") or run.loop.name for run in shown])
+            draw_runs(figure, shown, [_title(run) if several else run.loop.name for run in shown])
             if several:
                 figure.axes[0].set_title("")
+    with Image.open(target) as picture:
+        few = picture.convert("RGB").quantize(COLOURS, dither=Image.Dither.NONE)
+    few.save(target, optimize=True)
 
 
-def draw_paths(figure: Any, runs: Sequence[Run], x: str, y: str) -> None:
-    """Draw a signal of runs over another one, with a dot at each start."""
-    figure.set_size_inches(6, 4)
+def draw_panels(figure: Any, runs: Sequence[Run], chosen: Sequence[Sequence[str]], lines: Sequence[str]) -> None:
+    """Draw signals of runs over time, what is given at each time in grey.
+
+    Args:
+        figure: An empty figure.
+        runs: What is drawn.
+        chosen: Label, least and largest value or "", and signals of each panel.
+        lines: What signals of blocks are called, in the order of each panel; the titles of their loops where empty.
+    """
+    figure.set_size_inches(WIDTH, REST + PANEL_HEIGHT * len(chosen))
+    axes = figure.subplots(len(chosen), 1, sharex=True, squeeze=False)[:, 0]
+    for ax, (label, low, high, signals) in zip(axes, chosen, strict=True):
+        drawn = [(run, name) for run in runs for name in signals.split() if "." in name]
+        titles = lines or [_title(run) for run, _ in drawn]
+        for (run, name), title, color in zip(drawn, titles, COLORS, strict=False):
+            ax.plot(run.t, run[name], color=color, lw=1.4, drawstyle="steps-post", label=title)
+        for name in signals.split():
+            if "." not in name:
+                style = {"ls": "--", "label": "reference"} if drawn else {"ls": "-"}
+                ax.plot(runs[0].t, runs[0][name], color=GIVEN, lw=1.0, **style)
+        ax.margins(x=0, y=0.08)
+        ax.set_ylabel(label)
+        if low:
+            ax.set_ylim(float(low), float(high))
+    figure.align_ylabels(axes)
+    axes[-1].set_xlabel("time [s]")
+    handles, labels = axes[0].get_legend_handles_labels()
+    if len(handles) > 1:
+        figure.legend(handles, labels, loc="outside upper center", ncols=4, frameon=False)
+
+
+def draw_path(figure: Any, runs: Sequence[Run], x: str, y: str) -> None:
+    """Draw a signal of runs over another one in the same scale, with a dot at each start."""
+    figure.set_size_inches(5, 6)
     axes = figure.subplots()
     for run, color in zip(runs, COLORS, strict=False):
-        axes.plot(run[x], run[y], ".-", color=color, markersize=3, linewidth=1, label=run.loop.title or run.loop.name)
-        axes.plot(run[x][0], run[y][0], "o", color=color, markersize=5)
-    axes.set(xlabel=x, ylabel=y, aspect="equal")
-    axes.legend(fontsize="small", loc="center left", bbox_to_anchor=(1, 0.5))
+        axes.plot(run[x], run[y], ".-", color=color, markersize=4, linewidth=1, label=_title(run))
+        axes.plot(run[x][0], run[y][0], "o", color=color, markersize=7)
+    axes.set(xlabel=x, ylabel=y)
+    axes.set_aspect("equal", adjustable="datalim")
+    axes.legend()

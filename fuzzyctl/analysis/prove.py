@@ -65,6 +65,12 @@ _AT_FIRST: Final = "no point is found that breaks the claim with what is at firs
 #: What decides claims that subdivision cannot settle, such as equalities; said of systems that do not interpolate.
 _EXACTLY: Final = "of a system that interpolates ('and product', 'center_average') it is decided exactly"
 
+#: Why such a claim is not decided exactly although all else interpolates.
+_LETS: Final = "where rules read a let, here '{}', no claim is decided exactly"
+
+#: Why a claim is open that quick methods leave so.
+UNDIVIDED: Final = "it takes subdivision, for which no time is given"
+
 #: Why `total` of an output is undecided for lack of work in a proof, which no time limit changes.
 _TOO_MUCH: Final = f"it takes more than {COVERAGE:,} units of work, the most for the coverage of an output"
 
@@ -155,6 +161,12 @@ class Prover:
         return surface_of(flat) if self.timeout > 0.0 else surface_of(flat, most=QUICK)
 
     @cached_property
+    def _lets_of_rules(self) -> list[str]:
+        """The lets that rules read, so that no output is a surface over the inputs that interpolates."""
+        read = {d.variable - len(self.plan.inputs) - len(self.plan.outputs) for d in self.plan.degrees}
+        return [let.name for k, let in enumerate(self.plan.lets) if k in read]
+
+    @cached_property
     def bounds(self) -> Mapping[str, OutputBound]:
         """What the outputs lie between, seen from their consequents alone."""
         return output_bounds(self.system)
@@ -175,6 +187,8 @@ class Prover:
                 found = replace(found, reason=reason, boxes=(), remaining=0)
             elif found.remaining and (reason := self._state_of(claim)):
                 found = replace(found, reason=reason, boxes=(), remaining=0)
+            elif self._lets_of_rules:
+                found = replace(found, reason=f"{found.reason}; {_LETS.format(self._lets_of_rules[0])}")
             elif found.remaining and self.surface is None:
                 found = replace(found, reason=f"{found.reason}; {_EXACTLY}")
         if isinstance(found, Refuted) and (lets := named_lets(self.system, guarantee)):
@@ -303,7 +317,7 @@ class Prover:
             witness = sampling.witness_of(claim, self.plan, self.judge)
             if witness is not None:
                 return Refuted(claim.text, witness)
-            return Undecided(claim.text, "it takes subdivision, for which no time is given")
+            return Undecided(claim.text, UNDIVIDED)
         from fuzzyctl.analysis.branch_and_bound import pointwise as branching
         from fuzzyctl.analysis.branch_and_bound import slope as box_slopes
         from fuzzyctl.analysis.branch_and_bound.boxed_system import System

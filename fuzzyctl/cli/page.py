@@ -152,7 +152,7 @@ def _controllers(examined: Examined, choice: Choice, diagnostics: list[Diagnosti
         settings = assignments(own.settings, params_of(controller), "param")
         try:
             unit = prepare_step(changed, examined.source.text, settings=settings)
-            yield controller_section(controller_data(unit), unit)
+            yield controller_section(controller_data(unit, proofs=True), unit)
         except CodegenError as error:
             raise DiagnosticError([_refused(controller.name, controller.span, error)]) from None
 
@@ -169,7 +169,7 @@ def _runs(loops: list[Loop], choice: Choice, diagnostics: list[Diagnostic]) -> I
 
     for loop in loops:
         own = choice.of_params([*short_names(loop), *instance_params(loop)])
-        run = simulate(settings_of(own.settings, [loop])[0])
+        run = simulate(settings_of(own.settings, [loop])[0], record_calls=True)
         diagnostics += [*([run.stopped] if run.stopped is not None else []), *warnings(run)]
         yield Section(loop_data(run))
 

@@ -32,7 +32,7 @@ def _head(run: Run, label: str) -> Iterator[str]:
         if run.substeps
         else run.solver
     )
-    yield f"  {end} in {len(run):,} samples, {how}"
+    yield f"  {end} in {len(run):,} {'sample' if len(run) == 1 else 'samples'}, {how}"
     if run.error:
         name, error = max(run.error.items(), key=lambda item: item[1])
         yield (

@@ -27,12 +27,12 @@ def studio(file: str | None, folder: str | None, port: int, no_browser: bool) ->
     fuzzyctl studio rules/tipper.fz
 
     fuzzyctl itself runs in the browser; nothing leaves this machine, and no network is needed. The file is opened as a
-    copy: 'Save as' in the studio writes it. A server on the loopback address hands the studio to the browser, since
-    browsers start no workers from files. Ctrl-C ends it.
+    copy, with the files that it uses: 'Save as' in the studio writes it. A server on the loopback address hands the
+    studio to the browser, since browsers start no workers from files. Ctrl-C ends it.
 
     The studio is built once, from a checkout: cd apps/studio && npm ci && node build.mjs
     """
-    from fuzzyctl.studio.server import address, server
+    from fuzzyctl.studio.server import address, server, used_files
 
     built = Path(folder) if folder is not None else Path(fuzzyctl.__file__).parents[1] / "apps" / "studio" / "dist"
     if not (built / "index.html").is_file():
@@ -41,11 +41,12 @@ def studio(file: str | None, folder: str | None, port: int, no_browser: bool) ->
             "'--folder' says where it is"
         )
     text = source_of(file).text if file is not None else None
+    used = used_files(text, Path(file).parent) if text is not None and file not in (None, "-") else {}
     try:
         serving = server(built, port)
     except OSError as error:
         raise click.UsageError(f"port {port} cannot be served: {error.strerror}; leave '--port' out") from None
-    place = address(serving.server_port, Path(file).name if file not in (None, "-") else "stdin.fz", text)
+    place = address(serving.server_port, Path(file).name if file not in (None, "-") else "stdin.fz", text, used)
     say(f"the studio: {place}")
     sys.stdout.flush()
     if not no_browser:

@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Final
 
-from fuzzyctl.codegen.errors import CodegenError
+from fuzzyctl.codegen.errors import CodegenError, unprintable
 from fuzzyctl.codegen.simplify import FALSE, TRUE
 from fuzzyctl.codegen.unit import Precision
 from fuzzyctl.expr import Binary, Call, Compare, Expr, Logic, Name, Negate, Number, Where
@@ -204,7 +204,7 @@ class CText:
                     yield f"{pad}{INDENT}{refusals[output]}"
                     yield f"{pad}}}"
                 case _:
-                    raise CodegenError(f"a statement {type(statement).__name__} cannot be printed")
+                    raise unprintable(statement)
 
     def _located(self, statement: Locate) -> Iterator[str]:
         """Yield lines that find a knot: all comparisons where they are few, else halving."""

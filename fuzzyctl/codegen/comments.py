@@ -10,7 +10,7 @@ from fuzzyctl.expr import Expr, Name, walk
 from fuzzyctl.formats.fz import rule_text
 from fuzzyctl.kernels.algorithms.interpolation import coefficients
 from fuzzyctl.kernels.inference import inference
-from fuzzyctl.kernels.program.program import Assign, Item, Locate, Place, Program
+from fuzzyctl.kernels.program.program import Assign, Item, Locate, Place, Program, Quadrature
 from fuzzyctl.kernels.program.traversal import expressions, read, reads
 from fuzzyctl.model.variable import LinguisticVariable
 
@@ -67,6 +67,8 @@ def table_notes(unit: Unit, program: Program) -> dict[str, list[str]]:
             what = "points of the table along" if unit.table is not None else "corners of the terms of"
             what = what if len(own) == 1 else "corners of terms of a value that is computed from"
             found[statement.table].append(f"{what} {' and '.join(own)}")
+        if isinstance(statement, Quadrature):
+            found[statement.places].append("places between which a set is smooth, from the middle of the range")
     known: dict[tuple[float, ...], list[str]] = {}
     for values, text in _known(unit):
         known.setdefault(values, []).append(text)

@@ -7,18 +7,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
-from fuzzyctl.codegen import (
-    c_fixed_source,
-    c_selftest,
-    c_source,
-    javascript_selftest,
-    javascript_source,
-    python_source,
-    st_source,
-)
+from fuzzyctl.codegen import c_fixed_source, c_selftest, javascript_selftest
 from fuzzyctl.codegen.c_layout import CLayout
 from fuzzyctl.codegen.fixed import Fixed
 from fuzzyctl.codegen.javascript_source import JavaScriptLayout
+from fuzzyctl.codegen.sources import sources
 from fuzzyctl.codegen.unit import Unit
 from fuzzyctl.codegen.vectors import in_parts
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
@@ -26,9 +19,6 @@ from fuzzyctl.support.writing import write_together
 
 #: Longest name of a file, in bytes, with room for that of a temporary one beside it.
 LONGEST: Final = 200
-
-#: Targets of code generation.
-TARGETS: Final = ("c", "st", "python", "javascript")
 
 
 @dataclass(frozen=True)
@@ -49,7 +39,7 @@ def generate(unit: Unit, target: str, fixed: Fixed | None = None) -> Generated:
 
     Args:
         unit: What to write.
-        target: One of `TARGETS`.
+        target: One of `sources.TARGETS`.
         fixed: Fixed-point arithmetic for C, None for floating point.
 
     Raises:
@@ -59,17 +49,11 @@ def generate(unit: Unit, target: str, fixed: Fixed | None = None) -> Generated:
     if fixed is not None:
         return Generated(c_fixed_source.files(unit, fixed), dict(zip(names, fixed.errors, strict=True)))
     errors = dict(zip(names, unit.table.errors, strict=True)) if unit.table else {}
-    if target == "python":
-        return Generated({f"{python_source.module_name(unit)}.py": python_source.module(unit)}, errors)
-    if target == "st":
-        return Generated({f"{st_source.block_name(unit)}.st": st_source.function_block(unit)}, errors)
+    files = sources(unit, target)
     if target == "javascript":
-        name = JavaScriptLayout(unit).name
-        files = {f"{name}.mjs": javascript_source.module(unit), f"{name}.test.mjs": javascript_selftest.selftest(unit)}
-        return Generated(files, errors)
-    name = CLayout(unit).name
-    files = {f"{name}.h": c_source.header(unit), f"{name}.c": c_source.source(unit)}
-    files[f"{name}_selftest.c"] = c_selftest.selftest(unit, *in_parts(unit))
+        files[f"{JavaScriptLayout(unit).name}.test.mjs"] = javascript_selftest.selftest(unit)
+    if target == "c":
+        files[f"{CLayout(unit).name}_selftest.c"] = c_selftest.selftest(unit, *in_parts(unit))
     return Generated(files, errors)
 
 

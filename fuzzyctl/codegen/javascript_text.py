@@ -6,15 +6,17 @@ import json
 import math
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from importlib.resources import files
 from typing import Any, Final
 
 from fuzzyctl.codegen import c_source
 from fuzzyctl.codegen.c_text import bare, wrapped
-from fuzzyctl.codegen.errors import CodegenError
+from fuzzyctl.codegen.errors import CodegenError, unprintable
 from fuzzyctl.codegen.simplify import TRUE
 from fuzzyctl.codegen.unit import printable
-from fuzzyctl.codegen.wrapping import folded
+from fuzzyctl.codegen.wrapping import broken, folded
 from fuzzyctl.expr import Binary, Call, Expr, replace
+from fuzzyctl.kernels.program import quadrature
 from fuzzyctl.kernels.program.primitives import PRIMITIVES
 from fuzzyctl.kernels.program.printer import INDENT, SCALAR, Dialect, index_text, text
 from fuzzyctl.kernels.program.program import (
@@ -26,9 +28,11 @@ from fuzzyctl.kernels.program.program import (
     Offset,
     Place,
     Program,
+    Quadrature,
     Refuse,
     Statement,
 )
+from fuzzyctl.kernels.program.traversal import statements as all_of
 
 #: Most knots counted by comparisons; more are searched in a loop.
 COMPARED: Final = 16
@@ -181,12 +185,18 @@ def block(
                 yield from block(body, own, refuse, notes, depth + 1)
                 yield from (f"{pad}{INDENT}{s.name} = {bare(value_text(s.value, own))};" for s in then)
                 yield f"{pad}}}"
+            case Quadrature(found=found, area=area, kind=kind, x=x, body=body, value=value, places=places, marks=marks):
+                yield f"{pad}const {statement.function} = ({x}) => {{"
+                yield from block(body, own, refuse, notes, depth + 1)
+                yield from (f"{pad}{INDENT}return {bare(value_text(value, own))};", f"{pad}}};")
+                given = ", ".join(bare(value_text(m, own)) for m in marks)
+                yield f"{pad}const [{found}, {area}] = quadrature.{kind}({statement.function}, {places}, [{given}]);"
             case Refuse(condition=condition, output=output):
                 yield f"{pad}if ({bare(value_text(condition, own))}) {{"
                 yield f"{pad}{INDENT}{refuse(output)}"
                 yield f"{pad}}}"
             case _:
-                raise CodegenError(f"a statement {type(statement).__name__} cannot be printed")
+                raise unprintable(statement)
 
 
 def _located(statement: Locate, x: str) -> Iterator[str]:
@@ -220,8 +230,22 @@ def helpers(functions: Iterable[str], statements: Sequence[Statement]) -> Iterat
         else:
             arguments = ", ".join(own.arguments.split())
             yield from (f"function {name}({arguments}) {{", f"{INDENT}return {own.javascript};", "}", "")
-    if any(isinstance(s, Locate) and len(s.knots) > COMPARED for s in statements):
+    if any(isinstance(s, Locate) and len(s.knots) > COMPARED for s in all_of(statements)):
         yield from (_FIND, "")
+    if any(isinstance(s, Quadrature) for s in all_of(statements)):
+        yield from (_quadrature(), "")
+
+
+def _quadrature() -> str:
+    """Return what integrates sets, with the constants of the kernels."""
+    text = files("fuzzyctl.codegen").joinpath("quadrature.js").read_text(encoding="utf-8")
+    lines: list[str] = []
+    for name, value in vars(quadrature).items():
+        if name.isupper() and re.search(rf"\b{name}\b", text):
+            numbers = map(literal, value if isinstance(value, tuple) else (value,))
+            own = ", ".join(numbers) if not isinstance(value, tuple) else f"[{', '.join(numbers)}]"
+            lines += broken([f"{INDENT}const {name} = {own};"], "  ")
+    return text.replace(f"{INDENT}CONSTANTS", "\n".join(lines)).rstrip()
 
 
 def file_text(lines: Iterable[str]) -> str:

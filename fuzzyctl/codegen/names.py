@@ -88,7 +88,7 @@ JAVASCRIPT_RESERVED: Final = _words(
     extends false finally for from function get if implements import in instanceof interface let new null of package
     private protected public return set static super switch this throw true try typeof undefined var void while with
     yield NaN Infinity Math Number Float64Array Array Object Error TypeError RangeError NoRuleFiresError
-    inputs outputs period params given state dt rate name key value result require_number find
+    inputs outputs period params given state dt rate name key value result require_number find quadrature
     divide smaller larger clip held power sqrt exp log sin cos tan atan2 abs floor fmod
     """
 )

@@ -8,14 +8,14 @@ from dataclasses import replace
 from inspect import getsource, isfunction
 from typing import Final
 
-from fuzzyctl.codegen.errors import CodegenError
+from fuzzyctl.codegen.errors import CodegenError, unprintable
 from fuzzyctl.codegen.names import PYTHON_FUNCTION_RESERVED, PYTHON_RESERVED, Names
-from fuzzyctl.codegen.simplify import functions, renamed, require_printable
+from fuzzyctl.codegen.simplify import functions, renamed
 from fuzzyctl.codegen.unit import Unit, described
 from fuzzyctl.kernels.inference import inference
 from fuzzyctl.kernels.program.ieee import FUNCTIONS
 from fuzzyctl.kernels.program.printer import IEEE_SCALAR, INDENT, INTERPRETED, Dialect, block, index_text, text
-from fuzzyctl.kernels.program.program import STATE, Locate, Place, Program
+from fuzzyctl.kernels.program.program import STATE, Locate, Place, Program, Quadrature
 
 #: Functions that the printer writes as comparisons.
 _PRINTED: Final = {"min", "max", "clip", "sign"}
@@ -63,7 +63,7 @@ def module(unit: Unit) -> str:
     names = Names([*PYTHON_RESERVED, name])
     arguments = [names.claim(i.name) for i in flat.inputs]
     rates = inference.rates(flat) if flat.states else None
-    require_printable(unit.algorithm.printed)
+    require_no_integral(unit.algorithm.printed)
     programs = [("", unit.algorithm.printed), *([("R", rates)] if rates else [])]
     lines = [f"# {line}".rstrip() for line in described(unit)]
     lines += ["", "import math", "import sys", "from math import inf, nan", ""]
@@ -81,6 +81,17 @@ def module(unit: Unit) -> str:
     results = "result" if len(flat.outputs) > 1 else "[result]"
     lines += ["", _MAIN.format(function=name, state=state, results=results).rstrip("\n")]
     return "\n".join(lines) + "\n"
+
+
+def require_no_integral(program: Program) -> None:
+    """Refuse a program with an adaptive integral.
+
+    Raises:
+        CodegenError: For the first of them.
+    """
+    for statement in program.body:
+        if isinstance(statement, Quadrature):
+            raise unprintable(statement)
 
 
 def helpers(used: set[str]) -> Iterator[str]:

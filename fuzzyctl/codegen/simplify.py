@@ -6,17 +6,11 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace as replace_fields
 from typing import Final
 
-from fuzzyctl.codegen.errors import CodegenError
 from fuzzyctl.expr import Binary, Call, Compare, Expr, Logic, Name, Number, Where, walk
 from fuzzyctl.kernels.program.program import (
     STATE,
-    Accumulate,
-    Assign,
-    Fold,
     Locate,
-    Offset,
     Program,
-    Quadrature,
     Refuse,
     Statement,
 )
@@ -27,13 +21,7 @@ TRUE: Final = Logic("and", ())
 
 
 def lean(program: Program) -> Program:
-    """Return a program for inputs that are no NaN: every target tests that once, at the start.
-
-    Raises:
-        CodegenError: For a statement that no target can print.
-    """
-
-    require_printable(program)
+    """Return a program for inputs that are no NaN: every target tests that once, at the start."""
     folded = map_expressions(program, folding(lambda name: name in program.arguments))
     body = [s for s in folded.body if not (isinstance(s, Refuse) and s.condition == FALSE)]
     return _without_unread(folded, body)
@@ -65,23 +53,6 @@ def _logic(op: str, operands: tuple[Expr, ...]) -> Expr:
     if len(left) == 1:
         return left[0]
     return Logic("or" if op == "or" else "and", left) if left else neutral
-
-
-def require_printable(program: Program) -> None:
-    """Refuse a program with a statement that no target can print.
-
-    Raises:
-        CodegenError: For the first of them.
-    """
-    for statement in program.body:
-        if isinstance(statement, Quadrature):
-            exact = "bisector" if statement.kind == "half" else "centroid"
-            raise CodegenError(
-                f"the exact {exact} of these sets is an adaptive integral, which generated code has not; sample it, "
-                f"such as 'defuzzifier {exact}(resolution=1000)'"
-            )
-        if not isinstance(statement, Assign | Locate | Offset | Accumulate | Fold | Refuse):
-            raise CodegenError(f"a statement {type(statement).__name__} cannot be printed")
 
 
 def _without_unread(program: Program, body: Sequence[Statement]) -> Program:

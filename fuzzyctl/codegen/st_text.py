@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from typing import Final
 
 from fuzzyctl.codegen.c_text import single_text
-from fuzzyctl.codegen.errors import CodegenError
+from fuzzyctl.codegen.errors import CodegenError, unprintable
 from fuzzyctl.codegen.simplify import FALSE, TRUE, folding
 from fuzzyctl.codegen.st_guards import (
     TESTED,
@@ -133,7 +133,7 @@ class STText:
                     yield from lines
                     yield from (f"{pad}IF {test} THEN", f"{pad}{INDENT}{refusals[output]}", f"{pad}END_IF;")
                 case _:
-                    raise CodegenError(f"a statement {type(statement).__name__} cannot be printed")
+                    raise unprintable(statement)
 
     def assigned(self, name: str, value: Expr, depth: int) -> Iterator[str]:
         """Yield lines that give a variable a value, and say whether it has one."""

@@ -20,6 +20,7 @@ from fuzzyctl.diagnostics.diagnostic import NoRuleFiresError
 from fuzzyctl.expr import Compare, Expr, Number
 from fuzzyctl.kernels.backends.python import backend as python_backend
 from fuzzyctl.kernels.inference import inference
+from fuzzyctl.kernels.program.program import Quadrature
 from fuzzyctl.kernels.program.traversal import map_expressions
 
 #: Most corners, and random points.
@@ -81,7 +82,12 @@ def in_parts(unit: Unit, *, seed: int = 1) -> tuple[list[Vector], list[Vector]]:
 
 
 def _narrowed(unit: Unit) -> Reference | None:
-    """Return the reference of single precision, None where that has not all numbers of the system."""
+    """Return the reference of single precision, None where that has not all numbers of the system.
+
+    Adaptive integrals have none either: only JavaScript has them, whose numbers are always double.
+    """
+    if any(isinstance(s, Quadrature) for s in unit.evaluation.body):
+        return None
     try:
         for _, values in unit.evaluation.tables:
             for value in filter(math.isfinite, values):

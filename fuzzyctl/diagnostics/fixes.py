@@ -87,6 +87,29 @@ def respelt_as_suggested(span: Span | None, name: str, known: Collection[str]) -
     return respelt(span, name, closest(name, known), known)
 
 
+def with_decimal_points(span: Span | None, given: int, due: int) -> Fix | None:
+    """Return the fix of a call that has too many arguments because commas stand for decimal points; None for another.
+
+    Commas without a blank are those of decimals where they are as many as the arguments beyond those that are due, and,
+    less surely, every other one where each number has one.
+
+    Args:
+        span: Location of the call.
+        given: Number of its arguments.
+        due: Number of arguments that the function takes.
+    """
+    if span is None or given <= due:
+        return None
+    commas = [m.start(1) for m in re.finditer(r"(?<![\w.])\d+(,)(?=\d+(?![\w.]))", span.text)]
+    applicability: Applicability = "sure" if len(commas) == given - due else "likely"
+    if len(commas) == 2 * (given - due) - 1:
+        commas = commas[::2]
+    if len(commas) != given - due:
+        return None
+    places = [Span(span.source, span.start + at, span.start + at + 1) for at in commas]
+    return Fix(tuple(Replacement(place, ".") for place in places), applicability)
+
+
 def _words(source: SourceText, name: str) -> list[Span]:
     """Return the first locations of a word, at most two, comments left out; none in a very long text."""
     if len(source.text) > _LONGEST:

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
-from fuzzyctl.diagnostics.diagnostic import DiagnosticError
+from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 from fuzzyctl.diagnostics.fixes import Fix, Replacement, fixed
 from fuzzyctl.diagnostics.source import SourceText, Span
 from fuzzyctl.diagnostics.suggestions import counted
@@ -45,6 +45,23 @@ def actions(document: Document, offset: int) -> list[Action]:
     elif isinstance(statement, sx.Variable):
         found = _variable(document, statement)
     return list(found)
+
+
+def repairs(found: Sequence[Diagnostic], first: int, last: int) -> list[Diagnostic]:
+    """Return the diagnostics that have a repair, and stand or are repaired within the offsets `first` to `last`."""
+    own = []
+    for d in found:
+        if d.fix is None or d.span is None:
+            continue
+        spans = [Span(d.span.source, r.span.start, r.span.end) for r in d.fix.replacements] + [d.span]
+        if any(s.start <= last and first <= max(s.end, s.start) for s in spans):
+            own.append(d)
+    return own
+
+
+def repair_title(d: Diagnostic) -> str:
+    """Return what the repair of a diagnostic is called."""
+    return d.help.split("\n")[0] if d.help else f"repair: {d.message}"
 
 
 def _statement_at(document: Document, offset: int) -> sx.Statement | None:

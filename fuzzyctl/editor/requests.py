@@ -13,7 +13,6 @@ from typing import Any, Final
 from lsprotocol import types as lsp
 
 from fuzzyctl.diagnostics.fixes import Replacement
-from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.editor import actions, hints, layout, lenses, tokens
 from fuzzyctl.editor.session import SYMBOL_KINDS, FuzzyServer, diagnostics_of, uri_of
 
@@ -119,15 +118,11 @@ def _actions(ls: FuzzyServer, params: lsp.CodeActionParams) -> list[lsp.CodeActi
     document = ls.document(params.text_document.uri)
     first, last = ls.offset(document, params.range.start), ls.offset(document, params.range.end)
     found = []
-    for d in diagnostics_of(document, proved=False):
-        if d.fix is None or d.span is None:
-            continue
-        lines = [Span(d.span.source, r.span.start, r.span.end) for r in d.fix.replacements] + [d.span]
-        if not any(s.start <= last and first <= max(s.end, s.start) for s in lines):
-            continue
+    for d in actions.repairs(diagnostics_of(document, proved=False), first, last):
+        assert d.fix is not None
         found.append(
             lsp.CodeAction(
-                title=d.help.split("\n")[0] if d.help else f"repair: {d.message}",
+                title=actions.repair_title(d),
                 kind=lsp.CodeActionKind.QuickFix,
                 diagnostics=[ls.diagnostic(d)],
                 is_preferred=d.fix.applicability == "sure",

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,7 +12,7 @@ from fuzzyctl.kernels.backends import blocks
 from fuzzyctl.kernels.backends.arguments import float_array, point_array
 from fuzzyctl.kernels.inference import inference
 from fuzzyctl.kernels.plan.build import Plan
-from fuzzyctl.kernels.program.passes.differentiate import NotDifferentiableError, differentiated
+from fuzzyctl.kernels.program.passes.differentiate import differentiated
 from fuzzyctl.kernels.program.program import Program, Refuse
 from fuzzyctl.kernels.promises import Promises
 
@@ -103,19 +102,10 @@ def by_name(plan: Plan, degrees: FloatArray) -> dict[str, dict[str, FloatArray]]
     return found
 
 
-def derivative_of(program: Callable[[], Program], by: tuple[str, ...]) -> Program:
-    """Return the program of derivatives, or raise `ArgumentError` where there is none."""
-    try:
-        return differentiated(program(), by)
-    except NotDifferentiableError as error:
-        reason = f"no exact gradient: {error}"
-        raise ArgumentError(f"{reason}; sample the sets, such as 'defuzzifier centroid(resolution=100)'") from None
-
-
 def input_gradient(plan: Plan) -> Program:
     """Return the program of the derivatives of all outputs by all inputs."""
     names = tuple(x.name for x in inference.raw_names(plan))
-    return derivative_of(lambda: inference.evaluation(plan), names)
+    return differentiated(inference.evaluation(plan), names)
 
 
 def jacobian(rows: FloatArray, outputs: int) -> FloatArray:

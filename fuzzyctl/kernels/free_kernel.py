@@ -11,7 +11,7 @@ import numpy as np
 
 from fuzzyctl.diagnostics.diagnostic import ArgumentError, NoRuleFiresError, UnknownNameError
 from fuzzyctl.displayed import Displayed
-from fuzzyctl.kernels.arrays import Arrays, broadcast, by_name, derivative_of, fill_of, jacobian
+from fuzzyctl.kernels.arrays import Arrays, broadcast, by_name, fill_of, jacobian
 from fuzzyctl.kernels.backends import blocks
 from fuzzyctl.kernels.backends.arguments import float_array, in_order, point_array, writable
 from fuzzyctl.kernels.backends.labels import labelled
@@ -21,6 +21,7 @@ from fuzzyctl.kernels.inference import inference
 from fuzzyctl.kernels.inference.free import free_program, with_values_as_array
 from fuzzyctl.kernels.plan.build import Plan
 from fuzzyctl.kernels.plan.free import free_plan
+from fuzzyctl.kernels.program.passes.differentiate import differentiated
 from fuzzyctl.kernels.program.program import Program, Refuse
 from fuzzyctl.kernels.program.scalar import as_number
 from fuzzyctl.kernels.promises import Promises
@@ -204,8 +205,7 @@ class FreeKernel(Displayed):
 
         Raises:
             UnknownNameError: For another `by`.
-            ArgumentError: For arrays of another shape, and for exact sets that jump at places without a
-                closed form.
+            ArgumentError: For arrays of another shape.
         """
         known = {"inputs": lambda: self._by_inputs, "values": lambda: self._by_values}
         if by not in known:
@@ -229,7 +229,7 @@ class FreeKernel(Displayed):
         return self._gradient(tuple(x.name for x in self._free.trace.arguments))
 
     def _gradient(self, by: tuple[str, ...]) -> Arrays:
-        program = derivative_of(lambda: free_program(self._free), by)
+        program = differentiated(free_program(self._free), by)
         return self._arrays(with_values_as_array(program, self._free.trace.arguments))
 
     def _over_values(self, write: Callable[[Plan], Program]) -> Program:

@@ -227,8 +227,7 @@ class Kernel(Displayed):
             sets, where it jumps, is NaN. For one output of pandas a DataFrame with the index of the points.
 
         Raises:
-            ArgumentError: For arrays of another shape, and for exact sets that jump at places without a closed form,
-                as under `aggregation nilpotent_maximum`.
+            ArgumentError: For arrays of another shape.
         """
         from fuzzyctl.kernels.arrays import jacobian
 

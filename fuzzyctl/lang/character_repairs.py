@@ -112,7 +112,7 @@ CHARACTERS: Final[tuple[Repair, ...]] = (
     by_pattern(r"[“”„‟«»″]", '"', _QUOTES),
     by_pattern(r"(?<![\w'])'([^'\n]*)'", '"{1}"', _QUOTES),
     by_pattern(r"(?<!\w)[‘’‚‛]([^‘’\n]*)[‘’](?!\w)", '"{1}"', _QUOTES),
-    by_pattern(r"\bthen\b.*(?<!\bis)(?P<x>[\s;]+(end_?if))(?=[\s;]*(?:#|$))", _end_of_rule, ENDS, heads="if"),
+    by_pattern(r"\bthen\b.*(?<!\bis)(?P<x>[\s;]+(end(?:_?if)?))(?=[\s;]*(?:#|$))", _end_of_rule, ENDS, heads="if"),
     _semicolons,
     by_pattern(r"\s*&&\s*|\s*&\s*(?=\(|\w+\s*(?:\bis\b|[=~!])|~|!)", " and ", "the conjunction is written 'and'"),
     by_pattern(r"\s*\|\|\s*", " or ", "the disjunction is written 'or'"),

@@ -131,6 +131,24 @@ def masked(text: str) -> str:
     return _OPAQUE.sub(lambda m: m[0][0] + "\x01" * (len(m[0]) - 2) + (m[0][-1] if len(m[0]) > 1 else ""), text)
 
 
+def _whole(origin: list[int], ends: list[int], start: int, end: int) -> tuple[int, int]:
+    """Return a range of characters with the rest of those edits that made its first and its last one."""
+    if start == end:
+        return start, end
+    while start > 0 and (origin[start - 1], ends[start - 1]) == (origin[start], ends[start]):
+        start -= 1
+    while end < len(ends) and (origin[end], ends[end]) == (origin[end - 1], ends[end - 1]):
+        end += 1
+    return start, end
+
+
+def _is_replaced(done: Edit, first: int, last: int, inserted: set[int]) -> bool:
+    """Whether an earlier edit is a part of one from `first` to `last`, which has what was inserted at some places."""
+    if done.start == done.end:
+        return first < done.start < last or done.start in inserted
+    return first <= done.start and done.end <= last
+
+
 @dataclass
 class Draft:
     """A line under repair.
@@ -151,14 +169,20 @@ class Draft:
         """Return the line after further edits, which do not overlap."""
         text, origin, ends, done = self.text, list(self.origin), list(self.ends), list(self.edits)
         for e in sorted(edits, key=lambda e: (e.start, e.end), reverse=True):
-            first = origin[e.start]
-            last = ends[e.end - 1] if e.end > e.start else first
+            start, end = _whole(origin, ends, e.start, e.end)
+            first = origin[start]
+            last = ends[end - 1] if end > start else first
+            new = text[start : e.start] + e.text + text[e.end : end]
             # An edit of a range that was edited before replaces those edits.
-            done = [d for d in done if not (first <= d.start and d.end <= last and d.end > d.start)]
-            done.append(Edit(first, max(first, last), e.text, e.why, e.sure))
-            text = text[: e.start] + e.text + text[e.end :]
-            origin[e.start : e.end] = [first] * len(e.text)
-            ends[e.start : e.end] = [max(first, last)] * len(e.text)
+            inserted = {at for at, stop in zip(origin[start:end], ends[start:end], strict=True) if at == stop}
+            before = [d for d in done if _is_replaced(d, first, last, inserted)]
+            done = [d for d in done if d not in before]
+            # What is changed inside of a larger edit is a part of that.
+            why = before[0].why if before and (start, end) != (e.start, e.end) else e.why
+            done.append(Edit(first, max(first, last), new, why, e.sure and all(d.sure for d in before)))
+            text = text[:start] + new + text[end:]
+            origin[start:end] = [first] * len(new)
+            ends[start:end] = [max(first, last)] * len(new)
         return Draft(text, origin, ends, done)
 
     def before_comment(self) -> tuple[Draft, Draft]:

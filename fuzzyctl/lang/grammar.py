@@ -8,7 +8,7 @@ from importlib import resources
 from typing import Any
 
 from lark import Lark
-from lark.exceptions import UnexpectedInput
+from lark.exceptions import UnexpectedInput, UnexpectedToken
 
 from fuzzyctl.diagnostics.diagnostic import Diagnostic
 from fuzzyctl.diagnostics.source import SourceText
@@ -51,3 +51,20 @@ def parse_line(source: SourceText, line: LogicalLine, kind: LineKind) -> tuple[A
         except UnexpectedInput as error:
             return None, [describe(source, line, error)]
         return (None if builder.problems else node), builder.problems
+
+
+def read_line(source: SourceText, line: LogicalLine, kind: LineKind) -> tuple[Any, int]:
+    """Parse one line without saying what is wrong: the node, None when it cannot be read, and where reading stops."""
+    lark, builder = _machine()
+    with _LOCK:
+        builder.begin(source, line)
+        try:
+            node = lark.parse(source.text[line.start : line.end], start=kind)
+        except UnexpectedInput as error:
+            # The token of the end of a line has the place of the one before it.
+            is_end = isinstance(error, UnexpectedToken) and error.token.type == "$END"
+            return None, line.end if is_end else line.start + (error.pos_in_stream or 0)  # type: ignore[redundant-expr]
+        if builder.problems:
+            span = builder.problems[0].span
+            return None, span.start if span is not None else line.start
+        return node, line.end

@@ -334,7 +334,8 @@ def describe_unknown_line(source: SourceText, line: LogicalLine, block: str) -> 
     forms = BLOCK_FORMS if line.in_block else FORMS
     if line.word.lower() in keywords and line.word != line.word.lower():
         return capital_keyword(line.word, place, "FZ101")
-    near = _meant(line.word, keywords)
+    assigned = bool(line.in_block and re.match(r"\s*\w+\s*=", text))  # no keyword stands before '='
+    near = None if assigned else _meant(line.word, keywords)
     if line.word in ("then", "is", "not") or (near != "if" and _THEN.search(text)):
         help_text = "a rule is one line, which goes on in the next only inside parentheses"
         return Diagnostic("FZ101", f"'{line.word}' begins no statement", place, help=help_text)
@@ -355,6 +356,9 @@ def describe_unknown_line(source: SourceText, line: LogicalLine, block: str) -> 
     hint = f"did you mean '{near}'? the form is: {forms[near]}" if near else ""
     if not hint and block == "variable":
         hint = f"a term is written: {_BELOW['term_line']}"
+    if assigned:
+        assigning = (word for word in ("let", "der", "next", "output") if word in keywords)
+        hint = f"write: {' or '.join(f'{word} {line.word} = ...' for word in assigning)}"
     facts = (*look_alikes(line.word), _keywords(keywords))
     fix = respelt(place, line.word, near, keywords)
     return Diagnostic("FZ101", f"'{line.word}' begins no statement", place, facts=facts, help=hint, fix=fix)

@@ -11,7 +11,7 @@ from fuzzyctl.diagnostics.suggestions import closest, is_slip, look_alikes
 from fuzzyctl.lang.character_repairs import DECIMAL, ENDS
 from fuzzyctl.lang.edits import Edit, Repair, Surroundings
 from fuzzyctl.lang.lines import keyword_behind
-from fuzzyctl.lang.other_tools import known_setting, remark
+from fuzzyctl.lang.other_tools import is_value, known_setting, remark
 from fuzzyctl.lang.repair_patterns import NUMBER, Replacement, by_pattern, head
 from fuzzyctl.lang.syntax import BLOCKS, NAME, STATEMENT_KEYWORDS
 
@@ -57,6 +57,16 @@ def _misspelt(code: str, text: str, around: Surroundings) -> Iterator[Edit]:
     if near is not None and (near not in ("allow", "deny") or re.match(r"\s+FZ\d", code[found.end() :])):
         why = "; ".join((f"did you mean '{near}'?", *look_alikes(found[1])))
         yield Edit(found.start(1), found.end(1), near, why, is_slip(found[1], near, STATEMENT_KEYWORDS))
+
+
+def _misspelt_norm(code: str, text: str, around: Surroundings) -> Iterator[Edit]:
+    """Replace a first word of two letters of `and` or `or` before the name of a norm."""
+    found = re.fullmatch(rf"\s*(\w\w)\s+({NAME})\W*", code)
+    if found is not None and found[1] not in STATEMENT_KEYWORDS and found[1] not in around.declared.names:
+        for near in ("and", "or"):
+            is_near = set(found[1]) < set(near) or found[1] == near[::-1]
+            if is_near and is_value(near, found[2]):
+                yield Edit(found.start(1), found.end(1), near, f"did you mean '{near}'?")
 
 
 def _unclosed(code: str, text: str, around: Surroundings) -> Iterator[Edit]:
@@ -114,6 +124,8 @@ def _decimal_commas(code: str, text: str, around: Surroundings) -> Iterator[Edit
 def _declaration(groups: list[str], around: Surroundings) -> str | None:
     """Make a singleton of `k = 3` below an output, where the file reads the name as a term, and else a param."""
     indent, name, value = groups[2], groups[3], groups[4]
+    if name.lower() in ("else", "default", "otherwise"):
+        return None
     if indent or name in around.declared.terms:
         return f"{indent}{name} = constant({value})" if around.block == "output" else None
     # A param cannot have the name of a variable.
@@ -121,12 +133,17 @@ def _declaration(groups: list[str], around: Surroundings) -> str | None:
 
 
 def _joined(groups: list[str], around: Surroundings) -> str:
-    return re.sub(r"[ -]+", "_", groups[1])
+    return "_".join(dict.fromkeys(re.split(r"[ -]+", groups[1])))
 
 
 def _named(groups: list[str], around: Surroundings) -> str | None:
     name = re.sub(r"\W+", "_", groups[2]).strip("_")
     return f" {name} {groups[1].strip()}" if re.fullmatch(NAME, name) else None
+
+
+def _weighted(groups: list[str], around: Surroundings) -> str | None:
+    weight = groups[2].replace(",", ".")
+    return f"{groups[3]} weight {weight}" if float(weight) <= 1 else None
 
 
 def _outside_tables(repair: Repair) -> Repair:
@@ -203,7 +220,16 @@ STATEMENTS: Final[tuple[Repair, ...]] = (
     by_pattern(
         r"^\s*(?P<x>\|?(?:\s*:?-{2,}:?\s*\|)+\s*(?::?-{2,}:?)?)\s*$", "", "a table has no line between header and rows"
     ),
-    by_pattern(r"^\s*(?P<x>(?:rule\s*\w*\s*[:.)]|r?\d+\s*[.:)])\s*)(?=if\b)", "", "rules have no name or number"),
+    by_pattern(
+        r"^\s*(?P<x>(?:rule\s*\w*\s*[:.)]|r?\d+\s*[.:)])\s*)(?=(?:\([\d.,]+\)\s*)?if\b)",
+        "",
+        "rules have no name or number",
+    ),
+    by_pattern(
+        r"^\s*(?P<x>(?:weight\s*[=:]?\s*)?\(?\s*(\d*[.,]?\d+)\s*\)?\s*[:,]?\s*(if\b(?!.*\bweight\b).*?))\s*$",
+        _weighted,
+        "the weight of a rule stands at its end",
+    ),
     by_pattern(r"^\s*(?P<x>\}|\{|end\w*)\s*$", "", "a block ends where the next statement begins"),
     by_pattern(r"(?P<x>\s*(?:[{:,]|\bdo))\s*$", "", ENDS),
     by_pattern(
@@ -226,6 +252,13 @@ STATEMENTS: Final[tuple[Repair, ...]] = (
     ),
     by_pattern(r"^\s*(?P<x>(?:include|import)\s+)(?=\")", "use ", "another file is named with 'use'"),
     by_pattern(rf"^\s*(?P<x>term\s*:?\s+)(?={NAME}\s*:?=|{NAME}\s+{NAME}\b)", "", "a term begins with its name"),
+    by_pattern(
+        rf"(?<=[)\]])(?P<x>\s*,?\s*)(?={NAME}\s*:?=\s*{NAME}\s*[(\[])",
+        "\n  ",
+        "each term with a function has its own line",
+        heads="terms",
+    ),
+    by_pattern(rf"^\s*(?P<x>terms\s*:?\s+)(?={NAME}\s*:?=\s*{NAME}\s*[(\[])", "", "a term begins with its name"),
     by_pattern(
         rf"^\s*(?P<x>({NAME})\s*(?::=|:|=)?\s*)(?={NAME}\s*(?:\([^()]*\))?\s*$)",
         _setting_of,
@@ -261,6 +294,13 @@ STATEMENTS: Final[tuple[Repair, ...]] = (
         heads="input output",
     ),
     by_pattern(
+        rf"\bin\s*(?P<x>[\[({{]?\s*({_SIGNED})\s*(?:,|;|:|\.\.+|\bto\b|\s)\s*({_SIGNED})(?:\s*[\])}}])?)"
+        r"(?=\s*(?:$|:?=|[^\W\d]))",
+        "[{2}, {3}]",
+        "a range is written: in [low, high]",
+        heads="param",
+    ),
+    by_pattern(
         r"\s*\b(?P<x>default|otherwise)\s*(?::=|=|:)?\s*", "else ", "the value without rules is 'else'", heads="output"
     ),
     by_pattern(
@@ -272,10 +312,10 @@ STATEMENTS: Final[tuple[Repair, ...]] = (
     by_pattern(r"\belse(?P<x>\s*(?::=|=|:)\s*)", " ", "'else' is followed by its value", heads="output"),
     by_pattern(r"\bunit(?P<x>\s*[=:]\s*)", " ", "'unit' is followed by a text", heads="input output param"),
     by_pattern(
-        r"\bunit\s+(?P<x>[\[(]?([^\s\"\[\](),;]+)[\])]?)",
+        r"\bunit\s+(?!unit\b)(?P<x>[\[(]?([^\s\"\[\](),;]+)[\])]?)",
         '"{2}"',
         "a unit is a text in double quotes",
-        heads="input output param",
+        heads="input output param let state measure",
     ),
     by_pattern(
         rf"\b(?:else|weight)\s+(?P<x>([-+]?[\w.]+(?:\s*[-+*/^]\s*[\w.]+)+|[-+]{NAME}))",
@@ -297,6 +337,7 @@ STATEMENTS: Final[tuple[Repair, ...]] = (
     by_pattern(rf"^\s*(?P<x>d({NAME})\s*/\s*dt\s*)(?==)", "der {2} ", _DERIVATIVE),
     by_pattern(rf"^\s*der(?P<x>\s*\(\s*({NAME})\s*\)\s*)(?==)", " {2} ", _DERIVATIVE),
     by_pattern(rf"^\s*(?P<x>)(?={NAME}\s*=\s*(?:tf|zpk|ss)\s*\()", "plant ", "a plant of one line begins with 'plant'"),
+    by_pattern(r"\s*:=\s*", " = ", "a value is assigned with '='"),
     by_pattern(r"\*\*", "^", "a power is written '^'"),
     by_pattern(
         r"(?<![\w.)])([\w.]+)\s*%\s*([\w.]+)",
@@ -313,4 +354,4 @@ STATEMENTS: Final[tuple[Repair, ...]] = (
 )
 
 #: What comes last, since it takes any word for another.
-SPELLING: Final[tuple[Repair, ...]] = (_misspelt, _unclosed)
+SPELLING: Final[tuple[Repair, ...]] = (_misspelt, _misspelt_norm, _unclosed)

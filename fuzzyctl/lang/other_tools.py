@@ -92,6 +92,11 @@ def differing_order(kind: str, word: str) -> str:
     return f"{form.tool} writes {theirs}({', '.join(form.parameters)}), here it is {kind}({ours}): the order differs"
 
 
+def is_value(keyword: str, word: str) -> bool:
+    """Whether a word is a value of a setting."""
+    return word in _VALUES.get(keyword, ())
+
+
 def known_setting(keyword: str, word: str) -> str | None:
     """Return the value of a setting that a word means which is none itself; None where it means nothing."""
     values = _VALUES.get(keyword, ())

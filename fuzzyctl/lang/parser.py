@@ -14,6 +14,7 @@ from fuzzyctl.lang import fast_path
 from fuzzyctl.lang import syntax as sx
 from fuzzyctl.lang.foreign import foreign
 from fuzzyctl.lang.lines import LineKind, LogicalLine, half_typed, keyword_behind, meant_head, split
+from fuzzyctl.lang.misplaced_else import misplaced_else
 from fuzzyctl.lang.missing_keywords import (
     Headless,
     describe_barless,
@@ -62,7 +63,7 @@ def parse(source: SourceText) -> tuple[sx.SyntaxTree, list[Diagnostic]]:
 
     if (mistake := other_format(source)) is not None:
         return _nothing(source), [mistake]
-    return recover(source, found, _read_lines, _reads_line)
+    return recover(source, found, _read_lines, _stops)
 
 
 def _nothing(source: SourceText) -> sx.SyntaxTree:
@@ -102,12 +103,19 @@ def _crowded(source: SourceText) -> Diagnostic | None:
     return Diagnostic("FZ112", message, Span(source, at, at + 1), help=help_text)
 
 
-def _reads_line(source: SourceText, line: LogicalLine, kind: LineKind) -> bool:
-    """Return whether a line can be read as one kind and holds no word of another tool."""
+def _stops(source: SourceText, line: LogicalLine, kind: LineKind) -> int | None:
+    """Return where reading a line as one kind stops, or where a word of another tool stands; None for neither."""
     if kind in ("unknown", "blank"):
-        return False
-    node, problems = parse_line(source, line, kind)
-    return not problems and foreign(node, source.text) is None
+        return line.start
+    node = fast_path.read(source, line, kind)
+    if node is None:
+        from fuzzyctl.lang import grammar
+
+        node, at = grammar.read_line(source, line, kind)
+        if node is None:
+            return at
+    odd = foreign(node, source.text)
+    return None if odd is None else odd.span.start if odd.span is not None else line.start
 
 
 def parse_line(source: SourceText, line: LogicalLine, kind: LineKind) -> tuple[Any, list[Diagnostic]]:
@@ -159,6 +167,13 @@ class _Assembler:
             line = dataclasses.replace(line, kind="statement")
         if line.in_block:
             self._take_block_line(line)
+            return
+        if (
+            self.block == "variable"
+            and (misplaced := misplaced_else(self.source, line, self.statements[-1])) is not None
+        ):
+            self.diagnostics.append(misplaced)
+            self.incomplete = True
             return
         if self.block == "table" and line.mistake is None and self._lacks_bar(line, below):
             self.barless.append(line)

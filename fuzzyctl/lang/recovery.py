@@ -18,15 +18,12 @@ from fuzzyctl.diagnostics.diagnostic import Diagnostic
 from fuzzyctl.diagnostics.fixes import Fix, Replacement
 from fuzzyctl.diagnostics.source import SourceText, Span
 from fuzzyctl.lang import syntax as sx
-from fuzzyctl.lang.character_repairs import CHARACTERS, COMMENT
-from fuzzyctl.lang.edits import Declared, Draft, Edit, Repair, Surroundings
-from fuzzyctl.lang.lines import LineKind, LogicalLine, split
-from fuzzyctl.lang.notations import SPELLING, STATEMENTS
+from fuzzyctl.lang.character_repairs import COMMENT
+from fuzzyctl.lang.edits import Declared, Draft, Edit, Surroundings
+from fuzzyctl.lang.line_repairs import Reading, Stops, combined, kind_of, repaired_line
+from fuzzyctl.lang.lines import LogicalLine, split
 from fuzzyctl.lang.repaired_text import RepairedText, in_original
-from fuzzyctl.lang.rule_repairs import RULES
 from fuzzyctl.lang.syntax import STATEMENT_KEYWORDS
-from fuzzyctl.lang.term_repairs import TERMS
-from fuzzyctl.lang.token_repairs import token_fix
 
 #: Largest number of rounds of reading a file again; each round reveals what the repairs of the previous one uncovered.
 _ROUNDS: Final = 4
@@ -37,18 +34,13 @@ _READ: Final = 200_000
 #: Characters of the lines repaired in one round, so that hostile files take no longer than others.
 _MOST: Final = 10_000
 
-#: Longer lines, and lines with longer gaps, are not repaired: they are no slips, and patterns would take long.
-_LONGEST: Final = 300
-_GAP: Final = re.compile(r"\s{41}")
-
-_REPAIRS: Final[tuple[Repair, ...]] = (*STATEMENTS, *TERMS, *RULES, *SPELLING)
 _RULE: Final = re.compile(r"[ \t]*((?:else[ \t]+)?if\b[^\n#]*)", re.IGNORECASE)
 
 _LAST_WORD: Final = re.compile(rf"{sx.NAME}\Z")
 
-#: Codes of lines that cannot be read, and how many of them get a fix by one token, which takes many readings.
+#: Codes of lines that cannot be read, and how many of them get a combination of repairs, which takes many readings.
 _SYNTAX: Final = frozenset({"FZ101", "FZ102", "FZ103", "FZ105"})
-_TOKEN_FIXES: Final = 4
+_COMBINED: Final = 4
 
 #: Longer chains of `else if` are not repaired.
 _CHAIN: Final = 10
@@ -57,20 +49,16 @@ _CHAIN: Final = 10
 Found = tuple[sx.SyntaxTree, list[Diagnostic], list[Diagnostic]]
 #: What reads a text.
 Read = Callable[[SourceText], Found]
-#: What reads one line; None where it cannot.
-ReadsLine = Callable[[SourceText, LogicalLine, LineKind], bool]
 
 
-def recover(
-    source: SourceText, found: Found, read: Read, reads_line: ReadsLine
-) -> tuple[sx.SyntaxTree, list[Diagnostic]]:
+def recover(source: SourceText, found: Found, read: Read, stops: Stops) -> tuple[sx.SyntaxTree, list[Diagnostic]]:
     """Read a text again after each round of repairs.
 
     Args:
         source: The text.
         found: What was read of it.
         read: Reads a whole text.
-        reads_line: Says whether one line can be read.
+        stops: Says where reading one line stops.
 
     Returns:
         The tree of the repaired text, and the diagnostics by their locations in the text as it was written.
@@ -81,7 +69,7 @@ def recover(
     for _ in range(max(1, min(_ROUNDS, _READ // (len(source.text) + 1)))):
         if not mistakes and not foreign:
             break
-        repaired = _repaired(source, text, [*mistakes, *foreign], reads_line, reports)
+        repaired = _repaired(source, text, [*mistakes, *foreign], stops, reports)
         if repaired is None:
             break
         text = repaired
@@ -89,7 +77,7 @@ def recover(
     tree = dataclasses.replace(
         tree, repaired=bool(reports) and not mistakes, unread=tree.unread | _half_typed(source, reports.values())
     )
-    mistakes = _with_token_fixes(text, mistakes, reads_line)
+    mistakes = _with_combined(source, text, mistakes, stops, reports)
     return tree, _joined(source, reports.values(), map(in_original, mistakes))
 
 
@@ -119,7 +107,7 @@ def _repaired(
     source: SourceText,
     text: SourceText,
     mistakes: Iterable[Diagnostic],
-    reads_line: ReadsLine,
+    stops: Stops,
     reports: dict[int, Diagnostic],
 ) -> RepairedText | None:
     """Return a text after one round of repairs and enter what is reported of them; None where nothing changes."""
@@ -127,7 +115,9 @@ def _repaired(
     origin = text.origin if isinstance(text, RepairedText) else range(size + 1)
     ends = text.ends if isinstance(text, RepairedText) else range(1, size + 1)
     # Where reading stopped the line itself may be right.
-    placed = [(d.span.start, d) for d in mistakes if d.span is not None and d.code != "FZ112"]
+    placed = [
+        (d.span.start, d) for d in mistakes if d.span is not None and d.code != "FZ112" and not _touches_other_lines(d)
+    ]
     last = max((start for start, _ in placed), default=-1)
     lines = [line for line in takewhile(lambda line: line.start <= last, split(text)) if line.kind != "blank"]
     starts = [line.start for line in lines]
@@ -146,8 +136,7 @@ def _repaired(
         for stop in _ends(text.text, line):
             part = slice(line.start, stop)
             draft = Draft(text.text[part], list(origin[line.start : stop + 1]), list(ends[part]))
-            kind = "block_statement" if line.in_block and line.kind == "unknown" else line.kind
-            fixed, whole = _fixed(draft, kind, around, reads_line)
+            fixed, whole = repaired_line(draft, around, Reading(stops, kind_of(line, around)))
             if whole:
                 break
         if fixed is draft:
@@ -166,24 +155,60 @@ def _repaired(
     return RepairedText(source.name, "".join(pieces), source.encoding, source, origins, all_ends)
 
 
-def _with_token_fixes(text: SourceText, mistakes: list[Diagnostic], reads_line: ReadsLine) -> list[Diagnostic]:
-    """Return the mistakes of a text, the first of those without a fix with one by a single token if there is one."""
-    open_ones = [d for d in mistakes if d.fix is None and d.span is not None and d.code in _SYNTAX][:_TOKEN_FIXES]
-    if not open_ones:
-        return mistakes
-    lines = [line for line in split(text) if line.kind != "blank"]
+def _with_combined(
+    source: SourceText,
+    text: SourceText,
+    mistakes: list[Diagnostic],
+    stops: Stops,
+    reports: dict[int, Diagnostic],
+) -> list[Diagnostic]:
+    """Return the mistakes of a text, the first ones of lines that cannot be read with a fix of the whole line, if any.
+
+    What has been reported of such a line becomes the report of all its repairs.
+    """
+    lines = [line for line in split(text) if line.kind != "blank"] if mistakes else []
     starts = [line.start for line in lines]
-    fixes: dict[int, Fix | None] = {}
-    for d in open_ones:
-        assert d.span is not None
-        at = bisect_right(starts, d.span.start) - 1
-        if at < 0:
+    first: dict[int, Diagnostic] = {}
+    for d in mistakes:
+        if d.span is not None and d.code in _SYNTAX and len(first) < _COMBINED and not _touches_other_lines(d):
+            first.setdefault(bisect_right(starts, d.span.start) - 1, d)
+    by_line = {d.span.line: place for place, d in reports.items() if d.span is not None}
+    left = {id(d): d for d in mistakes}
+    for k, line, around in _surrounded(text.text, lines, first):
+        draft = _as_written(source, text, line.start, min(_ends(text.text, line)))
+        found = combined(draft, _known_edits(draft, first[k]), around, Reading(stops, kind_of(line, around)))
+        if found is None or not found.edits:
             continue
-        line = lines[at]
-        kind = "block_statement" if line.in_block and line.kind == "unknown" else line.kind
-        stop = _ends(text.text, line)[0]
-        fixes[id(d)] = token_fix(text, line.start, stop, lambda t, kind=kind: _reads(t, kind, reads_line))  # type: ignore[misc]
-    return [dataclasses.replace(d, fix=fixes[id(d)]) if fixes.get(id(d)) is not None else d for d in mistakes]
+        place = by_line.get(source.line_of(draft.origin[0]))
+        if place is None:
+            left[id(first[k])] = dataclasses.replace(in_original(first[k]), fix=_fix(source, found.edits))
+        else:
+            reports[place] = _report(source, found, reports[place], whole=True)
+            del left[id(first[k])]
+    return list(left.values())
+
+
+def _known_edits(draft: Draft, mistake: Diagnostic) -> list[Edit]:
+    """Return the edits of a line that the fix of its mistake makes."""
+    fix, at = in_original(mistake).fix, draft.origin[0]
+    if fix is None or not all(at <= r.span.start and r.span.end <= draft.origin[-1] for r in fix.replacements):
+        return []
+    sure, why = fix.applicability == "sure", mistake.help.partition(";")[0]
+    return [Edit(r.span.start - at, r.span.end - at, r.text, why, sure) for r in fix.replacements]
+
+
+def _touches_other_lines(d: Diagnostic) -> bool:
+    """Whether the fix of a mistake changes another line than its own."""
+    return d.fix is not None and d.span is not None and any(r.span.line != d.span.line for r in d.fix.replacements)
+
+
+def _as_written(source: SourceText, text: SourceText, start: int, stop: int) -> Draft:
+    """Return a line of a text as it stands in the original, with its comment."""
+    if isinstance(text, RepairedText):
+        start, stop = text.origin[start], text.origin[stop]
+    end = source.text.find("\n", stop)
+    stop = start + len(source.text[start : len(source.text) if end < 0 else end].rstrip())
+    return Draft(source.text[start:stop], list(range(start, stop + 1)), list(range(start + 1, stop + 1)))
 
 
 def _surrounded(
@@ -212,72 +237,13 @@ def _surrounded(
 
 
 def _ends(text: str, line: LogicalLine) -> tuple[int, ...]:
-    """Return where the first line of text ends, and where the logical line that an open parenthesis continues."""
+    """Return where the first line of text ends, and where the logical line that an open parenthesis continues.
+
+    The longer one comes first where its parentheses are closed.
+    """
     first = text.find("\n", line.start, line.end)
-    return (line.end,) if first < 0 else (first, line.end)
-
-
-def _fixed(draft: Draft, kind: LineKind, around: Surroundings, reads_line: ReadsLine) -> tuple[Draft, bool]:
-    """Return a line after repairs, and whether it can be read then."""
-    if around.block == "table" and around.is_first and kind == "row":
-        # A header with bars; a row is known by its bar.
-        kind = "header"
-    if len(draft.text) > _LONGEST or _GAP.search(draft.text) or _reads(draft.text, kind, reads_line):
-        return draft, False
-    sure = draft
-    for repair in CHARACTERS:
-        sure = sure.repaired_by(repair, around)
-    if sure is not draft and _reads(sure.text, kind, reads_line):
-        return sure, True
-    # Repairs of the end of a line expect it before the comment.
-    code, comment = (sure, None) if "\n" in sure.text else sure.before_comment()
-    fixed = _read_after(code, lambda d: _reads(d.text, kind, reads_line), around)
-    if fixed is None:
-        return sure, False
-    return fixed if comment is None else fixed.followed_by(comment), True
-
-
-def _read_after(draft: Draft, reads: Callable[[Draft], bool], around: Surroundings) -> Draft | None:
-    """Return a line after the repairs that it needs; None where it cannot be read after any."""
-    current, made = draft, list[Repair]()
-    for repair in _REPAIRS:
-        after = current.repaired_by(repair, around)
-        if after is not current:
-            made.append(repair)
-            if reads(after):
-                return _needed(draft, made, reads, around)
-        current = after
-    for repair in _REPAIRS:
-        alone = draft.repaired_by(repair, around)
-        if alone is not draft and reads(alone):
-            return alone
-    return None
-
-
-def _needed(draft: Draft, repairs: list[Repair], reads: Callable[[Draft], bool], around: Surroundings) -> Draft:
-    """Return a line after those of some repairs without which it cannot be read; the last one is."""
-    for repair in repairs[:-1]:
-        fewer = [r for r in repairs if r is not repair]
-        if reads(_after(draft, fewer, around)):
-            repairs = fewer
-    return _after(draft, repairs, around)
-
-
-def _after(draft: Draft, repairs: list[Repair], around: Surroundings) -> Draft:
-    for repair in repairs:
-        draft = draft.repaired_by(repair, around)
-    return draft
-
-
-def _reads(text: str, kind: LineKind, reads_line: ReadsLine) -> bool:
-    """Return whether all lines of a repaired text can be read."""
-    source = SourceText("", text)
-    return all(
-        line.mistake is None
-        and reads_line(source, line, kind if line.kind == "unknown" or kind == "block_statement" else line.kind)
-        for line in split(source)
-        if line.kind != "blank"
-    )
+    ends = (line.end,) if first < 0 else (first, line.end)
+    return ends if line.mistake is not None else ends[::-1]
 
 
 def _report(source: SourceText, draft: Draft, first: Diagnostic, *, whole: bool) -> Diagnostic:

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Final
 
 from fuzzyctl.diagnostics.suggestions import closest
 from fuzzyctl.expr import FUNCTIONS
 from fuzzyctl.lang.edits import Edit, Repair, Surroundings
+from fuzzyctl.lang.index_rules import index_rule
 from fuzzyctl.lang.other_tools import known_kind
 from fuzzyctl.lang.repair_patterns import NUMBER, by_pattern, head
 from fuzzyctl.lang.syntax import NAME
@@ -126,14 +127,33 @@ def _misspelt_and(groups: list[str], around: Surroundings) -> str | None:
 def _grouped(code: str, text: str, around: Surroundings) -> Iterator[Edit]:
     """Put parentheses around the conjunctions of an antecedent that mixes AND and OR."""
     whole = re.match(r"\s*if\s+(.*?)\s+then\b", code)
-    if whole is None or "(" in whole[1]:
+    if whole is None:
         return
-    at = whole.start(1)
-    for part in re.split(r"(\s+or\s+)", whole[1]):
-        if re.search(r"\band\b", part):
-            yield Edit(at, at, "(", _MIXED)
-            yield Edit(at + len(part), at + len(part), ")", _MIXED)
-        at += len(part)
+    # Offsets of the operators of each part in parentheses, of the whole antecedent first.
+    parts: list[list[re.Match[str]]] = [[]]
+    ends: list[tuple[int, int]] = []
+    open_ones = [(parts[0], whole.start(1))]
+    for m in re.finditer(r"[()]|\s+(?:and|or)\s+", code[: whole.end(1)]):
+        if m[0] == "(":
+            open_ones.append(([], m.end()))
+        elif m[0] == ")" and len(open_ones) > 1:
+            operators, start = open_ones.pop()
+            parts.append(operators)
+            ends.append((start, m.start()))
+        elif m[0] != ")":
+            open_ones[-1][0].append(m)
+    for operators, (start, end) in zip(parts, [whole.span(1), *ends], strict=True):
+        if len({m[0].strip() for m in operators}) == 2:
+            yield from _conjunctions(operators, start, end)
+
+
+def _conjunctions(operators: Sequence[re.Match[str]], start: int, end: int) -> Iterator[Edit]:
+    """Yield parentheses around what `and` joins between two places."""
+    ors = [m for m in operators if m[0].strip() == "or"]
+    for a, b in zip([start, *(m.end() for m in ors)], [*(m.start() for m in ors), end], strict=True):
+        if any(a < m.start() < b for m in operators):
+            yield Edit(a, a, "(", _MIXED)
+            yield Edit(b, b, ")", _MIXED)
 
 
 def _chain(groups: list[str], around: Surroundings) -> str | None:
@@ -155,6 +175,7 @@ def _comparisons(code: str, text: str, around: Surroundings) -> Iterator[Edit]:
 _COMPARED: Final = r"([^<>=!]+?)"
 
 RULES: Final[tuple[Repair, ...]] = (
+    index_rule,
     _otherwise,
     by_pattern(
         r"^\s*(?P<x>unless\s+(.*?))(?=\s*,?\s*\bthen\b)",
@@ -215,7 +236,7 @@ RULES: Final[tuple[Repair, ...]] = (
         "each term has its variable",
         heads="if with",
     ),
-    by_pattern(r"\w(?P<x>\s*\.)\s*$", "", "a rule ends without a full stop", heads="if with"),
+    by_pattern(r"[\w)](?P<x>[\s,]*\.)\s*$", "", "a rule ends without a full stop", heads="if with"),
     by_pattern(
         r"\bweight\s+(?P<x>(\d{1,2}(?:\.\d+)?|100)\s*%)\s*$",
         lambda g, _: f"{float(g[2]) / 100:g}",

@@ -41,6 +41,13 @@ def _call(code: str, text: str, around: Surroundings) -> Iterator[Edit]:
     decimals = _with_decimal_commas(rest)
     if len(decimals) == len(parameters) != len(numbers):
         numbers = decimals
+    if (
+        not MEMBERSHIP[kind].variadic
+        and re.fullmatch(r"[(\[]\d+(?:,\d+)+[)\]]\s*", rest)
+        and len(numbers) == 2 * len(parameters)
+    ):
+        # All numbers have a comma, none has a blank.
+        numbers = [f"{whole}.{part}" for whole, part in zip(numbers[::2], numbers[1::2], strict=True)]
     numbers = [n if n.lstrip("+-") in around.declared.params else _INFINITY.sub(r"\1inf", n) for n in numbers]
     why = "membership functions have names of their own here"
     if form is not None and len(numbers) == len(form.parameters) and not any("=" in n for n in numbers):
@@ -147,7 +154,7 @@ _FUNCTION: Final = rf"\s*=\s*(?:{'|'.join(MEMBERSHIP)})\s*\("
 TERMS: Final[tuple[Repair, ...]] = (
     by_pattern(
         rf"^\s*(?!(?:{'|'.join(STATEMENT_KEYWORDS)})\b)(?P<x>{NAME}(?:[ \t]+{NAME})+)(?={_FUNCTION})",
-        lambda g, _: "_".join(g[1].split()),
+        lambda g, _: "_".join(dict.fromkeys(g[1].split())),
         "a name has no blanks",
     ),
     by_pattern(rf"^\s*({NAME}(?:-{NAME})+)(?=\s*=|\s*\|)", _hyphen_name, "a name has no hyphen, which is a minus sign"),

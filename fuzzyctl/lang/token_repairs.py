@@ -1,29 +1,26 @@
-"""Repairs of a line by one token: removed, respelt, moved, or put in, so that the line can be read.
+"""Changes of one token of a line: removed, respelt, moved, or put in.
 
-They are the last resort, after the repairs that know what was meant. They change no message; each gives the fix of a
-line that is still broken.
+They are the last resort, beside the repairs that know what was meant.
 """
 
 from __future__ import annotations
 
 import re
+from bisect import bisect_right
 from collections.abc import Callable, Iterator, Sequence
 from itertools import pairwise
 from typing import Final
 
-from fuzzyctl.diagnostics.fixes import Applicability, Fix, Replacement
-from fuzzyctl.diagnostics.source import SourceText, Span
 from fuzzyctl.diagnostics.suggestions import closest, is_slip
+from fuzzyctl.lang.edits import Edit
 from fuzzyctl.lang.syntax import NAME, STATEMENT_KEYWORDS
 
-#: Whether a line can be read.
-Reads = Callable[[str], bool]
 #: A change of a line: from where to where, and what comes there.
 _Change = tuple[int, int, str]
+#: Makes changes of a line, whose tokens are known.
+_Changes = Callable[[str, Sequence[tuple[int, int]]], Iterator[_Change]]
 
 _TOKEN: Final = re.compile(rf'"[^"\n]*"|(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?|{NAME}|<=|>=|==|!=|\S')
-#: Longer lines are left alone: there are too many changes to try.
-_LONGEST: Final = 160
 #: Keywords inside statements that may be misspelt.
 _INNER: Final = (
     "in", "unit", "else", "is", "and", "or", "not", "then", "weight", "within", "when", "defuzzifier", "implication",
@@ -31,40 +28,6 @@ _INNER: Final = (
 )  # fmt: skip
 #: What may be missing between two tokens.
 _MISSING: Final = ("=", ",", "(", ")", "[", "]", "|", "in", "is", "then", "unit")
-
-
-def token_fix(source: SourceText, start: int, end: int, reads: Reads) -> Fix | None:
-    """Return the fix of a line by one token; None where no change, or more than one of its kind, makes it readable.
-
-    Args:
-        source: The text.
-        start: Offset of the line's first character.
-        end: Offset after its code.
-        reads: Says whether a line of that text can be read.
-    """
-    text = source.text[start:end]
-    if len(text) > _LONGEST:
-        return None
-    tokens = [(m.start(), m.end()) for m in _TOKEN.finditer(text)]
-    kinds: tuple[tuple[Callable[[str, Sequence[tuple[int, int]]], Iterator[_Change]], Applicability], ...] = (
-        (_respelt, "sure"),
-        (_repeated, "sure"),
-        (_of_another_letter, "likely"),
-        (_swapped, "likely"),
-        (_put_in, "likely"),
-    )
-    for changes, applicability in kinds:
-        found: dict[str, _Change] = {}
-        for first, last, new in changes(text, tokens):
-            after = text[:first] + new + text[last:]
-            if "".join(after.split()) not in found and reads(after):
-                found["".join(after.split())] = (first, last, new)
-        if len(found) == 1:
-            ((first, last, new),) = found.values()
-            return Fix((Replacement(Span(source, start + first, start + last), new),), applicability)
-        if found:
-            return None
-    return None
 
 
 def _respelt(text: str, tokens: Sequence[tuple[int, int]]) -> Iterator[_Change]:
@@ -77,19 +40,35 @@ def _respelt(text: str, tokens: Sequence[tuple[int, int]]) -> Iterator[_Change]:
 
 
 def _of_another_letter(text: str, tokens: Sequence[tuple[int, int]]) -> Iterator[_Change]:
-    """Yield keywords of two letters for words that differ in one of these, where several keywords may do."""
+    """Yield keywords of two letters for short words that differ in one letter, where several keywords may do."""
     for first, last in tokens[1:]:
         word = text[first:last]
-        if re.fullmatch(NAME, word) and len(word) == 2 and word not in _INNER:
+        if re.fullmatch(NAME, word) and len(word) <= 3 and word not in _INNER:
             for near in _INNER:
-                if len(near) == 2 and (word[0] == near[0]) != (word[1] == near[1]):
+                if len(near) == 2 and _differ_in_one_letter(word, near):
                     yield first, last, near
 
 
+def _differ_in_one_letter(word: str, near: str) -> bool:
+    """Whether a word is one of two letters with one changed, swapped, left out, or put in."""
+    if len(word) == 2:
+        return (word[0] == near[0]) != (word[1] == near[1]) or word == near[::-1]
+    return word in near if len(word) == 1 else near in (word[1:], word[:2], word[0] + word[2])
+
+
 def _repeated(text: str, tokens: Sequence[tuple[int, int]]) -> Iterator[_Change]:
-    """Yield the removal of each token that repeats the one before it."""
+    """Yield the removal of each token but a number that repeats the one before it."""
     for (first, last), (again, stop) in pairwise(tokens):
-        if text[first:last] == text[again:stop]:
+        if text[first:last] == text[again:stop] and not text[last - 1].isdigit():
+            yield last, stop, ""
+
+
+def _repeated_numbers(text: str, tokens: Sequence[tuple[int, int]]) -> Iterator[_Change]:
+    """Yield the removal of each number that repeats the one before it, which may be another number."""
+    if not tokens or text[tokens[0][0]].isdigit():
+        return
+    for (first, last), (again, stop) in pairwise(tokens):
+        if text[first:last] == text[again:stop] and text[last - 1].isdigit():
             yield last, stop, ""
 
 
@@ -98,13 +77,57 @@ def _swapped(text: str, tokens: Sequence[tuple[int, int]]) -> Iterator[_Change]:
     for (first, last), (again, stop) in pairwise(tokens):
         opening = text[first:last] in ("(", "[")
         behind = stop + len(text[stop:]) - len(text[stop:].lstrip()) if opening else stop
-        yield first, behind, f"{text[again:stop]}{text[last:again] or ' '}{text[first:last]}"
+        apart = " " if re.match(r"\w\w", text[first - 1 : first] + text[again:stop]) else ""
+        yield first, behind, f"{apart}{text[again:stop]}{text[last:again] or ' '}{text[first:last]}"
 
 
 def _put_in(text: str, tokens: Sequence[tuple[int, int]]) -> Iterator[_Change]:
-    """Yield each token that may be missing, in front of each token and at the end."""
-    is_row = text[slice(*tokens[0])] not in STATEMENT_KEYWORDS if tokens else False
-    for at in [*(first for first, _ in tokens[1:]), len(text.rstrip())]:
+    """Yield each token that may be missing, in front of each token and at the end; two tokens say too little."""
+    if len(tokens) < 3:
+        return
+    is_row = text[slice(*tokens[0])] not in STATEMENT_KEYWORDS
+    end = len(text.rstrip())
+    for (_, last), (at, _) in pairwise([*tokens, (end, end)]):
         for new in _MISSING if is_row else [m for m in _MISSING if m != "|"]:
-            before = " " if new[0].isalpha() and not text[:at].endswith(" ") else ""
-            yield at, at, before + new + (" " if new in ("=", ",", "|") or new[0].isalpha() else "")
+            behind = " " if new in ("=", ",", "|") or new[0].isalpha() else ""
+            if new in (")", "]", ","):  # which stand behind a word without a blank
+                yield last, last, new + (behind if last == at < end else "")
+            else:
+                before = " " if new[0].isalpha() and not text[:at].endswith(" ") else ""
+                yield at, at, before + new + behind
+
+
+#: Kinds of changes, the likeliest first, why each is made, and whether it gives what was meant.
+_KINDS: Final[tuple[tuple[_Changes, str, bool], ...]] = (
+    (_respelt, "it is a slip of a keyword", True),
+    (_repeated, "it stands there twice", True),
+    (_repeated_numbers, "it stands there twice", False),
+    (_of_another_letter, "it is like a keyword", False),
+    (_swapped, "the order is another one", False),
+    (_put_in, "with it the line can be read", False),
+)
+
+
+def token_changes(text: str, *, in_table: bool) -> Iterator[Iterator[Edit]]:
+    """Yield the changes of one token of a line by their kinds, the likeliest kind first.
+
+    Args:
+        text: The line.
+        in_table: Whether it belongs to a table, whose rows have a bar.
+    """
+    tokens = _tokens(text)
+    for changes, why, sure in _KINDS:
+        yield (Edit(a, b, new, why, sure) for a, b, new in changes(text, tokens) if in_table or "|" not in new)
+
+
+def changes_near(text: str, stop: int, *, in_table: bool) -> Iterator[tuple[int, Edit]]:
+    """Yield those that concern the token where reading stops and its neighbours, each behind the number of its kind."""
+    ends = [last for _, last in _tokens(text)]
+    at = bisect_right(ends, stop)
+    low, high = ends[at - 3] if at > 2 else 0, ends[min(at + 1, len(ends) - 1)] if ends else 0
+    for rank, changes in enumerate(token_changes(text, in_table=in_table)):
+        yield from ((rank, c) for c in changes if low <= c.start <= c.end <= high)
+
+
+def _tokens(text: str) -> list[tuple[int, int]]:
+    return [(m.start(), m.end()) for m in _TOKEN.finditer(text)]

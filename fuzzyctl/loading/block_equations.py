@@ -12,18 +12,18 @@ from typing import TypeVar
 
 from fuzzyctl import expr as ex
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
-from fuzzyctl.expr import ZERO, Call, Expr, Keyword, Name, Number
+from fuzzyctl.expr import ZERO, Call, Expr, Keyword, Name
 from fuzzyctl.kernels.plan.algebraic_loops import feedthrough, ordered
 from fuzzyctl.kernels.plan.equations import Equation, Equations, Evaluation
 from fuzzyctl.kernels.plan.expansion import equations_of
-from fuzzyctl.loading.block_numbers import numbers
+from fuzzyctl.model.checks.block_numbers import numbers_of_all
 from fuzzyctl.model.controller import Controller, Definition, Instance, Result, Signal
 from fuzzyctl.model.forms import bound
 from fuzzyctl.model.loop import Loop
 from fuzzyctl.model.measures import MEASURES
 from fuzzyctl.model.plant import Plant
 from fuzzyctl.model.plant_forms import PLANT_FUNCTIONS
-from fuzzyctl.model.shared_params import with_shared
+from fuzzyctl.model.shared_params import with_values
 from fuzzyctl.model.signals import SIGNALS, TIME
 
 Block = TypeVar("Block", bound=Controller | Plant | Loop)
@@ -35,12 +35,8 @@ def with_params(block: Block, values: Mapping[str, float]) -> Block:
     Raises:
         DiagnosticError: For numbers that the block does not take, such as one outside of the range of its param.
     """
-    params = tuple(
-        dataclasses.replace(p, expression=Number(values[p.name], span=p.span)) if p.name in values else p
-        for p in block.params
-    )
-    changed = with_shared(dataclasses.replace(block, params=params), values)
-    found = list(numbers(changed, changed.param_values))
+    changed = with_values(block, values)
+    found = list(numbers_of_all(changed))
     if found:
         raise DiagnosticError(found)
     if isinstance(changed, Loop):

@@ -22,8 +22,12 @@ from fuzzyctl.model.plant import Plant
 from fuzzyctl.model.signals import SIGNALS
 from fuzzyctl.support.reading import files_in, read_source
 
-#: What a plant in Python assigns, with an example of each.
-_INTERFACE: Final = {"inputs": 'inputs = ("u",)', "states": 'states = {"x": 0.0}', "outputs": 'outputs = ("y",)'}
+#: What a plant in Python assigns, the form of each and an example.
+_INTERFACE: Final = {
+    "inputs": ("a tuple of names", 'inputs = ("u",)'),
+    "states": ("a dictionary from names to numbers", 'states = {"x": 0.0}'),
+    "outputs": ("a tuple of names", 'outputs = ("y",)'),
+}
 
 _Report = Callable[[str, tuple[str, ...], str], Diagnostic]
 
@@ -86,35 +90,42 @@ def named_file(name: str, span: Span, folder: Path | None) -> tuple[Path, Source
 
 
 def _assigned(source: SourceText, report: _Report) -> dict[str, dict[str, float]]:
-    """Return the literal values of the interface, names without a value with 0."""
+    """Return the literal values of the interface, names without a value with 0.
+
+    Raises:
+        DiagnosticError: With all mistakes in it.
+    """
     try:
         tree = ast.parse(source.text)
     except (SyntaxError, ValueError, RecursionError, MemoryError) as error:
         line = getattr(error, "lineno", None)
-        facts = (f"{source.name}{f', line {line}' if line else ''}: {getattr(error, 'msg', error)}",)
+        facts = (f"{source.name}{f':{line}' if line else ''}: {getattr(error, 'msg', error)}",)
         raise DiagnosticError(
             [report("the file is not Python", facts, "fix it, and run it with python once")]
         ) from None
     nodes = {name: node for target in tree.body for name, node in _assignment(target)}
-    found: dict[str, dict[str, float]] = {}
-    for name, example in _INTERFACE.items():
-        values = _literal(nodes.get(name))
+    found: dict[str, dict[str, float]] = {name: {} for name in _INTERFACE}
+    mistakes: list[Diagnostic] = []
+    for name, (form, example) in _INTERFACE.items():
+        node = nodes.get(name)
+        at = f"{source.name}:{node.lineno}: " if node is not None else ""
+        values = _literal(node)
         if values is None:
-            what = "assigns no" if name not in nodes else "computes its"
-            facts = ("names and starts are read without running the file, so they are written out",)
-            raise DiagnosticError([report(f"the file {what} '{name}'", facts, f"write in it: {example}")])
-        own: dict[str, float] = {}
-        for n, value in values:
+            message = f"the file assigns no '{name}'" if node is None else f"'{name}' is not written out as {form}"
+            facts = (f"{at}names and starts are read without running the file, so they are written out",)
+            mistakes.append(report(message, facts, f"write in it: {example}"))
+        for n, value in values or ():
+            first = next((of for of, names in found.items() if n in names), None)
             if not n.isidentifier() or n in sx.RESERVED:
-                raise DiagnosticError([report(f"'{n}' of '{name}' is no name", (), "rename it in the file")])
-            first = next((of for of, names in (*found.items(), (name, own)) if n in names), None)
-            if first is not None:
+                facts = (f"{at}a name has letters, digits and underscores, and is no keyword",)
+                mistakes.append(report(f"'{n}' of '{name}' is no name", facts, "rename it"))
+            elif first is not None:
                 help_text = "inputs, states and outputs share one set of names; rename one of them"
-                raise DiagnosticError(
-                    [report(f"'{n}' of '{name}' is declared twice", (f"first in '{first}'",), help_text)]
-                )
-            own[n] = value
-        found[name] = own
+                mistakes.append(report(f"'{n}' of '{name}' is declared twice", (f"{at}first in '{first}'",), help_text))
+            else:
+                found[name][n] = value
+    if mistakes:
+        raise DiagnosticError(mistakes)
     return found
 
 

@@ -11,7 +11,7 @@ from fuzzyctl.kernels.plan.expansion import DEEPEST_INSTANCES
 from fuzzyctl.lang import syntax as sx
 from fuzzyctl.loading.assembly import Part
 from fuzzyctl.loading.block_equations import loop_parts, parts_of
-from fuzzyctl.loading.block_numbers import numbers
+from fuzzyctl.model.checks.block_numbers import numbers
 from fuzzyctl.model.checks.block_units import unlike_units
 from fuzzyctl.model.controller import Controller
 from fuzzyctl.model.loop import Loop

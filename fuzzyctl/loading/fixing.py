@@ -32,7 +32,7 @@ class Fixed:
 def fix_source(source: SourceText, *, folder: Path | None = None, likely: bool = False) -> Fixed:
     """Make the fixes of a text, again and again until none is left.
 
-    A round of fixes is kept only where fewer errors remain than before it.
+    Fixes are kept only where fewer errors remain than before them: a line that can be read may show the next mistake.
 
     Args:
         source: The text of a rule file.
@@ -40,19 +40,19 @@ def fix_source(source: SourceText, *, folder: Path | None = None, likely: bool =
         likely: Whether to make fixes that are only likely.
     """
     wanted: tuple[Applicability, ...] = ("sure", "likely") if likely else ("sure",)
-    done: list[Diagnostic] = []
     errors = errors_of(source, folder)
+    best, fewest = Fixed(source, ()), len(errors)
+    made: list[Diagnostic] = []
     for _ in range(_ROUNDS):
         chosen = [d for d in errors if d.fix is not None and d.fix.applicability in wanted]
         after = _after(source, chosen)
         if after is None:
             break
-        left = errors_of(after, folder)
-        if len(left) >= len(errors):
-            break
-        source, errors = after, left
-        done += chosen
-    return Fixed(source, tuple(done))
+        source, errors = after, errors_of(after, folder)
+        made += chosen
+        if len(errors) < fewest:
+            best, fewest = Fixed(source, tuple(made)), len(errors)
+    return best
 
 
 def _after(source: SourceText, chosen: Sequence[Diagnostic]) -> SourceText | None:

@@ -10,7 +10,7 @@ from fuzzyctl.expr import Keyword, Name, Number, evaluate
 from fuzzyctl.model.controller import Controller, Instance
 from fuzzyctl.model.guarantee import Param
 from fuzzyctl.model.loop import Loop
-from fuzzyctl.model.shared_params import with_shared
+from fuzzyctl.model.shared_params import with_values
 
 Block = TypeVar("Block", bound=Controller | Loop)
 
@@ -53,7 +53,7 @@ def _with_one(block: Block, name: str, present: Controller | Loop) -> tuple[Bloc
     instance = next(i for i in block.instances if i.name == first)
     given = {a.name: a.value for a in instance.arguments if isinstance(a, Keyword)}
     numbers = {p.name: evaluate(given[p.name], present.param_values.values) for p in known.params if p.name in given}
-    known = with_shared(_with_values(known, numbers), numbers)
+    known = with_values(known, numbers)
     if "." in rest:
         changed, param = _with_one(inner, rest, known)
         if param is None:
@@ -81,13 +81,6 @@ def _controller_of(block: Controller | Loop, instance: str) -> Controller | None
 
 def _with_instance(block: Block, old: Instance, new: Instance) -> Block:
     return replace(block, instances=tuple(new if i is old else i for i in block.instances))
-
-
-def _with_values(controller: Controller, values: dict[str, float]) -> Controller:
-    params = (
-        replace(p, expression=Number(values[p.name], span=p.span)) if p.name in values else p for p in controller.params
-    )
-    return replace(controller, params=tuple(params))
 
 
 def _as_numbers(param: Param, controller: Controller) -> Param:

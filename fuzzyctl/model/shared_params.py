@@ -15,6 +15,20 @@ from fuzzyctl.model.plant import Plant
 Block = TypeVar("Block", bound=Controller | Plant | Loop)
 
 
+def with_values(block: Block, values: Mapping[str, float]) -> Block:
+    """Return a block with some of its params set to numbers, and with them what it shares with the blocks inside it.
+
+    Args:
+        block: A block.
+        values: By name; names of no param do not count.
+    """
+    params = tuple(
+        dataclasses.replace(p, expression=Number(values[p.name], span=p.span)) if p.name in values else p
+        for p in block.params
+    )
+    return with_shared(dataclasses.replace(block, params=params), values)
+
+
 def with_shared(block: Block, values: Mapping[str, float]) -> Block:
     """Return a block whose systems, controllers and plants have its values of the params that they share with it.
 
@@ -36,13 +50,13 @@ def _with_inner(block: Block, written: Mapping[Span | None, float]) -> Block:
         )
     }
     if not isinstance(block, Plant):
-        changed["controllers"] = tuple(_with_values(c, written) for c in block.controllers)
+        changed["controllers"] = tuple(_with_written(c, written) for c in block.controllers)
     if isinstance(block, Loop):
-        changed["plants"] = tuple(_with_values(p, written) for p in block.plants)
+        changed["plants"] = tuple(_with_written(p, written) for p in block.plants)
     return dataclasses.replace(block, **changed)
 
 
-def _with_values(block: Block, written: Mapping[Span | None, float]) -> Block:
+def _with_written(block: Block, written: Mapping[Span | None, float]) -> Block:
     params = tuple(
         dataclasses.replace(p, expression=Number(written[p.span], span=p.span)) if p.span in written else p
         for p in block.params

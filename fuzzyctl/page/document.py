@@ -25,7 +25,15 @@ from fuzzyctl.page.systems import SystemFacts
 from fuzzyctl.plot.style import COLORS
 
 #: The scripts in their order: what later ones call stands before them.
-SCRIPTS: Final = ("plots.js", "inputs.js", "surface.js", "rules.js", "system.js", "controller.js", "loop.js", "page.js")
+SCRIPTS: Final = (
+    *("plots.js", "panels.js", "inputs.js", "surface.js", "rules.js", "system.js", "controller.js", "loop.js"),
+    "page.js",
+)
+#: What shows tables and panels of lines, for pages of other programs.
+PANELS: Final = ("plots.js", "panels.js")
+#: The last ones: of a page that stays as it is, and of one that gets new texts.
+STILL: Final = ("still.js",)
+LIVE: Final = ("files.js", "live.js")
 #: What would end a script early, or begin another one within it.
 _ENDS: Final = re.compile(r"</script|<script|<!--", re.IGNORECASE)
 
@@ -88,6 +96,21 @@ def document(title: str, sections: Sequence[Section], diagnostics: Sequence[Diag
         sections: Its blocks.
         diagnostics: Warnings and hints of the file.
     """
+    return _html(title, page_facts(title, sections, diagnostics), page_script(sections), STILL, "")
+
+
+def live_document(nonce: str) -> str:
+    """Return a page without a text; messages to its window bring `page_facts` and `page_script`, see `live.js`.
+
+    Args:
+        nonce: What scripts that come later show to be executed: letters, digits and "-" that cannot be guessed.
+    """
+    assert re.fullmatch(r"[A-Za-z0-9-]+", nonce), "the nonce ends early"
+    return _html("", page_facts("", [], []), "", LIVE, f" 'nonce-{nonce}'")
+
+
+def page_facts(title: str, sections: Sequence[Section], diagnostics: Sequence[Diagnostic]) -> dict[str, Any]:
+    """Return what a page shows, as plain data; control characters are visible."""
     facts = {
         "title": title,
         "version": __version__,
@@ -98,15 +121,44 @@ def document(title: str, sections: Sequence[Section], diagnostics: Sequence[Diag
             for d in diagnostics
         ],
     }
+    shown: dict[str, Any] = _visible(facts)
+    return shown
+
+
+def page_script(sections: Sequence[Section]) -> str:
+    """Return what computes the numbers of a page."""
     kernels = ",\n".join(s.script for s in sections)
-    computing = f'"use strict";\nconst kernels = [\n{kernels}\n];\n'
-    showing = '"use strict";\n(() => {\n' + "\n".join(map(_asset, SCRIPTS)) + "})();\n"
-    style = _asset("page.css")
-    for own in (computing, showing, style):
+    return f'"use strict";\nvar kernels = [\n{kernels}\n];\n'
+
+
+def _html(title: str, facts: dict[str, Any], computing: str, last: Sequence[str], nonce: str) -> str:
+    body = '<main id="page"><noscript>This page computes with JavaScript, which is switched off.</noscript></main>'
+    showing = enclosed(*map(asset, (*SCRIPTS, *last)))
+    return html_document(title, body, facts, (computing, showing), asset("page.css"), nonce=nonce)
+
+
+def enclosed(*scripts: str) -> str:
+    """Return scripts as one whose names are its own."""
+    return '"use strict";\n(() => {\n' + "\n".join(scripts) + "})();\n"
+
+
+def html_document(title: str, body: str, facts: object, scripts: Sequence[str], style: str, *, nonce: str = "") -> str:
+    """Return a document that loads nothing and runs its own scripts only.
+
+    Args:
+        title: Of the window.
+        body: Its markup.
+        facts: What the scripts read, as plain data.
+        scripts: What is executed, in order.
+        style: The style sheet.
+        nonce: What scripts that come later show, as a source of the policy; empty for none.
+    """
+    for own in (*scripts, style):
         assert _ENDS.search(own) is None, "a script ends before its end"
-    allowed = " ".join(map(_hash, (computing, showing)))
+    allowed = " ".join(map(_hash, scripts)) + nonce
     policy = f"default-src 'none'; script-src {allowed}; style-src {_hash(style)}; img-src data:; base-uri 'none'"
     policy += "; form-action 'none'"
+    executed = "\n".join(f"<script>{own}</script>" for own in scripts)
     return f"""<!doctype html>
 <html lang="en">
 <head>
@@ -118,16 +170,16 @@ def document(title: str, sections: Sequence[Section], diagnostics: Sequence[Diag
 <style>{style}</style>
 </head>
 <body>
-<main id="page"><noscript>This page computes with JavaScript, which is switched off.</noscript></main>
+{body}
 <script type="application/json" id="facts">{_json(facts)}</script>
-<script>{computing}</script>
-<script>{showing}</script>
+{executed}
 </body>
 </html>
 """
 
 
-def _asset(name: str) -> str:
+def asset(name: str) -> str:
+    """Return the text of a file in `assets`."""
     return files("fuzzyctl.page").joinpath("assets", name).read_text(encoding="utf-8")
 
 
@@ -137,8 +189,8 @@ def _hash(content: str) -> str:
 
 
 def _json(facts: object) -> str:
-    """Return data as JSON in ASCII in which no tag begins; control characters are visible."""
-    return json.dumps(_visible(facts), allow_nan=False, separators=(",", ":")).replace("<", "\\u003c")
+    """Return data as JSON in ASCII in which no tag begins."""
+    return json.dumps(facts, allow_nan=False, separators=(",", ":")).replace("<", "\\u003c")
 
 
 def _visible(value: Any) -> Any:

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Generic, TypeVar
 
-from fuzzyctl.analysis.verdicts import Proved, Refuted, Undecided, Verdict
+from fuzzyctl.analysis.verdicts import Verdict
 from fuzzyctl.codegen.javascript_parts import Shown
 from fuzzyctl.codegen.unit import Unit
 from fuzzyctl.explain.implied_sets import antecedent_set
@@ -17,6 +17,7 @@ from fuzzyctl.kernels.plan.build import OutputPlan, SetPlan, planned_set
 from fuzzyctl.model.method import TSUKAMOTO
 from fuzzyctl.model.rule import Consequent, Rule, RuleTable, literals
 from fuzzyctl.model.variable import Input, LinguisticVariable
+from fuzzyctl.page.proofs import bound_row, verdict_row
 
 _T = TypeVar("_T")
 
@@ -76,8 +77,8 @@ class SystemFacts:
             "tables": list(self._tables()),
             "degrees": len(self.unit.plan.degrees),
             "state": bool(self.unit.plan.initial_state),
-            "bounds": [self._bound(v.name, v.unit) for v in system.outputs],
-            "verdicts": [_verdict(v) for v in self.verdicts],
+            "bounds": [bound_row(self.unit.bounds[v.name], v.unit) for v in system.outputs],
+            "verdicts": [verdict_row(v) for v in self.verdicts],
         }
 
     def _variable(self, v: LinguisticVariable) -> dict[str, Any]:
@@ -164,11 +165,6 @@ class SystemFacts:
                 "cells": cells,
             }
 
-    def _bound(self, name: str, unit: str) -> list[str]:
-        bound = self.unit.bounds[name]
-        tail = f" {unit}" if unit else ""
-        return [name, f"from {bound.lo + 0.0:.9g} to {bound.hi + 0.0:.9g}{tail}"]
-
 
 def _counted(row: Sequence[Any]) -> Iterator[tuple[Any, int]]:
     """Yield the cells of a row, each with the number of rules before it in the row."""
@@ -180,14 +176,3 @@ def _counted(row: Sequence[Any]) -> Iterator[tuple[Any, int]]:
 
 def _is_spike(planned: SetPlan) -> bool:
     return planned.kind in ("singleton", "constant") and planned.expression is None
-
-
-def _verdict(verdict: Verdict) -> list[str]:
-    match verdict:
-        case Proved(note=found):
-            text = found
-        case Refuted(witness=witness, note=found):
-            text = "; ".join(filter(None, (str(witness), found)))
-        case Undecided(reason=reason):
-            text = reason
-    return [type(verdict).__name__.lower(), verdict.claim, text]

@@ -2,21 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
 from typing import Any, Final
 
 import numpy as np
 
 from fuzzyctl.diagnostics.diagnostic import ArgumentError
-from fuzzyctl.expr import Expr, Name
-from fuzzyctl.model.controller import Signal
 from fuzzyctl.plot.figures import panels as panels_of
 from fuzzyctl.plot.figures import place, sized, styled
 from fuzzyctl.plot.labels import shortened
 from fuzzyctl.plot.style import COLORS
-from fuzzyctl.simulation.connections import inputs_of_time, references
-from fuzzyctl.simulation.equations import block_signals
+from fuzzyctl.simulation.panels import Panel, panels
 from fuzzyctl.simulation.run import Run
 from fuzzyctl.support import arguments
 
@@ -29,25 +25,6 @@ GIVEN: Final = "#444444"
 WIDTH: Final = 8.0
 PANEL: Final = 1.6
 REST: Final = 1.1
-
-
-@dataclass(frozen=True)
-class Panel:
-    """One quantity over time.
-
-    Args:
-        signal: Its name in the runs.
-        label: Label of the axis.
-        reference: What it should follow, a signal or a constant; None for nothing.
-        held: Whether it changes at samples only.
-        given: Whether it is a signal of time alone.
-    """
-
-    signal: str
-    label: str
-    reference: Expr | None = None
-    held: bool = False
-    given: bool = False
 
 
 def runs(*runs: Run, labels: Sequence[str] | None = None, ax: Any = None) -> Any:
@@ -86,7 +63,7 @@ def draw_runs(figure: Any, runs: Sequence[Run], labels: Sequence[str]) -> None:
         runs: What is drawn, in the panels that any of them has.
         labels: What they are called in the legend, one for each.
     """
-    own = [{p.signal: p for p in panels(run)} for run in runs]
+    own = [{p.signal: p for p in panels(run.loop, run.positions)} for run in runs]
     first = {name: p for found in reversed(own) for name, p in found.items()}  # of a signal of several runs
     names = dict.fromkeys(name for found in own for name in found)
     shown = sorted((first[name] for name in names), key=lambda p: (p.given, p.held))[:MOST]
@@ -140,29 +117,3 @@ def _legend(figure: Any, axes: Any) -> None:
 def _drawn(run: Run, values: Any) -> tuple[Any, Any]:
     every = max(len(run) // POINTS, 1)
     return run.t[::every], values[::every]
-
-
-def panels(run: Run) -> list[Panel]:
-    """Return what a run shows: outputs of plants, of controllers, then signals of time that are no reference."""
-    loop = run.loop
-    followed = references(loop)
-    found = [Panel(n, _label(n, s), followed.get(n)) for n, s in _outputs(run, plants=True)]
-    found += [Panel(n, _label(n, s), held=True) for n, s in _outputs(run, plants=False)]
-    used = {p.reference.name for p in found if isinstance(p.reference, Name)}
-    found += [Panel(n, n, given=True) for n in inputs_of_time(loop) if n not in used]
-    return found
-
-
-def _outputs(run: Run, *, plants: bool) -> Iterator[tuple[str, Signal]]:
-    """Yield the outputs of plants or of controllers, with their names in the run."""
-    blocks = run.loop.plants if plants else run.loop.controllers
-    outputs = {(b.name, r.name) for b in blocks for r in b.results}
-    kinds = {i.name: i.controller for i in run.loop.instances}
-    for block, signal in block_signals(run.loop):
-        if (kinds[block], signal.name) in outputs and f"{block}.{signal.name}" in run.positions:
-            yield f"{block}.{signal.name}", signal
-
-
-def _label(name: str, signal: Signal) -> str:
-    unit = f" [{signal.unit}]" if signal.unit else ""
-    return f"{shortened(signal.label or name, 20)}{unit}"

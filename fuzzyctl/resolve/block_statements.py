@@ -124,7 +124,8 @@ class Statements(Expressions):
                     if found
                     else (f"states: {listed(list(states))}" if states else "there is no state",)
                 )
-                help_text = did_you_mean(name, list(states)) or f"declare it: state {name} = START"
+                new = f"only a state has a {what}: declare one with another name" if found else ""
+                help_text = did_you_mean(name, list(states)) or new or f"declare it: state {name} = START"
                 fix = respelt_as_suggested(s.name.span, name, list(states))
                 self.context.report("FZ202", f"no state '{name}'", s.name.span, facts=facts, help=help_text, fix=fix)
             elif name in updates:

@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from typing import Final
 
 from fuzzyctl import expr as ex
-from fuzzyctl.diagnostics.fixes import respelt_as_suggested
+from fuzzyctl.diagnostics.fixes import respelt_as_suggested, with_decimal_points
 from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.diagnostics.suggestions import counted, did_you_mean
 from fuzzyctl.resolve.context import Context
@@ -113,7 +113,9 @@ def _check_call(context: Context, call: ex.Call) -> bool:
         if len(call.arguments) == due or context.lost_input:
             return True
         message = f"'{call.function}' takes {counted(due, 'argument')}, not {len(call.arguments)}"
-        context.report("FZ303", message, call.span, help=f"the form is: {call.function}({', '.join(context.inputs)})")
+        help_text = f"the form is: {call.function}({', '.join(context.inputs)})"
+        fix = with_decimal_points(call.span, len(call.arguments), due)
+        context.report("FZ303", message, call.span, help=help_text, fix=fix)
         return False
     return context.check_call(call)
 
@@ -138,7 +140,8 @@ def _check_form(context: Context, call: ex.Call, truth: bool) -> bool:
     due = form.split(")")[0].count(",") + 1
     if len(call.arguments) != due:
         message = f"'{call.function}' takes {counted(due, 'argument')}, not {len(call.arguments)}"
-        context.report("FZ303", message, call.span, help=help_text)
+        fix = with_decimal_points(call.span, len(call.arguments), due)
+        context.report("FZ303", message, call.span, help=help_text, fix=fix)
         return False
     ok = _names(context, call.arguments[0], context.outputs, "output", help_text)
     if call.function == "bounded":

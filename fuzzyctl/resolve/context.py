@@ -9,7 +9,7 @@ from typing import Any, Final
 
 from fuzzyctl import expr as ex
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, Note, Severity
-from fuzzyctl.diagnostics.fixes import Fix, Replacement, respelt
+from fuzzyctl.diagnostics.fixes import Fix, Replacement, respelt, with_decimal_points
 from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.diagnostics.suggestions import a_or_an, closest, counted, listed, look_alikes
 from fuzzyctl.lang import syntax as sx
@@ -258,6 +258,7 @@ class Context:
         count = len(call.arguments)
         if count < low or (high is not None and count > high):
             due = counted(low, "argument") if high == low else f"{low} or more arguments"
-            self.report("FZ303", f"'{call.function}' takes {due}, not {count}", call.span)
+            fix = with_decimal_points(call.span, count, low) if high == low else None
+            self.report("FZ303", f"'{call.function}' takes {due}, not {count}", call.span, fix=fix)
             return False
         return True

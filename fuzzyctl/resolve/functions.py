@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import Final
 
 from fuzzyctl import expr as ex
+from fuzzyctl.diagnostics.fixes import with_decimal_points
 from fuzzyctl.diagnostics.suggestions import counted
 from fuzzyctl.lang import syntax as sx
 from fuzzyctl.resolve.context import Context
@@ -105,7 +106,8 @@ class _Expansion:
             return None
         if len(arguments) != len(parameters):
             message = f"'{name}' takes {counted(len(parameters), 'argument')}, not {len(arguments)}"
-            context.report("FZ303", message, call.span, help=f"the form is: {name}({', '.join(parameters)})")
+            fix = with_decimal_points(call.span, len(arguments), len(parameters))
+            context.report("FZ303", message, call.span, help=f"the form is: {name}({', '.join(parameters)})", fix=fix)
             return None
         if not self._is_sound(function, {*parameters, *context.params}):
             return None

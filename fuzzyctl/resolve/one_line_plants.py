@@ -99,7 +99,8 @@ class _OneLine:
         if self.values.of(items.items[0]) == 0:
             message = f"the leading coefficient of '{name}' is 0"
             facts = ("coefficients begin with that of the highest power",)
-            self.report("FZ302", message, ex.span_of(items.items[0]), facts=facts, help="remove it")
+            help_text = "remove it" if len(items.items) > 1 else "write another number"
+            self.report("FZ302", message, ex.span_of(items.items[0]), facts=facts, help=help_text)
             return None
         return list(items.items)
 

@@ -8,7 +8,8 @@ from itertools import pairwise
 from typing import Final
 
 from fuzzyctl import expr as ex
-from fuzzyctl.diagnostics.fixes import respelt
+from fuzzyctl.diagnostics.fixes import Fix, Replacement, respelt, with_decimal_points
+from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.diagnostics.suggestions import closest, counted, listed, look_alikes
 from fuzzyctl.formulas import HEDGES
 from fuzzyctl.lang import syntax as sx
@@ -29,6 +30,9 @@ MAX_OUTPUTS: Final = 200
 #: Most operands of a disjunction that `otherwise` makes.
 _BROAD: Final = 20
 
+#: Words that end a rule elsewhere.
+_ENDS: Final = frozenset({"end", "endif", "end_if"})
+
 #: Placeholder for an unresolved antecedent in a system with errors; only its numbers are checked.
 _UNKNOWN: Final = And(operands=())
 
@@ -44,7 +48,8 @@ def resolve_function(context: Context, term: sx.FunctionTerm) -> Membership | No
         form = f"linear({', '.join([*(f'per {name}' for name in context.inputs), 'constant'])})"
         help_text = f"the form is: {form if kind == 'linear' else kind + '(expression)'}"
         message = f"'{kind}' takes {counted(due, 'parameter')}, not {len(given)}"
-        context.report("FZ303", message, term.span, help=help_text)
+        fix = with_decimal_points(term.span, len(given), due)
+        context.report("FZ303", message, term.span, help=help_text, fix=fix)
         return None
     if kind == "function":
         whole = expanded(context, given[0])
@@ -281,7 +286,10 @@ def _term_runs_on(context: Context, text: sx.ConsequentText) -> bool:
                 help_text = f"remove '{after.text}'"
             elif closest(after.text, ["weight"]):
                 help_text = "did you mean 'weight'?"
-            context.report("FZ102", f"unexpected '{after.text}'", after.span, help=help_text)
+            fix = None
+            if after is text.term and after.text.lower() in _ENDS:
+                fix = Fix((Replacement(Span(after.span.source, word.span.end, after.span.end), ""),), "sure")
+            context.report("FZ102", f"unexpected '{after.text}'", after.span, help=help_text, fix=fix)
             return True
     return False
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence, Set
-from dataclasses import field
+from dataclasses import field, replace
 from typing import Final
 
 from fuzzyctl.diagnostics.source import Span
@@ -141,6 +141,20 @@ def block_signals(loop: Loop) -> Iterator[tuple[str, Signal]]:
     for instance in loop.instances:
         block = blocks_of(loop)[instance.controller]
         yield from ((instance.name, s) for s in (*block.inputs, *block.states, *block.results))
+
+
+def with_calls(equations: LoopEquations) -> LoopEquations:
+    """Return equations that also record the inputs of systems that blocks call, as `BLOCK.SYSTEM.INPUT`.
+
+    Of several calls of one system in a block it is the first.
+    """
+    found = dict(equations.signals)
+    for call in equations.body:
+        if isinstance(call, Evaluation):
+            block = call.names[0].partition(".")[0]
+            for own, argument in zip(call.system.inputs, call.arguments, strict=True):
+                found.setdefault(f"{block}.{call.system.name}.{own.name}", argument)
+    return replace(equations, signals=found)
 
 
 def needs(body: Sequence[Equation | Evaluation], values: Sequence[Expr], names: Set[str]) -> bool:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
@@ -23,7 +22,8 @@ from fuzzyctl.kernels.compile import AlgorithmName, Backend, numba_is_missing
 from fuzzyctl.model.instance_params import with_instance_params
 from fuzzyctl.model.loop import Loop
 from fuzzyctl.simulation.columns import columns
-from fuzzyctl.simulation.equations import DeadTime, LoopEquations
+from fuzzyctl.simulation.dead_times import dead_times, enough
+from fuzzyctl.simulation.equations import LoopEquations, with_calls
 from fuzzyctl.simulation.expansion import loop_equations
 from fuzzyctl.simulation.fmu_plant import FmuPlant, require_fixed
 from fuzzyctl.simulation.judgement import Judgement
@@ -31,7 +31,7 @@ from fuzzyctl.simulation.programs import LoopPrograms, programs
 from fuzzyctl.simulation.python_plant import PythonPlant
 from fuzzyctl.simulation.run import Run
 from fuzzyctl.simulation.settings import Ranges, block_params, params_of
-from fuzzyctl.simulation.source import LAGS, WEIGHTS, compiled, interpreted, refused
+from fuzzyctl.simulation.source import compiled, interpreted, refused
 from fuzzyctl.simulation.stops import first_without_value, interrupted, left, without_value
 
 if TYPE_CHECKING:
@@ -45,8 +45,6 @@ FEW: Final = 500
 #: Most states of controllers, such as those of a long `delay`, that "auto" compiles.
 MOST_STATES: Final = 40
 BACKENDS: Final = ("auto", "numba", "python")
-#: Most numbers that a dead time keeps.
-MOST_KEPT: Final = 10_000_000
 
 #: Called with the number of samples that are done, and all of them.
 Progress = Callable[[int, int], None]
@@ -63,6 +61,7 @@ class Experiment:
         free: Params whose values are arguments of `run`: `BLOCK.PARAM`, or `PARAM` of the loop; `BLOCK.INSTANCE.PARAM`
             where a controller has controllers inside.
         algorithm: How systems are computed, see `compile`.
+        record_calls: Whether runs record the inputs of systems, too, as `BLOCK.SYSTEM.INPUT`.
 
     Raises:
         DiagnosticError: For an algebraic loop, sample times that do not fit together, files that cannot be used.
@@ -71,7 +70,13 @@ class Experiment:
     """
 
     def __init__(
-        self, loop: Loop, backend: Backend = "auto", *, free: Sequence[str] = (), algorithm: AlgorithmName = "auto"
+        self,
+        loop: Loop,
+        backend: Backend = "auto",
+        *,
+        free: Sequence[str] = (),
+        algorithm: AlgorithmName = "auto",
+        record_calls: bool = False,
     ) -> None:
         if not isinstance(loop, Loop):
             raise ArgumentError(f"expected a Loop, got {type(loop).__name__}")
@@ -88,7 +93,8 @@ class Experiment:
         require_fixed(loop, free)
         self._ranges = Ranges(loop, tuple(self.nominal))
         self.judgement = Judgement(loop)
-        self.equations = loop_equations(loop, self.judgement.signals, tuple(free))
+        equations = loop_equations(loop, self.judgement.signals, tuple(free))
+        self.equations = with_calls(equations) if record_calls else equations
         self.programs = programs(self.equations, algorithm)
         if backend == "auto" and _takes_long(self.equations, self.programs):
             self.backend = "python"
@@ -159,7 +165,7 @@ class Experiment:
             raise ArgumentError(f"'seed' must be an integer >= 0, got {seed!r}")
         given = self.given if seed is None else self._columns(seed)
         free = self._values(values)
-        substeps = self._enough(substeps)
+        substeps = enough(self.equations.delays, self.step, substeps)
         record = np.empty((self.samples, len(self.positions)))
         done, stopped = self._advance(record, free, given, substeps, progress)
         return self.result(record[:done], free, substeps, stopped)
@@ -187,10 +193,6 @@ class Experiment:
         if not self._ranges.surely_hold(numbers):
             self._ranges.require(numbers)
         return writable(found)
-
-    def _enough(self, substeps: int) -> int:
-        shortest = min((d.time for d in self.equations.delays), default=math.inf)
-        return max(substeps, math.ceil(self.step / shortest * (1.0 - 1e-9)))
 
     def _advance(
         self, record: FloatArray, free: FloatArray, given: FloatArray, substeps: int, progress: Progress | None
@@ -228,11 +230,10 @@ class Experiment:
         equations = self.equations
         x = np.array([s.start for s in equations.plant_states], dtype=np.float64)
         c = np.array([s.start for s in equations.states] * 2, dtype=np.float64)
-        lags = dead_times(equations.delays, self.step / substeps)
+        kept, integers, weights = dead_times(equations.delays, self.step / substeps)
         if self.backend == "numba":
-            return x, c, given.reshape(-1), lags
-        kept, integers, weights = (a.tolist() for a in lags)
-        return x.tolist(), c.tolist(), given.reshape(-1).tolist(), (kept, integers, weights)
+            return x, c, given.reshape(-1), (np.zeros(kept), np.array(integers, dtype=np.int64), np.array(weights))
+        return x.tolist(), c.tolist(), given.reshape(-1).tolist(), ([0.0] * kept, integers, weights)
 
     def _stopped(self, code: int, x: Any, record: FloatArray) -> tuple[int, Diagnostic]:
         states = self.equations.plant_states
@@ -271,7 +272,7 @@ class Stepper:
         start: Mapping[str, float] | None = None,
     ) -> None:
         self.experiment, self.sample = experiment, 0
-        self._substeps = experiment._enough(substeps)
+        self._substeps = enough(experiment.equations.delays, experiment.step, substeps)
         given = experiment.given if seed is None else experiment._columns(seed)
         self._x, self._c, self._given, self._lags = experiment._state(given, self._substeps)
         self._before = np.zeros(len(experiment.positions))
@@ -338,31 +339,3 @@ def _takes_long(equations: LoopEquations, programs: LoopPrograms) -> bool:
     """Return whether numba takes so long over a loop that "auto" leaves it alone."""
     count = operations(programs.sample) + operations(programs.derivative)
     return len(equations.states) > MOST_STATES or count > MOST_OPERATIONS
-
-
-def dead_times(delays: tuple[DeadTime, ...], step: float) -> tuple[FloatArray, npt.NDArray[np.int64], FloatArray]:
-    """Return the arrays of dead times: what is kept, positions and lags, and weights of the interpolation.
-
-    Of each step of integration a signal is kept at its begin, middle and end; between them it is a parabola.
-    """
-    integers = np.zeros(LAGS * len(delays), dtype=np.int64)
-    weights = np.zeros(WEIGHTS * len(delays))
-    offset = 0
-    for k, delay in enumerate(delays):
-        ratio = delay.time / step
-        whole = round(ratio) if abs(ratio - round(ratio)) < 1e-9 * max(ratio, 1.0) else math.ceil(ratio)
-        rest = max(whole - ratio, 0.0) if abs(whole - ratio) > 1e-9 * max(ratio, 1.0) else 0.0
-        length = whole + 2
-        if offset + 3 * length > MOST_KEPT:
-            raise ArgumentError(f"a dead time of {delay.time:g} s is too long for steps of {step:g} s")
-        integers[LAGS * k : LAGS * k + 2] = offset, length
-        weights[WEIGHTS * k] = delay.start
-        for part in range(3):
-            share = 0.5 * part + rest
-            lag = whole - (1 if share > 1.0 else 0)
-            share -= whole - lag
-            integers[LAGS * k + 2 + part] = lag
-            at = WEIGHTS * k + 1 + 3 * part
-            weights[at : at + 3] = (2 * share - 1) * (share - 1), 4 * share * (1 - share), share * (2 * share - 1)
-        offset += 3 * length
-    return np.zeros(max(offset, 1)), integers, weights

@@ -97,7 +97,7 @@ class Judgement:
 
         within = 0.0 if g.within is None else evaluate(g.within, names)
         used = dict.fromkeys(n.name for n in names_in(g.claim) if n.name in measures)
-        facts = tuple(f"{n} = {measures[n]:.6g}" for n in used)
+        facts = tuple(f"{n} = none" if math.isnan(measures[n]) else f"{n} = {measures[n]:.6g}" for n in used)
         return Requirement(to_text(g.claim), _truth(g.claim, names, within) is True, facts)
 
 

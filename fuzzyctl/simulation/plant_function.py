@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, Final, final
 
 from fuzzyctl.diagnostics.diagnostic import ArgumentError
+from fuzzyctl.diagnostics.suggestions import counted
 from fuzzyctl.expr import Call, Number, evaluate, walk
 from fuzzyctl.kernels.compile import Backend, compile
 from fuzzyctl.model.controller import Controller, Definition, Result, Signal
@@ -89,10 +90,8 @@ class PlantFunction:
             ) from None
         for what, names, found in (("state", self.state_names, state), ("input", self.input_names, given)):
             if len(names) != len(found):
-                raise ArgumentError(
-                    f"expected {len(names)} {what}s ({', '.join(names) or 'none'}) of plant '{self.plant.name}', "
-                    f"got {len(found)}"
-                )
+                expected = f"{counted(len(names), what)} ({', '.join(names) or 'none'})"
+                raise ArgumentError(f"expected {expected} of plant '{self.plant.name}', got {len(found)}")
         if self._python is not None:
             return np.array(self._python.output(t, state)), np.array(self._python.derivative(t, state, given))
         assert self._step is not None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import math
 import traceback
 from collections.abc import Callable, Iterator, Sequence
@@ -9,11 +10,13 @@ from typing import Any, Final, final
 
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 from fuzzyctl.diagnostics.source import Span
-from fuzzyctl.diagnostics.suggestions import counted
+from fuzzyctl.diagnostics.suggestions import counted, listed
+from fuzzyctl.model.controller import Signal
 from fuzzyctl.model.plant import Plant
 from fuzzyctl.support.reading import read_source
 
-_FORMS: Final = {"derivative": "def derivative(t, x, u)", "output": "def output(t, x)"}
+#: The functions of a plant, with their arguments.
+_FORMS: Final = {"derivative": ("t", "x", "u"), "output": ("t", "x")}
 
 
 @final
@@ -37,60 +40,89 @@ class PythonPlant:
         source = read_source(plant.python)
         namespace: dict[str, Any] = {"__name__": "fuzzyctl_plant", "__file__": plant.python}
         self._guarded(lambda: exec(compile(source.text, plant.python, "exec"), namespace), "the file")  # noqa: S102 - the user's own plant, which simulate says it executes
-        for name, form in _FORMS.items():
+        for name, arguments in _FORMS.items():
+            help_text = f"write in it: def {name}({', '.join(arguments)})"
             if not callable(namespace.get(name)):
-                raise self._mistake(f"the file has no function '{name}'", (), f"write in it: {form}")
+                raise self._mistake(f"the file has no function '{name}'", (), help_text)
+            if why := _refusal(namespace[name], arguments):
+                message = f"'{name}' of plant '{plant.name}' cannot be called with {', '.join(arguments)}"
+                raise self._mistake(message, (f"{self._place(namespace[name])}{why}",), help_text)
         self._derivative, self._output = (namespace[name] for name in _FORMS)
 
     def derivative(self, t: float, x: tuple[float, ...], u: tuple[float, ...]) -> Sequence[float]:
         """Return the derivatives of the states by time."""
-        found = self._guarded(lambda: _consumed(self._derivative(t, x, u)), "'derivative'", t)
-        return self._numbers(found, len(self._plant.states), "derivative", t)
+        return self._numbers("derivative", self._derivative, self._plant.states, t, x, u)
 
     def output(self, t: float, x: tuple[float, ...]) -> Sequence[float]:
         """Return the outputs."""
-        found = self._guarded(lambda: _consumed(self._output(t, x)), "'output'", t)
-        return self._numbers(found, len(self._plant.results), "output", t)
+        return self._numbers("output", self._output, self._plant.results, t, x)
 
-    def _guarded(self, call: Callable[[], Any], what: str, t: float | None = None) -> Any:
+    def _numbers(
+        self, name: str, function: Callable[..., Any], signals: Sequence[Signal], t: float, *given: tuple[float, ...]
+    ) -> Sequence[float]:
+        """Return what a function returns, a finite number for each signal."""
+        found = self._guarded(lambda: _consumed(function(t, *given)), f"'{name}'", t, given)
+        try:
+            finite = all(map(math.isfinite, found))  # which refuses texts, as float does not
+            numbers = () if isinstance(found, set | frozenset) else tuple(map(float, found))
+        except (TypeError, ValueError, OverflowError):
+            finite, numbers = True, ()
+        if finite and len(numbers) == len(signals):
+            return numbers
+        message = f"'{name}' of plant '{self._plant.name}' returned {_shown(found)} at t = {t:.6g} s"
+        if len(numbers) != len(signals):
+            fact = f"expected {counted(len(signals), 'number')}, one for each of: {listed([s.name for s in signals])}"
+            help_text = f"return a tuple, such as {_shown((0.0,) * len(signals))}"
+        else:
+            bad = [s.name for s, v in zip(signals, numbers, strict=True) if not math.isfinite(v)]
+            fact = f"expected finite numbers, not so: {listed(bad)}"
+            help_text = "keep arguments of sqrt and log in their domain, and divisors away from 0"
+        raise self._mistake(message, (f"{self._place(function)}{fact}", *self._there(given)), help_text)
+
+    def _guarded(
+        self, call: Callable[[], Any], what: str, t: float | None = None, given: Sequence[tuple[float, ...]] = ()
+    ) -> Any:
         """Return what a call of the user's code returns; what it raises is a diagnostic."""
         try:
             return call()
         except (Exception, SystemExit) as error:  # noqa: BLE001 - the user's code may raise anything, which is reported
             frames = traceback.extract_tb(error.__traceback__)
-            own = frames[1:][-1:] if self._plant.calls else [f for f in frames if f.filename == self._plant.python]
+            of_file = [f for f in frames if f.filename == self._plant.python]
+            own = [f for f in frames if f.filename != __file__] if self._plant.calls else of_file
             at = f"{own[-1].filename}:{own[-1].lineno}: " if own else ""
             when = "" if t is None else f" at t = {t:.6g} s"
             message = f"{what} of plant '{self._plant.name}' raised {type(error).__name__}{when}"
-            help_text = "call the functions once" if self._plant.calls else "run the file with python"
+            help_text = "run the file with python" if t is None else "call it with this time and these values"
             if isinstance(error, ModuleNotFoundError):
                 help_text = "install it: a plant imports installed packages, no files beside it"
-            raise self._mistake(message, (f"{at}{error}",), help_text) from None
+            raise self._mistake(message, (f"{at}{error}", *self._there(given)), help_text) from None
 
-    def _numbers(self, found: Any, count: int, function: str, t: float) -> Sequence[float]:
-        try:
-            undefined = any(map(math.isnan, found))  # which refuses texts, as float does not
-            numbers = () if isinstance(found, set | frozenset) else tuple(map(float, found))
-        except (TypeError, ValueError, OverflowError):
-            undefined, numbers = False, ()
-        if len(numbers) != count:
-            message = f"'{function}' of plant '{self._plant.name}' returned {_shown(found)} at t = {t:.6g} s"
-            raise self._mistake(
-                message, (f"expected {counted(count, 'number')}, one for each of: {self._names(function)}",)
-            )
-        if undefined:
-            message = f"'{function}' of plant '{self._plant.name}' returned {_shown(found)} at t = {t:.6g} s"
-            help_text = "keep arguments of sqrt and log in their domain, and divisors away from 0"
-            raise self._mistake(message, (f"expected numbers for: {self._names(function)}",), help_text)
-        return numbers
+    def _place(self, function: Callable[..., Any]) -> str:
+        """Return the file and line of a function in the plant's file, as the begin of a fact."""
+        code = getattr(function, "__code__", None)
+        return f"{code.co_filename}:{code.co_firstlineno}: " if code and code.co_filename == self._plant.python else ""
 
-    def _names(self, function: str) -> str:
-        signals = self._plant.states if function == "derivative" else self._plant.results
-        return ", ".join(s.name for s in signals)
+    def _there(self, given: Sequence[tuple[float, ...]]) -> tuple[str, ...]:
+        """Return the states and inputs that a function was called with, as a fact."""
+        names = (s.name for s in (*self._plant.states, *self._plant.inputs))
+        values = (v for part in given for v in part)
+        shown = [f"{name} = {value:.6g}" for name, value in zip(names, values, strict=False)]
+        return (f"there {listed(shown)}",) if shown else ()
 
     def _mistake(self, message: str, facts: tuple[str, ...], help_text: str = "") -> DiagnosticError:
         facts = (*facts, f"it is block '{self._block}'")
         return DiagnosticError([Diagnostic("FZ704", message, self._span, facts=facts, help=help_text)])
+
+
+def _refusal(function: Callable[..., Any], arguments: Sequence[str]) -> str:
+    """Return why a function cannot be called with these arguments; empty where it can, or where that is not known."""
+    try:
+        inspect.signature(function).bind(*arguments)
+    except TypeError as error:
+        return str(error)
+    except ValueError:
+        return ""
+    return ""
 
 
 def _consumed(found: Any) -> Any:

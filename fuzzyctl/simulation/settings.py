@@ -8,14 +8,16 @@ from dataclasses import replace
 
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError, UnknownNameError, ValueOutOfBoundsError
 from fuzzyctl.expr import Expr, Keyword, Number, evaluate, names_in
+from fuzzyctl.model.checks.block_numbers import numbers_of_all
 from fuzzyctl.model.checks.ranges import has_computed_params, outside_ranges
 from fuzzyctl.model.controller import Controller, Instance
 from fuzzyctl.model.guarantee import Param
-from fuzzyctl.model.instance_params import with_instance_params
+from fuzzyctl.model.instance_params import instance_params, with_instance_params
 from fuzzyctl.model.loop import Loop
 from fuzzyctl.model.params import ParamValues
 from fuzzyctl.model.plant import Plant
 from fuzzyctl.model.shared_params import with_shared
+from fuzzyctl.support.arguments import is_finite
 
 
 def blocks_of(loop: Loop) -> dict[str, Controller | Plant]:
@@ -38,6 +40,11 @@ def params_of(loop: Loop) -> dict[str, float]:
     for instance in loop.instances:
         found |= {f"{instance.name}.{name}": value for name, value in block_params(loop, instance).items()}
     return found
+
+
+def all_params(loop: Loop) -> dict[str, float]:
+    """Return the values of all params, those of controllers inside controllers too: `BLOCK.INSTANCE.PARAM`."""
+    return params_of(with_instance_params(loop, instance_params(loop)))
 
 
 def timing_params(loop: Loop) -> set[str]:
@@ -73,8 +80,9 @@ def short_names(loop: Loop) -> dict[str, str]:
     `BLOCK.PARAM` is also `PARAM` where the loop and its other blocks have none of that name.
     """
     full = list(params_of(loop))
-    last = [name.rpartition(".")[2] for name in full]
-    return {name: name for name in full} | {n: f for n, f in zip(last, full, strict=True) if last.count(n) == 1}
+    own = [name for name in full if name.count(".") <= 1]
+    last = [name.rpartition(".")[2] for name in own]
+    return {name: name for name in full} | {n: f for n, f in zip(last, own, strict=True) if last.count(n) == 1}
 
 
 def with_settings(loop: Loop, values: Mapping[str, float]) -> Loop:
@@ -82,13 +90,32 @@ def with_settings(loop: Loop, values: Mapping[str, float]) -> Loop:
 
     Raises:
         UnknownNameError: For a name of no param, or of several.
+        ValueOutOfBoundsError: For a value that is no finite number.
+        DiagnosticError: For values outside of the ranges of their params, or of those that follow from them, and for
+            what else `check` reports where a file has such numbers, such as a period that is not positive.
+    """
+    changed = within_ranges(loop, values)
+    found = list(numbers_of_all(changed))
+    if found:
+        raise DiagnosticError(found)
+    return changed
+
+
+def within_ranges(loop: Loop, values: Mapping[str, float]) -> Loop:
+    """Return a loop with some params set to numbers, of which ranges alone are checked, which is quick.
+
+    Raises:
+        UnknownNameError: For a name of no param, or of several.
+        ValueOutOfBoundsError: For a value that is no finite number.
         DiagnosticError: For values outside of the ranges of their params, or of those that follow from them.
     """
     loop = with_instance_params(loop, values)  # which has the params of controllers inside by name
     names = short_names(loop)
-    for name in values:
+    for name, value in values.items():
         if name not in names:
             raise UnknownNameError("param", name, tuple(names))
+        if not is_finite(value):
+            raise ValueOutOfBoundsError(f"param {name!r}", value, "a finite number")
     changed = _changed(loop, {names[name]: float(value) for name, value in values.items()})
     found = outside_ranges(changed, {})
     outside = [Diagnostic("FZ302", f"{o.what} is {o.value:g}, outside of {o.text}", o.bounds.span) for o in found]

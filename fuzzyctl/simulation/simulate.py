@@ -31,6 +31,7 @@ def simulate(
     solver: str = RK4,
     substeps: int = 1,
     progress: Progress | None = None,
+    record_calls: bool = False,
     **params: float,
 ) -> Run:
     """Simulate a loop.
@@ -43,6 +44,7 @@ def simulate(
         solver: "RK4" with steps of fixed length, compiled; or "RK45", "DOP853", "Radau", "BDF", "LSODA" of scipy.
         substeps: Steps of RK4 between two samples.
         progress: Called now and then with the number of samples done, and of all.
+        record_calls: Whether the inputs of systems are recorded, too, as `BLOCK.SYSTEM.INPUT`.
         params: Values of params of the loop, or of its blocks: `BLOCK.PARAM`, or `PARAM` where no other block has it.
 
     Returns:
@@ -51,19 +53,22 @@ def simulate(
     Raises:
         DiagnosticError: For a loop that cannot be run.
         UnknownNameError: For a name of no param, backend or solver.
-        ArgumentError: For an argument of another type, and a solver of scipy for a loop with dead time.
+        ValueOutOfBoundsError: For a value of a param that is no finite number.
+        ArgumentError: For an argument of another type, and a solver of scipy with dead time or substeps.
     """
     if not isinstance(loop, Loop):
         raise ArgumentError(f"expected a Loop, got {type(loop).__name__}")
     loop = with_settings(loop, params) if params else loop
     if backend == "auto" and type(substeps) is int and samples_of(loop) * substeps <= SHORT:
         backend = "python"  # which is done before numba has compiled
-    experiment = Experiment(loop, backend)
+    experiment = Experiment(loop, backend, record_calls=record_calls)
     if solver != RK4:
         from fuzzyctl.simulation.solvers import SOLVERS, solved
 
         if solver not in SOLVERS:
             raise UnknownNameError("solver", solver, (RK4, *SOLVERS))
+        if substeps != 1:
+            raise ArgumentError(f"'substeps' are steps of RK4: the solver {solver} chooses its own")
         return solved(experiment, solver, progress=progress)
     run = experiment.run(substeps=substeps, progress=progress)
     if run.stopped is not None:

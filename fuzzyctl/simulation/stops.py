@@ -70,7 +70,9 @@ def left(
         shown = f"{value!r}" if state.holds(float(shown)) else shown
         message = f"state '{state.name}' left its range {at}: {shown}{unit} is outside of {ends}"
         help_text = "limit it in the plant, or declare a wider range"
-    return Diagnostic("FZ701", message, state.span, facts=tuple(facts), help=help_text)
+    return Diagnostic(
+        "FZ701", message, state.span or _span_of_signal(loop, state.name), facts=tuple(facts), help=help_text
+    )
 
 
 def _made_before(
@@ -89,10 +91,12 @@ def _made_before(
     facts = (f"one sample later state '{state.name}' is {_what(value)}",)
     spans = [(state.span, "the state is declared here")]
     block = f"{name.partition('.')[0]}."
-    starts = [k for k in kept if len(past) == 1 and k.name.startswith(block) and not math.isfinite(k.start)]
-    spans += [(k.span, "what is kept here starts infinite") for k in starts]
+    starts = dict.fromkeys(k.span for k in kept if k.name.startswith(block) and not math.isfinite(k.start))
+    spans += [(span, "what is kept here starts infinite") for span in starts]
     notes = tuple(Note(span, text) for span, text in spans if span is not None)
-    help_text = _START if starts else _KEEP_DOMAINS
+    help_text = _KEEP_DOMAINS
+    if starts:  # which it may still have at a later sample
+        help_text = _START if len(past) == 1 else f"give what is kept a finite start, or {_KEEP_DOMAINS}"
     return Diagnostic("FZ701", message, _span_of_signal(loop, name), facts=facts, help=help_text, notes=notes)
 
 
@@ -103,7 +107,9 @@ def first_without_value(record: FloatArray, columns: list[int]) -> tuple[int, in
         record: All signals, shape (samples, signals).
         columns: Positions of the signals that count.
     """
-    if math.isfinite(record.sum()):  # which is quickly known of a run where all is well
+    with np.errstate(invalid="ignore"):  # inf - inf
+        total = record.sum()  # quickly computed, and finite where all is well
+    if math.isfinite(total):
         return None
     bad = np.argwhere(~np.isfinite(record[:, columns]))
     return (int(bad[0, 0]), columns[bad[0, 1]]) if len(bad) else None
@@ -126,7 +132,7 @@ def without_value(loop: Loop, output: str, positions: Mapping[str, int], row: Fl
     names = [f"{block}.{s.name}" for s in (*plant.inputs, *plant.states)]
     known = [f"{n} = {row[positions[n]]:.6g}" for n in names if math.isfinite(row[positions[n]])]
     facts = (f"there {', '.join(known)}",) if known else ()
-    return Diagnostic("FZ701", message, result.span, facts=facts, help=_KEEP_DOMAINS)
+    return Diagnostic("FZ701", message, result.span or _span_of_signal(loop, output), facts=facts, help=_KEEP_DOMAINS)
 
 
 def signals_without_value(run: Run) -> list[Diagnostic]:

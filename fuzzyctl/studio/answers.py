@@ -7,12 +7,16 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, Final
 
-from fuzzyctl.analysis.prove import quickly
+from fuzzyctl.analysis.prove import UNDIVIDED, quickly
+from fuzzyctl.analysis.verdicts import Undecided, Verdict
 from fuzzyctl.codegen.errors import CodegenError
+from fuzzyctl.codegen.sources import sources
+from fuzzyctl.codegen.steps.sources import step_sources
 from fuzzyctl.codegen.steps.unit import prepare_step
 from fuzzyctl.codegen.unit import prepare
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError, FuzzyctlError
@@ -22,15 +26,25 @@ from fuzzyctl.editor.document import Document
 from fuzzyctl.lang.formatter import format_source
 from fuzzyctl.model.controller import Controller
 from fuzzyctl.model.system import FuzzySystem
-from fuzzyctl.page.blocks import controller_data
-from fuzzyctl.page.document import Section, controller_section, system_section
+from fuzzyctl.page.blocks import controller_data, plain_loop_data, refused_loop_data
+from fuzzyctl.page.document import (
+    Section,
+    controller_section,
+    live_document,
+    page_facts,
+    page_script,
+    system_section,
+)
 from fuzzyctl.page.document import document as page_of
 from fuzzyctl.page.systems import SystemFacts
-from fuzzyctl.studio.exports import exported
 from fuzzyctl.studio.places import characters, edits, ends
 from fuzzyctl.support.reading import MAX_BYTES
 
 _Data = dict[str, Any]
+
+
+class NothingShownError(FuzzyctlError):
+    """A text holds nothing that a page could show."""
 
 
 def answer(request: str) -> str:
@@ -91,11 +105,7 @@ def _diagnostic(d: Diagnostic, document: Document) -> _Data:
     line = d.span.line if d.span is not None and own else 0
     fix = [] if d.fix is None else edits(d.fix.replacements, source.name)
     found = {"code": d.code, "severity": d.severity, "message": d.message, "facts": list(d.facts), "help": d.help}
-    return {**at, **found, "place": place, "line": line, "fix": fix, "title": _title(d) if fix else ""}
-
-
-def _title(d: Diagnostic) -> str:
-    return d.help.split("\n")[0] if d.help else f"repair: {d.message}"
+    return {**at, **found, "place": place, "line": line, "fix": fix, "title": actions.repair_title(d) if fix else ""}
 
 
 def _complete(document: Document, asked: _Data) -> _Data:
@@ -112,38 +122,100 @@ def _hover(document: Document, asked: _Data) -> _Data:
 
 
 def _actions(document: Document, asked: _Data) -> _Data:
-    """Return what can be written at a place, such as the missing rows of a table."""
-    found = actions.actions(document, characters(document.text, asked["offset"]))
-    return {"actions": [{"title": a.title, "edits": edits(a.replacements, document.source.name)} for a in found]}
+    """Return what can be changed at a place: repairs of its line, and what is missing, such as rows of a table."""
+    offset, source = characters(document.text, asked["offset"]), document.source
+    broken = actions.repairs(document.proved, *_line(document.text, offset))
+    found = [(actions.repair_title(d), d.fix.replacements) for d in broken if d.fix is not None]
+    found += [(a.title, a.replacements) for a in actions.actions(document, offset)]
+    return {"actions": [{"title": title, "edits": edits(own, source.name)} for title, own in found]}
+
+
+def _line(text: str, offset: int) -> tuple[int, int]:
+    """Return the ends of the line that holds an offset."""
+    end = text.find("\n", offset)
+    return text.rfind("\n", 0, offset) + 1, len(text) if end < 0 else end
 
 
 def _format(document: Document, _: _Data) -> _Data:
     return {"text": format_source(document.source)}
 
 
+def _frame(_: Document, asked: _Data) -> _Data:
+    """Return the page that pictures are shown on."""
+    return {"html": live_document(asked["nonce"])}
+
+
+def _picture(document: Document, _: _Data) -> _Data:
+    """Return what the frame shows of the text, without runs of loops."""
+    _require_sound(document)
+    sections = [_section(block, document) for block in _blocks(document)]
+    facts = page_facts(_page_title(document), sections, document.proved)
+    return {"facts": facts, "script": page_script(sections), "loops": [loop.name for loop in document.examined.loops]}
+
+
+def _runs(document: Document, _: _Data) -> _Data:
+    """Return what the frame shows of loops; why not, for one that is not run here."""
+    _require_sound(document)
+    return {"sections": list(_run_sections(document))}
+
+
+def _run_sections(document: Document) -> Iterator[_Data]:
+    from fuzzyctl.simulation.plain_run import MOST, PlainRunError, plain_run  # the start does without
+
+    left = MOST
+    for loop in document.examined.loops:
+        try:
+            run = plain_run(loop, left)
+        except PlainRunError as error:
+            yield refused_loop_data(loop, f"{error}; 'fuzzyctl simulate' runs it")
+        else:
+            left -= run.operations
+            yield plain_loop_data(run)
+
+
 def _page(document: Document, _: _Data) -> _Data:
-    """Return the page of all systems and controllers; loops are runs, which take numpy."""
-    sections = [_section(block, document) for block in _sound(document)]
-    if not sections:
-        return {"refused": "there is no system and no controller to show"}
-    return {"html": page_of(sections[0].data["title"] or sections[0].data["name"], sections, document.proved)}
+    """Return the page of all systems, controllers and loops."""
+    _require_sound(document)
+    sections = [_section(block, document) for block in _blocks(document)]
+    sections += map(Section, _run_sections(document))
+    return {"html": page_of(_page_title(document), sections, document.proved)}
+
+
+def _page_title(document: Document) -> str:
+    """Return what the page of a text is called.
+
+    Raises:
+        NothingShownError: For a text without systems, controllers and loops.
+    """
+    blocks = [*_blocks(document), *document.examined.loops]
+    if not blocks:
+        raise NothingShownError("there is no system, no controller and no loop to show")
+    return blocks[0].title or blocks[0].name
 
 
 def _section(block: FuzzySystem | Controller, document: Document) -> Section:
     if isinstance(block, Controller):
         step = prepare_step(block, document.text)
         return controller_section(controller_data(step), step)
-    verdicts = quickly(block)[0] if block.guarantees else []
+    verdicts = list(map(_honest, quickly(block)[0] if block.guarantees else []))
     return system_section(SystemFacts(prepare(block, document.text, verdicts=verdicts), verdicts))
+
+
+def _honest(verdict: Verdict) -> Verdict:
+    """Return a verdict that names what the studio does not do."""
+    if isinstance(verdict, Undecided) and verdict.reason == UNDIVIDED:
+        return replace(verdict, reason="it takes subdivision, with numpy: 'fuzzyctl prove' does it")
+    return verdict
 
 
 def _export(document: Document, asked: _Data) -> _Data:
     """Return the files of all blocks in one language; why not, for a block that it cannot express."""
+    _require_sound(document)
     files: dict[str, str] = {}
     refused = []
-    for block in _sound(document):
+    for block in _blocks(document):
         try:
-            files |= exported(block, document.text, asked["target"])
+            files |= _files(block, document.text, asked["target"])
         except CodegenError as error:
             refused.append(f"'{block.name}': {error}")
     if not files:
@@ -151,15 +223,22 @@ def _export(document: Document, asked: _Data) -> _Data:
     return {"files": files, "left_out": refused}
 
 
-def _sound(document: Document) -> Iterator[FuzzySystem | Controller]:
-    """Yield the blocks of a text without errors.
+def _files(block: FuzzySystem | Controller, text: str, target: str) -> dict[str, str]:
+    """Return the files of a block, without the self-tests, whose numbers take numpy."""
+    if isinstance(block, Controller):
+        return step_sources(prepare_step(block, text), target)
+    return sources(prepare(block, text), target)
+
+
+def _require_sound(document: Document) -> None:
+    """Refuse a text with errors.
 
     Raises:
-        DiagnosticError: For a text with errors.
+        DiagnosticError: For one.
     """
-    if any(d.severity == "error" for d in document.proved):
-        raise DiagnosticError([d for d in document.proved if d.severity == "error"])
-    yield from _blocks(document)
+    errors = [d for d in document.proved if d.severity == "error"]
+    if errors:
+        raise DiagnosticError(errors)
 
 
 #: What can be asked.
@@ -169,6 +248,9 @@ METHODS: Final[dict[str, Callable[[Document, _Data], _Data]]] = {
     "hover": _hover,
     "actions": _actions,
     "format": _format,
+    "frame": _frame,
+    "picture": _picture,
+    "runs": _runs,
     "page": _page,
     "export": _export,
 }

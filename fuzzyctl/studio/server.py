@@ -3,13 +3,19 @@
 from __future__ import annotations
 
 import base64
+import json
 import os
+import re
 import zlib
+from collections.abc import Mapping
 from functools import partial
 from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from typing import Any, Final
 from urllib.parse import quote
+
+from fuzzyctl.diagnostics.diagnostic import DiagnosticError
+from fuzzyctl.support.reading import read_source
 
 #: Only this machine reaches it.
 ADDRESS: Final = "127.0.0.1"
@@ -60,11 +66,44 @@ def server(folder: Path, port: int = 0) -> ThreadingHTTPServer:
     return ThreadingHTTPServer((ADDRESS, port), partial(_Handler, directory=str(folder)))
 
 
-def address(port: int, name: str = "", text: str | None = None) -> str:
-    """Return the address of the studio, with a text in it where one is given: deflated, in base 64 of URLs."""
+def address(port: int, name: str = "", text: str | None = None, files: Mapping[str, str] | None = None) -> str:
+    """Return the address of the studio, with a text in it where one is given.
+
+    Args:
+        port: Of the server.
+        name: Of the text.
+        text: What is edited.
+        files: The texts that it uses, by name, see `used_files`.
+    """
     page = f"http://{ADDRESS}:{port}/"
     if text is None:
         return page
+    more = f"&files={_packed(json.dumps(dict(files)))}" if files else ""
+    return f"{page}#name={quote(name, safe='')}&text={_packed(text)}{more}"
+
+
+def _packed(text: str) -> str:
+    """Return a text deflated, in base 64 of URLs."""
     packer = zlib.compressobj(9, zlib.DEFLATED, -15)
     packed = packer.compress(text.encode("utf-8")) + packer.flush()
-    return f"{page}#name={quote(name, safe='')}&text={base64.urlsafe_b64encode(packed).decode('ascii').rstrip('=')}"
+    return base64.urlsafe_b64encode(packed).decode("ascii").rstrip("=")
+
+
+def used_files(text: str, folder: Path) -> dict[str, str]:
+    """Return the files below a folder that a text names in quotes, and those that they name, by name.
+
+    One that cannot be read is left out; the studio reports it where it is used.
+    """
+    found: dict[str, str] = {}
+    waiting = [text]
+    while waiting:
+        for name in re.findall(r'"([^"\n\0]+)"', waiting.pop()):
+            path = folder / name
+            if name in found or not Path(os.path.realpath(path)).is_relative_to(os.path.realpath(folder)):
+                continue
+            try:
+                found[name] = read_source(path, only_regular=True).text
+            except DiagnosticError:
+                continue
+            waiting.append(found[name])
+    return found

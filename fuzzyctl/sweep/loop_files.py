@@ -18,7 +18,7 @@ from fuzzyctl.experiments.settings.validation import show
 from fuzzyctl.loading.load import look_through
 from fuzzyctl.model.guarantee import Param
 from fuzzyctl.model.loop import Loop, Measure
-from fuzzyctl.simulation.settings import params_of, short_names, with_settings
+from fuzzyctl.simulation.settings import all_params, short_names, within_ranges
 from fuzzyctl.support.reading import read_source, recorded
 
 #: Key of the number by which a run draws its noise anew.
@@ -46,10 +46,16 @@ class LoopFiles:
     warnings: tuple[Diagnostic, ...] = ()
 
     @cached_property
+    def params(self) -> dict[str, dict[str, float]]:
+        """The values of all params of each loop, by its label and their full names."""
+        return {label: all_params(loop) for label, loop in self.loops.items()}
+
+    @cached_property
     def names(self) -> dict[str, str]:
         """The full names of all params of all loops by the names that they may be given by."""
         taken = {m.name for loop in self.loops.values() for m in loop.measures}
         found = {name: full for loop in self.loops.values() for name, full in short_names(loop).items()}
+        found |= {name: name for values in self.params.values() for name in values}
         return {name: full for name, full in found.items() if name == full or name not in taken}
 
 
@@ -97,21 +103,23 @@ class LoopScenario:
     def settings(self) -> dict[str, Any]:
         """Values of the params by key, as tables for those of blocks; what differs from loop to loop is left out."""
         found: dict[str, set[float]] = {}
-        for loop in self.files.loops.values():
-            values = params_of(loop)
-            for name, full in short_names(loop).items():
-                found.setdefault(name, set()).add(self.values.get(full, values[full]))
+        for values in self.files.params.values():
+            for name, full in self.files.names.items():
+                if full in values:
+                    found.setdefault(name, set()).add(self.values.get(full, values[full]))
         tables: dict[str, Any] = {}
         for name, numbers in found.items():
-            block, _, own = name.rpartition(".")
-            table = tables.setdefault(block, {}) if block else tables
+            *blocks, own = name.split(".")
+            table: Any = tables
+            for block in blocks:
+                table = table.setdefault(block, {}) if isinstance(table, dict) else None
             if len(numbers) == 1 and isinstance(table, dict):
                 table.setdefault(own, *numbers)
         return tables
 
-    def of(self, loop: Loop) -> dict[str, float]:
+    def of(self, label: str) -> dict[str, float]:
         """Return the values that are params of a loop."""
-        known = params_of(loop)
+        known = self.files.params[label]
         return {name: value for name, value in self.values.items() if name in known}
 
 
@@ -220,8 +228,8 @@ def _mistakes(files: LoopFiles, key: str, full: str, value: Any) -> Iterator[Dia
     elif isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
         yield Diagnostic("FZ904", f"{join_key(split_key(key))} must be a finite number, got {show(value)}")
     else:
-        loop = next(loop for loop in files.loops.values() if full in params_of(loop))
+        loop = next(loop for label, loop in files.loops.items() if full in files.params[label])
         try:
-            with_settings(loop, {full: float(value)})
+            within_ranges(loop, {full: float(value)})
         except DiagnosticError as error:
             yield from (dataclasses.replace(d, facts=(*d.facts, f"declared at {d.place}")) for d in error.diagnostics)

@@ -15,13 +15,14 @@ import numpy as np
 from fuzzyctl.diagnostics.diagnostic import ArgumentError, UnknownNameError
 from fuzzyctl.experiments.runnable import Computed, Prepared, Runnable, UsedFile
 from fuzzyctl.experiments.sweep.provenance import sources
+from fuzzyctl.model.instance_params import instance_params, with_instance_params
 from fuzzyctl.model.loop import Loop
 from fuzzyctl.simulation.columns import columns
 from fuzzyctl.simulation.expansion import loop_equations
 from fuzzyctl.simulation.experiment import Experiment
 from fuzzyctl.simulation.fmu_plant import require_fixed
 from fuzzyctl.simulation.run import Run
-from fuzzyctl.simulation.settings import params_of, with_settings
+from fuzzyctl.simulation.settings import blocks_of, with_settings
 from fuzzyctl.simulation.signals import Noise, Table
 from fuzzyctl.sweep.loop_files import SEED, LoopFiles, LoopScenario, read_files, with_overrides
 
@@ -92,12 +93,13 @@ class Loops(Runnable[LoopScenario]):
     ) -> str:
         """Return the param that none of the loops has, or the seed of noise where there is none."""
         name = ".".join(key)
-        loops = [scenario.files.loops[label] for label in controllers]
         full = scenario.files.names.get(name, name)
-        if full == SEED and not any(full in params_of(loop) for loop in loops):
+        known = any(full in scenario.files.params[label] for label in controllers)
+        if full == SEED and not known:
+            loops = [scenario.files.loops[label] for label in controllers]
             given = [one for loop in loops for one in loop_equations(loop).given.values()]
             return "" if any(isinstance(one, Noise) for one in given) else "a seed of noise"
-        return "" if "*" in key or any(full in params_of(loop) for loop in loops) else f"param {full}"
+        return "" if "*" in key or known else f"param {full}"
 
     def prepare(self, scenario: LoopScenario, controller: str, measures: Sequence[str]) -> Prepared:
         """Compile a loop, once for all values of the params that are set."""
@@ -135,7 +137,7 @@ class Loops(Runnable[LoopScenario]):
     def _split(self, scenario: LoopScenario, label: str) -> tuple[dict[str, float], dict[str, float]]:
         """Return the values that are arguments of a compiled loop, and those that it has as constants."""
         loop = scenario.files.loops[label]
-        given = scenario.of(loop)
+        given = scenario.of(label)
         chosen = (label, tuple(given))
         if chosen not in self.known.free:
             self.known.free[chosen] = {name for name in given if _can_be_free(loop, name)}
@@ -158,7 +160,7 @@ def _can_be_free(loop: Loop, name: str) -> bool:
     """Whether a param can be an argument of a compiled run; starts of states and params of FMUs cannot."""
     try:
         require_fixed(loop, (name,))
-        loop_equations(loop, free=(name,))
+        loop_equations(with_instance_params(loop, (name,)), free=(name,))
     except ArgumentError:
         return False
     return True
@@ -166,8 +168,7 @@ def _can_be_free(loop: Loop, name: str) -> bool:
 
 def _param_units(loop: Loop) -> Iterator[tuple[str, str]]:
     """Yield the full names of the params of a loop and of its blocks, with their units."""
-    from fuzzyctl.simulation.settings import blocks_of
-
+    loop = with_instance_params(loop, instance_params(loop))
     yield from ((p.name, p.unit) for p in loop.params)
     for instance in loop.instances:
         yield from ((f"{instance.name}.{p.name}", p.unit) for p in blocks_of(loop)[instance.controller].params)

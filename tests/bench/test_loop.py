@@ -76,6 +76,7 @@ def c_loop(library: ctypes.CDLL, simulation: simulate.Simulation) -> tuple[np.nd
     world, memory = simulate._world(simulation, laws), simulate._memory(simulation, laws)
     n, samples = len(laws), simulation.scenario.run.steps + 1
     load, avoidance = np.array(world.load), np.array(world.avoidance)
+    obstacles = simulate._obstacles(simulation.scenario, 0, samples)[0]
     record, law_record = np.zeros((samples, n, 20)), np.zeros((samples, n, 14))
 
     # The params of the law's text, in the order of the C loop, which has the law by hand.
@@ -90,7 +91,7 @@ def c_loop(library: ctypes.CDLL, simulation: simulate.Simulation) -> tuple[np.nd
     began = perf_counter()
     failed = library.run(
         samples, ctypes.c_double(world.dt), world.substeps, address(world.shape), n, address(world.robots),
-        world.acting.shape[1], address(world.acting), address(load), len(world.obstacles), address(world.obstacles),
+        world.acting.shape[1], address(world.acting), address(load), len(obstacles), address(obstacles),
         address(avoidance), address(gains), address(memory.plant), address(memory.theta_star),
         address(memory.filters), address(memory.sides), address(law), address(np.zeros_like(law)),
         address(memory.torques), address(record), address(law_record),

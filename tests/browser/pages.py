@@ -1,15 +1,17 @@
-"""Writes pages of the shipped files and of hostile names to a folder, with what kernels give at 40 points of each."""
+"""Writes pages to a folder: of the shipped files, of hostile ones, and of the robots; with numbers of kernels."""
 
 from __future__ import annotations
 
 import json
 import random
+import re
 import sys
 from pathlib import Path
 
 from click.testing import CliRunner
 
-from fuzzyctl import compile, load, loads
+from dwmr.cli.main import main as robots
+from fuzzyctl import compile, load, load_controller
 from fuzzyctl.cli.main import main
 from fuzzyctl.support.shipped import rules_folder
 
@@ -27,41 +29,64 @@ if x0 is lo and x1 is lo then u is p
 if x0 is hi and x1 is hi then u is q
 """
 INPUTS = "\n".join(f'input x{k} "\'><img src=x onerror=console.error({k})>" in [0, 1]\n  terms lo hi' for k in range(9))
+#: Adaptive integrals, in a system and in the steps of a controller.
+CURVED = """system curved
+input x in [0, 1]
+  terms low high
+output u in [0, 1]
+  a = gaussian(0.2, 0.1)
+  b = bell(0.8, 0.1, 3)
+if x is low then u is a
+if x is high then u is b
+
+controller law
+input e in [0, 1]
+output y = previous(y) / 2 + curved(e)
+every 0.1 s
+"""
+POINTS = 40
 
 
-def points(system, count=40):
+def expected(source: Path, section: dict) -> list:
+    """Return points of a block with the kernel's outputs, for a controller step by step; none for a loop."""
     drawn = random.Random(5)
-    ends = [(system.number(i.lower), system.number(i.upper)) for i in system.inputs]
-    return [[a + (b - a) * drawn.uniform(-0.1, 1.1) for a, b in ends] for _ in range(count)]
-
-
-def expected(system):
-    """Return points with the kernel's outputs; none for a system whose outputs are held from point to point."""
-    kernel = compile(system, backend="python")
-    if kernel.plan.held:
+    ends = [(i["lower"], i["upper"]) for i in section.get("inputs", ()) if "lower" in i]
+    points = [[a + (b - a) * drawn.uniform(-0.1, 1.1) for a, b in ends] for _ in range(POINTS)]
+    if section["kind"] == "controller":
+        step = compile(load_controller(source, section["name"]), backend="python")
+        time = {} if section["period"] else {"dt": 0.01}
+        state, found = step.start(), []
+        for point in points:
+            outputs, state = step(*point, state, **time)
+            found.append([[*point, *time.values()], outputs])
+    elif section["kind"] == "system":
+        kernel = compile(load(source, system=section["name"]), backend="python")
+        if kernel.plan.held:  # which go from point to point
+            return []
+        state = [kernel.initial_state()] if kernel.plan.initial_state else []
+        found = [[point, kernel(*point, *state)] for point in points]
+    else:
         return []
-    state = [kernel.initial_state()] if kernel.plan.initial_state else []
-    found = []
-    for point in points(system):
-        outputs = kernel(*point, *state)
-        found.append([point, list(outputs) if isinstance(outputs, tuple) else [outputs]])
-    return found
+    return [[point, list(own) if isinstance(own, tuple) else [own]] for point, own in found]
 
 
 def write(folder: Path) -> None:
     (folder / "hostile.fz").write_text(HOSTILE.format(inputs=INPUTS), encoding="utf-8")
-    sources = [*sorted(rules_folder().rglob("*.fz")), folder / "hostile.fz"]
+    (folder / "curved.fz").write_text(CURVED, encoding="utf-8")
+    sources = [*sorted(rules_folder().rglob("*.fz")), folder / "hostile.fz", folder / "curved.fz"]
     asked = {}
     for source in sources:
         page = folder / f"{source.stem}.html"
         done = CliRunner().invoke(main, ["page", str(source), "-o", str(page)])
         assert done.exit_code == 0, done.output
-        text = source.read_text(encoding="utf-8")
-        if "\nsystem " in "\n" + text:
-            system = loads(text) if source.parent == folder else load(source)
-            asked[page.name] = expected(system)
-        else:
-            asked[page.name] = []
+        facts = re.search(r'id="facts">(.*?)</script>', page.read_text(encoding="utf-8"), flags=re.DOTALL)
+        asked[page.name] = [expected(source, section) for section in json.loads(facts[1])["sections"]]
+    report = folder / "report.html"
+    done = CliRunner().invoke(
+        robots, ["report", "paper", "--controller", "aifqsmc,smc", "--set", "run.horizon=2", "-o", str(report)]
+    )
+    assert done.exit_code == 0, done.output
+    asked[report.name] = []
     (folder / "expected.json").write_text(json.dumps(asked), encoding="utf-8")
 
 

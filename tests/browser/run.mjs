@@ -1,32 +1,53 @@
 // Opens the pages of a folder in Chromium: node run.mjs FOLDER, which pages.py has filled.
 //
-// No message in the console, no request, no violation that axe-core finds, the numbers of the kernel at 40 points, no
-// script from names. CHROMIUM is a Chromium (default: /usr/bin/chromium), PICTURES a folder for pictures (default: none).
+// No message in the console, no request, no violation that axe-core finds, the numbers of the kernel at 40 points of each
+// block, inputs that follow the time of a run, no script from names; at most 300 kB of a rule file, and 300 ms to the first paint, of which
+// the best of some tries counts, as other programs only add to it. CHROMIUM is a Chromium (default: /usr/bin/chromium), PICTURES a folder for pictures (default: none).
 // It exits with 1 for a check that failed, and with 77 where Chromium does not start.
-import { mkdirSync, readFileSync, readdirSync } from "node:fs";
+import { mkdirSync, readFileSync, readdirSync, statSync } from "node:fs";
 import { createRequire } from "node:module";
 import { join, resolve } from "node:path";
 import { pathToFileURL } from "node:url";
 import { chromium } from "playwright-core";
 
 const FOLDER = resolve(process.argv[2]), PICTURES = process.env.PICTURES, TOLERANCE = 1e-12;
+const LARGEST = 300_000, PAINTED = 300, TRIES = 6;
 const AXE = readFileSync(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8");
-const expected = JSON.parse(readFileSync(join(FOLDER, "expected.json"), "utf8").replace(/\bNaN\b/g, "null"));
+const expected = JSON.parse(readFileSync(join(FOLDER, "expected.json"), "utf8").replace(/\bNaN\b|-?\bInfinity\b/g, "null"));
 const failures = [];
 const args = ["--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage", "--disable-background-networking", "--no-first-run"];
 
-/** Move the sliders of the first block to each point, and return what stands there. */
-function moved(points) {
-    const block = document.querySelector("article");
+/** Move the sliders of the k-th block to each point, make a step of a controller, and return what stands there. */
+function moved([k, points]) {
+    const block = document.querySelectorAll("article")[k], step = [...block.querySelectorAll("button")].find((b) => b.textContent === "Step");
     const fields = [...block.querySelectorAll(".control input[type=number]")], numbers = [...block.querySelectorAll(".outputs output")];
     return points.map((point) => {
-        fields.forEach((field, k) => {
-            field.value = point[k];
+        fields.forEach((field, n) => {
+            field.value = point[n];
             field.dispatchEvent(new Event("input"));
         });
+        step?.click();
         return numbers.map((n) => n.dataset.value);
     });
 }
+
+/** Move the time of each run to its middle; return the inputs of blocks that do not follow. */
+function followed() {
+    const loops = facts().filter((s) => s.kind === "loop"), blocks = facts().map((s) => s.name);
+    return [...document.querySelectorAll(".times input")].flatMap((slider, n) => {
+        slider.value = slider.max / 2;
+        slider.dispatchEvent(new Event("input"));
+        return loops[n].inputs.flatMap(({ block, values }) => {
+            const shown = [...document.querySelectorAll("article")[blocks.indexOf(block)].querySelectorAll(".control input[type=number]")];
+            return values.flatMap((v, i) => (v[slider.valueAsNumber] === shown[i].valueAsNumber ? [] : [`${block} ${i}`]));
+        });
+    });
+    function facts() {
+        return JSON.parse(document.getElementById("facts").textContent).sections ?? [];
+    }
+}
+
+const painted = (page) => page.evaluate(() => performance.getEntriesByName("first-contentful-paint")[0]?.startTime ?? Infinity);
 
 async function look(browser, name, scheme) {
     const context = await browser.newContext({ viewport: { width: 1300, height: 900 }, colorScheme: scheme });
@@ -36,17 +57,24 @@ async function look(browser, name, scheme) {
     page.on("request", (request) => request.url().startsWith("file:") || fail(`request: ${request.url()}`));
     await page.goto(pathToFileURL(join(FOLDER, name)).href);
     await page.locator("body[data-ready]").waitFor();
-    if (await page.locator("article img, article script, article svg").count()) {
+    if (await page.locator("main img, main script, main [onload], main [onerror]").count()) {
         fail("a name became markup");
     }
     if (scheme === "light") {
-        const asked = expected[name], found = asked.length ? await page.evaluate(moved, asked.map(([point]) => point)) : [];
-        found.forEach((texts, k) => texts.forEach((text, o) => {
-            const value = Number(text), wanted = asked[k][1][o];
-            if (!(wanted === null ? Number.isNaN(value) : Math.abs(value - wanted) <= TOLERANCE * Math.max(1, Math.abs(wanted)))) {
-                fail(`${text} is not ${wanted} at ${asked[k][0]}`);
-            }
-        }));
+        for (const [k, asked] of expected[name].entries()) {
+            const found = await page.evaluate(moved, [k, asked.map(([point]) => point)]);
+            found.forEach((texts, n) => texts.forEach((text, o) => {
+                const value = Number(text), wanted = asked[n][1][o];
+                if (!(wanted === null ? !Number.isFinite(value) : Math.abs(value - wanted) <= TOLERANCE * Math.max(1, Math.abs(wanted)))) {
+                    fail(`${text} is not ${wanted} at ${asked[n][0]}`);
+                }
+            }));
+        }
+        (await page.evaluate(followed)).forEach((input) => fail(`input ${input} does not follow the time of the run`));
+        const size = statSync(join(FOLDER, name)).size;
+        if (expected[name].length && size > LARGEST) {
+            fail(`${size} bytes, more than ${LARGEST}`);
+        }
     }
     for (const button of await page.getByRole("button", { name: "10 steps" }).all()) {
         await button.click();
@@ -58,9 +86,18 @@ async function look(browser, name, scheme) {
         mkdirSync(PICTURES, { recursive: true });
         await page.screenshot({ path: join(PICTURES, `${name}-${scheme}.png`), fullPage: true });
     }
-    const paint = await page.evaluate(() => performance.getEntriesByName("first-contentful-paint")[0]?.startTime);
+    let paint = await painted(page);
+    for (let k = 1; k < TRIES && paint > PAINTED; k++) {
+        await page.reload();
+        await page.locator("body[data-ready]").waitFor();
+        paint = Math.min(paint, await painted(page));
+    }
+    if (paint > PAINTED) {
+        fail(`first paint after ${Math.round(paint)} ms, more than ${PAINTED}`);
+    }
     await context.close();
-    console.log(`${name}, ${scheme}: ${expected[name].length} points, first paint after ${Math.round(paint)} ms`);
+    const points = expected[name].reduce((sum, asked) => sum + asked.length, 0);
+    console.log(`${name}, ${scheme}: ${points} points, first paint after ${Math.round(paint)} ms`);
 }
 
 let browser;

@@ -56,7 +56,7 @@ class TestEveryEntry:
         follow(ENTRIES[name] / "README.md", tmp_path)
 
     def test_its_picture_is_small_and_shown(self, name):
-        assert (ENTRIES[name] / f"{name}.png").stat().st_size < 60_000
+        assert (ENTRIES[name] / f"{name}.png").stat().st_size < 40_000
         assert f"]({name}.png)" in without_code(ENTRIES[name] / "README.md")
         assert f"]({name}/README.md)" in (pages.HERE / "README.md").read_text(encoding="utf-8")
 

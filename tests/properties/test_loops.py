@@ -77,7 +77,11 @@ def test_both_backends_run_the_same(text):
 @given(loops(PLANTS))
 def test_an_adaptive_solver_is_the_referee(text):
     experiment = fuzzyctl.Experiment(loaded(text), "python")
-    run, referee = experiment.run(substeps=8), solved(experiment, "DOP853", relative=1e-9, absolute=1e-11)
+    run, referee = experiment.run(substeps=8), solved(experiment, "DOP853", relative=1e-10, absolute=1e-12)
     scale = max(1.0, float(np.nanmax(np.abs(referee["p.a"]))))
+    # At an edge of the surface RK4 is of a lower order.
+    tolerance = scale * (3e-5 if "rule(a, u)" in text else 1e-7)
     # A relay may switch a sample earlier in one of them: what follows is another run.
-    assert run["p.a"][:3] == pytest.approx(referee["p.a"][:3], abs=1e-4 * scale)
+    apart = np.flatnonzero(~(np.abs(run["law.z"] - referee["law.z"]) <= 0.1 * tolerance))
+    same = slice(apart[0] + 1 if len(apart) else None)
+    assert run["p.a"][same] == pytest.approx(referee["p.a"][same], rel=0, abs=tolerance)

@@ -93,7 +93,7 @@ def _page(found: Mapping[str, Any]) -> Iterator[str]:
     for title, lines in (
         ("Reference", _reference(found["reference"])),
         ("Robots", _robots(found["robots"], found["formation"])),
-        ("Obstacles", _obstacles(found["obstacles"], found["avoidance"])),
+        ("Obstacles", _obstacles(found["obstacles"], found["avoidance"], found.get("safety"))),
         ("Disturbances", _disturbances(found["disturbances"], found["load"])),
         ("Controllers", _controllers(found["controllers"])),
         ("Rule files", _rules(found["rules"])),
@@ -141,18 +141,26 @@ def _robots(robots: Sequence[Mapping[str, Any]], formation: Mapping[str, str]) -
         yield "followers know the velocity of their leader's wheels, not its slip"
 
 
-def _obstacles(obstacles: Sequence[Mapping[str, float]], avoidance: Mapping[str, float]) -> Iterator[str]:
+def _obstacles(
+    obstacles: Sequence[Mapping[str, float]], avoidance: Mapping[str, float], safety: Mapping[str, float] | None
+) -> Iterator[str]:
     if not obstacles:
         yield "none"
     for k, one in enumerate(obstacles):
         yield (
             f"obstacles.{k}: radius {one['radius']:g} m at ({one['x']:g}, {one['y']:g}) m; centre "
             f"{one['from_path']:.2f} m from the path at {one['at']:.1f} s"
+            + (f"; moves from there at up to {one['speed']:.3g} m/s" if "speed" in one else "")
         )
     if obstacles:
         yield (
             f"avoided from {avoidance['margin']:g} m and the robot's radius beyond them, farther at speed, up to "
             f"{avoidance['largest_radius']:g} m from the centre"
+        )
+    if safety:
+        yield (
+            f"safety filter: all robots, {safety['margin']:g} m beyond discs about points {safety['lookahead']:g} m "
+            f"ahead of their axles; alpha {safety['alpha']:g} 1/s"
         )
 
 

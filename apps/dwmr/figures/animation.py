@@ -16,6 +16,7 @@ from dwmr.core.arrays import FloatArray
 from dwmr.figures.style import COLOURS, STYLE, TITLES
 from dwmr.results import derived
 from dwmr.scenario.model import Robot, Scenario
+from dwmr.scenario.moving import centres, largest_speed
 from dwmr.simulation.simulate import Trajectory
 
 #: A picture's longer side [pixels]; both sides are even, as video formats ask for.
@@ -103,7 +104,13 @@ class Film:
         robots = self.scenario.robots
         reach = max(robot.radius for robot in robots.values())
         around = [0.0, *(robots[n].radius + self.scenario.avoidance.margin for n in derived.avoiders(self.scenario))]
-        discs = [(o.x, o.y, sign * (o.radius + max(around))) for o in self.scenario.obstacles for sign in (-1, 1)]
+        self._places = centres(self.scenario, t.t)
+        discs = [
+            (float(x), float(y), sign * (o.radius + max(around)))
+            for a, o in enumerate(self.scenario.obstacles)
+            for x, y in (self._places[0, a], self._places[-1, a])
+            for sign in (-1, 1)
+        ]
         xs = [*_ends(t["x"]), *_ends(t["x_r"]), *(x + r for x, _, r in discs)]
         ys = [*_ends(t["y"]), *_ends(t["y_r"]), *(y + r for _, y, r in discs)]
         room = 2.0 * reach + 0.03 * max(max(xs) - min(xs), max(ys) - min(ys))
@@ -130,7 +137,8 @@ class Film:
                 self.axes.plot(x_r[::every], y_r[::every], color="black", lw=0.7, ls=(0, (2, 2)))
             self.axes.plot([], [], color=COLOURS[i % len(COLOURS)], lw=4, label=name)
         for one in self.scenario.obstacles:
-            self.axes.add_patch(Circle((one.x, one.y), one.radius, color="#444444"))
+            if largest_speed(one) == 0.0:
+                self.axes.add_patch(Circle((one.x, one.y), one.radius, color="#444444"))
         names = len(self.trajectory.robots)
         self.axes.legend(loc="lower center", bbox_to_anchor=(0.5, 0.0), ncols=min(names, 6), fontsize=8)
 
@@ -138,7 +146,11 @@ class Film:
         axes, names = self.axes, self.trajectory.robots
         avoiders = derived.avoiders(self.scenario)
         self._radii = {n: derived.avoidance_radii(self.trajectory, self.scenario, n) for n in avoiders}
-        moving: dict[str, list[Any]] = {"circles": [], "trails": [], "targets": [], "bodies": []}
+        moving: dict[str, list[Any]] = {"circles": [], "obstacles": [], "trails": [], "targets": [], "bodies": []}
+        self._movers = [a for a, one in enumerate(self.scenario.obstacles) if largest_speed(one) > 0.0]
+        for a in self._movers:
+            disc = Circle((0.0, 0.0), self.scenario.obstacles[a].radius, color="#444444", animated=True)
+            moving["obstacles"].append(axes.add_patch(disc))
         for _ in avoiders:
             for one in self.scenario.obstacles:
                 moving["circles"].append(axes.add_patch(Circle((one.x, one.y), 1.0, fill=False, animated=True)))
@@ -164,6 +176,8 @@ class Film:
             self._parts["trails"][i].set_data([*x[::every], x[-1]], [*y[::every], y[-1]])
             self._parts["targets"][i].set_data([t["x_r"][k, i]], [t["y_r"][k, i]])
             self._parts["bodies"][i].set_xy(body(self.scenario.robots[name], x[-1], y[-1], t["theta"][k, i]))
+        for a, disc in zip(self._movers, self._parts["obstacles"], strict=True):
+            disc.set_center(tuple(self._places[k, a]))
         self._move_circles(k)
         self._clock.set_text(f"t = {t.t[k]:6.1f} s")
         words = self._acting(k)
@@ -178,8 +192,8 @@ class Film:
             for a, circle in zip(range(radii.shape[1]), circles, strict=False):
                 active = a == avoided
                 circle.set(
-                    radius=radii[k, a], lw=2.0 if active else 0.8, ls="-" if active else "--",
-                    ec=COLOURS[1] if active else "#444444",
+                    center=tuple(self._places[k, a]), radius=radii[k, a], lw=2.0 if active else 0.8,
+                    ls="-" if active else "--", ec=COLOURS[1] if active else "#444444",
                 )  # fmt: skip
 
     def _acting(self, k: int) -> str:

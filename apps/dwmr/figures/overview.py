@@ -13,11 +13,12 @@ from matplotlib.patches import Circle
 
 from dwmr.control.obstacle_avoidance import constant_radius
 from dwmr.core.arrays import FloatArray
-from dwmr.figures.panels import MARKS, bodies, mark
+from dwmr.figures.panels import MARKS, bodies, mark, ways
 from dwmr.figures.style import COLOURS, DASHES, STYLE, TITLES
 from dwmr.results.contacts import meetings
 from dwmr.results.metrics import errors, printed_frame
 from dwmr.scenario.model import Scenario
+from dwmr.scenario.moving import centres, is_moving
 from dwmr.simulation.simulate import Trajectory
 
 #: Multiple of the size of the scene above which a panel has a scale of its own,
@@ -112,7 +113,10 @@ def _scene(trajectories: Sequence[Trajectory], scenario: Scenario) -> FloatArray
     around = [(np.array([o.x - o.radius - widest, o.x + o.radius + widest]),
                np.array([o.y - o.radius - widest, o.y + o.radius + widest])) for o in scenario.obstacles]  # fmt: skip
     paths = [(t["x_r"][:, follows], t["y_r"][:, follows]) for t in trajectories]
-    return _box([*paths, (one["x"][:1], one["y"][:1]), *around])
+    longest = max((t.t for t in trajectories), key=len)
+    moved = centres(scenario, longest[[0, -1]]) if is_moving(scenario) else np.zeros((2, 0, 2))
+    ends = [(moved[:, a, 0], moved[:, a, 1]) for a in range(moved.shape[1])]
+    return _box([*paths, (one["x"][:1], one["y"][:1]), *around, *ends])
 
 
 def _box(places: Sequence[Any]) -> FloatArray:
@@ -158,6 +162,7 @@ def _path_panel(axes: Any, trajectory: Trajectory, scenario: Scenario) -> None:
         axes.add_patch(Circle((obstacle.x, obstacle.y), obstacle.radius, color="#444444"))
         if avoiding:
             axes.add_patch(Circle((obstacle.x, obstacle.y), reach, fill=False, ec="#444444", lw=0.8, ls="--"))
+    ways(axes, trajectory, scenario)
     if scenario.obstacles:  # circles for the legend, which draws patches as boxes
         axes.plot([], [], marker="o", ms=6, color="#444444", ls="", label="obstacle")
     if scenario.obstacles and avoiding:

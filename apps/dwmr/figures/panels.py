@@ -18,6 +18,7 @@ from dwmr.figures.style import COLOURS, DASHES
 from dwmr.results.decimation import kept, thin
 from dwmr.results.derived import loaded, windows
 from dwmr.scenario.model import Scenario
+from dwmr.scenario.moving import centres, is_moving, largest_speed
 from dwmr.simulation.simulate import Trajectory
 
 #: Stretches of time into which a signal is divided: more than a page has columns of ink.
@@ -180,6 +181,7 @@ def paths(axes: Any, trajectory: Trajectory, scenario: Scenario) -> None:
         )
     bodies(axes, trajectory, scenario)
     obstacles(axes, scenario)
+    ways(axes, trajectory, scenario)
 
 
 def bodies(axes: Any, trajectory: Trajectory, scenario: Scenario) -> None:
@@ -191,6 +193,19 @@ def bodies(axes: Any, trajectory: Trajectory, scenario: Scenario) -> None:
                 edge = COLOURS[i % len(COLOURS)]
                 outline = body(scenario.robots[name], x, y, theta)
                 axes.add_patch(Polygon(outline, fc="white", ec=edge, lw=0.9, zorder=4))
+
+
+def ways(axes: Any, trajectory: Trajectory, scenario: Scenario) -> None:
+    """Draw where obstacles move from their starts, and where they are at the end of a run."""
+    if not is_moving(scenario):
+        return
+    every = max(1, len(trajectory.t) // PATH_POINTS)
+    at = centres(scenario, np.append(trajectory.t[::every], trajectory.t[-1]))
+    for a, one in enumerate(scenario.obstacles):
+        if largest_speed(one) > 0.0:
+            axes.plot(at[:, a, 0], at[:, a, 1], color="#444444", lw=0.8, ls=":")
+            axes.add_patch(Circle(tuple(at[-1, a]), one.radius, fill=False, ec="#444444", lw=0.8, ls=":"))
+    axes.plot([], [], color="#444444", lw=0.8, ls=":", label="way of an obstacle")
 
 
 def obstacles(axes: Any, scenario: Scenario) -> None:

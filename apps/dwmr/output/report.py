@@ -39,6 +39,9 @@ _PAPERS = {
     13: " Table 13: AIFQSMC in Gazebo, whose robots have bodies and sensors; here they are what the scenario says.",
 }
 
+#: Moments of one kind at which a barrier was not kept that are printed.
+MOST_BARRIERS = 5
+
 #: Least width of the tables; text for a pipe or a file is not squeezed further.
 _WIDTH = 80
 #: A longer name of a law would squeeze the numbers beside it.
@@ -258,7 +261,7 @@ def warnings(runs: Mapping[str, Any]) -> list[str]:
             stop = run["stopped"]
             where = f", robot {stop['robot']}" if stop["robot"] else ""
             lines.append(f"{controller}: stopped at t = {stop['t']:.3f} s{where}: {stop['reason']}")
-        lines += [f"{controller}: {line}" for line in contacts(run)]
+        lines += [f"{controller}: {line}" for line in (*contacts(run), *barriers(run))]
         shares = {robot: share for robot, share in run["condition_violated"].items() if share > 0}
         if shares:
             shown = ", ".join(f"{robot} {100 * share:.1f} %" for robot, share in shares.items())
@@ -276,3 +279,21 @@ def contacts(run: Mapping[str, Any]) -> list[str]:
         f"{what} at t = {hit['t']:.2f} s; in contact for {hit['lasted']:.2f} s, overlap {hit['depth']:.2f} m at most"
         for what, hit in met
     ]
+
+
+def barriers(run: Mapping[str, Any]) -> list[str]:
+    """Return when the safety filter could not keep a barrier and when the robots missed one, first ones first."""
+    lines = []
+    for kind, words in (
+        ("infeasible", "no command within the limits keeps {0} away from {1}"),
+        ("missed", "{0} comes nearer to {1} than its command allows"),
+    ):
+        found = run.get("safety", {}).get(kind, [])
+        for one in found[:MOST_BARRIERS]:
+            lines.append(
+                f"{words.format(one['robot'], one['with'])} at t = {one['t']:.2f} s, ({one['x']:.2f}, {one['y']:.2f}) "
+                f"m, for {one['lasted']:.2f} s, {one['by']:.2g} m/s at most"
+            )
+        if len(found) > MOST_BARRIERS:
+            lines.append(f"{len(found) - MOST_BARRIERS} more such moments are under safety.{kind} of summary.json")
+    return lines

@@ -11,6 +11,7 @@ import numpy as np
 from dwmr.core.arrays import FloatArray
 from dwmr.plant.bodies import gap_between, gap_to_point, outline_pose
 from dwmr.scenario.model import Scenario
+from dwmr.scenario.moving import centres
 from dwmr.scenario.outlines import outline
 from dwmr.simulation.simulate import Trajectory
 
@@ -38,7 +39,8 @@ def poses(trajectory: Trajectory, scenario: Scenario, robot: str) -> FloatArray:
 def obstacle_gaps(trajectory: Trajectory, scenario: Scenario, robot: str) -> FloatArray:
     """Return the gap between a robot's body and every obstacle, negative in overlap, shape (samples, obstacles) [m]."""
     pose, body = poses(trajectory, scenario, robot), outline(scenario.robots[robot])
-    x, y, radius = np.array([(o.x, o.y, o.radius) for o in scenario.obstacles]).reshape(-1, 3).T[:, :, None]
+    x, y = centres(scenario, trajectory.t).transpose(2, 1, 0)
+    radius = np.array([one.radius for one in scenario.obstacles])[:, None]
     return np.ascontiguousarray((gap_to_point(pose, body, x, y) - radius).T)
 
 

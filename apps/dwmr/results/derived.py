@@ -13,6 +13,7 @@ from dwmr.core.geometry import wrap_array
 from dwmr.results import lyapunov
 from dwmr.results.metrics import distances
 from dwmr.scenario.model import Scenario
+from dwmr.scenario.moving import centres
 from dwmr.simulation.simulate import Trajectory
 
 #: Channels of a control law: linear and angular velocity.
@@ -110,10 +111,10 @@ def avoidance_radii(trajectory: Trajectory, scenario: Scenario, robot: str) -> F
     values = Avoidance(
         settings.margin, settings.largest_radius, settings.kappa, settings.gamma, settings.rho, settings.slowdown
     )
-    gap = distances(trajectory, scenario, robot)
+    gap, at = distances(trajectory, scenario, robot), centres(scenario, trajectory.t)
     radii = np.empty_like(gap)
     for a, one in enumerate(scenario.obstacles):
-        closing = v * np.cos(theta - np.arctan2(one.y - y, one.x - x))
+        closing = v * np.cos(theta - np.arctan2(at[:, a, 1] - y, at[:, a, 0] - x))
         radii[:, a] = [
             avoidance_radius(d, c, one.radius, own.radius, values)
             for d, c in zip(gap[:, a].tolist(), closing.tolist(), strict=True)
@@ -131,9 +132,8 @@ def blending(trajectory: Trajectory, scenario: Scenario, robot: str) -> FloatArr
     """
     i = trajectory.robots.index(robot)
     result = np.zeros((len(trajectory.t), 2))
-    centres = np.array([(o.x, o.y) for o in scenario.obstacles]).reshape(-1, 2)
     active = np.flatnonzero(trajectory["obstacle"][:, i] >= 0)
-    to = centres[trajectory["obstacle"][active, i].astype(int)]
+    to = centres(scenario, trajectory.t)[active, trajectory["obstacle"][active, i].astype(int)]
     to = to - np.stack([trajectory["x"][active, i], trajectory["y"][active, i]], axis=1)
     back = (1.0 - trajectory["avoidance_radius"][active, i] / np.hypot(to[:, 0], to[:, 1]))[:, None] * to
     around = np.stack([-to[:, 1], to[:, 0]], axis=1)  # l_ia turned by α = π/2

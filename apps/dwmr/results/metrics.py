@@ -12,8 +12,9 @@ import numpy as np
 from dwmr.control import laws
 from dwmr.core.arrays import FloatArray
 from dwmr.core.geometry import wrap_array
-from dwmr.results import contacts, lyapunov
+from dwmr.results import contacts, lyapunov, safety
 from dwmr.scenario.model import Scenario
+from dwmr.scenario.moving import centres
 from dwmr.simulation.simulate import Trajectory
 
 #: Duration of the runs behind Table 12 [s] (section 7); errors of a shorter run are no counterpart of it.
@@ -109,6 +110,8 @@ def measure(trajectory: Trajectory, scenario: Scenario, wanted: Collection[str] 
         }
         if wanted is None or {"lyapunov", "drift"} & set(wanted):
             result |= lyapunov.measure(trajectory, scenario)
+    if wanted is None and scenario.safety is not None:
+        result["safety"] = safety.measure(trajectory, scenario, scenario.safety)
     if "g_ais_v" in trajectory.names:
         result["g_ais_min"] = float(min(trajectory["g_ais_v"].min(), trajectory["g_ais_omega"].min()))
     result["steps"] = len(whole.t) - 1
@@ -178,8 +181,8 @@ def distances(trajectory: Trajectory, scenario: Scenario, robot: str) -> FloatAr
         Goto, Bertol, Martins, Eq. (56).
     """
     i = trajectory.robots.index(robot)
-    centres = np.array([(o.x, o.y) for o in scenario.obstacles]).reshape(-1, 2)
-    gap: FloatArray = np.hypot(trajectory["x"][:, i, None] - centres[:, 0], trajectory["y"][:, i, None] - centres[:, 1])
+    at = centres(scenario, trajectory.t)
+    gap: FloatArray = np.hypot(trajectory["x"][:, i, None] - at[:, :, 0], trajectory["y"][:, i, None] - at[:, :, 1])
     return gap
 
 

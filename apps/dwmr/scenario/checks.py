@@ -9,6 +9,7 @@ from pathlib import Path
 
 from dwmr.control import laws as controllers
 from dwmr.control.roles import ROLES
+from dwmr.scenario import safety_checks
 from dwmr.scenario.mistakes import unknown_role
 from dwmr.scenario.model import Scenario
 from dwmr.scenario.remarks import MOST_OF_A_KIND, overlaps
@@ -27,18 +28,25 @@ STABLE_STEP = 2.785
 
 def cross_checks(scenario: Scenario, places: Places) -> Iterable[Diagnostic]:
     """Check what concerns several keys at once; of mistakes of one kind the first ones are given."""
-    for check in (_laws, _roles, _obstacles, _starts, _formation, _disturbed, _length, _steps, rigid_bodies):
+    checks = (
+        _laws, _roles, _obstacles, _starts, _formation, _disturbed, _length, _steps, rigid_bodies,
+        safety_checks.mistakes,
+    )  # fmt: skip
+    for check in checks:
         yield from islice(dict.fromkeys(check(scenario, places)), MOST_OF_A_KIND)
 
 
 def _laws(scenario: Scenario, places: Places) -> Iterable[Diagnostic]:
-    laws, folder = controllers.names(), Path(places.source.name).parent
-    if not controllers.exists(scenario.run.controller, folder):
-        yield _unknown(places, "run.controller", scenario.run.controller, "controller", laws)
+    """Refuse laws that are neither shipped nor beside the scenario, each where it is named first."""
+    known, folder = controllers.names(), Path(places.source.name).parent
+    named = {scenario.run.controller: "run.controller"}
     for name, robot in scenario.robots.items():
         for law in robot.controllers.__pydantic_extra__ or {}:
-            if not controllers.exists(law, folder):
-                yield _unknown(places, f"robots.{name}.controllers.{law}", law, "controller", laws)
+            named.setdefault(law, f"robots.{name}.controllers.{law}")
+    for law, key in named.items():
+        if not controllers.exists(law, folder):
+            beside = f"there is no {law}.fz or {law}.py beside the scenario"
+            yield _unknown(places, key, law, "controller", known, (beside,) if law.isidentifier() else ())
 
 
 def _roles(scenario: Scenario, places: Places) -> Iterable[Diagnostic]:
@@ -169,8 +177,9 @@ def _unstable(scenario: Scenario, places: Places, key: str, lag: float, what: st
     return places.diagnostic("FZ904", where, f"{resolved}: {message}", facts=facts, help=help_text)
 
 
-def _unknown(places: Places, key: str, name: str, kind: str, known: tuple[str, ...]) -> Diagnostic:
+def _unknown(
+    places: Places, key: str, name: str, kind: str, known: tuple[str, ...], facts: tuple[str, ...] = ()
+) -> Diagnostic:
     message = f"{key} names an unknown {kind} {name!r}"
-    return places.diagnostic(
-        "FZ904", key, message, facts=(f"there are {', '.join(known)}",), help=did_you_mean(name, known)
-    )
+    facts = (f"there are {', '.join(known)}", *facts)
+    return places.diagnostic("FZ904", key, message, facts=facts, help=did_you_mean(name, known))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Annotated, Literal
 
 from pydantic import AfterValidator, ConfigDict, Field, Strict, model_validator
@@ -9,10 +10,12 @@ from pydantic import AfterValidator, ConfigDict, Field, Strict, model_validator
 from dwmr.config.quantities import FARTHEST, Section, place, quantity
 from dwmr.control.laws.settings import AifqsmcSettings, FcafsmcSettings, SmcSettings
 from dwmr.control.rule_file_settings import RuleFile
-from dwmr.reference.settings import ReferenceSettings
+from dwmr.reference.settings import Coordinate, ReferenceSettings
 
 #: Elements that a list of a scenario may have.
 LONGEST_LIST = 1000
+#: Largest speed of an obstacle [m/s].
+FASTEST_OBSTACLE = 1e6
 #: From −2π to 2π, with the digits of those who round up [rad].
 FULL_TURN = 6.2832
 
@@ -182,12 +185,56 @@ class Robot(Section):
     controllers: Controllers
 
 
-class Obstacle(Section):
-    """One round obstacle."""
+#: Time, x and y of an obstacle [s, m, m].
+Moment = Annotated[
+    tuple[Annotated[float, Field(gt=0.0, le=1e6)], Coordinate, Coordinate], Strict(False)
+]  # fmt: skip
+Component = Annotated[float, Field(ge=-FASTEST_OBSTACLE, le=FASTEST_OBSTACLE)]
 
-    x: float = place("centre, x")
-    y: float = place("centre, y")
+
+class Obstacle(Section):
+    """One round obstacle, at rest or on a given way."""
+
+    x: float = place("centre at the start, x")
+    y: float = place("centre at the start, y")
     radius: float = quantity("radius r_a", "m", gt=0, le=FARTHEST)
+    velocity: Annotated[tuple[Component, Component], Strict(False)] | None = Field(
+        default=None, description="velocity along x and y, for ever", json_schema_extra={"unit": "m/s"}
+    )
+    path: Annotated[tuple[Moment, ...], Strict(False)] | None = Field(
+        default=None,
+        description="moments [t, x, y] on its way, straight between them; behind the last it rests",
+        json_schema_extra={"unit": "s, m, m"},
+        min_length=1,
+        max_length=2000,
+    )
+
+    @model_validator(mode="after")
+    def _one_way(self) -> Obstacle:
+        if self.velocity is not None and self.path is not None:
+            raise ValueError("give velocity or path, not both")
+        before, x, y = 0.0, self.x, self.y
+        for k, (t, x_t, y_t) in enumerate(self.path or ()):
+            if t <= before:
+                raise ValueError(f"path.{k} is at {t:g} s, not after {before:g} s")
+            speed = math.hypot(x_t - x, y_t - y) / (t - before)
+            if speed > FASTEST_OBSTACLE:
+                raise ValueError(f"path.{k} is reached at {speed:.4g} m/s; at most {FASTEST_OBSTACLE:g} is possible")
+            before, x, y = t, x_t, y_t
+        return self
+
+
+class SafetySettings(Section):
+    """Safety filter of the commands: all robots keep apart and away from obstacles."""
+
+    alpha: float = quantity("rate α at which the barrier h may decline", "1/s", gt=0, le=1e6)
+    lookahead: float = quantity("guarded point ahead of the axle", "m", gt=0, le=FARTHEST)
+    margin: float = quantity("distance kept between guarded discs and obstacles", "m", ge=0, le=FARTHEST)
+    acceleration: float = quantity("rate at which commands may change", "m/s²", gt=0, le=1e6)
+    angular_acceleration: float = quantity("rate at which commands may change", "rad/s²", gt=0, le=1e6)
+    velocity_error: float = quantity(
+        "bound of the difference between a guarded point's velocity and its command", "m/s", ge=0, le=FASTEST_OBSTACLE
+    )
 
 
 class AvoidanceSettings(Section):
@@ -251,6 +298,7 @@ class Scenario(Section):
     formation: FormationSettings = FormationSettings()
     obstacles: Annotated[tuple[Obstacle, ...], Strict(False), Field(max_length=LONGEST_LIST)] = ()
     avoidance: AvoidanceSettings
+    safety: SafetySettings | None = Field(default=None, description="absent: commands are not filtered")
     disturbances: Annotated[tuple[DisturbanceSettings, ...], Strict(False), Field(max_length=LONGEST_LIST)] = ()
     load: LoadSettings
     rules: dict[str, RuleFile]

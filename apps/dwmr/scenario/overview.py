@@ -15,6 +15,7 @@ from dwmr.core.arrays import FloatArray
 from dwmr.reference.prepared import Shape
 from dwmr.scenario.file import ScenarioFile
 from dwmr.scenario.model import Robot, Scenario
+from dwmr.scenario.moving import largest_speed
 
 #: Samples of the path, over the horizon or over one round of a closed path that is shorter.
 SAMPLES = 4001
@@ -48,8 +49,12 @@ def _facts(file: ScenarioFile, rules: Rules, t: FloatArray, path: FloatArray) ->
         "reference": _reference(file, t, path),
         "robots": [_robot(scenario, name, depth) for name, depth in in_order(scenario).items()],
         "formation": scenario.formation.model_dump(),
-        "obstacles": [_obstacle(o.x, o.y, o.radius, file.shape, t, path) for o in scenario.obstacles],
+        "obstacles": [
+            {**_obstacle(o.x, o.y, o.radius, file.shape, t, path), **({"speed": speed} if speed else {})}
+            for o, speed in ((o, largest_speed(o)) for o in scenario.obstacles)
+        ],
         "avoidance": scenario.avoidance.model_dump(),
+        **({"safety": scenario.safety.model_dump()} if scenario.safety else {}),
         "disturbances": [one.model_dump() for one in sorted(scenario.disturbances, key=lambda d: d.start)],
         "load": scenario.load.model_dump(),
         "controllers": _controllers(scenario),

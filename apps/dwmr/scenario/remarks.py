@@ -10,6 +10,7 @@ from itertools import combinations, islice
 import numpy as np
 
 from dwmr.plant.bodies import gap_between, gap_to_point
+from dwmr.scenario import safety_checks
 from dwmr.scenario.model import Scenario, Window
 from dwmr.scenario.outlines import outline, start
 from fuzzyctl.diagnostics.diagnostic import Diagnostic
@@ -21,7 +22,7 @@ MOST_OF_A_KIND = 10
 
 def remarks(scenario: Scenario, places: Places) -> Iterable[Diagnostic]:
     """Warn of what a run does otherwise than its author may think."""
-    for remark in (_rounded, _together, _starts, _margin, _windows, _spared, _fast):
+    for remark in (_rounded, _together, _starts, _margin, _windows, _spared, _fast, safety_checks.remarks):
         found = dict.fromkeys(remark(scenario, places))
         yield from (dataclasses.replace(one, severity="warning") for one in islice(found, MOST_OF_A_KIND))
 

@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 
 from dwmr.control.formation import follower_error, follower_position, trajectory_error
 from dwmr.control.obstacle_avoidance import Avoidance, avoid
+from dwmr.control.safety_filter import Filter, Safety, filter_commands
 from dwmr.core.arrays import FloatArray
 from dwmr.core.geometry import clamp
 from dwmr.core.interfaces import Signal, TrackingError
@@ -76,7 +77,6 @@ class World(NamedTuple):
         robots: Records of dtype `ROBOT`, shape (n,).
         acting: Disturbances, records of dtype `DISTURBANCE`, shape (n, m).
         load: Change of mass and inertia.
-        obstacles: Centre and radius of each, shape (a, 3) [m].
         avoidance: Parameters of the avoidance.
         gains: Constants of the control law, shape (n, g).
         known_slip: 1 where followers know the velocity of their leader over ground, 0 where that of its wheels.
@@ -90,7 +90,6 @@ class World(NamedTuple):
     robots: Any
     acting: Any
     load: Load
-    obstacles: FloatArray
     avoidance: Avoidance
     gains: FloatArray
     known_slip: float
@@ -147,9 +146,11 @@ def run_periods(
     kernels: Any,
     world: World,
     memory: Memory,
+    obstacles: FloatArray,
     noise: FloatArray,
     record: FloatArray,
     law_record: FloatArray,
+    guard: tuple[Safety, Filter] | None,
 ) -> tuple[int, int, int]:
     """Run the control periods from `first` up to but not including `last`.
 
@@ -160,22 +161,27 @@ def run_periods(
         kernels: Gain kernels of the law, one tuple per robot.
         world: Constants.
         memory: Read and written.
+        obstacles: Centres and radii of the obstacles at these periods and the one after, shape (last - first + 1, a, 3)
+            [m]; shape (1, a, 3) where none moves.
         noise: Added to what the robots measure of x, y, theta, v, omega, shape (last - first, n, 5) [m, m, rad, m/s,
             rad/s]; shape (0, n, 5) where all measure exactly.
         record: Written, shape (periods, n, len(SIGNALS)).
         law_record: Written, shape (periods, n, signals of the law).
+        guard: Safety filter and its memory, None for none; numba compiles the loop once for each.
 
     Returns:
         Number of the period reached, robot and fault: 0 for none, a key of the law's FAULTS, `NOT_FINITE` or
             `TOO_LARGE`.
     """
+    moving = 1 if obstacles.shape[0] > 1 else 0
     for k in range(first, last):
         t = k * world.dt
+        now, after = obstacles[moving * (k - first)], obstacles[moving * (k - first + 1)]
         if not world.measures_exactly:
             measure(noise[k - first], memory.plant, world.robots, world.dt, memory.wheels, memory.odometry, memory.seen)
         if not world.other_plant:
             _slip(t, world, memory)
-        robot, fault = decide(k, path, step, kernels, world, memory, record, law_record)
+        robot, fault = decide(k, path, step, kernels, world, memory, now, after, record, law_record, guard)
         if fault != 0:
             return k, robot, fault
         if not world.other_plant:
@@ -191,13 +197,17 @@ def decide(
     kernels: Any,
     world: World,
     memory: Memory,
+    now: FloatArray,
+    after: FloatArray,
     record: FloatArray,
     law_record: FloatArray,
+    guard: tuple[Safety, Filter] | None,
 ) -> tuple[int, int]:
     """Compute the torques of all robots from what they measure at the begin of a period, before any of them moves.
 
     Args:
         period: Number of the control period.
+        now, after: Centres and radii of the obstacles at its begin and its end, shape (a, 3) [m].
 
     Other arguments as for `run_periods`.
 
@@ -208,25 +218,43 @@ def decide(
     faulty, first_fault = -1, 0
     for i in range(n):
         state = _state(memory.plant, i)
-        target = _aim(t, i, path, world, memory)
+        target = _aim(t, i, path, now, world, memory)
         seen = error = _error(i, target, memory.plant, world, memory)
         if not world.measures_exactly:
             seen = _error(i, target, memory.seen, world, memory)
         v_c, omega_c, fault = step(
             seen, world.dt, world.gains[i], memory.law[i], kernels[i], memory.next_law[i], law_record[period, i]
         )
-        _inner_loop(i, v_c, omega_c, world, memory)
+        if guard is None:
+            _inner_loop(i, v_c, omega_c, world, memory)
+        else:
+            guard[1].commands[i, 0], guard[1].commands[i, 1] = v_c, omega_c
         _record(record[period, i], state, target, error, v_c, omega_c, memory, i)
         memory.theta_star[i] += world.dt * seen.drift_theta
         fault = _fault(fault, state, v_c, omega_c)
         if fault != 0 and first_fault == 0:
             faulty, first_fault = i, fault
+    if guard is not None:
+        _keep_safe(period, now, after, guard, world, memory, record[period])
     if first_fault != 0:  # only now, so that the last row is whole
         return faulty, first_fault
     for i in range(n):
         for k in range(memory.law.shape[1]):  # a quarter of the compiling time of an assignment of slices
             memory.law[i, k] = memory.next_law[i, k]
     return -1, 0
+
+
+@compiled
+def _keep_safe(
+    k: int, now: FloatArray, after: FloatArray, guard: tuple[Safety, Filter], world: World, memory: Memory,
+    record: FloatArray,
+) -> None:  # fmt: skip
+    """Filter the commands of all robots together, then turn them into torques, which are written into the record."""
+    safety, its_memory = guard
+    filter_commands(k, memory.seen, now, after, world.dt, world.robots, safety, its_memory)
+    for i in range(world.robots.shape[0]):
+        _inner_loop(i, its_memory.commands[i, 0], its_memory.commands[i, 1], world, memory)
+        record[i, 14], record[i, 15] = memory.torques[i, 0], memory.torques[i, 1]
 
 
 @compiled
@@ -265,7 +293,7 @@ def _is_too_large(s: State, v_c: float, omega_c: float) -> bool:
 
 
 @compiled
-def _aim(t: float, i: int, path: Any, world: World, memory: Memory) -> Target:
+def _aim(t: float, i: int, path: Any, obstacles: FloatArray, world: World, memory: Memory) -> Target:
     """Return the target of one robot; a robot on the reference avoids obstacles by what it sees of itself.
 
     Source:
@@ -284,7 +312,7 @@ def _aim(t: float, i: int, path: Any, world: World, memory: Memory) -> Target:
     if robot.avoids != 0:
         s = _state(memory.seen, i)
         obstacle, direction, reach = avoid(
-            s.x, s.y, s.theta, s.v, robot.radius, world.obstacles, memory.sides[i], world.avoidance
+            s.x, s.y, s.theta, s.v, robot.radius, obstacles, memory.sides[i], world.avoidance
         )
         if obstacle >= 0:
             theta_r, v_r = direction, world.avoidance.slowdown * v_r

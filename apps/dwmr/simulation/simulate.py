@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from dwmr.control import laws as controllers
+from dwmr.control import safety_filter
 from dwmr.control.fuzzy_gains import Rules
 from dwmr.control.laws.python_law import reported
 from dwmr.control.laws.settings import LawSettings
@@ -23,7 +24,9 @@ from dwmr.plant.robot import ROBOT
 from dwmr.reference import compiled
 from dwmr.reference.prepared import Shape
 from dwmr.scenario.file import ScenarioFile
+from dwmr.scenario.guard import safety_of
 from dwmr.scenario.model import Robot, Scenario
+from dwmr.scenario.moving import centres, is_moving
 from dwmr.simulation import noise
 from dwmr.simulation.loop import COLUMNS, LARGEST, NOT_FINITE, SIGNALS, TOO_LARGE, Memory, World, run_periods
 from dwmr.simulation.mujoco_plant import MujocoPlant
@@ -57,7 +60,8 @@ class Trajectory:
         robots: Names in the order of the arrays' second axis.
         t: Times, shape (samples,) [s].
         values: Signals of `loop.SIGNALS`, shape (samples, robots, signals).
-        law_values: Signals of the control law, shape (samples, robots, signals).
+        law_values: Signals of the control law and, where it is on, of the safety filter, shape (samples, robots,
+            signals).
         law_signals: Names and units of those.
         wall_s: Computing time of the loop [s].
         stop: Why the run ended early, or None.
@@ -93,6 +97,12 @@ class Simulation:
     shape: Shape
     module: Any
     laws: dict[str, Law]
+
+    @property
+    def law_signals(self) -> tuple[Signal, ...]:
+        """Signals of the control law and, where it is on, of the safety filter."""
+        own: tuple[Signal, ...] = tuple(self.module.SIGNALS)
+        return own if self.scenario.safety is None else (*own, *safety_filter.SIGNALS)
 
 
 def prepare(file: ScenarioFile, controller: str, rules: Rules) -> Simulation:
@@ -130,7 +140,7 @@ def require_memory(simulations: Sequence[Simulation], places: Places) -> None:
         DiagnosticError: When they do not.
     """
     needed = sum(
-        8 * (s.scenario.run.steps + 1) * len(s.laws) * (len(SIGNALS) + len(s.module.SIGNALS)) for s in simulations
+        8 * (s.scenario.run.steps + 1) * len(s.laws) * (len(SIGNALS) + len(s.law_signals)) for s in simulations
     )
     if needed <= MOST_MEMORY:
         return
@@ -162,6 +172,10 @@ def run(simulation: Simulation, report: Callable[[int], None] | None = None) -> 
     samples = scenario.run.steps + 1
     record = np.zeros((samples, len(names), len(SIGNALS)))
     law_record = np.zeros((samples, len(names), len(module.SIGNALS)))
+    guard = None
+    if scenario.safety is not None:
+        room = safety_filter.working_memory(len(names), len(scenario.obstacles), samples)
+        guard = (safety_of(scenario, scenario.safety), room)
     path, step = first_class(compiled.PATHS[simulation.shape.path]), first_class(module.step)
     draw = noise.source(scenario)
     kernels = tuple(tuple(first_class(k) for k in law.kernels) for law in laws)
@@ -171,9 +185,15 @@ def run(simulation: Simulation, report: Callable[[int], None] | None = None) -> 
     chunk = PERIODS_AT_A_TIME if COMPILED and plant is None else 1
 
     def decided(first: int, last: int) -> tuple[int, int, int]:
-        with reported(simulation.name, Path(str(module.__file__)), "run", only_own=last > 0):
-            done = run_periods(first, last, path, step, kernels, world, memory, draw(last - first), record, law_record)
-            if raised:
+        file = Path(str(module.__file__))
+        with reported(simulation.name, file, "run", only_own=last > 0):
+            obstacles = _obstacles(scenario, first, last)
+            done = run_periods(
+                first, last, path, step, kernels, world, memory, obstacles, draw(last - first),
+                record, law_record, guard,
+            )  # fmt: skip
+        if raised:  # by the law's step: errors of compiled code name no line
+            with reported(simulation.name, file, "run"):
                 raise raised[0]
         return done
 
@@ -213,7 +233,18 @@ def run(simulation: Simulation, report: Callable[[int], None] | None = None) -> 
         stop = Stop(float(t[-1]), names[robot], _reason(fault, record[reached, robot], module))
     elif interrupted:
         stop = Stop(float(t[-1]), "", "interrupted")
-    return Trajectory(simulation.name, names, t, record[:kept], law_record[:kept], module.SIGNALS, wall_s, stop)
+    if guard is not None:
+        law_record = np.concatenate([law_record, guard[1].record], axis=2)
+    signals = simulation.law_signals
+    return Trajectory(simulation.name, names, t, record[:kept], law_record[:kept], signals, wall_s, stop)
+
+
+def _obstacles(scenario: Scenario, first: int, last: int) -> FloatArray:
+    """Return the obstacles at some periods and the one after them, once where none moves, as the loop takes them."""
+    count = last - first + 1 if is_moving(scenario) else 1
+    radii = np.broadcast_to([one.radius for one in scenario.obstacles], (count, len(scenario.obstacles)))
+    places = centres(scenario, scenario.run.dt * np.arange(first, first + count))
+    return np.ascontiguousarray(np.concatenate([places, radii[:, :, None]], axis=2))
 
 
 def _other_plant(scenario: Scenario) -> Plant | None:
@@ -253,7 +284,6 @@ def _world(simulation: Simulation, laws: list[Law]) -> World:
         robots.view(np.recarray),
         _acting(scenario).view(np.recarray),
         Load(scenario.load.start, scenario.load.stop, scenario.load.mass_factor, scenario.load.inertia_factor),
-        np.array([(o.x, o.y, o.radius) for o in scenario.obstacles]).reshape(-1, 3),
         Avoidance(
             settings.margin, settings.largest_radius, settings.kappa, settings.gamma, settings.rho, settings.slowdown
         ),

@@ -32,8 +32,9 @@ const KINDS = { keyword: "keyword", term: "enum", param: "constant", function: "
  * @param parent Its element.
  * @param ask Asks fuzzyctl about the text: a method and what it takes; a promise of the answer, null for none.
  * @param changed Hears of each new text.
+ * @param change Offers what can be changed at the cursor.
  */
-export function editor(parent, ask, changed) {
+export function editor(parent, ask, changed, change) {
   const complete = async (context) => {
     const found = await ask("complete", { offset: context.pos });
     if (!found?.items?.length || (!context.explicit && found.from === found.to)) return null;
@@ -68,7 +69,7 @@ export function editor(parent, ask, changed) {
         autocompletion({ override: [complete] }),
         hover,
         // Tab leaves the text, so that the keyboard reaches the rest of the page.
-        keymap.of([{ key: "Mod-Enter", run: acceptCompletion }, ...completionKeymap, ...lintKeymap, ...searchKeymap, ...historyKeymap, ...defaultKeymap]),
+        keymap.of([{ key: "Mod-Enter", run: acceptCompletion }, { key: "Mod-.", run: () => (change(), true) }, ...completionKeymap, ...lintKeymap, ...searchKeymap, ...historyKeymap, ...defaultKeymap]),
         EditorView.contentAttributes.of({ "aria-label": "Rule file", spellcheck: "false" }),
         EditorView.updateListener.of((update) => update.docChanged && changed()),
       ],

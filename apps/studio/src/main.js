@@ -2,12 +2,21 @@
 import { editor, mark } from "./editor.js";
 import { Engine } from "./engine.js";
 import { link, linked } from "./link.js";
+import { Picture } from "./picture.js";
 
 const at = (id) => document.getElementById(id);
 const status = (text) => (at("status").textContent = text);
 let name = "untitled.fz";
 /** Texts that the text may use, by name. */
 let files = {};
+/** Milliseconds until a picture that is not complete is said to be an older one. */
+const PATIENCE = 500;
+/** Milliseconds that the text stays the same before its loops are run. */
+const PAUSE = 300;
+/** Whether the picture is still that of the file before. */
+let fresh = true;
+/** The runs that are shown. */
+let runs = [];
 /** Counts texts, so that no answer is shown that is about an older one. */
 let version = 0;
 
@@ -23,10 +32,11 @@ const engine = new Engine((state, detail) => {
     stale("The picture is not that of the text, which takes too long.");
   }
 });
+const shown = new Picture(at("frames"), (nonce) => ask("frame", { nonce }));
 const view = editor(at("editor"), (method, more) => ask(method, more), () => {
   version += 1;
   check();
-});
+}, () => changes());
 
 function ask(method, more = {}) {
   return engine.ask({ method, file: `/files/${name}`, text: view.state.doc.toString().toWellFormed(), ...more });
@@ -34,12 +44,14 @@ function ask(method, more = {}) {
 
 async function check() {
   const own = version;
-  const found = await ask("check");
+  const checked = ask("check");
+  const drawn = ask("picture"); // which the worker begins while the mistakes are shown here
+  const found = await checked;
   if (!found || own !== version) return;
   if (found.refused) return status(found.refused);
   show(found.diagnostics);
   if (found.diagnostics.some((d) => d.severity === "error")) stale("The text has errors: this is the picture before them.");
-  else await picture(own);
+  else await picture(own, await drawn);
   // What a test waits for.
   if (own === version) document.body.dataset.shown = String(own);
 }
@@ -97,36 +109,45 @@ function repairs() {
 // -- the picture
 
 function stale(why) {
-  const has = at("frames").querySelector("iframe") !== null;
-  at("frames").classList.toggle("stale", has && why !== "");
-  at("stale").textContent = has || why === "" ? why : "There is no picture yet.";
+  at("frames").classList.toggle("stale", shown.has && why !== "");
+  at("stale").textContent = shown.has || why === "" ? why : `There is no picture yet. ${why}`;
 }
 
-async function picture(own) {
-  const found = await ask("page");
+async function picture(own, found) {
   if (!found || own !== version) return;
   if (found.refused) return stale(`This is not the picture of the text: ${found.refused}`);
-  const frame = document.createElement("iframe");
-  frame.title = `Systems and controllers of ${name}`;
-  frame.sandbox = "allow-scripts";
-  frame.className = "waiting";
-  frame.srcdoc = found.html;
-  const loaded = new Promise((resolve) => (frame.onload = resolve));
-  at("frames").append(frame);
-  await loaded;
-  if (own !== version) return frame.remove();
-  const before = at("frames").querySelectorAll("iframe:not(.waiting)");
-  frame.className = "";
-  for (let k = 0; k < 2; k += 1) await new Promise(requestAnimationFrame); // the one before stays until this one is painted
-  for (const other of before) other.remove(); // and not one that waits for a newer text
-  if (own === version) stale("");
+  const slow = setTimeout(() => stale("The picture of the text is being computed; this is the one before."), PATIENCE);
+  const before = runs.filter((r) => found.loops.includes(r.name)).map((r) => ({ ...r, note: "This run is that of the text before." }));
+  const failed = await shown.show({ ...together(found, before), fresh });
+  clearTimeout(slow);
+  if (failed === "" && own === version) fresh = false;
+  if (own !== version || failed === null) return;
+  stale(failed);
+  if (found.loops.length > 0) setTimeout(() => own === version && run(own, found), PAUSE);
 }
+
+/** Runs the loops of the text, once it has stayed the same for a moment, and shows them below its systems. */
+async function run(own, found) {
+  const done = await ask("runs");
+  if (!done || own !== version) return;
+  if (done.refused) return stale(`The loops are not run: ${done.refused}`);
+  runs = done.sections;
+  const failed = await shown.show(together(found, runs));
+  if (own === version && failed !== null) {
+    stale(failed);
+    document.body.dataset.ran = String(own); // what a test waits for
+  }
+}
+
+const together = ({ facts, script }, sections) => ({ facts: { ...facts, sections: [...facts.sections, ...sections] }, script });
 
 // -- texts in and out
 
 function open(title, text, others = {}) {
   name = title.replace(/[/\\\0]/g, "_").slice(-100) || "untitled.fz";
   files = others;
+  runs = [];
+  fresh = true;
   engine.place(files);
   at("name").textContent = name;
   document.title = `${name} - fuzzyctl studio`;
@@ -159,12 +180,22 @@ function save(file, text) {
 
 async function saveAs(format) {
   if (format === "fz") return save(name, view.state.doc.toString());
+  if (format === "svg" || format === "png") return savePictures(format);
   const found = await (format === "page" ? ask("page") : ask("export", { target: format }));
   if (!found || found.refused) return status(`nothing is saved: ${found?.refused ?? "fuzzyctl was stopped"}`);
   const written = found.files ?? { [`${name.replace(/\.fz$/, "")}.html`]: found.html };
   for (const [file, text] of Object.entries(written)) save(file, text);
   const left = found.left_out?.length ? `; left out: ${found.left_out.join("; ")}` : "";
   status(`saved ${Object.keys(written).join(", ")}${left}`);
+}
+
+/** Saves the surfaces as they stand on the page: their axes, their turn, the point. */
+async function savePictures(format) {
+  if (at("frames").classList.contains("stale")) return status("nothing is saved: the picture is not that of the text");
+  const found = await shown.files(format);
+  if (found.length === 0) return status("nothing is saved: there is no surface");
+  for (const { file, content } of found) save(file, content);
+  status(`saved ${found.map((f) => f.file).join(", ")}`);
 }
 
 at("open").onchange = async (event) => {
@@ -183,8 +214,35 @@ at("format").onclick = async () => {
   if (found.refused) return status(found.refused);
   if (found.text !== view.state.doc.toString()) view.dispatch({ changes: { from: 0, to: view.state.doc.length, insert: found.text } });
 };
+at("change").onclick = changes;
+at("close").onclick = () => at("changes").close();
+
+/** Offers what can be changed at the cursor: repairs, and what fuzzyctl can write. */
+async function changes() {
+  const own = version;
+  const found = await ask("actions", { offset: view.state.selection.main.head });
+  if (!found || own !== version) return;
+  if (found.refused) return status(found.refused);
+  if (found.actions.length === 0) return status("nothing is offered at the cursor: it stands on no mistake with a repair, no table and no variable");
+  const repair = repairs();
+  at("offered").replaceChildren(...found.actions.map(({ title, edits }) => {
+    const item = document.createElement("li");
+    item.append(button(title, () => {
+      at("changes").close();
+      repair(edits);
+    }));
+    return item;
+  }));
+  at("changes").showModal();
+}
+
 at("share").onclick = async () => {
-  const url = await link(name, view.state.doc.toString().toWellFormed());
+  let url;
+  try {
+    url = await link(name, view.state.doc.toString().toWellFormed(), files);
+  } catch (error) {
+    return status(`there is no link: ${error.message}`);
+  }
   history.replaceState(null, "", url);
   const copied = await navigator.clipboard.writeText(url).then(() => true, () => false);
   status(copied ? `the link is copied, ${url.length} characters` : "the link stands in the address bar");
@@ -222,7 +280,7 @@ async function start() {
 async function follow() {
   try {
     const found = await linked(location.hash);
-    if (found) open(found.name, found.text);
+    if (found) open(found.name, found.text, found.files);
   } catch (error) {
     status(`the link holds no text that can be read: ${error.message}`);
   }
@@ -230,4 +288,4 @@ async function follow() {
 addEventListener("hashchange", follow);
 await start();
 // For tests.
-globalThis.studio = { view, engine };
+globalThis.studio = { view, engine, picture: shown };

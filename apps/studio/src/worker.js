@@ -28,12 +28,25 @@ gc.freeze()
   return { pyodide, answer: pyodide.globals.get("answer") };
 }
 
+/** Takes everything out of a folder. */
+function empty(system, folder) {
+  for (const name of system.readdir(folder).filter((n) => n !== "." && n !== "..")) {
+    const path = `${folder}/${name}`;
+    if (system.isDir(system.stat(path).mode)) {
+      empty(system, path);
+      system.rmdir(path);
+    } else system.unlink(path);
+  }
+}
+
 /** Makes the folder of the text hold these files, and no others. */
 function place(pyodide, files) {
-  for (const name of pyodide.FS.readdir(FOLDER)) {
-    if (name !== "." && name !== "..") pyodide.FS.unlink(`${FOLDER}/${name}`);
+  empty(pyodide.FS, FOLDER);
+  for (const [name, text] of Object.entries(files)) {
+    const path = `${FOLDER}/${name}`;
+    pyodide.FS.mkdirTree(path.slice(0, path.lastIndexOf("/")));
+    pyodide.FS.writeFile(path, text);
   }
-  for (const [name, text] of Object.entries(files)) pyodide.FS.writeFile(`${FOLDER}/${name}`, text);
   pyodide.runPython("from fuzzyctl.studio.answers import document; document.cache_clear()");
 }
 

@@ -24,6 +24,7 @@ for folder in . test; do
   timeout -k 5 90 npm --prefix "$folder" ci --ignore-scripts > "$scratch/log" 2>&1 || skip "its packages cannot be installed"
 done
 node build.mjs
+node test/bits.mjs
 status=0
 timeout -k 5 "$limit" node test/run.mjs || status=$?
 case $status in

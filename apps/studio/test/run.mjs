@@ -26,6 +26,18 @@ found = [check_source(SourceText("/files/tipper.fz", text), folder=Path("."))[1]
 print(json.dumps([[[d.code, d.span.line if d.span else 0, d.message] for d in own] for own in found]))
 `;
 
+/** Nine inputs; one output without a rule at most points, and one that is infinite at the middle. */
+const NINE = `system nine
+allow FZ208
+defuzzifier center_average
+${Array.from({ length: 9 }, (_, k) => `input x${k} in [0, 1]\n  lo = trapezoid(-inf, 0, 0.2, 0.4)\n  hi = trapezoid(0.6, 0.8, 1, inf)`).join("\n")}
+output u in [-1, 1] else nan
+  p = constant(-1)
+  q = constant(1)
+output v in [-1e9, 1e9] = 1 / (x0 - 0.5)
+if x0 is lo and x1 is lo and x2 is not hi then u is p
+if x0 is hi and x1 is hi and x2 is not hi then u is q
+`;
 const tipper = readFileSync(join(ROOT, "rules", "tipper.fz"), "utf8");
 const profile = mkdtempSync(join(tmpdir(), "fuzzyctl-studio-"));
 const server = spawn(PYTHON, ["-m", "fuzzyctl", "studio", "--no-browser", join(ROOT, "rules", "smc.fz")], { cwd: ROOT });
@@ -41,13 +53,14 @@ function check(name, value, limit) {
 const shown = (page) => page.evaluate(() => document.body.dataset.shown);
 const mistakes = (page) => page.locator("#mistakes li button:first-child").allTextContents();
 
-/** Puts a text in, and returns the milliseconds until all of it is shown. */
+/** Puts a text in, and returns the milliseconds until all of it is painted. */
 function put(page, text) {
   return page.evaluate(async (insert) => {
     const before = Number(document.body.dataset.shown);
     const start = performance.now();
     studio.view.dispatch({ changes: { from: 0, to: studio.view.state.doc.length, insert } });
     while (!(Number(document.body.dataset.shown) > before)) await new Promise((resolve) => setTimeout(resolve, 1));
+    for (let k = 0; k < 2; k += 1) await new Promise(requestAnimationFrame); // what was drawn is painted
     return performance.now() - start;
   }, text);
 }
@@ -85,6 +98,11 @@ function edited() {
     texts.push(text);
   }
   return texts;
+}
+
+/** Keeps a file that was saved, among the pictures. */
+async function keep(download) {
+  if (process.env.PICTURES) await download.saveAs(join(process.env.PICTURES, download.suggestedFilename()));
 }
 
 async function picture(page, name) {
@@ -140,12 +158,57 @@ async function drive(address) {
   await page.locator("#mistakes button.fix").first().click();
   await until(page, () => document.getElementById("count").textContent === "No mistakes");
 
-  // Names that inject.
-  await put(page, tipper.replace(/^system tipper.*$/m, 'system tipper "</script><img src=x onerror=alert(1)>"'));
-  assert.deepEqual(await mistakes(page), []);
+  // Names that inject, and control characters.
   page.on("dialog", () => assert.fail("a name was executed"));
+  const frame = () => page.frames().find((f) => f !== page.mainFrame());
+  await put(page, tipper.replace(/^system tipper.*$/m, 'system tipper "</script><img src=x onerror=alert(1)> \u202e"'));
+  assert.deepEqual(await mistakes(page), []);
+  assert.match(await frame().locator("h1").textContent(), /^<\/script><img src=x onerror=alert\(1\)> [^\u202e]+$/);
+  assert.equal(await frame().locator("img").count(), 0);
   await put(page, `system a\n${"<img src=x onerror=alert(1)>"}\n`);
   assert.equal(await page.locator("#mistakes img").count(), 0);
+
+  // What is set in the picture stays set, and a text with errors leaves it as it is.
+  await put(page, tipper);
+  await frame().locator("input[type=number]").first().fill("2");
+  await put(page, tipper.replace("5, 10)", "5, 9)"));
+  assert.equal(await frame().locator("input[type=number]").first().inputValue(), "2");
+  const tip = await frame().locator(".outputs output").first().textContent();
+  await put(page, tipper.replace("5, 10)", "5, 9"));
+  assert.match(await page.locator("#stale").textContent(), /has errors/);
+  assert.equal(await frame().locator(".outputs output").first().textContent(), tip);
+
+  // Nine inputs, an output that has no value in places, one without any value at the point.
+  await put(page, NINE);
+  assert.deepEqual((await mistakes(page)).filter((m) => m.includes("error")), []);
+  assert.equal(await frame().locator("input[type=range][aria-label]").count(), 9);
+  assert.match(await frame().locator(".outputs").textContent(), /no value \(NaN\)/);
+  assert.match(await frame().locator("main").textContent(), /points without a finite value are left out|No point of the picture has a value/);
+  await picture(page, "nine");
+
+  // Loops: runs below the systems; what is not run says why.
+  const gallery = JSON.parse(await (await fetch(`${address.split("#")[0]}examples.json`)).text());
+  for (const [name, text] of [["cart_pole.fz", /overshoot|Signals over the time/], ["water_tank.fz", /another generator/]]) {
+    const { text: own } = gallery.find((e) => e.name === name);
+    await put(page, own);
+    await until(page, () => document.body.dataset.ran === document.body.dataset.shown);
+    assert.deepEqual(await mistakes(page), [], name);
+    assert.match(await frame().locator("main").textContent(), text);
+    await frame().locator("article").last().evaluate((article) => article.scrollIntoView());
+    await picture(page, name);
+  }
+
+  // Changes at the cursor: a repair, and what fuzzyctl writes.
+  await put(page, tipper.replace("then tip is cheap", "then tip is chaep"));
+  await page.evaluate(() => studio.view.dispatch({ selection: { anchor: studio.view.state.doc.toString().indexOf("chaep") } }));
+  await page.locator("#change").click();
+  await page.locator("#offered button").first().click();
+  await until(page, () => studio.view.state.doc.toString().includes("tip is cheap"));
+  await page.evaluate(() => studio.view.dispatch({ selection: { anchor: studio.view.state.doc.toString().indexOf("output tip") } }));
+  await page.locator("#change").click();
+  await page.locator("#offered button", { hasText: "add 'else midpoint'" }).waitFor();
+  await picture(page, "changes");
+  await page.locator("#close").click();
 
   // Completion, hover and layout.
   await put(page, tipper);
@@ -161,11 +224,32 @@ async function drive(address) {
   await until(copy, () => globalThis.studio?.view.state.doc.toString().includes("𝑥"));
   await copy.close();
 
+  // So it does the files that it uses.
+  const law = gallery.find((e) => e.name === "fcafsmc_law.fz");
+  assert.ok(Object.keys(law.files).length > 0);
+  await page.locator("#examples").selectOption({ label: law.name });
+  await until(page, () => document.getElementById("name").textContent === "fcafsmc_law.fz" && document.getElementById("count").textContent === "No mistakes");
+  await page.locator("#share").click();
+  await until(page, () => location.hash.includes("files="));
+  const second = await browser.newPage();
+  await second.goto(page.url());
+  await until(second, () => document.body.dataset.shown !== undefined && document.getElementById("count").textContent === "No mistakes");
+  assert.equal(await second.locator("#name").textContent(), law.name);
+  await second.close();
+  // A text that is too long for a link says so; files elsewhere are none.
+  await put(page, tipper + Array.from({ length: 300 }, () => `# ${Array.from({ length: 800 }, () => Math.floor(10 * Math.random())).join("")}\n`).join(""));
+  await page.locator("#share").click();
+  await until(page, () => /there is no link: .* more than 100000/.test(document.getElementById("status").textContent));
+  await page.evaluate(() => (location.hash = "#name=a.fz&text=AwA&files=q1bS09Ov0CuoVLJSSlSqBQA"));
+  await until(page, () => /holds no text that can be read/.test(document.getElementById("status").textContent));
+  await put(page, tipper);
+
   // Files.
-  for (const [format, count] of [["fz", 1], ["page", 1], ["c", 2], ["javascript", 1], ["python", 1], ["st", 1]]) {
+  for (const [format, count] of [["fz", 1], ["page", 1], ["c", 2], ["javascript", 1], ["python", 1], ["st", 1], ["svg", 2], ["png", 2]]) {
     const saved = [];
-    const listen = (download) => saved.push(download.suggestedFilename());
+    const listen = (download) => saved.push(download.suggestedFilename()) && keep(download);
     page.on("download", listen);
+    await page.locator("#count").click(); // Chromium takes a tenth file only after a click
     await page.locator("#save").selectOption(format);
     for (let k = 0; saved.length < count && k < 400; k += 1) await page.waitForTimeout(50);
     page.off("download", listen);
@@ -209,6 +293,14 @@ async function drive(address) {
     for (const v of violations) console.log(v.id, v.help, v.nodes.map((n) => n.html.slice(0, 200)));
     check(`violations of axe-core, ${colorScheme}`, violations.length, 0);
   }
+  await put(page, tipper);
+  await page.evaluate(() => studio.view.dispatch({ selection: { anchor: studio.view.state.doc.toString().indexOf("output tip") } }));
+  await page.locator("#change").click();
+  await page.locator("#offered button").first().waitFor();
+  const { violations } = await page.evaluate(() => axe.run(document, { iframes: false }));
+  for (const v of violations) console.log(v.id, v.help, v.nodes.map((n) => n.html.slice(0, 200)));
+  check("violations of axe-core, changes at the cursor", violations.length, 0);
+  await page.keyboard.press("Escape");
   // Keyboard: Tab leaves the text.
   await page.locator(".cm-content").focus();
   await page.keyboard.press("Tab");

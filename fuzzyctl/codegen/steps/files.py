@@ -3,19 +3,12 @@
 from __future__ import annotations
 
 from fuzzyctl.codegen.files import Generated
-from fuzzyctl.codegen.steps import (
-    c_fixed_source,
-    c_selftest,
-    c_source,
-    javascript_selftest,
-    javascript_source,
-    python_source,
-    st_source,
-)
+from fuzzyctl.codegen.steps import c_fixed_source, c_selftest, javascript_selftest
 from fuzzyctl.codegen.steps.c_layout import StepLayout
 from fuzzyctl.codegen.steps.fixed_step import FixedStep
 from fuzzyctl.codegen.steps.javascript_source import StepJavaScriptLayout
 from fuzzyctl.codegen.steps.sequence import sequence
+from fuzzyctl.codegen.steps.sources import step_sources
 from fuzzyctl.codegen.steps.unit import StepUnit
 
 
@@ -24,7 +17,7 @@ def generate_step(unit: StepUnit, target: str, fixed: FixedStep | None = None) -
 
     Args:
         unit: What to write.
-        target: One of `files.TARGETS`.
+        target: One of `sources.TARGETS`.
         fixed: Fixed-point arithmetic for C, None for floating point.
 
     Raises:
@@ -32,15 +25,10 @@ def generate_step(unit: StepUnit, target: str, fixed: FixedStep | None = None) -
     """
     if fixed is not None:
         return Generated(c_fixed_source.files(fixed), dict(zip(unit.outputs, fixed.errors, strict=True)))
-    if target == "python":
-        return Generated({f"{python_source.module_name(unit)}.py": python_source.module(unit)}, {})
-    if target == "st":
-        return Generated({f"{st_source.block_name(unit)}.st": st_source.function_block(unit)}, {})
+    files = step_sources(unit, target)
     if target == "javascript":
-        name = StepJavaScriptLayout(unit).name
-        test = javascript_selftest.selftest(unit, sequence(unit))
-        return Generated({f"{name}.mjs": javascript_source.module(unit), f"{name}.test.mjs": test}, {})
-    name = StepLayout(unit).name
-    files = {f"{name}.h": c_source.header(unit), f"{name}.c": c_source.source(unit)}
-    files[f"{name}_selftest.c"] = c_selftest.selftest(unit, sequence(unit))
+        name = f"{StepJavaScriptLayout(unit).name}.test.mjs"
+        files[name] = javascript_selftest.selftest(unit, sequence(unit))
+    if target == "c":
+        files[f"{StepLayout(unit).name}_selftest.c"] = c_selftest.selftest(unit, sequence(unit))
     return Generated(files, {})

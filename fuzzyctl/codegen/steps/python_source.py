@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from fuzzyctl.codegen.names import PYTHON_FUNCTION_RESERVED, PYTHON_RESERVED, Names
-from fuzzyctl.codegen.python_source import helpers, refusal
+from fuzzyctl.codegen.python_source import helpers, refusal, require_no_integral
 from fuzzyctl.codegen.simplify import functions, renamed
 from fuzzyctl.codegen.steps.c_layout import member_name
 from fuzzyctl.codegen.steps.unit import StepUnit, described_step
@@ -28,6 +28,7 @@ def module(unit: StepUnit) -> str:
     where there is no period: the outputs, a number or a tuple, and the next state. Where no rule fires for an output
     that says `else error`, `step` raises ArithmeticError.
     """
+    require_no_integral(unit.program)
     names = Names([*PYTHON_RESERVED, *_OWN])
     inputs = [names.claim(i) for i in unit.equations.inputs]
     lines = [f"# {line}".rstrip() for line in described_step(unit)]

@@ -68,6 +68,8 @@ class Dialect:
     nested: bool = False
     integral: Callable[[Quadrature, str, str], str] = lambda s, given, marks: (
         f"{s.kind}({s.function}, marked({s.places}, {marks}), {given})"
+        if s.crossings is None
+        else f"{s.kind}({s.function}, {s.crossing_function}, {s.places}, {given})"
     )
     constant: Callable[[float], str] = lambda value: number(value)
 
@@ -228,13 +230,22 @@ def _tuple(texts: Sequence[str]) -> str:
     return f"({', '.join(texts)},)" if texts else "()"
 
 
-def set_function(statement: Quadrature, dialect: Dialect) -> Iterator[str]:
-    """Yield the lines of the function that a quadrature integrates."""
-    yield f"def {statement.function}({statement.x}, given):"
+def set_functions(statement: Quadrature, dialect: Dialect) -> Iterator[str]:
+    """Yield the lines of the function that a quadrature integrates, and those of its crossings."""
+    yield from _of_place(statement.function, statement, statement.body, text(statement.value, dialect), dialect)
+    if (crossings := statement.crossings) is not None:
+        values = _tuple([text(v, dialect) for v in crossings.values])
+        yield from _of_place(statement.crossing_function, statement, crossings.body, values, dialect)
+
+
+def _of_place(
+    name: str, statement: Quadrature, body: tuple[Statement, ...], value: str, dialect: Dialect
+) -> Iterator[str]:
+    yield f"def {name}({statement.x}, given):"
     if statement.given:
         yield f"{INDENT}{', '.join(statement.given)}, = given"
-    yield from block(statement.body, dialect, lambda condition, output: [])
-    yield f"{INDENT}return {text(statement.value, dialect)}"
+    yield from block(body, dialect, lambda condition, output: [])
+    yield f"{INDENT}return {value}"
 
 
 def _offset(parts: Sequence[tuple[str, int]]) -> str:
@@ -287,7 +298,7 @@ def block(
                 yield f"{pad}{INDENT}{name} = ({name} + {own} * ({other} - {name}) if {side} else {other})"
             case Quadrature(found=found, area=area, given=given):
                 if dialect.nested:
-                    yield from (pad + line for line in set_function(statement, dialect))
+                    yield from (pad + line for line in set_functions(statement, dialect))
                 read, marks = (_tuple(t) for t in (given, [text(m, dialect) for m in statement.marks]))
                 yield f"{pad}{found}, {area} = {dialect.integral(statement, read, marks)}"
             case Refuse(condition=condition, output=output):

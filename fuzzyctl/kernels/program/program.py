@@ -137,20 +137,17 @@ class Between:
 
 
 @record(frozen=True, slots=True)
-class Jump:
-    """A place where a set that is integrated jumps, because a part of it ends there.
+class Crossings:
+    """The comparisons at which a set that is integrated may jump.
 
     Args:
-        mark: The place, an atom.
-        part: Name of the part, among what the body of the set writes; it is 0 outside.
-        inside: What the part is there on the inner side.
-        is_left: Whether the part begins there; else it ends.
+        body: Statements for each place.
+        values: Of each comparison, those first that change others, four atoms: whether it holds, 1 or 0; by how much
+            its sides differ; and the derivatives of this by the place and by what the set is differentiated by.
     """
 
-    mark: Expr
-    part: str
-    inside: Expr
-    is_left: bool
+    body: tuple[Statement, ...]
+    values: tuple[Expr, ...]
 
 
 @record(frozen=True, slots=True)
@@ -160,15 +157,15 @@ class Quadrature:
     Args:
         found: Name of what is found: the first moment about 0, or the place up to which the area is half.
         area: Name of the area.
-        kind: Name of the function: `moments` or `half`.
+        kind: Name of the function: `moments`, `half`, or `jumps`, which finds what jumps add to the derivatives of
+            moment and area.
         x: Name of the place.
         body: Statements for each place.
         value: The degree there.
         given: Names that body and value read besides the place.
         places: Name of the table, whose entries rise.
         marks: Atoms between the first and the last entry, where the set may bend or jump.
-        jumps: Where the set jumps, at places that move with what is given.
-        unknown: The norm that makes it jump at such places that are not known; empty for none.
+        crossings: For `jumps` where they are and how fast they move, else None.
     """
 
     found: str
@@ -180,13 +177,17 @@ class Quadrature:
     given: tuple[str, ...]
     places: str
     marks: tuple[Expr, ...]
-    jumps: tuple[Jump, ...] = ()
-    unknown: str = ""
+    crossings: Crossings | None = None
 
     @property
     def function(self) -> str:
         """The name of the set as a function."""
         return f"set_{self.found}"
+
+    @property
+    def crossing_function(self) -> str:
+        """The name of its crossings as a function."""
+        return f"crossing_{self.found}"
 
 
 @record(frozen=True, slots=True)

@@ -19,6 +19,8 @@ from typing import Final
 Given = tuple[float, ...]
 #: From a place and what else it depends on to the degree.
 SetFunction = Callable[[float, Given], float]
+#: The same to the values of `program.Crossings`.
+CrossingFunction = Callable[[float, Given], tuple[float, ...]]
 
 #: Positive nodes of the Kronrod rule with 15 points on [-1, 1], their weights, and those of the Gauss rule with 7
 #: points, which has every other node (Piessens et al., QUADPACK, 1983).
@@ -96,6 +98,10 @@ LOOSER: Final = 3
 SLACK: Final = 1e-13
 #: A bound that no area comes to.
 NOWHERE: Final = math.nan
+#: A speed that is not known.
+INFINITE: Final = math.inf
+#: Between neighbouring places a continuous difference of degrees changes by less; one that jumps itself by more.
+CONTINUOUS: Final = 1e-6
 #: Most steps to find a place within a stretch, and where they end, as a part of its length.
 STEPS: Final = 60
 NEAR: Final = 1e-15
@@ -218,6 +224,65 @@ def summed(
                 top -= 1
     end = places[len(places) - 1]
     return moment, area, is_complete, end, end, 0.0
+
+
+def speed(here: tuple[float, ...], there: tuple[float, ...]) -> float:
+    """Return the derivative of the place at which a set jumps, from the crossings at a place before and one behind it.
+
+    By the implicit function theorem the place x of g(x, p) = 0 has the derivative -(∂g/∂p)/(∂g/∂x).
+
+    Returns:
+        0 where nothing crosses between both places; infinite for a jump that does not move, and while both are too far
+        apart to tell.
+    """
+    for k in range(0, len(here), 4):
+        if here[k] != there[k]:
+            # On one side the difference may be constant, as that of a degree that is held above 0.
+            side = there if here[k + 2] == 0.0 else here
+            if abs(here[k + 1] - there[k + 1]) >= CONTINUOUS or side[k + 2] == 0.0:
+                return INFINITE
+            return -side[k + 3] / side[k + 2]
+    return 0.0
+
+
+def jumps(
+    function: SetFunction, crossing: CrossingFunction, places: Sequence[float], given: Given
+) -> tuple[float, float]:
+    """Return what jumps of a set that move add to the derivatives of moment and area.
+
+    Stretches are halved while the set is not smooth, and besides while something jumps between their ends.
+    """
+    _, _, allowed = integrals(function, places, given)
+    rounded = ROUNDED * max(abs(places[0]), abs(places[len(places) - 1]))
+    area = 0.0
+    moment = 0.0
+    left_over = MOST
+    ends = [0.0] * (DEEPEST + 1)
+    for k in range(len(places) - 1):
+        left = places[k]
+        ends[0] = places[k + 1]
+        top = 0
+        reserve = left_over - left_over // min(len(places) - 1 - k, 4)
+        while top >= 0:
+            right = ends[top]
+            center = 0.5 * left + 0.5 * right
+            own, _, error = stretch(function, given, center, 0.5 * (right - left))
+            moved = speed(crossing(left, given), crossing(right, given))
+            left_over -= 1
+            size = abs(own)
+            is_off = error > allowed and error > OF_OWN * size and error * (right - left) > rounded * size
+            is_off = is_off or moved != 0.0
+            if is_off and top < DEEPEST and left < center < right and left_over > reserve:
+                top += 1
+                ends[top] = center
+            else:
+                if abs(moved) < INFINITE:
+                    share = moved * (function(left, given) - function(right, given))
+                    area += share
+                    moment += share * center
+                left = right
+                top -= 1
+    return moment, area
 
 
 def within(function: SetFunction, given: Given, left: float, right: float, wanted: float, whole: float) -> float:

@@ -58,6 +58,7 @@ def _ieee(function: Callable[..., float]) -> Callable[..., float]:
 RUNTIME: Final[Mapping[str, Any]] = {
     "moments": quadrature.moments,
     "half": quadrature.half,
+    "jumps": quadrature.jumps,
     "marked": quadrature.marked,
     "__builtins__": {"range": range, "type": type, "float": float, "abs": abs},
     "nan": math.nan,

@@ -17,9 +17,9 @@ from fuzzyctl.kernels.program.program import (
     Accumulate,
     Assign,
     Between,
+    Crossings,
     Fold,
     Item,
-    Jump,
     Locate,
     Offset,
     Place,
@@ -64,8 +64,9 @@ def parts(statement: Statement) -> Parts:
         case Between(name=name, side=side, share=share, body=body, value=value):
             return Parts((name,), (share, value), body, counters=(side,))
         case Quadrature(found=found, area=area, x=x, body=body, value=value, given=given, places=places, marks=marks):
-            jumps = [e for j in statement.jumps for e in (j.mark, j.inside)]
-            return Parts((found, area), (value, *marks, *jumps), body, (*given, places), (x,))
+            crossings = statement.crossings or Crossings((), ())
+            values, inner = (value, *marks, *crossings.values), (*body, *crossings.body)
+            return Parts((found, area), values, inner, (*given, places), (x,))
         case Refuse(condition=condition):
             return Parts((), (condition,))
     assert_never(statement)
@@ -99,7 +100,7 @@ def rebuilt(statement: Statement, value: Callable[[Expr], Expr], name: Callable[
             return Fold(count, name(own), assigned(first), assigned(body), assigned(then))
         case Between(name=own, side=side, share=share, body=body, value=end):
             return Between(name(own), name(side), value(share), all_of(body), value(end))
-        case Quadrature(body=body, value=end, given=given, marks=marks):
+        case Quadrature(body=body, value=end, given=given, marks=marks, crossings=crossings):
             return Quadrature(
                 name(statement.found),
                 name(statement.area),
@@ -110,8 +111,7 @@ def rebuilt(statement: Statement, value: Callable[[Expr], Expr], name: Callable[
                 tuple(map(name, given)),
                 name(statement.places),
                 tuple(map(value, marks)),
-                tuple(Jump(value(j.mark), name(j.part), value(j.inside), j.is_left) for j in statement.jumps),
-                statement.unknown,
+                crossings and Crossings(all_of(crossings.body), tuple(map(value, crossings.values))),
             )
         case Refuse(condition=condition):
             return replace(statement, condition=value(condition))
@@ -140,6 +140,16 @@ def uses(program: Program) -> Counter[str]:
 def writes(statement: Statement) -> set[str]:
     """Return the names that have a value after a statement."""
     return set(parts(statement).writes)
+
+
+def needed(body: Iterable[Statement], values: Iterable[Expr]) -> tuple[Statement, ...]:
+    """Return the statements that some values depend on."""
+    wanted, found = set[str]().union(*map(read, values)), list[Statement]()
+    for statement in reversed(tuple(body)):
+        if writes(statement) & wanted:
+            wanted |= reads(statement)
+            found.append(statement)
+    return tuple(reversed(found))
 
 
 def locals_of(statement: Statement) -> set[str]:

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fuzzyctl.expr import Expr, Name, Number
-from fuzzyctl.kernels.arrays import derivative_of
 from fuzzyctl.kernels.inference import inference
 from fuzzyctl.kernels.inference.free import with_values_as_array
 from fuzzyctl.kernels.plan.build import plan
 from fuzzyctl.kernels.plan.equations import Equations, Evaluation
+from fuzzyctl.kernels.program.passes.differentiate import differentiated
 from fuzzyctl.kernels.program.program import STATE, Item, Program
 from fuzzyctl.kernels.program.traversal import map_expressions
 from fuzzyctl.kernels.steps.program import named_step, system_program
@@ -44,9 +44,6 @@ def step_gradient(equations: Equations) -> StepGradient:
 
     Args:
         equations: What the step computes; free numbers are the last states.
-
-    Raises:
-        ArgumentError: For a system whose exact sets jump at places without a closed form.
     """
 
     def point(call: Evaluation) -> Program:
@@ -65,7 +62,7 @@ def step_gradient(equations: Equations) -> StepGradient:
 
     given = replace(map_expressions(step, change), arguments=(*step.arguments, *(s.name for s in states)), state=0)
     by = (*step.arguments[: len(equations.inputs)], *(s.name for s in states))
-    found = derivative_of(lambda: given, by)
+    found = differentiated(given, by)
     computed = [k for k, value in enumerate(found.results) if not isinstance(value, Number)]
     known = [value.value if isinstance(value, Number) else 0.0 for value in found.results]
     program = replace(found, results=tuple(found.results[k] for k in computed))

@@ -196,8 +196,7 @@ class Step(Displayed):
             branch that the step takes there. Where an input is NaN no step is made: those of the outputs are NaN.
 
         Raises:
-            ArgumentError: For arrays of another shape or not of numbers, and where exact sets of a system jump at
-                places without a closed form, as under `aggregation nilpotent_maximum`.
+            ArgumentError: For arrays of another shape or not of numbers.
             ValueOutOfBoundsError: For a `dt` that is not positive and finite.
             NoRuleFiresError: For the first copy where no rule of a system fires whose output says `else error`.
         """

@@ -46,9 +46,7 @@ def outside_ranges(block: Block, given: Mapping[str, float], path: str = "") -> 
     yield from found
     if found:
         return
-    for instance, inner in _inside(block):
-        numbers = {name: params.of(e) for name, e in _given(instance, inner).items()}
-        known = {name: value for name, value in numbers.items() if value is not None}
+    for instance, inner, known in inside(block, params):
         yield from outside_ranges(inner, known, f"{path}{instance.name}.")
 
 
@@ -66,14 +64,21 @@ def has_computed_params(block: Block) -> bool:
     ranges = [(p.expression, p.bounds.lower, p.bounds.upper) for p in block.params if p.bounds is not None]
     if any(names_in(e) for own in ranges for e in own):
         return True
-    for instance, inner in _inside(block):
+    for instance, inner in _instances(block):
         given, ranged = _given(instance, inner), {p.name for p in inner.params if p.bounds is not None}
         if any(names_in(e) for name, e in given.items() if name in ranged) or has_computed_params(inner):
             return True
     return False
 
 
-def _inside(block: Block) -> Iterator[tuple[Instance, Controller | Plant]]:
+def inside(block: Block, params: ParamValues) -> Iterator[tuple[Instance, Controller | Plant, dict[str, float]]]:
+    """Yield the instances of a block, what they are of, and the values that they give its params, as far as known."""
+    for instance, inner in _instances(block):
+        numbers = {name: params.of(e) for name, e in _given(instance, inner).items()}
+        yield instance, inner, {name: value for name, value in numbers.items() if value is not None}
+
+
+def _instances(block: Block) -> Iterator[tuple[Instance, Controller | Plant]]:
     if not isinstance(block, Plant):
         callees: dict[str, Controller | Plant] = {c.name: c for c in block.controllers}
         if isinstance(block, Loop):

@@ -4,7 +4,8 @@ const KEPT = 400;
 
 function controllerSection(controller, kernel) {
     const named = controller.period === null ? [...controller.inputs, { name: "dt", label: "time between steps", unit: "s", lower: 0.001, upper: 1 }] : controller.inputs;
-    const controls = inputControls(named, () => {});
+    const controls = inputControls(controller.name, named, () => {});
+    controlled.set(controller.name, controls);
     const numbers = outputNumbers(controller.outputs);
     const count = element("p", { className: "note" }), states = element("div", {});
     let state, history;
@@ -60,7 +61,9 @@ function controllerSection(controller, kernel) {
     const parts = [
         element("section", {}, controls.form, buttons, element("p", { className: "note" }, period), numbers.box, count),
         element("section", { className: "wide" }, element("h3", {}, "Outputs"), ...canvases.flatMap((c, k) => [element("h4", {}, withUnit(controller.outputs[k])), c])),
-        element("section", {}, element("h3", {}, "State"), states, tableOf("Params", [], controller.facts)),
+        element("section", {}, element("h3", {}, "State"), states,
+            ...(controller.facts.length ? [tableOf("Params", [], controller.facts)] : [])),
+        element("section", {}, ...proofs("Bounds of outputs and states, at every step", controller)),
     ];
     return { parts, begin: reset };
 }

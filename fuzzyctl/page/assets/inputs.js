@@ -1,9 +1,17 @@
 // Sliders with a field for the number beside each, and the numbers that come out.
 
-/** Controls for inputs; `moved` is called after each change. */
-function inputControls(inputs, moved) {
-    const values = inputs.map((i) => 0.5 * i.lower + 0.5 * i.upper);
+/** The controls of systems and controllers by name, which the time of a run moves. */
+const controlled = new Map();
+
+/** Controls for inputs of a block; `moved` is called after each change. */
+function inputControls(block, inputs, moved) {
+    const kept = settings.get(`inputs of ${block}`) ?? {}, holds = (i) => kept[i.name] >= i.lower && kept[i.name] <= i.upper;
+    const values = inputs.map((i) => (holds(i) ? kept[i.name] : 0.5 * i.lower + 0.5 * i.upper));
     const refreshes = [];
+    function changed() {
+        settings.set(`inputs of ${block}`, Object.fromEntries(inputs.map((i, k) => [i.name, values[k]])));
+        moved();
+    }
     const rows = inputs.map((input, k) => {
         const id = identifier(), note = element("span", { className: "note", id: `${id}-note` });
         const range = { min: input.lower, max: input.upper, step: "any" };
@@ -20,8 +28,8 @@ function inputControls(inputs, moved) {
             note.textContent = Number.isNaN(value) ? "no number" : beyond ? tail : `${shown(input.lower)} to ${shown(input.upper)}`;
             note.classList.toggle("warning", beyond || Number.isNaN(value));
         }
-        slider.addEventListener("input", () => { values[k] = slider.valueAsNumber; refresh(); moved(); });
-        field.addEventListener("input", () => { values[k] = field.valueAsNumber; refresh(true); moved(); });
+        slider.addEventListener("input", () => { values[k] = slider.valueAsNumber; refresh(); changed(); });
+        field.addEventListener("input", () => { values[k] = field.valueAsNumber; refresh(true); changed(); });
         refreshes.push(refresh);
         refresh();
         const label = element("label", { for: id }, withUnit(input));
@@ -35,7 +43,7 @@ function inputControls(inputs, moved) {
                 values[k] = value;
                 refreshes[k]();
             }
-            moved();
+            changed();
         },
     };
 }

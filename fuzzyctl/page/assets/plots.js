@@ -1,7 +1,13 @@
 // Elements of the page and plots on canvases. Every text of a file goes through textContent.
 
-const facts = JSON.parse(document.getElementById("facts").textContent);
+let facts = JSON.parse(document.getElementById("facts").textContent);
+const FONT = "12px system-ui, sans-serif";
 const redraws = [];
+/** What people set on the page, such as the values of sliders, by name: a page of a new text begins with it. */
+const settings = new Map();
+/** Surfaces that are being computed, and what is called when the last one is done. */
+const computing = new Set();
+let settled = () => {};
 let identifiers = 0;
 
 /** An element with properties, attributes (names with "-" and role) and children; texts become text nodes. */
@@ -33,7 +39,14 @@ function shown(value, digits = 6) {
 
 const called = (signal) => signal.label || signal.name;
 const withUnit = (signal) => called(signal) + (signal.unit ? ` [${signal.unit}]` : "");
-const color = (name) => getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
+/** Colours of the page by name, until its scheme changes. */
+const known = new Map();
+function color(name) {
+    if (!known.has(name)) {
+        known.set(name, getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim());
+    }
+    return known.get(name);
+}
 /** The colour of the n-th line; black is the colour of the text. */
 function lineColor(n) {
     const own = facts.colors[n % facts.colors.length];
@@ -43,21 +56,28 @@ function lineColor(n) {
 /** A canvas that draws again when its size or the colours of the page change. */
 function picture(height, label, draw) {
     const canvas = element("canvas", { role: "img", "aria-label": label });
+    canvas.draw = draw;
     canvas.style.height = `${height}px`;
+    const ratio = () => window.devicePixelRatio || 1;
+    const size = () => [canvas.clientWidth, canvas.clientHeight].map((n) => Math.round(n * ratio()));
     canvas.again = () => {
-        const width = canvas.clientWidth, ratio = window.devicePixelRatio || 1, own = canvas.clientHeight;
+        const width = canvas.clientWidth, own = canvas.clientHeight;
         if (width === 0) {
             return;
         }
-        canvas.width = Math.round(width * ratio);
-        canvas.height = Math.round(own * ratio);
+        [canvas.width, canvas.height] = size();
         const context = canvas.getContext("2d");
-        context.scale(ratio, ratio);
-        context.font = "12px system-ui, sans-serif";
+        context.scale(ratio(), ratio());
+        context.font = FONT;
         draw(context, width, own);
     };
     redraws.push(canvas.again);
-    new ResizeObserver(canvas.again).observe(canvas);
+    new ResizeObserver(() => {
+        const [width, tall] = size();
+        if (width !== canvas.width || tall !== canvas.height) {
+            canvas.again();
+        }
+    }).observe(canvas);
     return canvas;
 }
 

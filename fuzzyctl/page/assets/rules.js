@@ -31,7 +31,9 @@ function termsView(variable, degreesAt) {
     });
     const items = variable.terms.map((term, k) => {
         const swatch = element("span", { className: "swatch", "aria-hidden": "true" });
-        redraws.push(() => (swatch.style.background = lineColor(k)));
+        const fill = () => (swatch.style.background = lineColor(k));
+        fill();
+        redraws.push(fill);
         return element("li", { title: term.text }, swatch, `${term.name} `, numbers[k]);
     });
     const box = element("div", { className: "terms" }, element("h4", {}, withUnit(variable)), canvas, element("ul", {}, ...items));
@@ -84,7 +86,11 @@ function ruleTable(table) {
 
 /** What consequents leave in each output: sets cut by their activations, numbers, and all of them together. */
 function ruleViewer(system, kernel) {
-    const columns = [...system.inputs, ...system.outputs], offset = system.degrees + system.rules.length;
+    const offset = system.degrees + system.rules.length;
+    // What rules read and what they set: one column each, an input or an output by its position.
+    const isRead = (v) => system.rules.some((r) => r.parts.some((p) => p.variable === v.name));
+    const columns = [...system.inputs.map((variable, input) => ({ variable, input })).filter((c) => isRead(c.variable)),
+        ...system.outputs.map((variable, output) => ({ variable, output })).filter((c) => !c.variable.formula)];
     let acting = [], values = [], outputs = [], numbers = [], state = null;
     const list = element("tbody", {}), hidden = element("p", { className: "note" });
     const table = element("table", { className: "rules" }, element("caption", {}, "Rules that act, the highest activation first"),
@@ -100,10 +106,10 @@ function ruleViewer(system, kernel) {
         const crisp = acting.flatMap((r) => system.rules[r].consequents.map((c) => [c.output, value(c)]));
         const together = system.outputs.map(() => null);
         context.textBaseline = "middle";
-        columns.forEach((v, k) => {
+        columns.forEach(({ variable }, k) => {
             context.fillStyle = color("text");
             context.textAlign = "left";
-            context.fillText(called(v), 60 + k * wide + 4, 10, wide - 12);
+            context.fillText(called(variable), 60 + k * wide + 4, 10, wide - 12);
         });
         [...acting.slice(0, MOST_RULES), null].forEach((r, row) => {
             const top = 22 + row * tall;
@@ -111,14 +117,13 @@ function ruleViewer(system, kernel) {
             context.textAlign = "right";
             context.textBaseline = "middle";
             context.fillText(r === null ? "together" : `rule ${r + 1}`, 54, top + tall / 2);
-            columns.forEach((variable, k) => {
-                const o = k - system.inputs.length;
-                const beside = o < 0 ? [] : [...crisp.filter(([n]) => n === o).map(([, v]) => v), outputs[o]];
+            columns.forEach(({ variable, input, output: o }, k) => {
+                const beside = o === undefined ? [] : [...crisp.filter(([n]) => n === o).map(([, v]) => v), outputs[o]];
                 const ends = endsOf([variable.lower, variable.upper, ...beside], 0);
                 const a = axes(context, [60 + k * wide + 4, top + 2, wide - 12, tall - 8], ends, [0, 1.05]);
                 a.frame(false);
-                if (o < 0) {
-                    const held = Math.min(Math.max(values[k], ends[0]), ends[1]);
+                if (o === undefined) {
+                    const held = Math.min(Math.max(values[input], ends[0]), ends[1]);
                     for (const part of r === null ? [] : system.rules[r].parts.filter((p) => p.variable === variable.name)) {
                         const points = curve(variable, part.set), degree = kernel.sets[variable.variable](held)[part.set];
                         a.area(points.map(([v, d]) => [v, Math.min(d, degree)]), lineColor(0));

@@ -4,7 +4,9 @@ const SIDE = 41, CURVE = 401, SLICE = 12, PATIENCE = 8000;
 
 function surfaceView(system, evaluated, controls) {
     const { inputs, outputs } = system, status = element("p", { className: "note", "aria-live": "polite" });
-    let x = 0, y = inputs.length > 1 ? 1 : -1, z = 0, key = "", generation = 0, grid = null, turn = 300, tilt = 30, current = [];
+    const view = `surface of ${JSON.stringify([system.name, ...[inputs, outputs].map((own) => own.map((v) => v.name))])}`;
+    let { x, y, z, turn, tilt } = settings.get(view) ?? { x: 0, y: inputs.length > 1 ? 1 : -1, z: 0, turn: 300, tilt: 30 };
+    let key = "", generation = 0, grid = null, current = [];
 
     const axis = (input, k, n) => input.lower + ((input.upper - input.lower) * k) / (n - 1);
     function begin() {
@@ -12,8 +14,9 @@ function surfaceView(system, evaluated, controls) {
         const columns = y < 0 ? CURVE : SIDE, rows = y < 0 ? 1 : SIDE;
         grid = { columns, rows, values: new Float64Array(columns * rows).fill(NaN), low: NaN, high: NaN };
         let k = 0;
+        computing.add(begin);
         function slice() {
-            if (own !== generation) {
+            if (own !== generation || !map.isConnected) {
                 return;
             }
             const end = performance.now() + SLICE;
@@ -34,12 +37,14 @@ function surfaceView(system, evaluated, controls) {
                     : (done ? "" : "Too slow to compute whole, stopped. ") + `From ${shown(grid.low)} to ${shown(grid.high)} over the grid.`
                     + (missing ? ` ${missing} points without a finite value are left out.` : "");
                 redraw();
+                computing.delete(begin);
+                settled();
             } else {
                 status.textContent = `Computing: ${Math.round((100 * k) / grid.values.length)} %`;
                 setTimeout(slice);
             }
         }
-        setTimeout(slice);
+        slice();
     }
     const ready = () => grid !== null && grid.low <= grid.high;
     const part = (v) => (grid.high > grid.low ? (v - grid.low) / (grid.high - grid.low) : 0.5);
@@ -170,11 +175,14 @@ function surfaceView(system, evaluated, controls) {
     }
 
     const map = picture(320, "", drawMap), surface = picture(320, "", drawSurface);
+    map.dataset.file = `${system.name}-map`;
+    surface.dataset.file = `${system.name}-surface`;
     function redraw() {
         const over = y < 0 ? withUnit(inputs[x]) : `${withUnit(inputs[x])} and ${withUnit(inputs[y])}`;
         const text = `${withUnit(outputs[z])} over ${over}, at the point ${shown(current[z])}`;
         map.setAttribute("aria-label", `${y < 0 ? "Curve" : "Map"}: ${text}`);
         surface.setAttribute("aria-label", `Surface: ${text}`);
+        settings.set(view, { x, y, z, turn, tilt });
         map.again();
         surface.again();
     }
@@ -183,9 +191,10 @@ function surfaceView(system, evaluated, controls) {
         const now = JSON.stringify([x, y, z, controls.values.filter((_, k) => k !== x && k !== y)]);
         if (now !== key || force) {
             key = now;
-            begin();
+            begin(); // which draws at its end
+        } else {
+            redraw();
         }
-        redraw();
     }
     function choose(event) {
         if (event.buttons !== 1) {
@@ -203,7 +212,7 @@ function surfaceView(system, evaluated, controls) {
     map.addEventListener("pointermove", choose);
     const angle = (text, low, high, value, changed) => {
         const id = identifier(), slider = element("input", { type: "range", id, min: low, max: high, step: 1, value });
-        slider.addEventListener("input", () => { changed(slider.valueAsNumber); surface.again(); });
+        slider.addEventListener("input", () => { changed(slider.valueAsNumber); redraw(); });
         return [element("span", { className: "choice" }, element("label", { for: id }, text), slider), slider];
     };
     const [turning, turnSlider] = angle("turn", 0, 360, turn, (v) => (turn = v));
@@ -212,7 +221,7 @@ function surfaceView(system, evaluated, controls) {
         if (event.buttons === 1) {
             turnSlider.value = turn = (turn + event.movementX + 360) % 360;
             tiltSlider.value = tilt = Math.min(Math.max(tilt + 0.5 * event.movementY, 0), 90);
-            surface.again();
+            redraw();
         }
     });
     const names = inputs.map(called), choices = element("div", { className: "choices" });

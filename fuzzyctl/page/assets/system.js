@@ -11,6 +11,12 @@ function verdictList(verdicts) {
     return [element("ul", { className: "verdicts" }, ...items)];
 }
 
+/** What is proved of a block; without bounds it has been shown without proofs. */
+function proofs(caption, block) {
+    const bounds = block.bounds ? tableOf(caption, [], block.bounds) : element("p", { className: "note" }, "Not looked for here; 'fuzzyctl prove' and 'fuzzyctl bounds' do.");
+    return [element("h3", {}, "Proved"), bounds, ...verdictList(block.verdicts)];
+}
+
 function systemSection(system, kernel) {
     const start = () => (kernel.start === null ? null : kernel.start());
     let state = start();
@@ -29,7 +35,8 @@ function systemSection(system, kernel) {
     }
     const numbers = outputNumbers(system.outputs), viewer = ruleViewer(system, kernel), tables = system.tables.map(ruleTable);
     const terms = [...system.inputs, ...system.outputs].map((v) => (v.terms.length ? termsView(v, kernel.sets[v.variable]) : null));
-    const controls = inputControls(system.inputs, moved), surface = surfaceView(system, evaluated, controls);
+    const controls = inputControls(system.name, system.inputs, moved), surface = surfaceView(system, evaluated, controls);
+    controlled.set(system.name, controls);
     function moved() {
         const values = controls.values, missing = values.some(Number.isNaN), before = state === null ? null : copy(state);
         const found = evaluated(values, state);
@@ -48,8 +55,8 @@ function systemSection(system, kernel) {
         element("section", { className: "whole" }, element("h3", {}, "Terms"),
             element("div", { className: "several" }, ...terms.filter((t) => t !== null).map((t) => t.box))),
         element("section", { className: "wide" }, element("h3", {}, "Rules"), ...tables.map((t) => t.box), ...viewer.boxes),
-        element("section", {}, element("h3", {}, "Proved"), tableOf("Bounds of outputs, for all inputs", [], system.bounds),
-            ...verdictList(system.verdicts), element("details", {}, element("summary", {}, "About the system"), about)),
+        element("section", {}, ...proofs("Bounds of outputs, for all inputs", system),
+            element("details", {}, element("summary", {}, "About the system"), about)),
     ];
     return { parts: own, begin: moved };
 }

@@ -290,8 +290,10 @@ def step(error, dt, gains, state, kernels, next_state, signals):
     def test_of_another_folder_is_unknown(self, tmp_path):
         scenario = self.beside(tmp_path)
         (tmp_path / "mine.py").rename(tmp_path / "yours.py")
-        with pytest.raises(DiagnosticError, match="unknown controller 'mine'"):
+        with pytest.raises(DiagnosticError, match="unknown controller 'mine'") as found:
             read(scenario)
+        (one,) = found.value.diagnostics
+        assert one.facts[-1] == "there is no mine.fz or mine.py beside the scenario"
 
     @pytest.mark.parametrize("name", ["../mine", "mine.py", "", "a b"])
     def test_is_looked_for_by_names_only(self, tmp_path, name):
@@ -305,6 +307,16 @@ def step(error, dt, gains, state, kernels, next_state, signals):
         with pytest.raises(DiagnosticError, match="ZeroDivisionError") as caught:
             self.ready(scenario)
         assert caught.value.diagnostics[0].place == f"{tmp_path / 'mine.py'}:3"
+
+    @pytest.mark.skipif(not COMPILED, reason="plain Python checks indices itself")
+    @pytest.mark.parametrize(("right", "wrong"), [("signals[0]", "signals[1]"), ("gains[0]", "gains[7]")])
+    def test_indices_beyond_an_array_are_errors_of_the_law(self, tmp_path, right, wrong):
+        run = self.ready(self.beside(tmp_path, self.LAW.replace(right, wrong)))
+        with pytest.raises(DiagnosticError, match="the control law mine cannot be run") as caught:
+            simulate.run(run)
+        (one,) = caught.value.diagnostics
+        assert one.facts == ("IndexError: index is out of bounds",)
+        assert "'signals' is as long as SIGNALS" in one.help
 
     def test_stops_a_run_with_its_reason_and_the_last_row_is_whole(self, tmp_path):
         faulty = self.LAW.replace("FAULTS = {}", 'FAULTS = {1: "the gain is too large"}').replace(

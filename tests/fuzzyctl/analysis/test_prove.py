@@ -356,6 +356,13 @@ class TestLets:
         found = prove(loads(text + inner, system="line"))
         assert [type(v) for v in found] == [Proved, Refuted]
 
+    def test_where_rules_read_one_the_reason_says_that_nothing_is_exact(self):
+        text = LINE.replace("table u = e x de", "let q in [-1, 1] = e\n  terms N Z P\ntable u = q x de")
+        claims = ("u == e / 2 + de / 4 within 1e-9", "increasing(u, e)")
+        for found in verdicts(text, *claims, timeout=0.05):
+            assert found.reason.endswith("; where rules read a let, here 'q', no claim is decided exactly")
+        assert words(LINE, *claims) == ["Proved", "Proved"]
+
     def test_one_without_a_value_is_reported_where_it_stands(self):
         text = self.SLIDING.replace("let w = s / 4", "let w = 1 / e") + "require u <= w + 2\n"
         (d,) = [d for d in check_source(SourceText("s.fz", text))[1] if d.code == "FZ307"]

@@ -96,6 +96,22 @@ class TestShow:
         assert "param 'k' is 6, outside of [0, 5]" in done.output
         assert "no param 'j'" in run("show", "controller.fz", "--set", "j=6").output
 
+    def test_params_of_controllers_inside_are_reported_once_by_their_names_in_the_file(self, folder):
+        inner = CONTROLLER.replace("controller law", "controller rule").replace(
+            "k in [0, 5] = 2", "k in [0, 5] = 2\n" + "param twice in [0, 8] = 2 * k"
+        )
+        text = inner
+        for name, inside in (("law", "rule"), ("outer", "law")):
+            text += f"controller {name}\ninput x\nblock a = {inside}(x)\noutput y = a.y\nevery 10 ms\n"
+        (folder / "inside.fz").write_text(text, encoding="utf-8")
+        for value, expected in (
+            ("6", "param 'a.a.k' is 6, outside of [0, 5]"),
+            ("4.5", "param 'a.twice' of 'law' is 9"),
+        ):
+            done = run("show", "inside.fz", "--system", "outer", "--set", f"a.a.k={value}")
+            assert done.output.count("error") == 1
+            assert expected in done.output
+
     def test_data_of_several_blocks_are_apart_from_those_of_systems(self, folder):
         data = json.loads(run("show --format json", "both.fz").output)
         assert [s["system"] for s in data["systems"]] == ["rule"]

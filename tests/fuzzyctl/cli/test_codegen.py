@@ -413,15 +413,15 @@ class TestMistakes:
         )
         assert reason in result.output
 
-    def test_an_integral_is_refused_in_javascript_with_its_location(self, run, tmp_path):
+    def test_an_integral_is_refused_in_c_with_its_location(self, run, tmp_path):
         (tmp_path / "curved.fz").write_text(
             "system curved\ninput x in [0, 1]\n  a = triangle(-inf, 0, 1)\n  b = triangle(0, 1, inf)\n"
             "output u in [0, 1]\n  p = gaussian(0, 0.2)\n  q = gaussian(1, 0.2)\n"
             "if x is a then u is p\nif x is b then u is q\n"
         )
-        result = run("curved.fz", "--target", "javascript")
+        result = run("curved.fz", "--target", "c")
         assert result.exit_code == 1
-        assert "curved.fz:1:8: error[FZ608]: 'curved' cannot be written in JavaScript" in result.output
+        assert "curved.fz:1:8: error[FZ608]: 'curved' cannot be written in C" in result.output
         assert names(tmp_path) == ["curved.fz"]
 
     def test_a_folder_that_cannot_be_made_is_a_diagnostic(self, run, tmp_path):

@@ -35,7 +35,7 @@ if a is lo then u is p
 if a is hi then u is q
 """
 
-MIXED = """system mixed "Numbers, functions, sets, weights, hedges, what is held and what adapts"
+MIXED = """system mixed "Numbers, functions, sets, integrals, weights, hedges, what is held and what adapts"
 allow FZ208
 defuzzifier weighted_average
 input x in [0, 10]
@@ -54,8 +54,11 @@ output v in [0, 1] else error defuzzifier centroid(resolution=100) implication p
 output k in [-3, 3] adaptive rate x else 0
   one = constant(-1)
   two = constant(1)
-if x is very low and y is N then u is flat, v is a, k is one weight 0.5
-if x is high and not y is N then u is tilt, v is b, k is two
+output w in [0, 1] else 0 defuzzifier centroid
+  c = gaussian(0.2, 0.3)
+  d = bell(0.8, 0.2, 2)
+if x is very low and y is N then u is flat, v is a, k is one, w is c weight 0.5
+if x is high and not y is N then u is tilt, v is b, k is two, w is d
 """
 
 
@@ -92,7 +95,7 @@ def written(path, *arguments):
 
 def computed(folder, tags, asked):
     """Return what node computes by an expression over `kernels`."""
-    script = next(s for _, s in tags.scripts if s.startswith('"use strict";\nconst kernels'))
+    script = next(s for _, s in tags.scripts if s.startswith('"use strict";\nvar kernels'))
     (folder / "main.js").write_text(f"{script}\nconsole.log(JSON.stringify({asked}));\n", encoding="utf-8")
     done = subprocess.run(["node", "main.js"], capture_output=True, text=True, check=False, cwd=folder)
     assert (done.returncode, done.stderr) == (0, "")
@@ -162,8 +165,8 @@ def test_functions_states_hedges_and_refusals_are_computed(tmp_path):
     }})"""
     kernel = compile(system, backend="python")
     for point, (output, activity, values, sets, implied) in zip(asked, computed(tmp_path, tags, own), strict=True):
-        assert implied == [0.125]
-        assert [len(s) for s in sets] == [3, 2, 0, 0, 2, 0]
+        assert implied == [0.125, 0.25]
+        assert [len(s) for s in sets] == [3, 2, 0, 0, 2, 0, 2]
         x = min(max(point[0], 0.0), 10.0)
         assert beside(values, [x * point[1] + 1], 1.0)
         given = dict(zip(("x", "y"), point, strict=True))
@@ -234,6 +237,35 @@ def test_a_page_of_a_file_with_a_loop_holds_its_blocks_and_its_run(tmp_path):
     assert [p["name"] for p in loop["panels"]] == ["tank.y", "law.valve", "leak"]
     assert loop["panels"][0]["reference"][0] == 1.0
     assert [v[0] for v in loop["verdicts"]] == ["met", "met"]
+    controller = facts["sections"][1]
+    assert controller["bounds"] == [["valve", "from 0 to 10 V"]]
+    assert controller["verdicts"] == [["proved", "valve in [0, 10]", ""]]
+
+
+def test_the_time_of_a_run_has_the_inputs_of_controllers_and_systems(tmp_path):
+    _, facts = written(tmp_path / "x.html", RULES / "loops" / "water_tank.fz")
+    loop = facts["sections"][-1]
+    (law, system) = loop["inputs"]
+    assert (law["block"], system["block"]) == ("fuzzy_pi", "surface")
+    reference, level = law["values"]
+    error, change = system["values"]
+    assert [len(v) for v in (reference, level, error, change)] == [len(loop["t"])] * 4
+    assert error == pytest.approx([2 * (r - x) for r, x in zip(reference, level, strict=True)], abs=1e-4)
+    assert (change[0], len(set(change)) > 50) == (0.0, True)
+
+
+def test_of_a_controller_is_shown_what_is_refuted_and_what_has_no_bound(tmp_path):
+    file = tmp_path / "c.fz"
+    file.write_text(
+        "controller c\ninput e in [0, 1]\nstate s in [0, 1] unit \"m\" = 0\nstate t = 0\nnext s = s + e\n"
+        "next t = t - e\noutput u = t\nevery 1 s\nrequire s >= 0\n", encoding="utf-8",
+    )  # fmt: skip
+    _, facts = written(tmp_path / "x.html", file)
+    (section,) = facts["sections"]
+    assert section["bounds"][0][1].startswith("at most")
+    verdicts = {claim: (word, note) for word, claim, note in section["verdicts"]}
+    assert verdicts["s in [0, 1]"][0] == "refuted"
+    assert "reached from the start" in verdicts["s in [0, 1]"][1]
 
 
 def test_tables_bounds_verdicts_and_diagnostics_are_shown(tmp_path):

@@ -48,6 +48,45 @@ def small(tmp_path):
     return write
 
 
+#: Numbers that depend on params, in each kind of block.
+SET = """
+controller inner
+input x
+param d = 1
+state s = 1 / d
+next s = x
+output y = s
+
+controller c
+input x
+param T = 0.1 s
+block a = inner(x)
+output y = a.y
+every T
+
+plant p
+input u
+param T = 0.2 s
+state x = 0
+der x = delay(u, T) - x
+output y = x
+
+plant q = tf(num=[1], den=[T, 1])
+param T = 1
+
+loop l
+param end = 1
+param wait = 0.1
+param sigma = 0
+param band = 2 %
+block c = c(p.y + noise(sigma))
+block p = p(c.y)
+block q = q(c.y)
+measure m = settling(q.y, 1, band=band)
+run end step wait
+"""
+
+
 class TestText:
     def test_measures_and_requirements_are_printed(self, small):
         result = run(small())
@@ -94,6 +133,31 @@ class TestText:
         assert result.exit_code == exit_code
         assert code in result.output
         assert text in result.output
+
+    @pytest.mark.parametrize(
+        ("setting", "message"),
+        [
+            ("end=0", "the duration is 0 s, not positive"),
+            ("end=-1", "the duration is -1 s, not positive"),
+            ("wait=0", "the step is 0 s, not positive"),
+            ("c.T=0", "the period is 0 s, not positive"),
+            ("sigma=-1", "'sigma' of 'noise' is -1: expected 0 or more"),
+            ("band=0", "'band' of 'settling' is 0: expected a positive number"),
+            ("c.a.d=0", "division by zero"),
+            ("p.T=-1", "the dead time is -1 s: expected a finite time of 0 or more"),
+            ("q.T=0", "division by zero"),
+        ],
+    )
+    def test_settings_are_checked_as_numbers_of_the_file(self, tmp_path, setting, message):
+        path = tmp_path / "l.fz"
+        path.write_text(SET, encoding="utf-8")
+        assert run(path).exit_code == 0
+        result = run(path, "--set", setting, "--format", "json")
+        assert result.exit_code == 1
+        (found,) = json.loads(result.output)["diagnostics"]
+        assert found["message"] == message
+        assert found["facts"] == [f"with --set {setting}"]
+        assert found["line"] > 0
 
     def test_a_run_that_is_stopped_says_when_and_why(self, small):
         result = run(small(), "--set", "law.K=10", "--set", "p.K=10", "--set", "p.T=0.1")
@@ -323,23 +387,28 @@ class TestCompare:
 
     def test_it_takes_two_files(self, small):
         assert self.compare(small(), "--loops").exit_code == 2
-        assert self.compare(small(), small(), "--loops", "--as", "exact").exit_code == 2
+        for option in (("--as", "exact"), ("--system", "small"), ("--points", "5")):
+            assert self.compare(small(), small(), "--loops", *option).exit_code == 2
 
 
-@pytest.mark.parametrize("law", ["output u = previous(y, start=inf)", "state h = inf\nnext h = y\noutput u = h"])
-def test_a_stop_by_a_state_that_starts_infinite_says_so(tmp_path, law):
+KEPT = "give what is kept a finite start, or keep arguments of sqrt and log in their domain"
+
+
+@pytest.mark.parametrize(
+    ("law", "time", "expected"),
+    [
+        ("output u = previous(y, start=inf)", "0", "give it a finite start"),
+        ("state h = inf\nnext h = y\noutput u = h", "0", "give it a finite start"),
+        ("output u = delay(y, 3, start=inf)", "0", "give it a finite start"),
+        ("output u = min(0, 1 - previous(delay(y, 3, start=inf), start=1))", "0.1", KEPT),
+    ],
+)
+def test_a_stop_by_a_state_that_starts_infinite_says_so(tmp_path, law, time, expected):
     path = tmp_path / "l.fz"
     plant = "plant p\ninput u\nstate x = 0\nder x = u - x\noutput y = x\n"
     loop = "loop l\nblock c = c(p.y)\nblock p = p(c.u)\nrun 1 s\n"
     path.write_text(f"controller c\ninput y\n{law}\nevery 0.1 s\n{plant}{loop}", encoding="utf-8")
     (found,) = json.loads(run(path, "--format", "json").output)["diagnostics"]
-    assert (found["message"], found["help"]) == ("'c.u' is infinite at t = 0 s", "give it a finite start")
-    assert "what is kept here starts infinite" in run(path).output
-
-
-def test_a_stop_by_a_state_of_a_plant_that_starts_infinite_says_so(tmp_path):
-    path = tmp_path / "l.fz"
-    plant = "plant p\ninput u\nstate x = inf\nder x = u - x\noutput y = x\n"
-    path.write_text(f"{plant}loop l\nblock p = p(1)\nrun 1 s step 0.1 s\n", encoding="utf-8")
-    (found,) = json.loads(run(path, "--format", "json").output)["diagnostics"]
-    assert (found["message"], found["help"]) == ("state 'p.x' is infinite at t = 0 s", "give it a finite start")
+    assert found["message"] == f"'c.u' is infinite at t = {time} s"
+    assert found["help"].startswith(expected)
+    assert run(path).output.count("what is kept here starts infinite") == 1

@@ -9,18 +9,17 @@ import subprocess
 import pytest
 
 from fuzzyctl import loads
-from fuzzyctl.codegen.errors import CodegenError
 from fuzzyctl.codegen.files import generate
 from fuzzyctl.codegen.names import JAVASCRIPT_FUNCTION_RESERVED
 from fuzzyctl.codegen.simplify import functions
 from fuzzyctl.codegen.unit import prepare
 from fuzzyctl.expr import FUNCTIONS, Number
 from fuzzyctl.formulas import CONJUNCTIONS, DISJUNCTIONS, HEDGES
+from fuzzyctl.kernels.program.program import Quadrature
 from fuzzyctl.model.method import MAXIMA, Defuzzifier, Method
 from fuzzyctl.model.rule import Consequent, Is, Rule
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Input, Membership, Output, Term
-from tests.frozen.systems import SYSTEMS
 from tests.fuzzyctl.codegen.conftest import ALL, run_selftests
 from tests.properties.drawn_systems import SHAPES, SIZED
 
@@ -145,6 +144,16 @@ class TestNumbers:
         settings += [f"implication product\naggregation sum\ndefuzzifier {kind}" for kind in kinds[:2]]
         agree([two("sets", own) for own in settings], tmp_path)
 
+    def test_of_adaptive_integrals_are(self, tmp_path):
+        pairs = [("min", "max", "centroid"), ("min", "max", "bisector"), ("product", "sum", "centroid")]
+        pairs += [("nilpotent_minimum", "nilpotent_maximum", "bisector")]
+        settings = [f"implication {i}\naggregation {a}\ndefuzzifier {kind}" for i, a, kind in pairs]
+        texts = [TWO.format(name="c", settings=own, first="x is a", second="x is b") for own in settings]
+        texts = [text.replace("triangle(-0.2, 0.1, 0.6)", "gaussian(0.1, 0.2)") for text in texts]
+        units = [prepare(loads(text), text) for text in texts]
+        assert all(any(isinstance(s, Quadrature) for s in u.evaluation.body) for u in units)
+        agree(units, tmp_path)
+
     @pytest.mark.parametrize("algorithm", ["rules", "interpolation", "active"])
     def test_of_every_algorithm_are(self, unit_of, tmp_path, algorithm):
         agree([unit_of("active" if algorithm == "active" else "ais_reaction", algorithm=algorithm)], tmp_path)
@@ -191,12 +200,6 @@ class TestNumbers:
         )
         found = answer(prepare(loads(text), text), tmp_path, script)
         assert found == ["1", "1", "Infinity", "NaN", "Infinity", "0"]
-
-
-def test_an_adaptive_integral_is_refused():
-    text = SYSTEMS["centroid_curved"]
-    with pytest.raises(CodegenError, match="adaptive integral, which generated code has not; sample it"):
-        written(prepare(loads(text), text))
 
 
 class TestModule:

@@ -58,7 +58,7 @@ class TestNumbers:
 
 def test_an_adaptive_integral_is_refused():
     text = SYSTEMS["centroid_curved"]
-    with pytest.raises(CodegenError, match="adaptive integral, which generated code has not; sample it"):
+    with pytest.raises(CodegenError, match="adaptive integral, which only JavaScript of all"):
         module(prepare(loads(text), text))
 
 

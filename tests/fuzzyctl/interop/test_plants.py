@@ -152,6 +152,12 @@ class TestFunctions:
         assert run.stopped.span.line == 13
         assert run.t[-1] == pytest.approx(1.0, abs=0.011)
 
+    def test_a_function_with_other_arguments_is_no_line_of_the_engine(self, small):
+        plant = python_plant("p", ("u",), {"x": 0.0}, ("y",), derivative=lambda x, u: (0.0,), output=lambda t, x: x)
+        (fact, *_) = fuzzyctl.simulate(with_plant(small(), "p", plant)).stopped.facts
+        assert "takes 2 positional arguments but 3 were given" in fact
+        assert "python_plant.py" not in fact
+
     def test_outputs_that_depend_on_inputs_are_reported(self, small):
         run = fuzzyctl.simulate(with_plant(small(), "p", self.system(output=lambda t, x, u, p: [x[0] + u[0]])))
         assert "depend on the inputs of the same instant" in run.stopped.facts[0]

@@ -39,7 +39,7 @@ def test_the_shipped_pendulum_has_its_derivatives():
 
 def test_arguments_of_another_shape_are_refused(small):
     (plant,) = small().plants
-    with pytest.raises(ArgumentError, match=r"expected 1 inputs \(u\) of plant 'p', got 2"):
+    with pytest.raises(ArgumentError, match=r"expected 1 input \(u\) of plant 'p', got 2"):
         rhs(plant, [1.0, 2.0])(0.0, start(plant))
     for inputs in (None, "a", lambda t, x: None):
         with pytest.raises(ArgumentError, match="expected numbers as states and inputs of plant 'p', got"):

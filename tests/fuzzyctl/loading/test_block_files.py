@@ -12,12 +12,11 @@ PYTHON = 'inputs = ("force",)\nstates = {"x": 0.5, "v": 0}\noutputs: tuple = ["p
 WRONG = {
     "inputs = (": "the file is not Python",
     "x = 1\0": '"cart.py" cannot be used: the file is no text: byte 5 is NUL',
-    "": "the file assigns no 'inputs'",
     PYTHON.replace("inputs = ", "def inputs(): return "): "the file assigns no 'inputs'",
-    PYTHON.replace('("force",)', "tuple('f')"): "the file computes its 'inputs'",
-    PYTHON.replace('("force",)', "(1,)"): "the file computes its 'inputs'",
-    PYTHON.replace("0.5", "None"): "the file computes its 'states'",
-    PYTHON.replace("0.5", "1e999"): "the file computes its 'states'",
+    PYTHON.replace('("force",)', "tuple('f')"): "'inputs' is not written out as a tuple of names",
+    PYTHON.replace('("force",)', "(1,)"): "'inputs' is not written out as a tuple of names",
+    PYTHON.replace("0.5", "None"): "'states' is not written out as a dictionary from names to numbers",
+    PYTHON.replace("0.5", "1e999"): "'states' is not written out as a dictionary from names to numbers",
     PYTHON.replace('"force"', '"a b"'): "'a b' of 'inputs' is no name",
     PYTHON.replace('"force"', '"not"'): "'not' of 'inputs' is no name",
     PYTHON.replace('"force",', '"force", "force"'): "'force' of 'inputs' is declared twice",
@@ -70,6 +69,16 @@ class TestPython:
         (tmp_path / "cart.py").write_text(text, encoding="utf-8")
         ((code, message, place),) = errors_in('plant cart = python("cart.py")\n', tmp_path)
         assert (code, message, place) == ("FZ218", WRONG[text], '"cart.py"')
+
+    def test_all_mistakes_are_reported_at_once(self, tmp_path):
+        text = PYTHON.replace('"force"', '"u", "u"').replace("0.5", "'a'").replace('["place"]', '["y", "a b", "u"]')
+        (tmp_path / "cart.py").write_text(text, encoding="utf-8")
+        assert [message for _, message, _ in errors_in('plant cart = python("cart.py")\n', tmp_path)] == [
+            "'u' of 'inputs' is declared twice",
+            "'states' is not written out as a dictionary from names to numbers",
+            "'a b' of 'outputs' is no name",
+            "'u' of 'outputs' is declared twice",
+        ]
 
     def test_a_missing_file_is_reported_with_a_near_one(self, tmp_path):
         (tmp_path / "cart.py").write_text(PYTHON, encoding="utf-8")

@@ -5,7 +5,8 @@ from matplotlib.figure import Figure
 
 import fuzzyctl
 from fuzzyctl.expr import Name
-from fuzzyctl.plot.time_series import draw_runs, panels
+from fuzzyctl.plot.time_series import draw_runs
+from fuzzyctl.simulation.panels import panels
 from fuzzyctl.support.shipped import rules_folder
 
 FOLDER = rules_folder() / "loops"
@@ -41,7 +42,7 @@ def drawn(runs, labels):
 
 
 def test_outputs_with_their_reference_then_controls_then_disturbances(run):
-    assert [(p.signal, p.reference, p.held) for p in panels(run)] == [
+    assert [(p.signal, p.reference, p.held) for p in panels(run.loop, run.positions)] == [
         ("tank.y", Name("reference"), False),
         ("law.valve", None, True),
         ("leak", None, False),
@@ -68,7 +69,8 @@ def test_a_loop_without_measures_shows_its_only_reference(tmp_path):
     text = (FOLDER / "water_tank.fz").read_text("utf-8")
     lines = [line for line in text.split("\n") if not line.startswith(("measure", "require"))]
     (tmp_path / "a.fz").write_text("\n".join(lines), encoding="utf-8")
-    first, *_ = panels(fuzzyctl.simulate(fuzzyctl.load_loop(tmp_path / "a.fz"), backend="python"))
+    run = fuzzyctl.simulate(fuzzyctl.load_loop(tmp_path / "a.fz"), backend="python")
+    first, *_ = panels(run.loop, run.positions)
     assert (first.signal, first.reference) == ("tank.y", Name("reference"))
 
 

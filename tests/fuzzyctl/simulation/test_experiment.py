@@ -365,6 +365,15 @@ class TestDeadTime:
         assert run["a.y"][4:] == pytest.approx(run["b.y"][:-4], rel=1e-12, abs=1e-14)
         assert run["b.y"] == pytest.approx(2 * (1 - np.exp(-run.t / 0.3)), abs=2e-4)
 
+    def test_adaptive_solvers_refuse_substeps(self, loop):
+        with pytest.raises(ArgumentError, match="solver RK45 chooses its own"):
+            fuzzyctl.simulate(loop(driven(LAG, "1", "1 s step 0.1 s")), solver="RK45", substeps=2)
+
+    @pytest.mark.parametrize("value", ["a", None, math.nan, 10**400, 1j])
+    def test_values_of_params_are_finite_numbers(self, loop, value):
+        with pytest.raises(ValueOutOfBoundsError, match="param 'K' must be a finite number"):
+            fuzzyctl.simulate(loop(driven(LAG, "K", "1 s step 0.1 s") + "param K = 1\n"), K=value)
+
     def test_adaptive_solvers_refuse_dead_time(self, loop):
         with pytest.raises(ArgumentError, match="dead time takes the solver RK4"):
             fuzzyctl.simulate(loop(driven(PURE.format(time="30 ms"), "1", "1 s step 0.1 s")), solver="LSODA")
@@ -633,3 +642,18 @@ run length
     assert known.step == pytest.approx(0.1)
     with pytest.raises(ArgumentError, match=f"'{name}' cannot be free"):
         Experiment(loop(text), "python", free=[name])
+
+
+def test_recorded_calls_are_what_the_systems_are_given(loop):
+    found = loop(SHARED)
+    run, plain = (Experiment(found, "python", record_calls=r).run() for r in (True, False))
+    assert set(run.names) - set(plain.names) == {"law.gain.y"}
+    assert run["law.gain.y"] == pytest.approx(run["p.y"], abs=1e-15)
+    assert run["p.y"].tolist() == plain["p.y"].tolist()
+    tank = fuzzyctl.load_loop(rules_folder() / "loops" / "water_tank.fz")
+    run = fuzzyctl.simulate(tank, record_calls=True)
+    surface = fuzzyctl.compile(tank.controllers[0].systems[0])
+    moved = [surface(e, c) for e, c in zip(run["law.surface.error"], run["law.surface.change"], strict=True)]
+    valve = run["law.valve"][::5]  # a step of the controller is five of the run
+    expected = np.clip(valve[:-1] + 0.05 * 8 * np.array(moved[5::5]), 0, 10)
+    assert valve[1:] == pytest.approx(expected, abs=1e-12)

@@ -58,7 +58,11 @@ def test_it_is_the_plant_that_text_says(loop, python_loop):
     ("old", "new", "message", "fact"),
     [
         ("return x\n", "return x[0]\n", "'output' of plant 'p' returned 1.0 at t = 0 s", "expected 2 numbers"),
-        ("return speed, u", "return u", "'derivative' of plant 'p' returned -", "one for each of: x, v"),
+        ("return speed, u", "return u", "'derivative' of plant 'p' returned -", "p.py:7: expected 2 numbers"),
+        ("return speed, u", "return u", "'derivative' of plant 'p' returned -", "such as (0.0, 0.0)"),
+        ("return speed, u", "return 1e999, u", "'derivative' of plant 'p' returned (inf, -", "not so: x"),
+        ("return x\n", "return 1 / 0\n", "'output' of plant 'p' raised ZeroDivisionError", "there x = 1, v = 0"),
+        ("(t, x, u)", "(x, u)", "'derivative' of plant 'p' cannot be called with t, x, u", "p.py:7: too many"),
         ("return x\n", "return ['a', None]\n", "'output' of plant 'p' returned ['a', None]", "expected 2 numbers"),
         ("return x\n", "return 1 / 0\n", "'output' of plant 'p' raised ZeroDivisionError at t = 0 s", "p.py:13: "),
         ("return x\n", "return {1.0, 2.0}\n", "'output' of plant 'p' returned {1.0, 2.0}", "expected 2 numbers"),
@@ -97,6 +101,7 @@ def test_the_data_before_a_mistake_is_kept(python_loop):
 def test_numbers_that_are_not_finite_stop_the_run(python_loop):
     run = Experiment(python_loop(CODE.replace("return speed, u", "return 1e305, u"))).run()
     assert run.stopped.message == "state 'p.x' is infinite at t = 0.02 s"
+    assert run.stopped.span.text == "p"
 
 
 def test_nan_is_reported_with_the_function_that_returns_it(python_loop):

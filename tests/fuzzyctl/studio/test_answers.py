@@ -1,6 +1,7 @@
 """The studio's worker answers without numpy what the program answers with it; browsers count in UTF-16."""
 
 import json
+import re
 import subprocess
 import sys
 
@@ -41,7 +42,7 @@ def requests():
     for name in FILES:
         path = RULES / name
         text = path.read_text()
-        common = {"file": str(path), "text": text, "offset": text.index(" = ") - 1}
+        common = {"file": str(path), "text": text, "offset": text.index(" = ") - 1, "nonce": "a1-b2"}
         yield from ({"method": m, **common} for m in METHODS if m != "export")
         yield from ({"method": "export", "target": target, **common} for target in TARGETS)
 
@@ -69,6 +70,43 @@ def test_places_are_in_units_of_utf_16():
     done = ask("complete", text, offset=place)
     assert {"lo", "hi"} <= {i["label"] for i in done["items"]}
     assert done["from"] == place
+
+
+def test_changes_at_a_place_are_repairs_of_its_line_and_what_can_be_written():
+    text = (RULES / "tipper.fz").read_text().replace("then tip is cheap", "then tip is chaep")
+    repair, *_ = ask("actions", text, offset=text.index("chaep"))["actions"]
+    (edit,) = repair["edits"]
+    assert text[edit["from"] : edit["to"]] == "chaep"
+    assert edit["text"] == "cheap"
+    titles = [a["title"] for a in ask("actions", text, offset=text.index("output tip"))["actions"]]
+    assert "add 'else midpoint', the output where no rule fires" in titles
+    assert repair["title"] not in titles
+
+
+def test_a_proof_that_takes_numpy_is_said_to_be_the_program_s():
+    text = (RULES / "tipper.fz").read_text() + "require increasing(tip, service)\n"
+    verdicts = ask("picture", text)["facts"]["sections"][0]["verdicts"]
+    assert verdicts[0][0] == "proved"
+    assert verdicts[1][0] == "undecided"
+    assert verdicts[1][2] == "it takes subdivision, with numpy: 'fuzzyctl prove' does it"
+
+
+def test_loops_are_run_or_say_why_not(tmp_path):
+    text = (RULES / "loops" / "pendulum.fz").read_text()
+    (run,) = ask("runs", text)["sections"]
+    assert run["kind"] == "loop"
+    assert run["panels"][0]["values"]
+    assert "take numpy" in run["note"]
+    assert ask("picture", text)["loops"] == [run["name"]]
+    assert run["title"] in ask("page", text)["html"]
+    (noisy,) = ask("runs", (RULES / "loops" / "water_tank.fz").read_text())["sections"]
+    assert "another generator" in noisy["note"]
+    (tmp_path / "b.csv").write_text("t,v\n0,1\n9,1\n")
+    table = "plant p\ninput u\nstate x = 0\nder x = u\noutput y = x\nloop l\nblock b = p(r)\n"
+    table += 'let r = csv("b.csv", column="v")\nrun 1 s step 0.1 s\n'
+    (refused,) = ask("runs", table, tmp_path / "a.fz")["sections"]
+    assert refused["refused"] == "a table over time takes numpy; 'fuzzyctl simulate' runs it"
+    assert "no blocks" in ask("runs", "loop l\n")["refused"]
 
 
 @pytest.mark.parametrize("offset", [-5, 0, 3, 10_000])
@@ -115,5 +153,16 @@ def test_hovers_show_a_term():
 def test_a_hostile_title_stays_text():
     text = (RULES / "tipper.fz").read_text()
     line = next(x for x in text.splitlines() if x.startswith("system tipper"))
-    found = ask("page", text.replace(line, 'system tipper "</script><img src=x onerror=alert(1)>"'))["html"]
-    assert "<img src=x" not in found
+    hostile = text.replace(line, 'system tipper "</script><img src=x onerror=alert(1)>"')
+    assert "<img src=x" not in ask("page", hostile)["html"]
+    assert "<img src=x" not in ask("picture", hostile)["script"]
+
+
+def test_a_picture_is_what_the_page_shows():
+    text = (RULES / "tipper.fz").read_text()
+    page, picture, frame = ask("page", text)["html"], ask("picture", text), ask("frame", "", nonce="a1-b2")["html"]
+    assert f"<script>{picture['script']}</script>" in page
+    shown = re.search(r'id="facts">(.*?)</script>', page)
+    assert json.loads(shown[1]) == picture["facts"]
+    assert "'nonce-a1-b2'" in frame
+    assert "nonce" not in re.search(r'content="(default-src.*?)"', page)[1]

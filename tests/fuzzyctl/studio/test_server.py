@@ -1,6 +1,7 @@
 """The server of the studio: the loopback address, types that browsers ask for, links that carry a text."""
 
 import base64
+import json
 import threading
 import urllib.error
 import urllib.request
@@ -9,7 +10,7 @@ from urllib.parse import parse_qs, urlsplit
 
 import pytest
 
-from fuzzyctl.studio.server import address, server
+from fuzzyctl.studio.server import address, server, used_files
 
 
 @pytest.fixture
@@ -63,4 +64,18 @@ def test_a_link_carries_a_text():
     bytes_ = base64.urlsafe_b64decode(packed + "=" * (-len(packed) % 4))
     assert values["name"] == ["a b&c.fz"]
     assert zlib.decompress(bytes_, -15).decode() == text
+    assert "files" not in values
     assert address(80) == "http://127.0.0.1:80/"
+
+
+def test_a_link_carries_the_files_that_the_text_uses(tmp_path):
+    (tmp_path / "sub").mkdir()
+    (tmp_path / "a.fz").write_text('use "sub/b.fz"\nsource "c.csv is not it"\nuse "gone.fz"\nuse "../d.fz"\n')
+    (tmp_path / "sub" / "b.fz").write_text('table x by y from "c.csv"\nuse "sub/b.fz"\n')
+    (tmp_path / "c.csv").write_text("1,2\n")
+    (tmp_path.parent / "d.fz").write_text("secret\n")
+    found = used_files((tmp_path / "a.fz").read_text(), tmp_path)
+    assert sorted(found) == ["c.csv", "sub/b.fz"]
+    packed = parse_qs(urlsplit(address(80, "a.fz", "x", found)).fragment)["files"][0]
+    text = zlib.decompress(base64.urlsafe_b64decode(packed + "=" * (-len(packed) % 4)), -15)
+    assert json.loads(text) == found

@@ -186,6 +186,23 @@ class TestRuns:
         whole = swept(folder)
         assert swept(folder, workers=run.Workers(jobs=1)) == whole
 
+    def test_params_of_controllers_inside_controllers_vary(self, folder):
+        outer = "controller outer\ninput r\ninput y\nblock a = law(r, y, K=3)\nblock b = law(r, y)\n"
+        text = FILE.replace("\nplant p", f"{outer}output u = a.u + b.u\nevery 0.1 s\n\nplant p")
+        (folder / "small.fz").write_text(text.replace("block law = law(", "block law = outer("), encoding="utf-8")
+        spec = 'scenario = "small.fz"\n[set]\nlaw.b.K = 2\n[grid]\nlaw.a.K = [1.0, 4.0]\n'
+        errors = [row["error"] for row in swept(folder, spec)]
+        loop = fuzzyctl.load_loop(folder / "small.fz")
+        runs = [fuzzyctl.simulate(loop, **{"law.a.K": k, "law.b.K": 2}) for k in (1, 4)]
+        assert [float(e) for e in errors] == pytest.approx([run.measures["error"] for run in runs], rel=1e-13)
+        (folder / "out" / "results.csv").unlink()
+        drawn = 'scenario = "small.fz"\n[random]\n"law.*.K" = { uniform = [1.0, 2.0], relative = "factor" }\n'
+        (row,) = swept(folder, drawn)
+        assert 3 <= float(row["law.a.K"]) <= 6
+        assert 1 <= float(row["law.b.K"]) <= 2
+        (found,) = mistakes(folder, spec.replace("4.0", "40"))
+        assert found.message == "run 1: param 'law.a.K' is 40, outside of (0, 20]"
+
 
 class TestFiles:
     def test_a_used_file_that_changed_is_refused(self, folder):

@@ -124,12 +124,12 @@ def _broken_law(name: str, file: str, lines: list[int], error: BaseException, ve
     from dwmr.core.jit import reason
 
     facts = (f"{type(error).__name__}: {reason(error)}",)
-    help_text = (
-        ""
-        if isinstance(error, Exception)
-        else f"raise an error such as ValueError; {type(error).__name__} ends the command"
-    )
-    if verb == "run":
+    help_text = ""
+    if verb == "run" and isinstance(error, IndexError):
+        help_text = "'signals' is as long as SIGNALS; 'gains', 'state' and 'next_state' are as long as init makes them"
+    elif verb == "run":
         help_text = "return a key of FAULTS to stop a run"
+    elif not isinstance(error, Exception):
+        help_text = f"raise an error such as ValueError; {type(error).__name__} ends the command"
     place = f"{file}:{lines[-1]}" if lines else file
     return Diagnostic("FZ001", f"the control law {name} cannot be {verb}", facts=facts, help=help_text, file=place)

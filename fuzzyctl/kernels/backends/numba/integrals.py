@@ -33,12 +33,15 @@ _FUNCTIONS: Final = {
         quadrature.moments,
         quadrature.within,
         quadrature.half,
+        quadrature.speed,
+        quadrature.jumps,
     )
 }
 #: What each of the functions that programs call needs besides itself.
 _NEEDED: Final = {
     "moments": ("stretch", "rough_area", "summed", "integrals", "moments"),
     "half": ("stretch", "rough_area", "summed", "integrals", "within", "half"),
+    "jumps": ("stretch", "rough_area", "summed", "integrals", "speed", "jumps"),
 }
 #: How functions are compiled that only compiled functions call: without what Python and C would call.
 INNER: Final = '@njit(error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True)'
@@ -74,33 +77,34 @@ def integrals_lines(statements: Iterable[Quadrature], tables: Iterable[str]) -> 
 def integral_lines(statement: Quadrature) -> Iterator[str]:
     """Yield the functions that integrate one set, its constants and the set itself."""
     yield from (f"{name} = {value!r}" for name, value in vars(quadrature).items() if name.isupper())
-    yield from ("", "", INNER, *printer.set_function(statement, SCALAR))
+    for line in printer.set_functions(statement, SCALAR):
+        yield from ("", "", INNER, line) if line.startswith("def ") else (line,)
     if statement.marks:
-        yield from ("", "", INNER, ast.unparse(_PutIn("").visit(ast.parse(inspect.getsource(quadrature.marked)))))
+        yield from ("", "", INNER, ast.unparse(_PutIn("", "").visit(ast.parse(inspect.getsource(quadrature.marked)))))
     for name in _NEEDED[statement.kind]:
         tree = ast.parse(inspect.getsource(_FUNCTIONS[name]))
-        yield from ("", "", INNER, ast.unparse(_PutIn(statement.function).visit(tree)))
+        yield from ("", "", INNER, ast.unparse(_PutIn(statement.function, statement.crossing_function).visit(tree)))
 
 
 class _PutIn(ast.NodeTransformer):
     """Puts a set in for the function that is integrated, and drops types, whose names a module does not have."""
 
-    def __init__(self, function: str) -> None:
-        self.function = function
+    def __init__(self, function: str, crossing: str) -> None:
+        self.function, self.put_in = function, {"function": function, "crossing": crossing}
 
     def visit_FunctionDef(self, node: ast.FunctionDef) -> ast.AST:
-        """Return a function without the argument that is a function."""
+        """Return a function without the arguments that are functions."""
         self.generic_visit(node)
         node.name, node.returns = f"{node.name}_{self.function}" if self.function else node.name, None
-        node.args.args = [ast.arg(a.arg) for a in node.args.args if a.arg != "function"]
+        node.args.args = [ast.arg(a.arg) for a in node.args.args if a.arg not in self.put_in]
         return node
 
     def visit_Call(self, node: ast.Call) -> ast.AST:
         """Return a call of the set, or of a function into which it is put."""
         self.generic_visit(node)
-        if isinstance(node.func, ast.Name) and node.func.id == "function":
-            node.func.id = self.function
+        if isinstance(node.func, ast.Name) and node.func.id in self.put_in:
+            node.func.id = self.put_in[node.func.id]
         elif isinstance(node.func, ast.Name) and node.func.id in _FUNCTIONS:
             node.func.id = f"{node.func.id}_{self.function}"
-            node.args = [a for a in node.args if not (isinstance(a, ast.Name) and a.id == "function")]
+            node.args = [a for a in node.args if not (isinstance(a, ast.Name) and a.id in self.put_in)]
         return node

@@ -15,7 +15,7 @@ from fuzzyctl.kernels.backends.numpy import quadrature
 from fuzzyctl.kernels.backends.python.backend import point_text
 from fuzzyctl.kernels.program.passes.schedule import late
 from fuzzyctl.kernels.program.primitives import PRIMITIVES
-from fuzzyctl.kernels.program.printer import ARRAYS, INDENT, block, set_function, text
+from fuzzyctl.kernels.program.printer import ARRAYS, INDENT, block, set_functions, text
 from fuzzyctl.kernels.program.program import (
     STATE,
     Accumulate,
@@ -130,10 +130,12 @@ def _sets(program: Program, tables: Mapping[str, FloatArray]) -> dict[str, Any]:
     for statement in program.body:
         if isinstance(statement, Quadrature):
             namespace: dict[str, Any] = {**_RUNTIME, **tables}
-            source = "\n".join(set_function(statement, ARRAYS)) + "\n"
+            source = "\n".join(set_functions(statement, ARRAYS)) + "\n"
             exec(compile(source, "<fuzzyctl set>", "exec"), namespace)  # noqa: S102 - printed from a plan
             function = namespace[statement.function]
             found[statement.function] = quadrature.SetFunction(function, len(statement.body))
+            if statement.crossings is not None:
+                found[statement.crossing_function] = namespace[statement.crossing_function]
     return found
 
 
@@ -193,6 +195,7 @@ _RUNTIME: Final[dict[str, Any]] = {
     "locate": _locate,
     "moments": quadrature.moments,
     "half": quadrature.half,
+    "jumps": quadrature.jumps,
     "marked": quadrature.marked,
     "where": np.where,
     "logical_not": np.logical_not,

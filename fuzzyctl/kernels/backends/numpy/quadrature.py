@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import fields
+from functools import partial
 from typing import Any, Final
 
 import numpy as np
@@ -18,6 +19,8 @@ IntArray = npt.NDArray[np.intp]
 BoolArray = npt.NDArray[np.bool_]
 #: From places of shape (stretches, nodes) and what else it depends on, of shape (stretches, 1), to degrees.
 ArrayFunction = Callable[[FloatArray, tuple[FloatArray, ...]], Any]
+#: The same to the values of `program.Crossings`.
+CrossingFunction = Callable[[FloatArray, tuple[FloatArray, ...]], tuple[Any, ...]]
 
 #: Points that are integrated at a time, at most.
 PART: Final = 256
@@ -77,6 +80,13 @@ def half(
 ) -> tuple[FloatArray, FloatArray]:
     """Return where areas are half, and the areas; see `quadrature.half`."""
     return _in_parts(_half, function, places, given)
+
+
+def jumps(
+    function: ArrayFunction, crossing: CrossingFunction, places: FloatArray, given: tuple[FloatArray | float, ...]
+) -> tuple[FloatArray, FloatArray]:
+    """Return what jumps add to the derivatives of first moments and areas; see `quadrature.jumps`."""
+    return _in_parts(partial(_jumps, crossing), function, places, given)
 
 
 def _in_parts(
@@ -142,8 +152,10 @@ class _Stretches:
         return cls(*(np.concatenate([getattr(p, f.name) for p in parts]) for f in fields(cls)))
 
 
-def _levels(function: ArrayFunction, places: FloatArray, given: FloatArray) -> Iterator[_Stretches]:
-    """Yield the stretches that are halved no more, those of a length at once."""
+def _levels(
+    function: ArrayFunction, places: FloatArray, given: FloatArray, crossing: CrossingFunction | None = None
+) -> Iterator[_Stretches]:
+    """Yield the stretches that are halved no more, those of a length at once; with crossings those of `jumps`."""
     count = given.shape[1]
     index = np.repeat(np.arange(count), places.shape[1] - 1)
     left, right = places[:, :-1].reshape(-1), places[:, 1:].reshape(-1)
@@ -157,6 +169,8 @@ def _levels(function: ArrayFunction, places: FloatArray, given: FloatArray) -> I
         left_over -= np.bincount(index, minlength=count)
         open_ = (error > quadrature.OF_ALL * rough[index]) & (error > quadrature.OF_OWN * np.abs(own))
         open_ &= error * (right - left) > rounded[index] * np.abs(own)
+        if crossing is not None:
+            open_ |= _speeds(crossing, left, right, given[:, index]) != 0.0
         open_ &= (left < center) & (center < right) & (left_over[index] > 0) & (level < quadrature.DEEPEST)
         yield _Stretches(index, left, right, own, about).taken(~open_)
         if not open_.any():
@@ -174,6 +188,40 @@ def _moments(function: ArrayFunction, places: FloatArray, given: FloatArray) -> 
         center = 0.5 * own.left + 0.5 * own.right
         moment += np.bincount(own.point, own.area * center + own.about, count)
     return moment, area
+
+
+def _jumps(
+    crossing: CrossingFunction, function: ArrayFunction, places: FloatArray, given: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    count = given.shape[1]
+    moment, area = np.zeros(count), np.zeros(count)
+    for own in _levels(function, places, given, crossing):
+        depends = given[:, own.point]
+        moved = _speeds(crossing, own.left, own.right, depends)
+        height = _degrees(function, own.left, depends) - _degrees(function, own.right, depends)
+        share = np.where(np.isfinite(moved), moved, 0.0) * height
+        area += np.bincount(own.point, share, count)
+        moment += np.bincount(own.point, share * (0.5 * own.left + 0.5 * own.right), count)
+    return moment, area
+
+
+def _speeds(crossing: CrossingFunction, left: FloatArray, right: FloatArray, given: FloatArray) -> FloatArray:
+    """Return how fast jumps between the ends of some stretches move; see `quadrature.speed`."""
+    depends = tuple(given)
+    here, there = (np.array([np.broadcast_to(v, x.shape) for v in crossing(x, depends)]) for x in (left, right))
+    found = np.zeros(left.shape)
+    for k in reversed(range(0, len(here), 4)):
+        (one, a, *slopes), (other, b, *others) = here[k : k + 4], there[k : k + 4]
+        by_place, by_argument = np.where(slopes[0] == 0.0, others, slopes)
+        is_unknown = (np.abs(a - b) >= quadrature.CONTINUOUS) | (by_place == 0.0)
+        found = np.where(one == other, found, np.where(is_unknown, np.inf, -by_argument / by_place))
+    return found
+
+
+def _degrees(function: ArrayFunction, x: FloatArray, given: FloatArray) -> FloatArray:
+    """Return the degrees at one place of each stretch."""
+    found = np.broadcast_to(function(x[:, None], tuple(g[:, None] for g in given)), (len(x), 1))
+    return found[:, 0]
 
 
 def _half(function: ArrayFunction, places: FloatArray, given: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -239,7 +287,7 @@ def _within(function: ArrayFunction, given: FloatArray, at: _Stretches, wanted: 
         beyond = area - wanted[open_]
         over = beyond > 0.0
         high[open_[over]], low[open_[~over]] = place[over], place[~over]
-        (degree,) = np.broadcast_to(function(place[:, None], tuple(g[:, None] for g in own)), (len(place), 1)).T
+        degree = _degrees(function, place, own)
         following = np.where(degree > 0.0, place - beyond / degree, high[open_])
         is_inside = (low[open_] < following) & (following < high[open_])
         following = np.where(is_inside, following, 0.5 * low[open_] + 0.5 * high[open_])

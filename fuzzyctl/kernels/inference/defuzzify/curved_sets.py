@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from itertools import pairwise
 from typing import Final
 
-from fuzzyctl.expr import ONE, ZERO, Call, Compare, Expr, Logic, Name, Number, Where, names_in
+from fuzzyctl.expr import ONE, ZERO, Compare, Expr, Logic, Name, Number, Where, names_in
 from fuzzyctl.kernels.inference.defuzzify.alpha_cuts import ends_of, has_cuts
 from fuzzyctl.kernels.inference.defuzzify.centroid import Height, in_units, unit_of
 from fuzzyctl.kernels.inference.defuzzify.sampling import aggregated, implied_degrees
@@ -14,7 +14,7 @@ from fuzzyctl.kernels.inference.defuzzify.turning_points import turning_points
 from fuzzyctl.kernels.inference.degrees.tabulated import degree_of
 from fuzzyctl.kernels.plan.build import OutputPlan, SetPlan
 from fuzzyctl.kernels.program.builder import Builder, clip, minus, plus, times
-from fuzzyctl.kernels.program.program import Jump, Quadrature
+from fuzzyctl.kernels.program.program import Quadrature
 from fuzzyctl.kernels.program.quadrature import NODES
 from fuzzyctl.kernels.program.traversal import parts as parts_of
 from fuzzyctl.kernels.program.traversal import writes
@@ -31,8 +31,6 @@ _AT_REST: Final = ("bounded_difference", "nilpotent_minimum")
 #: from each other for the integral to find it. Such places have others beside them, at these parts of the range.
 _JUMPING: Final = frozenset({"nilpotent_minimum", "nilpotent_maximum"})
 _BESIDE: Final = (1e-8, 1e-6, 1e-4, 1e-2)
-#: A degree that is above 0 and makes no difference otherwise.
-_ANYTHING: Final = 1e-300
 #: Places nearer to another one than this part of their distance from the middle of their term are left out.
 _NEAR: Final = 0.3
 
@@ -61,42 +59,11 @@ def adaptive(builder: Builder, output: OutputPlan, heights: Sequence[Height]) ->
     found, area = builder.fresh(), builder.fresh()
     kind = "half" if output.kind == "bisector" else "moments"
     marks: list[Expr] = []
-    jumps: list[Jump] = []
-    for (t, h, _), part in zip(heights, implied, strict=True):
-        ends = [
-            e if isinstance(e, Number) else builder.let(in_units(e, unit))
-            for e in _ends(builder, output, output.terms[t], h)
-        ]
-        marks += [e for e in dict.fromkeys(ends) if not isinstance(e, Number)]
-        inside = _at_end(output, output.terms[t], h)
-        if inside is not None and isinstance(part, Name) and part.name in own:
-            jumps += [Jump(e, part.name, inside, is_left) for e, is_left in zip(ends, (True, False), strict=False)]
-    jumps = list(dict.fromkeys(j for j in jumps if not isinstance(j.mark, Number)))
-    unknown = _unknown_jumps(output, [output.terms[t] for t, _, _ in heights])
-    builder.statements.append(
-        Quadrature(found, area, kind, x, body, value, given, table, tuple(marks), tuple(jumps), unknown)
-    )
+    for t, h, _ in heights:
+        ends = [e for e in _ends(builder, output, output.terms[t], h) if not isinstance(e, Number)]
+        marks += dict.fromkeys(builder.let(in_units(e, unit)) for e in ends)
+    builder.statements.append(Quadrature(found, area, kind, x, body, value, given, table, tuple(marks)))
     return Name(found), Name(area)
-
-
-def _at_end(output: OutputPlan, term: SetPlan, activation: Expr) -> Expr | None:
-    """Return what an implied set is just inside its ends, if the aggregated set jumps there."""
-    implication = output.implication_of(term)
-    if implication == "nilpotent_minimum":
-        return Call("min", (activation, minus(ONE, activation)))
-    # The drastic sum with another set jumps to 1 as soon as there is anything.
-    return Number(_ANYTHING) if (implication, output.aggregation) == ("bounded_difference", "drastic_sum") else None
-
-
-def _unknown_jumps(output: OutputPlan, terms: Sequence[SetPlan]) -> str:
-    """Return the norm that makes the aggregated set jump at places that move and have no closed form, if one does."""
-    ending = [t for t in terms if _at_end(output, t, ZERO) is not None and not has_cuts(t)]
-    if ending:
-        return f"implication {output.implication_of(ending[0])}"
-    if output.aggregation == "nilpotent_maximum" and len(terms) > 1:
-        return "aggregation nilpotent_maximum"
-    is_lenient = output.aggregation == "drastic_sum" and output.equal > 0.0 and len(terms) > 1
-    return "aggregation drastic_sum" if is_lenient else ""
 
 
 def _ends(builder: Builder, output: OutputPlan, term: SetPlan, activation: Expr) -> list[Expr]:

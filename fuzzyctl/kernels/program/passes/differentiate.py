@@ -10,17 +10,18 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Final
 
 from fuzzyctl.expr import ONE, ZERO, Binary, Call, Compare, CompareOp, Expr, Logic, Name, Negate, Number, Where
 from fuzzyctl.kernels.program.builder import is_atom, minus, plus, times
+from fuzzyctl.kernels.program.passes.jumps import comparisons
+from fuzzyctl.kernels.program.passes.slopes import SLOPES, STEEP, STEPS
 from fuzzyctl.kernels.program.program import (
     NAN,
     Accumulate,
     Assign,
+    Crossings,
     Fold,
     Item,
-    Jump,
     Locate,
     Offset,
     Program,
@@ -28,16 +29,10 @@ from fuzzyctl.kernels.program.program import (
     Refuse,
     Statement,
 )
-from fuzzyctl.kernels.program.traversal import locals_of, reads, rebuilt, renamed, writes
+from fuzzyctl.kernels.program.traversal import locals_of, needed, reads, rebuilt, renamed, writes
 
 #: Derivatives of a value by the position of the argument, without those that are 0 everywhere.
 Derivatives = Mapping[int, Expr]
-
-#: Functions that are constant between their jumps.
-_STEPS: Final = ("floor",)
-
-#: Functions whose slope may be infinite.
-_STEEP: Final = ("sqrt", "log")
 
 
 class NotDifferentiableError(ValueError):
@@ -117,64 +112,79 @@ class _Tape:
         """Integrate the derivatives of a set, along each argument the same function of other slopes of what is given.
 
         A set that bends moves its bends without changing the integral, which is why only jumps have a share of theirs.
+        The set itself is added, in the size of the slopes, and taken off again: it shows bends between which the
+        derivative may be 0 at all nodes.
         """
-        if whole.unknown:
-            raise NotDifferentiableError(f"sets jump under {whole.unknown}, at places without a closed form")
         moved = [n for n in whole.given if self.known.get(n)]
-        jumps = [(j.mark, self.derivatives(j.mark), self._step(whole, j)) for j in whole.jumps]
         found: dict[str, dict[int, Expr]] = {whole.found: {}, whole.area: {}}
         for k in sorted({k for n in moved for k in self.known[n]}):
-            slopes = [self.named(self.known[n].get(k, ZERO)) for n in moved]
-            inner = _Tape({n: {0: s} for n, s in zip(moved, slopes, strict=True)}, count=self.count)
+            slopes = {n: self.named(self.known[n].get(k, ZERO)) for n in moved}
+            size = self.named(self._total([self._finite(s) for s in slopes.values()]))
+            inner = _Tape({n: {0: s} for n, s in slopes.items()}, count=self.count)
             for statement in whole.body:
                 inner.copy(statement)
-            slope = inner.derivatives(whole.value).get(0, ZERO)
-            given = (*whole.given, *(s.name for s in slopes))
+            slope = inner.let(plus(inner.derivatives(whole.value).get(0, ZERO), size * whole.value))
+            given = (*whole.given, *(s.name for s in slopes.values()), size.name)
             self.count = inner.count
-            of_set = replace(whole, kind="moments", body=tuple(inner.body), value=slope, given=given, jumps=())
-            shares = [(m, self._product(step, d.get(k, ZERO))) for m, d, step in jumps]
-            moment, area = self._integrated(of_set)
-            found[whole.area][k] = self._total([area, *(share for _, share in shares)])
+            of_set = replace(whole, kind="moments", body=tuple(inner.body), value=slope, given=given)
+            of_jumps = self._of_jumps(replace(whole, given=given), slopes)
+            moment, area = self._integrated(of_set, of_jumps)
+            found[whole.area][k] = self.let(area - self.let(size * Name(whole.area)))
             if whole.kind == "half":
-                found[whole.found][k] = self._of_half(whole, of_set, shares)
+                found[whole.found][k] = self._of_half(whole, of_set, of_jumps)
             else:
-                found[whole.found][k] = self._total([moment, *(self._product(m, share) for m, share in shares)])
+                found[whole.found][k] = self.let(moment - self.let(size * Name(whole.found)))
         return dict(found)
 
-    def _of_half(self, whole: Quadrature, of_set: Quadrature, shares: Sequence[tuple[Expr, Expr]]) -> Expr:
+    def _of_half(self, whole: Quadrature, of_set: Quadrature, of_jumps: Quadrature | None) -> Expr:
         """Return the derivative of the place where the area to the left is half of all; NaN at a gap, where it jumps.
 
         It moves by half of what the area changes by to its right less to its left, over the degree there.
         """
         place = Name(whole.found)
-        side = Where(Compare(">", Name(whole.x), place), of_set.value, -of_set.value)
-        marks, given = (*whole.marks, place), (*of_set.given, whole.found)
-        _, more = self._integrated(replace(of_set, value=side, marks=marks, given=given))
-        sides = [self.let(Where(Compare(">", m, place), share, -share)) for m, share in shares]
+
+        def sides(integral: Quadrature) -> Quadrature:
+            side = Where(Compare(">", Name(whole.x), place), integral.value, -integral.value)
+            marks = () if integral.crossings else (*whole.marks, place)
+            return replace(integral, value=side, marks=marks, given=(*integral.given, whole.found))
+
+        _, more = self._integrated(sides(of_set), of_jumps and sides(of_jumps))
         degree = self._at(whole, place)
         slope = self.let(Number(0.5) / self.let(Where(Compare(">", degree, ZERO), degree, NAN)))
-        return self._steep(self._total([more, *sides]), slope)
+        return self._steep(more, slope)
 
-    def _step(self, whole: Quadrature, jump: Jump) -> Expr:
-        """Return by how much a set is larger before a jump than behind it."""
-        place = self.named(jump.mark)
-        inside, outside = (self._at(whole, place, {jump.part: part}) for part in (jump.inside, ZERO))
-        return self._difference(outside, inside) if jump.is_left else self._difference(inside, outside)
+    def _of_jumps(self, whole: Quadrature, slopes: Mapping[str, Name]) -> Quadrature | None:
+        """Return the integral of the jumps of a set that move, None for a set without such jumps."""
+        found = comparisons(whole)
+        if not found:
+            return None
+        tape = _Tape({n: {1: s} for n, s in slopes.items()} | {whole.x: {0: ONE}}, count=self.count)
+        for statement in whole.body:
+            tape.copy(statement)
+        values: list[Expr] = []
+        for condition in found:
+            gap = minus(condition.left, condition.right)
+            own = tape.derivatives(gap)
+            if len(own) == 2:
+                values += [tape.let(Where(condition, ONE, ZERO)), tape.let(gap), own[0], own[1]]
+        self.count = tape.count
+        crossings = Crossings(needed(tape.body, values), tuple(values))
+        return replace(whole, kind="jumps", marks=(), crossings=crossings) if values else None
 
-    def _at(self, whole: Quadrature, place: Name, given: Mapping[str, Expr] | None = None) -> Expr:
-        """Write the degree of a set at a place, some parts of it being given."""
+    def _at(self, whole: Quadrature, place: Name) -> Expr:
+        """Write the degree of a set at a place."""
         inside = set().union(*(writes(s) | locals_of(s) for s in whole.body))
         names = {whole.x: place.name} | {n: self.fresh() for n in sorted(inside)}
 
         def name(own: str) -> str:
             return names.get(own, own)
 
-        for statement in whole.body:
-            if isinstance(statement, Assign) and statement.name in (given or {}):
-                self.body.append(Assign(name(statement.name), (given or {})[statement.name]))
-            else:
-                self.body.append(rebuilt(statement, lambda value: renamed(value, name), name))
+        self.body += [rebuilt(s, lambda value: renamed(value, name), name) for s in whole.body]
         return self.let(renamed(whole.value, name))
+
+    def _finite(self, slope: Expr) -> Expr:
+        size = self.let(Call("abs", (slope,)))
+        return self.let(Where(Compare("<", size, Number(math.inf)), size, ZERO))
 
     def _total(self, parts: Sequence[Expr]) -> Expr:
         total: Expr = ZERO
@@ -182,10 +192,17 @@ class _Tape:
             total = self.let(plus(total, part))
         return total
 
-    def _integrated(self, of_set: Quadrature) -> tuple[Expr, Expr]:
-        moment, area = self.fresh(), self.fresh()
-        self.body.append(replace(of_set, found=moment, area=area))
-        return Name(moment), Name(area)
+    def _integrated(self, *integrals: Quadrature | None) -> tuple[Expr, Expr]:
+        """Return moment and area of some integrals together."""
+        moments: list[Expr] = []
+        areas: list[Expr] = []
+        for integral in integrals:
+            if integral is not None:
+                moment, area = self.fresh(), self.fresh()
+                self.body.append(replace(integral, found=moment, area=area))
+                moments.append(Name(moment))
+                areas.append(Name(area))
+        return self._total(moments), self._total(areas)
 
     def _read(self, loop: Fold) -> set[int]:
         return {k for name in reads(loop) for k in self.known.get(name, {})}
@@ -325,13 +342,13 @@ class _Tape:
                 size = self.let(self.let(y * y) + self.let(x * x))
                 by_y, by_x = self.let(x / size), self.let(self.let(-y) / size)
                 return self._sum([*own[0], *(k for k in own[1] if k not in own[0])], (own[0], by_y), (own[1], by_x))
-            case _, [x] if function in _STEPS:
+            case _, [x] if function in STEPS:
                 return {}
-            case _, [x]:
-                slope = self._slope(function, x, value)
-                if function in _STEEP:
-                    return {k: self._steep(d, slope) for k, d in own[0].items()}
-                return {k: self._product(d, slope) for k, d in own[0].items()}
+            case _, [x] if function in SLOPES:
+                slope, times_slope = SLOPES[function](x, value, self.let), self._product
+                if function in STEEP:
+                    times_slope = self._steep
+                return {k: times_slope(d, slope) for k, d in own[0].items()}
         raise NotDifferentiableError(function)
 
     def _clipped(self, values: tuple[Expr, Expr, Expr], own: Sequence[Derivatives]) -> Derivatives:
@@ -339,23 +356,6 @@ class _Tape:
         (x, low, high), (of_x, of_low, of_high) = values, own
         inner = self._chosen(_compared(">", (x, high), (of_x, of_high)), of_high, of_x)
         return self._chosen(_compared("<", (x, low), (of_x, of_low)), of_low, inner)
-
-    def _slope(self, function: str, x: Expr, value: Expr) -> Expr:
-        """Write the derivative of a function of one argument."""
-        match function:
-            case "sqrt":
-                return self.let(Number(0.5) / value)
-            case "exp":
-                return value
-            case "log":
-                return self.let(ONE / x)
-            case "sin":
-                return self.let(Call("cos", (x,)))
-            case "cos":
-                return self.let(-self.let(Call("sin", (x,))))
-            case "tan":
-                return self.let(1.0 + self.let(value * value))
-        raise NotDifferentiableError(function)
 
     def _sum(self, keys: Sequence[int], *parts: tuple[Derivatives, Expr]) -> Derivatives:
         """Return for each argument the sum of derivatives times factors."""

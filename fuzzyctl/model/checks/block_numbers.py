@@ -9,9 +9,22 @@ from typing import Final
 
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, Note
 from fuzzyctl.diagnostics.source import Span
-from fuzzyctl.expr import CONSTANTS, DIVISION, REPAIRS, Call, Expr, ExprError, Keyword, Number, evaluate, span_of, walk
+from fuzzyctl.expr import (
+    CONSTANTS,
+    DIVISION,
+    REPAIRS,
+    Call,
+    Expr,
+    ExprError,
+    Keyword,
+    Number,
+    evaluate,
+    names_in,
+    span_of,
+    walk,
+)
 from fuzzyctl.model.checks.constants import constants, quotients
-from fuzzyctl.model.checks.ranges import outside_ranges
+from fuzzyctl.model.checks.ranges import inside, outside_ranges
 from fuzzyctl.model.controller import Controller, Definition, Instance, Result, Signal
 from fuzzyctl.model.forms import bound, pairs_of
 from fuzzyctl.model.guarantee import Bounds, Param
@@ -20,6 +33,7 @@ from fuzzyctl.model.measures import MEASURES
 from fuzzyctl.model.params import FINITE, ParamCycleError, ParamValues
 from fuzzyctl.model.plant import Plant
 from fuzzyctl.model.plant_forms import PLANT_FUNCTIONS
+from fuzzyctl.model.shared_params import with_values
 from fuzzyctl.model.signals import SIGNALS
 from fuzzyctl.model.system import FuzzySystem
 
@@ -35,6 +49,20 @@ def numbers(block: Controller | Plant | Loop, params: ParamValues) -> Iterator[D
     yield from (d for d in _constants(block, params) if d.span not in reported)
 
 
+def numbers_of_all(block: Controller | Plant | Loop) -> Iterator[Diagnostic]:
+    """Check the numbers of a block, and those of the blocks inside it with the params that they have there.
+
+    What follows from numbers that are reported is left out.
+    """
+    params = block.param_values
+    found = list(numbers(block, params))
+    if not found:
+        found = [d for _, inner, given in inside(block, params) for d in numbers_of_all(with_values(inner, given))]
+    # A plant of one line has equations without a place.
+    placed = [d if d.span else replace(d, span=block.span) for d in found]
+    yield from (d for k, d in enumerate(placed) if d not in placed[:k])
+
+
 def _written_numbers(block: Controller | Plant | Loop, params: ParamValues) -> Iterator[Diagnostic]:
     """Check params, ranges, starts and times."""
     for error in params.errors:
@@ -47,11 +75,16 @@ def _written_numbers(block: Controller | Plant | Loop, params: ParamValues) -> I
     for name, bounds in ranges:
         if bounds is not None:
             yield from _range(name, bounds, params)
+    outside_range: set[str] = set()
     for param in block.params:
-        yield from _within(f"param '{param.name}'", param.expression, param.bounds, params)
+        found = list(_within(f"param '{param.name}'", param.expression, param.bounds, params))
+        outside_range |= {param.name} if found else set()
+        yield from found
     if not isinstance(block, Loop):
         for state in block.states:
-            yield from _within(f"the start of state '{state.name}'", state.start, state.bounds, params)
+            what = f"the start of state '{state.name}'"
+            outside = list(_within(what, state.start, state.bounds, params))
+            yield from outside or (_finite_start(what, state.start, params) if isinstance(block, Plant) else ())
     if isinstance(block, Controller):
         yield from _positive("the period", block.period, params, "write a time, such as: every 5 ms")
         for guarantee in block.guarantees:
@@ -61,7 +94,8 @@ def _written_numbers(block: Controller | Plant | Loop, params: ParamValues) -> I
     else:
         callees: list[Controller | Plant] = [*block.controllers, *(block.plants if isinstance(block, Loop) else ())]
         for instance in block.instances:
-            yield from _instance(instance, next(c for c in callees if c.name == instance.controller), params)
+            callee = next(c for c in callees if c.name == instance.controller)
+            yield from _instance(instance, callee, params, outside_range)
     if isinstance(block, Loop):
         yield from _run(block, params)
         yield from _functions(block, params)
@@ -176,19 +210,26 @@ def _outside(what: str, value: float, span: Span | None, bounds: Bounds, shown: 
     return Diagnostic("FZ302", message, span, facts=facts, help=help_text, notes=notes)
 
 
-def _instance(instance: Instance, callee: Controller | Plant, params: ParamValues) -> Iterator[Diagnostic]:
-    """Check what a block is given for its params, by their ranges and those of what follows from them."""
-    bounds = {p.name: p.bounds for p in callee.params}
-    given = {a.name: a.value for a in instance.arguments if isinstance(a, Keyword) and a.name in bounds}
+def _instance(
+    instance: Instance, callee: Controller | Plant, params: ParamValues, reported: set[str]
+) -> Iterator[Diagnostic]:
+    """Check what a block is given for its params, by their ranges and those of what follows from them.
+
+    What uses params that are reported is left out.
+    """
+    names = {p.name for p in callee.params}
+    given = {a.name: a.value for a in instance.arguments if isinstance(a, Keyword) and a.name in names}
+    given = {name: e for name, e in given.items() if not any(n.name in reported for n in names_in(e))}
     found = {name: _computed(e, params) for name, e in given.items()}
     yield from (value for value in found.values() if isinstance(value, Diagnostic))
     numbers = {name: value for name, value in found.items() if isinstance(value, float)}
+    written = callee.name.rpartition(".")[2]  # before it, where it became one of its own: see instance_params
     for name, value in numbers.items():
         if math.isinf(value):
-            message = f"param '{name}' of '{instance.controller}' is infinite"
+            message = f"param '{name}' of '{written}' is infinite"
             yield Diagnostic("FZ307", message, span_of(given[name]) or instance.span, help=FINITE)
     for o in outside_ranges(callee, numbers) if numbers else ():
-        what = f"{o.what} of '{instance.controller}'"
+        what = f"{o.what} of '{written}'"
         place = next((span_of(e) for name, e in given.items() if o.what == f"param '{name}'"), instance.span)
         yield _outside(what, o.value, place, o.bounds, o.text)
 
@@ -220,10 +261,18 @@ def _dead_times(plant: Plant, params: ParamValues) -> Iterator[Diagnostic]:
             if isinstance(value, Diagnostic):
                 yield value
             elif value is not None and not 0 <= value < math.inf:
-                message = f"the dead time is {value:g} s: expected 0 or more"
+                message = f"the dead time is {value:g} s: expected a finite time of 0 or more"
                 yield Diagnostic("FZ302", message, span_of(given["time"]), help="write a time, such as: 0.5 s")
-            start = _computed(given["start"], params)
-            yield from [start] if isinstance(start, Diagnostic) else []
+            yield from _finite_start("the start of the dead time", given["start"], params)
+
+
+def _finite_start(what: str, start: Expr, params: ParamValues) -> Iterator[Diagnostic]:
+    """Report a start of what moves continuously that has no finite value."""
+    value = _computed(start, params)
+    if isinstance(value, Diagnostic):
+        yield value
+    elif value is not None and math.isinf(value):
+        yield Diagnostic("FZ302", f"{what} is infinite", span_of(start), help="give it a finite start")
 
 
 def _run(loop: Loop, params: ParamValues) -> Iterator[Diagnostic]:

@@ -1,0 +1,244 @@
+"""Safety filter: the velocity commands nearest to those of the laws that keep robots apart and away from obstacles.
+
+Each robot is guarded by a disc about a point ahead of its axle, whose velocity its two commands determine. The barrier
+h = |z|² − R² of two discs with the vector z between their centres stays positive where the commands keep
+dh/dt >= −α h; docs/explanation/avoidance.md has the proof for commands held over a control period.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from dwmr.control.projection import ActiveSet, HalfSpaces, active_set, half_spaces, project
+from dwmr.core.arrays import FloatArray
+from dwmr.core.geometry import clamp
+from dwmr.core.interfaces import Signal
+from dwmr.core.jit import compiled
+
+#: What the filter records of every robot at every sample, behind the signals of the control law.
+SIGNALS = (
+    Signal("safe_v", "m/s", "linear velocity command after the safety filter"),
+    Signal("safe_omega", "rad/s", "angular velocity command after the safety filter"),
+    Signal("safe_shortfall", "m/s", "closing speed by which the safety filter misses its worst constraint, 0 for none"),
+    Signal("safe_conflict", "-", "what that one is about: index of a robot, or of an obstacle behind them, else -1"),
+)
+
+
+class Safety(NamedTuple):
+    """Parameters of the filter.
+
+    Attributes:
+        alpha: Rate α at which the barrier may decline [1/s].
+        lookahead: Distance of the guarded point ahead of the axle [m].
+        acceleration: Rate at which the filter lets laws change their commands [m/s²].
+        angular_acceleration: The same for turning [rad/s²].
+        clearance: Distance that the discs keep, beside their radii and the way of half a period [m].
+        radii: Radii of the robots' discs, shape (n,) [m].
+        speeds: Bounds of the speeds of the guarded points, shape (n,) [m/s].
+        errors: Bounds of the difference between a guarded point's mean velocity in a period and the command at its
+            start, shape (n,) [m/s].
+        obstacle_speeds: Bounds of the obstacles' speeds, shape (a,) [m/s].
+    """
+
+    alpha: float
+    lookahead: float
+    acceleration: float
+    angular_acceleration: float
+    clearance: float
+    radii: FloatArray
+    speeds: FloatArray
+    errors: FloatArray
+    obstacle_speeds: FloatArray
+
+
+class Filter(NamedTuple):
+    """Working memory of the filter.
+
+    Attributes:
+        commands: Linear and angular velocity command of each robot, shape (n, 2) [m/s, rad/s]: the law's, then the
+            filter's.
+        points: Guarded points and headings, shape (n, 3) [m, m, rad].
+        wanted: Velocities of the guarded points along and across their robots that the law asks for, shape (n, 2)
+            [m/s].
+        safe: The same after the filter, those of the period before at first, shape (n, 2) [m/s].
+        spaces: Constraints on these.
+        obstacles: Number of the obstacle that each constraint is about, -1 for none, shape (m,).
+        active: Working memory of the projection.
+        record: What is recorded, in the order of `SIGNALS`, shape (periods, n, 4).
+    """
+
+    commands: FloatArray
+    points: FloatArray
+    wanted: FloatArray
+    safe: FloatArray
+    spaces: HalfSpaces
+    obstacles: Any
+    active: ActiveSet
+    record: FloatArray
+
+
+def working_memory(n: int, obstacles: int, samples: int) -> Filter:
+    """Return working memory for some robots and obstacles, and a record of some samples."""
+    most = 4 * n + n * (n - 1) // 2 + n * obstacles
+    commands, points, wanted, safe = (np.zeros((n, columns)) for columns in (2, 3, 2, 2))
+    about, record = np.full(most, -1, dtype=np.int64), np.zeros((samples, n, len(SIGNALS)))
+    return Filter(commands, points, wanted, safe, half_spaces(most), about, active_set(n), record)
+
+
+@compiled
+def least_distance(safety: Safety, dt: float, radius: float, speed: float, i: int) -> float:
+    """Return R, the distance that the guarded point of robot `i` keeps at samples from another disc's centre [m].
+
+    Args:
+        safety: Parameters.
+        dt: Control period [s].
+        radius, speed: Of the other disc [m, m/s].
+        i: Number of the robot.
+    """
+    return safety.radii[i] + radius + safety.clearance + 0.5 * dt * (safety.speeds[i] + speed)
+
+
+@compiled
+def rate_bound(alpha: float, distance: float, least: float) -> float:
+    """Return the least rate of the distance of two discs' centres for which dh/dt >= −α h [m/s].
+
+    Args:
+        alpha: α [1/s].
+        distance: |z| [m].
+        least: R [m].
+
+    Source:
+        h = |z|² − R², dh/dt = 2 |z| d|z|/dt; inside of R the slower −α (|z| − R), which has no pole.
+    """
+    if distance <= least:
+        return alpha * (least - distance)
+    return -alpha * (distance - least) * (distance + least) / (2.0 * distance)
+
+
+@compiled
+def filter_commands(
+    k: int,
+    poses: FloatArray,
+    now: FloatArray,
+    after: FloatArray,
+    dt: float,
+    robots: Any,
+    safety: Safety,
+    memory: Filter,
+) -> None:
+    """Replace the commands in memory by the nearest safe ones within the robots' limits.
+
+    Args:
+        k: Number of the control period.
+        poses: Reference points and orientations of the robots in the first three columns, shape (n, ...) [m, m, rad].
+        now, after: Centres and radii of the obstacles now and a control period later, shape (a, 3) [m].
+        dt: Control period [s].
+        robots: Records of dtype `ROBOT`, shape (n,).
+        safety: Parameters.
+        memory: Read and written.
+    """
+    n, lookahead = robots.shape[0], safety.lookahead
+    for i in range(n):
+        theta, ahead = poses[i, 2], lookahead - robots[i].d
+        memory.points[i, 0] = poses[i, 0] + ahead * math.cos(theta)
+        memory.points[i, 1] = poses[i, 1] + ahead * math.sin(theta)
+        memory.points[i, 2] = theta
+        v, omega = clamp(memory.commands[i, 0], robots[i].v_limit), clamp(memory.commands[i, 1], robots[i].omega_limit)
+        before = memory.safe[i]
+        memory.wanted[i, 0] = before[0] + clamp(v - before[0], dt * safety.acceleration)
+        memory.wanted[i, 1] = before[1] + clamp(
+            lookahead * omega - before[1], dt * lookahead * safety.angular_acceleration
+        )
+    count = _limits(robots, safety, memory.spaces)
+    hard = count
+    count = _apart(count, dt, safety, memory)
+    count = _away(count, now, after, dt, safety, memory)
+    project(memory.wanted, memory.spaces, count, hard, memory.active, memory.safe)
+    record = memory.record[k]
+    for i in range(n):
+        memory.commands[i, 0], memory.commands[i, 1] = memory.safe[i, 0], memory.safe[i, 1] / lookahead
+        record[i, 0], record[i, 1] = memory.commands[i, 0], memory.commands[i, 1]
+        record[i, 2], record[i, 3] = 0.0, -1.0
+    for row in range(hard, count):
+        by, obstacle = memory.spaces.shortfalls[row], memory.obstacles[row]
+        for side in range(2):
+            i, other = memory.spaces.robots[row, side], memory.spaces.robots[row, 1 - side]
+            if by > record[i, 2]:
+                record[i, 2], record[i, 3] = by, n + obstacle if obstacle >= 0 else other
+
+
+@compiled
+def _limits(robots: Any, safety: Safety, spaces: HalfSpaces) -> int:
+    """Write the limits of the commands; return how many."""
+    count = 0
+    for i in range(robots.shape[0]):
+        for axis in range(2):
+            limit = robots[i].v_limit if axis == 0 else safety.lookahead * robots[i].omega_limit
+            for side in range(2):
+                _write(spaces, count, i, i, -limit)
+                spaces.normals[count, axis] = 1.0 - 2.0 * side
+                count += 1
+    return count
+
+
+@compiled
+def _write(spaces: HalfSpaces, k: int, a: int, b: int, bound: float) -> None:
+    """Write a constraint without its normals."""
+    spaces.robots[k, 0], spaces.robots[k, 1], spaces.bounds[k] = a, b, bound
+    for c in range(4):
+        spaces.normals[k, c] = 0.0
+
+
+@compiled
+def _direction(dx: float, dy: float, distance: float) -> tuple[float, float]:
+    """Return a unit vector; any where two points are one."""
+    return (dx / distance, dy / distance) if distance > 1e-9 else (1.0, 0.0)
+
+
+@compiled
+def _apart(count: int, dt: float, safety: Safety, memory: Filter) -> int:
+    """Write the constraints between robots that some commands within the limits could break; return how many rows."""
+    points, spaces = memory.points, memory.spaces
+    for i in range(points.shape[0]):
+        for j in range(i):
+            dx, dy = points[i, 0] - points[j, 0], points[i, 1] - points[j, 1]
+            distance = math.hypot(dx, dy)
+            least = least_distance(safety, dt, safety.radii[j], safety.speeds[j], i)
+            bound = rate_bound(safety.alpha, distance, least) + safety.errors[i] + safety.errors[j]
+            if not bound > -safety.speeds[i] - safety.speeds[j]:
+                continue
+            _write(spaces, count, i, j, bound)
+            memory.obstacles[count] = -1
+            x, y = _direction(dx, dy, distance)
+            c, s = math.cos(points[i, 2]), math.sin(points[i, 2])
+            spaces.normals[count, 0], spaces.normals[count, 1] = c * x + s * y, c * y - s * x
+            c, s = math.cos(points[j, 2]), math.sin(points[j, 2])
+            spaces.normals[count, 2], spaces.normals[count, 3] = -c * x - s * y, s * x - c * y
+            count += 1
+    return count
+
+
+@compiled
+def _away(count: int, now: FloatArray, after: FloatArray, dt: float, safety: Safety, memory: Filter) -> int:
+    """Write the constraints between robots and obstacles that commands could break; return how many rows."""
+    points, spaces = memory.points, memory.spaces
+    for i in range(points.shape[0]):
+        for a in range(now.shape[0]):
+            dx, dy = points[i, 0] - now[a, 0], points[i, 1] - now[a, 1]
+            distance = math.hypot(dx, dy)
+            least = least_distance(safety, dt, now[a, 2], safety.obstacle_speeds[a], i)
+            x, y = _direction(dx, dy, distance)
+            # the obstacle's mean velocity in the coming period is known
+            along = (x * (after[a, 0] - now[a, 0]) + y * (after[a, 1] - now[a, 1])) / dt
+            bound = rate_bound(safety.alpha, distance, least) + safety.errors[i] + along
+            if not bound > -safety.speeds[i]:
+                continue
+            _write(spaces, count, i, i, bound)
+            memory.obstacles[count] = a
+            c, s = math.cos(points[i, 2]), math.sin(points[i, 2])
+            spaces.normals[count, 0], spaces.normals[count, 1] = c * x + s * y, c * y - s * x
+            count += 1
+    return count

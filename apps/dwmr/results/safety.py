@@ -1,0 +1,175 @@
+"""The safety filter along a recorded run: distances of the guarding discs, moments at which no barrier was kept."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from dwmr.control.safety_filter import Safety, least_distance
+from dwmr.core.arrays import FloatArray
+from dwmr.scenario.guard import safety_of
+from dwmr.scenario.model import SafetySettings, Scenario
+from dwmr.scenario.moving import centres
+from dwmr.simulation.simulate import Trajectory
+
+#: A rate of distance below its bound by less is rounding, and what the projection leaves [m/s].
+TOLERANCE = 1e-6
+#: Moments of the same two that are less apart are one [s].
+TOGETHER = 0.5
+
+
+class Pair(NamedTuple):
+    """Two discs along a run.
+
+    Attributes:
+        robot: Number of a robot.
+        other: Number of another robot, or of an obstacle behind all robots.
+        vector: From the other disc's centre to the robot's guarded point, shape (samples, 2) [m].
+        least: R, the distance of the centres that the barrier keeps at samples [m].
+        speed: Bound of the speed at which they approach each other [m/s].
+        touch: Sum of the radii [m].
+    """
+
+    robot: int
+    other: int
+    vector: FloatArray
+    least: float
+    speed: float
+    touch: float
+
+    @property
+    def distance(self) -> FloatArray:
+        """Distance of the centres, shape (samples,) [m]."""
+        return np.hypot(self.vector[:, 0], self.vector[:, 1])
+
+
+def guarded_points(trajectory: Trajectory, scenario: Scenario, lookahead: float) -> FloatArray:
+    """Return the points that the filter guards, shape (samples, robots, 2) [m]."""
+    ahead = lookahead - np.array([scenario.robots[name].d for name in trajectory.robots])
+    theta = trajectory["theta"]
+    points: FloatArray = np.stack(
+        [trajectory["x"] + ahead * np.cos(theta), trajectory["y"] + ahead * np.sin(theta)], axis=2
+    )
+    return points
+
+
+def pairs(trajectory: Trajectory, scenario: Scenario, settings: SafetySettings) -> Iterator[Pair]:
+    """Yield all pairs of robots, then each robot with each obstacle."""
+    safety, dt, n = safety_of(scenario, settings), scenario.run.dt, len(trajectory.robots)
+    points, obstacles = guarded_points(trajectory, scenario, settings.lookahead), centres(scenario, trajectory.t)
+    for i in range(n):
+        for j in range(i):
+            radius, speed = float(safety.radii[j]), float(safety.speeds[j])
+            yield _pair(i, j, points[:, i] - points[:, j], radius, speed, safety, dt)
+    for i in range(n):
+        for a, one in enumerate(scenario.obstacles):
+            speed = float(safety.obstacle_speeds[a])
+            yield _pair(i, n + a, points[:, i] - obstacles[:, a], one.radius, speed, safety, dt)
+
+
+def _pair(i: int, other: int, vector: FloatArray, radius: float, speed: float, safety: Safety, dt: float) -> Pair:
+    least = least_distance(safety, dt, radius, speed, i)
+    return Pair(i, other, vector, least, float(safety.speeds[i]) + speed, float(safety.radii[i]) + radius)
+
+
+def rate_bounds(alpha: float, distance: FloatArray, least: float) -> FloatArray:
+    """Return `safety_filter.rate_bound` of many distances [m/s]."""
+    outside = np.maximum(distance, least)
+    bounds: FloatArray = alpha * (np.maximum(least - distance, 0.0) - (outside**2 - least**2) / (2.0 * outside))
+    return bounds
+
+
+def missed(pair: Pair, alpha: float, dt: float) -> FloatArray:
+    """Return by how much the mean rate of the distance in the period after each sample lies below its bound.
+
+    Args:
+        pair: Two discs.
+        alpha: α of the barrier [1/s].
+        dt: Control period [s].
+
+    Returns:
+        Shape (samples - 1,) [m/s], 0 where it does not; also where the two approach faster than their speeds allow.
+    """
+    step, distance = np.diff(pair.vector, axis=0) / dt, pair.distance[:-1]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        rate = np.sum(step * pair.vector[:-1], axis=1) / distance
+    bound = rate_bounds(alpha, distance, pair.least)
+    too_fast = np.hypot(step[:, 0], step[:, 1]) - pair.speed
+    short: FloatArray = np.maximum(bound - rate, too_fast)
+    return np.where(short > TOLERANCE, short, 0.0)
+
+
+def measure(trajectory: Trajectory, scenario: Scenario, settings: SafetySettings) -> dict[str, Any]:
+    """Return what became of the safety filter as plain data.
+
+    Args:
+        trajectory: A run.
+        scenario: What was run.
+        settings: Its filter.
+
+    Returns:
+        `acts`: share of time in which the filter changed a robot's command [-]; `disc_gap`: least distance between a
+        robot's disc and another one [m]; `infeasible`: moments at which no command within the limits kept a barrier;
+        `missed`: those at which one could, but the velocities that followed did not. Each moment has `robot`, `with`,
+        time `t`, duration `lasted` [s], place `x`, `y` of the robot's guarded point [m] and the largest amount `by`
+        [m/s].
+    """
+    names = [*trajectory.robots, *(f"obstacles.{a}" for a in range(len(scenario.obstacles)))]
+    shortfall, conflict = trajectory["safe_shortfall"], trajectory["safe_conflict"]
+    points = guarded_points(trajectory, scenario, settings.lookahead)
+    gaps: dict[str, float | None] = dict.fromkeys(trajectory.robots)
+    found: dict[str, list[dict[str, Any]]] = {"infeasible": [], "missed": []}
+    for pair in pairs(trajectory, scenario, settings):
+        i, other = pair.robot, pair.other
+        ends = [i] if other >= len(trajectory.robots) else [i, other]
+        gap = float(np.min(pair.distance)) - pair.touch
+        for name in (names[end] for end in ends):
+            known = gaps[name]
+            gaps[name] = gap if known is None else min(known, gap)
+        lowered = np.where(conflict[:, i] == other, shortfall[:, i], 0.0)
+        if len(ends) == 2:
+            lowered = np.maximum(lowered, np.where(conflict[:, other] == i, shortfall[:, other], 0.0))
+        late = np.append(missed(pair, settings.alpha, scenario.run.dt), 0.0)
+        # where constraints of a robot were lowered, those were missed on purpose
+        late[(shortfall[:, ends] > 0.0).any(axis=1)] = 0.0
+        for kind, amounts in (("infeasible", lowered), ("missed", late)):
+            for one in moments(trajectory.t, amounts):
+                x, y = points[one.pop("sample"), i]
+                about = {"robot": names[i], "with": names[other]}
+                found[kind].append({**about, **one, "x": float(x), "y": float(y)})
+    return {
+        "acts": {name: _acts(trajectory, scenario, name) for name in trajectory.robots},
+        "disc_gap": gaps,
+        **{kind: sorted(each, key=lambda one: float(one["t"])) for kind, each in found.items()},
+    }
+
+
+def moments(t: FloatArray, amounts: FloatArray) -> list[dict[str, Any]]:
+    """Return the spans of time in which an amount is positive: `t`, `lasted` [s], `by`, and the first `sample`.
+
+    Args:
+        t: Times, shape (samples,) [s].
+        amounts: Shape (samples,).
+    """
+    active = np.flatnonzero(amounts > 0.0)
+    if not active.size:
+        return []
+    period = float(t[1] - t[0]) if len(t) > 1 else 0.0
+    return [
+        {
+            "t": float(t[one[0]]), "lasted": float(t[one[-1]] - t[one[0]]) + period,
+            "by": float(amounts[one].max()), "sample": int(one[0]),
+        }
+        for one in np.split(active, np.flatnonzero(np.diff(t[active]) > TOGETHER) + 1)
+    ]  # fmt: skip
+
+
+def _acts(trajectory: Trajectory, scenario: Scenario, robot: str) -> float:
+    """Return the share of time in which the filter changes a robot's command [-]."""
+    i, limits = trajectory.robots.index(robot), scenario.robots[robot].actuator
+    v = np.clip(trajectory["v_c"][:, i], -limits.v_limit, limits.v_limit)
+    omega = np.clip(trajectory["omega_c"][:, i], -limits.omega_limit, limits.omega_limit)
+    changed = np.abs(trajectory["safe_v"][:, i] - v) + np.abs(trajectory["safe_omega"][:, i] - omega) > TOLERANCE
+    return float(np.mean(changed))

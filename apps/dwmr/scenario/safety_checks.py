@@ -1,0 +1,145 @@
+"""Checks of [safety]: what the proof of the barrier needs, and warnings of what the robots cannot keep."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator
+
+import numpy as np
+
+from dwmr.control.safety_filter import Safety, least_distance
+from dwmr.core.arrays import FloatArray
+from dwmr.plant.bodies import Outline, outline_pose
+from dwmr.scenario.guard import safety_of
+from dwmr.scenario.model import Robot, SafetySettings, Scenario
+from dwmr.scenario.moving import largest_speed
+from fuzzyctl.diagnostics.diagnostic import Diagnostic
+from fuzzyctl.experiments.settings.locations import Places
+
+
+def mistakes(scenario: Scenario, places: Places) -> Iterable[Diagnostic]:
+    """Refuse a rate that a period cannot follow, and starts at which barriers are broken already."""
+    settings, dt = scenario.safety, scenario.run.dt
+    if settings is None:
+        return
+    if settings.alpha * dt > 1.0:
+        message = f"safety.alpha = {settings.alpha:g} 1/s times run.dt = {dt:g} s exceeds 1: a barrier could be jumped"
+        help_text = f"set safety.alpha to {1.0 / dt:g} 1/s or less"
+        yield places.diagnostic("FZ904", "safety.alpha", message, help=help_text)
+    help_text = "start them farther apart, or lower safety.margin or safety.lookahead"
+    for name, other, what, distance, least in _starts(scenario, settings):
+        if distance < least:
+            message = (
+                f"robots.{name} starts too close to {other} for [safety]: its guarded point is {distance:.4g} m from "
+                f"{what}, {least:.4g} m are kept"
+            )
+            yield places.diagnostic("FZ904", f"robots.{name}.x_0", message, help=help_text)
+
+
+def _starts(scenario: Scenario, settings: SafetySettings) -> Iterator[tuple[str, str, str, float, float]]:
+    """Yield names of two that keep apart, the other's centre in words, their distance and R at the start [m]."""
+    safety, dt, names = safety_of(scenario, settings), scenario.run.dt, tuple(scenario.robots)
+    points = [_point(robot, settings, robot.x_0, robot.y_0, robot.theta_0) for robot in scenario.robots.values()]
+    for i, name in enumerate(names):
+        for j in range(i):
+            least = _least(safety, dt, float(safety.radii[j]), float(safety.speeds[j]), i)
+            yield name, f"robots.{names[j]}", "that one's", math.dist(points[i], points[j]), least
+        for a, one in enumerate(scenario.obstacles):
+            least = _least(safety, dt, one.radius, float(safety.obstacle_speeds[a]), i)
+            yield name, f"obstacles.{a}", "its centre", math.dist(points[i], (one.x, one.y)), least
+
+
+def _least(safety: Safety, dt: float, radius: float, speed: float, i: int) -> float:
+    return float(least_distance(safety, dt, radius, speed, i))
+
+
+def _point(robot: Robot, settings: SafetySettings, x: float, y: float, theta: float) -> FloatArray:
+    """Return the guarded point of a robot whose reference point is at a posture, shape (2,) [m]."""
+    ahead = Outline(settings.lookahead - robot.d, 0.0, 0.0, 0.0)
+    place: FloatArray = outline_pose(ahead, *(np.array([one]) for one in (x, y, theta)))[:2, 0]
+    return place
+
+
+def remarks(scenario: Scenario, places: Places) -> Iterable[Diagnostic]:
+    """Warn of settings that the robots cannot follow, and of formations and obstacles that barriers do not allow."""
+    settings = scenario.safety
+    if settings is None:
+        return
+    yield from _beyond_drives(scenario, settings, places)
+    yield from _beyond_error(scenario, settings, places)
+    yield from _too_narrow(scenario, settings, places)
+    slowest = min(scenario.robots, key=lambda name: scenario.robots[name].actuator.v_limit)
+    limit = scenario.robots[slowest].actuator.v_limit
+    for a, one in enumerate(scenario.obstacles):
+        speed = largest_speed(one)
+        if speed > limit:
+            message = (
+                f"obstacles.{a} moves at up to {speed:.4g} m/s, robots.{slowest} at {limit:g} m/s at most: "
+                "it may run into it, whatever the filter does"
+            )
+            yield places.diagnostic("FZ904", f"obstacles.{a}", message)
+
+
+def _beyond_drives(scenario: Scenario, settings: SafetySettings, places: Places) -> Iterable[Diagnostic]:
+    """Find rates that the wheel torques cannot follow, and a barrier that asks for more than those rates."""
+    load, robots = scenario.load, scenario.robots
+    force = {name: 2.0 * one.actuator.torque_limit / one.wheel_radius for name, one in robots.items()}
+    for key, unit, able in (
+        ("acceleration", "m/s²", {n: force[n] / (r.mass * max(1.0, load.mass_factor)) for n, r in robots.items()}),
+        (
+            "angular_acceleration",
+            "rad/s²",
+            {n: force[n] * r.half_track / (r.inertia * max(1.0, load.inertia_factor)) for n, r in robots.items()},
+        ),
+    ):
+        given, weakest = getattr(settings, key), min(able, key=lambda name: able[name])
+        if given > able[weakest]:
+            message = (
+                f"safety.{key} = {given:g} {unit} is beyond what the wheels give robots.{weakest}: "
+                f"{able[weakest]:.3g} {unit}"
+            )
+            yield places.diagnostic("FZ904", f"safety.{key}", message)
+    fastest = max(robots, key=lambda name: robots[name].actuator.v_limit)
+    limit = robots[fastest].actuator.v_limit
+    if settings.alpha * limit > settings.acceleration * (1.0 + 1e-9):
+        message = (
+            f"safety.alpha = {settings.alpha:g} 1/s brakes robots.{fastest} from its {limit:g} m/s with up to "
+            f"{settings.alpha * limit:.4g} m/s², beyond safety.acceleration = {settings.acceleration:g} m/s²"
+        )
+        help_text = f"set safety.alpha to {settings.acceleration / limit:.3g} 1/s or less"
+        yield places.diagnostic("FZ904", "safety.alpha", message, help=help_text)
+
+
+def _beyond_error(scenario: Scenario, settings: SafetySettings, places: Places) -> Iterable[Diagnostic]:
+    """Find the disturbance that moves guarded points most, where that is more than `velocity_error` allows for."""
+    moved = [0.0 if d.robots == () else math.hypot(d.v, settings.lookahead * d.omega) for d in scenario.disturbances]
+    if moved and max(moved) > settings.velocity_error:
+        k = moved.index(max(moved))
+        message = (
+            f"disturbances.{k} moves guarded points at {moved[k]:.3g} m/s, beyond safety.velocity_error = "
+            f"{settings.velocity_error:g} m/s: barriers may be missed"
+        )
+        yield places.diagnostic("FZ904", f"disturbances.{k}", message)
+
+
+def _too_narrow(scenario: Scenario, settings: SafetySettings, places: Places) -> Iterable[Diagnostic]:
+    """Find followers whose place in the formation is nearer to their leader than the barrier lets them rest."""
+    safety, names = safety_of(scenario, settings), list(scenario.robots)
+    for name, robot in scenario.robots.items():
+        if robot.formation is None:
+            continue
+        leader = scenario.robots[robot.formation.leader]
+        i, j, place = names.index(name), names.index(robot.formation.leader), robot.formation
+        # both look along x, the leader's axle is at 0
+        x, y = place.separation * math.cos(place.bearing), place.separation * math.sin(place.bearing)
+        distance = math.dist(_point(robot, settings, x, y, 0.0), _point(leader, settings, leader.d, 0.0, 0.0))
+        least = _least(safety, scenario.run.dt, float(safety.radii[j]), float(safety.speeds[j]), i)
+        rest = (float(safety.errors[i]) + float(safety.errors[j])) / settings.alpha
+        least = rest + math.hypot(rest, least)  # where rate_bound is minus the sum of the errors
+        if distance < least:
+            message = (
+                f"robots.{name}.formation puts guarded points {distance:.4g} m apart, [safety] keeps {least:.4g} m: "
+                f"{name} cannot reach its place behind {place.leader}"
+            )
+            help_text = "raise the separation or safety.alpha, or lower safety.lookahead, margin or velocity_error"
+            yield places.diagnostic("FZ904", f"robots.{name}.formation", message, help=help_text)

@@ -1,0 +1,51 @@
+// A page whose text changes, in a frame: a message { id, facts, script, nonce, fresh } brings a new one. The one before stays until all
+// surfaces of the new one are drawn; then the answer is { id }, or { id, failed }. What was set on the page stays set, unless the
+// text is `fresh`, that of another file. A message
+// { id, format } asks for the surfaces as files, "svg" or "png"; the answer is { id, files }.
+
+let shownPage = document.getElementById("page"), nextPage = null;
+
+addEventListener("message", ({ source, data }) => {
+    if (source !== parent) {
+        return;
+    }
+    const answer = (more = {}) => parent.postMessage({ id: data.id, ...more }, "*");
+    if (data.format !== undefined) {
+        filesOf(shownPage, data.format).then((files) => answer({ files }));
+        return;
+    }
+    nextPage?.remove();
+    const own = (nextPage = element("main", { className: "next" }));
+    settled = () => {};
+    if (data.fresh) {
+        settings.clear();
+    }
+    try {
+        facts = data.facts;
+        globalThis.kernels = null;
+        const script = element("script", { nonce: data.nonce, textContent: data.script });
+        document.head.append(script);
+        script.remove();
+        document.body.append(own);
+        build(own)();
+    } catch (error) {
+        own.remove();
+        answer({ failed: String(error) });
+        return;
+    }
+    settled = () => {
+        if (computing.size > 0) {
+            return;
+        }
+        const top = data.fresh ? 0 : document.documentElement.scrollTop;
+        settled = () => {};
+        nextPage = null;
+        shownPage.replaceWith(own);
+        own.className = "";
+        own.id = "page";
+        shownPage = own;
+        document.documentElement.scrollTop = top;
+        answer();
+    };
+    settled();
+});

@@ -1,0 +1,118 @@
+"""A run without numpy, which browsers lack: the signals that `simulate` computes, but for noise, without measures."""
+
+from __future__ import annotations
+
+import math
+import random
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Final
+
+from fuzzyctl.diagnostics.diagnostic import FuzzyctlError
+from fuzzyctl.expr import Expr, Name, evaluate
+from fuzzyctl.kernels.backends.numba.compile_cost import operations
+from fuzzyctl.model.loop import Loop
+from fuzzyctl.simulation.dead_times import dead_times, enough
+from fuzzyctl.simulation.equations import LoopEquations
+from fuzzyctl.simulation.expansion import loop_equations
+from fuzzyctl.simulation.judgement import Judgement
+from fuzzyctl.simulation.programs import LoopPrograms, programs
+from fuzzyctl.simulation.signals import Noise
+from fuzzyctl.simulation.source import interpreted, refused
+
+#: Most operations of a run: CPython takes about a second for them, in a browser a few.
+MOST: Final = 30_000_000
+
+
+class PlainRunError(FuzzyctlError):
+    """A loop cannot be run without numpy; the message says what it has."""
+
+
+@dataclass(frozen=True)
+class PlainRun:
+    """One run of a loop.
+
+    Args:
+        loop: The loop.
+        t: Times of the samples [s].
+        signals: All signals by name, a number for each sample; `#0` and so on are what measures take.
+        substeps: Steps of integration between two samples.
+        stopped: Why it ended early; empty for a run to its end.
+        has_noise: Whether there is noise, which is drawn by another generator than that of numpy.
+        operations: How much was computed.
+    """
+
+    loop: Loop
+    t: list[float]
+    signals: Mapping[str, list[float]]
+    substeps: int
+    stopped: str
+    has_noise: bool
+    operations: int
+
+    def signal(self, expr: Expr) -> list[float]:
+        """Return a signal, what a measure takes, or a constant: a number for each sample."""
+        judged = Judgement(self.loop).signals
+        if expr in judged:
+            return self.signals[f"#{judged.index(expr)}"]
+        if isinstance(expr, Name) and expr.name in self.signals:
+            return self.signals[expr.name]
+        return [evaluate(expr, self.loop.param_values.values)] * len(self.t)
+
+
+def plain_run(loop: Loop, most: int = MOST) -> PlainRun:
+    """Simulate a loop by generated Python, with RK4.
+
+    Args:
+        loop: A well-formed loop.
+        most: Most operations.
+
+    Raises:
+        PlainRunError: For tables, plants in Python, FMUs, and a run that takes more operations.
+        DiagnosticError: For a loop that cannot be run.
+    """
+    equations = loop_equations(loop, Judgement(loop).signals)
+    noises = [given for given in equations.given.values() if isinstance(given, Noise)]
+    if len(noises) < len(equations.given):
+        raise PlainRunError("a table over time takes numpy")
+    for external in equations.externals:
+        raise PlainRunError(f"plant '{external.plant.name}' is {'in Python' if external.plant.python else 'an FMU'}")
+    written = programs(equations)
+    substeps = enough(equations.delays, equations.step, 1)
+    cost = operations(written.sample) + 4 * substeps * operations(written.derivative)
+    if cost * equations.samples > most:
+        raise PlainRunError(f"the run takes {cost * equations.samples:.2g} operations, more than {most:.2g}")
+    kept, integers, weights = dead_times(equations.delays, equations.step / substeps)
+    drawn = [random.Random(n.seed) for n in noises]
+    given = [d.gauss(0.0, n.sigma) for _ in range(equations.samples) for d, n in zip(drawn, noises, strict=True)]
+    x, c = [s.start for s in equations.plant_states], [s.start for s in equations.states] * 2
+    count, width = equations.samples, len(equations.signals)
+    record, lags = [0.0] * (count * width), ([0.0] * kept, integers, weights)
+    kernel = interpreted(equations, written)
+    code = kernel(0, count, count, substeps, equations.step, x, c, [], given, record, *lags)
+    done, stopped = (count, "") if code < 0 else _stopped(code, equations, written)
+    signals = {name: record[k : done * width : width] for k, name in enumerate(equations.signals)}
+    ended = _first_without_value(loop, signals, done)
+    if ended is not None:
+        done, name = ended
+        stopped = f"'{name}' has no finite value at t = {done * equations.step:.6g} s"
+        signals = {n: values[:done] for n, values in signals.items()}
+    times = [k * equations.step for k in range(done)]
+    return PlainRun(loop, times, signals, substeps, stopped, bool(noises), cost * count)
+
+
+def _stopped(code: int, equations: LoopEquations, written: LoopPrograms) -> tuple[int, str]:
+    """Return how many samples there are, and what was wrong at the next."""
+    states, outputs = equations.plant_states, refused(written)
+    sample, kind = divmod(code, max(len(states) + len(outputs), 1))
+    at = f"at t = {sample * equations.step:.6g} s"
+    if kind >= len(states):
+        return sample, f"no rule fires for output '{outputs[kind - len(states)]}' {at}"
+    return sample, f"state '{states[kind].name}' left its range {at}"
+
+
+def _first_without_value(loop: Loop, signals: Mapping[str, list[float]], done: int) -> tuple[int, str] | None:
+    """Return the first sample at which an output of a plant is not finite, with its name."""
+    plants = {p.name: p.results for p in loop.plants}
+    names = [f"{i.name}.{r.name}" for i in loop.instances for r in plants.get(i.controller, ())]
+    return next(((k, n) for k in range(done) for n in names if not math.isfinite(signals[n][k])), None)
