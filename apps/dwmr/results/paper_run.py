@@ -9,7 +9,7 @@ from dwmr.results.metrics import TABLE_12_HORIZON
 from dwmr.scenario.model import Robot, Scenario
 
 #: Keys of a robot that the paper prints; what it does not print is fitted to its table.
-_PRINTED = ("x_0", "y_0", "theta_0", "d", "radius", "avoids_obstacles", "formation", "delay", "noise")
+_PRINTED = ("x_0", "y_0", "theta_0", "d", "radius", "avoids_obstacles", "formation", "delay", "sensors", "noise")
 #: Keys of a robot that its errors do not depend on, or by design may differ: the measures' outline, the gains.
 _FREE = ("body", "controllers")
 #: Numbers of the paper's tables by the shipped scenario behind them.
