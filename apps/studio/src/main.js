@@ -13,6 +13,8 @@ let files = {};
 const PATIENCE = 500;
 /** Milliseconds that the text stays the same before its loops are run. */
 const PAUSE = 300;
+/** Whether the picture is still that of the file before. */
+let fresh = true;
 /** The runs that are shown. */
 let runs = [];
 /** Counts texts, so that no answer is shown that is about an older one. */
@@ -116,8 +118,9 @@ async function picture(own, found) {
   if (found.refused) return stale(`This is not the picture of the text: ${found.refused}`);
   const slow = setTimeout(() => stale("The picture of the text is being computed; this is the one before."), PATIENCE);
   const before = runs.filter((r) => found.loops.includes(r.name)).map((r) => ({ ...r, note: "This run is that of the text before." }));
-  const failed = await shown.show(together(found, before));
+  const failed = await shown.show({ ...together(found, before), fresh });
   clearTimeout(slow);
+  if (failed === "" && own === version) fresh = false;
   if (own !== version || failed === null) return;
   stale(failed);
   if (found.loops.length > 0) setTimeout(() => own === version && run(own, found), PAUSE);
@@ -144,6 +147,7 @@ function open(title, text, others = {}) {
   name = title.replace(/[/\\\0]/g, "_").slice(-100) || "untitled.fz";
   files = others;
   runs = [];
+  fresh = true;
   engine.place(files);
   at("name").textContent = name;
   document.title = `${name} - fuzzyctl studio`;
