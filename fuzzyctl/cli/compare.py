@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 import click
@@ -22,13 +23,15 @@ from fuzzyctl.cli.common import (
     answers_with_diagnostics,
     known_profiles,
 )
-from fuzzyctl.cli.loading import Choice, load_checked, under
+from fuzzyctl.cli.loading import Choice, load_checked, source_of, under
 from fuzzyctl.cli.progress import progress
 from fuzzyctl.cli.streams import say, write_json
+from fuzzyctl.diagnostics.suggestions import listed
 
 if TYPE_CHECKING:
     from fuzzyctl.comparison.differences import Difference
     from fuzzyctl.comparison.explanation import Cause, Explanation
+    from fuzzyctl.loading.blocks import Block
     from fuzzyctl.model.system import FuzzySystem
 
 
@@ -40,6 +43,7 @@ LEAST_SHARE: Final = 1e-3
 class _Side:
     label: str
     system: FuzzySystem
+    blocks: tuple[Block, ...] = ()
 
 
 def _profiles(_context: click.Context, _option: click.Parameter, given: str | None) -> tuple[str, ...]:
@@ -108,7 +112,7 @@ def compare(
         pairs = [_data(one, other, own) for one, other, own in found]
         write_json({"points": points, "pairs": pairs})
     else:
-        say("\n\n".join(_text(one, other, own) for one, other, own in found))
+        say("\n\n".join([*(_text(one, other, own) for one, other, own in found), *_left_out(sides)]))
     agree = within is None or all(d.within(within) for _, _, own in found for d, _ in own)
     return DONE if agree else FAILED
 
@@ -117,18 +121,32 @@ def _sides(
     first: str, second: str | None, names: tuple[str, ...], settings: tuple[str, ...], name: str | None
 ) -> list[_Side]:
     """Load what is compared: the first side with each of the others."""
+    from fuzzyctl.loading.load import look_through
+
     files = [first] if second is None else [first, second]
     if second is None and len(names) < 2:
         raise click.UsageError("name a second file, or two profiles or more: --as matlab,exact")
     if second is not None and len(names) > 2:
         raise click.UsageError("two files take one profile for both, or one for each")
-    systems = [load_checked(file, Choice(settings, name)) for file in files]
+    opened = [look_through(source_of(file), folder=Path(file).parent) for file in files]
+    systems = [load_checked(f, Choice(settings, name), one) for f, one in zip(files, opened, strict=True)]
     if not names:
-        return [_Side(file, system) for file, system in zip(files, systems, strict=True)]
+        return [_Side(f, system, one.blocks) for f, system, one in zip(files, systems, opened, strict=True)]
     if second is None:
         return [_Side(f"{first} as {p}", under(systems[0], p)) for p in names]
     pairs = zip(files, systems, names if len(names) == 2 else names * 2, strict=True)
     return [_Side(f"{file} as {p}", under(system, p)) for file, system, p in pairs]
+
+
+def _left_out(sides: Sequence[_Side]) -> list[str]:
+    """Name the controllers, plants and loops of two files, whose numbers are not among those of their systems."""
+    from fuzzyctl.model.loop import Loop
+
+    names = listed(dict.fromkeys(b.name for side in sides for b in side.blocks))
+    if not names:
+        return []
+    have_loops = all(any(isinstance(b, Loop) for b in side.blocks) for side in sides)
+    return [f"systems only; not compared: {names}" + ("; --loops compares runs" if have_loops else "")]
 
 
 def _compared(a: FuzzySystem, b: FuzzySystem, points: int) -> list[tuple[Difference, Explanation]]:

@@ -1,12 +1,14 @@
 """`fuzzyctl compare` and `fuzzyctl diff` as a user types them."""
 
 import json
+from pathlib import Path
 
 import pytest
 
 from tests.commands import runner
 
 run = runner()
+LOOP = Path(__file__).resolve().parents[3] / "rules" / "loops" / "water_tank.fz"
 
 
 @pytest.fixture
@@ -136,3 +138,11 @@ class TestCompare:
         wider = base.replace("in [0, 10]", "in [0, 30]").replace("N@0 P@10", "N@0 P@30")
         second.write_text(wider.replace("  P |  Z  P", "  P |  N  N"), encoding="utf-8")
         assert "y is outside its range there, [0, 10]" in run("compare", first, second).stdout
+
+    def test_names_the_blocks_that_are_not_compared(self, tmp_path):
+        text, other, law = LOOP.read_text(encoding="utf-8"), tmp_path / "other.fz", tmp_path / "law.fz"
+        other.write_text(text.replace("= 8\n", "= 7\n"), encoding="utf-8")
+        law.write_text(text.partition("\nplant ")[0], encoding="utf-8")
+        left_out = "\n\nsystems only; not compared: fuzzy_pi, tank, fill"
+        assert run("compare", LOOP, other, "--points", "9").stdout.endswith(f"{left_out}; --loops compares runs\n")
+        assert run("compare", LOOP, law, "--points", "9").stdout.endswith(f"{left_out}\n")
