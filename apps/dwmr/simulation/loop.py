@@ -11,7 +11,8 @@ from typing import Any, NamedTuple
 
 from dwmr.control.formation import follower_error, follower_position, trajectory_error
 from dwmr.control.obstacle_avoidance import Avoidance, avoid
-from dwmr.control.safety_filter import Filter, Safety, filter_commands
+from dwmr.control.safety_filter import Filter, filter_commands
+from dwmr.control.safety_settings import Safety
 from dwmr.core.arrays import FloatArray
 from dwmr.core.geometry import clamp
 from dwmr.core.interfaces import Signal, TrackingError
