@@ -6,7 +6,6 @@ import json
 import logging
 from typing import Any
 
-from lsprotocol import types as lsp
 from pygls.exceptions import JsonRpcException, JsonRpcInternalError, JsonRpcInvalidParams
 from pygls.protocol import LanguageServerProtocol
 
@@ -14,7 +13,8 @@ from pygls.protocol import LanguageServerProtocol
 class RefusedError(JsonRpcException):
     """A request that is right and cannot be fulfilled, such as a name that is taken; the message is for the user."""
 
-    CODE = int(lsp.LSPErrorCodes.RequestFailed)
+    #: RequestFailed of the protocol.
+    CODE = -32803
 
 
 class Protocol(LanguageServerProtocol):

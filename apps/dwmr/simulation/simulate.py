@@ -243,7 +243,7 @@ def _obstacles(scenario: Scenario, first: int, last: int) -> FloatArray:
     """Return the obstacles at some periods and the one after them, once where none moves, as the loop takes them."""
     count = last - first + 1 if is_moving(scenario) else 1
     radii = np.broadcast_to([one.radius for one in scenario.obstacles], (count, len(scenario.obstacles)))
-    places = centres(scenario, scenario.run.dt * np.arange(first, first + count))
+    places = centres(scenario, scenario.run.dt * np.arange(first, first + count, dtype=np.float64))
     return np.ascontiguousarray(np.concatenate([places, radii[:, :, None]], axis=2))
 
 

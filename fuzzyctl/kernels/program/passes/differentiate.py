@@ -345,10 +345,8 @@ class _Tape:
             case _, [x] if function in STEPS:
                 return {}
             case _, [x] if function in SLOPES:
-                slope, times_slope = SLOPES[function](x, value, self.let), self._product
-                if function in STEEP:
-                    times_slope = self._steep
-                return {k: times_slope(d, slope) for k, d in own[0].items()}
+                slope, is_steep = SLOPES[function](x, value, self.let), function in STEEP
+                return {k: self._steep(d, slope) if is_steep else self._product(d, slope) for k, d in own[0].items()}
         raise NotDifferentiableError(function)
 
     def _clipped(self, values: tuple[Expr, Expr, Expr], own: Sequence[Derivatives]) -> Derivatives:
