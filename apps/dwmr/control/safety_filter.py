@@ -98,7 +98,8 @@ def least_distance(safety: Safety, dt: float, radius: float, speed: float, i: in
         radius, speed: Of the other disc [m, m/s].
         i: Number of the robot.
     """
-    return safety.radii[i] + radius + safety.clearance + 0.5 * dt * (safety.speeds[i] + speed)
+    distance: float = safety.radii[i] + radius + safety.clearance + 0.5 * dt * (safety.speeds[i] + speed)
+    return distance
 
 
 @compiled

@@ -136,6 +136,17 @@ class Noise(Section):
     omega: float = quantity("angular velocity from the wheels", "rad/s", ge=0, le=FARTHEST, default=0.0)
 
 
+class Sensors(Section):
+    """What a robot knows its posture and its wheels' velocities by; noise is added to them."""
+
+    pose: Literal["exact", "odometry"] = Field(
+        default="exact", description="posture as it is, or as the wheels' ways add up from the start"
+    )
+    encoder_steps: int = quantity(
+        "steps of an encoder in one turn of a wheel, 0 for none", "-", ge=0, le=10**9, default=0
+    )
+
+
 class Controllers(Section):
     """Gains by control law; a law of one's own finds its table among the extra ones."""
 
@@ -169,6 +180,7 @@ class Robot(Section):
     delay: float = quantity(
         "time by which a robot on the reference is behind it, negative ahead", "s", ge=-1e6, le=1e6, default=0.0
     )
+    sensors: Sensors = Field(default=Sensors(), description="exact when absent")
     noise: Noise | None = Field(default=None, description="of what it measures of itself; none when absent")
     controllers: Controllers
 

@@ -243,7 +243,7 @@ def _obstacles(scenario: Scenario, first: int, last: int) -> FloatArray:
     """Return the obstacles at some periods and the one after them, once where none moves, as the loop takes them."""
     count = last - first + 1 if is_moving(scenario) else 1
     radii = np.broadcast_to([one.radius for one in scenario.obstacles], (count, len(scenario.obstacles)))
-    places = centres(scenario, scenario.run.dt * np.arange(first, first + count))
+    places = centres(scenario, scenario.run.dt * np.arange(first, first + count, dtype=np.float64))
     return np.ascontiguousarray(np.concatenate([places, radii[:, :, None]], axis=2))
 
 
@@ -305,6 +305,8 @@ def _constants(robot: Robot, names: list[str]) -> dict[str, float]:
         "bearing": formation.bearing if formation else 0.0,
         "leader": names.index(formation.leader) if formation else -1,
         "avoids": int(robot.avoids_obstacles),
+        "odometry": int(robot.sensors.pose == "odometry"),
+        "encoder_steps": robot.sensors.encoder_steps,
     }
     tables = (robot, robot.friction, robot.actuator, robot.inner_loop)
     wanted = set(ROBOT.names or ())
@@ -335,7 +337,8 @@ def _memory(simulation: Simulation, laws: list[Law]) -> Memory:
     theta_star = np.array([_first_direction(simulation, r) for r in robots])
     sides = np.zeros((n, len(scenario.obstacles)))
     filters, slip, torques = np.zeros((3, n, 2))
-    return Memory(plant, slip, seen, theta_star, filters, sides, law, law.copy(), torques)
+    wheels, odometry = np.zeros((n, 6)), plant[:, :3].copy()
+    return Memory(plant, slip, seen, wheels, odometry, theta_star, filters, sides, law, law.copy(), torques)
 
 
 def _first_direction(simulation: Simulation, robot: Robot) -> float:

@@ -201,6 +201,14 @@ class TestShow:
         assert "leader: g_v 0.7" in said
         assert "measures with noise x 0.01" in said
 
+    def test_says_what_moves_the_robots_and_what_they_know_themselves_by(self, dwmr):
+        coarse = ("--set", "robot.sensors.pose=odometry", "--set", "robots.leader.sensors.encoder_steps=2000")
+        _, said, _ = dwmr("show", "experiment", *coarse)
+        assert "under aifqsmc; robots are rigid bodies in MuJoCo\n" in said
+        assert said.count("knows its posture by odometry") == 3
+        assert said.count("encoders of 2000 steps") == 1
+        assert "MuJoCo" not in dwmr("show", "paper")[1]
+
     def test_says_where_an_open_path_goes_on_straight(self, dwmr):
         way = 'reference={kind="waypoints",points=[[0,0],[9,1],[12,8]],duration=60}'
         assert "straight on from 60 s" in dwmr("show", "paper", "--set", way)[1]
