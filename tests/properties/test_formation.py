@@ -25,7 +25,7 @@ places = st.floats(-20.0, 20.0)
 SEPARATION, BEARING = 1.25, 0.75 * math.pi
 
 CIRCLE = """
-extends = "paper"
+extends = "paper-with-limits"
 [run]
 horizon = 25.0
 [reference]
@@ -120,7 +120,7 @@ class TestWrapping:
         assert np.abs(errors(across + h) - errors(across - h)).max() < 1e-6
 
 
-PAPER = read(find("paper"))
+PAPER = read(find("paper-with-limits"))
 RULES = Rules(PAPER.scenario.rules, (), PAPER.places)
 PREPARED = simulate.prepare(PAPER, "aifqsmc", RULES)
 

@@ -83,7 +83,7 @@ def compare(
         found = _compute(plans, Workers(jobs, cluster))
         if path is not None:
             _write(path, found)
-    _print(found, style, runs)
+    _print(found, style, runs, plans)
     if path is not None and style == "text":
         say(f"wrote {path}")
     if any(one.stopped for one in found):
@@ -167,13 +167,15 @@ def _write(path: Path, found: Sequence[Entry]) -> None:
         files.publish()
 
 
-def _print(found: Sequence[Entry], style: str, runs: int) -> None:
+def _print(found: Sequence[Entry], style: str, runs: int, plans: Sequence[Plan[ScenarioFile]]) -> None:
     if style == "json":
         from fuzzyctl.experiments.results.summary import finite
 
         write_json(finite({"runs": runs, "entries": [dataclasses.asdict(one) for one in found]}))
         return
     from dwmr.output import report
+    from dwmr.results.paper_run import beside
     from dwmr.sweep.tables import print_comparison
 
-    print_comparison(report.console(), found, runs)
+    scenarios = [plan.scenario.scenario for plan in plans] if runs == 1 else []
+    print_comparison(report.console(), found, runs, {one.name: beside(one)[0] for one in scenarios})

@@ -13,7 +13,14 @@ _PRINTED = ("x_0", "y_0", "theta_0", "d", "radius", "avoids_obstacles", "formati
 #: Keys of a robot that its errors do not depend on, or by design may differ: the measures' outline, the gains.
 _FREE = ("body", "controllers")
 #: Numbers of the paper's tables by the shipped scenario behind them.
-_TABLES = {"paper": 12, "undisturbed": 13, "experiment": 13}
+_TABLES = {
+    "paper": 12,
+    "paper-with-limits": 12,
+    "paper-constant-gain": 12,
+    "paper-ideal-loop": 12,
+    "undisturbed": 13,
+    "experiment": 13,
+}
 #: Keys that are listed before the rest is counted.
 _MOST_SHOWN = 4
 

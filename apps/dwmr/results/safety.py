@@ -7,9 +7,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from dwmr.control.safety_filter import Safety, least_distance
 from dwmr.core.arrays import FloatArray
-from dwmr.scenario.guard import safety_of
+from dwmr.scenario.guard import radii_of, safety_of
 from dwmr.scenario.model import SafetySettings, Scenario
 from dwmr.scenario.moving import centres
 from dwmr.simulation.simulate import Trajectory
@@ -56,22 +55,15 @@ def guarded_points(trajectory: Trajectory, scenario: Scenario, lookahead: float)
 
 
 def pairs(trajectory: Trajectory, scenario: Scenario, settings: SafetySettings) -> Iterator[Pair]:
-    """Yield all pairs of robots, then each robot with each obstacle."""
-    safety, dt, n = safety_of(scenario, settings), scenario.run.dt, len(trajectory.robots)
+    """Yield each robot with the robots before it and with all obstacles."""
+    safety, radii, n = safety_of(scenario, settings), radii_of(scenario, settings), len(trajectory.robots)
     points, obstacles = guarded_points(trajectory, scenario, settings.lookahead), centres(scenario, trajectory.t)
+    others = np.concatenate([points, obstacles], axis=1)
     for i in range(n):
-        for j in range(i):
-            radius, speed = float(safety.radii[j]), float(safety.speeds[j])
-            yield _pair(i, j, points[:, i] - points[:, j], radius, speed, safety, dt)
-    for i in range(n):
-        for a, one in enumerate(scenario.obstacles):
-            speed = float(safety.obstacle_speeds[a])
-            yield _pair(i, n + a, points[:, i] - obstacles[:, a], one.radius, speed, safety, dt)
-
-
-def _pair(i: int, other: int, vector: FloatArray, radius: float, speed: float, safety: Safety, dt: float) -> Pair:
-    least = least_distance(safety, dt, radius, speed, i)
-    return Pair(i, other, vector, least, float(safety.speeds[i]) + speed, float(safety.radii[i]) + radius)
+        for other in (*range(i), *range(n, others.shape[1])):
+            vector, least = points[:, i] - others[:, other], float(safety.least[i, other])
+            speed = float(safety.speeds[i] + safety.speeds[other])
+            yield Pair(i, other, vector, least, speed, radii[i] + radii[other])
 
 
 def rate_bounds(alpha: float, distance: FloatArray, least: float) -> FloatArray:

@@ -51,7 +51,7 @@ def scene(number: int, seed: int = 0, law: str = "aifqsmc") -> str:
     goal = random.uniform(-HALF, HALF, 2)
     speed = random.uniform(0.3, 0.6)
     lines = [
-        'extends = "paper"', f'name = "crowd-{seed}-{number}"',
+        'extends = "paper-with-limits"', f'name = "crowd-{seed}-{number}"',
         f'run = {{ controller = "{law}", horizon = {HORIZON}, save_every = 4 }}',
         f'reference = {{ kind = "waypoints", points = [{_point(robots[0])}, {_point(goal)}], '
         f"speed = {speed:.3f} }}",

@@ -106,7 +106,7 @@ def scene(random: np.random.Generator, count: int, apart: float, aside: float) -
 
 def leader_alone(law: str) -> LeastDistances:
     """Return a function that runs the leader around obstacles, disturbed as in the paper: its least distances [m]."""
-    file = read(find("paper"))
+    file = read(find("paper-with-limits"))
     robots = {"leader": file.scenario.robots["leader"]}
     file = dataclasses.replace(file, scenario=file.scenario.model_copy(update={"robots": robots}))
     prepared = simulate.prepare(file, law, Rules(file.scenario.rules, file.folders, file.places))

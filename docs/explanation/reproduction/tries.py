@@ -23,7 +23,7 @@ NAMES = ("x_e", "y_e", "theta_e")
 
 def run(law: str, overrides: Sequence[str]) -> dict[str, dict[str, float]]:
     """Return the errors of one run by robot; without robots when it ended early."""
-    file = read(find("paper"), overrides)
+    file = read(find("paper-with-limits"), overrides)
     rules = Rules(file.scenario.rules, file.folders, file.places)
     trajectory = simulate.run(simulate.prepare(file, law, rules))
     if trajectory.stop is not None:

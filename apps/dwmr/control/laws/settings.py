@@ -52,6 +52,9 @@ class AifqsmcSettings(SurfaceSettings):
     k_h_min_omega: float | None = quantity("floor k̄_h and start of k̂_h, angular channel", "rad/s", gt=0, default=None)
     k_s_v: float | None = quantity("suppression gain, linear channel", "m/s", gt=0, default=None)
     k_s_omega: float | None = quantity("suppression gain, angular channel", "rad/s", gt=0, default=None)
+    adaptation: float | None = quantity(
+        "share of the adaptation of k̂_h, 0 for a constant gain", "-", ge=0, le=1, default=None
+    )
 
     def prove(self, rules: Rules, robot: str) -> None:
         """Prove G_AIS >= G_min > 0 for both channels, and β > 0."""
