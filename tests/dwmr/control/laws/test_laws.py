@@ -18,7 +18,7 @@ from dwmr.simulation.preflight import settings_of
 from fuzzyctl.diagnostics.diagnostic import DiagnosticError
 from fuzzyctl.support.shipped import rules_folder
 
-FILE = read(find("paper"))
+FILE = read(find("paper-with-limits"))
 RULES = Rules(FILE.scenario.rules, (), FILE.places)
 SLOPES = (0.5, 0.3, 0.7)
 DT = 0.005
@@ -143,7 +143,7 @@ class TestTable:
         usual = FILE.scenario.robots["leader"].controllers.aifqsmc.model_dump(exclude_none=True)
         own = {**usual, "lambda_1": 1.0}
         overrides = [f"robot.controllers.aifqsmc_without_layer.{key}={value}" for key, value in own.items()]
-        file = read(find("paper"), overrides)
+        file = read(find("paper-with-limits"), overrides)
         for name, slope in (("aifqsmc_without_layer", 1.0), ("aifqsmc_without_adaptation", 0.5)):
             assert settings_of(file, "leader", name, law(name)).lambda_1 == slope
 
@@ -283,8 +283,8 @@ class TestAblations:
             bench.step(error(x_e=1.0))
         assert bench["g_ais_v"] == pytest.approx(bench["k_h_v"] * (1.0 - bench["eta_v"] * bench["f_v"]))
 
-    def test_chatter_without_their_part_as_the_paper_says(self, measured):
-        whole, bare = (measured(law, "run.horizon=60") for law in ("aifqsmc", "aifqsmc_without_layer"))
+    def test_chatter_without_their_part_as_the_paper_says(self, measured_with_limits):
+        whole, bare = (measured_with_limits(law, "run.horizon=60") for law in ("aifqsmc", "aifqsmc_without_layer"))
         for robot in whole["chattering"]:
             assert bare["chattering"][robot]["v"] > 2.0 * whole["chattering"][robot]["v"]
 
