@@ -2,9 +2,9 @@
 
     python docs/explanation/reproduction/amplitudes.py
 
-prints the rows of the page's table: how many of the 18 errors of AIFQSMC and FCAFSMC are within 10 and 12 % of Table 12,
-their least and greatest ratio, in which errors FCAFSMC's leader is before AIFQSMC's as it is in the paper, and the ratios
-of SMC's leader.
+prints the rows of the page's table: how many of the 18 errors of AIFQSMC and FCAFSMC are within 10 and 12 % of Table
+12, their least and greatest ratio, in which errors FCAFSMC's leader is before AIFQSMC's as it is in the paper, and the
+ratios of SMC's leader.
 """
 
 from __future__ import annotations

@@ -30,7 +30,7 @@ def law(name, rules=RULES):
 
 
 def error(x_e=0.1, y_e=-0.2, theta=0.3, drift=(0.6, 0.05, 0.1), d=0.4):
-    return TrackingError(x_e, y_e, theta, *drift, d)
+    return TrackingError(x_e, y_e, theta, *drift, d, theta, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 def surface(e, slopes=SLOPES):
@@ -107,7 +107,7 @@ class TestSurface:
     def test_takes_what_the_formation_offers(self):
         assert tuple(OFFERED) == TrackingError._fields
         for text in ("smc", "aifqsmc", "fcafsmc"):
-            assert {i.name: i.unit for i in law(text).text.controller.inputs} == OFFERED
+            assert {i.name: i.unit for i in law(text).text.controller.inputs}.items() <= OFFERED.items()
 
 
 class TestNames:
