@@ -68,6 +68,9 @@ _EXACTLY: Final = "of a system that interpolates ('and product', 'center_average
 #: Why such a claim is not decided exactly although all else interpolates.
 _LETS: Final = "where rules read a let, here '{}', no claim is decided exactly"
 
+#: Why a claim is open that quick methods leave so.
+UNDIVIDED: Final = "it takes subdivision, for which no time is given"
+
 #: Why `total` of an output is undecided for lack of work in a proof, which no time limit changes.
 _TOO_MUCH: Final = f"it takes more than {COVERAGE:,} units of work, the most for the coverage of an output"
 
@@ -314,7 +317,7 @@ class Prover:
             witness = sampling.witness_of(claim, self.plan, self.judge)
             if witness is not None:
                 return Refuted(claim.text, witness)
-            return Undecided(claim.text, "it takes subdivision, for which no time is given")
+            return Undecided(claim.text, UNDIVIDED)
         from fuzzyctl.analysis.branch_and_bound import pointwise as branching
         from fuzzyctl.analysis.branch_and_bound import slope as box_slopes
         from fuzzyctl.analysis.branch_and_bound.boxed_system import System

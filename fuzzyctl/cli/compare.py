@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
 import click
+from click.core import ParameterSource
 
 from fuzzyctl.cli.common import (
     DONE,
@@ -95,8 +96,9 @@ def compare(
     Exit code: 0; 1 where a difference exceeds --within.
     """
     if loops:
-        if second is None or profiles or name is not None:
-            raise click.UsageError("--loops takes two files, without --as and --system")
+        has_points = click.get_current_context().get_parameter_source("points") is ParameterSource.COMMANDLINE
+        if second is None or profiles or name is not None or has_points:
+            raise click.UsageError("--loops takes two files, without --as, --system and --points")
         from fuzzyctl.cli.compare_loops import compare_loops
 
         return DONE if compare_loops(first, second, settings, within, form) else FAILED

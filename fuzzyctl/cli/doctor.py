@@ -29,6 +29,7 @@ OPTIONAL: Final = {
     "control": "interop",
     "gymnasium": "interop",
     "fmpy": "interop",
+    "mujoco": "physics",
 }
 
 #: Folders of compiled code within the cache: of systems and of simulations.

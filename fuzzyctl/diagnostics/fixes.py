@@ -90,8 +90,8 @@ def respelt_as_suggested(span: Span | None, name: str, known: Collection[str]) -
 def with_decimal_points(span: Span | None, given: int, due: int) -> Fix | None:
     """Return the fix of a call that has too many arguments because commas stand for decimal points; None for another.
 
-    Commas without a blank are those of decimals where they are as many as the arguments beyond those that are due, and,
-    less surely, every other one where each number has one.
+    Commas without a blank are those of decimals where they are as many as the arguments that are too many, and, less
+    surely, every other one where each number has one.
 
     Args:
         span: Location of the call.

@@ -4,15 +4,19 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
+from itertools import pairwise, zip_longest
 
 from fuzzyctl.diagnostics.fixes import Fix, Replacement, fixed
 from fuzzyctl.diagnostics.source import SourceText, Span
 from fuzzyctl.editor.document import Document
 from fuzzyctl.editor.symbols import Symbol
 from fuzzyctl.lang.formatter import format_source
-from fuzzyctl.lang.syntax import MAX_NAME, NAME, RESERVED
+from fuzzyctl.lang.syntax import HEADS, MAX_NAME, NAME, RESERVED
 from fuzzyctl.resolve.context import is_function
+
+#: A file, a line, and the number of a name among those of the line.
+_Place = tuple[str, int, int]
 
 
 class RenameError(ValueError):
@@ -84,19 +88,94 @@ def rename(document: Document, offset: int, name: str, others: Iterable[Document
     taken = _taken(document, symbol, name)
     if taken is not None:
         raise RenameError(f"'{name}' is declared already in line {taken.line}")
+    others = [o for o in others if o.source.name != document.source.name]
     changes = [Replacement(span, name) for span in references(document, offset, others=others)]
+    clash = _mixed_up(symbol, changes, [document, *others])
+    if clash is not None:
+        place = f"line {clash.line}"
+        if clash.source.name != document.source.name:
+            place += f" of {os.path.basename(clash.source.name)}"
+        raise RenameError(f"'{name}' has another meaning already in {place}")
     own = [c for c in changes if c.span.source.name == document.source.name]
     elsewhere = [c for c in changes if c.span.source.name != document.source.name]
     return [*_laid_out(document.source, own), *elsewhere]
 
 
 def _taken(document: Document, symbol: Symbol, name: str) -> Span | None:
-    """Return where the new name is declared among those that it would be mixed up with."""
+    """Return where the new name is declared among those that it would be mixed up with.
+
+    What stands above all blocks is seen in each of them.
+    """
     for other in document.symbols.all:
         same_kind = (other.kind == "term") == (symbol.kind == "term")
-        if other.name == name and same_kind and other.owner is symbol.owner:
+        is_seen = (
+            symbol.kind not in ("term", *HEADS) and other.kind not in HEADS and None in (symbol.owner, other.owner)
+        )
+        if other.name == name and same_kind and (other.owner is symbol.owner or is_seen):
             return other.span
     return None
+
+
+def _mixed_up(symbol: Symbol, changes: list[Replacement], documents: Iterable[Document]) -> Span | None:
+    """Return a name that is another one after some changes; None where each name stands for what it did.
+
+    Args:
+        symbol: What gets another name.
+        changes: The changes of all files.
+        documents: The files that may be concerned.
+    """
+    documents = list(documents)
+    before = {c.span.source.name: c.span.source.text for c in changes}
+    before |= {d.source.name: _concerned(d, changes) for d in documents if d.source.name in before}
+    after = {}
+    for name, text in before.items():
+        source = SourceText(name, text)
+        own = [
+            Replacement(Span(source, c.span.start, c.span.end), c.text) for c in changes if c.span.source.name == name
+        ]
+        after[name] = fixed(source, [Fix(tuple(own), "sure")])
+    declared = os.path.abspath(symbol.span.source.name)
+    for document in documents:
+        if document.source.name not in after and declared not in document.used:
+            continue
+        was, now = (_meanings(_with_texts(document, texts)) for texts in (before, after))
+        for (span, meaning), (_, old) in zip_longest(now, was, fillvalue=(None, None)):
+            if meaning != old:
+                return span or symbol.span
+    return None
+
+
+def _concerned(document: Document, changes: Iterable[Replacement]) -> str:
+    """Return a text with spaces for what stands in blocks without a change and without the new name."""
+    text, own = document.text, [c for c in changes if c.span.source.name == document.source.name]
+    new = re.compile(rf"\b({'|'.join({c.text for c in own})})\b")
+    starts = [start for start, _, head in document.symbols.scopes if head is not None]
+    for start, end in pairwise([*starts, len(text)]):
+        if not any(start <= c.span.start < end for c in own) and not new.search(text, start, end):
+            head, *lines = text[start:end].split("\n")
+            text = text[:start] + "\n".join([head, *(" " * len(line) for line in lines)]) + text[end:]
+    return text
+
+
+def _with_texts(document: Document, texts: Mapping[str, str]) -> Document:
+    """Return a document where some files have other texts."""
+    name = document.source.name
+    buffers = {**document.buffers, **{os.path.abspath(n): text for n, text in texts.items() if n != name}}
+    return Document(SourceText(name, texts.get(name, document.text)), document.folder, buffers)
+
+
+def _meanings(document: Document) -> list[tuple[Span | None, _Place | None]]:
+    """Return each name of a file with the place of its declaration, which another length of names does not move."""
+    uses = sorted(document.symbols.uses, key=lambda use: (use[0].source.name, use[0].start))
+    places: dict[tuple[str, int], _Place] = {}
+    on_line: dict[tuple[str, int], int] = {}
+    for span, _ in uses:
+        if (span.source.name, span.start) not in places:
+            line = (span.source.name, span.line)
+            on_line[line] = on_line.get(line, -1) + 1
+            places[span.source.name, span.start] = (*line, on_line[line])
+    own = [use for use in uses if use[0].source.name == document.source.name]
+    return [(span, places.get((s.span.source.name, s.span.start))) for span, s in own]
 
 
 def _laid_out(source: SourceText, changes: list[Replacement]) -> list[Replacement]:

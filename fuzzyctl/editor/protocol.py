@@ -10,6 +10,13 @@ from pygls.exceptions import JsonRpcException, JsonRpcInternalError, JsonRpcInva
 from pygls.protocol import LanguageServerProtocol
 
 
+class RefusedError(JsonRpcException):
+    """A request that is right and cannot be fulfilled, such as a name that is taken; the message is for the user."""
+
+    #: RequestFailed of the protocol.
+    CODE = -32803
+
+
 class Protocol(LanguageServerProtocol):
     """Answers requests whose parameters are none of the protocol, such as negative lines, with an error."""
 
@@ -33,13 +40,15 @@ def is_of_client(error: BaseException | None) -> bool:
 
 
 def log_in_lines() -> None:
-    """Write mistakes of clients, which the answer says, as one line of the log."""
+    """Write mistakes of clients, which the answer says, as one line of the log, and nothing of what is refused."""
     for name in ("pygls.protocol.json_rpc", "pygls.server"):
         logging.getLogger(name).addFilter(_in_a_line)
 
 
 def _in_a_line(record: logging.LogRecord) -> bool:
     error = record.exc_info[1] if record.exc_info else None
+    if isinstance(error, RefusedError):
+        return False
     if is_of_client(error):
         record.msg, record.args, record.exc_info = f"{record.getMessage()}: {error}", (), None
     elif isinstance(record.args, tuple) and record.args and "Traceback" in str(record.args[-1]):

@@ -12,6 +12,7 @@ from lsprotocol import types as lsp
 from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.editor import completion, hover, navigation, outline, signature
 from fuzzyctl.editor.preview import DRAWER, preview
+from fuzzyctl.editor.protocol import RefusedError
 from fuzzyctl.editor.requests import COMMANDS, FEATURES
 from fuzzyctl.editor.session import SYMBOL_KINDS, FuzzyServer, uri_of
 from fuzzyctl.lang.formatter import format_source
@@ -125,13 +126,11 @@ def _prepare_rename(ls: FuzzyServer, params: lsp.PrepareRenameParams) -> lsp.Ran
 
 @server.feature(lsp.TEXT_DOCUMENT_RENAME, lsp.RenameOptions(prepare_provider=True))
 def _rename(ls: FuzzyServer, params: lsp.RenameParams) -> lsp.WorkspaceEdit:
-    from pygls.exceptions import JsonRpcInvalidParams
-
     document = ls.document(params.text_document.uri)
     try:
         changes = navigation.rename(document, ls.offset(document, params.position), params.new_name, ls.others)
     except navigation.RenameError as error:
-        raise JsonRpcInvalidParams(str(error)) from None
+        raise RefusedError(str(error)) from None
     return lsp.WorkspaceEdit(changes=ls.edits(changes))
 
 

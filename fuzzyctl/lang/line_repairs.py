@@ -179,7 +179,7 @@ def _search(draft: Draft, around: Surroundings, reading: Reading) -> Draft | Non
 
 
 def _climbed(draft: Draft, around: Surroundings, reading: Reading) -> Draft:
-    """Return a line after all repairs each of which makes more of it readable."""
+    """Return a line after each repair that makes more of it readable."""
     unread, before = reading.unread(draft.text), -1
     while unread not in (0, before):
         before = unread

@@ -65,6 +65,8 @@ def _repeated(text: str, tokens: Sequence[tuple[int, int]]) -> Iterator[_Change]
 
 def _repeated_numbers(text: str, tokens: Sequence[tuple[int, int]]) -> Iterator[_Change]:
     """Yield the removal of each number that repeats the one before it, which may be another number."""
+    if not tokens or text[tokens[0][0]].isdigit():
+        return
     for (first, last), (again, stop) in pairwise(tokens):
         if text[first:last] == text[again:stop] and text[last - 1].isdigit():
             yield last, stop, ""

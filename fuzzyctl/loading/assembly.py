@@ -119,6 +119,17 @@ def bring_in(tree: sx.SyntaxTree, folder: Path | None) -> tuple[sx.SyntaxTree, l
     return tree, reader.diagnostics
 
 
+def path_below(folder: Path, name: str) -> Path | None:
+    """Return the path of a file that a rule file in a folder names; None for one that lies elsewhere.
+
+    A rule file from elsewhere must not be able to show what stands in other folders.
+    """
+    path = folder / name
+    # Not Path.resolve, which raises for links in a circle.
+    is_below = Path(os.path.realpath(path)).is_relative_to(os.path.realpath(folder))
+    return path if is_below and not Path(name).is_absolute() else None
+
+
 def files_read(path: Path) -> tuple[Path, ...]:
     """Return the files that a rule file brings in, directly and through others, its tables in CSV files among them.
 
@@ -230,12 +241,9 @@ class _Reader:
         if self.folder is None:
             self._report("a text that is no file can use no files", place, help="write it to a file and load that")
             return None
-        path = self.folder / name
-        # A rule file from elsewhere must not be able to show what stands in other folders.
-        # Not Path.resolve, which raises for links in a circle.
-        if Path(name).is_absolute() or not Path(os.path.realpath(path)).is_relative_to(os.path.realpath(self.folder)):
+        path = path_below(self.folder, name)
+        if path is None:
             self._report(f"'{name}' lies outside the folder of this file", place, help="move it there or below")
-            return None
         return path
 
     def _read(self, path: Path, place: Span) -> SourceText | None:

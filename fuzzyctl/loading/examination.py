@@ -7,13 +7,13 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from fuzzyctl.diagnostics.diagnostic import Diagnostic, Note
+from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError, Note
 from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.formats.registry import format_of
 from fuzzyctl.lang import syntax as sx
 from fuzzyctl.lang.parser import parse
 from fuzzyctl.lang.repaired_text import in_original
-from fuzzyctl.loading.assembly import Part, bring_in, split, without_other_loops
+from fuzzyctl.loading.assembly import Part, bring_in, path_below, split, without_other_loops
 from fuzzyctl.loading.calls import with_called
 from fuzzyctl.loading.linking import link
 from fuzzyctl.model.checks.checks import check_model
@@ -180,7 +180,9 @@ class _Used:
     def __init__(self, tree: sx.SyntaxTree, folder: Path | None, opened: Opened) -> None:
         self.opened = opened
         names = dict.fromkeys(s.path for s in tree.statements if isinstance(s, sx.Use))
-        self.paths = [folder / name for name in names] if folder is not None else []
+        # Files that lie elsewhere or cannot be read are reported where they are brought in.
+        paths = [path_below(folder, name) for name in names] if folder is not None else []
+        self.paths = [path for path in paths if path is not None]
         self.blocks: dict[str, Callee] = {}
         self.mistakes: list[Diagnostic] = []
 
@@ -201,7 +203,11 @@ class _Used:
         key = path.resolve()
         if key not in self.opened:
             self.opened[key] = ()
-            found = look_through(read_source(path), folder=path.parent, hints=False, opened=self.opened)
+            try:
+                source = read_source(path, only_regular=True)
+            except DiagnosticError:
+                return ()
+            found = look_through(source, folder=path.parent, hints=False, opened=self.opened)
             self.mistakes.extend(d for d in found.reported(found.diagnostics) if d.severity == "error")
             self.opened[key] = (*found.systems, *found.controllers, *found.plants)
         return self.opened[key]

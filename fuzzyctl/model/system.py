@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import math
 import unicodedata
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from numbers import Real
 from typing import Any, TypeVar
 
 from fuzzyctl.diagnostics.diagnostic import ArgumentError, UnknownNameError, ValueOutOfBoundsError
@@ -21,6 +19,7 @@ from fuzzyctl.model.node import Node
 from fuzzyctl.model.params import ParamValues
 from fuzzyctl.model.rule import Rule, RuleBlock, RuleTable, rule_count, rules_of
 from fuzzyctl.model.variable import Input, Let, LinguisticVariable, Output
+from fuzzyctl.support.arguments import is_finite
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
@@ -193,7 +192,7 @@ class FuzzySystem(Node, Printed):
         for name, value in values.items():
             if name not in known:
                 raise UnknownNameError("param", name, known)
-            if not isinstance(value, Real) or not _is_finite(value):
+            if not is_finite(value):
                 raise ValueOutOfBoundsError(f"param {name!r}", value, "a finite number")
         params = tuple(
             replace(p, expression=Number(float(values[p.name]))) if p.name in values else p for p in self.params
@@ -265,13 +264,6 @@ class FuzzySystem(Node, Printed):
         if name.isascii():
             return name
         return next((v.name for v in self.inputs if unicodedata.normalize("NFKC", v.name) == name), name)
-
-
-def _is_finite(value: Real) -> bool:
-    try:
-        return math.isfinite(value)
-    except OverflowError:  # an integer beyond all floats
-        return False
 
 
 _Variable = TypeVar("_Variable", Input, Output)

@@ -16,6 +16,7 @@ from fuzzyctl.simulation.settings import params_of
 if TYPE_CHECKING:
     from fuzzyctl.model.controller import Controller
     from fuzzyctl.model.system import FuzzySystem
+    from fuzzyctl.simulation.panels import Panel
     from fuzzyctl.simulation.plain_run import PlainRun
     from fuzzyctl.simulation.run import Run
 
@@ -57,15 +58,33 @@ def controller_data(unit: StepUnit, *, proofs: bool = False) -> dict[str, Any]:
 
 def loop_data(run: Run) -> dict[str, Any]:
     """Return what is shown of a run: its signals, every n-th sample where there are many, measures and requirements."""
+    from fuzzyctl.simulation.panels import panels
+
     measures = run.measures
+    found = _loop_data(
+        run.loop, run.t.tolist(), run.positions, lambda e: run.signal(e).tolist(), run.solver, run.params
+    )
+    for shown, panel in zip(found["panels"], panels(run.loop, run.positions), strict=True):
+        shown |= _limits(run, panel)
     return {
-        **_loop_data(run.loop, run.t.tolist(), run.positions, lambda e: run.signal(e).tolist(), run.solver, run.params),
+        **found,
         "measures": [
             [m.label or m.name, f"{measures[m.name]:.6g}{f' {m.unit}' if m.unit else ''}"] for m in run.loop.measures
         ],
         "verdicts": [["met" if r.holds else "not met", r.text, ""] for r in run.requirements],
         "stopped": run.stopped.message if run.stopped is not None else "",
     }
+
+
+def _limits(run: Run, panel: Panel) -> dict[str, Any]:
+    """Return the ends of the axis of a panel, which peaks do not crush."""
+    from fuzzyctl.page import limits  # numpy
+
+    lines = [limits.Line(panel.label, run.t, run[panel.signal])]
+    if panel.reference is not None:
+        lines.append(limits.Line("reference", run.t, run.signal(panel.reference)))
+    found = limits.of(lines)
+    return {"y": found.shown, "whole": found.whole, "note": found.note}
 
 
 def _inputs(

@@ -25,7 +25,12 @@ from fuzzyctl.page.systems import SystemFacts
 from fuzzyctl.plot.style import COLORS
 
 #: The scripts in their order: what later ones call stands before them.
-SCRIPTS: Final = ("plots.js", "inputs.js", "surface.js", "rules.js", "system.js", "controller.js", "loop.js", "page.js")
+SCRIPTS: Final = (
+    *("plots.js", "panels.js", "inputs.js", "surface.js", "rules.js", "system.js", "controller.js", "loop.js"),
+    "page.js",
+)
+#: What shows tables and panels of lines, for pages of other programs.
+PANELS: Final = ("plots.js", "panels.js")
 #: The last ones: of a page that stays as it is, and of one that gets new texts.
 STILL: Final = ("still.js",)
 LIVE: Final = ("files.js", "live.js")
@@ -127,13 +132,33 @@ def page_script(sections: Sequence[Section]) -> str:
 
 
 def _html(title: str, facts: dict[str, Any], computing: str, last: Sequence[str], nonce: str) -> str:
-    showing = '"use strict";\n(() => {\n' + "\n".join(map(_asset, (*SCRIPTS, *last))) + "})();\n"
-    style = _asset("page.css")
-    for own in (computing, showing, style):
+    body = '<main id="page"><noscript>This page computes with JavaScript, which is switched off.</noscript></main>'
+    showing = enclosed(*map(asset, (*SCRIPTS, *last)))
+    return html_document(title, body, facts, (computing, showing), asset("page.css"), nonce=nonce)
+
+
+def enclosed(*scripts: str) -> str:
+    """Return scripts as one whose names are its own."""
+    return '"use strict";\n(() => {\n' + "\n".join(scripts) + "})();\n"
+
+
+def html_document(title: str, body: str, facts: object, scripts: Sequence[str], style: str, *, nonce: str = "") -> str:
+    """Return a document that loads nothing and runs its own scripts only.
+
+    Args:
+        title: Of the window.
+        body: Its markup.
+        facts: What the scripts read, as plain data.
+        scripts: What is executed, in order.
+        style: The style sheet.
+        nonce: What scripts that come later show, as a source of the policy; empty for none.
+    """
+    for own in (*scripts, style):
         assert _ENDS.search(own) is None, "a script ends before its end"
-    allowed = " ".join(map(_hash, (computing, showing))) + nonce
+    allowed = " ".join(map(_hash, scripts)) + nonce
     policy = f"default-src 'none'; script-src {allowed}; style-src {_hash(style)}; img-src data:; base-uri 'none'"
     policy += "; form-action 'none'"
+    executed = "\n".join(f"<script>{own}</script>" for own in scripts)
     return f"""<!doctype html>
 <html lang="en">
 <head>
@@ -145,16 +170,16 @@ def _html(title: str, facts: dict[str, Any], computing: str, last: Sequence[str]
 <style>{style}</style>
 </head>
 <body>
-<main id="page"><noscript>This page computes with JavaScript, which is switched off.</noscript></main>
+{body}
 <script type="application/json" id="facts">{_json(facts)}</script>
-<script>{computing}</script>
-<script>{showing}</script>
+{executed}
 </body>
 </html>
 """
 
 
-def _asset(name: str) -> str:
+def asset(name: str) -> str:
+    """Return the text of a file in `assets`."""
     return files("fuzzyctl.page").joinpath("assets", name).read_text(encoding="utf-8")
 
 

@@ -147,7 +147,7 @@ class Expressions(Names):
     def refuse_state(self, call: ex.Call) -> bool:
         """Report a call that has a state where none can be kept."""
         if self.kind == "controller":
-            message = f"'{call.function}' keeps a state, which only 'let', 'next' and 'output' lines may have"
+            message = f"'{call.function}' keeps a state, which only 'let', 'next', 'output' and 'block' lines may have"
             help_text = "give it a name with 'let', and pass that name on"
         else:
             message = f"'{call.function}' keeps a state from one sample to the next, which only controllers have"

@@ -17,6 +17,7 @@ from fuzzyctl.model.loop import Loop
 from fuzzyctl.model.params import ParamValues
 from fuzzyctl.model.plant import Plant
 from fuzzyctl.model.shared_params import with_shared
+from fuzzyctl.support.arguments import is_finite
 
 
 def blocks_of(loop: Loop) -> dict[str, Controller | Plant]:
@@ -89,6 +90,7 @@ def with_settings(loop: Loop, values: Mapping[str, float]) -> Loop:
 
     Raises:
         UnknownNameError: For a name of no param, or of several.
+        ValueOutOfBoundsError: For a value that is no finite number.
         DiagnosticError: For values outside of the ranges of their params, or of those that follow from them, and for
             what else `check` reports where a file has such numbers, such as a period that is not positive.
     """
@@ -100,17 +102,20 @@ def with_settings(loop: Loop, values: Mapping[str, float]) -> Loop:
 
 
 def within_ranges(loop: Loop, values: Mapping[str, float]) -> Loop:
-    """Return a loop with some params set to numbers, of which ranges alone are checked, which is quick.
+    """Return a loop with some params set to numbers; only their ranges are checked, which is quick.
 
     Raises:
         UnknownNameError: For a name of no param, or of several.
+        ValueOutOfBoundsError: For a value that is no finite number.
         DiagnosticError: For values outside of the ranges of their params, or of those that follow from them.
     """
     loop = with_instance_params(loop, values)  # which has the params of controllers inside by name
     names = short_names(loop)
-    for name in values:
+    for name, value in values.items():
         if name not in names:
             raise UnknownNameError("param", name, tuple(names))
+        if not is_finite(value):
+            raise ValueOutOfBoundsError(f"param {name!r}", value, "a finite number")
     changed = _changed(loop, {names[name]: float(value) for name, value in values.items()})
     found = outside_ranges(changed, {})
     outside = [Diagnostic("FZ302", f"{o.what} is {o.value:g}, outside of {o.text}", o.bounds.span) for o in found]

@@ -53,7 +53,8 @@ def simulate(
     Raises:
         DiagnosticError: For a loop that cannot be run.
         UnknownNameError: For a name of no param, backend or solver.
-        ArgumentError: For an argument of another type, and a solver of scipy for a loop with dead time.
+        ValueOutOfBoundsError: For a value of a param that is no finite number.
+        ArgumentError: For an argument of another type, and a solver of scipy with dead time or substeps.
     """
     if not isinstance(loop, Loop):
         raise ArgumentError(f"expected a Loop, got {type(loop).__name__}")
@@ -66,6 +67,8 @@ def simulate(
 
         if solver not in SOLVERS:
             raise UnknownNameError("solver", solver, (RK4, *SOLVERS))
+        if substeps != 1:
+            raise ArgumentError(f"'substeps' are steps of RK4: the solver {solver} chooses its own")
         return solved(experiment, solver, progress=progress)
     run = experiment.run(substeps=substeps, progress=progress)
     if run.stopped is not None:

@@ -7,11 +7,13 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, Final
 
-from fuzzyctl.analysis.prove import quickly
+from fuzzyctl.analysis.prove import UNDIVIDED, quickly
+from fuzzyctl.analysis.verdicts import Undecided, Verdict
 from fuzzyctl.codegen.errors import CodegenError
 from fuzzyctl.codegen.sources import sources
 from fuzzyctl.codegen.steps.sources import step_sources
@@ -195,8 +197,15 @@ def _section(block: FuzzySystem | Controller, document: Document) -> Section:
     if isinstance(block, Controller):
         step = prepare_step(block, document.text)
         return controller_section(controller_data(step), step)
-    verdicts = quickly(block)[0] if block.guarantees else []
+    verdicts = list(map(_honest, quickly(block)[0] if block.guarantees else []))
     return system_section(SystemFacts(prepare(block, document.text, verdicts=verdicts), verdicts))
+
+
+def _honest(verdict: Verdict) -> Verdict:
+    """Return a verdict that names what the studio does not do."""
+    if isinstance(verdict, Undecided) and verdict.reason == UNDIVIDED:
+        return replace(verdict, reason="it takes subdivision, with numpy: 'fuzzyctl prove' does it")
+    return verdict
 
 
 def _export(document: Document, asked: _Data) -> _Data:

@@ -113,6 +113,14 @@ def _encodable(name: str) -> bool:
     return True
 
 
+def is_finite(given: object) -> bool:
+    """Return whether an argument is a finite number."""
+    try:
+        return isinstance(given, Real) and math.isfinite(given)
+    except OverflowError:  # an integer beyond all floats
+        return False
+
+
 def seconds(name: str, given: object) -> float:
     """Return a time that is not negative; infinity is one."""
     if isinstance(given, bool) or not isinstance(given, Real):

@@ -22,10 +22,10 @@ timeout -k 5 60 npm ci --ignore-scripts > "$scratch/log" 2>&1 || skip "its packa
 mkdir "$scratch/pages"
 "$PYTHON" pages.py "$scratch/pages"
 status=0
-timeout -k 5 180 node run.mjs "$scratch/pages" || status=$?
+timeout -k 5 400 node run.mjs "$scratch/pages" || status=$?
 case $status in
   0) ;;
   77) skip "Chromium does not start" ;;
-  124 | 137) skip "that takes longer than 180 s here" ;;
+  124 | 137) skip "that takes longer than 400 s here" ;;
   *) exit 1 ;;
 esac

@@ -1,4 +1,4 @@
-"""Writes pages of the shipped files and of hostile ones to a folder, with the kernels' numbers at 40 points of each."""
+"""Writes pages to a folder: of the shipped files, of hostile ones, and of the robots; with numbers of kernels."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from pathlib import Path
 
 from click.testing import CliRunner
 
+from dwmr.cli.main import main as robots
 from fuzzyctl import compile, load, load_controller
 from fuzzyctl.cli.main import main
 from fuzzyctl.support.shipped import rules_folder
@@ -80,6 +81,12 @@ def write(folder: Path) -> None:
         assert done.exit_code == 0, done.output
         facts = re.search(r'id="facts">(.*?)</script>', page.read_text(encoding="utf-8"), flags=re.DOTALL)
         asked[page.name] = [expected(source, section) for section in json.loads(facts[1])["sections"]]
+    report = folder / "report.html"
+    done = CliRunner().invoke(
+        robots, ["report", "paper", "--controller", "aifqsmc,smc", "--set", "run.horizon=2", "-o", str(report)]
+    )
+    assert done.exit_code == 0, done.output
+    asked[report.name] = []
     (folder / "expected.json").write_text(json.dumps(asked), encoding="utf-8")
 
 

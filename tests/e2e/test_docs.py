@@ -8,6 +8,7 @@ import shutil
 import subprocess
 import sys
 import tomllib
+from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
@@ -22,12 +23,20 @@ from tests.own_files import own_files
 SLOW = (
     *(
         "another-plant.md",
+        "drive-robots-with-ros.md",
         "exchange-fmus.md",
         "edit-a-rule-and-run-again.md",
         "evaluate-many-points.md",
         "first-steps.md",
     ),
-    *("make-a-scenario.md", "run-many-times.md", "show-a-run.md", "simulate-a-loop.md", "tune-numbers.md"),
+    *(
+        "make-a-scenario.md",
+        "run-in-a-physics-engine.md",
+        "run-many-times.md",
+        "show-a-run.md",
+        "simulate-a-loop.md",
+        "tune-numbers.md",
+    ),
     *("write-a-control-law.md", "add-a-controller.md", "your-own-plant.md", "use-a-kernel-in-compiled-code.md"),
 )
 
@@ -38,6 +47,8 @@ def test_every_example_of_a_page_does_what_the_page_says(
 ) -> None:
     if page.name == "exchange-fmus.md" and compiler() is None:
         pytest.skip("there is no C compiler")
+    if page.name == "run-in-a-physics-engine.md" and find_spec("mujoco") is None:
+        pytest.skip("MuJoCo is not installed: pip install 'fuzzyctl[physics]'")
     shutil.copytree(ROOT / "rules", tmp_path / "rules")
     (tmp_path / ".venv").symlink_to(sys.prefix)
     monkeypatch.chdir(tmp_path)

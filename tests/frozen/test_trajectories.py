@@ -1,5 +1,7 @@
 """Where the robots of the shipped scenarios are in their first 20 seconds under each law.
 
+Those in MuJoCo are left out: its releases differ in the last digits.
+
 After an intended change: FUZZYCTL_UPDATE_GOLDEN=1 python -m pytest tests/frozen, then read the difference.
 """
 
@@ -10,8 +12,9 @@ import numpy as np
 import pytest
 
 from dwmr.control.fuzzy_gains import Rules
-from dwmr.scenario.file import find, read, shipped_names
+from dwmr.scenario.file import find, read
 from dwmr.simulation import simulate
+from tests.physics import shipped_of_equations
 
 HERE = Path(__file__).parent / "trajectories"
 LAWS = (
@@ -34,7 +37,7 @@ def states(name, law):
 
 
 @pytest.mark.parametrize("law", LAWS)
-@pytest.mark.parametrize("name", shipped_names())
+@pytest.mark.parametrize("name", shipped_of_equations())
 def test_the_robots_are_where_they_were(name, law):
     path, values = HERE / f"{name}-{law}.txt", states(name, law)
     if os.environ.get("FUZZYCTL_UPDATE_GOLDEN"):

@@ -5,6 +5,8 @@ import re
 from collections import Counter
 from pathlib import Path
 
+import pytest
+
 from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.loading.fixing import errors_of, fix_source
 from fuzzyctl.support.shipped import rules_folder
@@ -71,6 +73,62 @@ def mutant(rng, text):
     return None if changed.split() == line.split() else (kind, "\n".join([*lines[:i], changed, *lines[i + 1 :]]))
 
 
+def behind(sign):
+    return lambda line: line + sign
+
+
+def changed(pattern, new):
+    return lambda line: re.sub(pattern, new, line, count=1)
+
+
+def in_rules(slip):
+    return lambda line: slip(line) if line.startswith("if ") else line
+
+
+#: Slips of one line by what they are: they may be combined, and none of them leaves open what was meant.
+SLIPS = {
+    "semicolon": behind(";"),
+    "comma behind": behind(","),
+    "percent": lambda line: f"{line}  % why",
+    "curly quotes": changed(r'"([^"]*)"', "“\\1”"),
+    "&&": lambda line: line.replace(" and ", " && "),
+    "||": lambda line: line.replace(" or ", " || "),
+    ":=": changed(r" = ", " := "),
+    "capitals of rules": lambda line: (
+        re.sub(r"^if\b|\b(then|is)\b", lambda m: m[0].upper(), line) if line[:2] == "if" else line
+    ),
+    "capitals of heads": changed(r"^(input|output|param|table|system)\b", lambda m: m[0].upper()),
+    "== for is": in_rules(lambda line: line.replace(" is ", " == ")),
+    "iz": changed(r"^(if .*?) is ", r"\1 iz "),
+    "tehn": changed(r" then ", " tehn "),
+    "=>": changed(r"^(if .*) then ", r"\1 => "),
+    "comma before then": changed(r"^(if .*) then ", r"\1, then "),
+    "range of dots": changed(r"\bin \[([-\w.]+), ([-\w.]+)\]", r"in \1 .. \2"),
+    "bare unit": changed(r'unit "(\w+)"', r"unit \1"),
+    "brackets of MATLAB": changed(r"= triangle\(([^(),]+), ([^(),]+), ([^(),]+)\)", r"= trimf [\1 \2 \3]"),
+    "order of MATLAB": changed(r"= gaussian\(([^(),]+), ([^(),]+)\)", r"= gaussmf(\2, \1)"),
+    "unclosed": changed(r"\)$", ""),
+    "defuzzifer": changed(r"^defuzzifier", "defuzzifer"),
+    "== behind param": changed(r"^(param \w+) =", r"\1 = ="),
+    "minus sign": changed(r"-(?=\d)", "−"),
+}
+
+
+def slipped_lines(rng, text, count):
+    """Yield a line of a text with a number of slips for each of its lines that can have them, as (number, line)."""
+    for i, line in enumerate(text.split("\n")):
+        usable = [
+            s for s in SLIPS.values() if not re.search(r'#|".*[-=,;].*"', line) and line.strip() and s(line) != line
+        ]
+        if len(usable) < count:
+            continue
+        before = [line]
+        for slip in rng.sample(usable, count):
+            before.append(slip(before[-1]))
+        if len(set(before)) == count + 1:
+            yield i, before[-1]
+
+
 def words_of(text):
     return [line.split() for line in text.split("\n")]
 
@@ -96,3 +154,25 @@ def test_sure_fixes_bring_texts_back_and_make_none_worse():
         likely = fix_source(source, folder=path.parent, likely=True).source
         assert len(errors_of(likely, path.parent)) <= len(errors), made[1]
     assert equal.total() >= 0.6 * wanted, {k: (equal[k], seen[k]) for k in seen}
+
+
+@pytest.mark.parametrize(("count", "share"), [(2, 0.95), (3, 0.9)])
+def test_lines_with_several_slips_come_back(count, share):
+    """All repairs of a line at once: two or three slips that do not leave open what was meant."""
+    rng, equal, others = random.Random(count), 0, []
+    lines = [
+        (path, text, i, line)
+        for path in texts()
+        for text in [path.read_text(encoding="utf-8")]
+        if len(text) < 5000
+        for i, line in slipped_lines(rng, text, count)
+    ]
+    wanted = min(sizes.examples(1000, 20), len(lines))
+    for path, text, i, line in rng.sample(lines, wanted):
+        rows = text.split("\n")
+        source = SourceText(str(path), "\n".join([*rows[:i], line, *rows[i + 1 :]]))
+        fixed = fix_source(source, folder=path.parent, likely=True).source.text.split("\n")
+        same = "".join(fixed[i].split("#")[0].split()) == "".join(rows[i].split())
+        equal += same
+        others += [] if same else [(line, fixed[i])]
+    assert equal >= share * wanted, (equal, wanted, others)

@@ -82,3 +82,14 @@ def test_are_those_of_central_differences(defuzzifier, pair, hedge, point):
     expected = difference(lambda v: free.batch(x, v), values, 2e-4)
     assume(np.isfinite(expected).all())
     np.testing.assert_allclose(free.gradient(x, values, by="values"), expected, rtol=1e-6, atol=1e-8)
+
+
+def test_a_part_of_a_set_between_two_nodes_counts():
+    """One rule has the largest degrees in a narrow part of the range only, where no derivative was looked at."""
+    text = TEXT.replace("IMPLICATION", "hamacher_product").replace("AGGREGATION", "max").replace("HEDGE", "")
+    text = text.replace("DEFUZZIFIER", "bisector").replace("gaussian(-1, 0.4)", "gaussian(-1, 0.45)")
+    free = compile_system(loads(text), "numpy", free=["e.Z.peak", "u.weights"])
+    x, values = np.array([0.6546361566920957, 0.031787743967468085]), np.array([0.1, 0.9, 0.8, 0.9, 0.7, 0.8, 0.9])
+    expected = difference(lambda v: free.batch(x, v), values, 2e-4)
+    assert abs(expected[2]) > 1e-3
+    np.testing.assert_allclose(free.gradient(x, values, by="values"), expected, rtol=1e-6, atol=1e-8)

@@ -9,6 +9,7 @@ from dwmr.control.fuzzy_gains import Rules
 from dwmr.results.metrics import measure
 from dwmr.scenario.file import find, read, shipped_names
 from dwmr.simulation import preflight, simulate
+from tests.physics import needs_mujoco, shipped, shipped_of_equations
 
 CLOSE = ("aifqsmc", "fcafsmc")
 
@@ -30,11 +31,12 @@ def whole(name, law):
 
 def test_the_promised_ones_are_there():
     promised = {"paper", "paper-without-obstacles", "undisturbed", "five-robots", "csv-path", "paper-as-printed"}
+    promised |= {"experiment"}
     promised |= {"paper-with-limits", "paper-constant-gain", "paper-ideal-loop"}
     assert promised <= set(shipped_names())
 
 
-@pytest.mark.parametrize("name", shipped_names())
+@pytest.mark.parametrize("name", shipped())
 def test_is_clean(name):
     file = read(find(name))
     assert file.scenario.name == name
@@ -44,7 +46,7 @@ def test_is_clean(name):
 
 
 @pytest.mark.parametrize("law", [*CLOSE, "smc"])
-@pytest.mark.parametrize("name", shipped_names())
+@pytest.mark.parametrize("name", shipped())
 def test_is_finite_and_deterministic(name, law):
     first, second = (simulate.run(ready(name, law, "run.horizon=3")[1]) for _ in range(2))
     assert first.stop is None
@@ -54,7 +56,7 @@ def test_is_finite_and_deterministic(name, law):
 
 
 @pytest.mark.parametrize("law", CLOSE)
-@pytest.mark.parametrize("name", shipped_names())
+@pytest.mark.parametrize("name", shipped_of_equations())
 def test_reaches_its_end_without_a_collision(name, law):
     trajectory, result = whole(name, law)
     assert trajectory.stop is None
@@ -66,6 +68,19 @@ def test_reaches_its_end_without_a_collision(name, law):
 def test_undisturbed_is_within_a_tenth_of_table_13(name):
     _, result = whole("undisturbed", "aifqsmc")
     assert result["rmse"]["leader"][name] == pytest.approx(TABLE_13[name], rel=0.10)
+
+
+@needs_mujoco
+@pytest.mark.long
+def test_the_experiment_has_the_leader_of_table_13_within_15_percent_at_any_step():
+    _, result = whole("experiment", "aifqsmc")
+    _, finer = ready("experiment", "aifqsmc", "run.substeps=8")
+    half = measure(simulate.run(finer), finer.scenario)["rmse"]
+    for name, printed in TABLE_13.items():
+        assert result["rmse"]["leader"][name] == pytest.approx(printed, rel=0.15)
+        for robot, errors in result["rmse"].items():
+            assert half[robot][name] == pytest.approx(errors[name], rel=0.02)
+    assert (result["obstacles_hit"], result["robots_hit"]) == ([], [])
 
 
 def test_the_path_as_printed_passes_far_from_two_obstacles():

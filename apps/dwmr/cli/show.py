@@ -88,7 +88,7 @@ def _page(found: Mapping[str, Any]) -> Iterator[str]:
     yield f"{found['name']}: {', which extends '.join(files)}"
     yield (
         f"{run['horizon']:g} s in periods of {1000 * run['dt']:g} ms with {run['substeps']} substeps, under "
-        f"{run['controller']}"
+        f"{run['controller']}" + ("; robots are rigid bodies in MuJoCo" if run["plant"] == "mujoco" else "")
     )
     for title, lines in (
         ("Reference", _reference(found["reference"])),
@@ -132,6 +132,10 @@ def _robots(robots: Sequence[Mapping[str, Any]], formation: Mapping[str, str]) -
             words.append("avoids obstacles")
         if one["noise"]:
             words.append("measures with noise " + ", ".join(f"{k} {v:g}" for k, v in one["noise"].items() if v))
+        if one["sensors"]["pose"] == "odometry":
+            words.append("knows its posture by odometry")
+        if one["sensors"]["encoder_steps"]:
+            words.append(f"encoders of {one['sensors']['encoder_steps']} steps")
         yield f"{name:{width}}  {'; '.join(words)}"
     if formation["leader_velocity"] == "wheels":
         yield "followers know the velocity of their leader's wheels, not its slip"

@@ -12,7 +12,7 @@ from dwmr.core.jit import compiled
 
 #: A constraint that is broken by less is met [m/s].
 TOLERANCE = 1e-9
-#: A direction of which less than this share is left by the active constraints depends on them [-].
+#: Least squared part of a normal outside the span of the active ones; one with less depends on them [-].
 DEPENDENT = 1e-10
 #: What `_solve` returns for a solution, and for a search that does not end.
 SOLVED, ENDLESS = -1, -2
@@ -172,8 +172,9 @@ def _lower(spaces: HalfSpaces, hard: int, active: ActiveSet, size: int, new: int
 def _broken_by(spaces: HalfSpaces, k: int, y: FloatArray) -> float:
     """Return by how much a constraint with its lowered bound is broken, negative where it is met [m/s]."""
     a, b, normal = spaces.robots[k, 0], spaces.robots[k, 1], spaces.normals[k]
-    value = normal[0] * y[a, 0] + normal[1] * y[a, 1] + normal[2] * y[b, 0] + normal[3] * y[b, 1]
-    return spaces.bounds[k] - spaces.shortfalls[k] - value
+    by: float = spaces.bounds[k] - spaces.shortfalls[k]
+    by -= normal[0] * y[a, 0] + normal[1] * y[a, 1] + normal[2] * y[b, 0] + normal[3] * y[b, 1]
+    return by
 
 
 @compiled

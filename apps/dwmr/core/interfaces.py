@@ -1,4 +1,4 @@
-"""Interfaces of the loop: arguments and results of reference trajectories and control laws.
+"""Interfaces of the loop: arguments and results of reference trajectories and control laws, and of other plants.
 
 Whatever keeps them can be added in a file of its own; the loop and its compiled code stay as they are.
 """
@@ -6,7 +6,7 @@ Whatever keeps them can be added in a file of its own; the loop and its compiled
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, NamedTuple, Protocol, TypeVar
 
 from dwmr.core.arrays import FloatArray
 from dwmr.core.jit import compiled_as, function_type
@@ -84,6 +84,20 @@ class Law(NamedTuple):
     gains: FloatArray
     state: FloatArray
     kernels: tuple[Any, ...]
+
+
+class Plant(Protocol):
+    """What moves the robots in place of the compiled plant of `plant/robot.py`; nothing else asks for more of it."""
+
+    def move(self, t: float, torques: FloatArray, state: FloatArray, slip: FloatArray) -> None:
+        """Move all robots by one control period under held torques.
+
+        Args:
+            t: Begin of the period [s].
+            torques: Asked of the right and left wheel, shape (n, 2) [N m].
+            state: Written, shape (n, 7): fields of `plant.robot.State`; velocities are those of the wheels.
+            slip: Written, shape (n, 2): velocities over ground less those of the wheels [m/s, rad/s].
+        """
 
 
 def control_law(*kernels: str) -> Callable[[Function], Function]:

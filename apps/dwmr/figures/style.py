@@ -8,8 +8,10 @@ from contextlib import contextmanager
 
 import numpy as np
 
-#: Okabe and Ito's colours, told apart with any colour vision; widths and dashes tell them apart without colour.
-COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
+from fuzzyctl.plot.style import COLORS
+
+#: Told apart with any colour vision; widths and dashes tell them apart without colour.
+COLOURS = COLORS[:6]
 DASHES = ("-", (0, (5, 1.5)), (0, (1.5, 1)), (0, (6, 1.5, 1.5, 1.5)))
 
 STYLE = {

@@ -36,7 +36,7 @@ _STABILITY = (
 #: What the numbers of a table of the paper are.
 _PAPERS = {
     12: " Table 12: the paper's simulation; what the paper does not print of it is fitted here to this table.",
-    13: " Table 13: AIFQSMC in Gazebo, where robots have bodies and sensors; here they see each other exactly.",
+    13: " Table 13: AIFQSMC in Gazebo, whose robots have bodies and sensors; here they are what the scenario says.",
 }
 
 #: Moments of one kind at which a barrier was not kept that are printed.

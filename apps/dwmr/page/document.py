@@ -2,47 +2,28 @@
 
 from __future__ import annotations
 
-import base64
-import hashlib
 from collections.abc import Mapping, Sequence
 from html import escape
+from importlib.resources import files
 from typing import Any
 
+from dwmr.figures.style import COLOURS
 from dwmr.output import report
 from dwmr.page import plots, settings, tables
 from dwmr.results.paper_run import beside
 from dwmr.scenario.model import Scenario
 from dwmr.simulation.simulate import Trajectory
+from fuzzyctl.page.document import PANELS, asset, enclosed, html_document
 
+#: Where the report differs from other pages: it is read from above to below.
 STYLE = """
-:root { color-scheme: light dark; --ink: #1a1a1a; --paper: #fff; --faint: #ddd; --strong: #666; --soft: #444;
-  --link: #0b5394; --warned: #fff7d6; --edge: #8a6d00; --window: #f0e442; }
-@media (prefers-color-scheme: dark) { :root { --ink: #e8e8e8; --paper: #1c1c1c; --faint: #444; --strong: #999;
-  --soft: #b8b8b8; --link: #8ab8e8; --warned: #3a3210; --edge: #d0b040; --window: #b0a838; } }
-body { font: 15px/1.5 system-ui, sans-serif; color: var(--ink); background: var(--paper); max-width: 84rem;
-  margin: 0 auto; padding: 1rem 1.5rem 4rem; }
-h1, h2, h3 { line-height: 1.2; }
-h2 { margin-top: 2.5rem; border-bottom: 1px solid var(--faint); padding-bottom: .2rem; }
-nav ul { padding: 0; } nav li { display: inline-block; margin-right: 1.2rem; } a { color: var(--link); }
-.wide { overflow-x: auto; } table { border-collapse: collapse; margin: 1rem 0; }
-caption { text-align: left; font-weight: 600; padding-bottom: .3rem; }
-th, td { padding: .15rem .7rem; border-bottom: 1px solid var(--faint); text-align: left; vertical-align: top; }
-thead th { border-bottom: 2px solid var(--strong); } tbody th { font-weight: 400; }
-.n { text-align: right; font-variant-numeric: tabular-nums; } code { overflow-wrap: anywhere; }
-.warnings { background: var(--warned); border-left: 4px solid var(--edge); padding: .5rem 1rem; }
-figure { margin: 1.5rem 0; } figcaption { color: var(--soft); } summary { cursor: pointer; font-weight: 600; }
-.panels { display: grid; grid-template-columns: repeat(var(--columns), minmax(0, 1fr)); gap: .2rem 1rem; }
-.panel { min-width: 0; } .panel svg { touch-action: pan-y; user-select: none; cursor: crosshair; }
-@media (max-width: 50rem) { .panels { grid-template-columns: minmax(0, 1fr); } }
-.note { margin: 0 0 .6rem; font-size: 13px; color: var(--soft); }
-.readout { margin: 0; min-height: 1.5em; font-size: 13px; }
-button { font: inherit; font-size: 13px; color: inherit; background: none; border: 1px solid var(--faint);
-  border-radius: 4px; padding: .1rem .5rem; margin-right: .4rem; cursor: pointer; }
-.legend button > * { vertical-align: middle; margin-right: .3rem; } .legend [aria-pressed="false"] { opacity: .45; }
-svg text { fill: var(--ink); font-size: 12px; } svg .label { font-weight: 600; font-size: 13px; }
-.grid { stroke: var(--faint); } .frame { fill: none; stroke: var(--strong); } .line { fill: none; }
-.window { fill: var(--window); opacity: .25; } .body { fill: var(--soft); } .reach { fill: none; stroke: var(--soft);
-  stroke-dasharray: 5 3; }
+h2 { margin-top: 2.5rem; border-bottom: 1px solid var(--line); padding-bottom: 0.2rem; }
+caption { font-weight: 600; }
+.n { text-align: right; font-variant-numeric: tabular-nums; }
+.warnings { background: var(--card); border-left: 4px solid var(--warning); padding: 0.5rem 1rem; }
+figure { margin: 1.5rem 0; }
+figcaption { color: var(--note); }
+summary { cursor: pointer; font-weight: 600; }
 """
 
 
@@ -56,29 +37,26 @@ def page(summary: Mapping[str, Any], trajectories: Sequence[Trajectory], scenari
     """
     name, runs = escape(scenario.name), summary["controllers"]
     links = (("results", "Results"), ("plots-of-runs", "Plots"), ("settings", "Settings"), ("origin", "Origin"))
-    items = "".join(f'<li><a href="#{to}">{text}</a></li>' for to, text in links)
-    drawn, script = plots.of(trajectories, scenario), plots.script()
+    items = "".join(f'<a href="#{to}">{text}</a>' for to, text in links)
+    drawn = plots.of(trajectories, scenario)
     parts = [
-        f'<!doctype html>\n<html lang="en"><head><meta charset="utf-8"><title>{name}: dwmr report</title>',
-        f'<meta http-equiv="Content-Security-Policy" content="{_policy(script)}">',
-        '<meta name="viewport" content="width=device-width, initial-scale=1">',
-        f"<style>{STYLE}</style></head><body>",
-        f"<header><h1>Scenario {name}</h1><p>{_headline(trajectories, scenario)}</p></header>",
-        f'<nav aria-label="Sections"><ul>{items}</ul></nav><main>',
+        f"<main><header><h1>Scenario {name}</h1><p>{_headline(trajectories, scenario)}</p></header>",
+        f'<nav aria-label="Sections">{items}</nav>',
         _results(runs, scenario),
         _plots(drawn),
         _settings(scenario),
         _origin(summary),
-        f'</main><script type="application/json" id="plots">{plots.to_json(drawn)}</script>',
-        f"<script>{script}</script></body></html>\n",
+        "</main>",
     ]
-    return "\n".join(parts)
+    facts = {"colors": COLOURS, "plots": [plot.data for plot in drawn]}
+    title, style = f"{scenario.name}: dwmr report", asset("page.css") + STYLE
+    return html_document(title, "\n".join(parts), facts, [script()], style)
 
 
-def _policy(script: str) -> str:
-    """Return the content security policy: the browser loads nothing from anywhere, and runs this script only."""
-    digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
-    return f"default-src 'none'; script-src 'sha256-{digest}'; style-src 'unsafe-inline'"
+def script() -> str:
+    """Return what draws the plots: that of all pages, and where the report has them."""
+    own = (files("dwmr.page") / "report.js").read_text(encoding="utf-8")
+    return enclosed(*map(asset, PANELS), own)
 
 
 def _headline(trajectories: Sequence[Trajectory], scenario: Scenario) -> str:

@@ -1,27 +1,25 @@
-"""Plots of runs as data for `plots.js`, which draws them: laws over each other, a panel for each signal and robot."""
+"""Plots of runs as data for `PanelPlot` of pages: laws over each other, a panel for each signal and robot."""
 
 from __future__ import annotations
 
 import base64
-import json
-from collections.abc import Iterable, Mapping, Sequence
-from importlib.resources import files
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from dwmr.control.obstacle_avoidance import constant_radius
 from dwmr.core.arrays import FloatArray
-from dwmr.page import limits
+from dwmr.figures.style import COLOURS
 from dwmr.results import derived, lyapunov
 from dwmr.results.decimation import kept, thin
 from dwmr.results.metrics import errors, printed_frame
 from dwmr.scenario.model import Scenario
 from dwmr.scenario.moving import centres, is_moving, largest_speed
 from dwmr.simulation.simulate import Trajectory
+from fuzzyctl.page import limits
 
-#: Okabe and Ito's colours and dashes [pixels], as in the other pictures.
-COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
+#: Dashes of lines [pixels].
 DASHES = ("", "7 3", "2 2", "8 3 2 3")
 #: Points of all lines of a page together: most of a megabyte.
 MOST_POINTS = 75_000
@@ -32,7 +30,7 @@ MOST_COLUMNS = 4
 
 
 class Plot(NamedTuple):
-    """A plot and what it shows, in words; `data` is what `plots.js` takes."""
+    """A plot and what it shows, in words; `data` is what `PanelPlot` takes."""
 
     title: str
     caption: str
@@ -53,16 +51,6 @@ class Signal(NamedTuple):
     by_law: Mapping[str, FloatArray]
     commanded: Mapping[str, FloatArray] = {}
     is_log: bool = False
-
-
-def script() -> str:
-    """Return the text of `plots.js`."""
-    return (files("dwmr.page") / "plots.js").read_text(encoding="utf-8")
-
-
-def to_json(plots: Iterable[Plot]) -> str:
-    """Return the data of plots as JSON in which no tag can begin or end."""
-    return json.dumps([p.data for p in plots], separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
 
 
 def buckets(trajectories: Sequence[Trajectory]) -> int:

@@ -27,7 +27,8 @@ def table(caption: str, head: Sequence[str], body: Iterable[Sequence[str]], left
     """
     cells = "".join(f'<th scope="col"{_side(k, left)}>{escape(name)}</th>' for k, name in enumerate(head))
     lines = [
-        f'<div class="wide"><table><caption>{escape(caption)}</caption>',
+        f'<div class="scroll" tabindex="0" role="region" aria-label="{escape(caption)}">',
+        f"<table><caption>{escape(caption)}</caption>",
         f"<thead><tr>{cells}</tr></thead><tbody>",
     ]
     for row in body:

@@ -43,6 +43,8 @@ ROBOT = np.dtype(
         ("bearing", "f8"),  # [rad]
         ("leader", "i8"),  # index of the robot it follows, −1 for the reference trajectory
         ("avoids", "i8"),  # 1 if it avoids obstacles
+        ("odometry", "i8"),  # 1 if it knows its posture by odometry only
+        ("encoder_steps", "f8"),  # of one turn of a wheel, 0 for exact wheels
         ("delay", "f8"),  # behind the reference, for a robot that follows it [s]
     ],
     align=True,

@@ -9,11 +9,18 @@ from dwmr.results.metrics import TABLE_12_HORIZON
 from dwmr.scenario.model import Robot, Scenario
 
 #: Keys of a robot that the paper prints; what it does not print is fitted to its table.
-_PRINTED = ("x_0", "y_0", "theta_0", "d", "radius", "avoids_obstacles", "formation", "delay", "noise")
+_PRINTED = ("x_0", "y_0", "theta_0", "d", "radius", "avoids_obstacles", "formation", "delay", "sensors", "noise")
 #: Keys of a robot that its errors do not depend on, or by design may differ: the measures' outline, the gains.
 _FREE = ("body", "controllers")
 #: Numbers of the paper's tables by the shipped scenario behind them.
-_TABLES = {"paper": 12, "paper-with-limits": 12, "paper-constant-gain": 12, "paper-ideal-loop": 12, "undisturbed": 13}
+_TABLES = {
+    "paper": 12,
+    "paper-with-limits": 12,
+    "paper-constant-gain": 12,
+    "paper-ideal-loop": 12,
+    "undisturbed": 13,
+    "experiment": 13,
+}
 #: Keys that are listed before the rest is counted.
 _MOST_SHOWN = 4
 
@@ -34,8 +41,7 @@ def differences(scenario: Scenario, fitted: bool = False, shipped: str = "paper"
         for key in ("reference", "formation", "obstacles", "avoidance", "load")
         if getattr(scenario, key) != getattr(paper, key)
     ]
-    if scenario.run.horizon != paper.run.horizon:
-        found.append("run.horizon")
+    found += [f"run.{key}" for key in ("horizon", "plant") if getattr(scenario.run, key) != getattr(paper.run, key)]
     if _disturbances(scenario, fitted) != _disturbances(paper, fitted):
         found.append("disturbances")
     return (*found, *_robots(scenario, paper, fitted))

@@ -13,6 +13,7 @@ from dwmr.scenario import safety_checks
 from dwmr.scenario.mistakes import unknown_role
 from dwmr.scenario.model import Scenario
 from dwmr.scenario.remarks import MOST_OF_A_KIND, overlaps
+from dwmr.scenario.rigid_bodies import rigid_bodies
 from fuzzyctl.diagnostics.diagnostic import Diagnostic
 from fuzzyctl.diagnostics.suggestions import did_you_mean
 from fuzzyctl.experiments.settings.locations import Places
@@ -27,7 +28,11 @@ STABLE_STEP = 2.785
 
 def cross_checks(scenario: Scenario, places: Places) -> Iterable[Diagnostic]:
     """Check what concerns several keys at once; of mistakes of one kind the first ones are given."""
-    for check in (_laws, _roles, _obstacles, _starts, _formation, _disturbed, _length, _steps, safety_checks.mistakes):
+    checks = (
+        _laws, _roles, _obstacles, _starts, _formation, _disturbed, _length, _steps, rigid_bodies,
+        safety_checks.mistakes,
+    )  # fmt: skip
+    for check in checks:
         yield from islice(dict.fromkeys(check(scenario, places)), MOST_OF_A_KIND)
 
 

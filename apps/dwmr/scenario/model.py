@@ -38,6 +38,10 @@ class Run(Section):
     dt: float = quantity("control period", "s", ge=1e-6, le=1)
     substeps: int = quantity("integration steps in one control period", "-", ge=1, le=1000)
     save_every: int = quantity("control periods between two saved samples", "-", ge=1, le=1_000_000)
+    plant: Literal["equations", "mujoco"] = Field(
+        default="equations",
+        description="what moves the robots: the paper's equations, or rigid bodies in the physics engine MuJoCo",
+    )
     seed: int = quantity("first number of the measurement noise", "-", ge=0, le=2**63 - 1, default=0)
 
     @property
@@ -52,6 +56,23 @@ class Body(Section):
     front: float = quantity("from the axle to the front", "m", ge=0, le=FARTHEST)
     rear: float = quantity("from the axle to the rear", "m", ge=0, le=FARTHEST)
     width: float = quantity("width", "m", gt=0, le=FARTHEST)
+
+
+class RigidBody(Section):
+    """What a rigid body in MuJoCo needs besides mass, inertia, wheels and outline; the equations do without."""
+
+    height: float = quantity("height of the chassis's top", "m", gt=0, le=FARTHEST)
+    clearance: float = quantity("from the ground to the chassis", "m", gt=0, le=FARTHEST)
+    com_height: float = quantity("centre of mass above the ground", "m", gt=0, le=FARTHEST)
+    wheel_mass: float = quantity("mass of one wheel, a part of `mass`", "kg", gt=0)
+    wheel_width: float = quantity("width of one wheel", "m", gt=0, le=FARTHEST)
+    wheel_friction: float = quantity("sliding friction between wheel and ground", "-", ge=0)
+    wheel_spin_friction: float = quantity("friction of a wheel that turns on the spot", "m", ge=0)
+    caster_front: float = quantity("from the axle to the front caster", "m", gt=0, le=FARTHEST)
+    caster_rear: float = quantity("from the axle to the rear caster", "m", gt=0, le=FARTHEST)
+    caster_radius: float = quantity("radius of a caster", "m", gt=0, le=FARTHEST)
+    caster_friction: float = quantity("friction between caster and ground", "-", ge=0)
+    caster_gap: float = quantity("from the front caster to the ground at rest", "m", ge=0, le=FARTHEST)
 
 
 class Friction(Section):
@@ -115,6 +136,17 @@ class Noise(Section):
     omega: float = quantity("angular velocity from the wheels", "rad/s", ge=0, le=FARTHEST, default=0.0)
 
 
+class Sensors(Section):
+    """What a robot knows its posture and its wheels' velocities by; noise is added to them."""
+
+    pose: Literal["exact", "odometry"] = Field(
+        default="exact", description="posture as it is, or as the wheels' ways add up from the start"
+    )
+    encoder_steps: int = quantity(
+        "steps of an encoder in one turn of a wheel, 0 for none", "-", ge=0, le=10**9, default=0
+    )
+
+
 class Controllers(Section):
     """Gains by control law; a law of one's own finds its table among the extra ones."""
 
@@ -140,6 +172,7 @@ class Robot(Section):
     theta_0: float = place("start, orientation", "rad")
     avoids_obstacles: bool = Field(description="whether it avoids obstacles")
     body: Body | None = Field(default=None, description="outline; absent, the circle of R_R about the axle's middle")
+    rigid_body: RigidBody | None = Field(default=None, description='needed by run.plant = "mujoco" only')
     friction: Friction
     actuator: Actuator
     inner_loop: InnerLoop
@@ -147,6 +180,7 @@ class Robot(Section):
     delay: float = quantity(
         "time by which a robot on the reference is behind it, negative ahead", "s", ge=-1e6, le=1e6, default=0.0
     )
+    sensors: Sensors = Field(default=Sensors(), description="exact when absent")
     noise: Noise | None = Field(default=None, description="of what it measures of itself; none when absent")
     controllers: Controllers
 

@@ -89,6 +89,7 @@ def _robot(scenario: Scenario, name: str, depth: int) -> dict[str, Any]:
         "d": robot.d,
         "mass": robot.mass,
         "avoids_obstacles": robot.avoids_obstacles,
+        "sensors": robot.sensors.model_dump(),
         "noise": robot.noise.model_dump() if robot.noise else None,
     }
 

@@ -11,13 +11,15 @@ from typing import Any, NamedTuple
 
 from dwmr.control.formation import follower_error, follower_position, tracking_error, trajectory_error
 from dwmr.control.obstacle_avoidance import Avoidance, avoid
-from dwmr.control.safety_filter import Filter, Safety, filter_commands
+from dwmr.control.safety_filter import Filter, filter_commands
+from dwmr.control.safety_settings import Safety
 from dwmr.core.arrays import FloatArray
 from dwmr.core.geometry import clamp
 from dwmr.core.interfaces import PostureError, Signal
 from dwmr.core.jit import compiled
 from dwmr.plant.disturbances import Load, disturbance
 from dwmr.plant.robot import State, advance, pd_torques
+from dwmr.simulation.sensors import measure
 
 #: What is recorded of every robot at every sample, in the order of the columns that `_record` fills.
 SIGNALS = (
@@ -102,7 +104,8 @@ class Memory(NamedTuple):
     Attributes:
         plant: Fields of `State`, shape (n, 7).
         slip: Velocities over ground less those of the wheels, shape (n, 2) [m/s, rad/s].
-        seen: The plant's state as the robots measure it; without noise it is the array `plant` itself.
+        seen: The plant's state as the robots measure it; where they measure exactly it is the array `plant` itself.
+        wheels, odometry: Memory of the sensors, shapes (n, 6) and (n, 3), see `sensors.measure`.
         theta_star: Auxiliary orientations θ*_r, shape (n,) [rad].
         filters: States of the derivative filters, shape (n, 2) [m/s, rad/s].
         sides: Latched sides of avoidance, shape (n, a).
@@ -114,6 +117,8 @@ class Memory(NamedTuple):
     plant: FloatArray
     slip: FloatArray
     seen: FloatArray
+    wheels: FloatArray
+    odometry: FloatArray
     theta_star: FloatArray
     filters: FloatArray
     sides: FloatArray
@@ -175,7 +180,7 @@ def run_periods(
         t = k * world.dt
         now, after = obstacles[moving * (k - first)], obstacles[moving * (k - first + 1)]
         if not world.measures_exactly:
-            _measure(noise[k - first], memory)
+            measure(noise[k - first], memory.plant, world.robots, world.dt, memory.wheels, memory.odometry, memory.seen)
         if not world.other_plant:
             _slip(t, world, memory)
         robot, fault = decide(k, path, step, kernels, world, memory, now, after, record, law_record, guard)
@@ -268,14 +273,6 @@ def _fault(fault: int, state: State, v_c: float, omega_c: float) -> int:
 def _state(plant: FloatArray, i: int) -> State:
     p = plant
     return State(p[i, 0], p[i, 1], p[i, 2], p[i, 3], p[i, 4], p[i, 5], p[i, 6])
-
-
-@compiled
-def _measure(noise: FloatArray, memory: Memory) -> None:
-    """Write what the robots see of themselves: the plant's state and this period's noise."""
-    for i in range(noise.shape[0]):
-        for k in range(noise.shape[1]):
-            memory.seen[i, k] = memory.plant[i, k] + noise[i, k]
 
 
 @compiled

@@ -15,17 +15,18 @@ MEASURED = ("x", "y", "theta", "v", "omega")
 
 def is_present(scenario: Scenario) -> bool:
     """Return whether some robot measures inexactly."""
-    return bool(_deviations(scenario).any())
+    by_wheels = any(r.sensors.pose == "odometry" or r.sensors.encoder_steps for r in scenario.robots.values())
+    return by_wheels or bool(_deviations(scenario).any())
 
 
 def source(scenario: Scenario) -> Callable[[int], FloatArray]:
     """Return a function that draws the noise of the next periods, shape (periods, robots, 5).
 
     A robot's numbers follow from the seed and its name alone: neither the other robots nor the control law nor how many
-    periods are drawn at once change them. Without noise the arrays are empty.
+    periods are drawn at once change them. Where all robots measure exactly the arrays are empty.
     """
     deviations, n = _deviations(scenario), len(scenario.robots)
-    if not deviations.any():
+    if not is_present(scenario):
         nothing = np.zeros((0, n, len(MEASURED)))
         return lambda periods: nothing
     streams = [np.random.default_rng([scenario.run.seed, *name.encode()]) for name in scenario.robots]

@@ -18,13 +18,14 @@ from dwmr.control.laws.text_law import TextLaw, TextSettings
 from dwmr.control.roles import ROLES
 from dwmr.scenario.file import ScenarioFile
 from dwmr.scenario.mistakes import diagnose
+from dwmr.simulation import mujoco_plant
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError, Note
 from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.experiments.settings.overrides import split_key
 
 
 def check(file: ScenarioFile, laws: Iterable[str], rules: Rules) -> None:
-    """Check a scenario and its rule files for some control laws, without compiling anything.
+    """Check a scenario and its rule files for some control laws, and its plant, without compiling anything.
 
     Args:
         file: The scenario.
@@ -34,6 +35,7 @@ def check(file: ScenarioFile, laws: Iterable[str], rules: Rules) -> None:
     Raises:
         DiagnosticError: With the mistakes of all robots; what robots have in common shows once.
     """
+    mujoco_plant.require(file)
     found: dict[tuple[str, str, str], Diagnostic] = {}
     for name in laws:
         law = None

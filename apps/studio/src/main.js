@@ -13,6 +13,8 @@ let files = {};
 const PATIENCE = 500;
 /** Milliseconds that the text stays the same before its loops are run. */
 const PAUSE = 300;
+/** Whether the picture is still that of the file before. */
+let fresh = true;
 /** The runs that are shown. */
 let runs = [];
 /** Counts texts, so that no answer is shown that is about an older one. */
@@ -116,8 +118,9 @@ async function picture(own, found) {
   if (found.refused) return stale(`This is not the picture of the text: ${found.refused}`);
   const slow = setTimeout(() => stale("The picture of the text is being computed; this is the one before."), PATIENCE);
   const before = runs.filter((r) => found.loops.includes(r.name)).map((r) => ({ ...r, note: "This run is that of the text before." }));
-  const failed = await shown.show(together(found, before));
+  const failed = await shown.show({ ...together(found, before), fresh });
   clearTimeout(slow);
+  if (failed === "" && own === version) fresh = false;
   if (own !== version || failed === null) return;
   stale(failed);
   if (found.loops.length > 0) setTimeout(() => own === version && run(own, found), PAUSE);
@@ -144,6 +147,7 @@ function open(title, text, others = {}) {
   name = title.replace(/[/\\\0]/g, "_").slice(-100) || "untitled.fz";
   files = others;
   runs = [];
+  fresh = true;
   engine.place(files);
   at("name").textContent = name;
   document.title = `${name} - fuzzyctl studio`;
@@ -174,13 +178,21 @@ function save(file, text) {
   setTimeout(() => URL.revokeObjectURL(anchor.href), 10_000);
 }
 
+/** Saves files one after the other: browsers drop one of two that are saved at once. */
+async function saveAll(list) {
+  for (const { file, content } of list) {
+    save(file, content);
+    await new Promise((resolve) => setTimeout(resolve, 300));
+  }
+}
+
 async function saveAs(format) {
   if (format === "fz") return save(name, view.state.doc.toString());
   if (format === "svg" || format === "png") return savePictures(format);
   const found = await (format === "page" ? ask("page") : ask("export", { target: format }));
   if (!found || found.refused) return status(`nothing is saved: ${found?.refused ?? "fuzzyctl was stopped"}`);
   const written = found.files ?? { [`${name.replace(/\.fz$/, "")}.html`]: found.html };
-  for (const [file, text] of Object.entries(written)) save(file, text);
+  await saveAll(Object.entries(written).map(([file, content]) => ({ file, content })));
   const left = found.left_out?.length ? `; left out: ${found.left_out.join("; ")}` : "";
   status(`saved ${Object.keys(written).join(", ")}${left}`);
 }
@@ -190,7 +202,7 @@ async function savePictures(format) {
   if (at("frames").classList.contains("stale")) return status("nothing is saved: the picture is not that of the text");
   const found = await shown.files(format);
   if (found.length === 0) return status("nothing is saved: there is no surface");
-  for (const { file, content } of found) save(file, content);
+  await saveAll(found);
   status(`saved ${found.map((f) => f.file).join(", ")}`);
 }
 

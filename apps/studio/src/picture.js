@@ -18,7 +18,7 @@ export class Picture {
   }
 
   /** Returns a promise, once a picture is drawn, of why it is none: "" for one that is, null for one that a newer overtook. */
-  async show({ facts, script }) {
+  async show({ facts, script, fresh = false }) {
     const id = (this.count += 1);
     for (const end of this.waiting.values()) end(null);
     this.loaded ??= this.#load();
@@ -30,7 +30,7 @@ export class Picture {
     let timer;
     const failed = await new Promise((resolve) => {
       this.waiting.set(id, resolve);
-      this.frame.contentWindow.postMessage({ id, facts, script, nonce: this.nonce }, "*");
+      this.frame.contentWindow.postMessage({ id, facts, script, fresh, nonce: this.nonce }, "*");
       timer = setTimeout(() => resolve(this.#ended()), LIMIT);
     });
     clearTimeout(timer);

@@ -249,6 +249,7 @@ async function drive(address) {
     const saved = [];
     const listen = (download) => saved.push(download.suggestedFilename()) && keep(download);
     page.on("download", listen);
+    await page.locator("#count").click(); // Chromium takes a tenth file only after a click
     await page.locator("#save").selectOption(format);
     for (let k = 0; saved.length < count && k < 400; k += 1) await page.waitForTimeout(50);
     page.off("download", listen);
@@ -292,6 +293,14 @@ async function drive(address) {
     for (const v of violations) console.log(v.id, v.help, v.nodes.map((n) => n.html.slice(0, 200)));
     check(`violations of axe-core, ${colorScheme}`, violations.length, 0);
   }
+  await put(page, tipper);
+  await page.evaluate(() => studio.view.dispatch({ selection: { anchor: studio.view.state.doc.toString().indexOf("output tip") } }));
+  await page.locator("#change").click();
+  await page.locator("#offered button").first().waitFor();
+  const { violations } = await page.evaluate(() => axe.run(document, { iframes: false }));
+  for (const v of violations) console.log(v.id, v.help, v.nodes.map((n) => n.html.slice(0, 200)));
+  check("violations of axe-core, changes at the cursor", violations.length, 0);
+  await page.keyboard.press("Escape");
   // Keyboard: Tab leaves the text.
   await page.locator(".cm-content").focus();
   await page.keyboard.press("Tab");

@@ -79,27 +79,32 @@ def rates(plan: Plan) -> Program:
     The rate takes the raw inputs, ξ the clamped ones.
     """
     front = _adaptive_front(plan)
-    return _program(plan, front.builder, _rates(plan, front))
+    results: list[Expr] = []
+    for s, ((o, _), change) in enumerate(zip(plan.states, _rates(plan, front), strict=True)):
+        held = Where(_leaves(plan.outputs[o], Item(STATE, s), change), ZERO, change)
+        results.append(Where(front.nan(o), NAN, held))
+    return _program(plan, front.builder, results)
 
 
 def evaluation_with_rates(plan: Plan, *, most_pairs: int | None = None) -> Program:
-    """Write the program that computes all outputs, then the rates; see `evaluation` and `rates`."""
+    """Write the program that computes all outputs, then rate · ξ_k, which steps hold within the range."""
     front = _Front(plan, most_pairs=most_pairs)
     results = _results(front)
-    return _program(plan, front.builder, [*results, *_rates(plan, front)])
+    rates = [Where(front.nan(o), NAN, change) for (o, _), change in zip(plan.states, _rates(plan, front), strict=True)]
+    return _program(plan, front.builder, [*results, *rates])
 
 
 def _rates(plan: Plan, front: _Front) -> list[Expr]:
+    """Write rate · ξ_k of each adaptive consequent."""
     builder = front.builder
     raw = front.with_lets({i.name: x for i, x in zip(plan.inputs, front.raw, strict=True)})
     results: list[Expr] = []
-    for s, ((o, _), xi) in enumerate(zip(plan.states, _normalised(plan, front), strict=True)):
+    for (o, _), xi in zip(plan.states, _normalised(plan, front), strict=True):
         output = plan.outputs[o]
         assert output.rate is not None
         rate = builder.let(replace_names(output.rate, dict(raw)))
         # An infinite input times a rule that does not fire would be NaN.
-        change = builder.let(Where(Compare(">", xi, ZERO), times(rate, xi), ZERO))
-        results.append(Where(front.nan(o), NAN, Where(_leaves(output, Item(STATE, s), change), ZERO, change)))
+        results.append(builder.let(Where(Compare(">", xi, ZERO), times(rate, xi), ZERO)))
     return results
 
 

@@ -248,7 +248,7 @@ class Expansion:
         """
         self.parts += 1
         if self.parts > MOST_PARTS:
-            message = f"the controller expands to more than {MOST_PARTS:,} parts of expressions"
+            message = f"the block expands to more than {MOST_PARTS:,} parts of expressions"
             help_text = "give values that are used several times a name with 'let'"
             raise DiagnosticError([Diagnostic("FZ112", message, span_of(expr), help=help_text)])
         if self._depth > DEEPEST:

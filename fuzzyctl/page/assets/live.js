@@ -1,5 +1,6 @@
-// A page whose text changes, in a frame: a message { id, facts, script, nonce } brings a new one. The one before stays until all
-// surfaces of the new one are drawn; then the answer is { id }, or { id, failed }. What was set on the page stays set. A message
+// A page whose text changes, in a frame: a message { id, facts, script, nonce, fresh } brings a new one. The one before stays until all
+// surfaces of the new one are drawn; then the answer is { id }, or { id, failed }. What was set on the page stays set, unless the
+// text is `fresh`, that of another file. A message
 // { id, format } asks for the surfaces as files, "svg" or "png"; the answer is { id, files }.
 
 let shownPage = document.getElementById("page"), nextPage = null;
@@ -16,6 +17,9 @@ addEventListener("message", ({ source, data }) => {
     nextPage?.remove();
     const own = (nextPage = element("main", { className: "next" }));
     settled = () => {};
+    if (data.fresh) {
+        settings.clear();
+    }
     try {
         facts = data.facts;
         globalThis.kernels = null;
@@ -33,7 +37,7 @@ addEventListener("message", ({ source, data }) => {
         if (computing.size > 0) {
             return;
         }
-        const top = document.documentElement.scrollTop;
+        const top = data.fresh ? 0 : document.documentElement.scrollTop;
         settled = () => {};
         nextPage = null;
         shownPage.replaceWith(own);

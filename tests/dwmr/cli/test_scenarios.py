@@ -8,10 +8,11 @@ import pytest
 from dwmr.control import laws
 from dwmr.scenario.file import find, read, shipped_names
 from fuzzyctl.support.shipped import rules_folder
+from tests.physics import shipped
 
 
 class TestNew:
-    @pytest.mark.parametrize("base", shipped_names())
+    @pytest.mark.parametrize("base", shipped())
     def test_writes_a_scenario_that_is_clean_and_says_the_same(self, dwmr, tmp_path, base):
         assert dwmr("new", "mine", "--from", base)[0] == 0
         mine, shipped = read(tmp_path / "mine.toml"), read(find(base))
@@ -160,6 +161,13 @@ class TestShow:
         assert all(line.endswith((".", "sin(2 w t).")) and len(line) < 140 for line in lines)
         assert json.loads(dwmr("show", "--format", "json")[1])["scenarios"].keys() == set(shipped_names())
 
+    def test_says_what_moves_and_what_is_filtered(self, dwmr):
+        settings = "alpha=1,lookahead=0.3,margin=0,velocity_error=0.4,acceleration=2,angular_acceleration=4"
+        given = ("--set", "obstacles.0.velocity=[0.3,0.4]", "--set", f"safety={{{settings}}}")
+        said = dwmr("show", "paper-with-limits", *given)[1]
+        assert said.count("moves from there at up to 0.5 m/s") == 1
+        assert "safety filter: all robots, 0 m beyond discs about points 0.3 m ahead of their axles" in said
+
     def test_lists_the_shipped_laws_with_their_files(self, dwmr):
         _, said, _ = dwmr("show")
         lines = said.split("Control laws\n")[1].splitlines()
@@ -199,6 +207,14 @@ class TestShow:
         assert starts == [3.0, 40.0, 50.0, 100.0, 150.0]
         assert "leader: g_v 0.7" in said
         assert "measures with noise x 0.01" in said
+
+    def test_says_what_moves_the_robots_and_what_they_know_themselves_by(self, dwmr):
+        coarse = ("--set", "robot.sensors.pose=odometry", "--set", "robots.leader.sensors.encoder_steps=2000")
+        _, said, _ = dwmr("show", "experiment", *coarse)
+        assert "under aifqsmc; robots are rigid bodies in MuJoCo\n" in said
+        assert said.count("knows its posture by odometry") == 3
+        assert said.count("encoders of 2000 steps") == 1
+        assert "MuJoCo" not in dwmr("show", "paper")[1]
 
     def test_says_where_an_open_path_goes_on_straight(self, dwmr):
         way = 'reference={kind="waypoints",points=[[0,0],[9,1],[12,8]],duration=60}'

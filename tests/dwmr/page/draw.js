@@ -4,13 +4,14 @@ const text = require("fs").readFileSync(process.argv[2], "utf8");
 
 class Element {
   constructor(name, namespaceURI) {
-    Object.assign(this, { name, namespaceURI, attributes: {}, children: [], listeners: {}, clientWidth: 500 });
+    Object.assign(this, { name, namespaceURI, attributes: {}, children: [], listeners: {}, clientWidth: 500, dataset: {} });
+    this.style = { setProperty: () => {} };
   }
   setAttribute(key, value) {
     this.attributes[key] = String(value);
   }
-  append(child) {
-    this.children.push(child);
+  append(...children) {
+    this.children.push(...children.filter((child) => child instanceof Element));
   }
   replaceChildren() {
     this.children = [];
@@ -26,6 +27,7 @@ class Element {
 const byId = {};
 const between = (open) => text.split(open)[1].split("</script>")[0];
 globalThis.document = {
+  body: new Element("body", "html"),
   createElement: (name) => new Element(name, "html"),
   createElementNS: (space, name) => new Element(name, space),
   getElementById: (id) => (byId[id] ??= new Element("div", "html")),
@@ -39,9 +41,9 @@ globalThis.ResizeObserver = class {
     this.action();
   }
 };
-document.getElementById("plots").textContent = between('id="plots">');
+document.getElementById("facts").textContent = between('id="facts">');
 new Function(between("<script>"))();
-const drawn = Object.keys(byId).filter((id) => id !== "plots").map((id) => byId[id]);
+const drawn = Object.keys(byId).filter((id) => id !== "facts").map((id) => byId[id]);
 for (const path of drawn.flatMap((plot) => plot.all("path")))
   if (!/^M[\d.-]+ [\d.-]+(L[\d.-]+ [\d.-]+)*/.test(path.attributes.d) || /NaN|Infinity/.test(path.attributes.d))
     throw new Error(`not a line: ${path.attributes.d.slice(0, 60)}`);

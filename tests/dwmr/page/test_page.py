@@ -9,14 +9,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from dwmr.control import laws
 from dwmr.control.fuzzy_gains import Rules
 from dwmr.output.summary import describe
-from dwmr.page import limits, plots, settings
-from dwmr.page.document import page
+from dwmr.page import plots, settings
+from dwmr.page.document import page, script
 from dwmr.results import derived
 from dwmr.results.metrics import measure
 from dwmr.scenario.file import find, read
@@ -62,10 +60,14 @@ class Elements(HTMLParser):
             self.styles.append(data)
 
 
+def data(text):
+    """Return the plots as the script takes them."""
+    return json.loads(re.search(r'id="facts">(.*?)</script>', text, flags=re.DOTALL)[1])["plots"]
+
+
 def panels(text, title):
     """Return the panels of one plot and the names of its series."""
-    found = json.loads(re.search(r'id="plots">(.*?)</script>', text, flags=re.DOTALL)[1])
-    (plot,) = [one for one in found if one["title"] == title]
+    (plot,) = [one for one in data(text) if one["title"] == title]
     return plot["panels"], [one["name"] for one in plot["series"]]
 
 
@@ -95,9 +97,10 @@ class TestPage:
 
     def test_runs_its_own_script_only(self, short):
         scripts = re.findall(r"<script>(.*?)</script>", short, flags=re.DOTALL)
-        assert scripts == [plots.script()]
+        assert scripts == [script()]
         digest = base64.b64encode(hashlib.sha256(scripts[0].encode()).digest()).decode()
         assert f"script-src 'sha256-{digest}';" in short
+        assert "unsafe" not in short.split("</head>")[0]
 
     def test_every_link_leads_to_a_section(self, short):
         elements = Elements(short).found
@@ -195,7 +198,7 @@ class TestPlots:
 
     def test_no_two_lines_look_the_same(self, short):
         for text in (short, written(*_one_law())):
-            found = json.loads(re.search(r'id="plots">(.*?)</script>', text, flags=re.DOTALL)[1])
+            found = data(text)
             for plot in found:
                 looks = [(one["colour"], one["dash"]) for one in plot["series"]]
                 assert len(set(looks)) == len(looks) >= 2
@@ -234,45 +237,13 @@ class TestPlots:
             capture_output=True, text=True, timeout=60, check=True,
         )  # fmt: skip
         drawn = json.loads(done.stdout)
-        found = json.loads(re.search(r'id="plots">(.*?)</script>', short, flags=re.DOTALL)[1])
+        found = data(short)
         assert drawn == [sum(len(panel["lines"]) for panel in plot["panels"]) for plot in found]
 
     def test_many_laws_share_the_points(self, run_paper):
         one = run_paper("aifqsmc", "run.horizon=5")[1]
         assert plots.buckets([one]) > plots.buckets([one] * 6) >= 40
         assert plots.buckets([one] * 6) * 2 * 6 * 3 * (13 + len(one.law_signals)) <= plots.MOST_POINTS
-
-
-class TestLimits:
-    T = np.linspace(0.0, 10.0, 1001)
-
-    def test_two_spikes_do_not_crush_the_rest_and_are_said(self):
-        values = np.sin(self.T)
-        values[300], values[700] = 150.0, -80.0
-        found = limits.of([limits.Line("smc", self.T, values)])
-        assert -2.0 < found.shown[0] < -1.0 < 1.0 < found.shown[1] < 2.0
-        assert found.whole[0] < -80.0 < 150.0 < found.whole[1]
-        assert found.note == "Peaks cut off: smc 150 at 3.00 s (beyond for 0.2 % of the time)."
-
-    def test_a_law_that_diverges_does_not_set_the_limits(self):
-        tame = [limits.Line(name, self.T, np.sin(self.T)) for name in ("a", "b")]
-        found = limits.of([*tame, limits.Line("wild", self.T, np.exp(self.T))])
-        assert found.shown[1] < 2.0
-        assert "wild 2.2e+04 at 10.00 s" in found.note
-
-    def test_without_peaks_everything_is_shown(self):
-        found = limits.of([limits.Line("a", self.T, np.sin(self.T))])
-        assert found.shown == found.whole
-        assert found.note == ""
-
-    @given(st.lists(st.floats(allow_nan=True, allow_infinity=True), min_size=1, max_size=40))
-    def test_limits_are_finite_and_ordered_and_what_is_cut_is_said(self, values):
-        values = np.array(values)
-        low, high = (found := limits.of([limits.Line("a", np.arange(len(values)), values)])).shown
-        assert np.isfinite([low, high, *found.whole]).all()
-        assert low < high
-        drawn = values[np.abs(values) <= np.finfo(np.float32).max]
-        assert found.note or not ((drawn < low) | (drawn > high)).any()
 
 
 class TestSettings:

@@ -387,7 +387,8 @@ class TestCompare:
 
     def test_it_takes_two_files(self, small):
         assert self.compare(small(), "--loops").exit_code == 2
-        assert self.compare(small(), small(), "--loops", "--as", "exact").exit_code == 2
+        for option in (("--as", "exact"), ("--system", "small"), ("--points", "5")):
+            assert self.compare(small(), small(), "--loops", *option).exit_code == 2
 
 
 KEPT = "give what is kept a finite start, or keep arguments of sqrt and log in their domain"

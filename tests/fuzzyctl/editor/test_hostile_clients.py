@@ -9,6 +9,7 @@ import pytest
 from lsprotocol import types as lsp
 from pygls.exceptions import JsonRpcException
 
+from fuzzyctl.editor.protocol import RefusedError
 from fuzzyctl.editor.server import server
 from fuzzyctl.editor.session import FuzzyServer
 from tests.fuzzyctl.editor.marked import LOOP, SYSTEM
@@ -160,6 +161,10 @@ def test_the_log_has_a_line_for_a_mistake_of_a_client_and_a_traceback_for_one_of
             raise error
         except (JsonRpcException, RuntimeError):
             logging.getLogger("pygls.server").exception("Unable to handle message")
+    try:
+        raise RefusedError("the name is taken")  # which the editor shows, and nothing is wrong
+    except RefusedError:
+        logging.getLogger("pygls.protocol.json_rpc").exception("Failed to handle request")
     ours, own = (logging.Formatter().format(record) for record in caplog.records)
     assert ours == "Unable to handle message: no such name"
     assert "Traceback" in own
@@ -172,8 +177,9 @@ def test_wrong_requests_have_errors_as_answers_and_right_ones_behind_them_are_an
             sent = client.protocol.send_request_async(method, params)
             with pytest.raises(JsonRpcException):
                 await asyncio.wait_for(sent, SECONDS)
-        with pytest.raises(JsonRpcException, match="cannot be a name"):
+        with pytest.raises(JsonRpcException, match="cannot be a name") as refused:
             await client.text_document_rename_async(lsp.RenameParams(document, lsp.Position(0, 7), "2a"))
+        assert refused.value.code == lsp.LSPErrorCodes.RequestFailed
         assert await client.text_document_hover_async(lsp.HoverParams(document, lsp.Position(0, 7))) is not None
 
     with_shared_server(talk)

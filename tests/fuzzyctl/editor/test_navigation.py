@@ -2,6 +2,7 @@ import pytest
 
 from fuzzyctl.diagnostics.fixes import Fix, fixed
 from fuzzyctl.diagnostics.source import SourceText
+from fuzzyctl.editor import navigation
 from fuzzyctl.editor.document import Document
 from fuzzyctl.editor.navigation import RenameError, definition, references, rename
 from fuzzyctl.lang.formatter import format_source
@@ -80,6 +81,48 @@ def test_a_name_that_is_taken_or_missing():
         renamed(SYSTEM, "else", "food")
     # Terms of another variable have names of their own.
     assert "  terms poor fine great" in renamed(SYSTEM, "bad", "poor")
+
+
+#: A text, a name in it, its new name, and the line where that has another meaning.
+MIXED_UP = [
+    # The param of the block hides the one above all blocks.
+    ("param k = 1\ncontroller c\ninput x\nparam m = 2\noutput y = k * x\n", "k", "m", 4),
+    ("param m = 1\ncontroller c\ninput x\nparam k = 2\noutput y = k * x + m\n", "k", "m", 1),
+    # A name that stands for nothing yet.
+    ("param k = 1\ncontroller c\ninput x\noutput y = k * x + m\n", "k", "m", 4),
+    # A term that another variable takes over beside its own.
+    (
+        "input a in [0, 1]\n  terms N P\ninput b in [0, 1] terms of a\n  Z = ramp(0, 1)\n"
+        "output y in [0, 1] else 0\n  terms N P\nif b is N and b is Z then y is P\n",
+        "N P",
+        "Z",
+        7,
+    ),
+]
+
+
+@pytest.mark.parametrize(("text", "at", "name", "line"), MIXED_UP)
+def test_a_name_with_another_meaning(text, at, name, line):
+    with pytest.raises(RenameError, match=f"'{name}' .* line {line}$"):
+        renamed(text, at, name)
+
+
+@pytest.mark.parametrize(
+    ("at", "name", "place"),
+    [("k = 1", "m", "line 4 of b.fz"), ("N P", "Z", "line 10 of b.fz"), ("k = 1", "free", "line 7 of b.fz")],
+)
+def test_a_name_with_another_meaning_in_a_file_that_uses_this_one(tmp_path, at, name, place):
+    (tmp_path / "a.fz").write_text("param k = 1\ninput e in [-1, 1]\n  terms N P\n")
+    (tmp_path / "b.fz").write_text(
+        'use "a.fz"\nsystem s\ninput q in [0, 1] terms of e\n  Z = ramp(0, k)\nparam m = 2\n'
+        "output y in [0, 1] else 0\n  low = constant(k + m + free)\n  high = constant(1)\n"
+        "if e is N then y is low\nif q is N and q is Z then y is high\n"
+    )
+    first, second = (Document(SourceText(str(p), p.read_text()), tmp_path) for p in sorted(tmp_path.glob("*.fz")))
+    with pytest.raises(RenameError, match=f"'{name}' .* {place}"):
+        rename(first, first.text.index(at), name, [first, second])
+    changed = rename(first, first.text.index(at), "other", [first, second])
+    assert {r.span.source.name for r in changed} == {str(tmp_path / "a.fz"), str(tmp_path / "b.fz")}
 
 
 @pytest.mark.parametrize(("at", "name"), [("service", "min"), ("service", "bounded"), ("tip", "floor")])
@@ -192,3 +235,37 @@ def test_files_that_use_a_name_are_among_its_uses(top):
     assert [(c.span.source is top.source, c.text) for c in changes] == [(False, "controller lawful"), (True, "lawful")]
     alone = Document(SourceText(str(top.folder / "alone.fz"), "controller law\ninput x\noutput y = x\n"), top.folder)
     assert len(references(parts, offset, others=[alone])) == 1
+
+
+#: Two systems and a loop, whose parts have names in common, with a name that none of them has declared.
+BLOCKS = "param T = 2\n" + LOOP + SYSTEM.replace("tip >= 0", "tip >= missing")
+
+
+def verdict(document, span, name):
+    try:
+        return rename(document, span.start, name)
+    except RenameError as error:
+        return str(error)
+
+
+@pytest.mark.parametrize("name", ["fresh", "missing", "error", "food", "T"])
+def test_blocks_without_a_change_or_the_new_name_make_no_difference(name, monkeypatch):
+    document = Document(SourceText("a.fz", BLOCKS))
+    spans = [symbol.span for symbol in document.symbols.all if symbol.kind != "term"]
+    found = [verdict(document, span, name) for span in spans]
+    monkeypatch.setattr(navigation, "_concerned", lambda document, changes: document.text)
+    assert [verdict(document, span, name) for span in spans] == found
+
+
+def test_a_rename_reads_the_blocks_that_it_concerns(monkeypatch):
+    document, offset = marked(BLOCKS, "poor |")
+    texts, concerned = [], navigation._concerned
+    monkeypatch.setattr(navigation, "_concerned", lambda *given: texts.append(concerned(*given)) or texts[-1])
+    rename(document, offset, "bad_one")
+    (text,) = texts
+    heads = "system surface controller law plant lag loop closed "
+    assert text.split() == ("param T = 2 " + heads + SYSTEM.replace("tip >= 0", "tip >= missing")).split()
+    assert [len(line) for line in text.split("\n")] == [len(line) for line in BLOCKS.split("\n")]
+    rename(document, offset, "level")  # the law has it
+    assert "next level" in texts[-1]
+    assert "state x" not in texts[-1]

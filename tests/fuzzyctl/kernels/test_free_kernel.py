@@ -421,27 +421,6 @@ if x is H then u is R
     assert kernel.gradient([[0.7]])[0, 0] == pytest.approx((moment_by - area_by * moment / area) / area, abs=1e-13)
 
 
-@pytest.mark.parametrize(
-    ("norms", "norm", "term"),
-    [
-        ("implication nilpotent_minimum", "implication nilpotent_minimum", "sigmoid_difference(0.8, 9, 1.6, 11)"),
-        ("aggregation nilpotent_maximum", "aggregation nilpotent_maximum", "gaussian(1, 0.3)"),
-        (
-            "implication bounded_difference\naggregation drastic_sum",
-            "implication bounded_difference",
-            "sigmoid_product(0.8, 9, -11, 1.6)",
-        ),
-    ],
-)
-def test_sets_that_jump_at_places_without_a_closed_form_have_no_exact_gradient(norms, norm, term):
-    text = TEXT.replace("center_average", "centroid\n" + norms).replace(
-        "terms N=-1 Z=0 P=1", f"N = gaussian(-1, 0.3)\n  Z = gaussian(0, 0.3)\n  P = {term}"
-    )
-    kernel = compile_system(loads(text), "numpy")
-    with pytest.raises(ArgumentError, match=f"no exact gradient: sets jump under {norm}.*; sample the sets"):
-        kernel.gradient(POINTS)
-
-
 def test_a_system_with_a_state_has_degrees_strengths_and_gradients(adaptive):
     kernel = compile_system(adaptive, "numpy")
     state = kernel.initial_state()

@@ -9,6 +9,7 @@ from fuzzyctl import loads
 from fuzzyctl.analysis.check import check_source
 from fuzzyctl.cli.reports import as_sarif
 from fuzzyctl.diagnostics.diagnostic import render
+from fuzzyctl.diagnostics.fixes import fixed
 from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.lang.parser import parse
 from fuzzyctl.support.shipped import rules_folder
@@ -165,6 +166,68 @@ class TestDeclaredNames:
         assert [said[2] for said in self._said(f"{rule}lows many\n")] == ["'lows' begins no statement"]
 
 
+class TestCombinations:
+    """All repairs of a line at once, those of single tokens among them."""
+
+    @pytest.mark.parametrize(
+        ("line", "right"),
+        [
+            ("if e iz N then u is a;", "if e is N then u is a"),
+            ("if e iz N then u iz a;  % note", "if e is N then u is a  # note"),
+            ("IF e iz N THEN u is a", "if e is N then u is a"),
+            ("if (e is N and de is N then u iz a", "if (e is N and de is N) then u is a"),
+            ("param k = = 0,5;", "param k = 0.5"),
+            ("param k in 0 .. 1 := 1;", "param k in [0, 1] = 1"),
+            ("nd min;,", "and min"),
+            ("(0,5) IF e IS N THEN u IS a;", "if e is N then u is a weight 0.5"),
+            ("weight 0.5 if e is N then u is a", "if e is N then u is a weight 0.5"),
+            ("if e is N && de is N || e is P then u is a;", "if (e is N and de is N) or e is P then u is a"),
+            (
+                "if (e is N || e is P && de is N) && de is P then u is a",
+                "if (e is N or (e is P and de is N)) and de is P then u is a",
+            ),
+            ("-2, 2 (0.5) : 1;", "if e is not Z then u is b weight 0.5"),
+        ],
+    )
+    def test_is_the_fix_of_the_line(self, line, right):
+        source = SourceText("t.fz", f"{BASE}{line}\n")
+        (found,) = parse(source)[1]
+        assert fixed(source, [found.fix]).split("\n")[-2] == right
+
+    @pytest.mark.parametrize("line", ["9, 1 (1) : 1", "1 1, 1 (1) : 1", "1, 1 (1) : 3", "default 5", "if e f g h"])
+    def test_is_none_where_it_is_open_what_was_meant(self, line):
+        (found,) = diagnostics(f"{BASE}{line}\n")
+        assert found.fix is None
+
+    def test_has_a_part_in_an_edit_that_was_made_before(self):
+        # The rule is moved as a whole, then its capitals are replaced.
+        (found,) = diagnostics(f"{BASE}0.5: IF e IS N THEN u IS a\n")
+        assert [r.text for r in found.fix.replacements] == ["if e is N then u is a weight 0.5"]
+
+
+class TestElseBelowAnOutput:
+    OUTPUT = "system t\ninput e in [0, 1]\n  terms N P\noutput u in [0, 1]  # here\n  terms a b\n"
+
+    @pytest.mark.parametrize(
+        ("line", "value", "rest"),
+        [
+            ("else 5,5", "5.5", ""),
+            ("  default := 0;", "0", ""),
+            ("DEFAULT := NC;  // as in FCL", "hold", ""),
+            ("default midpoint  # why", "midpoint", "  # why\n"),
+        ],
+    )
+    def test_is_moved_to_it(self, line, value, rest):
+        source = SourceText("t.fz", f"{self.OUTPUT}{line}\n")
+        (found,) = parse(source)[1]
+        right = self.OUTPUT.replace("1]  # here", f"1] else {value}  # here") + rest
+        assert (found.fix.applicability, fixed(source, [found.fix])) == ("sure", right)
+
+    def test_is_not_where_it_has_one(self):
+        (found,) = diagnostics(self.OUTPUT.replace("1]  #", "1] else 0  #") + "else 1\n")
+        assert found.fix is None
+
+
 class TestTablesWithBars:
     VARIABLES = "".join(
         f"{kind} {name} in [0, 10]\n  terms {terms}\n"
@@ -251,8 +314,8 @@ class TestLocations:
         ]
 
     def test_what_cannot_be_repaired_is_a_fact_of_the_line(self):
-        (found,) = diagnostics("param k = 3 'm'")
-        assert found.facts == ("column 13: unexpected '\"m\"'",)
+        (found,) = diagnostics("param k = 3 4 'm'")
+        assert found.facts == ("column 13: unexpected '4'",)
 
 
 class TestLimits:

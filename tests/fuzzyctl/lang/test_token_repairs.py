@@ -14,6 +14,9 @@ CASES = [
     ("if a iz b then c is d", "likely", "if a is b then c is d"),
     ("input x im [0, 1]", "likely", "input x in [0, 1]"),
     ("input x [in 0, 1]", "likely", "input x in [0, 1]"),
+    ("input x iin [0, 1]", "likely", "input x in [0, 1]"),
+    ("input x in [0 1 1]", "likely", None),
+    ("if a s b then c is d", "likely", "if a is b then c is d"),
     ("table y = a x b x c", "likely", None),
     ("rules low highest(count=1)", "likely", None),
 ]

@@ -86,6 +86,50 @@ def test_numbers_of_other_tools(line, right):
     assert text_of(text) == RIGHT.replace("b = gaussian(1, 0.1)  # other", right)
 
 
+@pytest.mark.parametrize(
+    ("line", "right"),
+    [
+        ("require bounded(y, 0,0, 1,0)", "require bounded(y, 0.0, 1.0)"),
+        ("require bounded(y,0,0,1,0);", "require bounded(y,0.0,1.0)"),
+        ("param k = atan2(1,5, 2)", "param k = atan2(1.5, 2)"),
+        ("if x is a then y is linear(1,5, 2)", "if x is a then y is linear(1.5, 2)"),
+        ("if x is a then y is lo end", "if x is a then y is lo"),
+        ("IF x IS a THEN y IS lo END_IF;", "if x is a then y is lo"),
+        # What the repaired line says is repaired next.
+        ("if x iz a then y is loo;", "if x is a then y is lo"),
+    ],
+)
+def test_lines_of_other_tools(line, right):
+    assert text_of(f"{RIGHT}{line}\n", likely=True) == f"{RIGHT}{right}\n"
+
+
+@pytest.mark.parametrize(
+    "line", ["require bounded(y, 0, 1, 2)", "require bounded(y, 0.5,0, 1)", "param k = atan2(1, 5, 2)"]
+)
+def test_commas_that_separate_numbers_stay(line):
+    assert text_of(f"{RIGHT}{line}\n", likely=True) == f"{RIGHT}{line}\n"
+
+
+@pytest.mark.parametrize(
+    ("line", "right"),
+    [
+        ("terms b = gaussmf(0.1, 1)", "b = gaussian(1, 0.1)"),
+        ("b = triangle(0,0,0,5,1,0)", "b = triangle(0.0, 0.5, 1.0)"),
+    ],
+)
+def test_terms_of_other_tools(line, right):
+    text = RIGHT.replace("b = gaussian(1, 0.1)  # other", line)
+    assert text_of(text) == RIGHT.replace("b = gaussian(1, 0.1)  # other", right)
+
+
 def test_a_value_is_no_param_under_the_name_of_a_variable():
     assert text_of(f"{RIGHT}k = 5\n", likely=True) == f"{RIGHT}param k = 5\n"
     assert text_of(f"{RIGHT}y = 5\n", likely=True) == f"{RIGHT}y = 5\n"
+
+
+def test_index_rules_are_likely():
+    text = RIGHT.replace("output y", "input z in [0, 1]\n  terms p q\noutput y")
+    assert text_of(f"{text}1 -2, 2 (0.5) : 2;\n0 1, 1 (1) : 1\n", likely=True) == (
+        f"{text}if x is a or z is not q then y is hi weight 0.5\nif z is p then y is lo\n"
+    )
+    assert text_of(f"{text}1 -2, 2 (0.5) : 2\n") == f"{text}1 -2, 2 (0.5) : 2\n"

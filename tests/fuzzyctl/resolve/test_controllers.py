@@ -107,7 +107,7 @@ MISTAKES = {
     "output y = x\nrequire y > 0 when x": ("FZ307", "expected a condition, found a number", "x"),
     "output y = x\nrequire previous(y) > 0": (
         "FZ214",
-        "'previous' keeps a state, which only 'let', 'next' and 'output' lines may have",
+        "'previous' keeps a state, which only 'let', 'next', 'output' and 'block' lines may have",
         "previous(y",
     ),
     "output y = x\nrequire y > 0 within x": ("FZ202", "no param 'x'", "x"),
@@ -116,7 +116,7 @@ MISTAKES = {
     "output y = x\nrequire y > 0 within 1/0": ("FZ307", "division by zero", "1/0"),
     "function f(a) = previous(a)\noutput y = f(x)": (
         "FZ214",
-        "'previous' keeps a state, which only 'let', 'next' and 'output' lines may have",
+        "'previous' keeps a state, which only 'let', 'next', 'output' and 'block' lines may have",
         "previous(a",
     ),
     "function f(a) = a + b\noutput y = f(x)": ("FZ202", "no parameter or param 'b'", "b"),
@@ -222,7 +222,7 @@ class TestMistakes:
 
     def test_a_function_has_no_operator_with_a_state(self):
         text = HEAD + "function f(a) = previous(a)\noutput y = f(x)\n"
-        message = "'previous' keeps a state, which only 'let', 'next' and 'output' lines may have"
+        message = "'previous' keeps a state, which only 'let', 'next', 'output' and 'block' lines may have"
         require_one(text, ("FZ214", message, "previous", "give it a name with 'let', and pass that name on"))
 
     def test_a_function_calls_no_system_with_a_state(self):
@@ -230,7 +230,7 @@ class TestMistakes:
         assert errors_in(system + HEAD + "output y = rule(x)\n") == []
         ((code, message, _),) = errors_in(system + HEAD + "function f(a) = rule(a)\noutput y = f(x)\n")
         assert code == "FZ214"
-        assert message == "'rule' keeps a state, which only 'let', 'next' and 'output' lines may have"
+        assert message == "'rule' keeps a state, which only 'let', 'next', 'output' and 'block' lines may have"
 
     def test_a_function_inside_a_system_is_one_of_that_system(self):
         text = SYSTEM.replace("param k = 1", "param k = 1\nfunction f(a, b) = a * b")

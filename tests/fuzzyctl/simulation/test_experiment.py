@@ -365,6 +365,15 @@ class TestDeadTime:
         assert run["a.y"][4:] == pytest.approx(run["b.y"][:-4], rel=1e-12, abs=1e-14)
         assert run["b.y"] == pytest.approx(2 * (1 - np.exp(-run.t / 0.3)), abs=2e-4)
 
+    def test_adaptive_solvers_refuse_substeps(self, loop):
+        with pytest.raises(ArgumentError, match="solver RK45 chooses its own"):
+            fuzzyctl.simulate(loop(driven(LAG, "1", "1 s step 0.1 s")), solver="RK45", substeps=2)
+
+    @pytest.mark.parametrize("value", ["a", None, math.nan, 10**400, 1j])
+    def test_values_of_params_are_finite_numbers(self, loop, value):
+        with pytest.raises(ValueOutOfBoundsError, match="param 'K' must be a finite number"):
+            fuzzyctl.simulate(loop(driven(LAG, "K", "1 s step 0.1 s") + "param K = 1\n"), K=value)
+
     def test_adaptive_solvers_refuse_dead_time(self, loop):
         with pytest.raises(ArgumentError, match="dead time takes the solver RK4"):
             fuzzyctl.simulate(loop(driven(PURE.format(time="30 ms"), "1", "1 s step 0.1 s")), solver="LSODA")

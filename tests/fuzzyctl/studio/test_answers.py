@@ -83,6 +83,14 @@ def test_changes_at_a_place_are_repairs_of_its_line_and_what_can_be_written():
     assert repair["title"] not in titles
 
 
+def test_a_proof_that_takes_numpy_is_said_to_be_the_program_s():
+    text = (RULES / "tipper.fz").read_text() + "require increasing(tip, service)\n"
+    verdicts = ask("picture", text)["facts"]["sections"][0]["verdicts"]
+    assert verdicts[0][0] == "proved"
+    assert verdicts[1][0] == "undecided"
+    assert verdicts[1][2] == "it takes subdivision, with numpy: 'fuzzyctl prove' does it"
+
+
 def test_loops_are_run_or_say_why_not(tmp_path):
     text = (RULES / "loops" / "pendulum.fz").read_text()
     (run,) = ask("runs", text)["sections"]

@@ -112,23 +112,28 @@ class _Tape:
         """Integrate the derivatives of a set, along each argument the same function of other slopes of what is given.
 
         A set that bends moves its bends without changing the integral, which is why only jumps have a share of theirs.
+        The set itself is added, in the size of the slopes, and taken off again: it shows bends between which the
+        derivative may be 0 at all nodes.
         """
         moved = [n for n in whole.given if self.known.get(n)]
         found: dict[str, dict[int, Expr]] = {whole.found: {}, whole.area: {}}
         for k in sorted({k for n in moved for k in self.known[n]}):
             slopes = {n: self.named(self.known[n].get(k, ZERO)) for n in moved}
+            size = self.named(self._total([self._finite(s) for s in slopes.values()]))
             inner = _Tape({n: {0: s} for n, s in slopes.items()}, count=self.count)
             for statement in whole.body:
                 inner.copy(statement)
-            slope = inner.derivatives(whole.value).get(0, ZERO)
-            given = (*whole.given, *(s.name for s in slopes.values()))
+            slope = inner.let(plus(inner.derivatives(whole.value).get(0, ZERO), size * whole.value))
+            given = (*whole.given, *(s.name for s in slopes.values()), size.name)
             self.count = inner.count
             of_set = replace(whole, kind="moments", body=tuple(inner.body), value=slope, given=given)
             of_jumps = self._of_jumps(replace(whole, given=given), slopes)
             moment, area = self._integrated(of_set, of_jumps)
-            found[whole.found][k], found[whole.area][k] = moment, area
+            found[whole.area][k] = self.let(area - self.let(size * Name(whole.area)))
             if whole.kind == "half":
                 found[whole.found][k] = self._of_half(whole, of_set, of_jumps)
+            else:
+                found[whole.found][k] = self.let(moment - self.let(size * Name(whole.found)))
         return dict(found)
 
     def _of_half(self, whole: Quadrature, of_set: Quadrature, of_jumps: Quadrature | None) -> Expr:
@@ -176,6 +181,10 @@ class _Tape:
 
         self.body += [rebuilt(s, lambda value: renamed(value, name), name) for s in whole.body]
         return self.let(renamed(whole.value, name))
+
+    def _finite(self, slope: Expr) -> Expr:
+        size = self.let(Call("abs", (slope,)))
+        return self.let(Where(Compare("<", size, Number(math.inf)), size, ZERO))
 
     def _total(self, parts: Sequence[Expr]) -> Expr:
         total: Expr = ZERO
@@ -336,10 +345,8 @@ class _Tape:
             case _, [x] if function in STEPS:
                 return {}
             case _, [x] if function in SLOPES:
-                slope, times_slope = SLOPES[function](x, value, self.let), self._product
-                if function in STEEP:
-                    times_slope = self._steep
-                return {k: times_slope(d, slope) for k, d in own[0].items()}
+                slope, is_steep = SLOPES[function](x, value, self.let), function in STEEP
+                return {k: self._steep(d, slope) if is_steep else self._product(d, slope) for k, d in own[0].items()}
         raise NotDifferentiableError(function)
 
     def _clipped(self, values: tuple[Expr, Expr, Expr], own: Sequence[Derivatives]) -> Derivatives:

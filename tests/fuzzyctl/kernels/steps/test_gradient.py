@@ -130,3 +130,25 @@ def test_of_operators_with_a_switch_are_the_slopes_ahead(backend):
     started = step.state_names.index("#started") + 1  # which is 0 or 1
     expected = np.delete(np.stack(ahead, axis=-1) / 1e-7, started, axis=-1)
     np.testing.assert_allclose(np.delete(found, started, axis=-1), expected, atol=1e-6)
+
+
+@pytest.mark.parametrize("backend", ["python", "numpy"])
+@pytest.mark.parametrize(
+    ("at", "push", "slopes"),
+    [
+        (0.5, 1.0, [0.0, 0.0]),  # pushed outwards, the consequent stays at its bound
+        (-0.5, -1.0, [0.0, 0.0]),
+        (0.5, -1.0, [0.4, 1.0]),
+        (-0.5, 1.0, [0.4, 1.0]),
+        (0.5, 0.0, [0.0, 0.0]),  # ahead lies beyond the upper bound
+        (-0.5, 0.0, [0.4, 1.0]),
+    ],
+)
+def test_of_a_consequent_at_its_bound_is_the_slope_ahead(backend, at, push, slopes):
+    text = (
+        "system gain\ndefuzzifier weighted_average\ninput s in [-2, 2]\n  all = rectangle(-2, 2)\ninput e in [-2, 2]\n"
+        "output F in [-0.5, 0.5] adaptive rate 4 * e\n  terms C=0\nif s is all then F is C\n"
+        "controller q\ninput s\ninput e\noutput u = gain(s, e)\nevery 100 ms\n"
+    )
+    _, after = step_of(text, backend).gradient([0.0, push], [at])
+    assert after[0].tolist() == [0.0, *slopes]

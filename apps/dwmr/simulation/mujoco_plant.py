@@ -1,0 +1,118 @@
+"""Rigid bodies in MuJoCo in place of the plant's equations."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from importlib import import_module
+from typing import Any
+
+import numpy as np
+
+from dwmr.core.arrays import FloatArray
+from dwmr.core.geometry import wrap
+from dwmr.scenario.file import ScenarioFile
+from dwmr.scenario.model import DisturbanceSettings, Scenario
+from dwmr.simulation.mujoco_model import mjcf
+from fuzzyctl.diagnostics.diagnostic import DiagnosticError
+
+
+class MujocoPlant:
+    """Robots of a scenario as rigid bodies, an `interfaces.Plant`.
+
+    Args:
+        scenario: What is run; all of its robots have a `rigid_body`.
+
+    Raises:
+        ImportError: Without MuJoCo.
+        ValueError: For a model that MuJoCo refuses.
+    """
+
+    def __init__(self, scenario: Scenario) -> None:
+        self._mujoco: Any = import_module("mujoco")
+        if self._mujoco.get_mju_user_warning() is None:  # it would write a file MUJOCO_LOG.TXT
+            self._mujoco.set_mju_user_warning(_diverges)
+        model = self._mujoco.MjModel.from_xml_string(mjcf(scenario))
+        self._unloaded, self._load = model, scenario.load
+        self._loaded = self._mujoco.MjModel.from_xml_string(mjcf(_loaded(scenario)))
+        self._data = self._mujoco.MjData(model)
+        self._robots, self._substeps = list(scenario.robots.values()), scenario.run.substeps
+        self._pushes = [
+            [d for d in scenario.disturbances if d.robots is None or name in d.robots] for name in scenario.robots
+        ]
+        count = range(len(self._robots))
+        self._bodies = [model.body(f"robot{i}").id for i in count]
+        self._places = [int(model.joint(f"free{i}").qposadr[0]) for i in count]
+        self._speeds = [int(model.joint(f"free{i}").dofadr[0]) for i in count]
+        self._wheels = np.array([[model.joint(f"{s}{i}").dofadr[0] for s in ("right", "left")] for i in count])
+        self._drives = np.array([[model.actuator(f"drive_{s}{i}").id for s in ("right", "left")] for i in count])
+        self._theta = [robot.theta_0 for robot in self._robots]
+
+    def move(self, t: float, torques: FloatArray, state: FloatArray, slip: FloatArray) -> None:
+        """Move all robots by one control period, see `interfaces.Plant`."""
+        data = self._data
+        data.ctrl[self._drives] = torques
+        for i, pushes in enumerate(self._pushes):
+            force, torque = _push(t, pushes)
+            c, s = math.cos(self._theta[i]), math.sin(self._theta[i])
+            data.xfrc_applied[self._bodies[i]] = (force * c, force * s, 0.0, 0.0, 0.0, torque)
+        model = self._loaded if self._load.start <= t < self._load.stop else self._unloaded
+        self._mujoco.mj_step(model, data, self._substeps)
+        spins = data.qvel[self._wheels].tolist()
+        held = data.act[self._drives].tolist()
+        for i, robot in enumerate(self._robots):
+            x, y, _, w, a, b, c = data.qpos[self._places[i] : self._places[i] + 7].tolist()
+            v_x, v_y, _, _, _, turning = data.qvel[self._speeds[i] : self._speeds[i] + 6].tolist()
+            forward_x, forward_y = 1.0 - 2.0 * (b * b + c * c), 2.0 * (a * b + w * c)
+            self._theta[i] += wrap(math.atan2(forward_y, forward_x) - self._theta[i])
+            forward_x, forward_y = math.cos(self._theta[i]), math.sin(self._theta[i])
+            right, left = (robot.wheel_radius * spin for spin in spins[i])
+            v, omega = 0.5 * (right + left), 0.5 * (right - left) / robot.half_track
+            state[i] = (x + robot.d * forward_x, y + robot.d * forward_y, self._theta[i], v, omega, *held[i])
+            slip[i] = (v_x * forward_x + v_y * forward_y - v, turning - omega)
+
+
+def _diverges(warning: str) -> None:
+    """Take note of nothing: the loop says where and when the numbers of a run leave all bounds."""
+
+
+def require(file: ScenarioFile) -> None:
+    """Refuse a scenario for MuJoCo where MuJoCo is not installed, or does not take its robots.
+
+    Raises:
+        DiagnosticError: Where it is so.
+    """
+    if file.scenario.run.plant != "mujoco":
+        return
+    try:
+        MujocoPlant(file.scenario)
+    except ImportError as error:
+        message = "run.plant = 'mujoco' needs the package mujoco, which is not installed"
+        help_text = "pip install 'fuzzyctl[physics]', or set run.plant to 'equations'"
+        facts = (str(error),)
+    except ValueError as error:
+        message, facts = "MuJoCo does not load the model of this scenario", (str(error),)
+        help_text = "look at the mass, inertia and [robot.rigid_body] of the robots"
+    else:
+        return
+    raise DiagnosticError([file.places.diagnostic("FZ904", "run.plant", message, facts=facts, help=help_text)])
+
+
+def _loaded(scenario: Scenario) -> Scenario:
+    """Return a scenario whose robots have the mass and inertia of the load window."""
+    load = scenario.load
+    robots = {
+        name: one.model_copy(update={"mass": one.mass * load.mass_factor, "inertia": one.inertia * load.inertia_factor})
+        for name, one in scenario.robots.items()
+    }
+    return scenario.model_copy(update={"robots": robots})
+
+
+def _push(t: float, pushes: Iterable[DisturbanceSettings]) -> tuple[float, float]:
+    """Return the force along a robot and the torque about the vertical that act on it at a time [N, N m]."""
+    force = torque = 0.0
+    for one in pushes:
+        if one.start <= t < one.stop:
+            shape = math.sin(one.angular_frequency * t) if one.kind == "sinusoid" else 1.0
+            force, torque = force + shape * one.force, torque + shape * one.torque
+    return force, torque

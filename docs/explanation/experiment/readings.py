@@ -1,0 +1,97 @@
+"""Runs of `experiment` with other bodies and sensors beside Table 13; writes readings.json.
+
+    python docs/explanation/experiment/readings.py [--rows]
+
+takes some minutes and needs the extra `physics`. With --rows it prints the tables of the page from readings.json.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from dwmr.control.fuzzy_gains import Rules
+from dwmr.core.geometry import wrap_array
+from dwmr.results.metrics import TABLE_13, measure, rmse
+from dwmr.scenario.file import find, read
+from dwmr.simulation import simulate
+
+RESULTS = Path(__file__).with_name("readings.json")
+NAMES = ("x_e", "y_e", "theta_e")
+NOISE = tuple(f"robot.noise.{name}=0.01" for name in ("x", "y", "theta", "v", "omega"))
+
+#: Name of each reading, and what it sets in `experiment`.
+READINGS: dict[str, tuple[str, ...]] = {
+    "the equations": ("run.plant=equations",),
+    "as shipped": (),
+    "half the step": ("run.substeps=8",),
+    "friction of the wheels 0.4": ("robot.rigid_body.wheel_friction=0.4",),
+    "friction of the wheels 0.3": ("robot.rigid_body.wheel_friction=0.3",),
+    "spin friction 0.02 m": ("robot.rigid_body.wheel_spin_friction=0.02",),
+    "leader's velocity from its wheels": ("formation.leader_velocity=wheels",),
+    "encoders of 20,000 steps": ("robot.sensors.encoder_steps=20000",),
+    "encoders of 2000 steps": ("robot.sensors.encoder_steps=2000",),
+    "odometry": ("robot.sensors.pose=odometry",),
+    "noise of 1 cm, 0.01 rad, 0.01 m/s, 0.01 rad/s": NOISE,
+}
+
+
+def run(overrides: Sequence[str]) -> dict[str, Any]:
+    """Return the errors of one run by robot, its contacts, and its largest slip [m/s]."""
+    file = read(find("experiment"), overrides)
+    rules = Rules(file.scenario.rules, file.folders, file.places)
+    trajectory = simulate.run(simulate.prepare(file, "aifqsmc", rules))
+    measured = measure(trajectory, file.scenario, ("rmse", "robots_hit"))
+    errors = {robot: {name: round(row[name], 5) for name in NAMES} for robot, row in measured["rmse"].items()}
+    for i, robot in enumerate(trajectory.robots):
+        theta, theta_r = trajectory["theta"][:, i], trajectory["theta_r"][:, i]
+        apart = {
+            "pi": wrap_array(theta_r) - wrap_array(theta),
+            "two_pi": np.mod(theta_r, 2.0 * np.pi) - np.mod(theta, 2.0 * np.pi),
+        }
+        errors[robot] |= {name: round(rmse(error), 5) for name, error in apart.items()}
+        errors[robot]["two_pi_s"] = round(float((np.abs(apart["two_pi"]) > np.pi).sum()) * file.scenario.run.dt, 3)
+    return {
+        "stopped": trajectory.stop is not None,
+        "errors": errors,
+        "robots_hit": len(measured["robots_hit"]),
+        "slip": round(float(np.abs(trajectory["d_v"]).max()), 3),
+    }
+
+
+def rows(results: dict[str, Any]) -> Iterator[str]:
+    """Yield the rows of the page's tables: errors by reading, then the angles by how they are measured."""
+    printed = TABLE_13["aifqsmc"]
+    yield _row("Table 13", printed, "")
+    for name, one in results.items():
+        yield _row(name, one["errors"], str(one["robots_hit"]))
+    yield ""
+    for name in ("the equations", "as shipped"):
+        for robot, row in results[name]["errors"].items():
+            cells = [f"{value:.3f}" for value in (printed[robot]["theta_e"], row["theta_e"], row["pi"], row["two_pi"])]
+            yield f"| {name} | {robot} | {' | '.join(cells)} | {row['two_pi_s']:.2f} s |"
+
+
+def _row(name: str, errors: dict[str, Any], last: str) -> str:
+    cells = [" ".join(f"{errors[robot][key]:.3f}" for key in NAMES) for robot in TABLE_13["aifqsmc"]]
+    return f"| {name} | {' | '.join(cells)} | {last} |"
+
+
+def main() -> None:
+    """Run all readings, or print the rows."""
+    if "--rows" in sys.argv[1:]:
+        print("\n".join(rows(json.loads(RESULTS.read_text(encoding="utf-8")))))
+        return
+    done = {name: run(overrides) for name, overrides in READINGS.items()}
+    part = RESULTS.with_suffix(".part")
+    part.write_text(json.dumps(done, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
+    part.replace(RESULTS)
+
+
+if __name__ == "__main__":
+    main()

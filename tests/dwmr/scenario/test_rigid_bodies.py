@@ -1,0 +1,43 @@
+"""Scenarios for MuJoCo that say too little, or what no rigid body can do."""
+
+import pytest
+
+from dwmr.scenario.file import find, read
+from fuzzyctl.diagnostics.diagnostic import DiagnosticError
+
+
+@pytest.mark.parametrize(
+    ("name", "overrides", "words"),
+    [
+        (
+            "undisturbed",
+            ["run.plant=mujoco"],
+            ["run.plant = 'mujoco' needs a table rigid_body of each robot; leader, follower1, follower2"],
+        ),
+        (
+            "experiment",
+            ["disturbances=[{kind='constant',start=0,stop=1,v=0.1,omega=0.2,force=0,torque=0}]"],
+            ["disturbances.0.v = 0.1 m/s, and 1 more: a rigid body takes forces"],
+        ),
+        (
+            "experiment",
+            ["robot.rigid_body.clearance=0.5", "robots.leader.rigid_body.wheel_mass=60"],
+            [
+                "robot.rigid_body.clearance = 0.5 m leaves no chassis below a height of 0.48 m",
+                "robots.leader.rigid_body.wheel_mass = 60 kg: two wheels leave no chassis of a robot of 120 kg",
+            ],
+        ),
+    ],
+    ids=["nothing", "velocities", "no-chassis"],
+)
+def test_are_refused(name, overrides, words):
+    with pytest.raises(DiagnosticError) as error:
+        read(find(name), overrides)
+    said = [one.message for one in error.value.diagnostics]
+    assert len(said) == len(words)
+    for message, wanted in zip(sorted(said), sorted(words), strict=True):
+        assert message.startswith(wanted)
+
+
+def test_a_scenario_of_equations_may_have_them():
+    assert read(find("experiment"), ["run.plant=equations"]).scenario.run.plant == "equations"

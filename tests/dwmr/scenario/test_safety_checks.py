@@ -1,0 +1,67 @@
+"""Mistakes and warnings of [safety]."""
+
+import pytest
+
+from dwmr.scenario.file import find, read
+from fuzzyctl.diagnostics.diagnostic import DiagnosticError
+
+GIVEN = {
+    "alpha": 1.0, "lookahead": 0.3, "margin": 0.05, "velocity_error": 0.4, "acceleration": 2.0,
+    "angular_acceleration": 4.0,
+}  # fmt: skip
+WIDE = ["robots.follower1.formation.separation=3", "robots.follower2.formation.separation=3"]
+
+
+def safety(**changes):
+    return "safety={" + ",".join(f"{key}={value}" for key, value in (GIVEN | changes).items()) + "}"
+
+
+def mistakes(*overrides):
+    with pytest.raises(DiagnosticError) as caught:
+        read(find("paper-with-limits"), overrides)
+    return [d.message for d in caught.value.diagnostics]
+
+
+def warnings(*overrides):
+    return [d.message for d in read(find("paper-with-limits"), (*overrides, *WIDE)).warnings]
+
+
+def test_a_filter_that_fits_is_not_warned_of():
+    assert warnings(safety()) == []
+
+
+def test_a_rate_that_jumps_the_barrier_is_refused():
+    (one,) = mistakes(safety(alpha=201.0))
+    assert one == "safety.alpha = 201 1/s times run.dt = 0.005 s exceeds 1: a barrier could be jumped"
+
+
+def test_robots_that_overlap_at_the_start_are_refused():
+    (one,) = mistakes(safety(), "robots.follower2.x_0=-2", "robots.follower2.y_0=1")
+    assert one.startswith("robots.follower2 starts too close to robots.leader for [safety]: its guarded point is 1.3 m")
+
+
+def test_a_robot_that_starts_at_an_obstacle_is_refused():
+    (one,) = mistakes(safety(), "obstacles.0.x=-3.2", "obstacles.0.y=4.2")
+    assert one.startswith("robots.follower1 starts too close to obstacles.0 for [safety]")
+
+
+def test_an_unknown_key_and_a_missing_one_are_refused():
+    found = mistakes("safety={alpha=1,lookahaed=0.3}")
+    assert "unknown key safety.lookahaed" in found
+    assert "safety.lookahead is missing" in found
+    assert "safety.margin is missing" in found
+
+
+@pytest.mark.parametrize(
+    ("change", "override", "message"),
+    [
+        ({"acceleration": 9.0}, "run.seed=1", "safety.acceleration = 9 m/s² is beyond what the wheels give"),
+        ({"angular_acceleration": 20.0}, "run.seed=1", "safety.angular_acceleration = 20 rad/s² is beyond what"),
+        ({"alpha": 2.0}, "run.seed=1", "safety.alpha = 2 1/s brakes robots.leader from its 2 m/s with up to 4 m/s²"),
+        ({"velocity_error": 0.2}, "run.seed=1", "disturbances.1 moves guarded points at 0.306 m/s, beyond"),
+        ({}, "obstacles.0.velocity=[3,0]", "obstacles.0 moves at up to 3 m/s, robots.leader at 2 m/s at most"),
+        ({"margin": 1.2}, "run.seed=1", "robots.follower1.formation puts guarded points"),
+    ],
+)
+def test_what_robots_cannot_keep_is_warned_of(change, override, message):
+    assert any(one.startswith(message) for one in warnings(safety(**change), override))

@@ -1,0 +1,26 @@
+"""What tests need to know of the extra `physics`, which not everybody has."""
+
+from importlib.util import find_spec
+
+import pytest
+
+from dwmr.scenario.file import find, read, shipped_names
+
+needs_mujoco = pytest.mark.skipif(
+    find_spec("mujoco") is None, reason="MuJoCo is not installed: pip install 'fuzzyctl[physics]'"
+)
+
+
+def is_of_equations(name):
+    """Whether a shipped scenario runs without MuJoCo."""
+    return read(find(name)).scenario.run.plant == "equations"
+
+
+def shipped():
+    """The names of all shipped scenarios as parameters, those that need MuJoCo with their mark."""
+    return [name if is_of_equations(name) else pytest.param(name, marks=needs_mujoco) for name in shipped_names()]
+
+
+def shipped_of_equations():
+    """The names of those that run without MuJoCo."""
+    return [name for name in shipped_names() if is_of_equations(name)]
