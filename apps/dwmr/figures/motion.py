@@ -113,8 +113,8 @@ def blending(trajectory: Trajectory, scenario: Scenario) -> Figure:
 
 
 def _vectors(axes: Any, trajectory: Trajectory, scenario: Scenario, a: int) -> None:
-    """Draw U_b, U_f and the direction of their sum along the way around obstacle `a`, every half second."""
-    obstacle, every = scenario.obstacles[a], max(1, round(0.5 / scenario.run.dt))
+    """Draw U_b, U_f and the direction of their sum along the way around obstacle `a`, every second."""
+    obstacle, every = scenario.obstacles[a], max(1, round(1.0 / scenario.run.dt))
     panels.obstacles(axes, scenario)
     for robot in derived.avoiders(scenario):
         i = trajectory.robots.index(robot)
@@ -131,7 +131,8 @@ def _vectors(axes: Any, trajectory: Trajectory, scenario: Scenario, a: int) -> N
                 x[around], y[around], vector[:, 0], vector[:, 1], angles="xy", scale=scale, scale_units="xy",
                 width=0.006, color=colour, label=name,
             )  # fmt: skip
-    axes.legend(loc="upper right", fontsize="x-small", handlelength=1.0)
+    named = [(handle, name) for handle, name in zip(*axes.get_legend_handles_labels(), strict=True) if "U" in name]
+    axes.legend(*zip(*dict((name, (handle, name)) for handle, name in named).values(), strict=True), fontsize="x-small")
     reach = 1.6 * constant_radius(
         obstacle.radius, max(r.radius for r in scenario.robots.values()), scenario.avoidance.margin
     )

@@ -118,7 +118,7 @@ class TestRun:
         controller = load_controller(beside().with_name("mine.fz"))
         step = law_text.compiled(controller, "python")
         state = step.start()
-        (v_c, *_), _ = step(*([0.25] * 7), state, dt=0.005)
+        (v_c, *_), _ = step(*([0.25] * len(law_text.OFFERED)), state, dt=0.005)
         assert v_c == 0.25 + 0.5 * 0.25
         assert usual.law_values.shape == (201, 3, 1)
 
