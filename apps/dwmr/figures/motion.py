@@ -123,7 +123,7 @@ def _vectors(axes: Any, trajectory: Trajectory, scenario: Scenario, a: int) -> N
         parts = derived.blending(trajectory, scenario, robot)[:, around]
         whole = parts.sum(axis=0)
         whole /= np.maximum(np.hypot(whole[:, 0], whole[:, 1]), 1e-12)[:, None]
-        axes.plot(x[:: max(1, every // 5)], y[:: max(1, every // 5)], lw=1.0, **panels.colour(i))
+        axes.plot(x[:: max(1, every // 10)], y[:: max(1, every // 10)], lw=1.0, **panels.colour(i))
         for vector, name, scale, colour in (
             (parts[0], "$U_b$", 2.0, COLOURS[2]), (parts[1], "$U_f$", 2.0, COLOURS[3]), (whole, "$U$", 1.3, COLOURS[1]),
         ):  # fmt: skip
@@ -132,7 +132,7 @@ def _vectors(axes: Any, trajectory: Trajectory, scenario: Scenario, a: int) -> N
                 width=0.006, color=colour, label=name,
             )  # fmt: skip
     named = [(handle, name) for handle, name in zip(*axes.get_legend_handles_labels(), strict=True) if "U" in name]
-    axes.legend(*zip(*dict((name, (handle, name)) for handle, name in named).values(), strict=True), fontsize="x-small")
+    axes.legend(*zip(*{name: (handle, name) for handle, name in named}.values(), strict=True), fontsize="x-small")
     reach = 1.6 * constant_radius(
         obstacle.radius, max(r.radius for r in scenario.robots.values()), scenario.avoidance.margin
     )

@@ -117,8 +117,8 @@ def _avoidance(law: str) -> list[PaperFigure]:
             law,
             "Blending vectors; orientation of the reference",
             "Above: U_b, away from the obstacle, and U_f, around it, at half their length, and the direction of "
-            "their sum U along the way around each obstacle. Below: θ_r of the original path and θ_r in force, which avoidance "
-            "changes, unwrapped [rad].",
+            "their sum U along the way around each obstacle. Below: θ_r of the original path and θ_r in force, which "
+            "avoidance changes, unwrapped [rad].",
             motion.blending,
             needs,
         ),
