@@ -82,7 +82,7 @@ class TestSurface:
     STEP = fuzzyctl.compile(fuzzyctl.load_controller(rules_folder() / "sliding_surface.fz"), "python")
 
     def of(self, e):
-        return self.STEP(*e, [], dt=DT)[0]
+        return self.STEP(*e[:7], [], dt=DT)[0]
 
     @given(small, small, small, st.sampled_from([0.1, 0.4]))
     def test_sliding_variables_are_the_transposed_input_matrix_times_sigma(self, x_e, y_e, theta, d):
