@@ -155,7 +155,7 @@ MOST_SHOWN = 200
 
 
 def first_of(diagnostics: Sequence[Diagnostic], most: int) -> list[Diagnostic]:
-    """Return at most so many diagnostics in the order given: the first errors, and where there are fewer, others."""
+    """Return some diagnostics in the order given: the first errors, and where there are fewer, others."""
     errors_first = sorted(range(len(diagnostics)), key=lambda i: diagnostics[i].severity != "error")
     return [diagnostics[i] for i in sorted(errors_first[:most])]
 
