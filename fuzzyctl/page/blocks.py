@@ -61,7 +61,9 @@ def loop_data(run: Run) -> dict[str, Any]:
     from fuzzyctl.simulation.panels import panels
 
     measures = run.measures
-    found = _loop_data(run.loop, run.t.tolist(), run.positions, lambda e: run.signal(e).tolist(), run.solver, run.params)
+    found = _loop_data(
+        run.loop, run.t.tolist(), run.positions, lambda e: run.signal(e).tolist(), run.solver, run.params
+    )
     for shown, panel in zip(found["panels"], panels(run.loop, run.positions), strict=True):
         shown |= _limits(run, panel)
     return {

@@ -23,12 +23,20 @@ from tests.own_files import own_files
 SLOW = (
     *(
         "another-plant.md",
+        "drive-robots-with-ros.md",
         "exchange-fmus.md",
         "edit-a-rule-and-run-again.md",
         "evaluate-many-points.md",
         "first-steps.md",
     ),
-    *("make-a-scenario.md", "run-in-a-physics-engine.md", "run-many-times.md", "show-a-run.md", "simulate-a-loop.md", "tune-numbers.md"),
+    *(
+        "make-a-scenario.md",
+        "run-in-a-physics-engine.md",
+        "run-many-times.md",
+        "show-a-run.md",
+        "simulate-a-loop.md",
+        "tune-numbers.md",
+    ),
     *("write-a-control-law.md", "add-a-controller.md", "your-own-plant.md", "use-a-kernel-in-compiled-code.md"),
 )
 

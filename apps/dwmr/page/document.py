@@ -7,6 +7,7 @@ from html import escape
 from importlib.resources import files
 from typing import Any
 
+from dwmr.figures.style import COLOURS
 from dwmr.output import report
 from dwmr.page import plots, settings, tables
 from dwmr.results.paper_run import beside
@@ -47,7 +48,7 @@ def page(summary: Mapping[str, Any], trajectories: Sequence[Trajectory], scenari
         _origin(summary),
         "</main>",
     ]
-    facts = {"colors": plots.COLOURS, "plots": [plot.data for plot in drawn]}
+    facts = {"colors": COLOURS, "plots": [plot.data for plot in drawn]}
     title, style = f"{scenario.name}: dwmr report", asset("page.css") + STYLE
     return html_document(title, "\n".join(parts), facts, [script()], style)
 

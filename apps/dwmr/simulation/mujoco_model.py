@@ -78,11 +78,12 @@ def _add_chassis(body: Xml.Element, robot: Robot, own: RigidBody) -> None:
     roll, pitch = (mass / 12.0 * (side**2 + 4.0 * half_height**2) for side in (width, front + rear))
     inertia = (roll, pitch, robot.inertia - wheels - mass * x**2)
     Xml.SubElement(body, "inertial", pos=_text(x, 0.0, z - r), mass=_text(mass), diaginertia=_text(*inertia))
-    shape = {"type": "box", "size": _text(0.5 * (front + rear), 0.5 * width, half_height)}
-    if outline is None:
-        shape = {"type": "cylinder", "size": _text(robot.radius, half_height)}
-    place = _text(0.5 * (front - rear), 0.0, own.clearance + half_height - r)
-    Xml.SubElement(body, "geom", **shape, pos=place, condim="3", friction=_text(BODY_FRICTION, 0.0, 0.0))
+    box = _text(0.5 * (front + rear), 0.5 * width, half_height)
+    Xml.SubElement(
+        body, "geom", type="box" if outline else "cylinder", size=box if outline else _text(robot.radius, half_height),
+        pos=_text(0.5 * (front - rear), 0.0, own.clearance + half_height - r), condim="3",
+        friction=_text(BODY_FRICTION, 0.0, 0.0),
+    )  # fmt: skip
 
 
 def _add_wheel(body: Xml.Element, name: str, y: float, robot: Robot, own: RigidBody) -> None:
