@@ -58,6 +58,16 @@ def test_no_command_is_beyond_the_limits_of_robots_and_node(short):
     assert np.abs(found[1:]).tolist() == [[0.25, 0.75], [0.5, 0.75]]
 
 
+def test_the_sensors_of_the_scenario_have_no_part(short):
+    found = []
+    for more in ((), ("[robot.sensors]", 'pose = "odometry"', "encoder_steps = 2000")):
+        simulation = prepared(short(*more))
+        commands = FormationCommands(simulation)
+        start = [Odometry(r.x_0, r.y_0, r.theta_0, 0.1, 0.0) for r in simulation.scenario.robots.values()]
+        found.append([commands.decide([one._replace(x=one.x + k) for one in start]).tolist() for k in range(3)])
+    assert found[0] == found[1]
+
+
 def test_a_follower_begins_in_the_direction_of_its_leader_as_measured(short):
     simulation = prepared(short())
     robots = simulation.scenario.robots.values()
