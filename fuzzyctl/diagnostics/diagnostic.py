@@ -157,9 +157,14 @@ MOST_SHOWN = 200
 def render_all(
     diagnostics: Iterable[Diagnostic], *, color: bool = False, width: int | None = None, encoding: str | None = None
 ) -> str:
-    """Return several diagnostics as text, one blank line between them; of very many only the first; see `render`."""
+    """Return several diagnostics as text, one blank line between them; see `render`.
+
+    Of very many only the first are shown: errors, then others, in the order given.
+    """
     found = list(diagnostics)
-    shown = [render(d, color=color, width=width, encoding=encoding) for d in found[:MOST_SHOWN]]
+    errors_first = sorted(range(len(found)), key=lambda i: found[i].severity != "error")
+    chosen = [found[i] for i in sorted(errors_first[:MOST_SHOWN])]
+    shown = [render(d, color=color, width=width, encoding=encoding) for d in chosen]
     if len(found) > MOST_SHOWN:
         shown.append(f"... and {len(found) - MOST_SHOWN} more")
     return "\n\n".join(shown)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Iterable, Mapping
-from itertools import zip_longest
+from itertools import pairwise, zip_longest
 
 from fuzzyctl.diagnostics.fixes import Fix, Replacement, fixed
 from fuzzyctl.diagnostics.source import SourceText, Span
@@ -124,11 +124,16 @@ def _mixed_up(symbol: Symbol, changes: list[Replacement], documents: Iterable[Do
         changes: The changes of all files.
         documents: The files that may be concerned.
     """
+    documents = list(documents)
     before = {c.span.source.name: c.span.source.text for c in changes}
-    after = {
-        name: fixed(SourceText(name, text), [Fix(tuple(c for c in changes if c.span.source.name == name), "sure")])
-        for name, text in before.items()
-    }
+    before |= {d.source.name: _concerned(d, changes) for d in documents if d.source.name in before}
+    after = {}
+    for name, text in before.items():
+        source = SourceText(name, text)
+        own = [
+            Replacement(Span(source, c.span.start, c.span.end), c.text) for c in changes if c.span.source.name == name
+        ]
+        after[name] = fixed(source, [Fix(tuple(own), "sure")])
     declared = os.path.abspath(symbol.span.source.name)
     for document in documents:
         if document.source.name not in after and declared not in document.used:
@@ -138,6 +143,18 @@ def _mixed_up(symbol: Symbol, changes: list[Replacement], documents: Iterable[Do
             if meaning != old:
                 return span or symbol.span
     return None
+
+
+def _concerned(document: Document, changes: Iterable[Replacement]) -> str:
+    """Return a text with spaces for what stands in blocks without a change and without the new name."""
+    text, own = document.text, [c for c in changes if c.span.source.name == document.source.name]
+    new = re.compile(rf"\b({'|'.join({c.text for c in own})})\b")
+    starts = [start for start, _, head in document.symbols.scopes if head is not None]
+    for start, end in pairwise([*starts, len(text)]):
+        if not any(start <= c.span.start < end for c in own) and not new.search(text, start, end):
+            head, *lines = text[start:end].split("\n")
+            text = text[:start] + "\n".join([head, *(" " * len(line) for line in lines)]) + text[end:]
+    return text
 
 
 def _with_texts(document: Document, texts: Mapping[str, str]) -> Document:
