@@ -1,4 +1,4 @@
-"""Start and end of the node, with a stub of rclpy and robots that do what they are told."""
+"""Start and end of the node, with a stub of rclpy and robots without inertia."""
 
 import re
 import xml.etree.ElementTree as ElementTree
