@@ -44,14 +44,16 @@ def unfit_names(robots: Iterable[str]) -> list[str]:
 
 
 def require_new(folder: Path) -> None:
-    """Refuse a folder that exists, as `ros2 bag record` does.
+    """Refuse a folder that exists, as `ros2 bag record` does, and one that cannot be made.
 
     Raises:
-        DiagnosticError: When it does.
+        DiagnosticError: For such a folder.
     """
     if folder.exists() or folder.is_symlink():
         message = f"{folder} cannot be written: it exists, and a bag is a new folder"
         raise DiagnosticError([Diagnostic("FZ909", message, file=str(folder), help=_HELP)])
+    with results(folder.parent, (folder.name,), _HELP):
+        pass
 
 
 def save(folder: Path, trajectory: Trajectory, scenario: Scenario) -> None:

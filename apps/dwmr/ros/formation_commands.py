@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from dwmr.core.arrays import FloatArray
-from dwmr.core.geometry import ahead, clamp, wrap
+from dwmr.core.geometry import ahead, wrap
 from dwmr.core.jit import collected_errors, first_class_functions
 from dwmr.simulation.periods import Periods, Simulation
 from dwmr.simulation.simulate import Stop, reason_of
@@ -42,11 +43,14 @@ class FormationCommands:
 
     Args:
         simulation: From `simulate.prepare`. Its plant, disturbances and sensors have no part in the commands.
+        v_limit, omega_limit: Largest commands, where those of a robot in the scenario are not smaller [m/s, rad/s].
     """
 
-    def __init__(self, simulation: Simulation) -> None:
+    def __init__(self, simulation: Simulation, v_limit: float = math.inf, omega_limit: float = math.inf) -> None:
         self._periods, self._next = Periods(simulation, measured=True), 0
         self._robots = simulation.scenario.robots
+        own = [(robot.actuator.v_limit, robot.actuator.omega_limit) for robot in self._robots.values()]
+        self._limits = np.minimum(own, (v_limit, omega_limit))
         self.dt = simulation.scenario.run.dt
         with first_class_functions():
             self._periods.decide(0, 0)
@@ -78,8 +82,8 @@ class FormationCommands:
             raise StoppedError(Stop(k * self.dt, list(self._robots)[faulty], reason))
         self._next += 1
         asked = periods.record[k, :, 12:14] if periods.guard is None else periods.guard[1].commands
-        limits = [(r.actuator.v_limit, r.actuator.omega_limit) for r in self._robots.values()]
-        return np.array([[clamp(c, m) for c, m in zip(*one, strict=True)] for one in zip(asked, limits, strict=True)])
+        limited: FloatArray = np.clip(asked, -self._limits, self._limits)
+        return limited
 
     def _measure(self, odometry: Sequence[Odometry]) -> None:
         """Write what robots measure as the state of the loop, whose orientations are not wrapped."""

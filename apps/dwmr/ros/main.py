@@ -28,6 +28,8 @@ PARAMETERS: Mapping[str, str | float] = {
     "frame": "odom",
     "base_frame": "base_link",
     "timeout": 0.5,
+    "v_limit": 1.5,
+    "omega_limit": 1.0,
 }
 
 
@@ -80,7 +82,7 @@ def run(node: Any) -> int:
     qos = import_module("rclpy.qos").qos_profile_sensor_data
     settings = Settings(values["frame"], values["base_frame"], values["timeout"])
     node.get_logger().info(f"compiling {simulation.name}")
-    commands = FormationCommands(simulation)
+    commands = FormationCommands(simulation, values["v_limit"], values["omega_limit"])
     formation = FormationNode(node, tuple(simulation.scenario.robots), commands, settings, messages, qos)
     executor = import_module("rclpy.executors").SingleThreadedExecutor()
     executor.add_node(node)
@@ -118,8 +120,9 @@ def prepare(values: Mapping[str, Any]) -> Simulation:
         DiagnosticError: For mistakes in the scenario, the law or its rule files.
     """
     wrong = []
-    if not 0.0 < values["timeout"] < float("inf"):
-        wrong.append(f"timeout = {values['timeout']:g} s, expected a positive number")
+    for name, unit in (("timeout", "s"), ("v_limit", "m/s"), ("omega_limit", "rad/s")):
+        if not 0.0 < values[name] < float("inf"):
+            wrong.append(f"{name} = {values[name]:g} {unit}, expected a positive number")
     if values["rules"] and not Path(values["rules"]).is_dir():
         wrong.append(f"rules = '{values['rules']}' is not a folder")
     try:

@@ -17,10 +17,13 @@ from tests.dwmr.ros.stub import FILTER
 pytest.importorskip("rosbags", reason="rosbags is not installed: pip install 'fuzzyctl[ros]'")
 
 
+LIMIT = "robots.follower1.actuator.v_limit=0.5"
+
+
 @pytest.fixture(scope="module")
 def kept(tmp_path_factory):
     """A short run, its scenario and its bag."""
-    file = read(find("undisturbed"), ("run.horizon=0.5", "run.save_every=10", "robots.follower1.actuator.v_limit=0.5"))
+    file = read(find("undisturbed"), ("run.horizon=0.5", "run.save_every=10", LIMIT))
     trajectory = run(prepare(file, "aifqsmc", Rules(file.scenario.rules, (), file.places)))
     folder = tmp_path_factory.mktemp("bags") / "first"
     bag.save(folder, trajectory, file.scenario)
@@ -87,14 +90,14 @@ def test_references_and_transforms_are_those_of_the_run(messages, kept):
 def test_commands_are_those_after_the_safety_filter(tmp_path):
     from rosbags.highlevel import AnyReader
 
-    file = read(find("undisturbed"), ("run.horizon=0.1", "run.save_every=1", f"safety={{{', '.join(FILTER)}}}"))
+    file = read(find("undisturbed"), ("run.horizon=0.1", "run.save_every=1", LIMIT, f"safety={{{', '.join(FILTER)}}}"))
     trajectory = run(prepare(file, "aifqsmc", Rules(file.scenario.rules, (), file.places)))
     bag.save(tmp_path / "safe", trajectory, file.scenario)
     with AnyReader([tmp_path / "safe"]) as reader:
         (topic,) = (c for c in reader.connections if c.topic == "/follower1/cmd_vel")
         sent = [reader.deserialize(data, topic.msgtype).linear.x for _, _, data in reader.messages([topic])]
     assert np.any(trajectory["safe_v"] != trajectory["v_c"])
-    assert sent == list(np.clip(trajectory["safe_v"][:, 1], -2.0, 2.0))
+    assert sent == list(np.clip(trajectory["safe_v"][:, 1], -0.5, 0.5))
 
 
 def test_the_metadata_is_what_old_and_new_ros_read(kept):
@@ -136,6 +139,22 @@ def test_a_run_records_a_bag(dwmr, tmp_path):
     status, _, err = dwmr(*run, "--controller", "all")
     assert status == 2
     assert "a bag holds the run of one control law, and --controller names 3" in err
+
+
+def test_a_folder_that_cannot_be_made_is_refused_before_the_run(dwmr, tmp_path):
+    (tmp_path / "file").touch()
+    status, _, err = dwmr("run", "undisturbed", "--bag", "file/bag")
+    assert status == 1
+    assert "file cannot be written: " in err
+    assert [p.name for p in tmp_path.iterdir()] == ["file"]
+
+
+def test_robots_need_names_that_topics_may_have(dwmr, tmp_path):
+    text = 'extends = "undisturbed"\nname = "more"\n[robots.my-robot]\nx_0 = 9.0\ny_0 = 9.0\ntheta_0 = 0.0\nd = 0.1\n'
+    (tmp_path / "more.toml").write_text(text, encoding="utf-8")
+    status, _, err = dwmr("run", "more.toml", "--bag", "bag")
+    assert status == 1
+    assert "the name 'my-robot' of a robot cannot be that of topics of ROS 2" in err
 
 
 def test_without_rosbags_the_extra_is_named(dwmr, monkeypatch, tmp_path):

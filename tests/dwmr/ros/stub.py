@@ -140,7 +140,7 @@ def install(monkeypatch, node, between=lambda node: None):
 
 
 class Unicycles:
-    """Robots that do what they are told at once: their odometry, and their motion under the last commands.
+    """Robots without inertia: their odometry, and their motion under the last commands.
 
     Args:
         robots: Postures of their wheel axes by name [m, m, rad].

@@ -50,6 +50,24 @@ def test_the_measurements_of_a_run_give_its_commands(short, law, more):
     assert commands.has_ended
 
 
+def test_no_command_is_beyond_the_limits_of_robots_and_node(short):
+    simulation = prepared(short("[robots.follower1.actuator]", "v_limit = 0.25"))
+    start = [Odometry(r.x_0, r.y_0, r.theta_0, 0.0, 0.0) for r in simulation.scenario.robots.values()]
+    far = [one._replace(x=one.x - 9.0, y=one.y + 5.0) for one in start]
+    found = FormationCommands(simulation, 0.5, 0.75).decide([start[0], *far[1:]])
+    assert np.abs(found[1:]).tolist() == [[0.25, 0.75], [0.5, 0.75]]
+
+
+def test_the_sensors_of_the_scenario_have_no_part(short):
+    found = []
+    for more in ((), ("[robot.sensors]", 'pose = "odometry"', "encoder_steps = 2000")):
+        simulation = prepared(short(*more))
+        commands = FormationCommands(simulation)
+        start = [Odometry(r.x_0, r.y_0, r.theta_0, 0.1, 0.0) for r in simulation.scenario.robots.values()]
+        found.append([commands.decide([one._replace(x=one.x + k) for one in start]).tolist() for k in range(3)])
+    assert found[0] == found[1]
+
+
 def test_a_follower_begins_in_the_direction_of_its_leader_as_measured(short):
     simulation = prepared(short())
     robots = simulation.scenario.robots.values()

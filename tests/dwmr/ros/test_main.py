@@ -1,4 +1,4 @@
-"""Start and end of the node, with a stub of rclpy and robots that do what they are told."""
+"""Start and end of the node, with a stub of rclpy and robots without inertia."""
 
 import re
 import xml.etree.ElementTree as ElementTree
@@ -23,7 +23,9 @@ def starts(scenario):
 @pytest.fixture
 def short(tmp_path):
     path = tmp_path / "short.toml"
-    path.write_text('extends = "undisturbed"\nname = "short"\n[run]\nhorizon = 8.0\ndt = 0.05\n', encoding="utf-8")
+    path.write_text(
+        'extends = "undisturbed"\nname = "short"\n[run]\nhorizon = 8.0\ndt = 0.05\nsubsteps = 20\n', encoding="utf-8"
+    )
     return path
 
 
@@ -66,10 +68,15 @@ def test_ctrl_c_stops_the_robots_before_the_communication_ends(monkeypatch, shor
 
 
 def test_all_mistakes_in_parameters_are_reported(monkeypatch, short, capsys):
-    node = Node(scenario=str(short), timeout=-1.0, rules="nowhere", controller="pid")
+    node = Node(scenario=str(short), timeout=-1.0, v_limit=0.0, rules="nowhere", controller="pid")
     assert ended(monkeypatch, node)[0] == 2
     said = capsys.readouterr().err
-    for part in ("timeout = -1 s", "rules = 'nowhere' is not a folder", "controller = 'pid' is not one of aifqsmc"):
+    for part in (
+        "timeout = -1 s",
+        "v_limit = 0 m/s",
+        "rules = 'nowhere' is not a folder",
+        "controller = 'pid' is not one of aifqsmc",
+    ):
         assert part in said
     assert node.published == {}
 
