@@ -269,10 +269,12 @@ def replace_names(expr: Expr, by: Mapping[str, Expr]) -> Expr:
 def replace(expr: Expr, change: Callable[[Expr], Expr]) -> Expr:
     """Return an expression rebuilt from its leaves up, each rebuilt part passed through `change`."""
     match expr:
-        case Negate(operand=operand):
-            return change(Negate(replace(operand, change)))
+        case Number() | Name():  # most parts are
+            return change(expr)
         case Binary(op=op, left=left, right=right):
             return change(Binary(op, replace(left, change), replace(right, change)))
+        case Negate(operand=operand):
+            return change(Negate(replace(operand, change)))
         case Compare(op=compare, left=left, right=right):
             return change(Compare(compare, replace(left, change), replace(right, change)))
         case Logic(op=logic, operands=operands):

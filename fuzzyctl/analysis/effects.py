@@ -59,6 +59,7 @@ class _Idle:
         zero: Terms of inputs that no value in the range belongs to, with the range.
         dead: Positions of rules that never fire, each with the reason.
         covered: Positions of rules that another one always outdoes, each with that rule.
+        dead_with: Positions of rules of `dead` that name a term.
         lost: Terms that only rules of `dead` name, besides those of `zero`.
     """
 
@@ -69,7 +70,11 @@ class _Idle:
         self.dead = dict(self._dead_rules())
         self.covered = dict(self._covered_rules())
         alive = {t for r, rule in enumerate(system.rules) if r not in self.dead for t in _terms_of(rule)}
-        self.lost = {t for r in self.dead for t in _terms_of(system.rules[r])} - alive - self.zero.keys()
+        self.dead_with: dict[Named, list[int]] = {}
+        for r in self.dead:
+            for term in _terms_of(system.rules[r]):
+                self.dead_with.setdefault(term, []).append(r)
+        self.lost = self.dead_with.keys() - alive - self.zero.keys()
 
     def _zero_terms(self) -> Iterator[tuple[Named, Interval]]:
         for degree, reach in zip(self.flat.degrees, self.degrees, strict=True):
@@ -216,7 +221,7 @@ def _dead_term(system: FuzzySystem, idle: _Idle, named: Named) -> Diagnostic:
     name, term = named
     low, high = idle.zero[named]
     variable = system.input(name)
-    rules = [system.rules[r] for r in idle.dead if named in _terms_of(system.rules[r])]
+    rules = [system.rules[r] for r in idle.dead_with.get(named, ())]
     message = f"term '{term}' of '{name}' has degree 0 in the whole range [{low:.6g}, {high:.6g}]"
     facts = [f"{counted(len(rules), 'rule')} with it never fire{'s' if len(rules) == 1 else ''}"] if rules else []
     declared = variable.term(term)

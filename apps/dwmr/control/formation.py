@@ -5,14 +5,14 @@ from __future__ import annotations
 import math
 
 from dwmr.core.geometry import to_body, wrap
-from dwmr.core.interfaces import TrackingError
+from dwmr.core.interfaces import PostureError, TrackingError
 from dwmr.core.jit import compiled
 
 
 @compiled
 def trajectory_error(
     x: float, y: float, theta: float, x_r: float, y_r: float, theta_r: float, theta_star: float, v_r: float, d: float
-) -> TrackingError:
+) -> PostureError:
     """Return the tracking error of a robot that follows a reference trajectory.
 
     Args:
@@ -28,7 +28,7 @@ def trajectory_error(
     x_e, y_e = to_body(x_r - x, y_r - y, theta)
     theta_e = theta_r - theta
     omega_star = trajectory_auxiliary_rate(theta_r, theta_star, v_r, d)
-    return TrackingError(
+    return PostureError(
         x_e, y_e, wrap(theta_star - theta), v_r * math.cos(theta_e), v_r * math.sin(theta_e), omega_star, d
     )
 
@@ -95,7 +95,7 @@ def follower_error(
     d_j: float,
     separation: float,
     bearing: float,
-) -> TrackingError:
+) -> PostureError:
     """Return the tracking error of a follower.
 
     Args:
@@ -118,7 +118,7 @@ def follower_error(
     drift_x = v_i * math.cos(theta_ij) - omega_i * separation * math.sin(desired_angle)
     drift_y = v_i * math.sin(theta_ij) + omega_i * separation * math.cos(desired_angle)
     omega_star = follower_auxiliary_rate(theta_i, v_i, omega_i, theta_star, d_j, separation, bearing)
-    return TrackingError(x_e, y_e, wrap(theta_star - theta_j), drift_x, drift_y, omega_star, d_j)
+    return PostureError(x_e, y_e, wrap(theta_star - theta_j), drift_x, drift_y, omega_star, d_j)
 
 
 @compiled
@@ -132,3 +132,30 @@ def follower_auxiliary_rate(
     """
     turn = theta_i - theta_star
     return (v_i * math.sin(turn) + separation * omega_i * math.cos(bearing + turn)) / d_j
+
+
+@compiled
+def tracking_error(
+    e: PostureError, on_reference: bool, theta_e: float, v_r: float, omega_r: float, v: float, omega: float, t: float
+) -> TrackingError:
+    """Return what a control law sees of its robot: the error, and the velocities behind it.
+
+    Args:
+        e: The error and its drift.
+        on_reference: Whether the robot follows the reference, not another robot.
+        theta_e: θ_r − θ of a robot on the reference [rad].
+        v_r, omega_r: Velocities of the reference [m/s, rad/s].
+        v, omega: Velocities that the robot measures [m/s, rad/s].
+        t: Time [s].
+
+    Returns:
+        Of a follower with its place in the formation as the reference, in the direction θ*_jr that it should have.
+    """
+    if on_reference:
+        theta_e = wrap(theta_e)
+    else:
+        theta_e, omega_r = e.theta_e_star, e.drift_theta
+        v_r = e.drift_x * math.cos(theta_e) + e.drift_y * math.sin(theta_e)
+    return TrackingError(
+        e.x_e, e.y_e, e.theta_e_star, e.drift_x, e.drift_y, e.drift_theta, e.d, theta_e, v_r, omega_r, v, omega, t
+    )

@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from dwmr.control.projection import ActiveSet, HalfSpaces, active_set, half_spaces, project
+from dwmr.control.safety_settings import Safety
 from dwmr.core.arrays import FloatArray
 from dwmr.core.geometry import clamp
 from dwmr.core.interfaces import Signal
@@ -25,33 +26,6 @@ SIGNALS = (
     Signal("safe_shortfall", "m/s", "closing speed by which the safety filter misses its worst constraint, 0 for none"),
     Signal("safe_conflict", "-", "what that one is about: index of a robot, or of an obstacle behind them, else -1"),
 )
-
-
-class Safety(NamedTuple):
-    """Parameters of the filter.
-
-    Attributes:
-        alpha: Rate α at which the barrier may decline [1/s].
-        lookahead: Distance of the guarded point ahead of the axle [m].
-        acceleration: Rate at which the filter lets laws change their commands [m/s²].
-        angular_acceleration: The same for turning [rad/s²].
-        clearance: Distance that the discs keep, beside their radii and the way of half a period [m].
-        radii: Radii of the robots' discs, shape (n,) [m].
-        speeds: Bounds of the speeds of the guarded points, shape (n,) [m/s].
-        errors: Bounds of the difference between a guarded point's mean velocity in a period and the command at its
-            start, shape (n,) [m/s].
-        obstacle_speeds: Bounds of the obstacles' speeds, shape (a,) [m/s].
-    """
-
-    alpha: float
-    lookahead: float
-    acceleration: float
-    angular_acceleration: float
-    clearance: float
-    radii: FloatArray
-    speeds: FloatArray
-    errors: FloatArray
-    obstacle_speeds: FloatArray
 
 
 class Filter(NamedTuple):
@@ -86,20 +60,6 @@ def working_memory(n: int, obstacles: int, samples: int) -> Filter:
     commands, points, wanted, safe = (np.zeros((n, columns)) for columns in (2, 3, 2, 2))
     about, record = np.full(most, -1, dtype=np.int64), np.zeros((samples, n, len(SIGNALS)))
     return Filter(commands, points, wanted, safe, half_spaces(most), about, active_set(n), record)
-
-
-@compiled
-def least_distance(safety: Safety, dt: float, radius: float, speed: float, i: int) -> float:
-    """Return R, the distance that the guarded point of robot `i` keeps at samples from another disc's centre [m].
-
-    Args:
-        safety: Parameters.
-        dt: Control period [s].
-        radius, speed: Of the other disc [m, m/s].
-        i: Number of the robot.
-    """
-    distance: float = safety.radii[i] + radius + safety.clearance + 0.5 * dt * (safety.speeds[i] + speed)
-    return distance
 
 
 @compiled
@@ -155,7 +115,7 @@ def filter_commands(
         )
     count = _limits(robots, safety, memory.spaces)
     hard = count
-    count = _apart(count, dt, safety, memory)
+    count = _apart(count, safety, memory)
     count = _away(count, now, after, dt, safety, memory)
     project(memory.wanted, memory.spaces, count, hard, memory.active, memory.safe)
     record = memory.record[k]
@@ -200,15 +160,14 @@ def _direction(dx: float, dy: float, distance: float) -> tuple[float, float]:
 
 
 @compiled
-def _apart(count: int, dt: float, safety: Safety, memory: Filter) -> int:
+def _apart(count: int, safety: Safety, memory: Filter) -> int:
     """Write the constraints between robots that some commands within the limits could break; return how many rows."""
     points, spaces = memory.points, memory.spaces
     for i in range(points.shape[0]):
         for j in range(i):
             dx, dy = points[i, 0] - points[j, 0], points[i, 1] - points[j, 1]
             distance = math.hypot(dx, dy)
-            least = least_distance(safety, dt, safety.radii[j], safety.speeds[j], i)
-            bound = rate_bound(safety.alpha, distance, least) + safety.errors[i] + safety.errors[j]
+            bound = rate_bound(safety.alpha, distance, safety.least[i, j]) + safety.errors[i] + safety.errors[j]
             if not bound > -safety.speeds[i] - safety.speeds[j]:
                 continue
             _write(spaces, count, i, j, bound)
@@ -225,16 +184,15 @@ def _apart(count: int, dt: float, safety: Safety, memory: Filter) -> int:
 @compiled
 def _away(count: int, now: FloatArray, after: FloatArray, dt: float, safety: Safety, memory: Filter) -> int:
     """Write the constraints between robots and obstacles that commands could break; return how many rows."""
-    points, spaces = memory.points, memory.spaces
-    for i in range(points.shape[0]):
+    points, spaces, n = memory.points, memory.spaces, memory.points.shape[0]
+    for i in range(n):
         for a in range(now.shape[0]):
             dx, dy = points[i, 0] - now[a, 0], points[i, 1] - now[a, 1]
             distance = math.hypot(dx, dy)
-            least = least_distance(safety, dt, now[a, 2], safety.obstacle_speeds[a], i)
             x, y = _direction(dx, dy, distance)
             # the obstacle's mean velocity in the coming period is known
             along = (x * (after[a, 0] - now[a, 0]) + y * (after[a, 1] - now[a, 1])) / dt
-            bound = rate_bound(safety.alpha, distance, least) + safety.errors[i] + along
+            bound = rate_bound(safety.alpha, distance, safety.least[i, n + a]) + safety.errors[i] + along
             if not bound > -safety.speeds[i]:
                 continue
             _write(spaces, count, i, i, bound)

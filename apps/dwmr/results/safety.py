@@ -7,9 +7,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from dwmr.control.safety_filter import Safety, least_distance
 from dwmr.core.arrays import FloatArray
-from dwmr.scenario.guard import safety_of
+from dwmr.scenario.guard import radii_of, safety_of
 from dwmr.scenario.model import SafetySettings, Scenario
 from dwmr.scenario.moving import centres
 from dwmr.simulation.simulate import Trajectory
@@ -56,22 +55,15 @@ def guarded_points(trajectory: Trajectory, scenario: Scenario, lookahead: float)
 
 
 def pairs(trajectory: Trajectory, scenario: Scenario, settings: SafetySettings) -> Iterator[Pair]:
-    """Yield all pairs of robots, then each robot with each obstacle."""
-    safety, dt, n = safety_of(scenario, settings), scenario.run.dt, len(trajectory.robots)
+    """Yield each robot with the robots before it and with all obstacles."""
+    safety, radii, n = safety_of(scenario, settings), radii_of(scenario, settings), len(trajectory.robots)
     points, obstacles = guarded_points(trajectory, scenario, settings.lookahead), centres(scenario, trajectory.t)
+    others = np.concatenate([points, obstacles], axis=1)
     for i in range(n):
-        for j in range(i):
-            radius, speed = float(safety.radii[j]), float(safety.speeds[j])
-            yield _pair(i, j, points[:, i] - points[:, j], radius, speed, safety, dt)
-    for i in range(n):
-        for a, one in enumerate(scenario.obstacles):
-            speed = float(safety.obstacle_speeds[a])
-            yield _pair(i, n + a, points[:, i] - obstacles[:, a], one.radius, speed, safety, dt)
-
-
-def _pair(i: int, other: int, vector: FloatArray, radius: float, speed: float, safety: Safety, dt: float) -> Pair:
-    least = least_distance(safety, dt, radius, speed, i)
-    return Pair(i, other, vector, least, float(safety.speeds[i]) + speed, float(safety.radii[i]) + radius)
+        for other in (*range(i), *range(n, others.shape[1])):
+            vector, least = points[:, i] - others[:, other], float(safety.least[i, other])
+            speed = float(safety.speeds[i] + safety.speeds[other])
+            yield Pair(i, other, vector, least, speed, radii[i] + radii[other])
 
 
 def rate_bounds(alpha: float, distance: FloatArray, least: float) -> FloatArray:
@@ -112,7 +104,7 @@ def measure(trajectory: Trajectory, scenario: Scenario, settings: SafetySettings
     Returns:
         `acts`: share of time in which the filter changed a robot's command [-]; `disc_gap`: least distance between a
         robot's disc and another one [m]; `infeasible`: moments at which no command within the limits kept a barrier;
-        `missed`: those at which one could, but the velocities that followed did not. Each moment has `robot`, `with`,
+        `missed`: all others at which the velocities that followed did not keep it. Each moment has `robot`, `with`,
         time `t`, duration `lasted` [s], place `x`, `y` of the robot's guarded point [m] and the largest amount `by`
         [m/s].
     """
@@ -132,8 +124,7 @@ def measure(trajectory: Trajectory, scenario: Scenario, settings: SafetySettings
         if len(ends) == 2:
             lowered = np.maximum(lowered, np.where(conflict[:, other] == i, shortfall[:, other], 0.0))
         late = np.append(missed(pair, settings.alpha, scenario.run.dt), 0.0)
-        # where constraints of a robot were lowered, those were missed on purpose
-        late[(shortfall[:, ends] > 0.0).any(axis=1)] = 0.0
+        late[lowered > 0.0] = 0.0  # missed on purpose
         for kind, amounts in (("infeasible", lowered), ("missed", late)):
             for one in moments(trajectory.t, amounts):
                 x, y = points[one.pop("sample"), i]

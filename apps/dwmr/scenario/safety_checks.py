@@ -7,7 +7,6 @@ from collections.abc import Iterable, Iterator
 
 import numpy as np
 
-from dwmr.control.safety_filter import Safety, least_distance
 from dwmr.core.arrays import FloatArray
 from dwmr.plant.bodies import Outline, outline_pose
 from dwmr.scenario.guard import safety_of
@@ -38,19 +37,14 @@ def mistakes(scenario: Scenario, places: Places) -> Iterable[Diagnostic]:
 
 def _starts(scenario: Scenario, settings: SafetySettings) -> Iterator[tuple[str, str, str, float, float]]:
     """Yield names of two that keep apart, the other's centre in words, their distance and R at the start [m]."""
-    safety, dt, names = safety_of(scenario, settings), scenario.run.dt, tuple(scenario.robots)
+    least, names = safety_of(scenario, settings).least, tuple(scenario.robots)
     points = [_point(robot, settings, robot.x_0, robot.y_0, robot.theta_0) for robot in scenario.robots.values()]
     for i, name in enumerate(names):
         for j in range(i):
-            least = _least(safety, dt, float(safety.radii[j]), float(safety.speeds[j]), i)
-            yield name, f"robots.{names[j]}", "that one's", math.dist(points[i], points[j]), least
+            yield name, f"robots.{names[j]}", "that one's", math.dist(points[i], points[j]), float(least[i, j])
         for a, one in enumerate(scenario.obstacles):
-            least = _least(safety, dt, one.radius, float(safety.obstacle_speeds[a]), i)
-            yield name, f"obstacles.{a}", "its centre", math.dist(points[i], (one.x, one.y)), least
-
-
-def _least(safety: Safety, dt: float, radius: float, speed: float, i: int) -> float:
-    return float(least_distance(safety, dt, radius, speed, i))
+            distance, kept = math.dist(points[i], (one.x, one.y)), float(least[i, len(names) + a])
+            yield name, f"obstacles.{a}", "its centre", distance, kept
 
 
 def _point(robot: Robot, settings: SafetySettings, x: float, y: float, theta: float) -> FloatArray:
@@ -133,9 +127,8 @@ def _too_narrow(scenario: Scenario, settings: SafetySettings, places: Places) ->
         # both look along x, the leader's axle is at 0
         x, y = place.separation * math.cos(place.bearing), place.separation * math.sin(place.bearing)
         distance = math.dist(_point(robot, settings, x, y, 0.0), _point(leader, settings, leader.d, 0.0, 0.0))
-        least = _least(safety, scenario.run.dt, float(safety.radii[j]), float(safety.speeds[j]), i)
         rest = (float(safety.errors[i]) + float(safety.errors[j])) / settings.alpha
-        least = rest + math.hypot(rest, least)  # where rate_bound is minus the sum of the errors
+        least = rest + math.hypot(rest, float(safety.least[i, j]))  # the rate bound is minus the errors' sum
         if distance < least:
             message = (
                 f"robots.{name}.formation puts guarded points {distance:.4g} m apart, [safety] keeps {least:.4g} m: "

@@ -178,13 +178,21 @@ function save(file, text) {
   setTimeout(() => URL.revokeObjectURL(anchor.href), 10_000);
 }
 
+/** Saves files one after the other: browsers drop one of two that are saved at once. */
+async function saveAll(list) {
+  for (const { file, content } of list) {
+    save(file, content);
+    await new Promise((resolve) => setTimeout(resolve, 300));
+  }
+}
+
 async function saveAs(format) {
   if (format === "fz") return save(name, view.state.doc.toString());
   if (format === "svg" || format === "png") return savePictures(format);
   const found = await (format === "page" ? ask("page") : ask("export", { target: format }));
   if (!found || found.refused) return status(`nothing is saved: ${found?.refused ?? "fuzzyctl was stopped"}`);
   const written = found.files ?? { [`${name.replace(/\.fz$/, "")}.html`]: found.html };
-  for (const [file, text] of Object.entries(written)) save(file, text);
+  await saveAll(Object.entries(written).map(([file, content]) => ({ file, content })));
   const left = found.left_out?.length ? `; left out: ${found.left_out.join("; ")}` : "";
   status(`saved ${Object.keys(written).join(", ")}${left}`);
 }
@@ -194,7 +202,7 @@ async function savePictures(format) {
   if (at("frames").classList.contains("stale")) return status("nothing is saved: the picture is not that of the text");
   const found = await shown.files(format);
   if (found.length === 0) return status("nothing is saved: there is no surface");
-  for (const { file, content } of found) save(file, content);
+  await saveAll(found);
   status(`saved ${found.map((f) => f.file).join(", ")}`);
 }
 

@@ -266,7 +266,8 @@ def raised(a: Interval, b: Interval) -> Interval:
     if a[0] <= 0.0 <= a[1] and b[0] < 0.0 and (b[0] != b[1] or b[0] % 2.0 == 1.0):
         return ANYTHING  # a negative odd power of -0.0 is -inf, and of 0.0 it is inf
     if a[0] >= 0.0:
-        return _widened([power(x, y) for x in a for y in b])
+        exponents = b if b[0] != b[1] else b[:1]
+        return _widened([power(x, y) for x in a for y in exponents])
     if b[0] != b[1] or b[0] % 1.0 != 0.0:
         return ANYTHING
     if b[0] % 2.0 == 0.0:

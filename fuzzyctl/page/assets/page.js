@@ -4,7 +4,7 @@ const makers = { system: systemSection, controller: controllerSection, loop: loo
 
 /** Puts the blocks of the file into an element; returns what shows their numbers. */
 function build(main) {
-    redraws.length = 0;
+    redraws.length = pictures.length = 0;
     computing.clear();
     controlled.clear();
     const bars = [];
@@ -33,6 +33,7 @@ function build(main) {
     parts.push(element("footer", { className: "note" }, `Written by fuzzyctl ${facts.version}. All numbers are computed on this page.`));
     main.replaceChildren(...parts);
     return () => {
+        pictures.forEach((p) => p.measure());
         begins.forEach((begin) => begin());
         document.body.dataset.ready = "yes";
     };

@@ -2,7 +2,7 @@
 
 let facts = JSON.parse(document.getElementById("facts").textContent);
 const FONT = "12px system-ui, sans-serif";
-const redraws = [];
+const redraws = [], pictures = [];
 /** What people set on the page, such as the values of sliders, by name: a page of a new text begins with it. */
 const settings = new Map();
 /** Surfaces that are being computed, and what is called when the last one is done. */
@@ -53,28 +53,34 @@ function lineColor(n) {
     return own === "#000000" ? color("text") : own;
 }
 
-/** A canvas that draws again when its size or the colours of the page change. */
+/** A canvas that draws again when its size or the colours of the page change. Its size is measured apart: each look costs a layout. */
 function picture(height, label, draw) {
     const canvas = element("canvas", { role: "img", "aria-label": label });
+    let size = [0, 0];
     canvas.draw = draw;
-    canvas.style.height = `${height}px`;
-    const ratio = () => window.devicePixelRatio || 1;
-    const size = () => [canvas.clientWidth, canvas.clientHeight].map((n) => Math.round(n * ratio()));
+    canvas.tall = (own) => {
+        canvas.style.height = `${own}px`;
+        size[1] = own;
+    };
+    canvas.measure = () => (size = [canvas.clientWidth, canvas.clientHeight]);
     canvas.again = () => {
-        const width = canvas.clientWidth, own = canvas.clientHeight;
+        const [width, own] = size, ratio = window.devicePixelRatio || 1;
         if (width === 0) {
             return;
         }
-        [canvas.width, canvas.height] = size();
+        canvas.width = Math.round(width * ratio);
+        canvas.height = Math.round(own * ratio);
         const context = canvas.getContext("2d");
-        context.scale(ratio(), ratio());
+        context.scale(ratio, ratio);
         context.font = FONT;
         draw(context, width, own);
     };
+    canvas.tall(height);
+    pictures.push(canvas);
     redraws.push(canvas.again);
     new ResizeObserver(() => {
-        const [width, tall] = size();
-        if (width !== canvas.width || tall !== canvas.height) {
+        const before = String(size);
+        if (String(canvas.measure()) !== before) {
             canvas.again();
         }
     }).observe(canvas);

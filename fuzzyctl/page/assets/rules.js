@@ -170,7 +170,7 @@ function ruleViewer(system, kernel) {
             hidden.textContent = `${acting.length} of ${system.rules.length} rules act${more > 0 ? `; ${more} of them are not drawn` : ""}.`;
             const rows = Math.min(acting.length, MOST_RULES) + 1;
             canvas.setAttribute("aria-label", `Rule viewer: ${acting.length} rules with their sets cut, and all together`);
-            canvas.style.height = `${26 + 52 * rows}px`;
+            canvas.tall(26 + 52 * rows);
             canvas.again();
         },
     };

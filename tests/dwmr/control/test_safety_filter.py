@@ -7,7 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from dwmr.control.safety_filter import Safety, filter_commands, least_distance, rate_bound, working_memory
+from dwmr.control.safety_filter import filter_commands, rate_bound, working_memory
+from dwmr.control.safety_settings import Safety
 from dwmr.plant.robot import ROBOT
 from tests.sizes import examples
 
@@ -21,12 +22,13 @@ def robots(n):
     return found.view(np.recarray)
 
 
-def safety(n, alpha=2.0, error=0.0, clearance=0.05, obstacle_speeds=(), acceleration=1e6):
-    held = 0.5 * DT * OMEGA_LIMIT * SPEED
-    return Safety(
-        alpha, LOOKAHEAD, acceleration, acceleration, clearance, np.full(n, RADIUS), np.full(n, SPEED + error),
-        np.full(n, error + held), np.array(obstacle_speeds, dtype=float),
-    )  # fmt: skip
+def safety(n, alpha=2.0, error=0.0, margin=0.05, obstacles=(), acceleration=1e6):
+    """Parameters for n robots and obstacles, each with a radius and a speed."""
+    radii = np.array([RADIUS] * n + [radius for radius, _ in obstacles])
+    speeds = np.array([SPEED + error] * n + [speed for _, speed in obstacles])
+    least = radii[:n, None] + radii + margin + 0.5 * DT * (speeds[:n, None] + speeds)
+    errors = np.full(n, error + 0.5 * DT * OMEGA_LIMIT * SPEED)
+    return Safety(alpha, LOOKAHEAD, acceleration, acceleration, least, speeds, errors)
 
 
 def filtered(poses, commands, given, now=(), after=()):
@@ -63,19 +65,16 @@ def test_a_barrier_declines_no_faster_than_alpha_while_commands_are_held(team, o
     poses, commands = [one for one, _ in team], [one for _, one in team]
     now = np.array([(x, y, 0.4) for (x, y, _), _ in obstacles]).reshape(-1, 3)
     moved = np.array([(*velocity, 0.0) for _, velocity in obstacles]).reshape(-1, 3)
-    given = safety(3, obstacle_speeds=[math.hypot(*velocity) for _, velocity in obstacles])
+    given = safety(3, obstacles=[(0.4, math.hypot(*velocity)) for _, velocity in obstacles])
     done, record = filtered(poses, commands, given, now, now + DT * moved)
     start = points(poses)
     for t in (0.25 * DT, 0.5 * DT, DT):
         end = points(poses, t, done)
         for i in range(3):
-            others = [(j, start[j], end[j], RADIUS, SPEED) for j in range(i)]
-            others += [
-                (3 + a, now[a, :2], now[a, :2] + t * moved[a, :2], 0.4, given.obstacle_speeds[a])
-                for a in range(len(now))
-            ]
-            for other, before, after, radius, speed in others:
-                least = least_distance(given, DT, radius, speed, i)
+            others = [(j, start[j], end[j]) for j in range(i)]
+            others += [(3 + a, now[a, :2], now[a, :2] + t * moved[a, :2]) for a in range(len(now))]
+            for other, before, after in others:
+                least = given.least[i, other]
                 h, h_then = (math.dist(*ends) ** 2 - least**2 for ends in ((start[i], before), (end[i], after)))
                 robot_or_obstacle = record[i, 2] if other >= 3 else max(record[i, 2], record[other, 2])
                 if h >= 0.0 and robot_or_obstacle == 0.0:
@@ -84,27 +83,29 @@ def test_a_barrier_declines_no_faster_than_alpha_while_commands_are_held(team, o
 
 
 def test_commands_far_from_everything_stay_as_they_are():
-    done, record = filtered([(0, 0, 1.0), (9, 9, 2.0)], [(0.4, -0.7), (-0.3, 0.2)], safety(2), [(20, 0, 1)])
+    done, record = filtered(
+        [(0, 0, 1.0), (9, 9, 2.0)], [(0.4, -0.7), (-0.3, 0.2)], safety(2, obstacles=[(1.0, 0.0)]), [(20, 0, 1)]
+    )
     assert done == pytest.approx(np.array([[0.4, -0.7], [-0.3, 0.2]]), abs=1e-12)
     assert record[:, 2:].tolist() == [[0.0, -1.0], [0.0, -1.0]]
 
 
 def test_a_robot_slows_down_before_an_obstacle_ahead_and_not_one_behind():
     for angle, slower in ((0.0, True), (math.pi, False)):
-        done, _ = filtered([(0, 0, angle)], [(1.0, 0.0)], safety(1, obstacle_speeds=[0.0]), [(1.6, 0, 0.5)])
+        done, _ = filtered([(0, 0, angle)], [(1.0, 0.0)], safety(1, obstacles=[(0.5, 0.0)]), [(1.6, 0, 0.5)])
         assert bool(done[0, 0] < 0.5) is slower
 
 
 def test_a_robot_at_rest_goes_out_of_the_way_of_an_obstacle():
     now, after = [(1.4, 0.0, 0.5)], [(1.4 - 0.4 * DT, 0.0, 0.5)]
-    done, record = filtered([(0, 0, 0.0)], [(0.0, 0.0)], safety(1, obstacle_speeds=[0.4]), now, after)
+    done, record = filtered([(0, 0, 0.0)], [(0.0, 0.0)], safety(1, obstacles=[(0.5, 0.4)]), now, after)
     assert done[0, 0] < -0.1
     assert record[0, 2] == 0.0
 
 
 def test_what_cannot_be_kept_is_recorded_with_what_it_is_about():
     now, after = [(1.4, 0.0, 0.5), (-8, 0, 0.5)], [(1.4 - 3.0 * DT, 0.0, 0.5), (-8, 0, 0.5)]
-    done, record = filtered([(0, 0, 0.0)], [(0.5, 0.0)], safety(1, obstacle_speeds=[3.0, 0.0]), now, after)
+    done, record = filtered([(0, 0, 0.0)], [(0.5, 0.0)], safety(1, obstacles=[(0.5, 3.0), (0.5, 0.0)]), now, after)
     assert done[0, 0] == pytest.approx(-V_LIMIT)
     assert record[0, 2] > 1.0
     assert record[0, 3] == 1 + 0  # behind the one robot, obstacle 0

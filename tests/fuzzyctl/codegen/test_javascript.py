@@ -111,6 +111,20 @@ if v is on then k is b
 """
 
 
+#: Half of the area ends where a gap begins.
+GAP = """system gap
+implication bounded_difference
+defuzzifier bisector
+input x in [0, 1]
+  any = trapezoid(-inf, 0, 1, inf)
+output u in [-1, 1]
+  p = gaussian(-0.5, 0.1)
+  q = gaussian(0.5, 0.1)
+if x is any then u is p weight 0.9
+if x is any then u is q weight 0.9
+"""
+
+
 def two(name, settings, first="x is a and y is a", second="x is b or y is b"):
     text = TWO.format(name=name, settings=settings, first=first, second=second)
     return prepare(loads(text), text)
@@ -150,6 +164,7 @@ class TestNumbers:
         settings = [f"implication {i}\naggregation {a}\ndefuzzifier {kind}" for i, a, kind in pairs]
         texts = [TWO.format(name="c", settings=own, first="x is a", second="x is b") for own in settings]
         texts = [text.replace("triangle(-0.2, 0.1, 0.6)", "gaussian(0.1, 0.2)") for text in texts]
+        texts.append(GAP)
         units = [prepare(loads(text), text) for text in texts]
         assert all(any(isinstance(s, Quadrature) for s in u.evaluation.body) for u in units)
         agree(units, tmp_path)

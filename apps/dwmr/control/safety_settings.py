@@ -1,0 +1,30 @@
+"""Parameters of the safety filter, ready for the loop."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from dwmr.core.arrays import FloatArray
+
+
+class Safety(NamedTuple):
+    """Parameters of the filter for n robots and a obstacles, which come behind them.
+
+    Attributes:
+        alpha: Rate α at which the barrier may decline [1/s].
+        lookahead: Distance of the guarded point ahead of the axle [m].
+        acceleration: Rate at which the filter lets laws change their commands [m/s²].
+        angular_acceleration: The same for turning [rad/s²].
+        least: R, what a robot's guarded point keeps from the other centres at samples, shape (n, n + a) [m].
+        speeds: Bounds of the speeds of guarded points and obstacles, shape (n + a,) [m/s].
+        errors: Bounds of the difference between a guarded point's mean velocity in a period and the command at its
+            start, shape (n,) [m/s].
+    """
+
+    alpha: float
+    lookahead: float
+    acceleration: float
+    angular_acceleration: float
+    least: FloatArray
+    speeds: FloatArray
+    errors: FloatArray
