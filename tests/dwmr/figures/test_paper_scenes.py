@@ -44,7 +44,7 @@ def nth(case, number):
 class TestSingleObstacles:
     def test_the_page_counts_them(self):
         scenes, aifqsmc, closest, fcafsmc = said(
-            "Of these ... scenes, with the paper's disturbances, ... brought the leader closer than ... m under "
+            "Of these ... scenes, of `paper-with-limits`, ... brought the leader closer than ... m under "
             "AIFQSMC and ... under FCAFSMC"
         )
         assert {one["scenes"] for one in GRID.values()} == {scenes}

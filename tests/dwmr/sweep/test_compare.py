@@ -1,15 +1,17 @@
 import csv
 import dataclasses
+import io
 import json
 
 import numpy as np
 import pytest
+from rich.console import Console
 from scipy import stats
 
 from dwmr.cli import compare
 from dwmr.output.data import parquet_file
 from dwmr.scenario.file import find
-from dwmr.sweep import comparison
+from dwmr.sweep import comparison, tables
 from dwmr.sweep.comparison import entries
 from fuzzyctl.experiments.sweep.plan import Run
 from fuzzyctl.experiments.sweep.worker import Outcome
@@ -151,3 +153,17 @@ def test_no_terminal_acts_on_the_data(capfdbinary):
     text = capfdbinary.readouterr().out.decode()
     assert "a\\u009b31m" in text
     assert json.loads(text)["entries"][0] == dataclasses.asdict(entry) | {"mean": None}
+
+
+def test_ratios_to_a_table_of_the_paper_are_counted(measured):
+    found = [
+        comparison.Entry("paper", "aifqsmc", robot, f"rmse.{name}", "m", 1, value, None, None, 0)
+        for robot, row in measured("aifqsmc")["rmse"].items()
+        for name, value in row.items()
+    ]
+    out = Console(width=120, record=True, file=io.StringIO())
+    tables._print_ratios(out, "paper", list(tables._ratios(found, 12)), 12)
+    said = out.export_text()
+    assert "paper: RMSE over those of Table 12 of the paper" in said
+    assert "aifqsmc: 9 of 9 within 10%, 0.90 to 1.09" in said
+    assert list(tables._ratios([dataclasses.replace(found[0], controller="mine")], 12)) == []
