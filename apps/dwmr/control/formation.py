@@ -132,3 +132,40 @@ def follower_auxiliary_rate(
     """
     turn = theta_i - theta_star
     return (v_i * math.sin(turn) + separation * omega_i * math.cos(bearing + turn)) / d_j
+
+
+@compiled
+def behind_sideways(error: TrackingError, u: float, theta_i: float, theta_j: float, theta_star: float) -> TrackingError:
+    """Return the tracking error of a follower whose leader moves sideways, which no leader of the paper can.
+
+    Args:
+        error: What `follower_error` gives.
+        u: Velocity of the leader to its left [m/s].
+        theta_i, theta_j: Orientations of leader and follower [rad].
+        theta_star: The follower's auxiliary reference orientation θ*_jr [rad].
+    """
+    theta_ij = theta_i - theta_j
+    return TrackingError(
+        error.x_e,
+        error.y_e,
+        error.theta_e_star,
+        error.drift_x - u * math.sin(theta_ij),
+        error.drift_y + u * math.cos(theta_ij),
+        error.drift_theta + u * math.cos(theta_i - theta_star) / error.d,
+        error.d,
+    )
+
+
+@compiled
+def with_leaders_orientation(error: TrackingError, theta_i: float, omega_i: float, theta_j: float) -> TrackingError:
+    """Return the tracking error of a follower that keeps the orientation of its leader, as one free to do so.
+
+    The auxiliary orientation θ*_jr is that of a follower whose wheels do not slip sideways.
+
+    Args:
+        error: What `follower_error` gives.
+        theta_i, omega_i: Orientation and angular velocity of the leader [rad, rad/s].
+        theta_j: Orientation of the follower [rad].
+    """
+    e = error
+    return TrackingError(e.x_e, e.y_e, wrap(theta_i - theta_j), e.drift_x, e.drift_y, omega_i, e.d)

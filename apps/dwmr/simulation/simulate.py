@@ -13,12 +13,14 @@ import numpy as np
 from dwmr.control import laws as controllers
 from dwmr.control import safety_filter
 from dwmr.control.fuzzy_gains import Rules
+from dwmr.control.law_text import LATERAL
 from dwmr.control.laws.python_law import reported
 from dwmr.control.laws.settings import LawSettings
 from dwmr.control.obstacle_avoidance import Avoidance
 from dwmr.core.arrays import FloatArray
 from dwmr.core.interfaces import Law, Plant, Signal
 from dwmr.core.jit import COMPILED, collected_errors, first_class, first_class_functions
+from dwmr.plant import vehicles
 from dwmr.plant.disturbances import DISTURBANCE, Load
 from dwmr.plant.robot import ROBOT
 from dwmr.reference import compiled
@@ -27,8 +29,11 @@ from dwmr.scenario.file import ScenarioFile
 from dwmr.scenario.guard import safety_of
 from dwmr.scenario.model import Robot, Scenario
 from dwmr.scenario.moving import centres, is_moving
+from dwmr.scenario.vehicle_checks import others
+from dwmr.scenario.vehicles import Ackermann, Omnidirectional
 from dwmr.simulation import noise
-from dwmr.simulation.loop import COLUMNS, LARGEST, NOT_FINITE, SIGNALS, TOO_LARGE, Memory, World, run_periods
+from dwmr.simulation.faults import LARGEST, NOT_FINITE, TOO_LARGE
+from dwmr.simulation.loop import COLUMNS, SIGNALS, Memory, World, run_periods
 from dwmr.simulation.mujoco_plant import MujocoPlant
 from dwmr.simulation.preflight import settings_of
 from fuzzyctl.diagnostics.diagnostic import DiagnosticError
@@ -100,9 +105,11 @@ class Simulation:
 
     @property
     def law_signals(self) -> tuple[Signal, ...]:
-        """Signals of the control law and, where it is on, of the safety filter."""
+        """Signals of the control law and, where there are any, of the safety filter or of vehicles."""
         own: tuple[Signal, ...] = tuple(self.module.SIGNALS)
-        return own if self.scenario.safety is None else (*own, *safety_filter.SIGNALS)
+        if self.scenario.safety is not None:
+            return (*own, *safety_filter.SIGNALS)
+        return (*own, *vehicles.SIGNALS) if others(self.scenario) else own
 
 
 def prepare(file: ScenarioFile, controller: str, rules: Rules) -> Simulation:
@@ -176,6 +183,7 @@ def run(simulation: Simulation, report: Callable[[int], None] | None = None) -> 
     if scenario.safety is not None:
         room = safety_filter.working_memory(len(names), len(scenario.obstacles), samples)
         guard = (safety_of(scenario, scenario.safety), room)
+    driven = _vehicles(scenario, module, samples)
     path, step = first_class(compiled.PATHS[simulation.shape.path]), first_class(module.step)
     draw = noise.source(scenario)
     kernels = tuple(tuple(first_class(k) for k in law.kernels) for law in laws)
@@ -190,7 +198,7 @@ def run(simulation: Simulation, report: Callable[[int], None] | None = None) -> 
             obstacles = _obstacles(scenario, first, last)
             done = run_periods(
                 first, last, path, step, kernels, world, memory, obstacles, draw(last - first),
-                record, law_record, guard,
+                record, law_record, guard, driven,
             )  # fmt: skip
         if raised:  # by the law's step: errors of compiled code name no line
             with reported(simulation.name, file, "run"):
@@ -235,8 +243,30 @@ def run(simulation: Simulation, report: Callable[[int], None] | None = None) -> 
         stop = Stop(float(t[-1]), "", "interrupted")
     if guard is not None:
         law_record = np.concatenate([law_record, guard[1].record], axis=2)
+    if driven is not None:
+        law_record = np.concatenate([law_record, driven.record], axis=2)
     signals = simulation.law_signals
     return Trajectory(simulation.name, names, t, record[:kept], law_record[:kept], signals, wall_s, stop)
+
+
+def _vehicles(scenario: Scenario, module: Any, samples: int) -> vehicles.Vehicles | None:
+    """Return what drives other than by two wheels, None for nothing."""
+    found = others(scenario)
+    if not found:
+        return None
+    n = len(scenario.robots)
+    own = np.zeros(n, dtype=vehicles.VEHICLE)
+    for row, name in zip(own, scenario.robots, strict=True):
+        match found.get(name):
+            case Ackermann() as car:
+                row["kind"] = vehicles.ACKERMANN
+                for key in ("wheelbase", "steering_limit", "steering_rate"):
+                    row[key] = getattr(car, key)
+            case Omnidirectional():
+                row["kind"] = vehicles.OMNIDIRECTIONAL
+    lateral = next((k for k, one in enumerate(module.SIGNALS) if one.name == LATERAL), -1)
+    record = np.zeros((samples, n, len(vehicles.SIGNALS)))
+    return vehicles.Vehicles(own.view(np.recarray), lateral, np.zeros(n), np.zeros((n, 3)), record)
 
 
 def _obstacles(scenario: Scenario, first: int, last: int) -> FloatArray:
@@ -308,6 +338,8 @@ def _constants(robot: Robot, names: list[str]) -> dict[str, float]:
         "odometry": int(robot.sensors.pose == "odometry"),
         "encoder_steps": robot.sensors.encoder_steps,
     }
+    if isinstance(robot.vehicle, Omnidirectional):  # the lever arm of a mecanum wheel
+        own["half_track"] = robot.half_track + robot.vehicle.half_base
     tables = (robot, robot.friction, robot.actuator, robot.inner_loop)
     wanted = set(ROBOT.names or ())
     given = {name: getattr(t, name) for t in tables for name in type(t).model_fields if name in wanted}
