@@ -96,7 +96,7 @@ def turning(scenario: Scenario, shape: Shape, places: Places) -> Iterable[Diagno
         if not isinstance(car, Ackermann) or not along:
             continue
         radii = [point_radius(scenario, name, 1.0 / one.curvature) for one in along]
-        k = min(range(len(radii)), key=radii.__getitem__)
+        k = min(range(len(radii)), key=np.round(radii, 6).__getitem__)  # the first one of a circle
         if math.hypot(car.turning_radius, robot.d) > radii[k]:
             yield _too_close(name, robot, car, along[k], radii[k], places)
 
