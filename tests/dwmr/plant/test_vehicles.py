@@ -6,8 +6,8 @@ from functools import cache
 import numpy as np
 import pytest
 
-from dwmr.control.fuzzy_gains import Rules
 from dwmr.control.formation import behind_sideways, follower_error, follower_position, with_leaders_orientation
+from dwmr.control.fuzzy_gains import Rules
 from dwmr.core.interfaces import TrackingError
 from dwmr.plant.disturbances import DISTURBANCE, Load
 from dwmr.plant.robot import ROBOT, State

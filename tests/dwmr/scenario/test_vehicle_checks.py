@@ -26,12 +26,12 @@ def test_a_path_closer_than_a_car_turns_is_refused_with_place_radii_and_repair()
     assert len(found) == 3
     assert found[0].code == "FZ904"
     assert found[0].message == (
-        "robots.leader turns on a radius of 3.002 m at the least, and the path has one of 2 m where the reference is at "
-        "(2, 0) at t = 0 s"
+        "robots.leader turns on a radius of 3.002 m at the least, and the path has one of 2 m where the reference is "
+        "at (2, 0) at t = 0 s"
     )
     assert "3 m at the rear axle, 3.002 m at the reference point 0.1 m ahead of it" in found[0].facts[0]
     assert found[0].help == "set steering_limit to 0.246 rad or more, or widen the path"
-    assert "its place in the formation has one of 1.21" in found[1].message
+    assert "its place in the formation has one of 1.422 m" in found[1].message
 
 
 @pytest.mark.parametrize(("limit", "few"), [(0.3, ["follower1"]), (0.43, [])])
