@@ -84,6 +84,8 @@ HOMES = {
     "distributed": {"fuzzyctl/experiments/sweep/cluster.py"},
     "control": {"apps/gallery/beside_upa.py"},  # elsewhere by name, when it is called
     "fmpy": set(),  # by name, when a loop with an FMU is run
+    "rosbags": {"apps/dwmr/output/bag.py"},
+    "rclpy": set(),  # by name, when the node starts
     "mujoco": set(),  # by name, when a scenario's robots are rigid bodies
     "gymnasium": {"fuzzyctl/interop/environments.py"},
     "scipy": {

@@ -154,12 +154,21 @@ def wrapped(text: str, width: int | None, *, first: int, indent: int) -> list[st
 MOST_SHOWN = 200
 
 
+def first_of(diagnostics: Sequence[Diagnostic], most: int) -> list[Diagnostic]:
+    """Return some diagnostics in the order given: the first errors, and where there are fewer, others."""
+    errors_first = sorted(range(len(diagnostics)), key=lambda i: diagnostics[i].severity != "error")
+    return [diagnostics[i] for i in sorted(errors_first[:most])]
+
+
 def render_all(
     diagnostics: Iterable[Diagnostic], *, color: bool = False, width: int | None = None, encoding: str | None = None
 ) -> str:
-    """Return several diagnostics as text, one blank line between them; of very many only the first; see `render`."""
+    """Return several diagnostics as text, one blank line between them; see `render`.
+
+    Of very many only some are shown; see `first_of`.
+    """
     found = list(diagnostics)
-    shown = [render(d, color=color, width=width, encoding=encoding) for d in found[:MOST_SHOWN]]
+    shown = [render(d, color=color, width=width, encoding=encoding) for d in first_of(found, MOST_SHOWN)]
     if len(found) > MOST_SHOWN:
         shown.append(f"... and {len(found) - MOST_SHOWN} more")
     return "\n\n".join(shown)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Iterable, Mapping
-from itertools import zip_longest
+from itertools import pairwise, zip_longest
 
 from fuzzyctl.diagnostics.fixes import Fix, Replacement, fixed
 from fuzzyctl.diagnostics.source import SourceText, Span
@@ -98,7 +98,7 @@ def rename(document: Document, offset: int, name: str, others: Iterable[Document
         raise RenameError(f"'{name}' has another meaning already in {place}")
     own = [c for c in changes if c.span.source.name == document.source.name]
     elsewhere = [c for c in changes if c.span.source.name != document.source.name]
-    return [*_laid_out(document.source, own), *elsewhere]
+    return [*_laid_out(document, own), *elsewhere]
 
 
 def _taken(document: Document, symbol: Symbol, name: str) -> Span | None:
@@ -124,11 +124,16 @@ def _mixed_up(symbol: Symbol, changes: list[Replacement], documents: Iterable[Do
         changes: The changes of all files.
         documents: The files that may be concerned.
     """
+    documents = list(documents)
     before = {c.span.source.name: c.span.source.text for c in changes}
-    after = {
-        name: fixed(SourceText(name, text), [Fix(tuple(c for c in changes if c.span.source.name == name), "sure")])
-        for name, text in before.items()
-    }
+    before |= {d.source.name: _concerned(d, changes) for d in documents if d.source.name in before}
+    after = {}
+    for name, text in before.items():
+        source = SourceText(name, text)
+        own = [
+            Replacement(Span(source, c.span.start, c.span.end), c.text) for c in changes if c.span.source.name == name
+        ]
+        after[name] = fixed(source, [Fix(tuple(own), "sure")])
     declared = os.path.abspath(symbol.span.source.name)
     for document in documents:
         if document.source.name not in after and declared not in document.used:
@@ -138,6 +143,23 @@ def _mixed_up(symbol: Symbol, changes: list[Replacement], documents: Iterable[Do
             if meaning != old:
                 return span or symbol.span
     return None
+
+
+def _concerned(document: Document, changes: Iterable[Replacement]) -> str:
+    """Return a text with spaces for what stands in blocks without a change and without the new name."""
+    text, own = document.text, [c for c in changes if c.span.source.name == document.source.name]
+    new = re.compile(rf"\b({'|'.join({c.text for c in own})})\b")
+    for start, end in _blocks(document):
+        if not any(start <= c.span.start < end for c in own) and not new.search(text, start, end):
+            head, *lines = text[start:end].split("\n")
+            text = text[:start] + "\n".join([head, *(" " * len(line) for line in lines)]) + text[end:]
+    return text
+
+
+def _blocks(document: Document) -> list[tuple[int, int]]:
+    """Return where each block of a text begins and ends."""
+    starts = [start for start, _, head in document.symbols.scopes if head is not None]
+    return list(pairwise([*starts, len(document.text)]))
 
 
 def _with_texts(document: Document, texts: Mapping[str, str]) -> Document:
@@ -161,17 +183,23 @@ def _meanings(document: Document) -> list[tuple[Span | None, _Place | None]]:
     return [(span, places.get((s.span.source.name, s.span.start))) for span, s in own]
 
 
-def _laid_out(source: SourceText, changes: list[Replacement]) -> list[Replacement]:
-    """Return changes of lines that also keep the layout of a file that had the canonical one."""
-    if format_source(source) != source.text:
+def _laid_out(document: Document, changes: list[Replacement]) -> list[Replacement]:
+    """Return changes of lines that also keep the layout of blocks that had the canonical one."""
+    blocks = [(a, b) for a, b in _blocks(document) if any(a <= c.span.start < b for c in changes)]
+    is_within = all(any(a <= c.span.start < b for a, b in blocks) for c in changes)
+    first, last = (blocks[0][0], blocks[-1][1]) if blocks and is_within else (0, len(document.text))
+    text = document.text[first:last].rstrip("\n") + "\n"
+    part = SourceText(document.source.name, text)
+    if format_source(part) != text:
         return changes
-    after = format_source(SourceText(source.name, fixed(source, [Fix(tuple(changes), "sure")])))
-    before_lines, after_lines = source.text.split("\n"), after.split("\n")
+    moved = [Replacement(Span(part, c.span.start - first, c.span.end - first), c.text) for c in changes]
+    after = format_source(SourceText(part.name, fixed(part, [Fix(tuple(moved), "sure")])))
+    before_lines, after_lines = text.split("\n"), after.split("\n")
     if len(before_lines) != len(after_lines):
         return changes
-    found, at = [], 0
+    found, at = [], first
     for before, now in zip(before_lines, after_lines, strict=True):
         if before != now:
-            found.append(Replacement(Span(source, at, at + len(before)), now))
+            found.append(Replacement(Span(document.source, at, at + len(before)), now))
         at += len(before) + 1
     return found

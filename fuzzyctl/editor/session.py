@@ -20,7 +20,7 @@ from pygls import uris
 from pygls.lsp.server import LanguageServer
 
 import fuzzyctl
-from fuzzyctl.diagnostics.diagnostic import CODES, Diagnostic, DiagnosticError
+from fuzzyctl.diagnostics.diagnostic import CODES, Diagnostic, DiagnosticError, first_of
 from fuzzyctl.diagnostics.fixes import Replacement
 from fuzzyctl.diagnostics.source import SourceText, Span
 from fuzzyctl.editor import lenses, lights
@@ -33,12 +33,16 @@ from fuzzyctl.support.reading import MAX_BYTES
 #: Seconds that a text rests before it is checked, in which a burst of changes arrives, and before its proofs begin.
 BREATH: Final = 0.001
 REST: Final = 0.1
+#: Most diagnostics of a text that are sent: editors show no more, and take seconds for ten thousands.
+MOST_SENT: Final = 1000
 
 _SEVERITIES: Final = {
     "error": lsp.DiagnosticSeverity.Error,
     "warning": lsp.DiagnosticSeverity.Warning,
     "hint": lsp.DiagnosticSeverity.Hint,
 }
+#: The range of what concerns a whole text.
+_NOWHERE: Final = lsp.Range(lsp.Position(0, 0), lsp.Position(0, 0))
 #: What symbols are in outlines.
 SYMBOL_KINDS: Final = {
     "system": lsp.SymbolKind.Module,
@@ -218,13 +222,18 @@ class FuzzyServer(LanguageServer):
             if d.span is None or d.span.source.name == document.source.name
         ]
         by_line = {light.span.start: light for light in lights.lights(document)} if proved else {}
-        shown = [self.diagnostic(d, by_line.get(d.span.start) if d.span is not None else None) for d in found]
+        shown = [
+            self.diagnostic(d, by_line.get(d.span.start) if d.span is not None else None)
+            for d in first_of(found, MOST_SENT)
+        ]
+        if len(found) > MOST_SENT:
+            more = f"{len(found) - MOST_SENT} more diagnostics are not shown"
+            shown.append(lsp.Diagnostic(_NOWHERE, more, lsp.DiagnosticSeverity.Information, source="fuzzyctl"))
         reported = {d.span.start for d in found if d.code == "FZ402" and d.span is not None}
         return [*shown, *(self._of_light(x) for at, x in by_line.items() if at not in reported and _is_shown(x))]
 
     def diagnostic(self, d: Diagnostic, light: Light | None = None) -> lsp.Diagnostic:
         """Return a diagnostic with its facts, its help and the places that explain it."""
-        nowhere = lsp.Range(lsp.Position(0, 0), lsp.Position(0, 0))
         knows, notes = self.knows, d.notes
         text = [d.message, *d.facts, *([f"help: {d.help}"] if d.help else [])]
         related = [lsp.DiagnosticRelatedInformation(self.location(n.span), n.message) for n in notes]
@@ -235,7 +244,7 @@ class FuzzyServer(LanguageServer):
             related.append(self._counterexample(light))
         is_unused = "is used by nothing" in CODES[d.code]
         return lsp.Diagnostic(
-            range=self.range(d.span) if d.span is not None else nowhere,
+            range=self.range(d.span) if d.span is not None else _NOWHERE,
             message="\n".join(text),
             severity=_SEVERITIES[d.severity],
             code=d.code,

@@ -10,7 +10,7 @@ from typing import Final
 
 from fuzzyctl import expr as ex
 from fuzzyctl.formulas import MEMBERSHIP
-from fuzzyctl.formulas.hedges import HEDGES
+from fuzzyctl.formulas.hedges import HEDGE_SUMMARIES, HEDGES
 from fuzzyctl.lang.mistakes import BLOCK_FORMS, FORMS, LET_FORM
 from fuzzyctl.lang.syntax import BLOCKS, NAME, STATEMENT_KEYWORDS
 from fuzzyctl.model.measures import MEASURES
@@ -43,6 +43,45 @@ _SNIPPETS: Final = {
     "block": "block ${1:name} = ${2:controller}(${3:input})",
     "measure": "measure ${1:name} = ${2:iae}(${3:signal}, ${4:reference})",
     "table": "table ${1:output} = ${2:rows} x ${3:columns}\n       ${4:low  high}\n  ${5:low} |  ${6:.  .}",
+}
+#: What statements mean, as docs/reference says at more length.
+_MEANINGS: Final = {
+    "fz": "the version of the language; before everything else",
+    "system": "begins a fuzzy system, with its title",
+    "source": "where the numbers come from; for readers",
+    "use": "brings in what another rule file in this folder or below declares",
+    "semantics": "computes as another tool does; later statements prevail",
+    "and": "the conjunction of antecedents; min by default",
+    "or": "the disjunction of antecedents; max by default",
+    "implication": "what an activation makes of the consequent set: min cuts it off, product scales it",
+    "aggregation": "how the implied sets of all rules are joined; max by default",
+    "activation": "which rules act, by their firing strengths; general by default: all",
+    "defuzzifier": "how the fuzzy set of an output becomes its value; centroid by default",
+    "param": "a named constant, which --set NAME=VALUE changes",
+    "hedge": "a named change of degrees, written before a term",
+    "function": "a named expression over its parameters and params",
+    "controller": "begins a controller: equations that are computed at each step",
+    "plant": "begins a plant: differential equations, or one line for a common form",
+    "loop": "begins a closed loop: controllers and plants, and how they are connected",
+    "input": "an input; label and unit may be left out, in equations the range, too",
+    "output": "an output; in a system, else says what it is where no rule fires",
+    "terms": "a partition: triangles by their peaks, evenly spaced ones without, or singletons with =",
+    "rules": "begins a block of tables and rules with norms of its own",
+    "with": "joins a condition to each rule of the table below, by and",
+    "table": "rules as a table: a cell has the term of the output for its row and column; . is no rule",
+    "if": "a rule: how true the antecedent is, so far it acts on the outputs",
+    "otherwise": "the rule that fires as far as no other rule for the output does",
+    "require": "a guarantee: proved for all inputs; of a loop, checked on a run",
+    "allow": "drops warnings with these codes in this file; the reason is for readers",
+    "deny": "makes warnings with these codes errors in this file",
+    "let": "a name for a value",
+    "state": "a number that is kept, with its start; next or der says how it goes on",
+    "next": "the value of a state at the next step",
+    "der": "the derivative of a state by time",
+    "every": "the sample time; left out, each step takes dt",
+    "block": "a controller or a plant inside of this block; its outputs are NAME.OUTPUT",
+    "measure": "a number that a run is judged by",
+    "run": "how long a run lasts, and the time between two samples of its record",
 }
 #: Those of systems that blocks of equations write in another form.
 _VARIABLES: Final = {
@@ -112,7 +151,7 @@ def keywords(block: str) -> Iterator[LanguageWord]:
     forms = BLOCK_FORMS if block else FORMS
     for name in BLOCKS[block] if block else (*STATEMENT_KEYWORDS, "let"):
         form = LET_FORM if name == "let" and not block else forms.get(name, FORMS.get(name, name))
-        yield LanguageWord(name, "keyword", form, block=block)
+        yield LanguageWord(name, "keyword", form, _MEANINGS[name], block)
 
 
 def snippet(word: LanguageWord) -> str:
@@ -130,7 +169,7 @@ def snippet(word: LanguageWord) -> str:
 def hedges() -> Iterator[LanguageWord]:
     """Yield the hedges that need no declaration."""
     for name in HEDGES:
-        yield LanguageWord(name, "hedge", f"VARIABLE is {name} TERM")
+        yield LanguageWord(name, "hedge", f"VARIABLE is {name} TERM", f"of a degree x: {HEDGE_SUMMARIES[name]}")
 
 
 @cache

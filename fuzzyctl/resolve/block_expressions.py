@@ -36,6 +36,10 @@ class Expressions(Names):
         """Return what to do in place of calling a function that only other blocks have; empty for no such function."""
         return ""
 
+    def instead_of(self, name: str, kind: str) -> str:
+        """Return what to write in place of a name of the block where another kind is expected; empty for nothing."""
+        return ""
+
     def formula(
         self,
         expr: ex.Expr,
@@ -90,7 +94,10 @@ class Expressions(Names):
         if name.partition(".")[0] in self.lost:
             return False
         if name not in known and name not in ex.CONSTANTS:
-            self.context.unknown(kind, expr, self.ordered(known))
+            if help_text := self.instead_of(name, kind) if name in self.names else "":
+                self.context.report("FZ202", f"no {kind} '{name}'", expr.span, help=help_text)
+            else:
+                self.context.unknown(kind, expr, self.ordered(known))
             return False
         if outputs := self.members.get(name):
             message = f"'{name}' has several outputs" if len(outputs) > 1 else f"'{name}' is a block, not a value"

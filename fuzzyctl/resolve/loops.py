@@ -158,6 +158,12 @@ class _Loop(Statements):
             return "put it into a controller, and add that as a block"
         return f"write above the loop: plant NAME = {PLANTS[call.function].form}" if call.function in PLANTS else ""
 
+    def instead_of(self, name: str, kind: str) -> str:
+        if kind != "measure or param":
+            return ""
+        example = f"a measure makes a number of a signal, such as: maximum({name})"
+        return example if self.line == "measure" else f"{example}, in a 'measure' line"
+
     def _require(self, s: sx.Require) -> Guarantee | None:
         """Resolve a claim about measures."""
         names = self._measures_and_params

@@ -102,7 +102,7 @@ def with_settings(loop: Loop, values: Mapping[str, float]) -> Loop:
 
 
 def within_ranges(loop: Loop, values: Mapping[str, float]) -> Loop:
-    """Return a loop with some params set to numbers, of which ranges alone are checked, which is quick.
+    """Return a loop with some params set to numbers; only their ranges are checked, which is quick.
 
     Raises:
         UnknownNameError: For a name of no param, or of several.

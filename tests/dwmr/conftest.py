@@ -17,8 +17,8 @@ from dwmr.simulation import simulate
 
 
 @cache
-def _run(law: str, overrides: tuple[str, ...]) -> tuple[ScenarioFile, simulate.Trajectory]:
-    file = read(find("paper"), overrides)
+def _run(scenario: str, law: str, overrides: tuple[str, ...]) -> tuple[ScenarioFile, simulate.Trajectory]:
+    file = read(find(scenario), overrides)
     rules = Rules(file.scenario.rules, (), file.places)
     return file, simulate.run(simulate.prepare(file, law, rules))
 
@@ -28,7 +28,17 @@ def run_paper() -> Callable[..., tuple[ScenarioFile, simulate.Trajectory]]:
     """A function (law, *overrides) -> (file, trajectory) of the paper's scenario; equal calls share one run."""
 
     def run(law: str, *overrides: str) -> tuple[ScenarioFile, simulate.Trajectory]:
-        return _run(law, tuple(overrides))
+        return _run("paper", law, tuple(overrides))
+
+    return run
+
+
+@pytest.fixture(scope="session")
+def run_with_limits() -> Callable[..., tuple[ScenarioFile, simulate.Trajectory]]:
+    """As `run_paper`, of the paper's run with the limits and the lag of drives."""
+
+    def run(law: str, *overrides: str) -> tuple[ScenarioFile, simulate.Trajectory]:
+        return _run("paper-with-limits", law, tuple(overrides))
 
     return run
 
@@ -40,6 +50,18 @@ def measured(run_paper: Callable[..., Any]) -> Callable[..., dict[str, Any]]:
     @cache
     def run(law: str, *overrides: str) -> dict[str, Any]:
         file, trajectory = run_paper(law, *overrides)
+        return measure(trajectory, file.scenario)
+
+    return run
+
+
+@pytest.fixture(scope="session")
+def measured_with_limits(run_with_limits: Callable[..., Any]) -> Callable[..., dict[str, Any]]:
+    """As `measured`, of the paper's run with the limits and the lag of drives."""
+
+    @cache
+    def run(law: str, *overrides: str) -> dict[str, Any]:
+        file, trajectory = run_with_limits(law, *overrides)
         return measure(trajectory, file.scenario)
 
     return run

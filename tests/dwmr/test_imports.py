@@ -18,7 +18,7 @@ DWMR_ORDER = [
     ["output.data", "figures", "calibration"],
     ["output"],
     ["sweep", "page"],
-    ["cli"],
+    ["cli", "ros"],
     ["__main__"],
 ]
 RANK = {package: i for i, packages in enumerate(DWMR_ORDER) for package in packages}

@@ -206,7 +206,7 @@ class Formation:
 @pytest.fixture(scope="module")
 def independent():
     """Postures and velocities of the first seconds, shape (samples, robots, 5)."""
-    scenario = read(find("paper"), [HORIZON]).scenario
+    scenario = read(find("paper-with-limits"), [HORIZON]).scenario
     formation, dt = Formation(scenario), scenario.run.dt
     states = []
     for k in range(scenario.run.steps + 1):
@@ -215,12 +215,12 @@ def independent():
     return np.array(states)
 
 
-def test_an_independent_run_agrees(independent, run_paper):
-    _, trajectory = run_paper("aifqsmc", HORIZON)
+def test_an_independent_run_agrees(independent, run_with_limits):
+    _, trajectory = run_with_limits("aifqsmc", HORIZON)
     assert np.abs(trajectory.values[:, :, :3] - independent[:, :, :3]).max() < 1e-6
 
 
-def test_velocities_converge_as_the_integration_steps_shrink(independent, run_paper):
+def test_velocities_converge_as_the_integration_steps_shrink(independent, run_with_limits):
     """The largest difference is where friction turns round with a robot that stops, at about 3.1 s.
 
     Its force has a kink there. A step that holds the kink is off by the square of its length times where in it the kink
@@ -228,7 +228,7 @@ def test_velocities_converge_as_the_integration_steps_shrink(independent, run_pa
     """
     off = {}
     for substeps in (4, 16, 64):
-        _, trajectory = run_paper("aifqsmc", HORIZON, f"run.substeps={substeps}")
+        _, trajectory = run_with_limits("aifqsmc", HORIZON, f"run.substeps={substeps}")
         off[substeps] = np.abs(trajectory.values[:, :, :5] - independent).max()
     assert off[16] < off[4] / 4
     assert off[64] < 1e-8

@@ -23,6 +23,7 @@ from tests.own_files import own_files
 SLOW = (
     *(
         "another-plant.md",
+        "drive-robots-with-ros.md",
         "exchange-fmus.md",
         "edit-a-rule-and-run-again.md",
         "evaluate-many-points.md",

@@ -167,7 +167,7 @@ def _write(path: Path, found: Sequence[Entry]) -> None:
         files.publish()
 
 
-def _print(found: Sequence[Entry], style: str, runs: int, plans: Sequence[Plan[ScenarioFile]]) -> None:
+def _print(found: Sequence[Entry], style: str, runs: int, plans: Sequence[Plan[ScenarioFile]] = ()) -> None:
     if style == "json":
         from fuzzyctl.experiments.results.summary import finite
 

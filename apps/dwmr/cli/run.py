@@ -29,6 +29,13 @@ if TYPE_CHECKING:
 @run_options.set_option
 @run_options.output_option("folder", "dwmr-out", "DIR", "Folder for the results.")
 @data_formats.data_option(("npz", "csv", "mat", "parquet"), "npz", "signals")
+@click.option(
+    "--bag",
+    type=click.Path(path_type=Path),
+    metavar="FOLDER",
+    show_default=False,
+    help="Record the run of one control law as rosbag2, the format of ROS 2, in a new folder.",
+)
 @run_options.format_option
 def run(
     scenario: str,
@@ -37,6 +44,7 @@ def run(
     overrides: tuple[str, ...],
     folder: Path,
     formats: tuple[str, ...],
+    bag: Path | None,
     style: str,
 ) -> None:
     """Run SCENARIO, a shipped name such as `paper` or a TOML file, and write the results to a folder.
@@ -49,9 +57,12 @@ def run(
             begin("reading", 0)
             task = run_options.read(scenario, rules_folder, overrides)
             names = run_options.laws_of(task, controller)
-            summary, written = _run(task, names, folder, formats, begin)
+            _require_bag(bag, names, task)
+            summary, written = _run(task, names, folder, formats, bag, begin)
         if style == "text":
             _say(task, summary, names, folder, written)
+            if bag is not None:
+                say(f"recorded {bag}")
     finished = [run["stopped"] is None for run in summary["controllers"].values()]
     if style == "json":
         from fuzzyctl.experiments.results.summary import finite
@@ -61,8 +72,29 @@ def run(
         sys.exit(1)
 
 
+def _require_bag(bag: Path | None, names: Sequence[str], task: run_options.Task) -> None:
+    """Refuse a bag that cannot be written, before anything is computed."""
+    if bag is None:
+        return
+    from dwmr.output import bag as rosbag
+
+    if len(names) > 1:
+        message = f"a bag holds the run of one control law, and --controller names {len(names)}: {', '.join(names)}."
+        raise click.BadParameter(message, param_hint="'--bag'")
+    if not rosbag.available():
+        raise click.ClickException("--bag needs rosbags, which is not installed: pip install 'fuzzyctl[ros]'")
+    if unfit := rosbag.unfit_names(task.file.scenario.robots):
+        raise click.ClickException("\n".join(unfit))
+    rosbag.require_new(bag)
+
+
 def _run(
-    task: run_options.Task, names: Sequence[str], folder: Path, formats: Sequence[str], begin: Begin
+    task: run_options.Task,
+    names: Sequence[str],
+    folder: Path,
+    formats: Sequence[str],
+    bag: Path | None,
+    begin: Begin,
 ) -> tuple[dict[str, Any], list[str]]:
     """Check, run and write; return the summary and the names of the files."""
     from dwmr.output.outputs import NAMES
@@ -75,6 +107,11 @@ def _run(
         with interrupts_wait():
             summary = _measure(task, trajectories, begin)
             _write(files, summary, trajectories, formats, task, begin)
+            if bag is not None:
+                from dwmr.output import bag as rosbag
+
+                begin("recording", 0)
+                rosbag.save(bag, trajectories[0], task.file.scenario)
     return summary, [name for name in files.names if (folder / name).exists()]
 
 

@@ -18,7 +18,8 @@ from fuzzyctl.cli.streams import say
 if TYPE_CHECKING:
     from dwmr.control.fuzzy_gains import Rules
     from dwmr.scenario.file import ScenarioFile
-    from dwmr.simulation.simulate import Simulation, Trajectory
+    from dwmr.simulation.periods import Simulation
+    from dwmr.simulation.simulate import Trajectory
 
 Command = TypeVar("Command", bound=Callable[..., object])
 

@@ -5,14 +5,14 @@ from __future__ import annotations
 import math
 
 from dwmr.core.geometry import to_body, wrap
-from dwmr.core.interfaces import TrackingError
+from dwmr.core.interfaces import PostureError, TrackingError
 from dwmr.core.jit import compiled
 
 
 @compiled
 def trajectory_error(
     x: float, y: float, theta: float, x_r: float, y_r: float, theta_r: float, theta_star: float, v_r: float, d: float
-) -> TrackingError:
+) -> PostureError:
     """Return the tracking error of a robot that follows a reference trajectory.
 
     Args:
@@ -28,7 +28,7 @@ def trajectory_error(
     x_e, y_e = to_body(x_r - x, y_r - y, theta)
     theta_e = theta_r - theta
     omega_star = trajectory_auxiliary_rate(theta_r, theta_star, v_r, d)
-    return TrackingError(
+    return PostureError(
         x_e, y_e, wrap(theta_star - theta), v_r * math.cos(theta_e), v_r * math.sin(theta_e), omega_star, d
     )
 
@@ -95,7 +95,7 @@ def follower_error(
     d_j: float,
     separation: float,
     bearing: float,
-) -> TrackingError:
+) -> PostureError:
     """Return the tracking error of a follower.
 
     Args:
@@ -118,7 +118,7 @@ def follower_error(
     drift_x = v_i * math.cos(theta_ij) - omega_i * separation * math.sin(desired_angle)
     drift_y = v_i * math.sin(theta_ij) + omega_i * separation * math.cos(desired_angle)
     omega_star = follower_auxiliary_rate(theta_i, v_i, omega_i, theta_star, d_j, separation, bearing)
-    return TrackingError(x_e, y_e, wrap(theta_star - theta_j), drift_x, drift_y, omega_star, d_j)
+    return PostureError(x_e, y_e, wrap(theta_star - theta_j), drift_x, drift_y, omega_star, d_j)
 
 
 @compiled
@@ -135,7 +135,7 @@ def follower_auxiliary_rate(
 
 
 @compiled
-def behind_sideways(error: TrackingError, u: float, theta_i: float, theta_j: float, theta_star: float) -> TrackingError:
+def behind_sideways(error: PostureError, u: float, theta_i: float, theta_j: float, theta_star: float) -> PostureError:
     """Return the tracking error of a follower whose leader moves sideways, which no leader of the paper can.
 
     Args:
@@ -145,7 +145,7 @@ def behind_sideways(error: TrackingError, u: float, theta_i: float, theta_j: flo
         theta_star: The follower's auxiliary reference orientation θ*_jr [rad].
     """
     theta_ij = theta_i - theta_j
-    return TrackingError(
+    return PostureError(
         error.x_e,
         error.y_e,
         error.theta_e_star,
@@ -157,7 +157,7 @@ def behind_sideways(error: TrackingError, u: float, theta_i: float, theta_j: flo
 
 
 @compiled
-def with_leaders_orientation(error: TrackingError, theta_i: float, omega_i: float, theta_j: float) -> TrackingError:
+def with_leaders_orientation(error: PostureError, theta_i: float, omega_i: float, theta_j: float) -> PostureError:
     """Return the tracking error of a follower that keeps the orientation of its leader, as one free to do so.
 
     The auxiliary orientation θ*_jr is that of a follower whose wheels do not slip sideways.
@@ -168,4 +168,31 @@ def with_leaders_orientation(error: TrackingError, theta_i: float, omega_i: floa
         theta_j: Orientation of the follower [rad].
     """
     e = error
-    return TrackingError(e.x_e, e.y_e, wrap(theta_i - theta_j), e.drift_x, e.drift_y, omega_i, e.d)
+    return PostureError(e.x_e, e.y_e, wrap(theta_i - theta_j), e.drift_x, e.drift_y, omega_i, e.d)
+
+
+@compiled
+def tracking_error(
+    e: PostureError, on_reference: bool, theta_e: float, v_r: float, omega_r: float, v: float, omega: float, t: float
+) -> TrackingError:
+    """Return what a control law sees of its robot: the error, and the velocities behind it.
+
+    Args:
+        e: The error and its drift.
+        on_reference: Whether the robot follows the reference, not another robot.
+        theta_e: θ_r − θ of a robot on the reference [rad].
+        v_r, omega_r: Velocities of the reference [m/s, rad/s].
+        v, omega: Velocities that the robot measures [m/s, rad/s].
+        t: Time [s].
+
+    Returns:
+        Of a follower with its place in the formation as the reference, in the direction θ*_jr that it should have.
+    """
+    if on_reference:
+        theta_e = wrap(theta_e)
+    else:
+        theta_e, omega_r = e.theta_e_star, e.drift_theta
+        v_r = e.drift_x * math.cos(theta_e) + e.drift_y * math.sin(theta_e)
+    return TrackingError(
+        e.x_e, e.y_e, e.theta_e_star, e.drift_x, e.drift_y, e.drift_theta, e.d, theta_e, v_r, omega_r, v, omega, t
+    )

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import fuzzyctl
 from dwmr.control import law_text
 from dwmr.control.gain_floor import ROLE, Channel, not_positive, prove_floor
-from dwmr.control.roles import ROLES, check_role
+from dwmr.control.roles import ROLES, check_alike, check_role
 from dwmr.control.rule_files import RuleFiles, Used, read_whole
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError, UnknownNameError, ValueOutOfBoundsError
 from fuzzyctl.expr import names_in
@@ -185,7 +185,10 @@ class Rules:
             part: A param that is 0; an empty string for none.
         """
         own = law.controller
-        systems = {role: self.system(role, {}) for role in law_text.systems_of(own) if role in self.files.named}
+        written = law_text.systems_of(own)
+        systems = {role: self.system(role, {}) for role in written if role in self.files.named}
+        for role in systems.keys() - ROLES.keys():
+            check_alike(systems[role], written[role], role, self.used[role].path)
         key = law.path, part, tuple(self._key(role, system) for role, system in systems.items())
         if key not in self.known.assembled:
             values = {name: value for system in systems.values() for name, value in system.values.items()}
@@ -209,6 +212,7 @@ class Rules:
         for name, system in law.systems.items():
             if name not in self.used:
                 self._require_coverage(system, Path(system.path))
+            if name not in ROLES or name not in self.used:
                 self._prove(system, (system.path, tuple(system.values.items())), system.path)
         _require_proved(law.proved(values), law.controller.path, where)
 
@@ -229,13 +233,20 @@ class Rules:
         kernel = self.kernel("fcafsmc", system)
         return kernel.value, kernel.rates_value, kernel.initial_state(), bound.lo, bound.hi
 
+    def gain(self, role: str) -> Any:
+        """Return the proved and compiled system of a role of one's own, for a law in Python."""
+        system = self.system(role, {})
+        self._prove_guarantees(role, system)
+        return self.kernel(role, system).value
+
     def proved(self, role: str) -> tuple[str, int, dict[str, float], float, float]:
         """Return what is proved of a rule file: output, number of rules, params, and least and greatest value.
 
         Raises:
             DiagnosticError: When the file has mistakes or does not fit the role.
         """
-        system, output = self.system(role, {}), ROLES[role].output
+        system = self.system(role, {})
+        output = system.outputs[0].name
         bound = self._bounds(role, system)[output]
         return output, len(system.rules), dict(system.values), bound.lo, bound.hi
 

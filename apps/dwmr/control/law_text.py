@@ -36,6 +36,12 @@ OFFERED = {
     "drift_y": "m/s",
     "drift_theta": "rad/s",
     "d": "m",
+    "theta_e": "rad",
+    "v_r": "m/s",
+    "omega_r": "rad/s",
+    "v": "m/s",
+    "omega": "rad/s",
+    "t": "s",
 }
 #: The outputs that a law must have; all others are recorded.
 COMMANDS = {"v_c": "m/s", "omega_c": "rad/s"}

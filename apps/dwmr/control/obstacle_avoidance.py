@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from dwmr.core.arrays import FloatArray
 from dwmr.core.geometry import wrap
-from dwmr.core.interfaces import TrackingError
+from dwmr.core.interfaces import PostureError
 from dwmr.core.jit import compiled
 
 
@@ -139,7 +139,7 @@ def avoid(
 
 
 @compiled
-def towards(error: TrackingError) -> TrackingError:
+def towards(error: PostureError) -> PostureError:
     """Return the error of a robot that moves in any direction, turned into the direction around an obstacle.
 
     A robot on two wheels moves where it heads, so that a changed orientation is enough for it. One that moves in any
@@ -150,7 +150,7 @@ def towards(error: TrackingError) -> TrackingError:
     """
     ahead = error.x_e * error.drift_x + error.y_e * error.drift_y > 0.0
     share = math.hypot(error.x_e, error.y_e) / math.hypot(error.drift_x, error.drift_y) if ahead else 0.0
-    return TrackingError(
+    return PostureError(
         share * error.drift_x,
         share * error.drift_y,
         error.theta_e_star,

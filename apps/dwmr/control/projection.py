@@ -173,7 +173,8 @@ def _broken_by(spaces: HalfSpaces, k: int, y: FloatArray) -> float:
     """Return by how much a constraint with its lowered bound is broken, negative where it is met [m/s]."""
     a, b, normal = spaces.robots[k, 0], spaces.robots[k, 1], spaces.normals[k]
     by: float = spaces.bounds[k] - spaces.shortfalls[k]
-    return by - normal[0] * y[a, 0] - normal[1] * y[a, 1] - normal[2] * y[b, 0] - normal[3] * y[b, 1]
+    by -= normal[0] * y[a, 0] + normal[1] * y[a, 1] + normal[2] * y[b, 0] + normal[3] * y[b, 1]
+    return by
 
 
 @compiled

@@ -30,12 +30,37 @@ ROLES = {
 
 
 def check_role(system: Any, role: str, path: Path) -> None:
-    """Refuse a system whose inputs and output are not those of its role, in that order.
+    """Refuse a system whose inputs and output are not those of its role, in that order; any has one output.
 
     Raises:
         DiagnosticError: With all that does not fit.
     """
-    wanted = ROLES[role]
+    if role not in ROLES:
+        _require_one_output(system, role, path)
+        return
+    _check(system, role, ROLES[role], path)
+
+
+def check_alike(system: Any, written: Any, role: str, path: Path) -> None:
+    """Refuse a system in a role of one's own whose inputs and output are not those that the law was written with.
+
+    Raises:
+        DiagnosticError: With all that does not fit.
+    """
+    _require_one_output(written, role, path)
+    output = written.outputs[0]
+    _check(system, role, Role(tuple(v.name for v in written.inputs), output.name, output.adaptive is not None), path)
+
+
+def _require_one_output(system: Any, role: str, path: Path) -> None:
+    if len(system.outputs) != 1:
+        message = f"{path.name} does not fit the role {role}"
+        facts = (f"its outputs are {', '.join(v.name for v in system.outputs)}; a role has one output",)
+        raise DiagnosticError([Diagnostic("FZ905", message, facts=facts, file=str(path))])
+
+
+def _check(system: Any, role: str, wanted: Role, path: Path) -> None:
+    """Refuse a system that does not fit a role."""
     inputs = tuple(v.name for v in system.inputs)
     outputs = tuple(v.name for v in system.outputs)
     mistakes = []

@@ -40,6 +40,21 @@ def to_body(x: float, y: float, theta: float) -> tuple[float, float]:
     return c * x + s * y, -s * x + c * y
 
 
+def ahead(x: float, y: float, theta: float, d: float) -> tuple[float, float]:
+    """Return the point at a distance d ahead of a posture, behind it where d is negative [m]."""
+    return x + d * math.cos(theta), y + d * math.sin(theta)
+
+
+def quaternion(theta: float) -> tuple[float, float, float, float]:
+    """Return the unit quaternion (x, y, z, w) of a turn about the vertical axis [rad]."""
+    return 0.0, 0.0, math.sin(0.5 * theta), math.cos(0.5 * theta)
+
+
+def yaw(x: float, y: float, z: float, w: float) -> float:
+    """Return the turn about the vertical axis of a unit quaternion, in [−π, π] [rad]: the last of roll, pitch, yaw."""
+    return math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+
+
 @compiled
 def clamp(value: float, limit: float) -> float:
     """Keep a value inside [−limit, limit], in the value's own unit."""

@@ -15,8 +15,8 @@ from dwmr.core.reference import Reference
 Function = TypeVar("Function", bound=Callable[..., Any])
 
 
-class TrackingError(NamedTuple):
-    """What a control law sees of its robot at one instant: the error of Eq. (6) or (51) and its drift.
+class PostureError(NamedTuple):
+    """The error of Eq. (6) or (51) and its drift.
 
     Attributes:
         x_e: Longitudinal error in the robot's frame [m].
@@ -35,6 +35,33 @@ class TrackingError(NamedTuple):
     drift_y: float
     drift_theta: float
     d: float
+
+
+class TrackingError(NamedTuple):
+    """What a control law sees of its robot at one instant.
+
+    Attributes:
+        x_e, y_e, theta_e_star, drift_x, drift_y, drift_theta, d: As those of `PostureError`.
+        theta_e: Wrapped error of the orientation, θ_r − θ; of a follower θ*_r − θ, as it has no other [rad].
+        v_r: Velocity of the reference along its orientation θ_r, negative where it goes backwards [m/s].
+        omega_r: Turning rate of the reference, 0 in avoidance, where its orientation is that of the way around [rad/s].
+        v, omega: Velocities that the robot measures at its wheels [m/s, rad/s].
+        t: Time since the start of the run [s].
+    """
+
+    x_e: float
+    y_e: float
+    theta_e_star: float
+    drift_x: float
+    drift_y: float
+    drift_theta: float
+    d: float
+    theta_e: float
+    v_r: float
+    omega_r: float
+    v: float
+    omega: float
+    t: float
 
 
 class Signal(NamedTuple):

@@ -34,7 +34,7 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 COMPILED: bool = numba is not None
 
 #: Parts of the package that compiled code never reaches: they come after a run, or before it.
-NEVER_COMPILED = ("cli", "figures", "page", "output", "sweep")
+NEVER_COMPILED = ("cli", "figures", "page", "output", "ros", "sweep")
 
 
 @contextmanager

@@ -113,25 +113,31 @@ def blending(trajectory: Trajectory, scenario: Scenario) -> Figure:
 
 
 def _vectors(axes: Any, trajectory: Trajectory, scenario: Scenario, a: int) -> None:
-    """Draw the directions of U along the way around obstacle `a`, every half second."""
-    obstacle, every = scenario.obstacles[a], max(1, round(0.5 / scenario.run.dt))
+    """Draw U_b, U_f and the direction of their sum along the way around obstacle `a`, every second."""
+    obstacle, every = scenario.obstacles[a], max(1, round(1.0 / scenario.run.dt))
     panels.obstacles(axes, scenario)
     for robot in derived.avoiders(scenario):
         i = trajectory.robots.index(robot)
         x, y = trajectory["x"][:, i], trajectory["y"][:, i]
         around = np.flatnonzero(trajectory["obstacle"][:, i] == a)[::every]
-        vector = derived.blending(trajectory, scenario, robot)[around]
-        vector /= np.maximum(np.hypot(vector[:, 0], vector[:, 1]), 1e-12)[:, None]
-        axes.plot(x[:: max(1, every // 5)], y[:: max(1, every // 5)], lw=1.0, **panels.colour(i))
-        axes.quiver(
-            x[around], y[around], vector[:, 0], vector[:, 1], angles="xy", scale=1.3, scale_units="xy", width=0.006,
-            color=COLOURS[1],
-        )  # fmt: skip
+        parts = derived.blending(trajectory, scenario, robot)[:, around]
+        whole = parts.sum(axis=0)
+        whole /= np.maximum(np.hypot(whole[:, 0], whole[:, 1]), 1e-12)[:, None]
+        axes.plot(x[:: max(1, every // 10)], y[:: max(1, every // 10)], lw=1.0, **panels.colour(i))
+        for vector, name, scale, colour in (
+            (parts[0], "$U_b$", 2.0, COLOURS[2]), (parts[1], "$U_f$", 2.0, COLOURS[3]), (whole, "$U$", 1.3, COLOURS[1]),
+        ):  # fmt: skip
+            axes.quiver(
+                x[around], y[around], vector[:, 0], vector[:, 1], angles="xy", scale=scale, scale_units="xy",
+                width=0.006, color=colour, label=name,
+            )  # fmt: skip
+    named = [(handle, name) for handle, name in zip(*axes.get_legend_handles_labels(), strict=True) if "U" in name]
+    axes.legend(*zip(*{name: (handle, name) for handle, name in named}.values(), strict=True), fontsize="x-small")
     reach = 1.6 * constant_radius(
         obstacle.radius, max(r.radius for r in scenario.robots.values()), scenario.avoidance.margin
     )
     axes.set(xlim=(obstacle.x - reach, obstacle.x + reach), ylim=(obstacle.y - reach, obstacle.y + reach))
-    axes.set(aspect="equal", xlabel="x [m]", ylabel="y [m]", title=f"obstacles.{a}: directions of U")
+    axes.set(aspect="equal", xlabel="x [m]", ylabel="y [m]", title=f"obstacles.{a}: $U_b$, $U_f$, direction of $U$")
 
 
 def radii(trajectory: Trajectory, scenario: Scenario, chosen: slice, distance: bool) -> Figure:

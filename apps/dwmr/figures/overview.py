@@ -58,7 +58,7 @@ def draw_errors(path: Path, trajectories: Sequence[Trajectory], scenario: Scenar
         trajectories: One per control law.
         scenario: What was run.
     """
-    rows = (("x_e", "m"), ("y_e", "m"), ("theta_e", "rad"))
+    rows = (("x_e", "m"), ("y_e", "m"), ("theta_e_unwrapped", "rad"))
     with mpl.rc_context(STYLE):
         count = len(trajectories)
         figure = Figure(figsize=(4.6 * count + 2.4 * (count == 1) + 0.6, 7.0), layout="constrained")
@@ -202,4 +202,4 @@ def _legend(axes: Any) -> tuple[list[Any], list[str]]:
 
 
 def _symbol(name: str) -> str:
-    return {"x_e": "$x_e$", "y_e": "$y_e$", "theta_e": r"$\theta_e$"}[name]
+    return {"x_e": "$x_e$", "y_e": "$y_e$", "theta_e_unwrapped": r"$\theta_e$, unwrapped"}[name]

@@ -116,8 +116,9 @@ def _avoidance(law: str) -> list[PaperFigure]:
             14,
             law,
             "Blending vectors; orientation of the reference",
-            "Above: the direction of U = U_b + U_f along the way around each obstacle. Below: θ_r of the original path "
-            "and θ_r in force, which avoidance changes, unwrapped [rad].",
+            "Above: U_b, away from the obstacle, and U_f, around it, at half their length, and the direction of "
+            "their sum U along the way around each obstacle. Below: θ_r of the original path and θ_r in force, which "
+            "avoidance changes, unwrapped [rad].",
             motion.blending,
             needs,
         ),

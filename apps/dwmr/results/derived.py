@@ -123,15 +123,18 @@ def avoidance_radii(trajectory: Trajectory, scenario: Scenario, robot: str) -> F
 
 
 def blending(trajectory: Trajectory, scenario: Scenario, robot: str) -> FloatArray:
-    """Return the blending vector U = U_b + U_f, shape (samples, 2) [m]; it is zero while no obstacle is avoided.
+    """Return the blending vectors U_b, away from the obstacle, and U_f, around it; 0 while no obstacle is avoided.
 
-    The side on which the robot passes is not recorded; it is the one whose vector has the recorded direction.
+    The side on which the robot passes is not recorded; it is the one whose sum U has the recorded direction.
+
+    Returns:
+        Shape (2, samples, 2) [m].
 
     Source:
         Goto, Bertol, Martins, Eqs. (65)-(70).
     """
     i = trajectory.robots.index(robot)
-    result = np.zeros((len(trajectory.t), 2))
+    result = np.zeros((2, len(trajectory.t), 2))
     active = np.flatnonzero(trajectory["obstacle"][:, i] >= 0)
     to = centres(scenario, trajectory.t)[active, trajectory["obstacle"][active, i].astype(int)]
     to = to - np.stack([trajectory["x"][active, i], trajectory["y"][active, i]], axis=1)
@@ -140,7 +143,8 @@ def blending(trajectory: Trajectory, scenario: Scenario, robot: str) -> FloatArr
     left, right = back + around, back - around
     wanted = trajectory["theta_r"][active, i]
     off = [np.abs(wrap_array(np.arctan2(u[:, 1], u[:, 0]) - wanted)) for u in (left, right)]
-    result[active] = np.where((off[0] <= off[1])[:, None], left, right)
+    result[0, active] = back
+    result[1, active] = np.where((off[0] <= off[1])[:, None], around, -around)
     return result
 
 

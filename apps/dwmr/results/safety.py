@@ -104,7 +104,7 @@ def measure(trajectory: Trajectory, scenario: Scenario, settings: SafetySettings
     Returns:
         `acts`: share of time in which the filter changed a robot's command [-]; `disc_gap`: least distance between a
         robot's disc and another one [m]; `infeasible`: moments at which no command within the limits kept a barrier;
-        `missed`: those at which one could, but the velocities that followed did not. Each moment has `robot`, `with`,
+        `missed`: all others at which the velocities that followed did not keep it. Each moment has `robot`, `with`,
         time `t`, duration `lasted` [s], place `x`, `y` of the robot's guarded point [m] and the largest amount `by`
         [m/s].
     """
@@ -124,8 +124,7 @@ def measure(trajectory: Trajectory, scenario: Scenario, settings: SafetySettings
         if len(ends) == 2:
             lowered = np.maximum(lowered, np.where(conflict[:, other] == i, shortfall[:, other], 0.0))
         late = np.append(missed(pair, settings.alpha, scenario.run.dt), 0.0)
-        # where constraints of a robot were lowered, those were missed on purpose
-        late[(shortfall[:, ends] > 0.0).any(axis=1)] = 0.0
+        late[lowered > 0.0] = 0.0  # missed on purpose
         for kind, amounts in (("infeasible", lowered), ("missed", late)):
             for one in moments(trajectory.t, amounts):
                 x, y = points[one.pop("sample"), i]

@@ -51,9 +51,10 @@ def _laws(scenario: Scenario, places: Places) -> Iterable[Diagnostic]:
 
 
 def _roles(scenario: Scenario, places: Places) -> Iterable[Diagnostic]:
-    for role in scenario.rules:
-        if role not in ROLES:
-            yield unknown_role(places, role)
+    """Refuse roles that no law can ask for; a law of one's own may have roles of its own, see `preflight`."""
+    tables = {law for robot in scenario.robots.values() for law in robot.controllers.__pydantic_extra__ or {}}
+    if all(controllers.base(law) in controllers.SHIPPED for law in {scenario.run.controller, *tables}):
+        yield from (unknown_role(places, role) for role in scenario.rules if role not in ROLES)
 
 
 def _obstacles(scenario: Scenario, places: Places) -> Iterable[Diagnostic]:

@@ -10,7 +10,6 @@ import numpy as np
 
 from dwmr.control import laws
 from dwmr.control.fuzzy_gains import Rules
-from dwmr.control.roles import ROLES
 from dwmr.core.arrays import FloatArray
 from dwmr.reference.prepared import Shape
 from dwmr.scenario.file import ScenarioFile
@@ -58,7 +57,7 @@ def _facts(file: ScenarioFile, rules: Rules, t: FloatArray, path: FloatArray) ->
         "disturbances": [one.model_dump() for one in sorted(scenario.disturbances, key=lambda d: d.start)],
         "load": scenario.load.model_dump(),
         "controllers": _controllers(scenario),
-        "rules": {role: _rule(rules, role) for role in scenario.rules if role in ROLES},
+        "rules": {role: _rule(rules, role) for role in scenario.rules},
     }
 
 

@@ -12,14 +12,16 @@ from dwmr.control.formation import (
     behind_sideways,
     follower_error,
     follower_position,
+    tracking_error,
     trajectory_error,
     with_leaders_orientation,
 )
 from dwmr.control.obstacle_avoidance import Avoidance, avoid, towards
-from dwmr.control.safety_filter import Filter, Safety, filter_commands
+from dwmr.control.safety_filter import Filter, filter_commands
+from dwmr.control.safety_settings import Safety
 from dwmr.core.arrays import FloatArray
 from dwmr.core.geometry import clamp
-from dwmr.core.interfaces import Signal, TrackingError
+from dwmr.core.interfaces import PostureError, Signal
 from dwmr.core.jit import compiled
 from dwmr.plant.disturbances import Load, disturbance
 from dwmr.plant.robot import State, advance, pd_torques
@@ -119,6 +121,7 @@ class Target(NamedTuple):
     y: float
     theta: float
     v: float
+    omega: float
     obstacle: float
     avoidance_radius: float
 
@@ -213,8 +216,10 @@ def decide(
             seen = _error(i, target, memory.seen, world, memory, vehicles)
         if vehicles is not None and target.obstacle >= 0.0 and moves_sideways(i, vehicles):
             seen = towards(seen)
+        own, theta = memory.seen[i], target.theta - memory.seen[i, 2]
+        view = tracking_error(seen, world.robots[i].leader < 0, theta, target.v, target.omega, own[3], own[4], t)
         v_c, omega_c, fault = step(
-            seen, world.dt, world.gains[i], memory.law[i], kernels[i], memory.next_law[i], law_record[period, i]
+            view, world.dt, world.gains[i], memory.law[i], kernels[i], memory.next_law[i], law_record[period, i]
         )
         if vehicles is not None:
             _drive(i, period, v_c, omega_c, law_record[period, i], world, memory, vehicles)
@@ -270,23 +275,23 @@ def _aim(t: float, i: int, path: Any, obstacles: FloatArray, world: World, memor
         x_r, y_r = follower_position(lead.x, lead.y, lead.theta, d_i, robot.separation, robot.bearing)
         v_i = lead.v + memory.slip[robot.leader, 0]
         # theta_jr = theta_i of Eq. (47) cannot be kept in a turn; the auxiliary orientation takes its place
-        return Target(x_r, y_r, memory.theta_star[i], v_i, -1.0, 0.0)
+        return Target(x_r, y_r, memory.theta_star[i], v_i, 0.0, -1.0, 0.0)
     reference = path(t - robot.delay, world.shape)
-    theta_r, v_r, obstacle, reach = reference.theta, reference.v, -1, 0.0
+    theta_r, v_r, omega_r, obstacle, reach = reference.theta, reference.v, reference.omega, -1, 0.0
     if robot.avoids != 0:
         s = _state(memory.seen, i)
         obstacle, direction, reach = avoid(
             s.x, s.y, s.theta, s.v, robot.radius, obstacles, memory.sides[i], world.avoidance
         )
         if obstacle >= 0:
-            theta_r, v_r = direction, world.avoidance.slowdown * v_r
-    return Target(reference.x, reference.y, theta_r, v_r, float(obstacle), reach)
+            theta_r, v_r, omega_r = direction, world.avoidance.slowdown * v_r, 0.0
+    return Target(reference.x, reference.y, theta_r, v_r, omega_r, float(obstacle), reach)
 
 
 @compiled
 def _error(
     i: int, target: Target, plant: FloatArray, world: World, memory: Memory, vehicles: Vehicles | None
-) -> TrackingError:
+) -> PostureError:
     """Return the tracking error of one robot.
 
     Args:
@@ -371,14 +376,7 @@ def move(t: float, world: World, memory: Memory, vehicles: Vehicles | None) -> N
 
 @compiled
 def _record(
-    row: FloatArray,
-    s: State,
-    target: Target,
-    error: TrackingError,
-    v_c: float,
-    omega_c: float,
-    memory: Memory,
-    i: int,
+    row: FloatArray, s: State, target: Target, error: PostureError, v_c: float, omega_c: float, memory: Memory, i: int
 ) -> None:
     row[0], row[1], row[2], row[3], row[4] = s.x, s.y, s.theta, s.v, s.omega
     row[5], row[6], row[7], row[8] = target.x, target.y, target.theta, target.v

@@ -16,6 +16,7 @@ from dwmr.control.law_text import LATERAL
 from dwmr.control.laws.python_law import reported
 from dwmr.control.laws.settings import LawSettings
 from dwmr.control.laws.text_law import TextLaw, TextSettings
+from dwmr.control.roles import ROLES
 from dwmr.scenario.file import ScenarioFile
 from dwmr.scenario.mistakes import diagnose
 from dwmr.scenario.vehicles import Omnidirectional
@@ -49,6 +50,13 @@ def check(file: ScenarioFile, laws: Iterable[str], rules: Rules) -> None:
                     found.setdefault((one.code, one.place, one.message), one)
     if found:
         raise DiagnosticError(tuple(found.values()))
+    unused = [role for role in file.scenario.rules if role not in ROLES and role not in rules.used]
+    rules.warnings += [_unused(file, role) for role in unused]
+
+
+def _unused(file: ScenarioFile, role: str) -> Diagnostic:
+    message = f"rules.{role} is not used: no control law of this run calls a system {role}"
+    return replace(file.places.diagnostic("FZ905", f"rules.{role}", message), severity="warning")
 
 
 def _check(file: ScenarioFile, name: str, law: Any, robot: str, rules: Rules) -> None:

@@ -11,30 +11,18 @@ from typing import Any
 import numpy as np
 
 from dwmr.control import laws as controllers
-from dwmr.control import safety_filter
 from dwmr.control.fuzzy_gains import Rules
-from dwmr.control.law_text import LATERAL
 from dwmr.control.laws.python_law import reported
 from dwmr.control.laws.settings import LawSettings
-from dwmr.control.obstacle_avoidance import Avoidance
 from dwmr.core.arrays import FloatArray
 from dwmr.core.interfaces import Law, Plant, Signal
-from dwmr.core.jit import COMPILED, collected_errors, first_class, first_class_functions
-from dwmr.plant import vehicles
-from dwmr.plant.disturbances import DISTURBANCE, Load
-from dwmr.plant.robot import ROBOT
-from dwmr.reference import compiled
-from dwmr.reference.prepared import Shape
+from dwmr.core.jit import COMPILED, collected_errors, first_class_functions
 from dwmr.scenario.file import ScenarioFile
-from dwmr.scenario.guard import safety_of
-from dwmr.scenario.model import Robot, Scenario
-from dwmr.scenario.moving import centres, is_moving
-from dwmr.scenario.vehicle_checks import others
-from dwmr.scenario.vehicles import Ackermann, Omnidirectional
-from dwmr.simulation import noise
+from dwmr.scenario.model import Scenario
 from dwmr.simulation.faults import LARGEST, NOT_FINITE, TOO_LARGE
-from dwmr.simulation.loop import COLUMNS, SIGNALS, Memory, World, run_periods
+from dwmr.simulation.loop import COLUMNS, SIGNALS
 from dwmr.simulation.mujoco_plant import MujocoPlant
+from dwmr.simulation.periods import Periods, Simulation
 from dwmr.simulation.preflight import settings_of
 from fuzzyctl.diagnostics.diagnostic import DiagnosticError
 from fuzzyctl.experiments.settings.locations import Places
@@ -91,25 +79,6 @@ class Trajectory:
     def names(self) -> tuple[str, ...]:
         """Names of all signals."""
         return tuple(s.name for s in (*SIGNALS, *self.law_signals))
-
-
-@dataclass(frozen=True)
-class Simulation:
-    """A run made ready: checked, proved, its kernels compiled."""
-
-    name: str
-    scenario: Scenario
-    shape: Shape
-    module: Any
-    laws: dict[str, Law]
-
-    @property
-    def law_signals(self) -> tuple[Signal, ...]:
-        """Signals of the control law and, where there are any, of the safety filter or of vehicles."""
-        own: tuple[Signal, ...] = tuple(self.module.SIGNALS)
-        if self.scenario.safety is not None:
-            return (*own, *safety_filter.SIGNALS)
-        return (*own, *vehicles.SIGNALS) if others(self.scenario) else own
 
 
 def prepare(file: ScenarioFile, controller: str, rules: Rules) -> Simulation:
@@ -172,58 +141,34 @@ def run(simulation: Simulation, report: Callable[[int], None] | None = None) -> 
         KeyboardInterrupt: When it comes before anything is done.
         DiagnosticError: When the law raises an error.
     """
-    scenario, module = simulation.scenario, simulation.module
+    scenario = simulation.scenario
     names = tuple(scenario.robots)
-    laws = [simulation.laws[n] for n in names]
-    world, memory = _world(simulation, laws), _memory(simulation, laws)
-    samples = scenario.run.steps + 1
-    record = np.zeros((samples, len(names), len(SIGNALS)))
-    law_record = np.zeros((samples, len(names), len(module.SIGNALS)))
-    guard = None
-    if scenario.safety is not None:
-        room = safety_filter.working_memory(len(names), len(scenario.obstacles), samples)
-        guard = (safety_of(scenario, scenario.safety), room)
-    driven = _vehicles(scenario, module, samples)
-    path, step = first_class(compiled.PATHS[simulation.shape.path]), first_class(module.step)
-    draw = noise.source(scenario)
-    kernels = tuple(tuple(first_class(k) for k in law.kernels) for law in laws)
+    periods = Periods(simulation)
+    samples = periods.samples
     reached, robot, fault, wall_s = 0, -1, 0, 0.0
     interrupted = False
     plant = _other_plant(scenario)
     chunk = PERIODS_AT_A_TIME if COMPILED and plant is None else 1
 
-    def decided(first: int, last: int) -> tuple[int, int, int]:
-        file = Path(str(module.__file__))
-        with reported(simulation.name, file, "run", only_own=last > 0):
-            obstacles = _obstacles(scenario, first, last)
-            done = run_periods(
-                first, last, path, step, kernels, world, memory, obstacles, draw(last - first),
-                record, law_record, guard, driven,
-            )  # fmt: skip
-        if raised:  # by the law's step: errors of compiled code name no line
-            with reported(simulation.name, file, "run"):
-                raise raised[0]
-        return done
-
-    def periods(first: int, last: int) -> tuple[int, int, int]:
+    def computed(first: int, last: int) -> tuple[int, int, int]:
         if plant is None or last == 0:
-            return decided(first, last)
+            return periods.decide(first, last)
         for k in range(first, last):
-            done = decided(k, k + 1)
+            done = periods.decide(k, k + 1)
             if done[2] != 0:
                 break
-            plant.move(k * scenario.run.dt, memory.torques, memory.plant, memory.slip)
+            plant.move(k * scenario.run.dt, periods.memory.torques, periods.memory.plant, periods.memory.slip)
         return done
 
-    with first_class_functions(), collected_errors() as raised:
+    with first_class_functions(), collected_errors() as periods.raised:
         try:
-            periods(0, 0)  # compiles, or loads from cache
+            computed(0, 0)  # compiles, or loads from cache
             if report is not None:
                 report(0)
             while reached < samples and fault == 0:
                 began = perf_counter()
                 last = min(reached + chunk, samples)
-                reached, robot, fault = periods(reached, last)
+                reached, robot, fault = computed(reached, last)
                 took = perf_counter() - began
                 wall_s += took
                 if chunk < PERIODS_AT_A_TIME and took < 0.5 * PATIENCE:
@@ -238,43 +183,16 @@ def run(simulation: Simulation, report: Callable[[int], None] | None = None) -> 
     t: FloatArray = np.arange(kept, dtype=np.float64) * scenario.run.dt
     stop = None
     if fault:
-        stop = Stop(float(t[-1]), names[robot], _reason(fault, record[reached, robot], module))
+        stop = Stop(float(t[-1]), names[robot], reason_of(fault, periods.record[reached, robot], simulation.module))
     elif interrupted:
         stop = Stop(float(t[-1]), "", "interrupted")
-    if guard is not None:
-        law_record = np.concatenate([law_record, guard[1].record], axis=2)
-    if driven is not None:
-        law_record = np.concatenate([law_record, driven.record], axis=2)
+    law_record = periods.law_record
+    if periods.guard is not None:
+        law_record = np.concatenate([law_record, periods.guard[1].record], axis=2)
+    if periods.vehicles is not None:
+        law_record = np.concatenate([law_record, periods.vehicles.record], axis=2)
     signals = simulation.law_signals
-    return Trajectory(simulation.name, names, t, record[:kept], law_record[:kept], signals, wall_s, stop)
-
-
-def _vehicles(scenario: Scenario, module: Any, samples: int) -> vehicles.Vehicles | None:
-    """Return what drives other than by two wheels, None for nothing."""
-    found = others(scenario)
-    if not found:
-        return None
-    n = len(scenario.robots)
-    own = np.zeros(n, dtype=vehicles.VEHICLE)
-    for row, name in zip(own, scenario.robots, strict=True):
-        match found.get(name):
-            case Ackermann() as car:
-                row["kind"] = vehicles.ACKERMANN
-                for key in ("wheelbase", "steering_limit", "steering_rate"):
-                    row[key] = getattr(car, key)
-            case Omnidirectional():
-                row["kind"] = vehicles.OMNIDIRECTIONAL
-    lateral = next((k for k, one in enumerate(module.SIGNALS) if one.name == LATERAL), -1)
-    record = np.zeros((samples, n, len(vehicles.SIGNALS)))
-    return vehicles.Vehicles(own.view(np.recarray), lateral, np.zeros(n), np.zeros((n, 3)), record)
-
-
-def _obstacles(scenario: Scenario, first: int, last: int) -> FloatArray:
-    """Return the obstacles at some periods and the one after them, once where none moves, as the loop takes them."""
-    count = last - first + 1 if is_moving(scenario) else 1
-    radii = np.broadcast_to([one.radius for one in scenario.obstacles], (count, len(scenario.obstacles)))
-    places = centres(scenario, scenario.run.dt * np.arange(first, first + count, dtype=np.float64))
-    return np.ascontiguousarray(np.concatenate([places, radii[:, :, None]], axis=2))
+    return Trajectory(simulation.name, names, t, periods.record[:kept], law_record[:kept], signals, wall_s, stop)
 
 
 def _other_plant(scenario: Scenario) -> Plant | None:
@@ -284,7 +202,14 @@ def _other_plant(scenario: Scenario) -> Plant | None:
     return MujocoPlant(scenario)
 
 
-def _reason(fault: int, row: FloatArray, module: Any) -> str:
+def reason_of(fault: int, row: FloatArray, module: Any) -> str:
+    """Return why a run ends.
+
+    Args:
+        fault: From `loop.run_periods`.
+        row: Signals of the robot in the last period, shape (len(SIGNALS),).
+        module: The control law.
+    """
     if fault == TOO_LARGE:
         units = {s.name: s.unit for s in SIGNALS}
         far = [
@@ -297,84 +222,3 @@ def _reason(fault: int, row: FloatArray, module: Any) -> str:
         return str(module.FAULTS[fault])
     bad = [s.name for s, value in zip(SIGNALS, row, strict=True) if not np.isfinite(value)]
     return f"{', '.join(bad) or 'state'} is not finite: the run diverged"
-
-
-def _world(simulation: Simulation, laws: list[Law]) -> World:
-    scenario = simulation.scenario
-    robots = np.zeros(len(scenario.robots), dtype=ROBOT)
-    names = list(scenario.robots)
-    for row, robot in zip(robots, scenario.robots.values(), strict=True):
-        for name, value in _constants(robot, names).items():
-            row[name] = value
-    settings = scenario.avoidance
-    return World(
-        scenario.run.dt,
-        scenario.run.substeps,
-        simulation.shape.constants,
-        robots.view(np.recarray),
-        _acting(scenario).view(np.recarray),
-        Load(scenario.load.start, scenario.load.stop, scenario.load.mass_factor, scenario.load.inertia_factor),
-        Avoidance(
-            settings.margin, settings.largest_radius, settings.kappa, settings.gamma, settings.rho, settings.slowdown
-        ),
-        np.array([law.gains for law in laws]),
-        float(scenario.formation.leader_velocity == "ground"),
-        not noise.is_present(scenario),
-        scenario.run.plant != "equations",
-    )
-
-
-def _constants(robot: Robot, names: list[str]) -> dict[str, float]:
-    """Return the fields of a `ROBOT` record."""
-    as_accelerations = robot.inner_loop.torque_reading == "acceleration"
-    formation = robot.formation
-    own = {
-        "pd_mass": robot.mass if as_accelerations else 1.0,
-        "pd_inertia": robot.inertia if as_accelerations else 1.0,
-        "separation": formation.separation if formation else 0.0,
-        "bearing": formation.bearing if formation else 0.0,
-        "leader": names.index(formation.leader) if formation else -1,
-        "avoids": int(robot.avoids_obstacles),
-        "odometry": int(robot.sensors.pose == "odometry"),
-        "encoder_steps": robot.sensors.encoder_steps,
-    }
-    if isinstance(robot.vehicle, Omnidirectional):  # the lever arm of a mecanum wheel
-        own["half_track"] = robot.half_track + robot.vehicle.half_base
-    tables = (robot, robot.friction, robot.actuator, robot.inner_loop)
-    wanted = set(ROBOT.names or ())
-    given = {name: getattr(t, name) for t in tables for name in type(t).model_fields if name in wanted}
-    return given | own
-
-
-def _acting(scenario: Scenario) -> Any:
-    """Return every disturbance for every robot, with zero amplitudes where a robot is spared."""
-    acting = np.zeros((len(scenario.robots), len(scenario.disturbances)), dtype=DISTURBANCE)
-    for i, name in enumerate(scenario.robots):
-        for k, one in enumerate(scenario.disturbances):
-            frequency = one.angular_frequency if one.kind == "sinusoid" else 0.0
-            share = 1.0 if one.robots is None or name in one.robots else 0.0
-            amplitudes = [share * a for a in (one.v, one.omega, one.force, one.torque)]
-            acting[i, k] = (one.start, one.stop, frequency, *amplitudes)
-    return acting
-
-
-def _memory(simulation: Simulation, laws: list[Law]) -> Memory:
-    scenario = simulation.scenario
-    robots = list(scenario.robots.values())
-    n = len(robots)
-    plant = np.zeros((n, 7))
-    plant[:, :3] = [(r.x_0, r.y_0, r.theta_0) for r in robots]
-    law = np.array([law.state for law in laws]).reshape(n, -1)
-    seen = plant.copy() if noise.is_present(scenario) else plant
-    theta_star = np.array([_first_direction(simulation, r) for r in robots])
-    sides = np.zeros((n, len(scenario.obstacles)))
-    filters, slip, torques = np.zeros((3, n, 2))
-    wheels, odometry = np.zeros((n, 6)), plant[:, :3].copy()
-    return Memory(plant, slip, seen, wheels, odometry, theta_star, filters, sides, law, law.copy(), torques)
-
-
-def _first_direction(simulation: Simulation, robot: Robot) -> float:
-    """Return θ*_r(0): the reference's own direction, for a follower that of its leader [rad]."""
-    if robot.formation is not None:
-        return simulation.scenario.robots[robot.formation.leader].theta_0
-    return float(simulation.shape.at(-robot.delay).theta)

@@ -1,15 +1,13 @@
-"""Where the errors of AIFQSMC and FCAFSMC come from: the start, the obstacles, the inner loop with its limits.
+"""Where the errors of AIFQSMC and FCAFSMC come from: the start, the obstacles, the limits of drives.
 
     python docs/explanation/reproduction/shares.py
 
-runs `paper` as it is, without obstacles, and with a nearly ideal inner loop without limits, and prints the ratios to
+runs `paper` and `paper-with-limits`, as they are and without obstacles, and prints the ratios to
 Table 12 with two shares of the sum of squares: what falls into the first 10 s, and what is missing without obstacles.
 """
 
 from __future__ import annotations
 
-import tomllib
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -19,24 +17,23 @@ from dwmr.results.metrics import TABLE_12, errors, printed_frame
 from dwmr.scenario.file import find, read
 from dwmr.simulation import simulate
 
-TRIES = Path(__file__).with_name("tries.toml")
-IDEAL = "nearly ideal inner loop, no limits"
+SCENARIOS = ("paper", "paper-with-limits")
 #: The start, in which the robots find into the formation [s].
 START = 10.0
 
 
-def squares(law: str, overrides: tuple[str, ...] = ()) -> tuple[Any, dict[str, dict[str, Any]]]:
+def squares(law: str, scenario: str, *overrides: str) -> tuple[Any, dict[str, dict[str, Any]]]:
     """Return the times of a run, and the squared errors of each robot as Table 12 takes them."""
-    file = read(find("paper"), overrides)
+    file = read(find(scenario), overrides)
     run = simulate.run(simulate.prepare(file, law, Rules(file.scenario.rules, (), file.places)))
     made = {robot: errors(run, robot, printed_frame(file.scenario, robot)) for robot in TABLE_12[law]}
     return run.t, {robot: {name: np.square(made[robot][name]) for name in row} for robot, row in TABLE_12[law].items()}
 
 
-def found(law: str, overrides: tuple[str, ...] = ()) -> dict[str, dict[str, dict[str, float]]]:
+def found(law: str, scenario: str = "paper") -> dict[str, dict[str, dict[str, float]]]:
     """Return for each error of each robot its ratio to Table 12, and its shares from the start and the obstacles."""
-    t, made = squares(law, overrides)
-    _, without = squares(law, (*overrides, "obstacles=[]"))
+    t, made = squares(law, scenario)
+    _, without = squares(law, scenario, "obstacles=[]")
     return {
         robot: {
             name: {
@@ -50,22 +47,16 @@ def found(law: str, overrides: tuple[str, ...] = ()) -> dict[str, dict[str, dict
     }
 
 
-def ideal() -> tuple[str, ...]:
-    """Return the overrides of the reading that leaves nothing to the inner loop and its limits."""
-    (one,) = [t for t in tomllib.loads(TRIES.read_text(encoding="utf-8"))["tries"] if t["name"] == IDEAL]
-    return tuple(one["set"])
-
-
 def main() -> None:
     """Print the ratios and the shares."""
-    for title, overrides in (("as shipped", ()), (IDEAL, ideal())):
+    for scenario in SCENARIOS:
         for law in ("aifqsmc", "fcafsmc"):
-            for robot, row in found(law, overrides).items():
+            for robot, row in found(law, scenario).items():
                 cells = "  ".join(
                     f"{name} {one['ratio']:.2f}, start {one['start']:.0%}, obstacles {one['obstacles']:.0%}"
                     for name, one in row.items()
                 )
-                print(f"{title}: {law} {robot}: {cells}")
+                print(f"{scenario}: {law} {robot}: {cells}")
 
 
 if __name__ == "__main__":

@@ -63,4 +63,5 @@ def error_help(name: str) -> str:
     """Return what to write where the error of a state has no bound."""
     if operator_of(name) == "integral":
         return f"{_AS_STATE}, {FLOAT}"
-    return f"let it forget, as 'next x = 0.99 * x + ...' does, or add only what the format holds whole, {FLOAT}"
+    own = "x" if operator_of(name) else name
+    return f"let it forget, as 'next {own} = 0.99 * {own} + ...' does, or add only what the format holds whole, {FLOAT}"

@@ -250,13 +250,15 @@ def jumps(
 ) -> tuple[float, float]:
     """Return what jumps of a set that move add to the derivatives of moment and area.
 
-    Stretches are halved while the set is not smooth, and besides while something jumps between their ends.
+    Stretches are halved while the set is not smooth, and besides while something jumps between their ends, which takes
+    none of the stretches of the other: noise of degrees on the left leaves those that jumps on the right need.
     """
-    _, _, allowed = integrals(function, places, given)
+    allowed = OF_ALL * rough_area(function, places, given)
     rounded = ROUNDED * max(abs(places[0]), abs(places[len(places) - 1]))
     area = 0.0
     moment = 0.0
     left_over = MOST
+    left_over_of_jumps = MOST
     ends = [0.0] * (DEEPEST + 1)
     for k in range(len(places) - 1):
         left = places[k]
@@ -268,11 +270,15 @@ def jumps(
             center = 0.5 * left + 0.5 * right
             own, _, error = stretch(function, given, center, 0.5 * (right - left))
             moved = speed(crossing(left, given), crossing(right, given))
-            left_over -= 1
-            size = abs(own)
-            is_off = error > allowed and error > OF_OWN * size and error * (right - left) > rounded * size
-            is_off = is_off or moved != 0.0
-            if is_off and top < DEEPEST and left < center < right and left_over > reserve:
+            if moved == 0.0:
+                left_over -= 1
+                size = abs(own)
+                is_off = error > allowed and error > OF_OWN * size and error * (right - left) > rounded * size
+                is_off = is_off and left_over > reserve
+            else:
+                left_over_of_jumps -= 1
+                is_off = left_over_of_jumps > 0
+            if is_off and top < DEEPEST and left < center < right:
                 top += 1
                 ends[top] = center
             else:

@@ -52,7 +52,7 @@ class TestCost:
 
 class TestParameters:
     def test_the_usual_ones_exist_and_the_paper_lies_within_all_bounds(self):
-        file = read(find("paper"))
+        file = read(find("paper-with-limits"))
         values = dict(zip(PARAMETERS, present(file.scenario, tuple(PARAMETERS), file.places), strict=True))
         assert set(USUAL) <= set(values)
         assert [n for n, v in values.items() if not PARAMETERS[n].low <= v <= PARAMETERS[n].high] == []

@@ -161,6 +161,13 @@ class TestShow:
         assert all(line.endswith((".", "sin(2 w t).")) and len(line) < 140 for line in lines)
         assert json.loads(dwmr("show", "--format", "json")[1])["scenarios"].keys() == set(shipped_names())
 
+    def test_says_what_moves_and_what_is_filtered(self, dwmr):
+        settings = "alpha=1,lookahead=0.3,margin=0,velocity_error=0.4,acceleration=2,angular_acceleration=4"
+        given = ("--set", "obstacles.0.velocity=[0.3,0.4]", "--set", f"safety={{{settings}}}")
+        said = dwmr("show", "paper-with-limits", *given)[1]
+        assert said.count("moves from there at up to 0.5 m/s") == 1
+        assert "safety filter: all robots, 0 m beyond discs about points 0.3 m ahead of their axles" in said
+
     def test_lists_the_shipped_laws_with_their_files(self, dwmr):
         _, said, _ = dwmr("show")
         lines = said.split("Control laws\n")[1].splitlines()

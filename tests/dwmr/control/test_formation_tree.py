@@ -70,8 +70,8 @@ class TestRoots:
 
 
 def test_avoidance_goes_by_what_the_robot_measures():
-    exact = run(find("paper"), "run.horizon=50", law="smc")["obstacle"][:, 0]
-    noisy = run(find("paper"), "run.horizon=50", "robots.leader.noise.x=0.2", law="smc")["obstacle"][:, 0]
+    exact = run(find("paper-with-limits"), "run.horizon=50", law="smc")["obstacle"][:, 0]
+    noisy = run(find("paper-with-limits"), "run.horizon=50", "robots.leader.noise.x=0.2", law="smc")["obstacle"][:, 0]
     assert np.count_nonzero(np.diff(exact)) == 1
     assert np.count_nonzero(np.diff(noisy)) > 10
 

@@ -4,9 +4,10 @@ import sys
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 from PIL import Image
 
-from dwmr.figures import animation, film
+from dwmr.figures import animation, film, panels
 from dwmr.scenario.file import find, read
 from tests.dwmr.process import dwmr, here
 
@@ -26,6 +27,18 @@ def made(run_paper):
     """A film of ten seconds with an obstacle on the way."""
     file, trajectory = run_paper("aifqsmc", "run.horizon=10", "obstacles=[{x=3.0, y=2.0, radius=0.5}]")
     return animation.Film(trajectory, file.scenario), trajectory, file.scenario
+
+
+def test_obstacles_that_move_are_where_they_are(run_paper):
+    file, trajectory = run_paper("aifqsmc", "run.horizon=5", "obstacles=[{x=6,y=2,radius=0.5,velocity=[0,-1]}]")
+    made = animation.Film(trajectory, file.scenario)
+    (disc,) = made._parts["obstacles"]
+    list(made.pictures([200]))
+    assert disc.get_center() == pytest.approx((6.0, 1.0))
+    axes = Figure().subplots()
+    panels.ways(axes, trajectory, file.scenario)
+    (end,) = axes.patches
+    assert end.get_center() == pytest.approx((6.0, -3.0))
 
 
 class TestMoments:

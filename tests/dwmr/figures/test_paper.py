@@ -215,8 +215,12 @@ class TestContent:
         _, original = line(figure, r"$\theta_r$ [rad]", "original path, tt")
         _, active = line(figure, r"$\theta_r$ [rad]", "in force, oa during avoidance")
         assert original.max() < 1.0 < active.max() == pytest.approx(trajectory["theta_r"][:, 0].max())
-        arrows = next(axes for axes in figure.axes if axes.get_title().startswith("obstacles.0")).collections
-        assert len(arrows) == 1
+        axes = next(axes for axes in figure.axes if axes.get_title().startswith("obstacles.0"))
+        assert [text.get_text() for text in axes.get_legend().get_texts()] == ["$U_b$", "$U_f$", "$U$"]
+        back, around, whole = (np.stack([one.U, one.V], axis=1) for one in axes.collections)
+        total = back + around
+        assert total / np.hypot(*total.T)[:, None] == pytest.approx(whole)
+        assert (back * around).sum(axis=1) == pytest.approx(np.zeros(len(back)), abs=1e-9)
 
 
 class TestOtherScenarios:

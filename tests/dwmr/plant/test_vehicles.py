@@ -8,7 +8,7 @@ import pytest
 
 from dwmr.control.formation import behind_sideways, follower_error, follower_position, with_leaders_orientation
 from dwmr.control.fuzzy_gains import Rules
-from dwmr.core.interfaces import TrackingError
+from dwmr.core.interfaces import PostureError
 from dwmr.plant.disturbances import DISTURBANCE, Load
 from dwmr.plant.robot import ROBOT, State
 from dwmr.plant.vehicles import ACKERMANN, OMNIDIRECTIONAL, VEHICLE, Vehicles, advance_vehicle, steering_angle
@@ -133,7 +133,7 @@ def test_the_error_behind_a_leader_that_moves_sideways_is_the_motion_of_its_plac
     assert error.drift_theta == pytest.approx(across / 0.4)
     kept = with_leaders_orientation(error, theta_i, omega, theta_j)
     assert (kept.theta_e_star, kept.drift_theta) == pytest.approx((0.9, omega))
-    assert isinstance(kept, TrackingError)
+    assert isinstance(kept, PostureError)
 
 
 @cache

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from dwmr.reference import curves
-from dwmr.reference.compiled import PATHS, eight, eight_turn_rate
+from dwmr.reference.compiled import PATHS, eight
 from dwmr.scenario.file import find, read
 from fuzzyctl.diagnostics.diagnostic import DiagnosticError
 
@@ -157,8 +157,8 @@ class TestEightTurnRate:
         h = 1e-4
         change = eight(t + h, SHAPE).theta - eight(t - h, SHAPE).theta
         change = (change + math.pi) % (2 * math.pi) - math.pi
-        assert eight_turn_rate(t, SHAPE) == pytest.approx(change / (2 * h), abs=1e-5)
+        assert eight(t, SHAPE).omega == pytest.approx(change / (2 * h), abs=1e-5)
 
     def test_keeps_the_printed_turn_rates(self):
-        rates = [eight_turn_rate(t, SHAPE) for t in np.arange(0.0, 200.0, 0.1)]
+        rates = [eight(t, SHAPE).omega for t in np.arange(0.0, 200.0, 0.1)]
         assert (min(rates), max(rates)) == pytest.approx((-0.18, 0.18), abs=0.005)

@@ -46,14 +46,14 @@ class TestMeasures:
         assert result["robot_gap"]["follower2"] > 40.0
 
     def test_a_robot_alone_has_no_gap(self):
-        alone = read(find("paper"), ["obstacles=[]"]).scenario
+        alone = read(find("paper-with-limits"), ["obstacles=[]"]).scenario
         run = moved()
         one = measure(type(run)("smc", ("leader",), run.t, run.values[:, :1], run.law_values[:, :1], (), 0.1), alone)
         assert one["robot_gap"] == one["obstacle_gap"] == one["centre_distance"] == {"leader": None}
 
-    def test_of_a_run_hold_at_every_sample(self, run_paper):
+    def test_of_a_run_hold_at_every_sample(self, run_with_limits):
         """The search looks only at samples at which circles about the bodies are near: all others must be farther."""
-        file, run = run_paper("fcafsmc", "run.horizon=70")
+        file, run = run_with_limits("fcafsmc", "run.horizon=70")
         least = measure(run, file.scenario)["robot_gap"]
         for a, b in itertools.combinations(run.robots, 2):
             first, second = (contacts.poses(run, file.scenario, name) for name in (a, b))

@@ -81,7 +81,7 @@ class TestAvoidance:
     def test_blending_vectors_point_where_the_reference_does(self, around):
         scenario, trajectory = around
         active = trajectory["obstacle"][:, 0] >= 0
-        vector = derived.blending(trajectory, scenario, "leader")
+        vector = derived.blending(trajectory, scenario, "leader").sum(axis=0)
         direction = np.arctan2(vector[active, 1], vector[active, 0])
         assert wrap_array(direction - trajectory["theta_r"][active, 0]) == pytest.approx(
             np.zeros(active.sum()), abs=1e-9

@@ -10,7 +10,7 @@ from dwmr.scenario.file import find, read
 from dwmr.simulation.simulate import COLUMNS, Trajectory
 from dwmr.simulation.simulate import SIGNALS as LOOP_SIGNALS
 
-SCENARIO = read(find("paper")).scenario
+SCENARIO = read(find("paper-with-limits")).scenario
 ROBOTS = ("leader", "follower1", "follower2")
 #: The paper's λ1, λ2, λ3 and P.
 SLOPES, P = (0.5, 0.3, 0.7), 0.1
@@ -77,17 +77,17 @@ class TestSignals:
         assert signals(trajectory("mine"), SCENARIO) == {}
 
     @pytest.mark.parametrize("law", ["smc", "aifqsmc", "fcafsmc", "aifqsmc_without_layer"])
-    def test_every_array_has_a_name_and_a_unit(self, run_paper, law):
-        file, run = run_paper(law, "run.horizon=1")
+    def test_every_array_has_a_name_and_a_unit(self, run_with_limits, law):
+        file, run = run_with_limits(law, "run.horizon=1")
         found = signals(run, file.scenario)
         assert set(found) <= {s.name for s in SIGNALS}
         assert {"V_10", "V_dot_10", "d_0_v", "switching_omega"} <= set(found)
         assert all(values.shape == (201, 3) and np.isfinite(values).all() for values in found.values())
 
     @pytest.mark.parametrize("law", ["aifqsmc", "fcafsmc"])
-    def test_the_printed_derivatives_are_those_of_the_recorded_run(self, run_paper, law):
+    def test_the_printed_derivatives_are_those_of_the_recorded_run(self, run_with_limits, law):
         """Except in avoidance, where the printed error dynamics leave out that the reference drives on."""
-        file, run = run_paper(law)
+        file, run = run_with_limits(law)
         found = signals(run, file.scenario)
         calm = (run["obstacle"] < 0) & (run.t > 5.0)[:, None]
         calm[1:-1] &= calm[:-2] & calm[2:]
@@ -98,8 +98,8 @@ class TestSignals:
             assert np.quantile(off, 0.95) < 2e-3
             assert np.abs(found[f"V_dot_{name}"][calm]).max() > 0.05
 
-    def test_in_avoidance_the_leaders_v_grows_where_the_printed_derivative_says_it_falls(self, run_paper):
-        file, run = run_paper("aifqsmc")
+    def test_in_avoidance_the_leaders_v_grows_where_the_printed_derivative_says_it_falls(self, run_with_limits):
+        file, run = run_with_limits("aifqsmc")
         found, avoiding = signals(run, file.scenario), run["obstacle"][:-1, 0] >= 0
         assert (np.diff(found["V_10"][:, 0])[avoiding] > 0.0).mean() > 0.7
         assert (found["V_dot_23"][:-1, 0][avoiding] > 0.0).mean() < 0.1
@@ -107,9 +107,9 @@ class TestSignals:
 
 class TestModes:
     @pytest.mark.parametrize("law", ["aifqsmc", "fcafsmc"])
-    def test_v_does_not_jump_where_avoidance_begins_or_ends(self, run_paper, law):
+    def test_v_does_not_jump_where_avoidance_begins_or_ends(self, run_with_limits, law):
         """Position and θ*_r are those of one reference, so that one V serves both modes: Eq. (73) adds nothing."""
-        file, run = run_paper(law)
+        file, run = run_with_limits(law)
         found = signals(run, file.scenario)["V_10"][:, 0]
         switches = np.flatnonzero(np.diff(run["obstacle"][:, 0] >= 0))
         assert switches.size >= 6
@@ -131,8 +131,8 @@ class TestMeasure:
         assert measure(trajectory("mine"), SCENARIO) == {"lyapunov": {}, "drift": {}}
         assert measure(smc(), SCENARIO)["drift"] == {}
 
-    def test_stands_in_the_measures_of_a_run(self, run_paper):
-        file, run = run_paper("aifqsmc", "run.horizon=1")
+    def test_stands_in_the_measures_of_a_run(self, run_with_limits):
+        file, run = run_with_limits("aifqsmc", "run.horizon=1")
         result = measure_all(run, file.scenario)
         assert set(result["lyapunov"]["follower2"]) == {
             "V_dot_10_positive", "V_dot_23_positive", "V_10_growing", "in_tracking", "in_avoidance"
@@ -145,8 +145,8 @@ class TestMeasure:
         assert one["lyapunov"]["leader"]["V_10_growing"] is None
 
     @pytest.mark.parametrize("law", ["aifqsmc", "aifqsmc_without_immunity"])
-    def test_the_adaptive_gains_of_the_paper_do_not_run_away(self, measured, law):
-        for gains in measured(law)["drift"].values():
+    def test_the_adaptive_gains_of_the_paper_do_not_run_away(self, measured_with_limits, law):
+        for gains in measured_with_limits(law)["drift"].values():
             for name in ("k_h_v", "k_h_omega"):
                 assert 0.1 <= gains[name]["final"] <= gains[name]["largest"] < 1.0
 

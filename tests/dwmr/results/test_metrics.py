@@ -19,7 +19,7 @@ def trajectory(law="smc", stop=None, **columns):
     return Trajectory(law, robots, np.array([0.0, 0.005, 0.01]), values, np.zeros((3, 3, 0)), (), 0.1, stop)
 
 
-SCENARIO = read(find("paper")).scenario
+SCENARIO = read(find("paper-with-limits")).scenario
 
 
 class TestRmse:
@@ -93,17 +93,17 @@ class TestMeasure:
         result = measure(trajectory(omega_c=np.array([[3.0], [3.0], [3.0]]) * [1, 0, 0]), SCENARIO)
         assert result["saturation"]["leader"]["omega"] == 0.0
 
-    def test_names_the_least_gain_of_aifqsmc_only(self, measured):
-        assert measured("aifqsmc", "run.horizon=1")["g_ais_min"] > 0.0
-        assert "g_ais_min" not in measured("smc", "run.horizon=1")
+    def test_names_the_least_gain_of_aifqsmc_only(self, measured_with_limits):
+        assert measured_with_limits("aifqsmc", "run.horizon=1")["g_ais_min"] > 0.0
+        assert "g_ais_min" not in measured_with_limits("smc", "run.horizon=1")
 
     def test_tells_where_a_run_stopped(self):
         result = measure(trajectory(stop=Stop(0.01, "leader", "it fell over")), SCENARIO)
         assert result["stopped"] == {"t": 0.01, "robot": "leader", "reason": "it fell over"}
 
 
-def test_only_the_measures_wanted_are_computed(run_paper, monkeypatch):
-    file, trajectory = run_paper("aifqsmc", "run.horizon=2")
+def test_only_the_measures_wanted_are_computed(run_with_limits, monkeypatch):
+    file, trajectory = run_with_limits("aifqsmc", "run.horizon=2")
     whole = measure(trajectory, file.scenario)
     monkeypatch.setattr(metrics.lyapunov, "measure", lambda *_: pytest.fail("nobody asked for it"))
     found = measure(trajectory, file.scenario, ("centre_distance", "obstacles_hit"))

@@ -18,6 +18,7 @@ from dwmr.scenario.moving import centres
 from dwmr.simulation import simulate
 
 SCENES = 20
+NONE = "obstacles=[]"
 FILTER = (
     "safety={alpha=1.0,lookahead=0.3,margin=0.0,velocity_error=0.1,acceleration=3.0,angular_acceleration=6.0}"
 )  # fmt: skip
@@ -36,7 +37,7 @@ def crowds():
 CROWDS = crowds()
 
 
-def run(law, *overrides, name="paper-without-obstacles"):
+def run(law, *overrides, name="paper-with-limits"):
     file = read(find(name), overrides)
     return file, simulate.run(simulate.prepare(file, law, Rules(file.scenario.rules, file.folders, file.places)))
 
@@ -97,7 +98,7 @@ class TestCrowds:
 class TestLaws:
     def test_are_left_alone_where_nothing_is_near(self):
         """Followers 4 m from their leader: the discs never come into play."""
-        wide = ("run.horizon=30", *(f"robots.follower{k}.formation.separation=4" for k in (1, 2)))
+        wide = ("run.horizon=30", NONE, *(f"robots.follower{k}.formation.separation=4" for k in (1, 2)))
         free, guarded = run("aifqsmc", *wide), run("aifqsmc", *wide, FILTER)
         for signal in ("x_e", "y_e", "theta_e"):
             before, after = (rmse(errors(one[1], "leader", "body")[signal]) for one in (free, guarded))
@@ -107,13 +108,13 @@ class TestLaws:
 
     def test_of_all_kinds_run_behind_the_filter(self):
         for law in ("smc", "fcafsmc"):
-            file, trajectory = run(law, "run.horizon=10", FILTER)
+            file, trajectory = run(law, "run.horizon=10", FILTER, NONE)
             found = measure(trajectory, file.scenario)["safety"]
             assert found["infeasible"] == []
             assert min(found["disc_gap"].values()) >= 0.0
 
     def test_without_a_filter_say_nothing_of_it(self):
-        file, trajectory = run("smc", "run.horizon=1")
+        file, trajectory = run("smc", "run.horizon=1", NONE)
         assert "safety" not in measure(trajectory, file.scenario)
         assert "safe_v" not in trajectory.names
 
@@ -145,7 +146,7 @@ class TestMoments:
     def test_of_velocities_that_do_not_follow_are_those_of_a_push(self):
         push = "disturbances=[{kind='constant',start=3,stop=6,v=1.2,omega=0,force=0,torque=0,robots=['follower1']}]"
         close = "robots.follower1.formation={leader='leader',separation=2.3,bearing=3.14159}"
-        file, trajectory = run("aifqsmc", "run.horizon=8", FILTER, push, close)
+        file, trajectory = run("aifqsmc", "run.horizon=8", FILTER, NONE, push, close)
         found = measure(trajectory, file.scenario)["safety"]
         assert any({one["robot"], one["with"]} == {"leader", "follower1"} for one in found["missed"])
         assert all(3.0 <= one["t"] < 8.0 for one in found["missed"])

@@ -94,7 +94,7 @@ class TestMistakes:
         assert unknown.help == "did you mean 'wheel_radius'?"
 
     def test_of_the_common_table_show_once(self, edited):
-        assert len(mistakes(edited(("lag = 0.02", "lag = 0.0")))) == 1
+        assert len(mistakes(edited(("lag = 0.001", "lag = 0.0")))) == 1
 
     @pytest.mark.parametrize("value", ["nan", "inf", "true", '"120"'])
     def test_include_what_is_no_finite_number(self, edited, value):

@@ -8,7 +8,7 @@ from dwmr.scenario.guard import disc_radius
 
 
 def robot(*overrides):
-    return read(find("paper"), overrides).scenario.robots["leader"]
+    return read(find("paper-with-limits"), overrides).scenario.robots["leader"]
 
 
 @pytest.mark.parametrize("lookahead", [0.05, 0.3, 0.9])

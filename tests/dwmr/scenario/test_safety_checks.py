@@ -18,12 +18,12 @@ def safety(**changes):
 
 def mistakes(*overrides):
     with pytest.raises(DiagnosticError) as caught:
-        read(find("paper"), overrides)
+        read(find("paper-with-limits"), overrides)
     return [d.message for d in caught.value.diagnostics]
 
 
 def warnings(*overrides):
-    return [d.message for d in read(find("paper"), (*overrides, *WIDE)).warnings]
+    return [d.message for d in read(find("paper-with-limits"), (*overrides, *WIDE)).warnings]
 
 
 def test_a_filter_that_fits_is_not_warned_of():

@@ -121,6 +121,12 @@ class TestRenderAll:
         assert text.count("error[FZ203]") == 200
         assert text.endswith("... and 800 more")
 
+    def test_of_very_many_the_errors_are_shown(self):
+        warnings = [Diagnostic("FZ404", f"no {i}", PLACE, "warning") for i in range(1000)]
+        text = render_all([*warnings[:500], Diagnostic("FZ401", "a gap", PLACE), *warnings[500:]])
+        heads = [line.partition(": ")[2] for line in text.split("\n") if "[FZ" in line]
+        assert heads[-2:] == ["warning[FZ404]: no 198", "error[FZ401]: a gap"]
+
 
 class TestDiagnostic:
     def test_it_is_plain_data_for_json(self):

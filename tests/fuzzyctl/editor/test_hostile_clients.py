@@ -9,6 +9,7 @@ import pytest
 from lsprotocol import types as lsp
 from pygls.exceptions import JsonRpcException
 
+from fuzzyctl.editor import session
 from fuzzyctl.editor.protocol import RefusedError
 from fuzzyctl.editor.server import server
 from fuzzyctl.editor.session import FuzzyServer
@@ -198,6 +199,15 @@ def test_a_large_text_is_refused_and_answered(with_shared_server):
         assert not [d for d in (await client.diagnostics(2)).diagnostics if d.severity == 1]
 
     with_shared_server(talk)
+
+
+def test_of_very_many_diagnostics_the_first_errors_are_sent():
+    text = "param a = 1\n" * (session.MOST_SENT + 50)
+    answer = talk_to(text)
+    request = lsp.DocumentDiagnosticParams(lsp.TextDocumentIdentifier("untitled:a.fz"))
+    found = answer("textDocument/diagnostic", request).items
+    assert len(found) == session.MOST_SENT + 1
+    assert found[-1].message == "50 more diagnostics are not shown"
 
 
 def test_more_keys_than_anybody_types(with_shared_server):

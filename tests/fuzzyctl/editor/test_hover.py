@@ -2,6 +2,7 @@ import pytest
 
 from fuzzyctl.editor.hover import hover
 from fuzzyctl.editor.signature import signature
+from fuzzyctl.editor.words import hedges, keywords
 from tests.fuzzyctl.editor.marked import LOOP, SYSTEM, marked
 
 
@@ -16,6 +17,7 @@ from tests.fuzzyctl.editor.marked import LOOP, SYSTEM, marked
         (SYSTEM, 'tip "Tip', "Tip for a meal"),
         (SYSTEM, "ramp(10", "ramp(start, end)"),
         (SYSTEM, "defuzzifier", "defuzzifier centroid"),
+        (SYSTEM, "defuzzifier", "how the fuzzy set of an output becomes its value"),
         (LOOP, "gain * surface", "param gain in [0, 9] = 2"),
         (LOOP, "steps(0", "steps(0: 1.0, 25 s: 0.5)"),
         (LOOP, "iae(lag", "iae("),
@@ -25,6 +27,11 @@ from tests.fuzzyctl.editor.marked import LOOP, SYSTEM, marked
 )
 def test_what_is_shown(text, at, shown):
     assert shown in hover(*marked(text, at)).markdown
+
+
+@pytest.mark.parametrize("block", ["", "controller", "plant", "loop"])
+def test_all_keywords_and_hedges_have_a_meaning(block):
+    assert [w.name for w in (*keywords(block), *hedges()) if not w.what] == []
 
 
 def test_nothing_between_words():

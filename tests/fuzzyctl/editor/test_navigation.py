@@ -2,6 +2,7 @@ import pytest
 
 from fuzzyctl.diagnostics.fixes import Fix, fixed
 from fuzzyctl.diagnostics.source import SourceText
+from fuzzyctl.editor import navigation
 from fuzzyctl.editor.document import Document
 from fuzzyctl.editor.navigation import RenameError, definition, references, rename
 from fuzzyctl.lang.formatter import format_source
@@ -234,3 +235,37 @@ def test_files_that_use_a_name_are_among_its_uses(top):
     assert [(c.span.source is top.source, c.text) for c in changes] == [(False, "controller lawful"), (True, "lawful")]
     alone = Document(SourceText(str(top.folder / "alone.fz"), "controller law\ninput x\noutput y = x\n"), top.folder)
     assert len(references(parts, offset, others=[alone])) == 1
+
+
+#: Two systems and a loop, whose parts have names in common, with a name that none of them has declared.
+BLOCKS = "param T = 2\n" + LOOP + SYSTEM.replace("tip >= 0", "tip >= missing")
+
+
+def verdict(document, span, name):
+    try:
+        return rename(document, span.start, name)
+    except RenameError as error:
+        return str(error)
+
+
+@pytest.mark.parametrize("name", ["fresh", "missing", "error", "food", "T"])
+def test_blocks_without_a_change_or_the_new_name_make_no_difference(name, monkeypatch):
+    document = Document(SourceText("a.fz", BLOCKS))
+    spans = [symbol.span for symbol in document.symbols.all if symbol.kind != "term"]
+    found = [verdict(document, span, name) for span in spans]
+    monkeypatch.setattr(navigation, "_concerned", lambda document, changes: document.text)
+    assert [verdict(document, span, name) for span in spans] == found
+
+
+def test_a_rename_reads_the_blocks_that_it_concerns(monkeypatch):
+    document, offset = marked(BLOCKS, "poor |")
+    texts, concerned = [], navigation._concerned
+    monkeypatch.setattr(navigation, "_concerned", lambda *given: texts.append(concerned(*given)) or texts[-1])
+    rename(document, offset, "bad_one")
+    (text,) = texts
+    heads = "system surface controller law plant lag loop closed "
+    assert text.split() == ("param T = 2 " + heads + SYSTEM.replace("tip >= 0", "tip >= missing")).split()
+    assert [len(line) for line in text.split("\n")] == [len(line) for line in BLOCKS.split("\n")]
+    rename(document, offset, "level")  # the law has it
+    assert "next level" in texts[-1]
+    assert "state x" not in texts[-1]

@@ -6,6 +6,7 @@ from fuzzyctl.lang.parser import parse
 from fuzzyctl.loading.assembly import files_read, split
 from fuzzyctl.loading.load import examine_all, load, load_all, loads
 from fuzzyctl.support.reading import read_source
+from tests.fuzzyctl.editor.marked import LOOP
 
 SHARED = "param k = 2\n\ninput e in [-1, 1]\n  terms N Z P\n\ninput d in [-5, 5]\n  terms N P\n"
 TWO = (
@@ -140,6 +141,15 @@ class TestUse:
             load_all(self.write(tmp_path, main=f'use "no.fz"\n{TWO}'))
         with pytest.raises(DiagnosticError, match="no file can use no files"):
             loads('use "shared.fz"\n' + TWO, system="one")
+
+    @pytest.mark.parametrize("name", ["no.fz", "../outside.fz", "folder.fz", "binary.fz", "main.fz"])
+    def test_blocks_whose_file_cannot_be_used_have_one_mistake(self, tmp_path, name):
+        folder = tmp_path / "inner"
+        (folder / "folder.fz").mkdir(parents=True)
+        (folder / "binary.fz").write_bytes(b"\xff\0")
+        (tmp_path / "outside.fz").write_text("no rule file")
+        path = self.write(folder, main=f'use "{name}"\n{LOOP}')
+        assert codes(path) == ["FZ218"]
 
     def test_a_mistake_in_a_used_file_is_shown_there(self, tmp_path):
         path = self.write(

@@ -63,7 +63,7 @@ MISTAKES = {
         "noise(1",
         "'let'",
     ),
-    "measure m = tank.y": ("FZ202", "no measure or param 'tank.y'", "tank.y", ""),
+    "measure m = tank.y": ("FZ202", "no measure or param 'tank.y'", "tank.y", "such as: maximum(tank.y)"),
     "measure m = iae(tank.y)": ("FZ303", "wrong arguments of 'iae'", "iae(tank.y", "the form is: iae(y, reference)"),
     "measure m = settling(tank.y, r, band=tank.y)": ("FZ202", "no param 'tank.y'", "tank.y", ""),
     "measure m = settling(tank.y, r, bnd=2 %)": ("FZ303", "wrong arguments of 'settling'", "settling(", "band=2 %"),
@@ -104,7 +104,12 @@ MISTAKES = {
         "noise(1",
         "'let'",
     ),
-    "require tank.y < 1": ("FZ202", "no measure or param 'tank.y'", "tank.y", ""),
+    "require tank.y < 1": (
+        "FZ202",
+        "no measure or param 'tank.y'",
+        "tank.y",
+        "such as: maximum(tank.y), in a 'measure' line",
+    ),
     "require iae(tank.y, r) < 1": (
         "FZ214",
         "'iae' is a measure, which only 'measure' lines may call",

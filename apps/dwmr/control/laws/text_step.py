@@ -7,11 +7,12 @@ from collections.abc import Callable
 from dwmr.core.arrays import FloatArray
 from dwmr.core.interfaces import TrackingError, control_law
 
-#: Takes the tracking error, field by field, the control period and the state, and writes outputs and next state.
-Kernel = Callable[[float, float, float, float, float, float, float, float, FloatArray, FloatArray], None]
+#: Takes the tracking error, field by field, the control period and the state, two arrays: the state and what it writes,
+#: outputs and next state.
+Kernel = Callable[..., None]
 
 
-@control_law(f"void({'float64, ' * 8}float64[::1], float64[::1])")
+@control_law(f"void({'float64, ' * (len(TrackingError._fields) + 1)}float64[::1], float64[::1])")
 def step(
     error: TrackingError,
     dt: float,
@@ -28,7 +29,8 @@ def step(
     outputs = signals.shape[0] + 2
     e = error
     kernels[0](
-        e.x_e, e.y_e, e.theta_e_star, e.drift_x, e.drift_y, e.drift_theta, e.d, dt, state[outputs:], next_state
+        e.x_e, e.y_e, e.theta_e_star, e.drift_x, e.drift_y, e.drift_theta, e.d, e.theta_e, e.v_r, e.omega_r, e.v,
+        e.omega, e.t, dt, state[outputs:], next_state,
     )  # fmt: skip
     for k in range(signals.shape[0]):
         signals[k] = next_state[k + 2]

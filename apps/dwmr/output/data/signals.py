@@ -59,7 +59,7 @@ def of(trajectories: Sequence[Trajectory], scenario: Scenario, every: int, metad
     units: dict[str, Any] = {TIME: {"unit": "s", "doc": "time"}}
     runs: dict[str, dict[str, FloatArray]] = {}
     for one in trajectories:
-        kept = _kept(len(one.t), every)
+        kept = kept_samples(len(one.t), every)
         runs[one.controller] = {TIME: one.t[kept]}
         for signal in (*SIGNALS, *one.law_signals):
             runs[one.controller][signal.name] = one[signal.name][kept]
@@ -72,7 +72,7 @@ def of(trajectories: Sequence[Trajectory], scenario: Scenario, every: int, metad
     return Data(runs, {**metadata, "robots": list(trajectories[0].robots), "signals": units})
 
 
-def _kept(samples: int, every: int) -> NDArray[np.int64]:
+def kept_samples(samples: int, every: int) -> NDArray[np.int64]:
     """Return the numbers of the samples that are kept: every `every`-th from the first on, and the last."""
     return np.union1d(np.arange(0, samples, every), [samples - 1])
 

@@ -41,7 +41,7 @@ _FUNCTIONS: Final = {
 _NEEDED: Final = {
     "moments": ("stretch", "rough_area", "summed", "integrals", "moments"),
     "half": ("stretch", "rough_area", "summed", "integrals", "within", "half"),
-    "jumps": ("stretch", "rough_area", "summed", "integrals", "speed", "jumps"),
+    "jumps": ("stretch", "rough_area", "speed", "jumps"),
 }
 #: How functions are compiled that only compiled functions call: without what Python and C would call.
 INNER: Final = '@njit(error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True)'

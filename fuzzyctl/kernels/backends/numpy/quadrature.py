@@ -159,19 +159,23 @@ def _levels(
     count = given.shape[1]
     index = np.repeat(np.arange(count), places.shape[1] - 1)
     left, right = places[:, :-1].reshape(-1), places[:, 1:].reshape(-1)
-    left_over, rough = np.full(count, quadrature.MOST), np.empty(0)
+    left_over, left_over_of_jumps = np.full(count, quadrature.MOST), np.full(count, quadrature.MOST)
+    rough = np.empty(0)
     rounded = quadrature.ROUNDED * np.maximum(abs(places[:, 0]), abs(places[:, -1]))
     for level in range(quadrature.DEEPEST + 1):
         center = 0.5 * left + 0.5 * right
         own, about, error = _stretches(function, given[:, index], center, 0.5 * (right - left))
         if level == 0:
             rough = np.asarray(np.bincount(index, np.abs(own), count), dtype=np.float64)
-        left_over -= np.bincount(index, minlength=count)
+        moves = (
+            np.zeros(len(index), bool) if crossing is None else _speeds(crossing, left, right, given[:, index]) != 0.0
+        )
+        left_over -= np.bincount(index[~moves], minlength=count)
+        left_over_of_jumps -= np.bincount(index[moves], minlength=count)
         open_ = (error > quadrature.OF_ALL * rough[index]) & (error > quadrature.OF_OWN * np.abs(own))
         open_ &= error * (right - left) > rounded[index] * np.abs(own)
-        if crossing is not None:
-            open_ |= _speeds(crossing, left, right, given[:, index]) != 0.0
-        open_ &= (left < center) & (center < right) & (left_over[index] > 0) & (level < quadrature.DEEPEST)
+        open_ = np.where(moves, left_over_of_jumps[index] > 0, open_ & (left_over[index] > 0))
+        open_ &= (left < center) & (center < right) & (level < quadrature.DEEPEST)
         yield _Stretches(index, left, right, own, about).taken(~open_)
         if not open_.any():
             break

@@ -9,6 +9,7 @@ import fuzzyctl
 from dwmr.control import law_text
 from dwmr.control.fuzzy_gains import Rules
 from dwmr.core.jit import COMPILED
+from dwmr.output.summary import describe
 from dwmr.scenario.file import read
 from dwmr.simulation import preflight, simulate
 from dwmr.sweep.robots import Robots
@@ -117,7 +118,7 @@ class TestRun:
         controller = load_controller(beside().with_name("mine.fz"))
         step = law_text.compiled(controller, "python")
         state = step.start()
-        (v_c, *_), _ = step(*([0.25] * 7), state, dt=0.005)
+        (v_c, *_), _ = step(*([0.25] * len(law_text.OFFERED)), state, dt=0.005)
         assert v_c == 0.25 + 0.5 * 0.25
         assert usual.law_values.shape == (201, 3, 1)
 
@@ -234,3 +235,105 @@ def test_a_sweep_is_not_resumed_after_its_law_changed_and_keeps_what_it_has(besi
     done = in_short("sweep", "spec.toml", *alone, "-o", "swept", "--resume", cwd=tmp_path, status=1)
     assert "changed: rules" in done.stderr
     assert {p.name: p.read_bytes() for p in (tmp_path / "swept").iterdir()} == kept
+
+
+GAIN = """\
+system my_gain "Gain of the lateral error"
+defuzzifier center_average
+param most = 0.8
+input e in [-1, 1] unit "m"
+  terms N Z P
+output k in [-most, most] unit "rad/s"
+  terms left none right
+table k = e
+     N    Z    P
+  |  left none right
+require k <= most
+"""
+WITH_GAIN = 'use "my_gain.fz"\n' + LAW.replace("0.6 * y_e", "push") + "output push = my_gain(y_e)\nrequire push <= 1\n"
+ROLE = '[rules.my_gain]\nfile = "my_gain.fz"\n'
+
+
+class TestAGainOfOnesOwn:
+    @pytest.fixture
+    def scenario(self, beside, tmp_path):
+        (tmp_path / "my_gain.fz").write_text(GAIN, encoding="utf-8")
+        return beside(WITH_GAIN, ROLE)
+
+    def test_has_its_params_from_the_scenario_and_its_checksum_in_the_summary(self, scenario):
+        usual, weak = run(scenario, "run.horizon=0.05"), run(scenario, "run.horizon=0.05", "rules.my_gain.most=0.1")
+        assert np.abs(weak["push"]).max() == pytest.approx(np.abs(usual["push"]).max() / 8.0, rel=0.2)
+        file = checked(scenario)
+        rules = rules_of(file)
+        preflight.check(file, ["mine"], rules)
+        assert describe(file, rules, ())["rules"]["my_gain"]["file"] == "my_gain.fz"
+
+    def test_is_replaced_by_a_file_of_another_folder(self, scenario, tmp_path):
+        (tmp_path / "other").mkdir()
+        (tmp_path / "other" / "my_gain.fz").write_text(GAIN.replace("input e", "input q").replace("= e", "= q"))
+        file = read(scenario)
+        rules = Rules(file.scenario.rules, (tmp_path / "other", *file.folders), file.places)
+        with pytest.raises(DiagnosticError, match="does not fit the role my_gain"):
+            preflight.check(file, ["mine"], rules)
+
+    def test_is_proved_with_the_law_and_by_itself(self, scenario, tmp_path):
+        with pytest.raises(DiagnosticError, match="'push <= 1' does not hold"):
+            checked(scenario, "rules.my_gain.most=1.5")
+        (tmp_path / "my_gain.fz").write_text(GAIN.replace("k <= most", "k <= 0.1"), encoding="utf-8")
+        with pytest.raises(DiagnosticError, match=r"'k <= 0\.1' does not hold"):
+            checked(scenario)
+
+    def test_is_a_warning_in_a_run_that_does_not_call_it(self, scenario):
+        file = read(scenario)
+        rules = rules_of(file)
+        preflight.check(file, ["smc"], rules)
+        assert [d.message for d in rules.warnings] == [
+            "rules.my_gain is not used: no control law of this run calls a system my_gain"
+        ]
+
+    def test_is_an_unknown_key_where_only_shipped_laws_are_named(self, scenario):
+        with pytest.raises(DiagnosticError, match=r"unknown key rules\.my_gain"):
+            read(scenario, ["run.controller=smc"])
+
+
+class TestWhatALawSees:
+    SEES = """\
+controller mine
+input theta_e
+input v_r unit "m/s"
+input omega_r unit "rad/s"
+input v unit "m/s"
+input omega unit "rad/s"
+input t unit "s"
+output v_c = v_r
+output omega_c = omega_r
+output angle = theta_e
+output seen_v = v
+output seen_omega = omega
+output now = t
+"""
+
+    def test_are_the_velocities_of_the_reference_the_wheels_and_the_time(self, beside):
+        file = read(beside(self.SEES, "[load]\nmass_factor = 1.0\n"), ["run.horizon=1"])
+        found = simulate.run(simulate.prepare(file, "mine", rules_of(file)))
+        shape, leader = file.shape, 0
+        assert found["now"][:, leader] == pytest.approx(found.t)
+        assert np.array_equal(found["seen_v"], found["v"])
+        assert np.array_equal(found["seen_omega"], found["omega"])
+        for k in (0, 100, 199):
+            there, h = shape.at(found.t[k]), 1e-4
+            turn = (shape.at(found.t[k] + h).theta - shape.at(found.t[k] - h).theta) / (2.0 * h)
+            assert found["v_c"][k, leader] == pytest.approx(there.v)
+            assert found["omega_c"][k, leader] == pytest.approx(turn, abs=1e-5)
+            assert found["angle"][k, leader] == pytest.approx(there.theta - found["theta"][k, leader])
+
+    def test_of_a_follower_is_its_place_which_moves_along_the_auxiliary_orientation(self, beside):
+        file = read(beside(self.SEES), ["run.horizon=1", "disturbances=[]"])
+        found = simulate.run(simulate.prepare(file, "mine", rules_of(file)))
+        dt, one = file.scenario.run.dt, 1
+        rate = np.diff(found["theta_r_star"][:, one]) / dt
+        assert found["omega_c"][:-1, one] == pytest.approx(rate, abs=1e-6)
+        moved = np.stack([np.diff(found["x_r"][:, one]), np.diff(found["y_r"][:, one])]) / dt
+        star = found["theta_r_star"][:-1, one]
+        along = moved[0] * np.cos(star) + moved[1] * np.sin(star)
+        assert found["v_c"][50:-1, one] == pytest.approx(along[50:], abs=0.02)

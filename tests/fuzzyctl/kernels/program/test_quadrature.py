@@ -14,6 +14,7 @@ from fuzzyctl.kernels.program.quadrature import (
     OF_OWN,
     STEPS,
     half,
+    jumps,
     marked,
     moments,
     rough_area,
@@ -114,6 +115,30 @@ class TestNoise:
         for function in (quadrature.moments, quadrature.half):
             _, areas = function(self.notched_arrays, np.array(self.PLACES), given)
             assert areas[0] == pytest.approx(self.known(power, level), abs=3e-10)
+
+    @staticmethod
+    def stepped(x, given):
+        """The same up to the level, and 1 beyond: the place of the jump moves with the level."""
+        power, level = given
+        degree = np.sqrt(1.0 - 1.0 / (1.0 + x**power))
+        return np.where(degree < level, degree, 1.0)
+
+    @staticmethod
+    def crossing(x, given):
+        power, level = given
+        degree = np.sqrt(1.0 - 1.0 / (1.0 + x**power))
+        slope = power * x ** (power - 1.0) / (1.0 + x**power) ** 2 / (2.0 * np.maximum(degree, 1e-30))
+        return np.where(degree < level, 1.0, 0.0), degree - level, slope, np.full(np.shape(x), -1.0)
+
+    @pytest.mark.filterwarnings("ignore:divide by zero:RuntimeWarning")
+    def test_leaves_halves_to_jumps_elsewhere(self, power, level):
+        bend = (level**2 / (1.0 - level**2)) ** (1 / power)
+        by_level = bend * 2 / (power * level * (1.0 - level**2))
+        moment, area = jumps(self.stepped, self.crossing, self.PLACES, (power, level))
+        assert [moment, area] == pytest.approx([bend * by_level * (level - 1.0), by_level * (level - 1.0)], rel=1e-9)
+        given = (np.array([power, 2.0]), np.array([level, 0.1]))
+        moments_, areas = quadrature.jumps(self.stepped, self.crossing, np.array(self.PLACES), given)
+        assert [moments_[0], areas[0]] == pytest.approx([moment, area], rel=1e-12)
 
 
 class TestReach:

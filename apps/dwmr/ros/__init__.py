@@ -1,0 +1,1 @@
+"""ROS 2: a node that drives a formation by the control laws of scenarios."""

@@ -1,0 +1,138 @@
+"""A node of ROS 2: odometry of all robots in, velocity commands out.
+
+It is written against the interface of rclpy and is handed its node and its message types, so that it needs no ROS to be
+imported or tested.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import Any, NamedTuple
+
+from dwmr.core.geometry import yaw
+from dwmr.ros.formation_commands import FormationCommands, Odometry, StoppedError
+
+#: Quaternions whose length is farther from 1 are no orientations.
+_LENGTH = 1e-3
+
+
+class Settings(NamedTuple):
+    """What the node takes from its parameters.
+
+    Attributes:
+        frame: Frame of all odometry.
+        base_frame: Frame of each robot, with or without its name in front: the middle of its wheel axis.
+        timeout: Largest age of odometry [s].
+    """
+
+    frame: str
+    base_frame: str
+    timeout: float
+
+
+class FormationNode:
+    """Computes commands at the control period, and stops all robots while odometry of one is missing.
+
+    Callbacks of odometry only keep the message.
+
+    Args:
+        node: Node of rclpy.
+        robots: Names of the robots, which are the namespaces of their topics.
+        commands: Computes the commands.
+        settings: Parameters.
+        messages: The types nav_msgs.msg.Odometry and geometry_msgs.msg.Twist.
+        qos: Quality of service of odometry, that of sensor data.
+    """
+
+    def __init__(
+        self,
+        node: Any,
+        robots: Sequence[str],
+        commands: FormationCommands,
+        settings: Settings,
+        messages: tuple[Callable[[], Any], Callable[[], Any]],
+        qos: Any,
+    ) -> None:
+        odometry, self._twist = messages
+        self._node, self._robots, self._commands, self._settings = node, tuple(robots), commands, settings
+        self._log = node.get_logger()
+        self._latest: dict[str, Any] = {}
+        self._problems: tuple[str, ...] = ()
+        self._publishers = [node.create_publisher(self._twist, f"{name}/cmd_vel", 1) for name in robots]
+        for name in robots:
+            node.create_subscription(odometry, f"{name}/odom", partial(self._keep, name), qos)
+        node.create_timer(commands.dt, self.tick)
+        #: Whether the run has ended.
+        self.has_ended = False
+        #: Whether it ended before its horizon.
+        self.failed = False
+
+    def tick(self) -> None:
+        """Publish the commands of one control period, or zeros."""
+        if self.has_ended:
+            return
+        now = self._node.get_clock().now().nanoseconds
+        problems = tuple(p for name in self._robots if (p := self._problem(name, now)))
+        if problems != self._problems:
+            if problems:
+                self._log.warning("robots stopped: " + "; ".join(problems))
+            else:
+                self._log.info("odometry of all robots is there: the run goes on")
+            self._problems = problems
+        if problems:
+            self.stop()
+            return
+        self._command()
+
+    def stop(self) -> None:
+        """Publish zeros to all robots."""
+        for publisher in self._publishers:
+            publisher.publish(self._twist())
+
+    def _keep(self, name: str, message: Any) -> None:
+        """Keep the odometry of a robot; nothing is computed here."""
+        self._latest[name] = message
+
+    def _command(self) -> None:
+        try:
+            commands = self._commands.decide([_read(self._latest[name]) for name in self._robots])
+        except StoppedError as error:
+            self.has_ended = self.failed = True
+            self.stop()
+            self._log.error(f"robots stopped: {error}")
+            return
+        for publisher, (v, omega) in zip(self._publishers, commands, strict=True):
+            message = self._twist()
+            message.linear.x, message.angular.z = float(v), float(omega)
+            publisher.publish(message)
+        if self._commands.has_ended:
+            self.has_ended = True
+            self.stop()
+            self._log.info("robots stopped: the end of the run")
+
+    def _problem(self, name: str, now: int) -> str:
+        """Return why the odometry of a robot cannot be used at a time [ns], an empty string where it can."""
+        message, settings = self._latest.get(name), self._settings
+        if message is None:
+            return f"no odometry on {name}/odom"
+        stamp = message.header.stamp
+        if abs(now - (stamp.sec * 1_000_000_000 + stamp.nanosec)) > 1e9 * settings.timeout:
+            return f"no odometry on {name}/odom with a stamp within {settings.timeout:g} s of now"
+        if message.header.frame_id != settings.frame:
+            return f"{name}/odom is in the frame '{message.header.frame_id}', expected '{settings.frame}'"
+        if message.child_frame_id not in (settings.base_frame, f"{name}/{settings.base_frame}"):
+            return f"{name}/odom is of the frame '{message.child_frame_id}', expected '{settings.base_frame}'"
+        turn = message.pose.pose.orientation
+        if not abs(math.hypot(turn.x, turn.y, turn.z, turn.w) - 1.0) < _LENGTH:
+            return f"the orientation in {name}/odom is no unit quaternion"
+        if not all(math.isfinite(number) for number in _read(message)):
+            return f"a number in {name}/odom is not finite"
+        return ""
+
+
+def _read(message: Any) -> Odometry:
+    """Return the numbers of a nav_msgs/Odometry."""
+    place, turn, twist = message.pose.pose.position, message.pose.pose.orientation, message.twist.twist
+    return Odometry(place.x, place.y, yaw(turn.x, turn.y, turn.z, turn.w), twist.linear.x, twist.angular.z)

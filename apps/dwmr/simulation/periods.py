@@ -1,0 +1,222 @@
+"""Control periods of a run: the arrays of the compiled loop, and calls of it for some periods."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from dwmr.control import safety_filter
+from dwmr.control.law_text import LATERAL
+from dwmr.control.laws.python_law import reported
+from dwmr.control.obstacle_avoidance import Avoidance
+from dwmr.core.arrays import FloatArray
+from dwmr.core.interfaces import Law, Signal
+from dwmr.core.jit import first_class
+from dwmr.plant import vehicles
+from dwmr.plant.disturbances import DISTURBANCE, Load
+from dwmr.plant.robot import ROBOT
+from dwmr.reference import compiled
+from dwmr.reference.prepared import Shape
+from dwmr.scenario.guard import safety_of
+from dwmr.scenario.model import Robot, Scenario
+from dwmr.scenario.moving import centres, is_moving
+from dwmr.scenario.vehicle_checks import others
+from dwmr.scenario.vehicles import Ackermann, Omnidirectional
+from dwmr.simulation import noise
+from dwmr.simulation.loop import SIGNALS, Memory, World, run_periods
+
+
+@dataclass(frozen=True)
+class Simulation:
+    """A run made ready: checked, proved, its kernels compiled."""
+
+    name: str
+    scenario: Scenario
+    shape: Shape
+    module: Any
+    laws: dict[str, Law]
+
+    @property
+    def law_signals(self) -> tuple[Signal, ...]:
+        """Signals of the control law and, where there are any, of the safety filter or of vehicles."""
+        own: tuple[Signal, ...] = tuple(self.module.SIGNALS)
+        if self.scenario.safety is not None:
+            return (*own, *safety_filter.SIGNALS)
+        return (*own, *vehicles.SIGNALS) if others(self.scenario) else own
+
+
+class Periods:
+    """The control periods of a run; they are computed in order, some at a time.
+
+    Args:
+        simulation: What is run.
+        measured: Whether the states that the caller writes are what sensors say, so that the scenario's noise and
+            odometry are left out; nothing but the caller moves the robots then.
+
+    Attributes:
+        simulation: What is run.
+        world, memory: Constants and memory of the loop.
+        record: Signals of `loop.SIGNALS`, shape (samples, robots, signals).
+        law_record: Those of the control law.
+        guard: Safety filter and its memory, None without one.
+        vehicles: What drives other than by two wheels, None for nothing.
+        raised: Errors of compiled code, from `jit.collected_errors`.
+    """
+
+    def __init__(self, simulation: Simulation, *, measured: bool = False) -> None:
+        scenario, names = simulation.scenario, tuple(simulation.scenario.robots)
+        laws = [simulation.laws[n] for n in names]
+        exactly = measured or not noise.is_present(scenario)
+        samples = scenario.run.steps + 1
+        self.simulation = simulation
+        self.world = _world(simulation, laws, exactly, measured or scenario.run.plant != "equations")
+        self.memory = _memory(simulation, laws, exactly)
+        self.record: FloatArray = np.zeros((samples, len(names), len(SIGNALS)))
+        self.law_record: FloatArray = np.zeros((samples, len(names), len(simulation.module.SIGNALS)))
+        self.guard = None
+        if scenario.safety is not None:
+            room = safety_filter.working_memory(len(names), len(scenario.obstacles), samples)
+            self.guard = (safety_of(scenario, scenario.safety), room)
+        self.vehicles = _vehicles(scenario, simulation.module, samples)
+        self.raised: list[BaseException] = []
+        self._path, self._step = first_class(compiled.PATHS[simulation.shape.path]), first_class(simulation.module.step)
+        self._draw = noise.source(scenario)
+        self._kernels = tuple(tuple(first_class(k) for k in law.kernels) for law in laws)
+
+    @property
+    def samples(self) -> int:
+        """Number of all periods."""
+        return len(self.record)
+
+    def decide(self, first: int, last: int) -> tuple[int, int, int]:
+        """Compute the periods from `first` up to but not including `last`, see `loop.run_periods`.
+
+        Where another plant moves the robots, it moves them after each period. No periods: it is only compiled.
+
+        Raises:
+            DiagnosticError: When the law raises an error.
+        """
+        simulation = self.simulation
+        name, file = simulation.name, Path(str(simulation.module.__file__))
+        with reported(name, file, "run", only_own=last > 0):
+            done = run_periods(
+                first, last, self._path, self._step, self._kernels, self.world, self.memory,
+                _obstacles(simulation.scenario, first, last), self._draw(last - first),
+                self.record, self.law_record, self.guard, self.vehicles,
+            )  # fmt: skip
+        if self.raised:  # by the law's step: errors of compiled code name no line
+            with reported(name, file, "run"):
+                raise self.raised[0]
+        return done
+
+
+def _vehicles(scenario: Scenario, module: Any, samples: int) -> vehicles.Vehicles | None:
+    """Return what drives other than by two wheels, None for nothing."""
+    found = others(scenario)
+    if not found:
+        return None
+    n = len(scenario.robots)
+    own = np.zeros(n, dtype=vehicles.VEHICLE)
+    for row, name in zip(own, scenario.robots, strict=True):
+        match found.get(name):
+            case Ackermann() as car:
+                row["kind"] = vehicles.ACKERMANN
+                for key in ("wheelbase", "steering_limit", "steering_rate"):
+                    row[key] = getattr(car, key)
+            case Omnidirectional():
+                row["kind"] = vehicles.OMNIDIRECTIONAL
+    lateral = next((k for k, one in enumerate(module.SIGNALS) if one.name == LATERAL), -1)
+    record = np.zeros((samples, n, len(vehicles.SIGNALS)))
+    return vehicles.Vehicles(own.view(np.recarray), lateral, np.zeros(n), np.zeros((n, 3)), record)
+
+
+def _obstacles(scenario: Scenario, first: int, last: int) -> FloatArray:
+    """Return the obstacles at some periods and the one after them, once where none moves, as the loop takes them."""
+    count = last - first + 1 if is_moving(scenario) else 1
+    radii = np.broadcast_to([one.radius for one in scenario.obstacles], (count, len(scenario.obstacles)))
+    places = centres(scenario, scenario.run.dt * np.arange(first, first + count, dtype=np.float64))
+    return np.ascontiguousarray(np.concatenate([places, radii[:, :, None]], axis=2))
+
+
+def _world(simulation: Simulation, laws: list[Law], measures_exactly: bool, other_plant: bool) -> World:
+    scenario = simulation.scenario
+    robots = np.zeros(len(scenario.robots), dtype=ROBOT)
+    names = list(scenario.robots)
+    for row, robot in zip(robots, scenario.robots.values(), strict=True):
+        for name, value in _constants(robot, names).items():
+            row[name] = value
+    settings = scenario.avoidance
+    return World(
+        scenario.run.dt,
+        scenario.run.substeps,
+        simulation.shape.constants,
+        robots.view(np.recarray),
+        _acting(scenario).view(np.recarray),
+        Load(scenario.load.start, scenario.load.stop, scenario.load.mass_factor, scenario.load.inertia_factor),
+        Avoidance(
+            settings.margin, settings.largest_radius, settings.kappa, settings.gamma, settings.rho, settings.slowdown
+        ),
+        np.array([law.gains for law in laws]),
+        float(scenario.formation.leader_velocity == "ground"),
+        measures_exactly,
+        other_plant,
+    )
+
+
+def _constants(robot: Robot, names: list[str]) -> dict[str, float]:
+    """Return the fields of a `ROBOT` record."""
+    as_accelerations = robot.inner_loop.torque_reading == "acceleration"
+    formation = robot.formation
+    own = {
+        "pd_mass": robot.mass if as_accelerations else 1.0,
+        "pd_inertia": robot.inertia if as_accelerations else 1.0,
+        "separation": formation.separation if formation else 0.0,
+        "bearing": formation.bearing if formation else 0.0,
+        "leader": names.index(formation.leader) if formation else -1,
+        "avoids": int(robot.avoids_obstacles),
+        "odometry": int(robot.sensors.pose == "odometry"),
+        "encoder_steps": robot.sensors.encoder_steps,
+    }
+    if isinstance(robot.vehicle, Omnidirectional):  # the lever arm of a mecanum wheel
+        own["half_track"] = robot.half_track + robot.vehicle.half_base
+    tables = (robot, robot.friction, robot.actuator, robot.inner_loop)
+    wanted = set(ROBOT.names or ())
+    given = {name: getattr(t, name) for t in tables for name in type(t).model_fields if name in wanted}
+    return given | own
+
+
+def _acting(scenario: Scenario) -> Any:
+    """Return every disturbance for every robot, with zero amplitudes where a robot is spared."""
+    acting = np.zeros((len(scenario.robots), len(scenario.disturbances)), dtype=DISTURBANCE)
+    for i, name in enumerate(scenario.robots):
+        for k, one in enumerate(scenario.disturbances):
+            frequency = one.angular_frequency if one.kind == "sinusoid" else 0.0
+            share = 1.0 if one.robots is None or name in one.robots else 0.0
+            amplitudes = [share * a for a in (one.v, one.omega, one.force, one.torque)]
+            acting[i, k] = (one.start, one.stop, frequency, *amplitudes)
+    return acting
+
+
+def _memory(simulation: Simulation, laws: list[Law], measures_exactly: bool) -> Memory:
+    scenario = simulation.scenario
+    robots = list(scenario.robots.values())
+    n = len(robots)
+    plant = np.zeros((n, 7))
+    plant[:, :3] = [(r.x_0, r.y_0, r.theta_0) for r in robots]
+    law = np.array([law.state for law in laws]).reshape(n, -1)
+    seen = plant if measures_exactly else plant.copy()
+    theta_star = np.array([_first_direction(simulation, r) for r in robots])
+    sides = np.zeros((n, len(scenario.obstacles)))
+    filters, slip, torques = np.zeros((3, n, 2))
+    wheels, odometry = np.zeros((n, 6)), plant[:, :3].copy()
+    return Memory(plant, slip, seen, wheels, odometry, theta_star, filters, sides, law, law.copy(), torques)
+
+
+def _first_direction(simulation: Simulation, robot: Robot) -> float:
+    """Return θ*_r(0): the reference's own direction, for a follower that of its leader [rad]."""
+    if robot.formation is not None:
+        return simulation.scenario.robots[robot.formation.leader].theta_0
+    return float(simulation.shape.at(-robot.delay).theta)

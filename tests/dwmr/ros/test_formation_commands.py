@@ -1,0 +1,93 @@
+"""Commands of real robots are those of the loop for the same measurements."""
+
+import numpy as np
+import pytest
+
+from dwmr.core.geometry import ahead, clamp, wrap
+from dwmr.ros.formation_commands import FormationCommands, Odometry, StoppedError
+from dwmr.ros.main import PARAMETERS, prepare
+from dwmr.simulation.simulate import run
+from tests.dwmr.ros.stub import FILTER
+
+
+def prepared(scenario, **parameters):
+    return prepare({**PARAMETERS, "scenario": str(scenario), **parameters})
+
+
+@pytest.fixture
+def short(tmp_path):
+    """A scenario without disturbances for a second, with more lines."""
+
+    def write(*lines):
+        path = tmp_path / "short.toml"
+        text = 'extends = "undisturbed"\nname = "short"\n[run]\nhorizon = 1.0\n'
+        path.write_text(text + "\n".join(lines), encoding="utf-8")
+        return path
+
+    return write
+
+
+def measured(trajectory, scenario, k):
+    """The odometry of all robots at a sample, orientations wrapped."""
+    for i, robot in enumerate(scenario.robots.values()):
+        x, y, theta, v, omega = trajectory.values[k, i, :5]
+        yield Odometry(*ahead(x, y, theta, -robot.d), wrap(theta), v, omega)
+
+
+@pytest.mark.parametrize(("law", "more"), [("aifqsmc", ()), ("smc", ()), ("aifqsmc", ("[safety]", *FILTER))])
+def test_the_measurements_of_a_run_give_its_commands(short, law, more):
+    simulation = prepared(short(*more), controller=law)
+    wanted = ("safe_v", "safe_omega") if more else ("v_c", "omega_c")
+    trajectory, commands = run(simulation), FormationCommands(simulation)
+    limits = [(r.actuator.v_limit, r.actuator.omega_limit) for r in simulation.scenario.robots.values()]
+    for k in range(len(trajectory.t)):
+        assert not commands.has_ended
+        found = commands.decide(list(measured(trajectory, simulation.scenario, k)))
+        asked = zip(*(trajectory[name][k] for name in wanted), limits, strict=True)
+        assert found == pytest.approx(
+            np.array([[clamp(v, m), clamp(omega, n)] for v, omega, (m, n) in asked]), abs=1e-9
+        )
+    assert commands.has_ended
+
+
+def test_no_command_is_beyond_the_limits_of_robots_and_node(short):
+    simulation = prepared(short("[robots.follower1.actuator]", "v_limit = 0.25"))
+    start = [Odometry(r.x_0, r.y_0, r.theta_0, 0.0, 0.0) for r in simulation.scenario.robots.values()]
+    far = [one._replace(x=one.x - 9.0, y=one.y + 5.0) for one in start]
+    found = FormationCommands(simulation, 0.5, 0.75).decide([start[0], *far[1:]])
+    assert np.abs(found[1:]).tolist() == [[0.25, 0.75], [0.5, 0.75]]
+
+
+def test_the_sensors_of_the_scenario_have_no_part(short):
+    found = []
+    for more in ((), ("[robot.sensors]", 'pose = "odometry"', "encoder_steps = 2000")):
+        simulation = prepared(short(*more))
+        commands = FormationCommands(simulation)
+        start = [Odometry(r.x_0, r.y_0, r.theta_0, 0.1, 0.0) for r in simulation.scenario.robots.values()]
+        found.append([commands.decide([one._replace(x=one.x + k) for one in start]).tolist() for k in range(3)])
+    assert found[0] == found[1]
+
+
+def test_a_follower_begins_in_the_direction_of_its_leader_as_measured(short):
+    simulation = prepared(short())
+    robots = simulation.scenario.robots.values()
+    turned = [Odometry(r.x_0, r.y_0, 0.7, 0.0, 0.0) for r in robots]
+    commands = FormationCommands(simulation)
+    commands.decide(turned)
+    row = commands._periods.record[0]
+    assert list(row[1:, 9]) == [0.7, 0.7]
+
+
+def test_orientations_beyond_a_half_turn_make_no_jump(short):
+    simulation = prepared(short())
+    commands = FormationCommands(simulation)
+    for theta in (3.1, -3.1, -3.0):
+        commands.decide([Odometry(r.x_0, r.y_0, theta, 0.0, 0.0) for r in simulation.scenario.robots.values()])
+    assert commands._periods.record[1, 0, 2] == pytest.approx(2 * np.pi - 3.1)
+
+
+def test_a_robot_beyond_all_bounds_ends_the_run(short):
+    simulation = prepared(short())
+    far = [Odometry(1e11, 0.0, 0.0, 0.0, 0.0) for _ in simulation.scenario.robots]
+    with pytest.raises(StoppedError, match=r"robot leader at t = 0\.000 s: x is beyond 1e"):
+        FormationCommands(simulation).decide(far)
