@@ -135,6 +135,43 @@ def follower_auxiliary_rate(
 
 
 @compiled
+def behind_sideways(error: PostureError, u: float, theta_i: float, theta_j: float, theta_star: float) -> PostureError:
+    """Return the tracking error of a follower whose leader moves sideways, which no leader of the paper can.
+
+    Args:
+        error: What `follower_error` gives.
+        u: Velocity of the leader to its left [m/s].
+        theta_i, theta_j: Orientations of leader and follower [rad].
+        theta_star: The follower's auxiliary reference orientation θ*_jr [rad].
+    """
+    theta_ij = theta_i - theta_j
+    return PostureError(
+        error.x_e,
+        error.y_e,
+        error.theta_e_star,
+        error.drift_x - u * math.sin(theta_ij),
+        error.drift_y + u * math.cos(theta_ij),
+        error.drift_theta + u * math.cos(theta_i - theta_star) / error.d,
+        error.d,
+    )
+
+
+@compiled
+def with_leaders_orientation(error: PostureError, theta_i: float, omega_i: float, theta_j: float) -> PostureError:
+    """Return the tracking error of a follower that keeps the orientation of its leader, as one free to do so.
+
+    The auxiliary orientation θ*_jr is that of a follower whose wheels do not slip sideways.
+
+    Args:
+        error: What `follower_error` gives.
+        theta_i, omega_i: Orientation and angular velocity of the leader [rad, rad/s].
+        theta_j: Orientation of the follower [rad].
+    """
+    e = error
+    return PostureError(e.x_e, e.y_e, wrap(theta_i - theta_j), e.drift_x, e.drift_y, omega_i, e.d)
+
+
+@compiled
 def tracking_error(
     e: PostureError, on_reference: bool, theta_e: float, v_r: float, omega_r: float, v: float, omega: float, t: float
 ) -> TrackingError:

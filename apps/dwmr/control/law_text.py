@@ -45,10 +45,12 @@ OFFERED = {
 }
 #: The outputs that a law must have; all others are recorded.
 COMMANDS = {"v_c": "m/s", "omega_c": "rad/s"}
+#: An output that a law of robots that move sideways may have: the velocity asked for to the left [m/s].
+LATERAL = "v_y_c"
 #: Names of other columns of the data, which no output of a law may have: of every robot, of the row.
 COLUMNS = (
     *("x", "y", "theta", "v", "omega", "x_r", "y_r", "theta_r", "v_r", "theta_r_star", "x_e", "y_e"),
-    *("torque_right", "torque_left", "d_v", "d_omega", "obstacle", "avoidance_radius"),
+    *("steering", "v_y", "torque_right", "torque_left", "d_v", "d_omega", "obstacle", "avoidance_radius"),
     *("t", "controller", "robot"),
 )
 
@@ -189,6 +191,9 @@ def _misfits(controller: Controller) -> Iterator[Diagnostic]:
             facts = (f"names of these are {', '.join(COLUMNS)}",)
             yield Diagnostic("FZ905", message, result.span, facts=facts, help=f"rename it, as to {result.name}_law")
     outputs = {r.name: r for r in controller.results}
+    if LATERAL in outputs and outputs[LATERAL].unit not in ("", "m/s"):
+        message = f"output '{LATERAL}' has the unit {outputs[LATERAL].unit}, and the formation takes m/s"
+        yield Diagnostic("FZ905", message, outputs[LATERAL].span, help='write: unit "m/s"')
     for name, unit in COMMANDS.items():
         if name not in outputs:
             message = f"controller '{controller.name}' has no output '{name}'"

@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 from dwmr.core.arrays import FloatArray
 from dwmr.core.geometry import wrap
+from dwmr.core.interfaces import PostureError
 from dwmr.core.jit import compiled
 
 
@@ -135,3 +136,26 @@ def avoid(
             nearest, nearest_distance, radius_there = a, distance, reach
             direction = evasive_direction(l_x, l_y, distance, reach, sides[a])
     return nearest, direction, radius_there
+
+
+@compiled
+def towards(error: PostureError) -> PostureError:
+    """Return the error of a robot that moves in any direction, turned into the direction around an obstacle.
+
+    A robot on two wheels moves where it heads, so that a changed orientation is enough for it. One that moves in any
+    direction would follow its error through the obstacle.
+
+    Args:
+        error: In avoidance; its drift has the direction of the modified reference.
+    """
+    ahead = error.x_e * error.drift_x + error.y_e * error.drift_y > 0.0
+    share = math.hypot(error.x_e, error.y_e) / math.hypot(error.drift_x, error.drift_y) if ahead else 0.0
+    return PostureError(
+        share * error.drift_x,
+        share * error.drift_y,
+        error.theta_e_star,
+        error.drift_x,
+        error.drift_y,
+        error.drift_theta,
+        error.d,
+    )

@@ -18,7 +18,13 @@ if TYPE_CHECKING:
     from fuzzyctl.experiments.settings.locations import Places
 
 #: Files of the shipped control laws.
-LAWS = {"aifqsmc": "aifqsmc.fz", "fcafsmc": "fcafsmc_law.fz", "smc": "smc.fz"}
+LAWS = {
+    "ackermann": "ackermann.fz",
+    "aifqsmc": "aifqsmc.fz",
+    "fcafsmc": "fcafsmc_law.fz",
+    "omnidirectional": "omnidirectional.fz",
+    "smc": "smc.fz",
+}
 
 
 class Used(NamedTuple):

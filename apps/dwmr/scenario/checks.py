@@ -14,6 +14,7 @@ from dwmr.scenario.mistakes import unknown_role
 from dwmr.scenario.model import Scenario
 from dwmr.scenario.remarks import MOST_OF_A_KIND, overlaps
 from dwmr.scenario.rigid_bodies import rigid_bodies
+from dwmr.scenario.vehicle_checks import vehicles
 from fuzzyctl.diagnostics.diagnostic import Diagnostic
 from fuzzyctl.diagnostics.suggestions import did_you_mean
 from fuzzyctl.experiments.settings.locations import Places
@@ -30,7 +31,7 @@ def cross_checks(scenario: Scenario, places: Places) -> Iterable[Diagnostic]:
     """Check what concerns several keys at once; of mistakes of one kind the first ones are given."""
     checks = (
         _laws, _roles, _obstacles, _starts, _formation, _disturbed, _length, _steps, rigid_bodies,
-        safety_checks.mistakes,
+        safety_checks.mistakes, vehicles,
     )  # fmt: skip
     for check in checks:
         yield from islice(dict.fromkeys(check(scenario, places)), MOST_OF_A_KIND)

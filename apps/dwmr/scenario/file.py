@@ -19,6 +19,7 @@ from dwmr.scenario.checks import cross_checks
 from dwmr.scenario.mistakes import diagnose, diagnose_unused
 from dwmr.scenario.model import Robot, Scenario
 from dwmr.scenario.remarks import remarks
+from dwmr.scenario.vehicle_checks import turning
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 from fuzzyctl.experiments.settings.layers import (
     LARGEST_FILE,
@@ -115,6 +116,8 @@ def read(path: Path, overrides: Iterable[str] = ()) -> ScenarioFile:
         shape = shape_of(scenario.reference, _reader(folders, places, digest.update), places)
     except DiagnosticError as error:
         raise DiagnosticError([*mistakes, *error.diagnostics]) from None
+    if not mistakes:
+        mistakes += turning(scenario, shape, places)
     if mistakes:
         raise DiagnosticError(mistakes)
     # what an extending scenario or --set gives each robot of its own is no slip of the table below

@@ -12,7 +12,7 @@ from pydantic import BaseModel, ValidationError
 
 from dwmr.config.shipped import COMMON
 from dwmr.control.roles import ROLES
-from dwmr.scenario.model import FULL_TURN, Scenario
+from dwmr.scenario.model import FULL_TURN, Robot, Scenario
 from fuzzyctl.diagnostics.diagnostic import Diagnostic
 from fuzzyctl.diagnostics.suggestions import did_you_mean
 from fuzzyctl.experiments.settings.locations import EXTENDS, Places
@@ -181,8 +181,11 @@ def _shipped(role: str) -> str:
 
 
 def _as_written(path: tuple[str, ...]) -> tuple[str, ...]:
-    """Take out the kind of a reference, which pydantic names in between."""
-    return (path[0], *path[2:]) if path[:1] == ("reference",) and len(path) > 1 and path[1] in _KINDS_OF_PATHS else path
+    """Take out the kind of a reference or a vehicle, which pydantic names in between."""
+    for k, part in enumerate(path[1:], 1):
+        if (path[k - 1], part) in _KINDS:
+            return (*path[:k], *path[k + 1 :])
+    return path
 
 
 def _type_at(path: tuple[str, ...]) -> type[BaseModel] | None:
@@ -215,7 +218,9 @@ def _kind(model: Any) -> str:
     return str(get_args(model.model_fields["kind"].annotation)[0])
 
 
-_KINDS_OF_PATHS = tuple(_kind(m) for m in get_args(Scenario.model_fields["reference"].annotation))
+#: Pairs of a table and a kind of it.
+_KINDS = {("reference", _kind(m)) for m in get_args(Scenario.model_fields["reference"].annotation)}
+_KINDS |= {("vehicle", _kind(m)) for m in get_args(Robot.model_fields["vehicle"].annotation) if m is not type(None)}
 
 
 def _is_model(kind: Any) -> bool:

@@ -11,6 +11,7 @@ from dwmr.config.quantities import FARTHEST, Section, place, quantity
 from dwmr.control.laws.settings import AifqsmcSettings, FcafsmcSettings, SmcSettings
 from dwmr.control.rule_file_settings import RuleFile
 from dwmr.reference.settings import Coordinate, ReferenceSettings
+from dwmr.scenario.vehicles import Ackermann, Differential, Omnidirectional
 
 #: Elements that a list of a scenario may have.
 LONGEST_LIST = 1000
@@ -172,6 +173,9 @@ class Robot(Section):
     theta_0: float = place("start, orientation", "rad")
     avoids_obstacles: bool = Field(description="whether it avoids obstacles")
     body: Body | None = Field(default=None, description="outline; absent, the circle of R_R about the axle's middle")
+    vehicle: Differential | Ackermann | Omnidirectional | None = Field(
+        default=None, discriminator="kind", description="kind of vehicle and its numbers; absent, a differential drive"
+    )
     rigid_body: RigidBody | None = Field(default=None, description='needed by run.plant = "mujoco" only')
     friction: Friction
     actuator: Actuator

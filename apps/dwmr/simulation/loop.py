@@ -6,11 +6,17 @@ the place of `move` only, see `interfaces.Plant`.
 
 from __future__ import annotations
 
-import math
 from typing import Any, NamedTuple
 
-from dwmr.control.formation import follower_error, follower_position, tracking_error, trajectory_error
-from dwmr.control.obstacle_avoidance import Avoidance, avoid
+from dwmr.control.formation import (
+    behind_sideways,
+    follower_error,
+    follower_position,
+    tracking_error,
+    trajectory_error,
+    with_leaders_orientation,
+)
+from dwmr.control.obstacle_avoidance import Avoidance, avoid, towards
 from dwmr.control.safety_filter import Filter, filter_commands
 from dwmr.control.safety_settings import Safety
 from dwmr.core.arrays import FloatArray
@@ -19,6 +25,8 @@ from dwmr.core.interfaces import PostureError, Signal
 from dwmr.core.jit import compiled
 from dwmr.plant.disturbances import Load, disturbance
 from dwmr.plant.robot import State, advance, pd_torques
+from dwmr.plant.vehicles import Vehicles, advance_vehicle, drive, lateral_velocity, moves_sideways, steering
+from dwmr.simulation.faults import fault_of
 from dwmr.simulation.sensors import measure
 
 #: What is recorded of every robot at every sample, in the order of the columns that `_record` fills.
@@ -45,27 +53,6 @@ SIGNALS = (
     Signal("avoidance_radius", "m", "variable radius R_d of that obstacle, 0 for none"),
 )
 COLUMNS = {signal.name: k for k, signal in enumerate(SIGNALS)}
-
-#: Fault number of a run in which a number became infinite or undefined; a law's own faults are positive.
-NOT_FINITE = -1
-#: Fault number of a run in which a number grew beyond `LARGEST`.
-TOO_LARGE = -2
-
-#: A place beyond this is the run's, not its scenario's, whose places lie within a tenth of it [m].
-FARTHEST_RUN = 1e10
-#: A velocity beyond this is no robot's; the fastest reference has a tenth of it [m/s, rad/s].
-FASTEST_RUN = 1e7
-#: A command beyond this is no mere consequence of the way to go, with which commands grow [m/s, rad/s].
-LARGEST_COMMAND = 1e12
-#: Beyond this in magnitude a signal says that the run diverged.
-LARGEST = {
-    "x": FARTHEST_RUN,
-    "y": FARTHEST_RUN,
-    "v": FASTEST_RUN,
-    "omega": FASTEST_RUN,
-    "v_c": LARGEST_COMMAND,
-    "omega_c": LARGEST_COMMAND,
-}
 
 
 class World(NamedTuple):
@@ -153,6 +140,7 @@ def run_periods(
     record: FloatArray,
     law_record: FloatArray,
     guard: tuple[Safety, Filter] | None,
+    vehicles: Vehicles | None,
 ) -> tuple[int, int, int]:
     """Run the control periods from `first` up to but not including `last`.
 
@@ -170,10 +158,11 @@ def run_periods(
         record: Written, shape (periods, n, len(SIGNALS)).
         law_record: Written, shape (periods, n, signals of the law).
         guard: Safety filter and its memory, None for none; numba compiles the loop once for each.
+        vehicles: What drives other than by two wheels, None for nothing.
 
     Returns:
-        Number of the period reached, robot and fault: 0 for none, a key of the law's FAULTS, `NOT_FINITE` or
-            `TOO_LARGE`.
+        Number of the period reached, robot and fault: 0 for none, a key of the law's FAULTS, `faults.NOT_FINITE` or
+            `faults.TOO_LARGE`.
     """
     moving = 1 if obstacles.shape[0] > 1 else 0
     for k in range(first, last):
@@ -183,11 +172,11 @@ def run_periods(
             measure(noise[k - first], memory.plant, world.robots, world.dt, memory.wheels, memory.odometry, memory.seen)
         if not world.other_plant:
             _slip(t, world, memory)
-        robot, fault = decide(k, path, step, kernels, world, memory, now, after, record, law_record, guard)
+        robot, fault = decide(k, path, step, kernels, world, memory, now, after, record, law_record, guard, vehicles)
         if fault != 0:
             return k, robot, fault
         if not world.other_plant:
-            move(t, world, memory)
+            move(t, world, memory, vehicles)
     return last, -1, 0
 
 
@@ -204,6 +193,7 @@ def decide(
     record: FloatArray,
     law_record: FloatArray,
     guard: tuple[Safety, Filter] | None,
+    vehicles: Vehicles | None,
 ) -> tuple[int, int]:
     """Compute the torques of all robots from what they measure at the begin of a period, before any of them moves.
 
@@ -221,21 +211,25 @@ def decide(
     for i in range(n):
         state = _state(memory.plant, i)
         target = _aim(t, i, path, now, world, memory)
-        seen = error = _error(i, target, memory.plant, world, memory)
+        seen = error = _error(i, target, memory.plant, world, memory, vehicles)
         if not world.measures_exactly:
-            seen = _error(i, target, memory.seen, world, memory)
+            seen = _error(i, target, memory.seen, world, memory, vehicles)
+        if vehicles is not None and target.obstacle >= 0.0 and moves_sideways(i, vehicles):
+            seen = towards(seen)
         own, theta = memory.seen[i], target.theta - memory.seen[i, 2]
         view = tracking_error(seen, world.robots[i].leader < 0, theta, target.v, target.omega, own[3], own[4], t)
         v_c, omega_c, fault = step(
             view, world.dt, world.gains[i], memory.law[i], kernels[i], memory.next_law[i], law_record[period, i]
         )
-        if guard is None:
+        if vehicles is not None:
+            _drive(i, period, v_c, omega_c, law_record[period, i], world, memory, vehicles)
+        elif guard is None:
             _inner_loop(i, v_c, omega_c, world, memory)
         else:
             guard[1].commands[i, 0], guard[1].commands[i, 1] = v_c, omega_c
         _record(record[period, i], state, target, error, v_c, omega_c, memory, i)
         memory.theta_star[i] += world.dt * seen.drift_theta
-        fault = _fault(fault, state, v_c, omega_c)
+        fault = fault_of(fault, state, v_c, omega_c)
         if fault != 0 and first_fault == 0:
             faulty, first_fault = i, fault
     if guard is not None:
@@ -262,38 +256,9 @@ def _keep_safe(
 
 
 @compiled
-def _fault(fault: int, state: State, v_c: float, omega_c: float) -> int:
-    """Return what ends the run: numbers first, nothing can be said about the gain of a run whose numbers are gone."""
-    if not (math.isfinite(v_c) and math.isfinite(omega_c) and _is_finite(state)):
-        return NOT_FINITE
-    return TOO_LARGE if _is_too_large(state, v_c, omega_c) else fault
-
-
-@compiled
 def _state(plant: FloatArray, i: int) -> State:
     p = plant
     return State(p[i, 0], p[i, 1], p[i, 2], p[i, 3], p[i, 4], p[i, 5], p[i, 6])
-
-
-@compiled
-def _is_finite(s: State) -> bool:
-    return (
-        math.isfinite(s.x)
-        and math.isfinite(s.y)
-        and math.isfinite(s.theta)
-        and math.isfinite(s.v)
-        and math.isfinite(s.omega)
-    )
-
-
-@compiled
-def _is_too_large(s: State, v_c: float, omega_c: float) -> bool:
-    """Return whether a number is beyond `LARGEST`."""
-    return (
-        max(abs(s.x), abs(s.y)) > FARTHEST_RUN
-        or max(abs(s.v), abs(s.omega)) > FASTEST_RUN
-        or max(abs(v_c), abs(omega_c)) > LARGEST_COMMAND
-    )
 
 
 @compiled
@@ -324,14 +289,16 @@ def _aim(t: float, i: int, path: Any, obstacles: FloatArray, world: World, memor
 
 
 @compiled
-def _error(i: int, target: Target, plant: FloatArray, world: World, memory: Memory) -> PostureError:
+def _error(
+    i: int, target: Target, plant: FloatArray, world: World, memory: Memory, vehicles: Vehicles | None
+) -> PostureError:
     """Return the tracking error of one robot.
 
     Args:
         i: Number of the robot.
         target: Where it should be; a follower's place is computed anew from its leader's state.
         plant: States of all robots as they are or as they are seen, shape (n, 7).
-        world, memory: As for `run_periods`.
+        world, memory, vehicles: As for `run_periods`.
 
     Source:
         Goto, Bertol, Martins, Eqs. (4)-(6), (72) for a robot on the reference; Eqs. (47)-(51) for a follower.
@@ -343,10 +310,15 @@ def _error(i: int, target: Target, plant: FloatArray, world: World, memory: Memo
     lead, d_i = _state(plant, j), world.robots[j].d
     known = world.known_slip
     v_i, omega_i = lead.v + known * memory.slip[j, 0], lead.omega + known * memory.slip[j, 1]
-    return follower_error(
+    error = follower_error(
         lead.x, lead.y, lead.theta, v_i, omega_i, d_i, s.x, s.y, s.theta, theta_star, robot.d,
         robot.separation, robot.bearing,
     )  # fmt: skip
+    if vehicles is not None:
+        error = behind_sideways(error, lateral_velocity(j, vehicles), lead.theta, s.theta, theta_star)
+        if moves_sideways(i, vehicles):
+            error = with_leaders_orientation(error, lead.theta, omega_i, s.theta)
+    return error
 
 
 @compiled
@@ -363,6 +335,21 @@ def _inner_loop(i: int, v_c: float, omega_c: float, world: World, memory: Memory
 
 
 @compiled
+def _drive(
+    i: int, period: int, v_c: float, omega_c: float, signals: FloatArray, world: World, memory: Memory,
+    vehicles: Vehicles,
+) -> None:  # fmt: skip
+    """Turn the velocity command of a robot, some of them in the law's signals, into what its drives are asked for."""
+    v_y_c = signals[vehicles.lateral] if vehicles.lateral >= 0 else 0.0
+    row = vehicles.record[period, i]
+    row[0], row[1] = steering(i, vehicles), lateral_velocity(i, vehicles)
+    drive(
+        i, v_c, v_y_c, omega_c, memory.seen[i], world.robots[i], world.dt, vehicles, memory.filters[i],
+        memory.torques[i],
+    )  # fmt: skip
+
+
+@compiled
 def _slip(t: float, world: World, memory: Memory) -> None:
     """Write the slip of the plant of `plant/robot.py`: its velocity-equivalent disturbances, d̃_0 of Eq. (6)."""
     for i in range(memory.slip.shape[0]):
@@ -371,14 +358,20 @@ def _slip(t: float, world: World, memory: Memory) -> None:
 
 
 @compiled
-def move(t: float, world: World, memory: Memory) -> None:
+def move(t: float, world: World, memory: Memory, vehicles: Vehicles | None) -> None:
     """Advance all robots by one period that begins at a time [s], under held torques."""
     p, torques = memory.plant, memory.torques
     for i in range(p.shape[0]):
-        p[i, 0], p[i, 1], p[i, 2], p[i, 3], p[i, 4], p[i, 5], p[i, 6] = advance(
-            t, _state(p, i), torques[i, 0], torques[i, 1], world.robots[i], world.acting[i], world.load, world.dt,
-            world.substeps,
-        )  # fmt: skip
+        if vehicles is not None and vehicles.own[i].kind != 0:
+            p[i, 0], p[i, 1], p[i, 2], p[i, 3], p[i, 4], p[i, 5], p[i, 6] = advance_vehicle(
+                i, t, _state(p, i), torques[i], world.robots[i], world.acting[i], world.load, world.dt, world.substeps,
+                vehicles,
+            )  # fmt: skip
+        else:
+            p[i, 0], p[i, 1], p[i, 2], p[i, 3], p[i, 4], p[i, 5], p[i, 6] = advance(
+                t, _state(p, i), torques[i, 0], torques[i, 1], world.robots[i], world.acting[i], world.load, world.dt,
+                world.substeps,
+            )  # fmt: skip
 
 
 @compiled

@@ -9,11 +9,13 @@ from typing import Any
 import numpy as np
 
 from dwmr.control import safety_filter
+from dwmr.control.law_text import LATERAL
 from dwmr.control.laws.python_law import reported
 from dwmr.control.obstacle_avoidance import Avoidance
 from dwmr.core.arrays import FloatArray
 from dwmr.core.interfaces import Law, Signal
 from dwmr.core.jit import first_class
+from dwmr.plant import vehicles
 from dwmr.plant.disturbances import DISTURBANCE, Load
 from dwmr.plant.robot import ROBOT
 from dwmr.reference import compiled
@@ -21,6 +23,8 @@ from dwmr.reference.prepared import Shape
 from dwmr.scenario.guard import safety_of
 from dwmr.scenario.model import Robot, Scenario
 from dwmr.scenario.moving import centres, is_moving
+from dwmr.scenario.vehicle_checks import others
+from dwmr.scenario.vehicles import Ackermann, Omnidirectional
 from dwmr.simulation import noise
 from dwmr.simulation.loop import SIGNALS, Memory, World, run_periods
 
@@ -37,9 +41,11 @@ class Simulation:
 
     @property
     def law_signals(self) -> tuple[Signal, ...]:
-        """Signals of the control law and, where it is on, of the safety filter."""
+        """Signals of the control law and, where there are any, of the safety filter or of vehicles."""
         own: tuple[Signal, ...] = tuple(self.module.SIGNALS)
-        return own if self.scenario.safety is None else (*own, *safety_filter.SIGNALS)
+        if self.scenario.safety is not None:
+            return (*own, *safety_filter.SIGNALS)
+        return (*own, *vehicles.SIGNALS) if others(self.scenario) else own
 
 
 class Periods:
@@ -56,6 +62,7 @@ class Periods:
         record: Signals of `loop.SIGNALS`, shape (samples, robots, signals).
         law_record: Those of the control law.
         guard: Safety filter and its memory, None without one.
+        vehicles: What drives other than by two wheels, None for nothing.
         raised: Errors of compiled code, from `jit.collected_errors`.
     """
 
@@ -73,6 +80,7 @@ class Periods:
         if scenario.safety is not None:
             room = safety_filter.working_memory(len(names), len(scenario.obstacles), samples)
             self.guard = (safety_of(scenario, scenario.safety), room)
+        self.vehicles = _vehicles(scenario, simulation.module, samples)
         self.raised: list[BaseException] = []
         self._path, self._step = first_class(compiled.PATHS[simulation.shape.path]), first_class(simulation.module.step)
         self._draw = noise.source(scenario)
@@ -97,12 +105,32 @@ class Periods:
             done = run_periods(
                 first, last, self._path, self._step, self._kernels, self.world, self.memory,
                 _obstacles(simulation.scenario, first, last), self._draw(last - first),
-                self.record, self.law_record, self.guard,
+                self.record, self.law_record, self.guard, self.vehicles,
             )  # fmt: skip
         if self.raised:  # by the law's step: errors of compiled code name no line
             with reported(name, file, "run"):
                 raise self.raised[0]
         return done
+
+
+def _vehicles(scenario: Scenario, module: Any, samples: int) -> vehicles.Vehicles | None:
+    """Return what drives other than by two wheels, None for nothing."""
+    found = others(scenario)
+    if not found:
+        return None
+    n = len(scenario.robots)
+    own = np.zeros(n, dtype=vehicles.VEHICLE)
+    for row, name in zip(own, scenario.robots, strict=True):
+        match found.get(name):
+            case Ackermann() as car:
+                row["kind"] = vehicles.ACKERMANN
+                for key in ("wheelbase", "steering_limit", "steering_rate"):
+                    row[key] = getattr(car, key)
+            case Omnidirectional():
+                row["kind"] = vehicles.OMNIDIRECTIONAL
+    lateral = next((k for k, one in enumerate(module.SIGNALS) if one.name == LATERAL), -1)
+    record = np.zeros((samples, n, len(vehicles.SIGNALS)))
+    return vehicles.Vehicles(own.view(np.recarray), lateral, np.zeros(n), np.zeros((n, 3)), record)
 
 
 def _obstacles(scenario: Scenario, first: int, last: int) -> FloatArray:
@@ -152,6 +180,8 @@ def _constants(robot: Robot, names: list[str]) -> dict[str, float]:
         "odometry": int(robot.sensors.pose == "odometry"),
         "encoder_steps": robot.sensors.encoder_steps,
     }
+    if isinstance(robot.vehicle, Omnidirectional):  # the lever arm of a mecanum wheel
+        own["half_track"] = robot.half_track + robot.vehicle.half_base
     tables = (robot, robot.friction, robot.actuator, robot.inner_loop)
     wanted = set(ROBOT.names or ())
     given = {name: getattr(t, name) for t in tables for name in type(t).model_fields if name in wanted}

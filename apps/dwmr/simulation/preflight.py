@@ -12,12 +12,14 @@ from pydantic import ValidationError
 
 from dwmr.control import laws as controllers
 from dwmr.control.fuzzy_gains import Rules
+from dwmr.control.law_text import LATERAL
 from dwmr.control.laws.python_law import reported
 from dwmr.control.laws.settings import LawSettings
 from dwmr.control.laws.text_law import TextLaw, TextSettings
 from dwmr.control.roles import ROLES
 from dwmr.scenario.file import ScenarioFile
 from dwmr.scenario.mistakes import diagnose
+from dwmr.scenario.vehicles import Omnidirectional
 from dwmr.simulation import mujoco_plant
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError, Note
 from fuzzyctl.diagnostics.source import Span
@@ -63,10 +65,23 @@ def _check(file: ScenarioFile, name: str, law: Any, robot: str, rules: Rules) ->
         with _named(file, name):
             law.prove(settings_of(file, robot, name, law), rules, robot)
             law.require_period(file.scenario.run.dt)
+            _require_sideways(file, name, law)
     else:
         settings = settings_of(file, robot, name, law)
         with reported(name, Path(str(law.__file__)), "checked", only_own=True):
             settings.prove(rules, robot)
+
+
+def _require_sideways(file: ScenarioFile, name: str, law: TextLaw) -> None:
+    """Refuse a law that asks robots to move sideways that cannot."""
+    if LATERAL not in (one.name for one in law.text.controller.results):
+        return
+    unable = [n for n, robot in file.scenario.robots.items() if not isinstance(robot.vehicle, Omnidirectional)]
+    if not unable:
+        return
+    message = f"the control law {name} commands {LATERAL}, and robots that cannot move sideways are {', '.join(unable)}"
+    help_text = "set robot.vehicle to one of kind 'omnidirectional', or take another law"
+    raise DiagnosticError([file.places.diagnostic("FZ904", "run.controller", message, help=help_text)])
 
 
 @contextmanager

@@ -19,7 +19,8 @@ from dwmr.core.interfaces import Law, Plant, Signal
 from dwmr.core.jit import COMPILED, collected_errors, first_class_functions
 from dwmr.scenario.file import ScenarioFile
 from dwmr.scenario.model import Scenario
-from dwmr.simulation.loop import COLUMNS, LARGEST, NOT_FINITE, SIGNALS, TOO_LARGE
+from dwmr.simulation.faults import LARGEST, NOT_FINITE, TOO_LARGE
+from dwmr.simulation.loop import COLUMNS, SIGNALS
 from dwmr.simulation.mujoco_plant import MujocoPlant
 from dwmr.simulation.periods import Periods, Simulation
 from dwmr.simulation.preflight import settings_of
@@ -188,6 +189,8 @@ def run(simulation: Simulation, report: Callable[[int], None] | None = None) -> 
     law_record = periods.law_record
     if periods.guard is not None:
         law_record = np.concatenate([law_record, periods.guard[1].record], axis=2)
+    if periods.vehicles is not None:
+        law_record = np.concatenate([law_record, periods.vehicles.record], axis=2)
     signals = simulation.law_signals
     return Trajectory(simulation.name, names, t, periods.record[:kept], law_record[:kept], signals, wall_s, stop)
 

@@ -10,7 +10,7 @@ from dwmr.control.fuzzy_gains import Rules
 from dwmr.core.jit import COMPILED
 from dwmr.plant.robot import State
 from dwmr.scenario.file import find, read
-from dwmr.simulation import loop, simulate
+from dwmr.simulation import faults, simulate
 from dwmr.simulation.loop import run_periods
 from fuzzyctl.diagnostics.diagnostic import DiagnosticError
 from fuzzyctl.support.shipped import rules_folder
@@ -87,12 +87,12 @@ class TestRun:
         assert np.isfinite(trajectory.values).all()
 
     @pytest.mark.parametrize("sign", [1.0, -1.0])
-    @pytest.mark.parametrize("name", loop.LARGEST)
+    @pytest.mark.parametrize("name", faults.LARGEST)
     def test_each_signal_has_its_bound(self, name, sign):
         for share, beyond in ((0.99, False), (1.01, True)):
-            values = dict.fromkeys(loop.LARGEST, 0.0) | {name: sign * share * loop.LARGEST[name]}
+            values = dict.fromkeys(faults.LARGEST, 0.0) | {name: sign * share * faults.LARGEST[name]}
             state = State(values["x"], values["y"], 0.0, values["v"], values["omega"], 0.0, 0.0)
-            assert loop._is_too_large(state, values["v_c"], values["omega_c"]) == beyond
+            assert faults._is_too_large(state, values["v_c"], values["omega_c"]) == beyond
 
     def test_a_start_far_from_the_reference_is_no_divergence(self):
         assert simulate.run(ready("aifqsmc", "run.horizon=5", "robots.leader.x_0=1e6")).stop is None

@@ -37,7 +37,7 @@ GROUPS = ("all", "ablations")
 
 def names() -> tuple[str, ...]:
     """Return the names of all shipped control laws."""
-    return tuple(sorted((*SHIPPED, *_ABLATIONS)))
+    return tuple(sorted((*LAWS, *_ABLATIONS)))
 
 
 def base(name: str) -> str:
@@ -68,11 +68,11 @@ def group(name: str) -> tuple[str, ...]:
     """Return the laws a word of the command line stands for.
 
     Args:
-        name: "all" for every law that stands on its own, "ablations" for those with a part switched off, each beside
-            the law it is taken from; or the name of one law.
+        name: "all" for every law of the paper that stands on its own, "ablations" for those with a part switched off,
+            each beside the law it is taken from; or the name of one law.
     """
     if name == "all":
-        return tuple(n for n in names() if base(n) == n)
+        return tuple(SHIPPED)
     if name == "ablations":
         return tuple(dict.fromkeys(one for n in names() if base(n) != n for one in (base(n), n)))
     return (name,)

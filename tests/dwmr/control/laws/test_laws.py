@@ -56,7 +56,7 @@ class Bench:
     def __init__(self, name, **gains):
         self.module = law(name)
         _, own = laws.table(FILE.scenario.robots["leader"].controllers, name)
-        made = self.module.init(own.model_copy(update=gains), RULES, "leader")
+        made = self.module.init((own or self.module.Settings()).model_copy(update=gains), RULES, "leader")
         self.gains, self.state, self.kernels = made
         self.signals = np.zeros(len(self.module.SIGNALS))
         step = self.module.assembled.step("numba")
@@ -113,11 +113,13 @@ class TestSurface:
 class TestNames:
     def test_are_those_of_the_shipped_texts_and_their_ablations(self):
         assert laws.names() == (
+            "ackermann",
             "aifqsmc",
             "aifqsmc_without_adaptation",
             "aifqsmc_without_immunity",
             "aifqsmc_without_layer",
             "fcafsmc",
+            "omnidirectional",
             "smc",
         )
 

@@ -1,0 +1,149 @@
+"""Constraints of scenarios with vehicles other than the differential drive."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from typing import NamedTuple
+
+import numpy as np
+
+from dwmr.reference.prepared import Shape
+from dwmr.scenario.model import Robot, Scenario
+from dwmr.scenario.vehicles import Ackermann, Omnidirectional
+from fuzzyctl.diagnostics.diagnostic import Diagnostic
+from fuzzyctl.experiments.settings.locations import Places
+
+#: Places of the path at which its curvature is taken, and the way between two that gives it, as a share of a step.
+PLACES = 4000
+_NEAR = 0.05
+
+
+def others(scenario: Scenario) -> dict[str, Ackermann | Omnidirectional]:
+    """Return the vehicles that are no differential drive, by the names of their robots."""
+    return {
+        name: robot.vehicle
+        for name, robot in scenario.robots.items()
+        if isinstance(robot.vehicle, Ackermann | Omnidirectional)
+    }
+
+
+def vehicles(scenario: Scenario, places: Places) -> Iterable[Diagnostic]:
+    """Refuse what is made for two wheels only."""
+    found = others(scenario)
+    if not found:
+        return
+    name, vehicle = next(iter(found.items()))
+    what = f"robots.{name} is {vehicle.kind}"
+    if scenario.run.plant == "mujoco":
+        message = f"run.plant = 'mujoco' has bodies with two driven wheels, and {what}"
+        yield places.diagnostic("FZ904", "run.plant", message, help="set run.plant to 'equations'")
+    if scenario.safety is not None:
+        message = f"the safety filter plans with two driven wheels, and {what}"
+        yield places.diagnostic("FZ904", "safety", message, help="leave out the table safety")
+    for name, vehicle in found.items():
+        robot = scenario.robots[name]
+        if not isinstance(vehicle, Omnidirectional):
+            continue
+        if robot.sensors.pose == "odometry":
+            key = f"robots.{name}.sensors.pose"
+            message = f"{places.resolve(tuple(key.split('.')))[0]} = 'odometry' counts no way sideways, and {what}"
+            yield places.diagnostic("FZ904", key, message, help="set it to 'exact'")
+        least = robot.mass * robot.com_offset**2
+        if robot.inertia <= least:
+            key = f"robots.{name}.inertia"
+            message = (
+                f"{places.resolve(tuple(key.split('.')))[0]} = {robot.inertia:g} kg m² about the centre must be more "
+                f"than mass · com_offset² = {least:.4g} kg m²"
+            )
+            yield places.diagnostic("FZ904", key, message)
+
+
+class Bend(NamedTuple):
+    """Curvature of a path at one place.
+
+    Attributes:
+        t: Time [s].
+        x, y: Place [m].
+        curvature: Positive to the left [1/m].
+    """
+
+    t: float
+    x: float
+    y: float
+    curvature: float
+
+
+def bends(scenario: Scenario, shape: Shape) -> list[Bend]:
+    """Return the curvature of the reference all along the run."""
+    end = min(scenario.run.horizon, shape.end, shape.period or math.inf)
+    step = end / PLACES
+    found = []
+    for t in np.linspace(0.0, end, PLACES + 1)[:-1].tolist():
+        here, there = shape.at(t), shape.at(t + _NEAR * step)
+        turned = math.remainder(there.theta - here.theta, 2.0 * math.pi)
+        found.append(Bend(t, here.x, here.y, turned / (_NEAR * step * here.v)))
+    return found
+
+
+def turning(scenario: Scenario, shape: Shape, places: Places) -> Iterable[Diagnostic]:
+    """Refuse paths, and places in a formation, with a bend that is closer than a car can turn."""
+    if not any(isinstance(one, Ackermann) for one in others(scenario).values()):
+        return
+    along = [one for one in bends(scenario, shape) if math.isfinite(one.curvature) and one.curvature != 0.0]
+    for name, robot in scenario.robots.items():
+        car = robot.vehicle
+        if not isinstance(car, Ackermann) or not along:
+            continue
+        radii = [point_radius(scenario, name, 1.0 / one.curvature) for one in along]
+        k = min(range(len(radii)), key=np.round(radii, 6).__getitem__)  # the first one of a circle
+        if math.hypot(car.turning_radius, robot.d) > radii[k]:
+            yield _too_close(name, robot, car, along[k], radii[k], places)
+
+
+def axle_radius(scenario: Scenario, name: str, radius: float) -> float:
+    """Return the radius of the middle of a robot's axle while the formation turns, positive to the left [m].
+
+    Args:
+        scenario: The formation.
+        name: The robot.
+        radius: Of the reference, positive to the left [m].
+    """
+    robot = scenario.robots[name]
+    left = point_radius(scenario, name, radius) ** 2 - robot.d**2
+    return math.copysign(math.sqrt(max(0.0, left)), radius)
+
+
+def point_radius(scenario: Scenario, name: str, radius: float) -> float:
+    """Return the radius of the place that a robot's reference point has while the formation turns about one centre [m].
+
+    Arguments as for `axle_radius`.
+    """
+    place = scenario.robots[name].formation
+    if place is None:
+        return abs(radius)
+    centre = axle_radius(scenario, place.leader, radius)  # to the left of the leader's axle
+    return math.hypot(place.separation * math.cos(place.bearing), centre - place.separation * math.sin(place.bearing))
+
+
+def _too_close(name: str, robot: Robot, car: Ackermann, bend: Bend, radius: float, places: Places) -> Diagnostic:
+    own = math.hypot(car.turning_radius, robot.d)
+    where = f"({bend.x:.4g}, {bend.y:.4g}) at t = {bend.t:.4g} s"
+    way = "the path" if robot.formation is None else "its place in the formation"
+    message = (
+        f"robots.{name} turns on a radius of {own:.4g} m at the least, and {way} has one of {radius:.4g} m where the "
+        f"reference is at {where}"
+    )
+    key = f"robots.{name}.vehicle.steering_limit"
+    facts = (
+        f"wheelbase / tan(steering_limit) = {car.turning_radius:.4g} m at the rear axle, {own:.4g} m at the reference "
+        f"point {robot.d:g} m ahead of it",
+    )
+    repair = "widen the path"
+    if radius > robot.d:
+        needed = math.atan2(car.wheelbase, math.sqrt(radius**2 - robot.d**2))
+        needed = math.ceil(1e3 * needed) / 1e3
+        repair = f"set steering_limit to {needed:g} rad or more, or widen the path"
+    if robot.formation is not None:
+        repair += ", or change the robot's separation and bearing"
+    return places.diagnostic("FZ904", key, message, facts=facts, help=repair)

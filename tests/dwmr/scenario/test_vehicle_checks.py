@@ -1,0 +1,87 @@
+"""Vehicles that cannot do what a scenario asks of them."""
+
+import math
+
+import pytest
+
+from dwmr.control.fuzzy_gains import Rules
+from dwmr.scenario.file import find, read
+from dwmr.scenario.vehicle_checks import point_radius
+from dwmr.simulation import preflight
+from fuzzyctl.diagnostics.diagnostic import DiagnosticError
+
+
+def mistakes(name, *overrides):
+    with pytest.raises(DiagnosticError) as error:
+        read(find(name), overrides)
+    return error.value.diagnostics
+
+
+CIRCLE = 'reference={kind="circle",centre_x=0,centre_y=0,radius=2.0,period=60,direction="counter-clockwise"}'
+
+
+def test_a_path_closer_than_a_car_turns_is_refused_with_place_radii_and_repair():
+    limit = math.atan(0.5 / 3.0)
+    found = mistakes("ackermann", CIRCLE, f"robot.vehicle.steering_limit={limit}")
+    assert len(found) == 3
+    assert found[0].code == "FZ904"
+    assert found[0].message == (
+        "robots.leader turns on a radius of 3.002 m at the least, and the path has one of 2 m where the reference is "
+        "at (2, 0) at t = 0 s"
+    )
+    assert "3 m at the rear axle, 3.002 m at the reference point 0.1 m ahead of it" in found[0].facts[0]
+    assert found[0].help == "set steering_limit to 0.246 rad or more, or widen the path"
+    assert "its place in the formation has one of 1.422 m" in found[1].message
+
+
+@pytest.mark.parametrize(("limit", "few"), [(0.3, ["follower1"]), (0.43, [])])
+def test_the_repair_is_enough(limit, few):
+    arguments = (CIRCLE, f"robot.vehicle.steering_limit={limit}")
+    if not few:
+        assert read(find("ackermann"), arguments).scenario.robots["leader"].vehicle.steering_limit == limit
+    else:
+        assert [one.message.split()[0] for one in mistakes("ackermann", *arguments)] == ["robots.follower1"]
+
+
+def test_the_place_of_a_follower_has_its_own_radius():
+    scenario = read(find("paper")).scenario
+    side = 1.25 * math.sqrt(0.5)
+    centre = math.sqrt(10.0**2 - 0.1**2)
+    assert point_radius(scenario, "leader", -10.0) == 10.0
+    assert point_radius(scenario, "follower1", 10.0) == pytest.approx(math.hypot(side, centre - side))
+    assert point_radius(scenario, "follower1", -10.0) == pytest.approx(math.hypot(side, centre + side))
+    assert point_radius(scenario, "follower2", 10.0) == pytest.approx(math.hypot(side, centre + side))
+
+
+@pytest.mark.parametrize(
+    ("name", "overrides", "words"),
+    [
+        ("ackermann", ["run.plant=mujoco"], "run.plant = 'mujoco' has bodies with two driven wheels"),
+        (
+            "omnidirectional",
+            ["safety={alpha=1,lookahead=0.1,margin=0.1,acceleration=1,angular_acceleration=1,velocity_error=0}"],
+            "the safety filter plans with two driven wheels, and robots.leader is omnidirectional",
+        ),
+        ("omnidirectional", ["robot.sensors.pose=odometry"], "robot.sensors.pose = 'odometry' counts no way sideways"),
+        ("omnidirectional", ["robot.com_offset=0.5"], "robot.inertia = 13.8 kg m² about the centre must be more than"),
+        ("ackermann", ["robot.vehicle.wheel=1"], "unknown key robot.vehicle.wheel"),
+        ("ackermann", ["robot.vehicle.steering_limit=1.6"], "robot.vehicle.steering_limit must be"),
+        ("undisturbed", ['robot.vehicle={kind="tank"}'], "robot.vehicle.kind must be one of"),
+        (
+            "undisturbed",
+            ['robot.vehicle={kind="omnidirectional"}'],
+            "robot.vehicle.half_base is missing",
+        ),
+    ],
+)
+def test_what_is_made_for_two_wheels_is_refused(name, overrides, words):
+    assert words in "\n".join(one.message for one in mistakes(name, *overrides))
+
+
+def test_a_law_that_commands_sideways_needs_robots_that_can():
+    file = read(find("undisturbed"))
+    rules = Rules(file.scenario.rules, file.folders, file.places)
+    with pytest.raises(DiagnosticError) as error:
+        preflight.check(file, ["omnidirectional"], rules)
+    [found] = error.value.diagnostics
+    assert found.message.endswith("robots that cannot move sideways are leader, follower1, follower2")
