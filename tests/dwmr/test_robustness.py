@@ -335,14 +335,14 @@ class TestInterruption:
     def test_keeps_what_is_done_even_without_the_compiler(self, tmp_path, number):
         code = (
             "import os, sys; sys.modules['numba'] = None\n"
-            "from dwmr.cli.main import main\nfrom dwmr.simulation import simulate\n"
-            "plain = simulate.run_periods\n"
+            "from dwmr.cli.main import main\nfrom dwmr.simulation import periods\n"
+            "plain = periods.run_periods\n"
             "def run_periods(first, last, *rest):\n"
             "    if first > 4:\n"
             "        print('interrupted at', first, flush=True)\n"
             f"        os.kill(os.getpid(), {number:d})\n"
             "    return plain(first, last, *rest)\n"
-            "simulate.run_periods = run_periods\n"
+            "periods.run_periods = run_periods\n"
             "main(sys.argv[1:])\n"
         )
         arguments = ["run", "paper", "--controller", "smc", "-o", str(tmp_path)]

@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 
 from dwmr.core.arrays import FloatArray
-from dwmr.core.geometry import wrap
 from dwmr.scenario.file import ScenarioFile
 from dwmr.scenario.model import DisturbanceSettings, Scenario
 from dwmr.simulation.mujoco_model import mjcf
@@ -64,7 +63,7 @@ class MujocoPlant:
             x, y, _, w, a, b, c = data.qpos[self._places[i] : self._places[i] + 7].tolist()
             v_x, v_y, _, _, _, turning = data.qvel[self._speeds[i] : self._speeds[i] + 6].tolist()
             forward_x, forward_y = 1.0 - 2.0 * (b * b + c * c), 2.0 * (a * b + w * c)
-            self._theta[i] += wrap(math.atan2(forward_y, forward_x) - self._theta[i])
+            self._theta[i] += math.remainder(math.atan2(forward_y, forward_x) - self._theta[i], math.tau)
             forward_x, forward_y = math.cos(self._theta[i]), math.sin(self._theta[i])
             right, left = (robot.wheel_radius * spin for spin in spins[i])
             v, omega = 0.5 * (right + left), 0.5 * (right - left) / robot.half_track
