@@ -23,6 +23,7 @@ from dwmr.plant.disturbances import DISTURBANCE
 from dwmr.plant.robot import ROBOT
 from dwmr.scenario.file import find, read
 from dwmr.simulation import simulate
+from dwmr.simulation.periods import Periods
 
 SOURCE = Path(__file__).with_name("formation.c")
 FLAGS = ["-O3", "-march=native", "-fno-math-errno", "-fno-trapping-math", "-shared", "-fPIC"]
@@ -72,11 +73,10 @@ def simulation() -> simulate.Simulation:
 
 def c_loop(library: ctypes.CDLL, simulation: simulate.Simulation) -> tuple[np.ndarray, np.ndarray, float]:
     """Run the C loop; return its records as a trajectory has them, and the time it took [s]."""
-    laws = [simulation.laws[name] for name in simulation.scenario.robots]
-    world, memory = simulate._world(simulation, laws), simulate._memory(simulation, laws)
-    n, samples = len(laws), simulation.scenario.run.steps + 1
+    periods = Periods(simulation)
+    world, memory, samples, n = periods.world, periods.memory, periods.samples, len(simulation.laws)
     load, avoidance = np.array(world.load), np.array(world.avoidance)
-    obstacles = simulate._obstacles(simulation.scenario, 0, samples)[0]
+    obstacles = np.array([(one.x, one.y, one.radius) for one in simulation.scenario.obstacles])
     record, law_record = np.zeros((samples, n, 20)), np.zeros((samples, n, 14))
 
     # The params of the law's text, in the order of the C loop, which has the law by hand.

@@ -75,7 +75,7 @@ def test_all_mistakes_in_parameters_are_reported(monkeypatch, short, capsys):
         "timeout = -1 s",
         "v_limit = 0 m/s",
         "rules = 'nowhere' is not a folder",
-        "controller = 'pid' is not one of aifqsmc",
+        "controller = 'pid' is not one of ackermann, aifqsmc",
     ):
         assert part in said
     assert node.published == {}

@@ -65,9 +65,10 @@ def run(scenario, *overrides):
 
 class TestColumns:
     def test_are_those_of_the_data(self):
+        from dwmr.plant import vehicles
         from dwmr.simulation.loop import SIGNALS
 
-        recorded = {s.name for s in SIGNALS} - {*law_text.COMMANDS}
+        recorded = {s.name for s in (*SIGNALS, *vehicles.SIGNALS)} - {*law_text.COMMANDS}
         assert set(law_text.COLUMNS) == recorded | {"t", "controller", "robot"}
 
     @pytest.mark.parametrize("name", ["v", "t"])
