@@ -4,8 +4,11 @@
   the files of the page.
 - `<!-- terminal: COMMAND -->`: the picture is what the command prints.
 - `<!-- picture: FILE -->`: the examples of the page leave this file.
+- `<!-- studio: FILE -->`: the job that drives the studio leaves this file, `apps/studio/test/job.sh`.
 
 `python tests/e2e/pictures.py` makes all of them again, `python tests/e2e/pictures.py PAGE ...` those of some pages.
+`python tests/e2e/pictures.py --studio FOLDER` compares those of the studio with what its job left in a folder;
+`PICTURES=FOLDER apps/studio/test/job.sh PYTHON` and then `--store-studio FOLDER` makes them again.
 """
 
 from __future__ import annotations
@@ -31,7 +34,7 @@ from tests.e2e.commands import run_here  # noqa: E402 - as a script it finds no 
 from tests.e2e.pages import PAGES, blocks, follow  # noqa: E402
 from tests.e2e.terminal import picture_of  # noqa: E402
 
-FORM = re.compile(r"^<!-- (?:(terminal|picture): )?(.+) -->\n!\[[^\]]{20,}\]\((.+)\)$", flags=re.MULTILINE)
+FORM = re.compile(r"^<!-- (?:(terminal|picture|studio): )?(.+) -->\n!\[[^\]]{20,}\]\((.+)\)$", flags=re.MULTILINE)
 
 #: Colours of a PNG: its size is a third of that with all of them, and no eye sees it.
 COLOURS = 128
@@ -82,7 +85,8 @@ def excess(stored: Path, drawn: Path) -> float:
     a, b = blocks_of(stored), blocks_of(drawn)
     if a.shape != b.shape:
         return 1.0
-    allowed = 0.0005 if drawn_by(stored) == drawn_by(drawn) else 0.05
+    program = drawn_by(stored)
+    allowed = 0.0005 if program and program == drawn_by(drawn) else 0.05
     return max(0.0, float((np.abs(a - b).max(axis=2) > 0.05).mean()) - allowed)
 
 
@@ -114,14 +118,29 @@ def store(drawn: Path, path: Path) -> None:
     print(f"wrote {path.relative_to(ROOT)}")
 
 
-def main(names: list[str]) -> None:
-    """Make the pictures of some pages again, of all without a name."""
+def of_the_studio(folder: Path, *, stored: bool) -> int:
+    """Store the pictures that the studio's job left in a folder, or return 1 where one differs from its stored one."""
+    found = [p for page in PAGES for p in pictures(page) if p.kind == "studio"]
+    if stored:
+        for picture in found:
+            store(folder / picture.source, picture.path)
+        return 0
+    stale = [p for p in found if excess(p.path, folder / p.source) > 0.0]
+    for picture in stale:
+        print(f"{picture.path.relative_to(ROOT)} is not what the studio shows now; see {Path(__file__).name}")
+    return 1 if stale else 0
+
+
+def main(names: list[str]) -> int:
+    """Make the pictures of some pages again, of all without a name; compare or store those of the studio."""
+    if names[:1] in (["--studio"], ["--store-studio"]):
+        return of_the_studio(Path(names[1]), stored=names[0] == "--store-studio")
     pages = [Path(name).resolve() for name in names] or PAGES
     os.environ |= SHOWN
     for page in pages:
         found = list(pictures(page))
         for picture in found:
-            if picture.kind != "picture":
+            if picture.kind not in ("picture", "studio"):
                 with tempfile.TemporaryDirectory() as folder:
                     store(made(picture, Path(folder)), picture.path)
         if left := [p for p in found if p.kind == "picture"]:
@@ -130,6 +149,7 @@ def main(names: list[str]) -> None:
                 follow(page, Path(folder))
                 for picture in left:
                     store(Path(picture.source), picture.path)
+    return 0
 
 
 if __name__ == "__main__":

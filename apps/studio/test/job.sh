@@ -26,9 +26,11 @@ done
 node build.mjs
 node test/bits.mjs
 status=0
+export PICTURES=${PICTURES:-$scratch/pictures}
 timeout -k 5 "$limit" node test/run.mjs || status=$?
 case $status in
   0) ;;
   124 | 137) skip "that takes longer than $limit s here" ;;
   *) exit 1 ;;
 esac
+"$PYTHON" ../../tests/e2e/pictures.py --studio "$PICTURES"
