@@ -48,7 +48,9 @@ def test_something_makes_every_picture_and_says_so() -> None:
 
 
 @pytest.mark.parametrize(
-    "picture", [p for page in PAGES for p in pictures(page) if p.kind not in ("picture", "studio")], ids=lambda p: str(p.path.name)
+    "picture",
+    [p for page in PAGES for p in pictures(page) if p.kind not in ("picture", "studio")],
+    ids=lambda p: str(p.path.name),
 )
 def test_a_picture_is_what_its_command_draws(picture: Picture, tmp_path: Path) -> None:
     assert excess(picture.path, made(picture, tmp_path)) == 0.0
