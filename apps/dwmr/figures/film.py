@@ -1,4 +1,4 @@
-"""Encoding of animation frames: GIF with Pillow, MP4 with the program ffmpeg."""
+"""Encoding of animation frames: GIF with Pillow, MP4 with the program ffmpeg; one frame as PNG."""
 
 from __future__ import annotations
 
@@ -67,6 +67,11 @@ def _delay(k: int, rate: float) -> int:
     """Return how long picture `k` stands [ms], a multiple of 10."""
     begin, end = (round(100 * n / rate) for n in (k, k + 1))
     return 10 * (end - begin)
+
+
+def write_png(path: Path, picture: FloatArray) -> None:
+    """Write one picture of shape (height, width, 3) as a PNG."""
+    Image.fromarray(picture).save(path, format="PNG")
 
 
 def write_mp4(path: Path, pictures: Iterable[FloatArray], rate: float, size: tuple[int, int]) -> None:

@@ -15,7 +15,7 @@ from dwmr.control.fuzzy_gains import Rules
 from dwmr.control.laws.python_law import reported
 from dwmr.control.laws.settings import LawSettings
 from dwmr.core.arrays import FloatArray
-from dwmr.core.interfaces import Law, Plant, Signal
+from dwmr.core.interfaces import Law, Signal
 from dwmr.core.jit import COMPILED, collected_errors, first_class_functions
 from dwmr.scenario.file import ScenarioFile
 from dwmr.scenario.model import Scenario
@@ -31,6 +31,8 @@ from fuzzyctl.experiments.settings.locations import Places
 PERIODS_AT_A_TIME = 4000
 #: In plain Python it returns about this often [s].
 PATIENCE = 0.25
+#: Numbers that are recorded of a robot by plant, those of its law aside: of rigid bodies their positions, too.
+_RECORDED = {"equations": len(SIGNALS), "mujoco": len(SIGNALS) + 9}
 #: Records of all laws of a command are kept in memory together; more than this is refused [bytes].
 MOST_MEMORY = 2 << 30
 
@@ -58,6 +60,7 @@ class Trajectory:
         law_signals: Names and units of those.
         wall_s: Computing time of the loop [s].
         stop: Why the run ended early, or None.
+        positions: `MujocoPlant.positions` of rigid bodies, shape (samples, 9 * robots) [m, rad], or None of equations.
     """
 
     controller: str
@@ -68,6 +71,7 @@ class Trajectory:
     law_signals: tuple[Signal, ...]
     wall_s: float
     stop: Stop | None = None
+    positions: FloatArray | None = None
 
     def __getitem__(self, name: str) -> FloatArray:
         """Return a signal by name, shape (samples, robots)."""
@@ -116,7 +120,8 @@ def require_memory(simulations: Sequence[Simulation], places: Places) -> None:
         DiagnosticError: When they do not.
     """
     needed = sum(
-        8 * (s.scenario.run.steps + 1) * len(s.laws) * (len(SIGNALS) + len(s.law_signals)) for s in simulations
+        8 * (s.scenario.run.steps + 1) * len(s.laws) * (len(s.law_signals) + _RECORDED[s.scenario.run.plant])
+        for s in simulations
     )
     if needed <= MOST_MEMORY:
         return
@@ -148,12 +153,14 @@ def run(simulation: Simulation, report: Callable[[int], None] | None = None) -> 
     reached, robot, fault, wall_s = 0, -1, 0, 0.0
     interrupted = False
     plant = _other_plant(scenario)
+    positions = None if plant is None else np.empty((samples, plant.positions.size))
     chunk = PERIODS_AT_A_TIME if COMPILED and plant is None else 1
 
     def computed(first: int, last: int) -> tuple[int, int, int]:
-        if plant is None or last == 0:
+        if plant is None or positions is None or last == 0:
             return periods.decide(first, last)
         for k in range(first, last):
+            positions[k] = plant.positions
             done = periods.decide(k, k + 1)
             if done[2] != 0:
                 break
@@ -192,10 +199,14 @@ def run(simulation: Simulation, report: Callable[[int], None] | None = None) -> 
     if periods.vehicles is not None:
         law_record = np.concatenate([law_record, periods.vehicles.record], axis=2)
     signals = simulation.law_signals
-    return Trajectory(simulation.name, names, t, periods.record[:kept], law_record[:kept], signals, wall_s, stop)
+    if positions is not None:
+        positions = positions[:kept]
+    return Trajectory(
+        simulation.name, names, t, periods.record[:kept], law_record[:kept], signals, wall_s, stop, positions
+    )
 
 
-def _other_plant(scenario: Scenario) -> Plant | None:
+def _other_plant(scenario: Scenario) -> MujocoPlant | None:
     """Return what moves the robots, None for the equations, which the loop has in itself."""
     if scenario.run.plant == "equations":
         return None
