@@ -130,7 +130,9 @@ class FreeKernel(Displayed):
     def batch(
         self, points: Points | Frames, values: Values, *, out: FloatArray | None = None, parallel: bool = True
     ) -> FloatArray: ...
-    def batch(self, points: Any, values: Any, *, out: Any = None, parallel: bool = True) -> Any:
+    def batch(
+        self, points: Points | Frames, values: Values, *, out: FloatArray | None = None, parallel: bool = True
+    ) -> FloatArray | Labelled:
         """Evaluate at many points.
 
         Args:

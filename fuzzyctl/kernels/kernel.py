@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Final, final, overload
 
@@ -10,13 +10,12 @@ from fuzzyctl.diagnostics.diagnostic import ArgumentError, FuzzyctlError, NoRule
 from fuzzyctl.displayed import Displayed
 from fuzzyctl.kernels.algorithms.select import algorithm_of
 from fuzzyctl.kernels.backends import states
-from fuzzyctl.kernels.backends.arguments import argument_error, float_array, in_order, overflows, too_large
+from fuzzyctl.kernels.backends.arguments import argument_error, as_floats, float_array, in_order, overflows, too_large
 from fuzzyctl.kernels.backends.labels import labelled
 from fuzzyctl.kernels.backends.python import backend as python_backend
 from fuzzyctl.kernels.inference import inference
 from fuzzyctl.kernels.plan.build import Plan
 from fuzzyctl.kernels.program.program import Program, Refuse
-from fuzzyctl.kernels.program.scalar import as_number
 from fuzzyctl.kernels.promises import Promises
 
 if TYPE_CHECKING:
@@ -119,7 +118,7 @@ class Kernel(Displayed):
                 result = self._function(*arguments)
             except (TypeError, ValueError, OverflowError):
                 # Compiled code takes fewer types of numbers than there are; it never comes here with floats.
-                result = self._function(*self._as_floats(arguments))
+                result = self._function(*as_floats(arguments, len(self.input_names), self._n_arguments))
             if result != result or len(self.output_names) > 1:
                 self._promises.check(arguments, result)
             return result
@@ -150,7 +149,14 @@ class Kernel(Displayed):
         out: FloatArray | None = None,
         parallel: bool = True,
     ) -> FloatArray: ...
-    def batch(self, points: Any, state: Any = None, *, out: Any = None, parallel: bool = True) -> Any:
+    def batch(
+        self,
+        points: Points | Frames,
+        state: Numbers | None = None,
+        *,
+        out: FloatArray | None = None,
+        parallel: bool = True,
+    ) -> FloatArray | Labelled:
         """Evaluate at many points.
 
         Args:
@@ -176,7 +182,7 @@ class Kernel(Displayed):
         from fuzzyctl.kernels.batch import Batch
 
         run = Batch(self.plan, self._fill, self._promises, is_compiled=self.backend == "numba")
-        results = run(points, state, out, parallel=parallel)
+        results: FloatArray | Labelled = run(points, state, out, parallel=parallel)
         return results if out is not None else labelled(results, self.output_names, points)
 
     @cached_property
@@ -198,7 +204,9 @@ class Kernel(Displayed):
     def degrees(self, points: Frames, state: Numbers | None = None) -> dict[str, dict[str, pd.Series[float]]]: ...
     @overload
     def degrees(self, points: Points, state: Numbers | None = None) -> dict[str, dict[str, FloatArray]]: ...
-    def degrees(self, points: Any, state: Any = None) -> Any:
+    def degrees(
+        self, points: Points | Frames, state: Numbers | None = None
+    ) -> dict[str, dict[str, FloatArray]] | dict[str, dict[str, pd.Series[float]]]:
         """Compute the degrees of all terms that rules read.
 
         Args:
@@ -218,7 +226,7 @@ class Kernel(Displayed):
     def strengths(self, points: Frames, state: Numbers | None = None) -> pd.DataFrame: ...
     @overload
     def strengths(self, points: Points, state: Numbers | None = None) -> FloatArray: ...
-    def strengths(self, points: Any, state: Any = None) -> Any:
+    def strengths(self, points: Points | Frames, state: Numbers | None = None) -> FloatArray | pd.DataFrame:
         """Compute how far each rule is active: its firing strength times its weight, after the activation method.
 
         Args:
@@ -235,7 +243,7 @@ class Kernel(Displayed):
     def gradient(self, points: Frames, state: Numbers | None = None) -> pd.DataFrame | FloatArray: ...
     @overload
     def gradient(self, points: Points, state: Numbers | None = None) -> FloatArray: ...
-    def gradient(self, points: Any, state: Any = None) -> Any:
+    def gradient(self, points: Points | Frames, state: Numbers | None = None) -> FloatArray | pd.DataFrame:
         """Compute the derivatives of the outputs by the inputs, exact but for rounding.
 
         Args:
@@ -380,18 +388,6 @@ class Kernel(Displayed):
     def _require_adaptive(self) -> None:
         if not self.plan.states:
             raise FuzzyctlError("the system has no adaptive output, so it has no rates")
-
-    def _as_floats(self, arguments: Sequence[Any]) -> list[Any]:
-        """Return the inputs as floats.
-
-        Raises:
-            ArgumentError: For what is no real number.
-            TypeError: For a wrong number of arguments.
-        """
-        if len(arguments) != self._n_arguments:
-            raise TypeError("wrong number of arguments")
-        inputs = len(self.input_names)
-        return [*map(as_number, arguments[:inputs]), *arguments[inputs:]]
 
     def _argument_names(self) -> list[str]:
         return [*self.input_names, *(["state"] if self.n_states else [])]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import unicodedata
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, TypeVar, overload
@@ -235,7 +235,7 @@ class FuzzySystem(Node, Printed):
     def __call__(self, **inputs: Scalar | Column) -> NamedColumns: ...
     @overload
     def __call__(self, **inputs: Numbers) -> NamedArrays: ...
-    def __call__(self, *unnamed: Any, **inputs: Any) -> Any:
+    def __call__(self, *unnamed: Any, **inputs: Numbers | Column) -> NamedOutputs | NamedArrays | NamedColumns:
         """Evaluate the system for numbers or arrays given by name.
 
         Args:
@@ -262,7 +262,7 @@ class FuzzySystem(Node, Printed):
         return {}
 
     @cached_property
-    def _by_name(self) -> Any:
+    def _by_name(self) -> Callable[[Mapping[str, Any]], NamedOutputs | NamedArrays | NamedColumns]:
         """What evaluates: the model is below the kernels, and this is the one place that looks up to them."""
         from fuzzyctl.kernels.compile import ByName
 

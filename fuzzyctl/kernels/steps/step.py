@@ -136,7 +136,9 @@ class Step(Displayed):
     def run(
         self, inputs: Numbers, state: Vector | None = None, *, dt: Scalar | Vector | None = None
     ) -> tuple[FloatArray, FloatArray]: ...
-    def run(self, inputs: Any, state: Any = None, *, dt: Any = None) -> tuple[Any, FloatArray]:
+    def run(
+        self, inputs: Numbers | Frame, state: Vector | None = None, *, dt: Scalar | Vector | None = None
+    ) -> tuple[FloatArray | Labelled, FloatArray]:
         """Make a step for each row of the inputs, one after the other.
 
         Args:
@@ -171,7 +173,9 @@ class Step(Displayed):
     def batch(
         self, inputs: Numbers, states: Numbers, *, dt: Numbers | None = None
     ) -> tuple[FloatArray, FloatArray]: ...
-    def batch(self, inputs: Any, states: Any, *, dt: Any = None) -> tuple[Any, Any]:
+    def batch(
+        self, inputs: Numbers | Frame, states: Numbers | Frame, *, dt: Numbers | None = None
+    ) -> tuple[FloatArray | Labelled, FloatArray | pd.DataFrame]:
         """Make one step of many copies of the controller side by side.
 
         Args:
