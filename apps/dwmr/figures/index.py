@@ -22,9 +22,9 @@ def index(made: Collection[int], left_out: Mapping[int, str], suffix: str, scena
         f"# Figures of the scenario {_plain(scenario.name)}",
         "",
         f"Counterparts of Figs. {shown[0].number} to {shown[-1].number} of Goto, Bertol, Martins, drawn from simulated "
-        "runs. Disturbance windows are shaded; a bar at the foot of a panel marks obstacle avoidance, one at its head the "
-        "load. Signals are drawn by the least and greatest value of every stretch of time, so that chattering shows as "
-        "the band it fills.",
+        "runs. Disturbance windows are shaded; a bar at the foot of a panel marks obstacle avoidance, one at its head "
+        "the load. Signals are drawn by the least and greatest value of every stretch of time, so that chattering "
+        "shows as the band it fills.",
         "",
     ]
     for figure in shown:
@@ -38,8 +38,8 @@ def index(made: Collection[int], left_out: Mapping[int, str], suffix: str, scena
         "## The paper's other figures",
         "",
         "Figs. 1 to 4 are drawings of geometry and block diagrams, without numbers. Figs. 5 to 7 are membership "
-        "functions: `fuzzyctl plot-terms` draws them from the rule files. Figs. 8 to 28 show the simulation "
-        "and Figs. 29 to 39 the experiment, with rigid bodies: `dwmr figures paper` and `dwmr figures experiment` draw them.",
+        "functions: `fuzzyctl plot-terms` draws them from the rule files. Figs. 8 to 28 show the simulation, "
+        "`dwmr figures paper`, and Figs. 29 to 39 the experiment, with rigid bodies, `dwmr figures experiment`.",
         "",
     ]
     return "\n".join(lines)

@@ -53,7 +53,8 @@ class PaperFigure:
     def obstacle_to(self, scenario: Scenario) -> str:
         """Return why a scenario has no such figure, or an empty text."""
         if self.experiment and scenario.run.plant != "mujoco":
-            return f"it shows rigid bodies, and run.plant is {scenario.run.plant!r}; figure {self.number - _LATER} shows this"
+            what = f"it shows rigid bodies, and run.plant is {scenario.run.plant!r}"
+            return f"{what}; see figure {self.number - _LATER}"
         if all(getattr(r.controllers, self.law, None) is None for r in scenario.robots.values()):
             return f"the scenario has no gains for {self.law}"
         if "followers" in self.needs and not derived.followers(scenario):
@@ -198,11 +199,7 @@ _SIMULATION = [
 ]
 #: Figs. 29 to 39 of the experiment show what Figs. 13 to 23 show of the simulation, one for one.
 _LATER = 16
-_EXPERIMENT = [
-    replace(figure, number=figure.number + _LATER, experiment=True)
-    for figure in _SIMULATION
-    if 13 <= figure.number <= 23
-]
+_EXPERIMENT = [replace(f, number=f.number + _LATER, experiment=True) for f in _SIMULATION if 13 <= f.number <= 23]
 FIGURES = tuple(sorted([*_SIMULATION, *_EXPERIMENT], key=lambda figure: figure.number))
 
 
