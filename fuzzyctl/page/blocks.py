@@ -98,11 +98,17 @@ def loop_data(run: Run, runs: int = 1) -> dict[str, Any]:
     return {
         **found,
         "measures": [
-            [m.label or m.name, f"{measures[m.name]:.6g}{f' {m.unit}' if m.unit else ''}"] for m in run.loop.measures
+            [m.label or m.name, _measure_text(measures[m.name], m.unit)] for m in run.loop.measures
         ],
         "verdicts": [["met" if r.holds else "not met", r.text, ""] for r in run.requirements],
         "stopped": run.stopped.message if run.stopped is not None else "",
     }
+
+
+def _measure_text(value: float, unit: str) -> str:
+    if not math.isfinite(value):
+        return "no value (NaN)" if math.isnan(value) else "infinite" if value > 0.0 else "-infinite"
+    return f"{value:.6g}{f' {unit}' if unit else ''}"
 
 
 def _limits(run: Run, panel: Panel) -> dict[str, Any]:
