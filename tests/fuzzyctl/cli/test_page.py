@@ -302,7 +302,7 @@ def test_each_call_of_a_system_is_shown_and_states_are_named_as_they_are_written
     assert [(i["lower"], i["upper"]) for i in controller["inputs"]] == [(None, None), (0.0, None)]
     assert [(o["lower"], o["upper"]) for o in controller["outputs"]] == [(None, None), (0.0, 3.0)]
     assert set(controller["states"].values()) == {
-        "what is kept [m]", "lowpass(e, 0.1 s)", "delay(e, 5)", "whether a step was made",
+        "what is kept [m]", "lowpass(e, 0.1 s), filtered", "delay(e, 5)", "whether a step was made",
     }  # fmt: skip
 
 
