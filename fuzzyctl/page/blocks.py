@@ -89,7 +89,6 @@ def loop_data(run: Run, runs: int = 1) -> dict[str, Any]:
     """
     from fuzzyctl.simulation.panels import panels
 
-    measures = run.measures
     found = _loop_data(
         run.loop, run.t.tolist(), run.positions, lambda e: run.signal(e).tolist(), run.solver, run.params, runs
     )
@@ -97,10 +96,7 @@ def loop_data(run: Run, runs: int = 1) -> dict[str, Any]:
         shown |= _limits(run, panel)
     return {
         **found,
-        "measures": [
-            [m.label or m.name, _measure_text(measures[m.name], m.unit)] for m in run.loop.measures
-        ],
-        "verdicts": [["met" if r.holds else "not met", r.text, ""] for r in run.requirements],
+        **_judged(run),
         "stopped": run.stopped.message if run.stopped is not None else "",
     }
 
@@ -109,6 +105,13 @@ def _measure_text(value: float, unit: str) -> str:
     if not math.isfinite(value):
         return "no value (NaN)" if math.isnan(value) else "infinite" if value > 0.0 else "-infinite"
     return f"{value:.6g}{f' {unit}' if unit else ''}"
+
+
+def _judged(run: Run | PlainRun) -> dict[str, Any]:
+    """Return the measures of a run, and which requirements it meets."""
+    values = run.measures
+    measures = [[m.label or m.name, _measure_text(values[m.name], m.unit)] for m in run.loop.measures]
+    return {"measures": measures, "verdicts": [["met" if r.holds else "not met", r.text, ""] for r in run.requirements]}
 
 
 def _limits(run: Run, panel: Panel) -> dict[str, Any]:
@@ -160,15 +163,11 @@ def _systems(controller: Controller) -> Iterator[FuzzySystem]:
 
 
 def plain_loop_data(run: PlainRun) -> dict[str, Any]:
-    """Return what is shown of a run without numpy: its signals; a note names what is missing."""
+    """Return what is shown of a run without numpy; a note says what differs."""
     loop = run.loop
     found = _loop_data(loop, run.t, run.signals, run.signal, "RK4", {})
-    notes = []
-    if loop.measures or loop.requirements:
-        notes.append("Measures and requirements take numpy: 'fuzzyctl simulate' computes them.")
-    if run.has_noise:
-        notes.append("The noise is drawn by another generator than that of 'fuzzyctl simulate', so numbers differ.")
-    return found | {"measures": [], "verdicts": [], "stopped": run.stopped, "note": " ".join(notes)}
+    note = "The noise is drawn by another generator than that of 'fuzzyctl simulate', so numbers differ."
+    return found | _judged(run) | {"stopped": run.stopped, "note": note if run.has_noise else ""}
 
 
 def refused_loop_data(loop: Loop, why: str) -> dict[str, Any]:

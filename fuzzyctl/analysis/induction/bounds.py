@@ -34,19 +34,29 @@ def controller_bounds(controller: Controller, timeout: float) -> dict[str, Outpu
     Returns:
         A bound for each output, then for each state, by name; infinite where none is known.
     """
-    prover = ControllerProver(controller, timeout)
-    found = {r.name: _bound(prover, r.name, timeout) for r in controller.results}
+    return bounds_by(ControllerProver(controller, timeout), timeout)
+
+
+def bounds_by(prover: ControllerProver, seconds: float) -> dict[str, OutputBound]:
+    """Return what `controller_bounds` does.
+
+    Args:
+        prover: Of the controller.
+        seconds: How long each end of an output may take; 0 for no subdivision.
+    """
+    controller = prover.controller
+    found = {r.name: _bound(prover, r.name, seconds) for r in controller.results}
     for state in controller.states:
         low, high = prover.ranges[state.name]
         found[state.name] = OutputBound(state.name, *_ends(low, high), exact=False)
     return found
 
 
-def _bound(prover: ControllerProver, name: str, timeout: float) -> OutputBound:
+def _bound(prover: ControllerProver, name: str, seconds: float) -> OutputBound:
     first, nearer = (BoxedStep(prover.model, prover.ranges, [name], far) for far in (FAR, _NEARER))
-    found = _ends(*_ends_of(prover, first, timeout))
-    if any(map(math.isfinite, found)) and not _same(_at_first(first), _at_first(nearer)):
-        pairs = zip(found, _ends_of(prover, nearer, timeout), (-1.0, 1.0), strict=True)
+    found = _ends(*_ends_of(prover, first, seconds))
+    if any(map(math.isfinite, found)) and not _same(*(_at_first(b, seconds) for b in (first, nearer))):
+        pairs = zip(found, _ends_of(prover, nearer, seconds), (-1.0, 1.0), strict=True)
         low, high = (_settled(*ends) for ends in pairs)
         found = low, high
     return OutputBound(name, *found, exact=False)
@@ -69,26 +79,26 @@ def _settled(end: float, nearer: float, side: float) -> float:
     return 0.0 if abs(end) < abs(nearer) and end * side < 0.0 else side * math.inf
 
 
-def _ends_of(prover: ControllerProver, boxed: BoxedStep, timeout: float) -> tuple[float, float]:
+def _ends_of(prover: ControllerProver, boxed: BoxedStep, seconds: float) -> tuple[float, float]:
     """Return both ends of an output, for what its boxed step takes in place of numbers without an end."""
     (name,) = boxed.outputs
     judge = Judge(prover.replay, boxed.inputs)
-    low, high = _at_first(boxed)
+    low, high = _at_first(boxed, seconds)
     gap = _GAP * (high - low) if math.isfinite(high - low) and high > low else _GAP
     ends = []
-    for sign in (1, -1):
+    for sign, known in ((1, low), (-1, -high)):
 
         def value(point: list[float], sign: int = sign) -> float:
             found = judge.values(point)
             return math.nan if found is None else sign * found[name]
 
-        ends.append(sign * least(boxed, 0, sign, gap, value, Work(SECOND * timeout))[0])
+        ends.append(sign * max(known, least(boxed, 0, sign, gap, value, Work(SECOND * seconds))[0]))
     return ends[0], ends[1]
 
 
-def _at_first(boxed: BoxedStep) -> tuple[float, float]:
-    """Return bounds of the output of a boxed step without subdivision."""
-    cells = boxed.cells([])
+def _at_first(boxed: BoxedStep, seconds: float) -> tuple[float, float]:
+    """Return bounds of the output of a boxed step without subdivision; over cells if there is time."""
+    cells = boxed.cells([]) if seconds else boxed.box
     if cells is None:
         return -math.inf, math.inf
     with np.errstate(all="ignore"):
