@@ -101,10 +101,16 @@ def loop_data(run: Run, runs: int = 1) -> dict[str, Any]:
     }
 
 
+def _measure_text(value: float, unit: str) -> str:
+    if not math.isfinite(value):
+        return "no value (NaN)" if math.isnan(value) else "infinite" if value > 0.0 else "-infinite"
+    return f"{value:.6g}{f' {unit}' if unit else ''}"
+
+
 def _judged(run: Run | PlainRun) -> dict[str, Any]:
     """Return the measures of a run, and which requirements it meets."""
     values = run.measures
-    measures = [[m.label or m.name, f"{values[m.name]:.6g}{f' {m.unit}' if m.unit else ''}"] for m in run.loop.measures]
+    measures = [[m.label or m.name, _measure_text(values[m.name], m.unit)] for m in run.loop.measures]
     return {"measures": measures, "verdicts": [["met" if r.holds else "not met", r.text, ""] for r in run.requirements]}
 
 

@@ -79,8 +79,8 @@ function controllerSection(controller, kernel) {
     const main = [
         element("section", {}, element("h3", {}, "Outputs over the steps"), element("div", { className: isSmall ? "several small" : "stack" }, ...plots)),
         element("div", { className: "pair" }, element("section", {}, ...proofs("Bounds of outputs and states, at every step", controller)),
-            element("section", {}, element("h3", {}, "State and params"), states,
-                ...(controller.facts.length ? [tableOf("Params", [], controller.facts)] : []))),
+            ...(controller.facts.length || Object.keys(controller.states).length ? [element("section", {}, element("h3", {}, "State and params"), states,
+                ...(controller.facts.length ? [tableOf("Params", [], controller.facts)] : []))] : [])),
     ];
     return { side, main, begin: () => { reset(); step(FIRST); } };
 }

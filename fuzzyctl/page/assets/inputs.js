@@ -11,13 +11,19 @@ const callsOf = (block) => facts.sections.filter((s) => s.kind === "loop").flatM
 /** Round ends of a slider around values, with room to move beyond them. */
 function roundEnds(values) {
     const low = Math.min(...values), high = Math.max(...values), span = high - low || Math.abs(high) || 1, step = roundStep(2 * span, 20);
-    return [Math.floor((low - span / 2) / step), Math.ceil((high + span / 2) / step)].map((k) => Number((k * step).toPrecision(12)));
+    return [Math.floor((low - span / 2) / step + 1e-9), Math.ceil((high + span / 2) / step - 1e-9)].map((k) => Number((k * step).toPrecision(12)));
+}
+
+/** Values without the least and the greatest of them, of a run that diverges, and the first one. */
+function usual(values) {
+    const sorted = [...values].sort((a, b) => a - b), out = Math.floor(0.02 * values.length);
+    return [...values.slice(0, 1), ...sorted.slice(out, values.length - out)];
 }
 
 /** The ends of an input's slider: its range; where that has no end, what runs give to it, without one −1 and 1. */
 function sliderEnds(input, given) {
-    const [low, high] = given.length ? roundEnds(given) : [-1, 1], lower = input.lower ?? Math.min(low, (input.upper ?? high) - 1);
-    return [lower, input.upper ?? Math.max(high, lower + 1)];
+    const [low, high] = given.length ? roundEnds(given) : [-1, 1], { lower, upper } = input;
+    return [lower ?? (upper === null || low < upper ? low : upper - 1), upper ?? (lower === null || high > lower ? high : lower + 1)];
 }
 
 /** Fields for the ends of a slider of an input whose range has none. */
@@ -64,7 +70,7 @@ function inputRow(input, ends, read, write) {
 /** Controls for inputs of a block; `moved` is called after each change. They begin where the first run on the page does. */
 function inputControls(block, inputs, moved) {
     const kept = settings.get(`inputs of ${block}`) ?? {}, calls = callsOf(block), names = [...new Set(calls.map((c) => c.call))];
-    const given = inputs.map((_, k) => calls.flatMap((c) => c.values[k] ?? []).filter(Number.isFinite));
+    const given = inputs.map((_, k) => usual(calls.flatMap((c) => c.values[k] ?? []).filter(Number.isFinite)));
     const ends = inputs.map((input, k) => sliderEnds(input, given[k]));
     const values = inputs.map((input, k) => {
         const [low, high] = ends[k], own = kept[input.name], isOpen = input.lower === null || input.upper === null;
@@ -83,7 +89,7 @@ function inputControls(block, inputs, moved) {
         rows[k].refresh(typed);
         changed();
     }));
-    const chooser = names.length > 1 ? [choice("with the time of a run: of", names, 0, (k) => {
+    const chooser = names.length > 1 ? [choice("follows the call of", names, 0, (k) => {
         followed = names[k];
         followAgain();
     })] : [];

@@ -26,7 +26,7 @@ function loopSection(loop) {
     }
     const side = [
         element("section", {}, element("div", { "aria-live": "polite" }, signals)),
-        element("section", {}, element("h3", {}, "Measures"), ...(loop.stopped ? [element("p", { className: "warning" }, loop.stopped)] : []),
+        element("section", {}, element("h3", {}, "Results"), ...(loop.stopped ? [element("p", { className: "warning" }, loop.stopped)] : []),
             ...(loop.note ? [element("p", { className: "note" }, loop.note)] : []),
             ...(loop.measures.length ? [tableOf("Measures", [], loop.measures)] : []), ...verdictList(loop.verdicts),
             element("details", {}, element("summary", {}, "About the run"), tableOf("Facts", [], loop.facts))),

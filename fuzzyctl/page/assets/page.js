@@ -15,7 +15,7 @@ function build(main) {
         parts.push(element("nav", { "aria-label": "Blocks of the file" }, ...links));
     }
     if (facts.diagnostics.length) {
-        const items = facts.diagnostics.map((d) => element("li", {}, element("strong", {}, `${d.severity}[${d.code}]: `), d.message,
+        const items = facts.diagnostics.map((d) => element("li", {}, element("strong", {}, `${d.severity}[${d.code}]: `), d.message, d.place ? element("span", { className: "note" }, ` (${d.place})`) : "",
             ...d.facts.map((f) => element("span", { className: "note" }, `; ${f}`)), d.help ? `; ${d.help}` : ""));
         parts.push(element("section", { className: "diagnostics" }, element("h2", {}, "Diagnostics"), element("ul", {}, ...items)));
     }

@@ -61,9 +61,9 @@ function constantOf(lines) {
 }
 
 /** A value beside an axis. */
-function tickText(value) {
+function tickText(value, digits = 6) {
     const size = Math.abs(value);
-    const text = size && (size < 1e-3 || size >= 1e5) ? value.toExponential(1).replace(/\.0(?=e)/, "") : shown(value);
+    const text = size && (size < 1e-3 || size >= 1e5) ? value.toExponential(1).replace(/\.0(?=e)/, "") : shown(value, digits);
     return text.replace("-", "\u2212");
 }
 
@@ -87,6 +87,9 @@ function nearest(sorted, value) {
     return value - sorted[low] < sorted[high] - value ? low : high;
 }
 
+/** Pixels as SVG takes them, which has no exponents: what lies far outside of a picture lies outside. */
+const pixels = (v) => Math.min(Math.max(v, -1e5), 1e5).toFixed(1);
+
 /** The path of a line; what has no value leaves a gap. */
 function track({ x: xs, y: ys, stepped }, x, y) {
     let text = "", before = null;
@@ -95,7 +98,7 @@ function track({ x: xs, y: ys, stepped }, x, y) {
             before = null;
             continue;
         }
-        const [right, down] = [x(xs[k]).toFixed(1), y(ys[k]).toFixed(1)];
+        const [right, down] = [pixels(x(xs[k])), pixels(y(ys[k]))];
         text += before === null ? `M${right} ${down}` : stepped ? `L${right} ${before}L${right} ${down}` : `L${right} ${down}`;
         before = down;
     }
@@ -164,7 +167,7 @@ class Panel {
         }
         for (const value of this.constant === null || plot.data.map ? ticks(ys, height / 32, data.log) : [this.constant]) {
             drawn(inside, "line", { class: "grid", x1: LEFT, x2: LEFT + width, y1: y(value), y2: y(value) });
-            drawn(svg, "text", { class: "tick", x: LEFT - 5, y: y(value) + 4, "text-anchor": "end" }, tickText(value));
+            drawn(svg, "text", { class: "tick", x: LEFT - 5, y: y(value) + 4, "text-anchor": "end" }, tickText(value, 4));
         }
         const pixels = width / (xs[1] - xs[0]);
         for (const [cx, cy, radius, isBody] of data.circles ?? []) {

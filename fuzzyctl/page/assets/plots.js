@@ -87,6 +87,20 @@ function picture(height, label, draw) {
     return canvas;
 }
 
+const ruler = document.createElement("canvas").getContext("2d");
+/** A text that fits into a width [pixels], its end left out where it is longer. */
+function fitted(text, width) {
+    ruler.font = FONT;
+    if (ruler.measureText(text).width <= width) {
+        return text;
+    }
+    let length = text.length;
+    while (length > 1 && ruler.measureText(`${text.slice(0, length)}…`).width > width) {
+        length--;
+    }
+    return `${text.slice(0, length)}…`;
+}
+
 /** Axes within a part of a canvas: functions from values to pixels, and lines of values. */
 function axes(context, box, xEnds, yEnds) {
     const [left, top, width, height] = box;
@@ -140,7 +154,7 @@ function axes(context, box, xEnds, yEnds) {
                 context.stroke();
                 context.globalAlpha = 1;
                 context.fillStyle = color("note");
-                context.fillText(tickText(value), left - 5, y(value));
+                context.fillText(tickText(value, 4), left - 5, y(value));
             }
         },
         line(points, style, width = 1.5, { dashed = false, stepped = false } = {}) {

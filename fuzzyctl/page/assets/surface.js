@@ -34,7 +34,7 @@ function surfaceView(system, evaluated, controls) {
                 grid.high = finite.reduce((a, b) => Math.max(a, b), -Infinity);
                 const missing = grid.values.length - finite.length;
                 status.textContent = finite.length === 0 ? "No point of the picture has a value."
-                    : (done ? "" : "Too slow to compute whole, stopped. ") + `From ${shown(grid.low)} to ${shown(grid.high)} over the grid.`
+                    : (done ? "" : "Too slow to compute whole, stopped. ") + (grid.low < grid.high ? `From ${shown(grid.low)} to ${shown(grid.high)} over the grid.` : `${shown(grid.low)} on the whole grid.`)
                     + (missing ? ` ${missing} points without a finite value are left out.` : "");
                 redraw();
                 computing.delete(begin);
@@ -58,7 +58,7 @@ function surfaceView(system, evaluated, controls) {
         if (y < 0) {
             const a = axes(context, box, [inputs[x].lower, inputs[x].upper], endsOf([grid.low, grid.high]));
             a.frame();
-            a.heights();
+            a.heights(constantOf([grid.values]));
             a.line(Array.from(grid.values, (v, k) => [axis(inputs[x], k, CURVE), v]), lineColor(0), 2);
             if (Number.isFinite(current[z])) {
                 a.dot(held(controls.values[x], inputs[x]), current[z], lineColor(1));
@@ -97,12 +97,12 @@ function surfaceView(system, evaluated, controls) {
         context.fillStyle = color("text");
         context.textBaseline = "bottom";
         context.textAlign = "center";
-        context.fillText(withUnit(inputs[x]), box[0] + box[2] / 2, height - 4, box[2]);
+        context.fillText(fitted(withUnit(inputs[x]), box[2]), box[0] + box[2] / 2, height - 4);
         context.save();
         context.translate(12, box[1] + box[3] / 2);
         context.rotate(-Math.PI / 2);
         context.textBaseline = "middle";
-        context.fillText(withUnit(y < 0 ? outputs[z] : inputs[y]), 0, 0, box[3]);
+        context.fillText(fitted(withUnit(y < 0 ? outputs[z] : inputs[y]), box[3]), 0, 0);
         context.restore();
     }
 
@@ -170,12 +170,12 @@ function surfaceView(system, evaluated, controls) {
             // The name stands at the edge that is nearer.
             const near = project(a, b, -0.8)[2] < project(-a, -b, -0.8)[2] ? 1 : -1;
             const [px, py] = project(near * a, near * b, -0.8);
-            context.fillText(text, px, py, 0.5 * width);
+            context.fillText(fitted(text, 0.3 * width), px, py);
             context.fillStyle = color("note");
             const input = inputs[a === 0 ? x : y];
-            for (const [end, value] of [[-0.9, input.lower], [0.9, input.upper]]) {
+            for (const [end, value] of [[-0.75, input.lower], [0.75, input.upper]]) {
                 const [qx, qy] = a === 0 ? project(end, 0.84 * near * b, -0.8) : project(0.84 * near * a, end, -0.8);
-                context.fillText(tickText(Number(value.toPrecision(3))), qx, qy);
+                context.fillText(tickText(value, 3), qx, qy);
             }
             context.fillStyle = color("text");
         }
@@ -191,12 +191,12 @@ function surfaceView(system, evaluated, controls) {
             context.textAlign = "right";
             context.fillStyle = color("note");
             for (const [[px, py], value] of [[low, grid.low], [high, grid.high]]) {
-                context.fillText(tickText(Number(value.toPrecision(3))), px - 4, py);
+                context.fillText(tickText(value, 3), px - 4, py - 6);
             }
         }
     }
 
-    const map = picture(320, "", drawMap), surface = picture(320, "", drawSurface);
+    const map = picture(290, "", drawMap), surface = picture(290, "", drawSurface);
     map.dataset.file = `${system.name}-map`;
     surface.dataset.file = `${system.name}-surface`;
     function redraw() {

@@ -57,7 +57,7 @@ function systemSection(system, kernel) {
     const own = [
         surface.box,
         element("section", {}, element("h3", {}, "Terms"),
-            element("div", { className: "several" }, ...terms.filter((t) => t !== null).map((t) => t.box))),
+            element("div", { className: "several small" }, ...terms.filter((t) => t !== null).map((t) => t.box))),
         element("section", {}, element("h3", {}, "Rules"), ...tables.map((t) => t.box), ...viewer.boxes),
     ];
     return { side, main: own, begin: moved };
