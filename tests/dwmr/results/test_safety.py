@@ -1,9 +1,5 @@
 """Runs behind the safety filter: crowds that do not touch, moments that are recorded, laws that are left alone."""
 
-import importlib.util
-import sys
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -16,6 +12,7 @@ from dwmr.results.metrics import errors, measure, rmse
 from dwmr.scenario.file import find, read
 from dwmr.scenario.moving import centres
 from dwmr.simulation import simulate
+from tests import explanation
 
 SCENES = 20
 NONE = "obstacles=[]"
@@ -24,17 +21,7 @@ FILTER = (
 )  # fmt: skip
 
 
-def crowds():
-    """The module behind the figures of the page."""
-    path = Path(__file__).resolve().parents[3] / "docs" / "explanation" / "avoidance" / "crowds.py"
-    spec = importlib.util.spec_from_file_location("crowds", path)
-    module = importlib.util.module_from_spec(spec)
-    sys.modules["crowds"] = module
-    spec.loader.exec_module(module)
-    return module
-
-
-CROWDS = crowds()
+CROWDS = explanation.script("avoidance/crowds.py")
 
 
 def run(law, *overrides, name="paper-with-limits"):
