@@ -1,11 +1,15 @@
 """Runs behind the safety filter: crowds that do not touch, moments that are recorded, laws that are left alone."""
 
+import io
+
 import numpy as np
 import pytest
+from rich.console import Console
 
 from dwmr.control.fuzzy_gains import Rules
 from dwmr.control.safety_filter import rate_bound
-from dwmr.output.report import barriers
+from dwmr.output.report import barriers, filter_cells, print_report
+from dwmr.page import tables
 from dwmr.results import safety
 from dwmr.results.contacts import obstacle_gaps, robot_gaps
 from dwmr.results.metrics import errors, measure, rmse
@@ -146,6 +150,18 @@ class TestMoments:
     def test_of_rates_are_judged_by_the_bound_of_the_filter(self):
         distance = np.linspace(0.1, 3.0, 30)
         assert safety.rate_bounds(2.0, distance, 1.0) == pytest.approx([rate_bound(2.0, d, 1.0) for d in distance])
+
+
+def test_tables_of_a_run_have_what_the_filter_did():
+    file, trajectory = run("fcafsmc", "run.horizon=2", name="moving-obstacles")
+    found = {"fcafsmc": measure(trajectory, file.scenario)}
+    share = 100.0 * found["fcafsmc"]["safety"]["acts"]["follower2"]
+    assert filter_cells(found["fcafsmc"], "follower2")[1:] == [f"{share:.1f}", "0", "0"]
+    text = io.StringIO()
+    print_report(Console(file=text, width=100), {"controllers": found}, None)
+    assert "Safety filter" in text.getvalue()
+    assert f">{share:.1f}<" in tables.safety_filter(found)
+    assert tables.safety_filter({"fcafsmc": {}}) == ""
 
 
 def test_report_names_five_moments_and_counts_the_others():
