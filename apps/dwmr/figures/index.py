@@ -37,8 +37,8 @@ def index(made: Collection[int], left_out: Mapping[int, str], suffix: str, scena
         "## The paper's other figures",
         "",
         "Figs. 1 to 4 are drawings of geometry and block diagrams, without numbers. Figs. 5 to 7 are membership "
-        "functions: `fuzzyctl plot-terms` draws them from the rule files. Figs. 29 to 39 show runs in Gazebo, which "
-        "this project does not have.",
+        "functions: `fuzzyctl plot-terms` draws them from the rule files. Figs. 29 to 39 show runs in Gazebo: "
+        "their counterpart is `dwmr run experiment`, with rigid bodies in MuJoCo.",
         "",
     ]
     return "\n".join(lines)
