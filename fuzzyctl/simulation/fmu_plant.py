@@ -40,7 +40,8 @@ class FmuPlant:
         try:
             _fmpy()
             self._fmu = read_description(plant.fmu)
-            self._require_binary()
+            if missing := self._fmu.missing_binary():
+                raise missing
             self._folder = tempfile.mkdtemp(prefix="fuzzyctl-fmu-")
             weakref.finalize(self, shutil.rmtree, self._folder, ignore_errors=True)
             unpack(plant.fmu, Path(self._folder))
@@ -104,16 +105,6 @@ class FmuPlant:
         except Exception as error:  # noqa: BLE001 - FMPy raises plain exceptions; what it raised is reported
             message = f"FMU '{self._plant.name}' cannot {what} at t = {t:.6g} s"
             raise self._mistake(message, (str(error), *self._messages), "see what the tool that made it says") from None
-
-    def _require_binary(self) -> None:
-        if self._fmu.platform in self._fmu.platforms:
-            return
-        has = ", ".join(self._fmu.platforms) or "no machine"
-        help_text = "export it on this machine"
-        if self._fmu.has_sources:
-            help_text = f"it holds its source; compile that: fmpy compile {Path(self._plant.fmu).name}"
-        facts = (f"it has binaries for: {has}; this is {self._fmu.platform}",)
-        raise FmuError("the FMU has no binary for this machine", facts, help_text)
 
     def _mistake(self, message: str, facts: tuple[str, ...], help_text: str = "") -> DiagnosticError:
         facts = (*facts, f"it is block '{self._block}', {self._plant.fmu}")
