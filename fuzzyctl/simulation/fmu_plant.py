@@ -132,9 +132,9 @@ class _Instance:
         self._inputs = [v.reference for v in fmu.inputs]
         self._outputs = [v.reference for v in fmu.outputs]
 
-    def _log(self, *told: Any) -> None:
+    def _log(self, *arguments: Any) -> None:
         """Keep a message; of FMI 2 the name of the instance comes before the status."""
-        text = (told[-1] or b"").decode("utf-8", "replace")
+        text = (arguments[-1] or b"").decode("utf-8", "replace")
         self._messages.append(f"it says: {text}")
         del self._messages[:-_MESSAGES]
 
