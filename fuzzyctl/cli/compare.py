@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from fuzzyctl.comparison.differences import Difference
     from fuzzyctl.comparison.explanation import Cause, Explanation
     from fuzzyctl.loading.blocks import Block
+    from fuzzyctl.model.profiles import ProfileName
     from fuzzyctl.model.system import FuzzySystem
 
 
@@ -74,7 +75,7 @@ def _profiles(_context: click.Context, _option: click.Parameter, given: str | No
 def compare(
     first: str,
     second: str | None,
-    profiles: tuple[str, ...],
+    profiles: tuple[ProfileName, ...],
     points: int,
     loops: bool,
     within: float | None,
@@ -118,7 +119,7 @@ def compare(
 
 
 def _sides(
-    first: str, second: str | None, names: tuple[str, ...], settings: tuple[str, ...], name: str | None
+    first: str, second: str | None, names: tuple[ProfileName, ...], settings: tuple[str, ...], name: str | None
 ) -> list[_Side]:
     """Load what is compared: the first side with each of the others."""
     from fuzzyctl.loading.load import look_through

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -18,11 +18,10 @@ from fuzzyctl.model.plant import Plant
 from fuzzyctl.model.system import FuzzySystem
 
 if TYPE_CHECKING:
-    import numpy.typing as npt
-
+    from fuzzyctl.annotations import FloatArray, Numbers
+    from fuzzyctl.interop.environments import LoopEnvironment
     from fuzzyctl.interop.opened_loops import OpenedLoop
-
-    FloatArray = npt.NDArray[np.float64]
+    from fuzzyctl.simulation.experiment import LoopBackend
 
 #: The signals of a loop by name to a reward.
 Reward = Callable[[Mapping[str, float]], float]
@@ -69,7 +68,7 @@ class Policy:
         if self._step is not None:
             self.state = self._step.start()
 
-    def __call__(self, observation: Any) -> FloatArray:
+    def __call__(self, observation: Numbers) -> FloatArray:
         """Make a step.
 
         Args:
@@ -108,8 +107,8 @@ def environment(
     actions: Mapping[str, tuple[float, float]] | None = None,
     penalty: float = 0.0,
     substeps: int = 1,
-    backend: Backend = "auto",
-) -> Any:
+    backend: LoopBackend = "auto",
+) -> LoopEnvironment:
     """Return a loop without one of its controllers, or a plant, as a `gymnasium.Env`.
 
     Of a loop the observations are the inputs of the controller that is taken out, references and noise included, and

@@ -47,6 +47,15 @@ class MujocoPlant:
         self._drives = np.array([[model.actuator(f"drive_{s}{i}").id for s in ("right", "left")] for i in count])
         self._theta = [robot.theta_0 for robot in self._robots]
 
+    @property
+    def positions(self) -> FloatArray:
+        """Place and quaternion of each robot's body and angles of its right and left wheel, one robot after the other.
+
+        It is what MuJoCo calls `qpos`, shape (9 * robots,) [m, rad].
+        """
+        positions: FloatArray = self._data.qpos
+        return positions
+
     def move(self, t: float, torques: FloatArray, state: FloatArray, slip: FloatArray) -> None:
         """Move all robots by one control period, see `interfaces.Plant`."""
         data = self._data

@@ -15,7 +15,7 @@ from dwmr.control.fuzzy_gains import Rules
 from dwmr.control.laws.python_law import reported
 from dwmr.control.laws.settings import LawSettings
 from dwmr.core.arrays import FloatArray
-from dwmr.core.interfaces import Law, Plant, Signal
+from dwmr.core.interfaces import Law, Signal
 from dwmr.core.jit import COMPILED, collected_errors, first_class_functions
 from dwmr.scenario.file import ScenarioFile
 from dwmr.scenario.model import Scenario
@@ -32,6 +32,8 @@ from fuzzyctl.experiments.settings.locations import Places
 PERIODS_AT_A_TIME = 4000
 #: In plain Python it returns about this often [s].
 PATIENCE = 0.25
+#: Numbers that are recorded of a robot by plant, those of its law aside: of rigid bodies their positions, too.
+_RECORDED = {"equations": len(SIGNALS), "mujoco": len(SIGNALS) + 9}
 #: Records of all laws of a command are kept in memory together; more than this is refused [bytes].
 MOST_MEMORY = 2 << 30
 
@@ -67,6 +69,7 @@ class Trajectory:
         law_signals: Names and units of those.
         wall_s: Computing time of the loop [s].
         stop: Why the run ended early, or None.
+        positions: `MujocoPlant.positions` of rigid bodies, shape (samples, 9 * robots) [m, rad], or None of equations.
     """
 
     controller: str
@@ -77,6 +80,7 @@ class Trajectory:
     law_signals: tuple[Signal, ...]
     wall_s: float
     stop: Stop | None = None
+    positions: FloatArray | None = None
 
     def __getitem__(self, name: str) -> FloatArray:
         """Return a signal by name, shape (samples, robots)."""
@@ -125,7 +129,8 @@ def require_memory(simulations: Sequence[Simulation], places: Places) -> None:
         DiagnosticError: When they do not.
     """
     needed = sum(
-        8 * (s.scenario.run.steps + 1) * len(s.laws) * (len(SIGNALS) + len(s.law_signals)) for s in simulations
+        8 * (s.scenario.run.steps + 1) * len(s.laws) * (len(s.law_signals) + _RECORDED[s.scenario.run.plant])
+        for s in simulations
     )
     if needed <= MOST_MEMORY:
         return
@@ -151,8 +156,10 @@ def run(simulation: Simulation, report: Callable[[int], None] | None = None) -> 
         DiagnosticError: When the law raises an error before anything is done.
     """
     periods = Periods(simulation)
+    plant = _other_plant(simulation.scenario)
+    positions = None if plant is None else np.empty((periods.samples, plant.positions.size))
     with first_class_functions(), collected_errors() as periods.raised:
-        kept, wall_s, stop = _computed(periods, report or (lambda _: None))
+        kept, wall_s, stop = _computed(periods, report or (lambda _: None), plant, positions)
     t: FloatArray = np.arange(kept, dtype=np.float64) * simulation.scenario.run.dt
     law_record = periods.law_record
     if periods.guard is not None:
@@ -160,14 +167,19 @@ def run(simulation: Simulation, report: Callable[[int], None] | None = None) -> 
     if periods.vehicles is not None:
         law_record = np.concatenate([law_record, periods.vehicles.record], axis=2)
     names, signals = tuple(simulation.scenario.robots), simulation.law_signals
-    return Trajectory(simulation.name, names, t, periods.record[:kept], law_record[:kept], signals, wall_s, stop)
+    if positions is not None:
+        positions = positions[:kept]
+    return Trajectory(
+        simulation.name, names, t, periods.record[:kept], law_record[:kept], signals, wall_s, stop, positions
+    )
 
 
-def _computed(periods: Periods, report: Callable[[int], None]) -> tuple[int, float, Stop | None]:
+def _computed(
+    periods: Periods, report: Callable[[int], None], plant: MujocoPlant | None, positions: FloatArray | None
+) -> tuple[int, float, Stop | None]:
     """Compute all periods; return how many are recorded, the computing time [s], and why the run ended early."""
     simulation, samples = periods.simulation, periods.samples
     dt, names = simulation.scenario.run.dt, tuple(simulation.scenario.robots)
-    plant = _other_plant(simulation.scenario)
     chunk = PERIODS_AT_A_TIME if COMPILED and plant is None else 1
     reached, wall_s, began = 0, 0.0, 0.0
     try:
@@ -175,7 +187,7 @@ def _computed(periods: Periods, report: Callable[[int], None]) -> tuple[int, flo
         report(0)
         while reached < samples:
             began = perf_counter()
-            reached, robot, fault = _some(periods, reached, min(reached + chunk, samples), plant)
+            reached, robot, fault = _some(periods, reached, min(reached + chunk, samples), plant, positions)
             took = perf_counter() - began
             wall_s += took
             if chunk < PERIODS_AT_A_TIME and took < 0.5 * PATIENCE:
@@ -201,12 +213,15 @@ def _computed(periods: Periods, report: Callable[[int], None]) -> tuple[int, flo
     return reached, wall_s, None
 
 
-def _some(periods: Periods, first: int, last: int, plant: Plant | None) -> tuple[int, int, int]:
-    """Compute some periods, see `Periods.decide`; another plant moves the robots after each."""
-    if plant is None:
+def _some(
+    periods: Periods, first: int, last: int, plant: MujocoPlant | None, positions: FloatArray | None
+) -> tuple[int, int, int]:
+    """Compute some periods, see `Periods.decide`; rigid bodies move after each, and their positions are kept."""
+    if plant is None or positions is None:
         return periods.decide(first, last)
     dt, memory = periods.simulation.scenario.run.dt, periods.memory
     for k in range(first, last):
+        positions[k] = plant.positions
         done = periods.decide(k, k + 1)
         if done[2] != 0:
             break
@@ -214,7 +229,7 @@ def _some(periods: Periods, first: int, last: int, plant: Plant | None) -> tuple
     return done
 
 
-def _other_plant(scenario: Scenario) -> Plant | None:
+def _other_plant(scenario: Scenario) -> MujocoPlant | None:
     """Return what moves the robots, None for the equations, which the loop has in itself."""
     if scenario.run.plant == "equations":
         return None

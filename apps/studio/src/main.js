@@ -11,7 +11,7 @@ let name = "untitled.fz";
 let files = {};
 /** Milliseconds until a picture that is not complete is said to be an older one. */
 const PATIENCE = 500;
-/** Milliseconds that the text stays the same before its loops are run. */
+/** Milliseconds that the text stays the same before its loops are run and its claims proved. */
 const PAUSE = 300;
 /** Whether the picture is still that of the file before. */
 let fresh = true;
@@ -32,6 +32,8 @@ const engine = new Engine((state, detail) => {
     stale("The picture is not that of the text, which takes too long.");
   }
 });
+/** What runs loops and proves claims, apart, so that keys never wait for it; it starts when it is first asked. */
+let slow = null;
 const shown = new Picture(at("frames"), (nonce) => ask("frame", { nonce }));
 const view = editor(at("editor"), (method, more) => ask(method, more), () => {
   version += 1;
@@ -40,6 +42,15 @@ const view = editor(at("editor"), (method, more) => ask(method, more), () => {
 
 function ask(method, more = {}) {
   return engine.ask({ method, file: `/files/${name}`, text: view.state.doc.toString().toWellFormed(), ...more });
+}
+
+function askSlow(method, more = {}) {
+  slow ??= new Engine((state, detail) => {
+    document.body.dataset.slow = state;
+    if (state === "failed") status(`loops and proofs: fuzzyctl does not start: ${detail}`);
+  });
+  if (slow.files !== files) slow.place(files);
+  return slow.ask({ method, file: `/files/${name}`, text: view.state.doc.toString().toWellFormed(), ...more });
 }
 
 async function check() {
@@ -66,7 +77,7 @@ function show(diagnostics) {
   const others = diagnostics.length - errors;
   const texts = [[errors, "error"], [others, "other remark"]].filter(([n]) => n).map(([n, what]) => `${n} ${what}${n > 1 ? "s" : ""}`);
   at("count").textContent = texts.join(", ") || "No mistakes";
-  status(at("count").textContent);
+  status("");
 }
 
 function entry(d, repair) {
@@ -123,20 +134,32 @@ async function picture(own, found) {
   if (failed === "" && own === version) fresh = false;
   if (own !== version || failed === null) return;
   stale(failed);
-  if (found.loops.length > 0) setTimeout(() => own === version && run(own, found), PAUSE);
+  setTimeout(() => own === version && afterwards(own, found), PAUSE);
 }
 
-/** Runs the loops of the text, once it has stayed the same for a moment, and shows them below its systems. */
-async function run(own, found) {
-  const done = await ask("runs");
-  if (!done || own !== version) return;
-  if (done.refused) return stale(`The loops are not run: ${done.refused}`);
-  runs = done.sections;
-  const failed = await shown.show(together(found, runs));
-  if (own === version && failed !== null) {
+/** Runs the loops of a text that has stayed the same for a moment, then proves what is open, and shows both. */
+async function afterwards(own, found) {
+  const again = async (done) => {
+    const failed = own === version ? await shown.show(together(found, runs)) : null;
+    if (own !== version || failed === null) return;
     stale(failed);
-    document.body.dataset.ran = String(own); // what a test waits for
+    document.body.dataset[done] = String(own); // what a test waits for
+  };
+  if (found.loops.length > 0) {
+    const done = await askSlow("runs");
+    if (own !== version) return;
+    const refused = done ? done.refused : `it took more than ${slow.limit / 1000} s and was stopped; 'fuzzyctl simulate' runs it`;
+    runs = done?.sections ?? found.loops.map((loop) => ({ kind: "loop", name: loop, title: "", source: "", refused }));
+    await again("ran");
   }
+  for (const [block, section] of found.facts.sections.entries()) {
+    if (section.kind === "system" && !section.verdicts.some(([word]) => word === "undecided")) continue;
+    const done = await askSlow("proofs", { block });
+    if (own !== version) return;
+    const why = done?.refused ?? `it took more than ${slow.limit / 1000} s and was stopped; 'fuzzyctl prove' takes more time`;
+    Object.assign(section, done?.verdicts ? done : { verdicts: [["undecided", "what is claimed", why]] });
+  }
+  await again("proved");
 }
 
 const together = ({ facts, script }, sections) => ({ facts: { ...facts, sections: [...facts.sections, ...sections] }, script });
@@ -188,20 +211,38 @@ async function saveAll(list) {
 
 async function saveAs(format) {
   if (format === "fz") return save(name, view.state.doc.toString());
-  if (format === "svg" || format === "png") return savePictures(format);
-  const found = await (format === "page" ? ask("page") : ask("export", { target: format }));
-  if (!found || found.refused) return status(`nothing is saved: ${found?.refused ?? "fuzzyctl was stopped"}`);
+  if (format === "picture") return offerPictures();
+  if (format === "page") status("the page is made, with runs and proofs …");
+  const found = await (format === "page" ? askSlow("page") : ask("export", { target: format }));
+  if (!found || found.refused) return status(`nothing is saved: ${found?.refused ?? "it took too long and was stopped"}`);
   const written = found.files ?? { [`${name.replace(/\.fz$/, "")}.html`]: found.html };
   await saveAll(Object.entries(written).map(([file, content]) => ({ file, content })));
   const left = found.left_out?.length ? `; left out: ${found.left_out.join("; ")}` : "";
   status(`saved ${Object.keys(written).join(", ")}${left}`);
 }
 
-/** Saves the surfaces as they stand on the page: their axes, their turn, the point. */
-async function savePictures(format) {
+/** Offers the pictures of the page, each as it stands there: its axes, its turn, the point. */
+async function offerPictures() {
   if (at("frames").classList.contains("stale")) return status("nothing is saved: the picture is not that of the text");
-  const found = await shown.files(format);
-  if (found.length === 0) return status("nothing is saved: there is no surface");
+  const names = await shown.files("names");
+  if (names.length === 0) return status("nothing is saved: there is no picture");
+  const all = names.map(({ file }) => file);
+  const row = (text, files) => {
+    const item = document.createElement("li");
+    item.append(text, ...["svg", "png"].map((format) => {
+      const made = button(format.toUpperCase(), () => savePictures(format, files));
+      made.setAttribute("aria-label", `${text} as ${format.toUpperCase()}`);
+      return made;
+    }));
+    return item;
+  };
+  at("shown").replaceChildren(...all.map((file) => row(file, [file])), ...(all.length > 1 ? [row("all of them", all)] : []));
+  at("pictures").showModal();
+}
+
+async function savePictures(format, wanted) {
+  at("pictures").close();
+  const found = await shown.files(format, wanted);
   await saveAll(found);
   status(`saved ${found.map((f) => f.file).join(", ")}`);
 }
@@ -223,7 +264,7 @@ at("format").onclick = async () => {
   if (found.text !== view.state.doc.toString()) view.dispatch({ changes: { from: 0, to: view.state.doc.length, insert: found.text } });
 };
 at("change").onclick = changes;
-at("close").onclick = () => at("changes").close();
+for (const close of document.querySelectorAll("dialog .close")) close.onclick = () => close.closest("dialog").close();
 
 /** Offers what can be changed at the cursor: repairs, and what fuzzyctl can write. */
 async function changes() {

@@ -15,6 +15,7 @@ from fuzzyctl.analysis.induction.replay import Judge
 from fuzzyctl.analysis.induction.step_model import FAR
 from fuzzyctl.analysis.work import SECOND, Work
 from fuzzyctl.expr import Name
+from fuzzyctl.kernels.interval.vector import Array
 from fuzzyctl.model.controller import Controller
 
 #: How near a bound should come to a value that is attained, as a part of what a first look leaves open.
@@ -31,33 +32,42 @@ def controller_bounds(controller: Controller, timeout: float) -> dict[str, Outpu
     Returns:
         A bound for each output, then for each state, by name; infinite where none is known.
     """
-    prover = ControllerProver(controller, timeout)
-    found = {r.name: _bound(prover, r.name, timeout) for r in controller.results}
+    return bounds_by(ControllerProver(controller, timeout), timeout)
+
+
+def bounds_by(prover: ControllerProver, seconds: float) -> dict[str, OutputBound]:
+    """Return what `controller_bounds` does.
+
+    Args:
+        prover: Of the controller.
+        seconds: How long each end of an output may take; 0 for no subdivision.
+    """
+    controller = prover.controller
+    found = {r.name: _bound(prover, r.name, seconds) for r in controller.results}
     for state in controller.states:
         low, high = prover.ranges[state.name]
         found[state.name] = OutputBound(state.name, *_ends(low, high), exact=False)
     return found
 
 
-def _bound(prover: ControllerProver, name: str, timeout: float) -> OutputBound:
+def _bound(prover: ControllerProver, name: str, seconds: float) -> OutputBound:
     boxed = BoxedStep(prover.model, prover.ranges, [name])
     judge = Judge(prover.replay, boxed.inputs)
-    low, high = _at_first(boxed)
+    low, high = _at_first(boxed, boxed.cells([]) if seconds else boxed.box)
     gap = _GAP * (high - low) if math.isfinite(high - low) and high > low else _GAP
     ends = []
-    for sign in (1, -1):
+    for sign, known in ((1, low), (-1, -high)):
 
         def value(point: list[float], sign: int = sign) -> float:
             found = judge.values(point)
             return math.nan if found is None else sign * found[name]
 
-        ends.append(sign * least(boxed, 0, sign, gap, value, Work(SECOND * timeout))[0])
+        ends.append(sign * max(known, least(boxed, 0, sign, gap, value, Work(SECOND * seconds))[0]))
     return OutputBound(name, *_ends(*ends), exact=False)
 
 
-def _at_first(boxed: BoxedStep) -> tuple[float, float]:
+def _at_first(boxed: BoxedStep, cells: tuple[Array, Array] | None) -> tuple[float, float]:
     """Return bounds of the output of a boxed step without subdivision."""
-    cells = boxed.cells([])
     if cells is None:
         return -math.inf, math.inf
     with np.errstate(all="ignore"):

@@ -121,7 +121,7 @@ function ruleViewer(system, kernel) {
                 const beside = o === undefined ? [] : [...crisp.filter(([n]) => n === o).map(([, v]) => v), outputs[o]];
                 const ends = endsOf([variable.lower, variable.upper, ...beside], 0);
                 const a = axes(context, [60 + k * wide + 4, top + 2, wide - 12, tall - 8], ends, [0, 1.05]);
-                a.frame(false);
+                a.frame(r === null);
                 if (o === undefined) {
                     const held = Math.min(Math.max(values[input], ends[0]), ends[1]);
                     for (const part of r === null ? [] : system.rules[r].parts.filter((p) => p.variable === variable.name)) {
@@ -170,7 +170,7 @@ function ruleViewer(system, kernel) {
             hidden.textContent = `${acting.length} of ${system.rules.length} rules act${more > 0 ? `; ${more} of them are not drawn` : ""}.`;
             const rows = Math.min(acting.length, MOST_RULES) + 1;
             canvas.setAttribute("aria-label", `Rule viewer: ${acting.length} rules with their sets cut, and all together`);
-            canvas.tall(26 + 52 * rows);
+            canvas.tall(40 + 52 * rows);
             canvas.again();
         },
     };

@@ -58,7 +58,7 @@ function surfaceView(system, evaluated, controls) {
         if (y < 0) {
             const a = axes(context, box, [inputs[x].lower, inputs[x].upper], endsOf([grid.low, grid.high]));
             a.frame();
-            a.ends();
+            a.heights();
             a.line(Array.from(grid.values, (v, k) => [axis(inputs[x], k, CURVE), v]), lineColor(0), 2);
             if (Number.isFinite(current[z])) {
                 a.dot(held(controls.values[x], inputs[x]), current[z], lineColor(1));
@@ -74,7 +74,7 @@ function surfaceView(system, evaluated, controls) {
             context.drawImage(small, ...box);
             const a = axes(context, box, [inputs[x].lower, inputs[x].upper], [inputs[y].lower, inputs[y].upper]);
             a.frame();
-            a.ends();
+            a.heights();
             const [cx, cy] = [a.x(held(controls.values[x], inputs[x])), a.y(held(controls.values[y], inputs[y]))];
             for (const [style, line] of [["#000000", 4], ["#ffffff", 2]]) {
                 context.strokeStyle = style;
@@ -110,7 +110,7 @@ function surfaceView(system, evaluated, controls) {
         if (!ready() || y < 0) {
             return;
         }
-        const scale = Math.min(width / 3.2, height / 3.4), [s, c] = [Math.sin, Math.cos].map((f) => f((turn * Math.PI) / 180));
+        const scale = Math.min((width - 110) / 2.83, height / 3.4), [s, c] = [Math.sin, Math.cos].map((f) => f((turn * Math.PI) / 180));
         const [st, ct] = [Math.sin, Math.cos].map((f) => f((tilt * Math.PI) / 180));
         const project = (a, b, h) => {
             const right = a * c - b * s, depth = a * s + b * c;
@@ -171,6 +171,28 @@ function surfaceView(system, evaluated, controls) {
             const near = project(a, b, -0.8)[2] < project(-a, -b, -0.8)[2] ? 1 : -1;
             const [px, py] = project(near * a, near * b, -0.8);
             context.fillText(text, px, py, 0.5 * width);
+            context.fillStyle = color("note");
+            const input = inputs[a === 0 ? x : y];
+            for (const [end, value] of [[-0.9, input.lower], [0.9, input.upper]]) {
+                const [qx, qy] = a === 0 ? project(end, 0.84 * near * b, -0.8) : project(0.84 * near * a, end, -0.8);
+                context.fillText(tickText(Number(value.toPrecision(3))), qx, qy);
+            }
+            context.fillStyle = color("text");
+        }
+        if (ct > 0.3) {
+            // Heights stand at the corner on the left, which hides nothing.
+            const left = [[-1, -1], [1, -1], [1, 1], [-1, 1]].reduce((p, q) => (project(...q, 0)[0] < project(...p, 0)[0] ? q : p));
+            const [low, high] = [project(...left, -0.8), project(...left, 0.8)];
+            context.strokeStyle = color("line");
+            context.beginPath();
+            context.moveTo(low[0], low[1]);
+            context.lineTo(high[0], high[1]);
+            context.stroke();
+            context.textAlign = "right";
+            context.fillStyle = color("note");
+            for (const [[px, py], value] of [[low, grid.low], [high, grid.high]]) {
+                context.fillText(tickText(Number(value.toPrecision(3))), px - 4, py);
+            }
         }
     }
 
@@ -244,7 +266,7 @@ function surfaceView(system, evaluated, controls) {
         turned.hidden = y < 0;
     }
     fill();
-    const box = element("section", { className: "wide" }, element("h3", {}, names.length > 1 ? "Surface" : "Curve"), choices,
+    const box = element("section", {}, element("h3", {}, names.length > 1 ? "Surface" : "Curve"), choices,
         element("div", { className: "pair" }, map, turned), status);
     return { box, update };
 }

@@ -24,17 +24,17 @@ FILTER = (
 )  # fmt: skip
 
 
-def crowds():
-    """The module behind the figures of the page."""
-    path = Path(__file__).resolve().parents[3] / "docs" / "explanation" / "avoidance" / "crowds.py"
-    spec = importlib.util.spec_from_file_location("crowds", path)
+def beside_page(name):
+    """A module behind the figures of the page."""
+    path = Path(__file__).resolve().parents[3] / "docs" / "explanation" / "avoidance" / f"{name}.py"
+    spec = importlib.util.spec_from_file_location(name, path)
     module = importlib.util.module_from_spec(spec)
-    sys.modules["crowds"] = module
+    sys.modules[name] = module
     spec.loader.exec_module(module)
     return module
 
 
-CROWDS = crowds()
+CROWDS, ALONE = beside_page("crowds"), beside_page("alone")
 
 
 def run(law, *overrides, name="paper-with-limits"):
@@ -96,7 +96,12 @@ class TestCrowds:
 
 
 class TestLaws:
-    def test_are_left_alone_where_nothing_is_near(self):
+    @pytest.mark.parametrize("law", ALONE.LAWS)
+    def test_are_left_as_they_are_where_nothing_is_near(self, law):
+        free, guarded = ALONE.run(law, 5.0), ALONE.run(law, 5.0, ALONE.SAFETY)
+        assert guarded.values == pytest.approx(free.values, abs=1e-8)  # but for l ω over l
+
+    def test_hardly_notice_the_filter_in_a_wide_formation(self):
         """Followers 4 m from their leader: the discs never come into play."""
         wide = ("run.horizon=30", NONE, *(f"robots.follower{k}.formation.separation=4" for k in (1, 2)))
         free, guarded = run("aifqsmc", *wide), run("aifqsmc", *wide, FILTER)
