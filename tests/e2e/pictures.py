@@ -43,7 +43,7 @@ SHOWN = {"MPLBACKEND": "Agg", "NO_COLOR": "1", "COLUMNS": "100"}
 
 
 class Picture(NamedTuple):
-    """A picture of a page: what makes it, of which kind that is, and its file."""
+    """A picture of a page: what makes it, the kind of that, and its file."""
 
     page: Path
     kind: str
