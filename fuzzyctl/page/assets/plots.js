@@ -87,9 +87,10 @@ function picture(height, label, draw) {
     return canvas;
 }
 
-const ruler = document.createElement("canvas").getContext("2d");
+let ruler = null;
 /** A text that fits into a width [pixels], its end left out where it is longer. */
 function fitted(text, width) {
+    ruler ??= document.createElement("canvas").getContext("2d");
     ruler.font = FONT;
     if (ruler.measureText(text).width <= width) {
         return text;
