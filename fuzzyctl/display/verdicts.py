@@ -12,10 +12,10 @@ from fuzzyctl.display.markup import Markup, lines, page, pairs, paragraph, table
 def html(shown: Verdict | Verdicts) -> str:
     """Return one verdict with its witness, or a table of several."""
     if isinstance(shown, Verdicts):
-        found = [_found(v) for v in shown]
-        rows = [(word(v), v.claim, *([f] if any(found) else [])) for v, f in zip(shown, found, strict=True)]
-        header = ("verdict", "claim", "found") if any(found) else ("verdict", "claim")
-        return page(counted(len(shown), "guarantee"), table("", header, rows))
+        verdicts = [(word(v), v.claim, _found(v)) for v in shown]
+        width = 3 if any(found for _, _, found in verdicts) else 2
+        header = ("verdict", "claim", "found")[:width]
+        return page(counted(len(shown), "guarantee"), table("", header, [row[:width] for row in verdicts]))
     parts: list[Markup] = [paragraph(_note(shown), "note")]
     if isinstance(shown, Refuted):
         parts.append(_witness(shown))
