@@ -40,6 +40,7 @@ SUBORDER = {
     "kernels/inference": [["degrees"], ["defuzzify"]],
     "kernels/program": [["passes"]],
     "model": [["checks"]],
+    "studio": [["arrays"]],
 }
 
 #: Imports against the order, each in a method that only forwards.
