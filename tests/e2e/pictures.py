@@ -131,7 +131,7 @@ def of_a_job(kind: str, folder: Path, *, stored: bool) -> int:
         for picture in found:
             store(folder / picture.source, picture.path)
         return 0
-    stale = [p for p in found if excess(p.path, folder / p.source) > 0.0]
+    stale = [p for p in found if not p.path.exists() or excess(p.path, folder / p.source) > 0.0]
     for picture in stale:
         print(f"{picture.path.relative_to(ROOT)} is not what the {kind} shows now; see {Path(__file__).name}")
     return 1 if stale else 0
