@@ -154,9 +154,9 @@ def _compared(a: FuzzySystem, b: FuzzySystem, points: int) -> list[tuple[Differe
     from fuzzyctl.comparison.differences import differences
     from fuzzyctl.comparison.explanation import explanation
 
-    with progress() as told:
-        found = differences(a, b, points=points, progress=told)
-        return [(d, explanation(a, b, d, progress=told)) for d in found]
+    with progress() as report:
+        found = differences(a, b, points=points, progress=report)
+        return [(d, explanation(a, b, d, progress=report)) for d in found]
 
 
 def _data(one: _Side, other: _Side, found: list[tuple[Difference, Explanation]]) -> dict[str, Any]:

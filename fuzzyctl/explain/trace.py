@@ -160,7 +160,7 @@ def trace(system: FuzzySystem, values: Mapping[str, float]) -> Trace:
     missing = [n for n in names if n not in values]
     if missing:
         raise ArgumentError(f"a value is missing for: {', '.join(missing)}")
-    point = [as_number(values[n]) for n in names]
+    point = [as_number(values[n], f"input {n!r}") for n in names]
     program = inference.trace(flat)
     found = _Traced(flat, python_backend.compile_source(python_backend.evaluation_source(program), program, names))
     results = found.at(point)

@@ -26,6 +26,7 @@ from fuzzyctl.kernels.program.program import Program, Refuse
 from fuzzyctl.kernels.program.scalar import as_number
 from fuzzyctl.kernels.promises import Promises
 from fuzzyctl.model.system import FuzzySystem
+from fuzzyctl.support.signatures import InputSignature
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -52,6 +53,8 @@ class FreeKernel(Displayed):
         UnknownNameError: For a name that the system does not have.
         ArgumentError: For a name given twice, a number that must be known beforehand, and a system with a state.
     """
+
+    __signature__ = InputSignature(lambda kernel: [*kernel.input_names, "values"])
 
     def __init__(self, system: FuzzySystem, names: Sequence[str], backend: str) -> None:
         self._origin = system, tuple(names)

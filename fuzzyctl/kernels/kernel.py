@@ -17,6 +17,7 @@ from fuzzyctl.kernels.inference import inference
 from fuzzyctl.kernels.plan.build import Plan
 from fuzzyctl.kernels.program.program import Program, Refuse
 from fuzzyctl.kernels.promises import Promises
+from fuzzyctl.support.signatures import InputSignature
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -56,6 +57,8 @@ class Kernel(Displayed):
 
     # What each call reads has a slot, which is found faster than an entry of the dictionary.
     __slots__ = ("__dict__", "__weakref__", "_function", "_is_single")
+
+    __signature__ = InputSignature(lambda kernel: kernel._argument_names())
 
     def __init__(self, plan: Plan, backend: str, algorithm: str = "auto") -> None:
         if backend not in _BACKENDS:

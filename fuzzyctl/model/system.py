@@ -20,6 +20,7 @@ from fuzzyctl.model.params import ParamValues
 from fuzzyctl.model.rule import Rule, RuleBlock, RuleTable, rule_count, rules_of
 from fuzzyctl.model.variable import Input, Let, LinguisticVariable, Output
 from fuzzyctl.support.arguments import is_finite
+from fuzzyctl.support.signatures import InputSignature
 
 if TYPE_CHECKING:
     from fuzzyctl.annotations import Axes, Column, NamedArrays, NamedColumns, NamedOutputs, Numbers, Scalar
@@ -60,6 +61,8 @@ class FuzzySystem(Node, Printed):
     path: str = field(default="", compare=False, repr=False)
     lets: tuple[Let, ...] = ()
     called: tuple[FuzzySystem, ...] = ()
+
+    __signature__ = InputSignature(named=lambda system: [v.name for v in system.inputs])
 
     def __post_init__(self) -> None:
         Node.__post_init__(self)

@@ -159,8 +159,8 @@ def collected_errors() -> Iterator[list[BaseException]]:
 def reason(error: BaseException) -> str:
     """Return the line of an error that says what is wrong; numba puts the step in which it failed before it."""
     lines = [line.strip() for line in str(error).splitlines() if line.strip()]
-    told = [line for line in lines if not line.startswith("Failed in ")]
-    return next(iter(told or lines), "no reason given")
+    said = [line for line in lines if not line.startswith("Failed in ")]
+    return next(iter(said or lines), "no reason given")
 
 
 def function_type(signature: str) -> Any:

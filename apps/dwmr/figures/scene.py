@@ -100,10 +100,12 @@ class Scene:
         c, s = math.cos(math.radians(DOWN)), math.sin(math.radians(DOWN))
         up = ROOM * math.tan(0.5 * math.radians(float(self._model.vis.global_.fovy)))
         across = up * self.size[0] / self.size[1]
-        # the near edge is seen larger than the far one: looking at a place before the middle puts both at the borders
-        before = half_y * c * up / s
-        near = half_y - before
-        distance = c * near + max(s * near / up, half_x / across)
+        before, distance = 0.0, 0.0
+        for _ in range(20):  # each step brings a third or less of the change of the one before
+            near = half_y - before
+            distance = c * near + max(s * near / up, half_x / across)
+            # the near edge is seen larger than the far one: looking at a place before the middle evens that out
+            before = (math.sqrt(distance**2 + (2.0 * c * half_y) ** 2) - distance) / (2.0 * c)
         place = np.array([low_x + half_x, low_y + half_y - before, 0.0])
         return self._camera(place, 90.0, DOWN, distance)
 

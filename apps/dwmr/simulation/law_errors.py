@@ -112,7 +112,10 @@ def _in_python(
 
     (diagnostic,) = compiled.diagnostics
     try:
-        with reported(periods.simulation.name, Path(str(module.__file__)), "run"), np.errstate(divide="raise", invalid="raise"):
+        with (
+            reported(periods.simulation.name, Path(str(module.__file__)), "run"),
+            np.errstate(divide="raise", invalid="raise"),
+        ):
             getattr(decide, "py_func", decide)(
                 period, periods.path, kept, periods.kernels, periods.world, memory, obstacles[0], obstacles[-1],
                 periods.record, periods.law_record, periods.guard, periods.vehicles,

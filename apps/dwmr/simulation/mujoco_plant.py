@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Iterable
 from importlib import import_module
 from typing import Any
@@ -98,6 +99,9 @@ def require(file: ScenarioFile) -> None:
         message = "run.plant = 'mujoco' needs the package mujoco, which is not installed"
         help_text = "pip install 'fuzzyctl[physics]', or set run.plant to 'equations'"
         facts = (str(error),)
+    except (RuntimeError, AttributeError) as error:  # it chooses its renderer when it is imported
+        message = f"MuJoCo cannot be imported with MUJOCO_GL = {os.environ.get('MUJOCO_GL', '')!r}"
+        help_text, facts = "leave MUJOCO_GL unset, or set it to egl", (str(error),)
     except ValueError as error:
         message, facts = "MuJoCo does not load the model of this scenario", (str(error),)
         help_text = "look at the mass, inertia and [robot.rigid_body] of the robots"

@@ -1,5 +1,6 @@
 // The studio: a text on the left, what fuzzyctl says of it below, the page of its systems on the right.
-import { editor, mark } from "./editor.js";
+import { button, offer } from "./dialog.js";
+import { editor, mark, repairText, shownMarkdown } from "./editor.js";
 import { Engine } from "./engine.js";
 import { link, linked } from "./link.js";
 import { Picture } from "./picture.js";
@@ -9,6 +10,8 @@ const status = (text) => (at("status").textContent = text);
 let name = "untitled.fz";
 /** Texts that the text may use, by name. */
 let files = {};
+/** Most bytes of a file that is opened. */
+const LARGEST = 5e6;
 /** Milliseconds until a picture that is not complete is said to be an older one. */
 const PATIENCE = 500;
 /** Milliseconds that the text stays the same before its loops are run and its claims proved. */
@@ -17,6 +20,8 @@ const PAUSE = 300;
 let fresh = true;
 /** The runs that are shown. */
 let runs = [];
+/** The text as it was opened or saved last: any other one is lost when the tab is closed. */
+let kept = "";
 /** Counts texts, so that no answer is shown that is about an older one. */
 let version = 0;
 
@@ -37,8 +42,9 @@ let slow = null;
 const shown = new Picture(at("frames"), (nonce) => ask("frame", { nonce }));
 const view = editor(at("editor"), (method, more) => ask(method, more), () => {
   version += 1;
+  if (engine.ready) status("");
   check();
-}, () => changes());
+}, () => here());
 
 function ask(method, more = {}) {
   return engine.ask({ method, file: `/files/${name}`, text: view.state.doc.toString().toWellFormed(), ...more });
@@ -77,7 +83,6 @@ function show(diagnostics) {
   const others = diagnostics.length - errors;
   const texts = [[errors, "error"], [others, "other remark"]].filter(([n]) => n).map(([n, what]) => `${n} ${what}${n > 1 ? "s" : ""}`);
   at("count").textContent = texts.join(", ") || "No mistakes";
-  status("");
 }
 
 function entry(d, repair) {
@@ -92,19 +97,11 @@ function entry(d, repair) {
   facts.textContent = [...d.facts, ...(d.help ? [`help: ${d.help}`] : [])].join("\n");
   item.append(place, facts);
   if (d.fix.length) {
-    const fix = button(`Repair: ${d.title}`, () => repair(d.fix));
+    const fix = button(repairText(view, d), () => repair(d.fix));
     fix.className = "fix";
     item.append(fix);
   }
   return item;
-}
-
-function button(text, click) {
-  const found = document.createElement("button");
-  found.type = "button";
-  found.textContent = text;
-  found.onclick = click;
-  return found;
 }
 
 /** Returns what puts edits in, unless the text has changed since they were made. */
@@ -145,7 +142,8 @@ async function afterwards(own, found) {
     stale(failed);
     document.body.dataset[done] = String(own); // what a test waits for
   };
-  if (found.loops.length > 0) {
+  if (found.loops.length === 0) runs = [];
+  else {
     const done = await askSlow("runs");
     if (own !== version) return;
     const refused = done ? done.refused : `it took more than ${slow.limit / 1000} s and was stopped; 'fuzzyctl simulate' runs it`;
@@ -167,21 +165,35 @@ const together = ({ facts, script }, sections) => ({ facts: { ...facts, sections
 // -- texts in and out
 
 function open(title, text, others = {}) {
-  name = title.replace(/[/\\\0]/g, "_").slice(-100) || "untitled.fz";
+  name = fileName(title).slice(-100) || "untitled.fz";
   files = others;
   runs = [];
   fresh = true;
   engine.place(files);
   at("name").textContent = name;
   document.title = `${name} - fuzzyctl studio`;
+  const lost = isLost();
   view.dispatch({ changes: { from: 0, to: view.state.doc.length, insert: text }, selection: { anchor: 0 } });
+  kept = view.state.doc.toString();
+  if (lost) status(`${name} is open; Ctrl-Z in the text brings the one before back`);
 }
+
+const isLost = () => view.state.doc.toString() !== kept;
+addEventListener("beforeunload", (event) => isLost() && event.preventDefault());
+
+/** Returns a name without what no file name has, or what is not seen in one. */
+const fileName = (text) => text.toWellFormed().replace(/[/\\]|\p{C}/gu, "_");
 
 async function drop(list) {
   const texts = {};
   for (const file of list) {
-    if (file.size > 5e6) return status(`${file.name} has ${file.size} bytes, more than 5000000`);
-    texts[file.name.replace(/[/\\\0]/g, "_")] = (await file.text()).replace(/^\ufeff/, "");
+    const own = fileName(file.name);
+    if (file.size > LARGEST) return status(`${own} is not opened: it has ${file.size} bytes, more than ${LARGEST}`);
+    try {
+      texts[own] = new TextDecoder("utf-8", { fatal: true }).decode(await file.arrayBuffer());
+    } catch (error) {
+      return status(`${own} is not opened: ${error instanceof TypeError ? "it is no text in UTF-8" : error.message}`);
+    }
   }
   const main = Object.keys(texts).find((n) => n.endsWith(".fz"));
   if (!main) {
@@ -209,9 +221,24 @@ async function saveAll(list) {
   }
 }
 
+/** Formats that the text is saved in, by what they are called. */
+const FORMATS = [["rule file (.fz)", "fz"], ["page (.html)", "page"], ["C", "c"], ["JavaScript", "javascript"], ["Python", "python"], ["Structured Text", "st"]];
+
+/** Offers formats, and the pictures of the page, each as it stands there: its axes, its turn, the point. */
+async function offerToSave() {
+  const old = at("frames").classList.contains("stale");
+  const all = old ? [] : (await shown.files("names")).map(({ file }) => file);
+  const both = (files) => [["SVG", () => savePictures("svg", files)], ["PNG", () => savePictures("png", files)]];
+  const pictures = all.map((file) => [file, both([file])]);
+  if (all.length > 1) pictures.push(["all of them", both(all)]);
+  offer("Save", [["Files", FORMATS.map(([text, format]) => [text, () => saveAs(format)])], ["Pictures", pictures]]);
+}
+
 async function saveAs(format) {
-  if (format === "fz") return save(name, view.state.doc.toString());
-  if (format === "picture") return offerPictures();
+  if (format === "fz") {
+    save(name, (kept = view.state.doc.toString()));
+    return status(`saved ${name}`);
+  }
   if (format === "page") status("the page is made, with runs and proofs …");
   const found = await (format === "page" ? askSlow("page") : ask("export", { target: format }));
   if (!found || found.refused) return status(`nothing is saved: ${found?.refused ?? "it took too long and was stopped"}`);
@@ -221,28 +248,9 @@ async function saveAs(format) {
   status(`saved ${Object.keys(written).join(", ")}${left}`);
 }
 
-/** Offers the pictures of the page, each as it stands there: its axes, its turn, the point. */
-async function offerPictures() {
-  if (at("frames").classList.contains("stale")) return status("nothing is saved: the picture is not that of the text");
-  const names = await shown.files("names");
-  if (names.length === 0) return status("nothing is saved: there is no picture");
-  const all = names.map(({ file }) => file);
-  const row = (text, files) => {
-    const item = document.createElement("li");
-    item.append(text, ...["svg", "png"].map((format) => {
-      const made = button(format.toUpperCase(), () => savePictures(format, files));
-      made.setAttribute("aria-label", `${text} as ${format.toUpperCase()}`);
-      return made;
-    }));
-    return item;
-  };
-  at("shown").replaceChildren(...all.map((file) => row(file, [file])), ...(all.length > 1 ? [row("all of them", all)] : []));
-  at("pictures").showModal();
-}
-
 async function savePictures(format, wanted) {
-  at("pictures").close();
   const found = await shown.files(format, wanted);
+  if (found.length === 0) return status("nothing is saved: the picture is another one by now");
   await saveAll(found);
   status(`saved ${found.map((f) => f.file).join(", ")}`);
 }
@@ -251,11 +259,7 @@ at("open").onchange = async (event) => {
   await drop(event.target.files);
   event.target.value = "";
 };
-at("save").onchange = async (event) => {
-  const format = event.target.value;
-  event.target.value = "";
-  if (format) await saveAs(format);
-};
+at("save").onclick = offerToSave;
 at("format").onclick = async () => {
   const own = version;
   const found = await ask("format");
@@ -263,26 +267,18 @@ at("format").onclick = async () => {
   if (found.refused) return status(found.refused);
   if (found.text !== view.state.doc.toString()) view.dispatch({ changes: { from: 0, to: view.state.doc.length, insert: found.text } });
 };
-at("change").onclick = changes;
-for (const close of document.querySelectorAll("dialog .close")) close.onclick = () => close.closest("dialog").close();
+at("here").onclick = here;
 
-/** Offers what can be changed at the cursor: repairs, and what fuzzyctl can write. */
-async function changes() {
-  const own = version;
-  const found = await ask("actions", { offset: view.state.selection.main.head });
+/** Shows what stands at the cursor, and offers what can be changed there: repairs, and what fuzzyctl can write. */
+async function here() {
+  const own = version, offset = view.state.selection.main.head;
+  const [known, found] = await Promise.all([ask("hover", { offset }), ask("actions", { offset })]);
   if (!found || own !== version) return;
   if (found.refused) return status(found.refused);
-  if (found.actions.length === 0) return status("nothing is offered at the cursor: it stands on no mistake with a repair, no table and no variable");
+  const lead = known?.markdown ? shownMarkdown(known.markdown) : null;
+  if (!lead && found.actions.length === 0) return status("nothing is known at the cursor: it stands on no word of the text, and on no mistake with a repair");
   const repair = repairs();
-  at("offered").replaceChildren(...found.actions.map(({ title, edits }) => {
-    const item = document.createElement("li");
-    item.append(button(title, () => {
-      at("changes").close();
-      repair(edits);
-    }));
-    return item;
-  }));
-  at("changes").showModal();
+  offer("At the cursor", [["Changes", found.actions.map(({ title, edits }) => [title, () => repair(edits)])]], lead);
 }
 
 at("share").onclick = async () => {
@@ -293,6 +289,7 @@ at("share").onclick = async () => {
     return status(`there is no link: ${error.message}`);
   }
   history.replaceState(null, "", url);
+  kept = view.state.doc.toString();
   const copied = await navigator.clipboard.writeText(url).then(() => true, () => false);
   status(copied ? `the link is copied, ${url.length} characters` : "the link stands in the address bar");
 };
@@ -309,17 +306,8 @@ addEventListener("drop", async (event) => {
 
 async function start() {
   const examples = await (await fetch("examples.json")).json();
-  for (const group of new Set(examples.map((e) => e.group))) {
-    const own = document.createElement("optgroup");
-    own.label = group;
-    own.append(...examples.flatMap((e, k) => (e.group === group ? [new Option(e.name, String(k))] : [])));
-    at("examples").append(own);
-  }
-  at("examples").onchange = ({ target }) => {
-    const chosen = examples[Number(target.value)];
-    if (target.value !== "") open(chosen.name, chosen.text, chosen.files);
-    target.value = "";
-  };
+  const groups = Object.entries(Object.groupBy(examples, (e) => e.group));
+  at("examples").onclick = () => offer("Examples", groups.map(([group, own]) => [group, own.map((e) => [e.name, () => open(e.name, e.text, e.files)])]));
   const tipper = examples.find((e) => e.name === "tipper.fz");
   open(tipper.name, tipper.text, tipper.files);
   await follow();

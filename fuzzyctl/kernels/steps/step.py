@@ -17,6 +17,7 @@ from fuzzyctl.kernels.plan.equations import DT, Equations
 from fuzzyctl.kernels.program.program import Program, Refuse
 from fuzzyctl.kernels.program.scalar import as_number
 from fuzzyctl.kernels.steps.program import step_program
+from fuzzyctl.support.signatures import InputSignature
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -44,6 +45,10 @@ class Step(Displayed):
         algorithm: How systems are computed, see `compile`.
         values: Takes the values of free numbers, which are the last states; None where there are none.
     """
+
+    __signature__ = InputSignature(
+        lambda step: [*step.input_names, "state"], named=lambda step: ["dt"] if step.period is None else []
+    )
 
     def __init__(
         self, equations: Equations, backend: str, algorithm: str = "auto", values: StepValues | None = None

@@ -1,5 +1,7 @@
 // Pictures as files: a context that writes SVG where canvases draw, and pixels.
 
+/** Pixels of a name below a picture: across, and down. */
+const WIDE = 120, TALL = 18;
 const attribute = (text) => String(text).replace(/[&<>"]/g, (c) => `&#${c.charCodeAt(0)};`);
 const rounded = (v) => Number(v.toFixed(2));
 
@@ -45,8 +47,11 @@ function svgContext(width, height) {
     return { context, text };
 }
 
-/** A colour of the page as red, green and blue, whatever it is mixed of. */
+/** A colour of the page as red, green and blue, whatever it is mixed of; null for none. */
 function plain(style) {
+    if (style === "none") {
+        return null;
+    }
     const context = element("canvas", { width: 1, height: 1 }).getContext("2d");
     context.fillStyle = style;
     context.fillRect(0, 0, 1, 1);
@@ -113,22 +118,41 @@ function picturesOf(page) {
         for (let k = 2; found.has(free); k += 1) {
             free = `${name}-${k}`;
         }
-        found.set(free, { own, width, height });
+        const legend = [...own.closest(".terms")?.querySelectorAll("li") ?? []].map((li) => li.textContent.trim());
+        const rows = Math.ceil(legend.length / Math.max(1, Math.floor(width / WIDE)));
+        found.set(free, { own, width, height: height + rows * TALL, below: height, legend });
     }
     return found;
 }
 
 /** A picture as SVG. */
-function svgOf({ own, width, height }) {
-    if (own instanceof SVGElement) {
-        return standalone(own);
+function svgOf(shown) {
+    if (shown.own instanceof SVGElement) {
+        return standalone(shown.own);
     }
-    const { context, text } = svgContext(width, height);
-    drawOn(own, context, width, height);
+    const { context, text } = svgContext(shown.width, shown.height);
+    drawOn(shown, context);
     return text();
 }
 
-const drawOn = (own, context, width, height) => (own.draw ? own.draw(context, width, height) : drawTable(own, context));
+/** Draws a table, or what a canvas shows with the names of its lines below. */
+function drawOn({ own, width, below, legend }, context) {
+    if (!own.draw) {
+        drawTable(own, context);
+        return;
+    }
+    own.draw(context, width, below);
+    context.textAlign = "left";
+    context.textBaseline = "middle";
+    const columns = Math.max(1, Math.floor(width / WIDE));
+    legend.forEach((text, k) => {
+        const x = 8 + (k % columns) * WIDE, y = below + Math.floor(k / columns) * TALL + TALL / 2;
+        context.fillStyle = lineColor(k);
+        context.fillRect(x, y - 5, 10, 10);
+        context.fillStyle = color("text");
+        context.fillText(text, x + 15, y, WIDE - 20);
+    });
+}
 
 /** A picture as PNG, with twice the pixels. */
 async function pngOf(shown) {
@@ -143,7 +167,7 @@ async function pngOf(shown) {
         context.fillStyle = color("card");
         context.fillRect(0, 0, width, height);
         context.font = FONT;
-        drawOn(own, context, width, height);
+        drawOn(shown, context);
     }
     return new Promise((resolve) => large.toBlob(resolve));
 }

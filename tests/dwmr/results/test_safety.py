@@ -1,21 +1,22 @@
 """Runs behind the safety filter: crowds that do not touch, moments that are recorded, laws that are left alone."""
 
-import importlib.util
-import sys
-from pathlib import Path
+import io
 
 import numpy as np
 import pytest
+from rich.console import Console
 
 from dwmr.control.fuzzy_gains import Rules
 from dwmr.control.safety_filter import rate_bound
-from dwmr.output.report import barriers
+from dwmr.output.report import barriers, filter_cells, print_report
+from dwmr.page import tables
 from dwmr.results import safety
 from dwmr.results.contacts import obstacle_gaps, robot_gaps
 from dwmr.results.metrics import errors, measure, rmse
 from dwmr.scenario.file import find, read
 from dwmr.scenario.moving import centres
 from dwmr.simulation import simulate
+from tests import explanation
 
 SCENES = 20
 NONE = "obstacles=[]"
@@ -24,17 +25,7 @@ FILTER = (
 )  # fmt: skip
 
 
-def beside_page(name):
-    """A module behind the figures of the page."""
-    path = Path(__file__).resolve().parents[3] / "docs" / "explanation" / "avoidance" / f"{name}.py"
-    spec = importlib.util.spec_from_file_location(name, path)
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[name] = module
-    spec.loader.exec_module(module)
-    return module
-
-
-CROWDS, ALONE = beside_page("crowds"), beside_page("alone")
+CROWDS, ALONE = explanation.script("avoidance/crowds.py"), explanation.script("avoidance/alone.py")
 
 
 def run(law, *overrides, name="paper-with-limits"):
@@ -159,6 +150,18 @@ class TestMoments:
     def test_of_rates_are_judged_by_the_bound_of_the_filter(self):
         distance = np.linspace(0.1, 3.0, 30)
         assert safety.rate_bounds(2.0, distance, 1.0) == pytest.approx([rate_bound(2.0, d, 1.0) for d in distance])
+
+
+def test_tables_of_a_run_have_what_the_filter_did():
+    file, trajectory = run("fcafsmc", "run.horizon=2", name="moving-obstacles")
+    found = {"fcafsmc": measure(trajectory, file.scenario)}
+    share = 100.0 * found["fcafsmc"]["safety"]["acts"]["follower2"]
+    assert filter_cells(found["fcafsmc"], "follower2")[1:] == [f"{share:.1f}", "0", "0"]
+    text = io.StringIO()
+    print_report(Console(file=text, width=100), {"controllers": found}, None)
+    assert "Safety filter" in text.getvalue()
+    assert f">{share:.1f}<" in tables.safety_filter(found)
+    assert tables.safety_filter({"fcafsmc": {}}) == ""
 
 
 def test_report_names_five_moments_and_counts_the_others():
