@@ -43,7 +43,7 @@ SHOWN = {"MPLBACKEND": "Agg", "NO_COLOR": "1", "COLUMNS": "100"}
 
 
 class Picture(NamedTuple):
-    """A picture of a page: what makes it, of which kind that is, and its file."""
+    """A picture of a page: what makes it, the kind of that, and its file."""
 
     page: Path
     kind: str
@@ -97,8 +97,9 @@ def drawn_by(path: Path) -> str:
 
 
 def blocks_of(path: Path, size: int = 15) -> np.ndarray:
-    """Return the mean colours of squares of a picture, 0 to 1."""
+    """Return the mean colours of squares of a picture, 0 to 1; of the last one of a film, which shows all trails."""
     with Image.open(path) as picture:
+        picture.seek(getattr(picture, "n_frames", 1) - 1)
         pixels = np.asarray(picture.convert("RGB")) / 255.0
     high, wide = (n // size for n in pixels.shape[:2])
     return pixels[: high * size, : wide * size].reshape(high, size, wide, size, 3).mean(axis=(1, 3))

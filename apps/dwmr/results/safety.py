@@ -82,13 +82,16 @@ def missed(pair: Pair, alpha: float, dt: float) -> FloatArray:
         dt: Control period [s].
 
     Returns:
-        Shape (samples - 1,) [m/s], 0 where it does not; also where the two approach faster than their speeds allow.
+        Shape (samples - 1,) [m/s], 0 where it does not; also where the two move faster than their speeds allow so near
+        to each other that R does not make up for it.
     """
-    step, distance = np.diff(pair.vector, axis=0) / dt, pair.distance[:-1]
+    step, distances = np.diff(pair.vector, axis=0) / dt, pair.distance
+    distance = distances[:-1]
     with np.errstate(divide="ignore", invalid="ignore"):
         rate = np.sum(step * pair.vector[:-1], axis=1) / distance
     bound = rate_bounds(alpha, distance, pair.least)
     too_fast = np.hypot(step[:, 0], step[:, 1]) - pair.speed
+    too_fast[np.minimum(distance, distances[1:]) >= pair.least + 0.5 * dt * too_fast] = 0.0
     short: FloatArray = np.maximum(bound - rate, too_fast)
     return np.where(short > TOLERANCE, short, 0.0)
 

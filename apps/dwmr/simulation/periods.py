@@ -26,7 +26,9 @@ from dwmr.scenario.moving import centres, is_moving
 from dwmr.scenario.vehicle_checks import others
 from dwmr.scenario.vehicles import Ackermann, Omnidirectional
 from dwmr.simulation import noise
+from dwmr.simulation.law_errors import WorkingMemory, is_python, located
 from dwmr.simulation.loop import SIGNALS, Memory, World, run_periods
+from fuzzyctl.diagnostics.diagnostic import DiagnosticError
 
 
 @dataclass(frozen=True)
@@ -63,6 +65,7 @@ class Periods:
         law_record: Those of the control law.
         guard: Safety filter and its memory, None without one.
         vehicles: What drives other than by two wheels, None for nothing.
+        path, kernels: Reference trajectory, and the law's gain kernels, one tuple per robot, as the loop takes them.
         raised: Errors of compiled code, from `jit.collected_errors`.
     """
 
@@ -82,9 +85,9 @@ class Periods:
             self.guard = (safety_of(scenario, scenario.safety), room)
         self.vehicles = _vehicles(scenario, simulation.module, samples)
         self.raised: list[BaseException] = []
-        self._path, self._step = first_class(compiled.PATHS[simulation.shape.path]), first_class(simulation.module.step)
+        self.path, self._step = first_class(compiled.PATHS[simulation.shape.path]), first_class(simulation.module.step)
         self._draw = noise.source(scenario)
-        self._kernels = tuple(tuple(first_class(k) for k in law.kernels) for law in laws)
+        self.kernels = tuple(tuple(first_class(k) for k in law.kernels) for law in laws)
 
     @property
     def samples(self) -> int:
@@ -97,14 +100,31 @@ class Periods:
         Where another plant moves the robots, it moves them after each period. No periods: it is only compiled.
 
         Raises:
-            DiagnosticError: When the law raises an error.
+            LawError: When the law raises an error; the periods before are recorded.
+            DiagnosticError: When the law cannot be compiled into the loop.
+        """
+        obstacles, noise = _obstacles(self.simulation.scenario, first, last), self._draw(last - first)
+        before = WorkingMemory(self) if is_python(self.simulation.module) else None
+        try:
+            return self.compute(first, last, obstacles, noise)
+        except DiagnosticError:
+            found = located(self, range(first, last), obstacles, noise, before) if before else None
+            if found is None:
+                raise
+            raise found from None
+
+    def compute(self, first: int, last: int, obstacles: FloatArray, noise: FloatArray) -> tuple[int, int, int]:
+        """Compute periods with the obstacles and the noise that `loop.run_periods` takes for them.
+
+        Raises:
+            DiagnosticError: When the law raises an error, or cannot be compiled into the loop.
         """
         simulation = self.simulation
         name, file = simulation.name, Path(str(simulation.module.__file__))
+        self.raised.clear()
         with reported(name, file, "run", only_own=last > 0):
             done = run_periods(
-                first, last, self._path, self._step, self._kernels, self.world, self.memory,
-                _obstacles(simulation.scenario, first, last), self._draw(last - first),
+                first, last, self.path, self._step, self.kernels, self.world, self.memory, obstacles, noise,
                 self.record, self.law_record, self.guard, self.vehicles,
             )  # fmt: skip
         if self.raised:  # by the law's step: errors of compiled code name no line

@@ -15,11 +15,13 @@ from fuzzyctl.analysis.induction.replay import Judge
 from fuzzyctl.analysis.induction.step_model import FAR
 from fuzzyctl.analysis.work import SECOND, Work
 from fuzzyctl.expr import Name
-from fuzzyctl.kernels.interval.vector import Array
 from fuzzyctl.model.controller import Controller
 
 #: How near a bound should come to a value that is attained, as a part of what a first look leaves open.
 _GAP: Final = 0.002
+#: Another magnitude up to which numbers without an end are taken: an end that it moves by a larger part is none.
+_NEARER: Final = 1e24
+_SAME: Final = 0.05
 
 
 def controller_bounds(controller: Controller, timeout: float) -> dict[str, OutputBound]:
@@ -51,9 +53,37 @@ def bounds_by(prover: ControllerProver, seconds: float) -> dict[str, OutputBound
 
 
 def _bound(prover: ControllerProver, name: str, seconds: float) -> OutputBound:
-    boxed = BoxedStep(prover.model, prover.ranges, [name])
+    first, nearer = (BoxedStep(prover.model, prover.ranges, [name], far) for far in (FAR, _NEARER))
+    found = _ends(*_ends_of(prover, first, seconds))
+    if any(map(math.isfinite, found)) and not _same(*(_at_first(b, seconds) for b in (first, nearer))):
+        pairs = zip(found, _ends_of(prover, nearer, seconds), (-1.0, 1.0), strict=True)
+        low, high = (_settled(*ends) for ends in pairs)
+        found = low, high
+    return OutputBound(name, *found, exact=False)
+
+
+def _same(ends: tuple[float, float], others: tuple[float, float]) -> bool:
+    return all(a == b or abs(a - b) <= _SAME * max(abs(a), abs(b)) for a, b in zip(ends, others, strict=True))
+
+
+def _settled(end: float, nearer: float, side: float) -> float:
+    """Return an end that does not depend on how far numbers without an end are taken: it, 0, or an infinite one.
+
+    Args:
+        end: What is proved with numbers up to `FAR`.
+        nearer: The same with numbers up to `_NEARER`.
+        side: -1 of a lower end, 1 of an upper one.
+    """
+    if math.isinf(end) or _same((end, end), (nearer, nearer)):
+        return end
+    return 0.0 if abs(end) < abs(nearer) and end * side < 0.0 else side * math.inf
+
+
+def _ends_of(prover: ControllerProver, boxed: BoxedStep, seconds: float) -> tuple[float, float]:
+    """Return both ends of an output, for what its boxed step takes in place of numbers without an end."""
+    (name,) = boxed.outputs
     judge = Judge(prover.replay, boxed.inputs)
-    low, high = _at_first(boxed, boxed.cells([]) if seconds else boxed.box)
+    low, high = _at_first(boxed, seconds)
     gap = _GAP * (high - low) if math.isfinite(high - low) and high > low else _GAP
     ends = []
     for sign, known in ((1, low), (-1, -high)):
@@ -63,11 +93,12 @@ def _bound(prover: ControllerProver, name: str, seconds: float) -> OutputBound:
             return math.nan if found is None else sign * found[name]
 
         ends.append(sign * max(known, least(boxed, 0, sign, gap, value, Work(SECOND * seconds))[0]))
-    return OutputBound(name, *_ends(*ends), exact=False)
+    return ends[0], ends[1]
 
 
-def _at_first(boxed: BoxedStep, cells: tuple[Array, Array] | None) -> tuple[float, float]:
-    """Return bounds of the output of a boxed step without subdivision."""
+def _at_first(boxed: BoxedStep, seconds: float) -> tuple[float, float]:
+    """Return bounds of the output of a boxed step without subdivision; over cells if there is time."""
+    cells = boxed.cells([]) if seconds else boxed.box
     if cells is None:
         return -math.inf, math.inf
     with np.errstate(all="ignore"):

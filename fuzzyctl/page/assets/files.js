@@ -7,7 +7,7 @@ const rounded = (v) => Number(v.toFixed(2));
 
 /** A context as canvases have it, as far as the pictures use it; its `text` is the SVG. */
 function svgContext(width, height) {
-    const parts = [], stack = [], measure = document.createElement("canvas").getContext("2d");
+    const parts = [], stack = [];
     let path = "", transform = "", dash = [];
     /** The attributes of a colour, which may be transparent. */
     function paint(kind, style) {
@@ -32,12 +32,10 @@ function svgContext(width, height) {
         },
         fillRect: (x, y, w, h) => add("rect", ` x="${rounded(x)}" y="${rounded(y)}" width="${rounded(w)}" height="${rounded(h)}"${paint("fill", context.fillStyle)}`),
         drawImage: (image, x, y, w, h) => add("image", ` href="${image.toDataURL()}" x="${x}" y="${y}" width="${w}" height="${h}" preserveAspectRatio="none"`),
-        fillText(text, x, y, most = Infinity) {
+        fillText(text, x, y) {
             const anchor = { left: "start", center: "middle", right: "end" }[context.textAlign] ?? "start";
             const lower = { top: 0.8, middle: 0.35, bottom: -0.2 }[context.textBaseline] ?? 0;
-            measure.font = FONT;
-            const narrow = measure.measureText(text).width > most ? ` textLength="${rounded(most)}" lengthAdjust="spacingAndGlyphs"` : "";
-            add("text", ` x="${rounded(x)}" y="${rounded(y)}" dy="${lower}em" text-anchor="${anchor}"${narrow}${paint("fill", context.fillStyle)}`, attribute(text));
+            add("text", ` x="${rounded(x)}" y="${rounded(y)}" dy="${lower}em" text-anchor="${anchor}"${paint("fill", context.fillStyle)}`, attribute(text));
         },
         save: () => stack.push(transform),
         restore: () => (transform = stack.pop()),

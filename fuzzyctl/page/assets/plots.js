@@ -87,6 +87,21 @@ function picture(height, label, draw) {
     return canvas;
 }
 
+let ruler = null;
+/** A text that fits into a width [pixels], its end left out where it is longer. */
+function fitted(text, width) {
+    ruler ??= document.createElement("canvas").getContext("2d");
+    ruler.font = FONT;
+    if (ruler.measureText(text).width <= width) {
+        return text;
+    }
+    let length = text.length;
+    while (length > 1 && ruler.measureText(`${text.slice(0, length)}…`).width > width) {
+        length--;
+    }
+    return `${text.slice(0, length)}…`;
+}
+
 /** Axes within a part of a canvas: functions from values to pixels, and lines of values. */
 function axes(context, box, xEnds, yEnds) {
     const [left, top, width, height] = box;
@@ -127,12 +142,21 @@ function axes(context, box, xEnds, yEnds) {
                 }
             }
         },
-        ends() {
-            context.fillStyle = color("note");
+        /** Round numbers along the vertical axis; one for a constant. */
+        heights(constant = null) {
             context.textAlign = "right";
             context.textBaseline = "middle";
-            context.fillText(shown(yEnds[0], 3), left - 5, y(yEnds[0]) - 4);
-            context.fillText(shown(yEnds[1], 3), left - 5, y(yEnds[1]) + 4);
+            for (const value of constant === null ? ticks(yEnds, height / 32, false) : [constant]) {
+                context.globalAlpha = 0.35;
+                context.strokeStyle = color("line");
+                context.beginPath();
+                context.moveTo(left, y(value));
+                context.lineTo(left + width, y(value));
+                context.stroke();
+                context.globalAlpha = 1;
+                context.fillStyle = color("note");
+                context.fillText(tickText(value, 4), left - 5, y(value));
+            }
         },
         line(points, style, width = 1.5, { dashed = false, stepped = false } = {}) {
             path(points, stepped);

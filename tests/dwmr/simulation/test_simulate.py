@@ -276,7 +276,7 @@ def step(error, dt, gains, state, kernels, next_state, signals):
         assert str(tmp_path / "mine.py") in caught.value.diagnostics[0].place
 
     @pytest.mark.skipif(not COMPILED, reason="needs numba")
-    def test_that_does_not_compile_is_told_which_name_is_unknown(self, tmp_path):
+    def test_that_does_not_compile_is_reported_with_the_unknown_name(self, tmp_path):
         with pytest.raises(DiagnosticError, match="cannot be imported") as caught:
             self.ready(self.beside(tmp_path, self.LAW.replace("gains[0] *", "nosuchgain *")))
         assert "nosuchgain" in caught.value.diagnostics[0].facts[0]
