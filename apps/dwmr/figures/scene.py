@@ -26,6 +26,8 @@ from dwmr.simulation.simulate import Trajectory
 
 #: Pieces of a trail and of the reference at most.
 PIECES = 400
+#: Least mean length of the reference's dashes [m].
+DASH = 0.3
 #: Angle at which the camera looks down on everything, and on a robot that it follows [degrees].
 DOWN, DOWN_BEHIND = 52.0, 28.0
 #: Share of the picture that everything takes, as texts stand at its borders.
@@ -121,7 +123,10 @@ class Scene:
         for i, name in enumerate(trajectory.robots):
             colour = self._colours[i % len(self._colours)]
             if self.scenario.robots[name].formation is None:
-                ends = _on_ground(trajectory["x_r"][::every, i], trajectory["y_r"][::every, i], 0.01)
+                x_r, y_r = trajectory["x_r"][:, i], trajectory["y_r"][:, i]
+                length = float(np.hypot(np.diff(x_r), np.diff(y_r)).sum())
+                dash = max(every, round(DASH * len(x_r) / max(length, DASH)))
+                ends = _on_ground(x_r[::dash], y_r[::dash], 0.01)
                 for begin, end in zip(ends[:-1:2], ends[1::2], strict=False):
                     self._renderer.add_line(begin, end, 0.6 * self._width, _BLACK)
             trail = np.append(np.arange(0, k, every), k)
