@@ -36,7 +36,7 @@ ROOM = 0.9
 BEHIND = 13.0
 #: Width of trails and crosses where the camera follows [m], and where it does not, as a share of its distance [-].
 STRIPE, STRIPE_FAR = 0.08, 0.0035
-_BLACK = np.array([0.0, 0.0, 0.0, 1.0], dtype=np.float32)
+_BLACK = np.array([0.0, 0.0, 0.0, 1.0])
 
 
 class Scene:
@@ -59,11 +59,12 @@ class Scene:
         self._mujoco: Any = import_module("mujoco")
         self._model = self._mujoco.MjModel.from_xml_string(scene(scenario))
         self._data = self._mujoco.MjData(self._model)
-        self._renderer = Renderer(self._model)
+        per_robot = 3 * PIECES + len(scenario.obstacles) + 2  # trail, reference, radii, cross
+        self._renderer = Renderer(self._model, len(scenario.robots) * per_robot)
         self.size, self.palette = self._renderer.size, PALETTE
         self._followed = None if follow is None else list(scenario.robots).index(follow)
         self._font = ImageFont.truetype(str(Path(mpl.get_data_path()) / "fonts" / "ttf" / "DejaVuSans.ttf"), 13)
-        self._colours = [np.array([*to_rgb(c), 1.0], dtype=np.float32) for c in COLOURS]
+        self._colours = [np.array([*to_rgb(c), 1.0]) for c in COLOURS]
 
     def __enter__(self) -> Scene:
         return self
@@ -144,7 +145,7 @@ class Scene:
             for a, (x, y) in enumerate(places):
                 colour = np.array([*to_rgb(COLOURS[1]), 0.35] if a == avoided else [0.3, 0.3, 0.3, 0.15])
                 size, place = np.array([radius[k, a], 0.002, 0.0]), np.array([x, y, 0.004])
-                self._renderer.add("cylinder", size, place, colour.astype(np.float32))
+                self._renderer.add("cylinder", size, place, colour)
 
     def _inscribed(self, picture: FloatArray, trajectory: Trajectory, k: int) -> FloatArray:
         """Write the law, the names, the time and what disturbs the robots into a picture."""
