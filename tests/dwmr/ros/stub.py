@@ -34,14 +34,14 @@ class Odometry:
         self.twist = SimpleNamespace(twist=Twist())
 
 
-def odometry(t, x, y, theta, v=0.0, omega=0.0, frame="odom", child="base_link"):
+def odometry(t, x, y, theta, v=0.0, omega=0.0, frame="odom", child="base_link", v_y=0.0):
     """A message about the middle of a wheel axis at a time [s]."""
     one = Odometry()
     one.header.stamp.sec, one.header.stamp.nanosec = divmod(round(1e9 * t), 1_000_000_000)
     one.header.frame_id, one.child_frame_id = frame, child
     one.pose.pose.position.x, one.pose.pose.position.y = x, y
     _, _, one.pose.pose.orientation.z, one.pose.pose.orientation.w = quaternion(theta)
-    one.twist.twist.linear.x, one.twist.twist.angular.z = v, omega
+    one.twist.twist.linear.x, one.twist.twist.linear.y, one.twist.twist.angular.z = v, v_y, omega
     return one
 
 
@@ -59,6 +59,7 @@ class Node:
     def __init__(self, **given):
         self.given, self.now, self.destroyed = given, 0.0, False
         self.published, self.logged, self.callbacks, self.timers = {}, [], {}, []
+        self.sideways = {}
 
     def declare_parameter(self, name, value=None, descriptor=None, ignore_override=False):
         found = self.given.get(name, value)
@@ -73,6 +74,7 @@ class Node:
             assert not self.destroyed
             assert isinstance(message, msg_type)
             sent.append((message.linear.x, message.angular.z))
+            self.sideways.setdefault(topic, []).append(message.linear.y)
 
         return SimpleNamespace(publish=publish)
 
