@@ -45,6 +45,20 @@ def odometry(t, x, y, theta, v=0.0, omega=0.0, frame="odom", child="base_link", 
     return one
 
 
+class Float64:
+    """std_msgs/Float64 with its default."""
+
+    def __init__(self, data=0.0):
+        self.data = data
+
+
+class JointState:
+    """sensor_msgs/JointState, as far as it is used here."""
+
+    def __init__(self, position=()):
+        self.position, self.name = list(position), []
+
+
 class WrongTypeError(Exception):
     """rclpy.exceptions.InvalidParameterTypeException."""
 
@@ -59,7 +73,7 @@ class Node:
     def __init__(self, **given):
         self.given, self.now, self.destroyed = given, 0.0, False
         self.published, self.logged, self.callbacks, self.timers = {}, [], {}, []
-        self.sideways = {}
+        self.sideways, self.subscribed = {}, {}
 
     def declare_parameter(self, name, value=None, descriptor=None, ignore_override=False):
         found = self.given.get(name, value)
@@ -73,14 +87,17 @@ class Node:
         def publish(message):
             assert not self.destroyed
             assert isinstance(message, msg_type)
-            sent.append((message.linear.x, message.angular.z))
-            self.sideways.setdefault(topic, []).append(message.linear.y)
+            if msg_type is Twist:
+                sent.append((message.linear.x, message.angular.z))
+                self.sideways.setdefault(topic, []).append(message.linear.y)
+            else:
+                sent.append(message.data)
 
         return SimpleNamespace(publish=publish)
 
     def create_subscription(self, msg_type, topic, callback, qos_profile, **more):
-        assert msg_type is Odometry
         assert qos_profile == "sensor data"
+        self.subscribed[topic] = msg_type
         self.callbacks[topic] = callback
 
     def create_timer(self, timer_period_sec, callback, *more):
@@ -131,12 +148,14 @@ def install(monkeypatch, node, between=lambda node: None):
         "rclpy.exceptions": {"InvalidParameterTypeException": WrongTypeError},
         "nav_msgs.msg": {"Odometry": Odometry},
         "geometry_msgs.msg": {"Twist": Twist},
+        "std_msgs.msg": {"Float64": Float64},
+        "sensor_msgs.msg": {"JointState": JointState},
     }
     for name, content in modules.items():
         module = ModuleType(name)
         vars(module).update(content)
         monkeypatch.setitem(sys.modules, name, module)
-    for name in ("nav_msgs", "geometry_msgs"):
+    for name in ("nav_msgs", "geometry_msgs", "std_msgs", "sensor_msgs"):
         monkeypatch.setitem(sys.modules, name, ModuleType(name))
     return calls
 

@@ -52,6 +52,7 @@ def last(node):
 
 
 def test_commands_come_at_the_period_and_odometry_computes_nothing(node, formation, commands):
+    assert node.subscribed == {"a/odom": Odometry, "b/odom": Odometry}
     assert [(period, callback) for period, callback in node.timers] == [(0.1, formation.tick)]
     hear(node)
     hear(node)
