@@ -11,6 +11,7 @@ import numpy as np
 from dwmr.core.arrays import FloatArray
 from dwmr.core.geometry import ahead, wrap
 from dwmr.core.jit import collected_errors, first_class_functions
+from dwmr.simulation.law_errors import decide
 from dwmr.simulation.periods import Periods, Simulation
 from dwmr.simulation.simulate import Stop, reason_of
 
@@ -53,7 +54,7 @@ class FormationCommands:
         self._limits = np.minimum(own, (v_limit, omega_limit))
         self.dt = simulation.scenario.run.dt
         with first_class_functions():
-            self._periods.decide(0, 0)
+            decide(self._periods, 0, 0)
 
     @property
     def has_ended(self) -> bool:
@@ -76,7 +77,7 @@ class FormationCommands:
         periods, k = self._periods, self._next
         self._measure(odometry)
         with first_class_functions(), collected_errors() as periods.raised:
-            _, faulty, fault = periods.decide(k, k + 1)
+            _, faulty, fault = decide(periods, k, k + 1)
         if fault:
             reason = reason_of(fault, periods.record[k, faulty], periods.simulation.module)
             raise StoppedError(Stop(k * self.dt, list(self._robots)[faulty], reason))
