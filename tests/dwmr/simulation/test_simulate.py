@@ -319,6 +319,24 @@ def step(error, dt, gains, state, kernels, next_state, signals):
         assert one.span.text.startswith(wrong)
         assert "'signals' is as long as SIGNALS" in one.help
 
+    def test_an_error_is_found_again_with_its_noise_and_obstacles(self, tmp_path):
+        changes = ["robot.noise.x=0.01", 'robot.sensors.pose="odometry"', "obstacles.0.velocity=[0.1, 0.0]"]
+
+        def trajectory(text):
+            file = read(self.beside(tmp_path, text), changes)
+            return simulate.run(simulate.prepare(file, "mine", Rules(file.scenario.rules, (), file.places)))
+
+        whole = trajectory(self.LAW)
+        worst = float(np.abs(whole["twice"]).max())
+        k = int(np.abs(whole["twice"]).max(axis=1).argmax())
+        broken = self.LAW.replace(
+            "    return error", f"    assert abs(2.0 * error.x_e) < {worst!r}, 'far'\n    return error"
+        )
+        ended = trajectory(broken)
+        assert ended.values.tolist() == whole.values[:k].tolist()
+        stop = ended.stop
+        assert (stop.t, stop.reason, stop.mistake.span.text) == (whole.t[k], "AssertionError: far", condition)
+
     def test_stops_a_run_with_its_reason_and_the_last_row_is_whole(self, tmp_path):
         faulty = self.LAW.replace("FAULTS = {}", 'FAULTS = {1: "the gain is too large"}').replace(
             "theta_e_star, 0", "theta_e_star, 1 if gains[0] > 5.0 and error.drift_x > 0.5 else 0"
