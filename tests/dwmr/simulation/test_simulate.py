@@ -329,9 +329,8 @@ def step(error, dt, gains, state, kernels, next_state, signals):
         whole = trajectory(self.LAW)
         worst = float(np.abs(whole["twice"]).max())
         k = int(np.abs(whole["twice"]).max(axis=1).argmax())
-        broken = self.LAW.replace(
-            "    return error", f"    assert abs(2.0 * error.x_e) < {worst!r}, 'far'\n    return error"
-        )
+        condition = f"abs(2.0 * error.x_e) < {worst!r}"
+        broken = self.LAW.replace("    return error", f"    assert {condition}, 'far'\n    return error")
         ended = trajectory(broken)
         assert ended.values.tolist() == whole.values[:k].tolist()
         stop = ended.stop
