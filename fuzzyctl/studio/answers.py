@@ -19,6 +19,7 @@ from fuzzyctl.codegen.steps.unit import prepare_step
 from fuzzyctl.codegen.unit import prepare
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError, FuzzyctlError
 from fuzzyctl.diagnostics.source import SourceText
+from fuzzyctl.diagnostics.suggestions import counted
 from fuzzyctl.editor import actions, completion, hover
 from fuzzyctl.editor.document import Document
 from fuzzyctl.lang.formatter import format_source
@@ -61,6 +62,10 @@ def answer(request: str) -> str:
         found = METHODS[asked["method"]](document(asked["file"], asked["text"]), asked)
     except ModuleNotFoundError as error:
         found = {"refused": f"this takes {error.name}, which the studio does not have; the program fuzzyctl does it"}
+    except DiagnosticError as error:
+        first, *others = error.diagnostics
+        more = f", and {counted(len(others), 'more mistake')}" if others else ""
+        found = {"refused": f"{first.severity}[{first.code}]: {first.message}{more}"}
     except FuzzyctlError as error:
         found = {"refused": str(error)}
     return json.dumps(found)

@@ -13,8 +13,8 @@ from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.page.proofs import bound_row, verdict_row
 
 #: Seconds that all claims of a block may take together, and most that one of them may.
-BLOCK: Final = 8.0
-CLAIM: Final = 2.0
+BLOCK: Final = 16.0
+CLAIM: Final = 4.0
 
 #: Why a claim is open until `proofs` has decided it.
 FOLLOWS: Final = "it takes subdivision, which is under way"

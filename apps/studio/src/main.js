@@ -22,6 +22,8 @@ let fresh = true;
 let runs = [];
 /** The text as it was opened or saved last: any other one is lost when the tab is closed. */
 let kept = "";
+/** Most milliseconds of runs of loops, and of proofs of a block. */
+const LONGEST = 30_000;
 /** Counts texts, so that no answer is shown that is about an older one. */
 let version = 0;
 
@@ -32,9 +34,7 @@ const engine = new Engine((state, detail) => {
   if (state === "failed") status(`fuzzyctl does not start: ${detail}`);
   if (state === "stopped") {
     status(`stopped: ${detail}; fuzzyctl starts again, and the next change of the text is checked`);
-    at("count").textContent = "Not checked";
-    at("mistakes").replaceChildren();
-    stale("The picture is not that of the text, which takes too long.");
+    unchecked("The picture is not that of the text, which takes too long.");
   }
 });
 /** What runs loops and proves claims, apart, so that keys never wait for it; it starts when it is first asked. */
@@ -54,7 +54,7 @@ function askSlow(method, more = {}) {
   slow ??= new Engine((state, detail) => {
     document.body.dataset.slow = state;
     if (state === "failed") status(`loops and proofs: fuzzyctl does not start: ${detail}`);
-  });
+  }, LONGEST);
   if (slow.files !== files) slow.place(files);
   return slow.ask({ method, file: `/files/${name}`, text: view.state.doc.toString().toWellFormed(), ...more });
 }
@@ -65,7 +65,7 @@ async function check() {
   const drawn = ask("picture"); // which the worker begins while the mistakes are shown here
   const found = await checked;
   if (!found || own !== version) return;
-  if (found.refused) return status(found.refused);
+  if (found.refused) return unchecked(`The text is not checked: ${found.refused}`);
   show(found.diagnostics);
   if (found.diagnostics.some((d) => d.severity === "error")) stale("The text has errors: this is the picture before them.");
   else await picture(own, await drawn);
@@ -85,6 +85,13 @@ function show(diagnostics) {
   at("count").textContent = texts.join(", ") || "No mistakes";
 }
 
+/** Shows that nothing is known of the text, and why. */
+function unchecked(why) {
+  show([]);
+  at("count").textContent = "Not checked";
+  stale(why);
+}
+
 function entry(d, repair) {
   const item = document.createElement("li");
   const place = button(`${d.line ? `line ${d.line}: ` : d.place ? `${d.place}: ` : ""}${d.severity}[${d.code}]: ${d.message}`, () => {
@@ -94,7 +101,8 @@ function entry(d, repair) {
   place.className = d.severity;
   const facts = document.createElement("p");
   facts.className = "facts";
-  facts.textContent = [...d.facts, ...(d.help ? [`help: ${d.help}`] : [])].join("\n");
+  const missing = d.code === "FZ218" ? ["'Open' takes the files that the text uses, too"] : [];
+  facts.textContent = [...d.facts, ...(d.help ? [`help: ${d.help}`] : []), ...missing].join("\n");
   item.append(place, facts);
   if (d.fix.length) {
     const fix = button(repairText(view, d), () => repair(d.fix));
@@ -150,14 +158,17 @@ async function afterwards(own, found) {
     runs = done?.sections ?? found.loops.map((loop) => ({ kind: "loop", name: loop, title: "", source: "", refused }));
     await again("ran");
   }
+  let proved = 0;
   for (const [block, section] of found.facts.sections.entries()) {
     if (section.kind === "system" && !section.verdicts.some(([word]) => word === "undecided")) continue;
     const done = await askSlow("proofs", { block });
     if (own !== version) return;
     const why = done?.refused ?? `it took more than ${slow.limit / 1000} s and was stopped; 'fuzzyctl prove' takes more time`;
     Object.assign(section, done?.verdicts ? done : { verdicts: [["undecided", "what is claimed", why]] });
+    proved += 1;
   }
-  await again("proved");
+  if (proved > 0) await again("proved");
+  else document.body.dataset.proved = String(own);
 }
 
 const together = ({ facts, script }, sections) => ({ facts: { ...facts, sections: [...facts.sections, ...sections] }, script });
@@ -184,6 +195,7 @@ addEventListener("beforeunload", (event) => isLost() && event.preventDefault());
 /** Returns a name without what no file name has, or what is not seen in one. */
 const fileName = (text) => text.toWellFormed().replace(/[/\\]|\p{C}/gu, "_");
 
+/** Takes files: opens the rule file that no other one uses; where the text uses them all, they are what it reads. */
 async function drop(list) {
   const texts = {};
   for (const file of list) {
@@ -195,7 +207,9 @@ async function drop(list) {
       return status(`${own} is not opened: ${error instanceof TypeError ? "it is no text in UTF-8" : error.message}`);
     }
   }
-  const main = Object.keys(texts).find((n) => n.endsWith(".fz"));
+  const uses = (text, n) => text.includes(`"${n}"`);
+  const free = Object.keys(texts).filter((n) => n.endsWith(".fz") && !uses(view.state.doc.toString(), n));
+  const main = free.find((n) => !free.some((other) => other !== n && uses(texts[other], n))) ?? free[0];
   if (!main) {
     engine.place((files = { ...files, ...texts }));
     version += 1;
@@ -231,7 +245,14 @@ async function offerToSave() {
   const both = (files) => [["SVG", () => savePictures("svg", files)], ["PNG", () => savePictures("png", files)]];
   const pictures = all.map((file) => [file, both([file])]);
   if (all.length > 1) pictures.push(["all of them", both(all)]);
-  offer("Save", [["Files", FORMATS.map(([text, format]) => [text, () => saveAs(format)])], ["Pictures", pictures]]);
+  offer("Save", [["Files", FORMATS.map(([text, format]) => [text, () => saveAs(format)])], ["Pictures", pictures]], old ? note("No pictures: the one on the page is not that of the text.") : null);
+}
+
+function note(text) {
+  const found = document.createElement("p");
+  found.className = "note";
+  found.textContent = text;
+  return found;
 }
 
 async function saveAs(format) {
@@ -304,10 +325,13 @@ addEventListener("drop", async (event) => {
   if (event.dataTransfer.files.length) await drop(event.dataTransfer.files);
 }, { capture: true });
 
+/** Returns the first title of a text, or its first line. */
+const titleOf = (text) => /^(?:system|controller|plant|loop)\s+\S+\s+"([^"]+)"/m.exec(text)?.[1] ?? text.split("\n")[0].replace(/^#\s*/, "");
+
 async function start() {
   const examples = await (await fetch("examples.json")).json();
   const groups = Object.entries(Object.groupBy(examples, (e) => e.group));
-  at("examples").onclick = () => offer("Examples", groups.map(([group, own]) => [group, own.map((e) => [e.name, () => open(e.name, e.text, e.files)])]));
+  at("examples").onclick = () => offer("Examples", groups.map(([group, own]) => [group, own.map((e) => [`${e.name}: ${titleOf(e.text)}`, () => open(e.name, e.text, e.files)])]));
   const tipper = examples.find((e) => e.name === "tipper.fz");
   open(tipper.name, tipper.text, tipper.files);
   await follow();
@@ -325,4 +349,4 @@ async function follow() {
 addEventListener("hashchange", follow);
 await start();
 // For tests.
-globalThis.studio = { view, engine, picture: shown };
+globalThis.studio = { view, engine, picture: shown, slow: () => slow };

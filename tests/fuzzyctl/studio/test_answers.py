@@ -134,7 +134,7 @@ def test_loops_are_run_or_say_why_not(tmp_path):
     large = table.replace("run 1 s", "run 1e6 s")
     (refused,) = ask("runs", large, tmp_path / "a.fz")["sections"]
     assert "more than 3e+07; 'fuzzyctl simulate' runs it" in refused["refused"]
-    assert "no blocks" in ask("runs", "loop l\n")["refused"]
+    assert ask("runs", "loop l\n")["refused"] == "error[FZ212]: loop 'l' has no 'run' line, and 1 more mistake"
 
 
 @pytest.mark.parametrize("offset", [-5, 0, 3, 10_000])
