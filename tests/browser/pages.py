@@ -44,6 +44,8 @@ input e in [0, 1]
 output y = previous(y) / 2 + curved(e)
 every 0.1 s
 """
+#: Two systems and two controllers in four loops, systems called more than once.
+MANY_BLOCKS = Path(__file__).parents[2] / "apps/gallery/mudi_pal_1999/mudi_pal_1999.fz"
 POINTS = 40
 
 
@@ -77,7 +79,7 @@ def _end(end: float | None, other: float) -> float:
 def write(folder: Path) -> None:
     (folder / "hostile.fz").write_text(HOSTILE.format(inputs=INPUTS), encoding="utf-8")
     (folder / "curved.fz").write_text(CURVED, encoding="utf-8")
-    sources = [*sorted(rules_folder().rglob("*.fz")), folder / "hostile.fz", folder / "curved.fz"]
+    sources = [*sorted(rules_folder().rglob("*.fz")), MANY_BLOCKS, folder / "hostile.fz", folder / "curved.fz"]
     asked = {}
     for source in sources:
         page = folder / f"{source.stem}.html"
