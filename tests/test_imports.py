@@ -27,6 +27,7 @@ ORDER = [
     ["editor", "page"],
     ["studio"],
     ["cli"],
+    ["ros"],
     ["__main__"],
 ]
 #: The same for the sub-packages of packages.

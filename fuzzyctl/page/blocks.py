@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable, Collection, Iterator, Mapping
-from itertools import count, takewhile
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from fuzzyctl.codegen.steps.javascript_source import StepJavaScriptLayout
@@ -146,12 +145,14 @@ def _calls(loop: Loop, recorded: Collection[str]) -> Iterator[_Call]:
         for system in {s.name: s for s in _systems(controller)}.values():
             own, names = f"{instance.name}.{system.name}", [i.name for i in system.inputs]
             known.append((system.name, instance.name, own, names))
-            for n in takewhile(lambda n, own=own, name=names[0]: f"{own}.{n}.{name}" in recorded, count(2)):
-                known.append((system.name, f"{instance.name}, call {n}", f"{own}.{n}", names))
-        for name, call, prefix, names in known:
+            call = 2
+            while f"{own}.{call}.{names[0]}" in recorded:
+                known.append((system.name, f"{instance.name}, call {call}", f"{own}.{call}", names))
+                call += 1
+        for name, label, prefix, names in known:
             signals = [f"{prefix}.{n}" for n in names]
             if set(signals) <= set(recorded):
-                yield _Call(name, call, signals, samples[instance.name])
+                yield _Call(name, label, signals, samples[instance.name])
 
 
 def _systems(controller: Controller) -> Iterator[FuzzySystem]:

@@ -8,9 +8,11 @@ limit=400
 cd "$(dirname "$0")"
 
 timeout -k 5 60 npm ci --ignore-scripts > "$scratch/log" 2>&1 || skip "its packages cannot be installed"
+export PICTURES=${PICTURES:-$scratch/pictures}
 mkdir "$scratch/pages"
 "$PYTHON" pages.py "$scratch/pages"
 timeout -k 5 "$limit" node run.mjs "$scratch/pages" || {
   beyond "$?"
   exit 1
 }
+"$PYTHON" ../e2e/pictures.py --browser "$PICTURES"

@@ -70,6 +70,11 @@ async function look(browser, name, scheme) {
     if (await page.locator("main img, main script, main [onload], main [onerror]").count()) {
         fail("a name became markup");
     }
+    if (PICTURES !== undefined) {
+        mkdirSync(PICTURES, { recursive: true });
+        await page.waitForFunction(() => ![...document.querySelectorAll("[aria-live]")].some((e) => e.textContent.startsWith("Computing")));
+        await page.screenshot({ path: join(PICTURES, `${name}-${scheme}.png`), fullPage: true });
+    }
     if (scheme === "light") {
         for (const [k, asked] of expected[name].entries()) {
             const found = await page.evaluate(moved, [k, asked.map(([point]) => point)]);
@@ -92,10 +97,6 @@ async function look(browser, name, scheme) {
     await page.evaluate(`(() => { ${AXE} })()`);
     const { violations } = await page.evaluate(() => window.axe.run());
     violations.forEach((v) => fail(`axe: ${v.id}: ${v.nodes[0].html.slice(0, 200)}`));
-    if (PICTURES !== undefined) {
-        mkdirSync(PICTURES, { recursive: true });
-        await page.screenshot({ path: join(PICTURES, `${name}-${scheme}.png`), fullPage: true });
-    }
     let paint = await painted(page);
     for (let k = 1; k < TRIES && paint > PAINTED; k++) {
         await page.reload();

@@ -15,7 +15,7 @@ import pytest
 import fuzzyctl
 from tests.e2e.commands import run_here
 from tests.e2e.pages import DOCS, PAGES, ROOT, blocks, without_code
-from tests.e2e.pictures import Picture, excess, made, pictures
+from tests.e2e.pictures import JOBS, Picture, excess, made, pictures
 from tests.e2e.terminal import picture_of
 
 
@@ -49,7 +49,7 @@ def test_something_makes_every_picture_and_says_so() -> None:
 
 @pytest.mark.parametrize(
     "picture",
-    [p for page in PAGES for p in pictures(page) if p.kind not in ("picture", "studio")],
+    [p for page in PAGES for p in pictures(page) if p.kind not in ("picture", *JOBS)],
     ids=lambda p: str(p.path.name),
 )
 def test_a_picture_is_what_its_command_draws(picture: Picture, tmp_path: Path) -> None:

@@ -8,6 +8,9 @@ from typing import get_args
 
 import pytest
 
+from fuzzyctl.formulas import AGGREGATIONS, CONJUNCTIONS, DISJUNCTIONS, MEMBERSHIP
+from fuzzyctl.formulas.memberships import MembershipKind
+from fuzzyctl.formulas.norms import Aggregation, Conjunction, Disjunction
 from fuzzyctl.model.profiles import PROFILES, ProfileName
 from fuzzyctl.simulation.simulate import RK4, Solver
 from fuzzyctl.simulation.solvers import SOLVERS
@@ -19,6 +22,10 @@ USER_CODE = Path(__file__).parent / "user_code.py"
 def test_names_are_those_that_are_accepted():
     assert get_args(ProfileName) == tuple(PROFILES)
     assert get_args(Solver) == (RK4, *SOLVERS)
+    assert get_args(Conjunction) == tuple(CONJUNCTIONS)
+    assert get_args(Disjunction) == tuple(DISJUNCTIONS)
+    assert {name for part in get_args(Aggregation) for name in get_args(part)} == set(AGGREGATIONS)
+    assert get_args(MembershipKind) == tuple(MEMBERSHIP)
 
 
 def test_user_code_is_checked_with_the_project():

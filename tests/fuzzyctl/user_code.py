@@ -87,6 +87,14 @@ def choices() -> None:
     print(level, measures, function)
 
 
+def built() -> fuzzyctl.FuzzySystem:
+    x = fuzzyctl.build.input_variable("x", 0, 1, {"low": fuzzyctl.build.membership("gaussian", 0, 0.2)})
+    y = fuzzyctl.build.output_variable("y", 0, 1, {"a": 0, "b": "(k + 1) / 2"}, otherwise="hold", aggregation="sum")
+    fuzzyctl.build.membership("gausian", 0, 1)  # type: ignore[arg-type]
+    fuzzyctl.build.system("s", [x, y], ["if x is low then y is a"], conjunction="mn")  # type: ignore[arg-type]
+    return fuzzyctl.build.system("s", [x, y], ["if x is low then y is a"], params={"k": 1}, conjunction="product")
+
+
 def answers() -> bool:
     verdicts = fuzzyctl.prove(system)
     for verdict in verdicts:

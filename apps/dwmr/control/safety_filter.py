@@ -191,7 +191,7 @@ def _apart(count: int, safety: Safety, memory: Filter) -> int:
             dx, dy = points[i, 0] - points[j, 0], points[i, 1] - points[j, 1]
             distance = math.hypot(dx, dy)
             error, speed = safety.errors[i] + safety.errors[j], safety.speeds[i] + safety.speeds[j]
-            least = safety.least[i, j]
+            least = safety.kept[i, j]
             if not is_near(safety.alpha, distance, least, error, speed):
                 continue
             _write(spaces, count, i, j, rate_bound(safety.alpha, distance, least) + error)
@@ -216,7 +216,7 @@ def _away(count: int, now: FloatArray, after: FloatArray, dt: float, safety: Saf
             x, y = _direction(dx, dy, distance)
             # the obstacle's mean velocity in the coming period is known
             along = (x * (after[a, 0] - now[a, 0]) + y * (after[a, 1] - now[a, 1])) / dt
-            least, error = safety.least[i, n + a], safety.errors[i]
+            least, error = safety.kept[i, n + a], safety.errors[i]
             if not is_near(safety.alpha, distance, least, error, safety.speeds[i] + safety.speeds[n + a]):
                 continue
             _write(spaces, count, i, i, rate_bound(safety.alpha, distance, least) + error + along)

@@ -17,8 +17,6 @@ from dwmr.core.arrays import FloatArray
 CONTEXTS = ("egl", "osmesa", "glfw", "cgl")
 #: The one of each system where MUJOCO_GL is not set.
 _USUAL = {"linux": "egl", "darwin": "cgl"}
-#: Geometric objects that a picture may hold besides those of the model.
-MOST_ADDED = 20_000
 
 
 class NoRendererError(Exception):
@@ -30,12 +28,13 @@ class Renderer:
 
     Args:
         model: A MuJoCo model whose offscreen buffer has the size of the pictures.
+        most_added: Objects that a picture may hold besides those of the model.
 
     Raises:
         NoRendererError: Where there is no OpenGL without a window.
     """
 
-    def __init__(self, model: Any) -> None:
+    def __init__(self, model: Any, most_added: int) -> None:
         self.mujoco: Any = import_module("mujoco")
         size = model.vis.global_
         self.size = (int(size.offwidth), int(size.offheight))
@@ -46,7 +45,7 @@ class Renderer:
         except self.mujoco.FatalError as error:
             raise NoRendererError(str(error)) from error
         self.mujoco.mjr_setBuffer(self.mujoco.mjtFramebuffer.mjFB_OFFSCREEN.value, self._buffers)
-        self._scene = self.mujoco.MjvScene(model, model.ngeom + MOST_ADDED)
+        self._scene = self.mujoco.MjvScene(model, model.ngeom + most_added)
         self._options = self.mujoco.MjvOption()
 
     def __enter__(self) -> Renderer:
@@ -75,7 +74,7 @@ class Renderer:
         scene, what = self._scene, getattr(self.mujoco.mjtGeom, f"mjGEOM_{kind.upper()}").value
         c, s = math.cos(yaw), math.sin(yaw)
         turned = np.array([c, -s, 0.0, s, c, 0.0, 0.0, 0.0, 1.0])
-        self.mujoco.mjv_initGeom(scene.geoms[scene.ngeom], what, size, place, turned, colour)
+        self.mujoco.mjv_initGeom(scene.geoms[scene.ngeom], what, size, place, turned, colour.astype(np.float32))
         scene.ngeom += 1
 
     def add_line(self, begin: FloatArray, end: FloatArray, width: float, colour: FloatArray) -> None:

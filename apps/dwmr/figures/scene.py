@@ -26,6 +26,8 @@ from dwmr.simulation.simulate import Trajectory
 
 #: Pieces of a trail and of the reference at most.
 PIECES = 400
+#: Least mean length of the reference's dashes [m].
+DASH = 0.3
 #: Angle at which the camera looks down on everything, and on a robot that it follows [degrees].
 DOWN, DOWN_BEHIND = 52.0, 28.0
 #: Share of the picture that everything takes, as texts stand at its borders.
@@ -34,7 +36,7 @@ ROOM = 0.9
 BEHIND = 13.0
 #: Width of trails and crosses where the camera follows [m], and where it does not, as a share of its distance [-].
 STRIPE, STRIPE_FAR = 0.08, 0.0035
-_BLACK = np.array([0.0, 0.0, 0.0, 1.0], dtype=np.float32)
+_BLACK = np.array([0.0, 0.0, 0.0, 1.0])
 
 
 class Scene:
@@ -57,11 +59,12 @@ class Scene:
         self._mujoco: Any = import_module("mujoco")
         self._model = self._mujoco.MjModel.from_xml_string(scene(scenario))
         self._data = self._mujoco.MjData(self._model)
-        self._renderer = Renderer(self._model)
+        per_robot = 3 * PIECES + len(scenario.obstacles) + 2  # trail, reference, radii, cross
+        self._renderer = Renderer(self._model, len(scenario.robots) * per_robot)
         self.size, self.palette = self._renderer.size, PALETTE
         self._followed = None if follow is None else list(scenario.robots).index(follow)
         self._font = ImageFont.truetype(str(Path(mpl.get_data_path()) / "fonts" / "ttf" / "DejaVuSans.ttf"), 13)
-        self._colours = [np.array([*to_rgb(c), 1.0], dtype=np.float32) for c in COLOURS]
+        self._colours = [np.array([*to_rgb(c), 1.0]) for c in COLOURS]
 
     def __enter__(self) -> Scene:
         return self
@@ -121,7 +124,10 @@ class Scene:
         for i, name in enumerate(trajectory.robots):
             colour = self._colours[i % len(self._colours)]
             if self.scenario.robots[name].formation is None:
-                ends = _on_ground(trajectory["x_r"][::every, i], trajectory["y_r"][::every, i], 0.01)
+                x_r, y_r = trajectory["x_r"][:, i], trajectory["y_r"][:, i]
+                length = float(np.hypot(np.diff(x_r), np.diff(y_r)).sum())
+                dash = max(every, round(DASH * len(x_r) / max(length, DASH)))
+                ends = _on_ground(x_r[::dash], y_r[::dash], 0.01)
                 for begin, end in zip(ends[:-1:2], ends[1::2], strict=False):
                     self._renderer.add_line(begin, end, 0.6 * self._width, _BLACK)
             trail = np.append(np.arange(0, k, every), k)
@@ -139,7 +145,7 @@ class Scene:
             for a, (x, y) in enumerate(places):
                 colour = np.array([*to_rgb(COLOURS[1]), 0.35] if a == avoided else [0.3, 0.3, 0.3, 0.15])
                 size, place = np.array([radius[k, a], 0.002, 0.0]), np.array([x, y, 0.004])
-                self._renderer.add("cylinder", size, place, colour.astype(np.float32))
+                self._renderer.add("cylinder", size, place, colour)
 
     def _inscribed(self, picture: FloatArray, trajectory: Trajectory, k: int) -> FloatArray:
         """Write the law, the names, the time and what disturbs the robots into a picture."""

@@ -78,12 +78,12 @@ def _dress(body: Xml.Element, robot: Robot, own: RigidBody, colour: str) -> None
         sphere = wheel.find("geom")
         assert sphere is not None
         sphere.set("group", _HIDDEN)
-        _shape(wheel, "cylinder", f"{r} {half}", "0 0 0", _DARK, euler="1.5707963 0 0")
+        _shape(wheel, "cylinder", f"{r} {half}", "0 0 0", _DARK, turned="1.5707963 0 0")
         _shape(wheel, "box", f"{0.8 * r} {half + 0.004} {0.15 * r}", "0 0 0", "0.8 0.8 0.8 1")
 
 
-def _shape(body: Xml.Element, kind: str, size: str, place: str, colour: str, **more: str) -> None:
-    """Add a shape that is only seen."""
+def _shape(body: Xml.Element, kind: str, size: str, place: str, colour: str, turned: str = "0 0 0") -> None:
+    """Add a shape that is only seen, with Euler angles in radian."""
     Xml.SubElement(
-        body, "geom", type=kind, size=size, pos=place, rgba=colour, contype="0", conaffinity="0", mass="0", **more
+        body, "geom", type=kind, size=size, pos=place, rgba=colour, euler=turned, contype="0", conaffinity="0", mass="0"
     )

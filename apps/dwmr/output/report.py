@@ -25,7 +25,7 @@ _SAFETY = (
     "obstacle and from another robot's body, negative where they overlap. hit: how many it touched."
 )
 ABOUT_FILTER = (
-    "disc gap: least distance of the disc about the robot. changed: share of time in which the safety filter changed its "
+    "disc gap: least distance of the disc about the robot. changed: share of time in which the filter changed its "
     "commands. infeasible: moments at which no command kept a barrier; missed: others at which it was not kept."
 )
 _EFFORT = (

@@ -10,18 +10,16 @@ from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from types import ModuleType
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from dwmr.control.laws.python_law import reported
+from dwmr.core.arrays import FloatArray
 from dwmr.core.interfaces import TrackingError
-from dwmr.simulation.loop import decide
+from dwmr.simulation import loop
+from dwmr.simulation.periods import Periods
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
-
-if TYPE_CHECKING:
-    from dwmr.core.arrays import FloatArray
-    from dwmr.simulation.periods import Periods
 
 
 class LawError(DiagnosticError):
@@ -37,7 +35,7 @@ class LawError(DiagnosticError):
         self.period, self.robot = period, robot
 
 
-class WorkingMemory:
+class _WorkingMemory:
     """A copy of what the loop changes from one period to the next; records are left out, which it only writes.
 
     Args:
@@ -64,38 +62,33 @@ def _arrays(part: Any) -> Iterator[FloatArray]:
                 yield from _arrays(one)
 
 
-def is_python(module: Any) -> bool:
-    """Return whether a law is a module in Python: text raises no errors."""
-    return isinstance(module, ModuleType)
+def decide(periods: Periods, first: int, last: int) -> tuple[int, int, int]:
+    """Compute the periods from `first` up to but not including `last`, see `Periods.compute`.
 
-
-def located(
-    periods: Periods, numbers: range, obstacles: FloatArray, noise: FloatArray, before: WorkingMemory
-) -> LawError | None:
-    """Return the error that a law has raised, with its period, robot and line.
-
-    Args:
-        periods: Those of the run; they are computed again up to the error.
-        numbers: Numbers of the periods in which it was raised.
-        obstacles, noise: Those of these periods, as `loop.run_periods` takes them.
-        before: Working memory before the first of them.
-
-    Returns:
-        The error; None where the law does not raise it again.
+    Raises:
+        LawError: When the law raises an error; the periods before are recorded.
+        DiagnosticError: When the law cannot be compiled into the loop.
     """
-    before.restore()
-    for j, k in enumerate(numbers):
-        now = obstacles[j : j + 2] if len(obstacles) > 1 else obstacles
-        start = WorkingMemory(periods)
-        try:
-            periods.compute(k, k + 1, now, noise[j : j + 1])
-        except DiagnosticError as error:
-            return _in_python(periods, k, now, start, error)
-    return None
+    obstacles, noise = periods.given(first, last)
+    if not isinstance(periods.simulation.module, ModuleType):  # text raises no errors
+        return periods.compute(first, last, obstacles, noise)
+    before = _WorkingMemory(periods)
+    try:
+        return periods.compute(first, last, obstacles, noise)
+    except DiagnosticError:
+        before.restore()
+        for k in range(first, last):
+            now = obstacles[k - first : k - first + 2] if len(obstacles) > 1 else obstacles
+            before = _WorkingMemory(periods)
+            try:
+                periods.compute(k, k + 1, now, noise[k - first : k - first + 1])
+            except DiagnosticError as error:
+                raise _in_python(periods, k, now, before, error) from None
+        raise  # the law does not raise it again, or was not run
 
 
 def _in_python(
-    periods: Periods, period: int, obstacles: FloatArray, start: WorkingMemory, compiled: DiagnosticError
+    periods: Periods, period: int, obstacles: FloatArray, start: _WorkingMemory, compiled: DiagnosticError
 ) -> LawError:
     """Return what a law raises in a period as Python, with its line; as compiled code where that is another error."""
     module, memory = periods.simulation.module, periods.memory
@@ -116,7 +109,7 @@ def _in_python(
             reported(periods.simulation.name, Path(str(module.__file__)), "run"),
             np.errstate(divide="raise", invalid="raise"),
         ):
-            getattr(decide, "py_func", decide)(
+            getattr(loop.decide, "py_func", loop.decide)(
                 period, periods.path, kept, periods.kernels, periods.world, memory, obstacles[0], obstacles[-1],
                 periods.record, periods.law_record, periods.guard, periods.vehicles,
             )  # fmt: skip

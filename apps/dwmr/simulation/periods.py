@@ -26,9 +26,7 @@ from dwmr.scenario.moving import centres, is_moving
 from dwmr.scenario.vehicle_checks import others
 from dwmr.scenario.vehicles import Ackermann, Omnidirectional
 from dwmr.simulation import noise
-from dwmr.simulation.law_errors import WorkingMemory, is_python, located
 from dwmr.simulation.loop import SIGNALS, Memory, World, run_periods
-from fuzzyctl.diagnostics.diagnostic import DiagnosticError
 
 
 @dataclass(frozen=True)
@@ -94,27 +92,21 @@ class Periods:
         """Number of all periods."""
         return len(self.record)
 
-    def decide(self, first: int, last: int) -> tuple[int, int, int]:
+    def given(self, first: int, last: int) -> tuple[FloatArray, FloatArray]:
+        """Return the obstacles at the periods from `first` up to but not including `last`, and draw their noise.
+
+        Both are as `loop.run_periods` takes them.
+        """
+        return _obstacles(self.simulation.scenario, first, last), self._draw(last - first)
+
+    def compute(self, first: int, last: int, obstacles: FloatArray, noise: FloatArray) -> tuple[int, int, int]:
         """Compute the periods from `first` up to but not including `last`, see `loop.run_periods`.
 
         Where another plant moves the robots, it moves them after each period. No periods: it is only compiled.
 
-        Raises:
-            LawError: When the law raises an error; the periods before are recorded.
-            DiagnosticError: When the law cannot be compiled into the loop.
-        """
-        obstacles, noise = _obstacles(self.simulation.scenario, first, last), self._draw(last - first)
-        before = WorkingMemory(self) if is_python(self.simulation.module) else None
-        try:
-            return self.compute(first, last, obstacles, noise)
-        except DiagnosticError:
-            found = located(self, range(first, last), obstacles, noise, before) if before else None
-            if found is None:
-                raise
-            raise found from None
-
-    def compute(self, first: int, last: int, obstacles: FloatArray, noise: FloatArray) -> tuple[int, int, int]:
-        """Compute periods with the obstacles and the noise that `loop.run_periods` takes for them.
+        Args:
+            first, last: Numbers of control periods.
+            obstacles, noise: What is `given` for them.
 
         Raises:
             DiagnosticError: When the law raises an error, or cannot be compiled into the loop.

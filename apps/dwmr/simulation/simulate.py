@@ -20,7 +20,7 @@ from dwmr.core.jit import COMPILED, collected_errors, first_class_functions
 from dwmr.scenario.file import ScenarioFile
 from dwmr.scenario.model import Scenario
 from dwmr.simulation.faults import LARGEST, NOT_FINITE, TOO_LARGE
-from dwmr.simulation.law_errors import LawError
+from dwmr.simulation.law_errors import LawError, decide
 from dwmr.simulation.loop import COLUMNS, SIGNALS
 from dwmr.simulation.mujoco_plant import MujocoPlant
 from dwmr.simulation.periods import Periods, Simulation
@@ -183,7 +183,7 @@ def _computed(
     chunk = PERIODS_AT_A_TIME if COMPILED and plant is None else 1
     reached, wall_s, began = 0, 0.0, 0.0
     try:
-        periods.decide(0, 0)  # compiles, or loads from cache
+        decide(periods, 0, 0)  # compiles, or loads from cache
         report(0)
         while reached < samples:
             began = perf_counter()
@@ -218,11 +218,11 @@ def _some(
 ) -> tuple[int, int, int]:
     """Compute some periods, see `Periods.decide`; rigid bodies move after each, and their positions are kept."""
     if plant is None or positions is None:
-        return periods.decide(first, last)
+        return decide(periods, first, last)
     dt, memory = periods.simulation.scenario.run.dt, periods.memory
     for k in range(first, last):
         positions[k] = plant.positions
-        done = periods.decide(k, k + 1)
+        done = decide(periods, k, k + 1)
         if done[2] != 0:
             break
         plant.move(k * dt, memory.torques, memory.plant, memory.slip)

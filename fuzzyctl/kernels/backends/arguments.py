@@ -55,7 +55,11 @@ def argument_error(names: Sequence[str], states: int, arguments: tuple[Any, ...]
     if isinstance(error, ArgumentError):
         return error
     if len(arguments) != len(names):
-        return ArgumentError(f"the kernel takes {len(names)} arguments ({', '.join(names)}), got {len(arguments)}")
+        several = not states and any(hasattr(a, "__len__") for a in arguments)
+        hint = "; kernel.batch takes arrays" if several else ""
+        return ArgumentError(
+            f"the kernel takes {len(names)} arguments ({', '.join(names)}), got {len(arguments)}{hint}"
+        )
     kinds = ", ".join(f"{n}: {type(a).__name__}" for n, a in zip(names, arguments, strict=True))
     state = f", and the state {states} of them" if states else ""
     return ArgumentError(f"each input must be a real number{state}; got {kinds}; kernel.batch takes arrays")

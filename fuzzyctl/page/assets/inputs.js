@@ -27,7 +27,7 @@ function sliderEnds(input, given) {
 }
 
 /** Fields for the ends of a slider of an input whose range has none. */
-function endFields(input, ends, changed) {
+function endFields(block, input, ends, changed) {
     const fields = ["lower", "upper"].map((name, k) => {
         const field = element("input", { type: "number", step: "any", value: ends[k], disabled: input[name] !== null, "aria-label": `${called(input)}, ${name} end of the slider` });
         field.addEventListener("input", () => {
@@ -35,6 +35,7 @@ function endFields(input, ends, changed) {
             field.setAttribute("aria-invalid", String(!fits));
             if (fits) {
                 ends[k] = typed;
+                settings.set(`ends of ${block}, ${input.name}`, [...ends]);
                 changed();
             }
         });
@@ -44,7 +45,7 @@ function endFields(input, ends, changed) {
 }
 
 /** One row: a name, a slider, a field; `refresh` shows its number. */
-function inputRow(input, ends, read, write) {
+function inputRow(block, input, ends, read, write) {
     const id = identifier(), isOpen = input.lower === null || input.upper === null;
     const note = element("span", { className: "note", id: `${id}-note` });
     const slider = element("input", { type: "range", step: "any", "aria-label": `${withUnit(input)}, slider` });
@@ -64,14 +65,14 @@ function inputRow(input, ends, read, write) {
     field.addEventListener("input", () => write(field.valueAsNumber, true));
     refresh();
     const name = element("div", { className: "name" }, element("label", { for: id }, withUnit(input)), note);
-    return { row: element("div", { className: "control" }, name, slider, field, ...(isOpen ? [endFields(input, ends, refresh)] : [])), refresh };
+    return { row: element("div", { className: "control" }, name, slider, field, ...(isOpen ? [endFields(block, input, ends, refresh)] : [])), refresh };
 }
 
 /** Controls for inputs of a block; `moved` is called after each change. They begin where the first run on the page does. */
 function inputControls(block, inputs, moved) {
     const kept = settings.get(`inputs of ${block}`) ?? {}, calls = callsOf(block), names = [...new Set(calls.map((c) => c.call))];
     const given = inputs.map((_, k) => usual(calls.flatMap((c) => c.values[k] ?? []).filter(Number.isFinite)));
-    const ends = inputs.map((input, k) => sliderEnds(input, given[k]));
+    const ends = inputs.map((input, k) => [...(settings.get(`ends of ${block}, ${input.name}`) ?? sliderEnds(input, given[k]))]);
     const values = inputs.map((input, k) => {
         const [low, high] = ends[k], own = kept[input.name], isOpen = input.lower === null || input.upper === null;
         if (own >= (input.lower ?? -Infinity) && own <= (input.upper ?? Infinity)) {
@@ -84,7 +85,7 @@ function inputControls(block, inputs, moved) {
         settings.set(`inputs of ${block}`, Object.fromEntries(inputs.map((i, k) => [i.name, values[k]])));
         moved();
     }
-    const rows = inputs.map((input, k) => inputRow(input, ends[k], () => values[k], (value, typed) => {
+    const rows = inputs.map((input, k) => inputRow(block, input, ends[k], () => values[k], (value, typed) => {
         values[k] = value;
         rows[k].refresh(typed);
         changed();

@@ -9,12 +9,13 @@ function loopSection(loop) {
     const { t, panels } = loop;
     const plot = new PanelPlot({
         title: `loop ${loop.name}`, x: "t [s]", columns: panels.length > 5 ? 2 : 1, height: 110,
-        series: [{ name: "signal", colour: lineColor(0), dash: "" }, ...(panels.some((p) => p.reference) ? [{ name: "reference", colour: "", dash: "5 4" }] : [])],
+        series: [{ name: "signal", colour: facts.colors[0], dash: "" }, ...(panels.some((p) => p.reference) ? [{ name: "reference", colour: "", dash: "5 4" }] : [])],
         panels: panels.map(({ label, held, values, reference, y, whole, note }) => ({
             label, title: "", x: [t[0], Math.max(t.at(-1), t[0] + 1e-9)], y: y ?? endsOf([...values, ...(reference ?? [])]), whole, note,
             lines: [...(reference ? [{ series: 1, x: t, y: reference }] : []), { series: 0, x: t, y: values, stepped: held }],
         })),
     });
+    redraws.push(() => plot.draw());
     const cells = panels.map(() => element("output", { className: "number" }));
     const now = element("caption", {}, "Signals");
     const signals = tableOf("Signals", [], panels.map((p, n) => [p.label, cells[n]]));

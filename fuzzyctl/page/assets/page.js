@@ -5,6 +5,7 @@ const makers = { system: systemSection, controller: controllerSection, loop: loo
 /** Puts the blocks of the file into an element; returns what shows their numbers. */
 function build(main) {
     redraws.length = pictures.length = 0;
+    isDrawn = false;
     computing.clear();
     controlled.clear();
     const runs = [], sources = new Set(facts.sections.map((s) => s.source ?? ""));
@@ -36,6 +37,7 @@ function build(main) {
     main.replaceChildren(...parts);
     return () => {
         pictures.forEach((p) => p.measure());
+        isDrawn = true;
         begins.forEach((begin) => begin());
         document.body.dataset.ready = "yes";
     };

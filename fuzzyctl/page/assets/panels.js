@@ -176,7 +176,7 @@ class Panel {
         for (const line of this.lines.filter((l) => !plot.hidden.has(l.series))) {
             const series = plot.data.series[line.series];
             drawn(inside, "path", {
-                class: "line", d: track(line, x, y), stroke: series.colour || "currentColor", "stroke-dasharray": series.dash,
+                class: "line", d: track(line, x, y), stroke: themed(series.colour) || "currentColor", "stroke-dasharray": series.dash,
                 "stroke-width": line.wide ? 3 : 1.4, opacity: line.wide ? 0.45 : 1,
             });
         }
@@ -199,7 +199,7 @@ class Panel {
         for (const line of this.lines.filter((l) => !plot.hidden.has(l.series))) {
             const value = line.y[nearest(line.x, plot.place)];
             if (Number.isFinite(value)) {
-                this.marked.push(drawn(inside, "circle", { cx: at, cy: toY(value), r: 4, fill: plot.data.series[line.series].colour || "currentColor" }));
+                this.marked.push(drawn(inside, "circle", { cx: at, cy: toY(value), r: 4, fill: themed(plot.data.series[line.series].colour) || "currentColor" }));
             }
         }
     }
@@ -266,7 +266,7 @@ class PanelPlot {
         const button = element("button", { type: "button", "aria-pressed": "true" });
         const sample = drawn(button, "svg", { width: 26, height: 8, "aria-hidden": "true" });
         drawn(sample, "line", {
-            x1: 0, x2: 26, y1: 4, y2: 4, stroke: series.colour || "currentColor", "stroke-width": 2, "stroke-dasharray": series.dash,
+            x1: 0, x2: 26, y1: 4, y2: 4, stroke: themed(series.colour) || "currentColor", "stroke-width": 2, "stroke-dasharray": series.dash,
         });
         button.append(element("span", {}, series.name));
         button.addEventListener("click", () => {

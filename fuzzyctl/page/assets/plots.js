@@ -3,6 +3,8 @@
 let facts = JSON.parse(document.getElementById("facts").textContent);
 const FONT = "12px system-ui, sans-serif";
 const redraws = [], pictures = [];
+/** Whether pictures are drawn: not before the first paint, which would wait for them. */
+let isDrawn = false;
 /** What people set on the page, such as the values of sliders, by name: a page of a new text begins with it. */
 const settings = new Map();
 /** Surfaces that are being computed, and what is called when the last one is done. */
@@ -47,11 +49,10 @@ function color(name) {
     }
     return known.get(name);
 }
-/** The colour of the n-th line; black is the colour of the text. */
-function lineColor(n) {
-    const own = facts.colors[n % facts.colors.length];
-    return own === "#000000" ? color("text") : own;
-}
+/** A colour of the palette as the page shows it: black is that of the text, in the dark the two blues change places. */
+const themed = (own) => ({ "#000000": color("text"), "#0072B2": color("accent"), "#56B4E9": color("lit-color") })[own] ?? own;
+/** The colour of the n-th line. */
+const lineColor = (n) => themed(facts.colors[n % facts.colors.length]);
 
 /** A canvas that draws again when its size or the colours of the page change. Its size is measured apart: each look costs a layout. */
 function picture(height, label, draw) {
@@ -80,7 +81,7 @@ function picture(height, label, draw) {
     redraws.push(canvas.again);
     new ResizeObserver(() => {
         const before = String(size);
-        if (String(canvas.measure()) !== before) {
+        if (isDrawn && String(canvas.measure()) !== before) {
             canvas.again();
         }
     }).observe(canvas);

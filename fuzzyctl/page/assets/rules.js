@@ -8,13 +8,14 @@ const degreeText = (own) => (own > 0 && own < 5e-4 ? "< 0.001" : shown(own, 3));
 /** The terms of a variable: curves, the value, and the degrees in a list. */
 function termsView(variable, degreesAt) {
     const spikes = variable.terms.filter((t) => t.at !== null), xs = places(variable);
-    const curves = xs.map((v) => [v, degreesAt(v)]);
+    let curves = null;
     let value = NaN, degrees = [];
     const ends = endsOf([variable.lower, variable.upper, ...spikes.map((t) => t.at)], 0);
     const numbers = variable.terms.map(() => element("data", { className: "number" }));
     const canvas = picture(110, `Terms of ${withUnit(variable)}`, (context, width, height) => {
         const a = axes(context, [8, 8, width - 16, height - 28], ends, [0, 1.05]);
         a.frame();
+        curves ??= xs.map((v) => [v, degreesAt(v)]);
         variable.terms.forEach((term, k) => {
             if (term.at !== null) {
                 a.line([[term.at, 0], [term.at, 1]], lineColor(k), 2);

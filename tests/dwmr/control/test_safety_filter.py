@@ -28,7 +28,7 @@ def safety(n, alpha=2.0, error=0.0, margin=0.05, obstacles=(), acceleration=1e6)
     speeds = np.array([SPEED + error] * n + [speed for _, speed in obstacles])
     least = radii[:n, None] + radii + margin + 0.5 * DT * (speeds[:n, None] + speeds)
     errors = np.full(n, error + 0.5 * DT * OMEGA_LIMIT * SPEED)
-    return Safety(alpha, LOOKAHEAD, acceleration, acceleration, least, speeds, errors)
+    return Safety(alpha, LOOKAHEAD, acceleration, acceleration, least, least, 0.0 * speeds, speeds, errors)
 
 
 def filtered(poses, commands, given, now=(), after=()):

@@ -109,6 +109,14 @@ class TestLaws:
             assert found["infeasible"] == []
             assert min(found["disc_gap"].values()) >= 0.0
 
+    def test_keep_apart_by_what_noise_lets_them_measure(self):
+        noise = ("robot.noise.x=0.02", "robot.noise.y=0.02", "robot.noise.theta=0.02", "run.horizon=40")
+        file, trajectory = run("fcafsmc", *noise, name="moving-obstacles")
+        found = measure(trajectory, file.scenario)["safety"]
+        assert found["infeasible"] == found["missed"] == []
+        assert min(found["disc_gap"].values()) >= file.scenario.safety.margin
+        assert min(found["acts"].values()) > 0.2
+
     def test_without_a_filter_say_nothing_of_it(self):
         file, trajectory = run("smc", "run.horizon=1", NONE)
         assert "safety" not in measure(trajectory, file.scenario)
