@@ -22,7 +22,7 @@ def section(title):
 
 
 def rows(title, columns):
-    """Return the rows of a section's table that begin with a name and have so many columns."""
+    """Return the rows of a section's table that begin with a name and have a number of columns."""
     found = [line.strip("| ").split(" | ") for line in section(title).splitlines() if re.match(r"\| [a-z]", line)]
     return [cells for cells in found if len(cells) == columns and cells[-1][0].isdigit()]
 

@@ -21,10 +21,14 @@ def mistakes(scenario: Scenario, places: Places) -> Iterable[Diagnostic]:
     settings, dt = scenario.safety, scenario.run.dt
     if settings is None:
         return
-    if settings.alpha * dt > 1.0:
-        message = f"safety.alpha = {settings.alpha:g} 1/s times run.dt = {dt:g} s exceeds 1: a barrier could be jumped"
-        help_text = f"set safety.alpha to {1.0 / dt:g} 1/s or less"
+    most = 0.5 if (safety_of(scenario, settings).noise > 0.0).any() else 1.0
+    if settings.alpha * dt > most:
+        message = (
+            f"safety.alpha = {settings.alpha:g} 1/s times run.dt = {dt:g} s exceeds {most:g}: a barrier could be jumped"
+        )
+        help_text = f"set safety.alpha to {most / dt:g} 1/s or less"
         yield places.diagnostic("FZ904", "safety.alpha", message, help=help_text)
+    yield from _noisy(scenario, settings, places)
     help_text = "start them farther apart, or lower safety.margin or safety.lookahead"
     for name, other, what, distance, least in _starts(scenario, settings):
         if distance < least:
@@ -33,6 +37,21 @@ def mistakes(scenario: Scenario, places: Places) -> Iterable[Diagnostic]:
                 f"{what}, {least:.4g} m are kept"
             )
             yield places.diagnostic("FZ904", f"robots.{name}.x_0", message, help=help_text)
+
+
+def _noisy(scenario: Scenario, settings: SafetySettings, places: Places) -> Iterable[Diagnostic]:
+    """Refuse noise beyond what the proof has room for."""
+    safety = safety_of(scenario, settings)
+    for i, name in enumerate(scenario.robots):
+        if safety.noise[i] > 0.0 and (safety.kept[i] > 2.0 * safety.least[i]).any():
+            k = int(np.argmax(safety.kept[i] / safety.least[i]))
+            message = (
+                f"robots.{name}.noise moves its guarded point by up to {safety.noise[i]:.3g} m: [safety] would keep "
+                f"{safety.kept[i, k]:.4g} m of what is measured, more than twice the {safety.least[i, k]:.4g} m "
+                "without noise"
+            )
+            help_text = "lower the noise; it is cut at 4 standard deviations"
+            yield places.diagnostic("FZ904", f"robots.{name}.noise", message, help=help_text)
 
 
 def _starts(scenario: Scenario, settings: SafetySettings) -> Iterator[tuple[str, str, str, float, float]]:
@@ -62,6 +81,13 @@ def remarks(scenario: Scenario, places: Places) -> Iterable[Diagnostic]:
     yield from _beyond_drives(scenario, settings, places)
     yield from _beyond_error(scenario, settings, places)
     yield from _too_narrow(scenario, settings, places)
+    for name, robot in scenario.robots.items():
+        if robot.sensors.pose == "odometry":
+            message = (
+                f"robots.{name} knows its place by odometry, whose error has no bound: [safety] keeps the "
+                "distances that are measured, not the true ones"
+            )
+            yield places.diagnostic("FZ904", f"robots.{name}.sensors.pose", message)
     slowest = min(scenario.robots, key=lambda name: scenario.robots[name].actuator.v_limit)
     limit = scenario.robots[slowest].actuator.v_limit
     for a, one in enumerate(scenario.obstacles):
@@ -128,7 +154,7 @@ def _too_narrow(scenario: Scenario, settings: SafetySettings, places: Places) ->
         x, y = place.separation * math.cos(place.bearing), place.separation * math.sin(place.bearing)
         distance = math.dist(_point(robot, settings, x, y, 0.0), _point(leader, settings, leader.d, 0.0, 0.0))
         rest = (float(safety.errors[i]) + float(safety.errors[j])) / settings.alpha
-        least = rest + math.hypot(rest, float(safety.least[i, j]))  # the rate bound is minus the errors' sum
+        least = rest + math.hypot(rest, float(safety.kept[i, j]))  # the rate bound is minus the errors' sum
         if distance < least:
             message = (
                 f"robots.{name}.formation puts guarded points {distance:.4g} m apart, [safety] keeps {least:.4g} m: "
