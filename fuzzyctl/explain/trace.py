@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, fields
 from functools import cached_property
-from typing import Any, Final, Self
+from typing import TYPE_CHECKING, Any, Final, Self
 
 from fuzzyctl.diagnostics.diagnostic import ArgumentError, NoRuleFiresError, UnknownNameError
 from fuzzyctl.displayed import Printed
@@ -22,6 +22,9 @@ from fuzzyctl.model.method import TSUKAMOTO
 from fuzzyctl.model.rule import Consequent
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.support import arguments
+
+if TYPE_CHECKING:
+    from fuzzyctl.annotations import Axes, Panels
 
 #: Slopes are differences over this part of an input's range.
 STEP: Final = 1e-6
@@ -106,7 +109,7 @@ class Trace(Printed):
         own = {f.name: getattr(self, f.name) for f in fields(self) if f.compare}
         return own | {"rules": [asdict(r) for r in self.rules]}
 
-    def plot(self, *, most: int = 12, ax: Any = None) -> Any:
+    def plot(self, *, most: int = 12, ax: Axes | None = None) -> Panels:
         """Draw the rules that act, see `fuzzyctl.plot.rules`."""
         from fuzzyctl.plot.rule_viewer import viewer
 
@@ -157,7 +160,7 @@ def trace(system: FuzzySystem, values: Mapping[str, float]) -> Trace:
     missing = [n for n in names if n not in values]
     if missing:
         raise ArgumentError(f"a value is missing for: {', '.join(missing)}")
-    point = [as_number(values[n]) for n in names]
+    point = [as_number(values[n], f"input {n!r}") for n in names]
     program = inference.trace(flat)
     found = _Traced(flat, python_backend.compile_source(python_backend.evaluation_source(program), program, names))
     results = found.at(point)

@@ -14,7 +14,7 @@ from fuzzyctl.model.params import ParamValues
 from fuzzyctl.model.system import FuzzySystem
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False)
 class Signal(Node):
     """What inputs, states and outputs share: a name, a label for plots, a unit and a range."""
 
@@ -24,14 +24,14 @@ class Signal(Node):
     bounds: Bounds | None = None
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False)
 class State(Signal):
     """A number that is kept from one step to the next; `start` may use params only."""
 
     start: Expr
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False)
 class Definition(Node):
     """A name for the value of an expression: a `let`, or the next value or the derivative of a state."""
 
@@ -39,7 +39,7 @@ class Definition(Node):
     value: Expr
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False)
 class Result(Signal):
     """An output with the expression that defines it."""
 

@@ -11,7 +11,7 @@ from fuzzyctl.model.guarantee import Guarantee
 from fuzzyctl.model.plant import Plant
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False)
 class Measure(Definition):
     """A number that a run is judged by: `measure NAME "label" unit "..." = MEASURE(signal, ...)`."""
 

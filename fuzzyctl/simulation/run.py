@@ -18,9 +18,7 @@ from fuzzyctl.simulation.judgement import Judgement, Requirement
 from fuzzyctl.simulation.settings import params_of
 
 if TYPE_CHECKING:
-    import numpy.typing as npt
-
-    FloatArray = npt.NDArray[np.float64]
+    from fuzzyctl.annotations import Axes, FloatArray, Panels
 
 
 @dataclass(frozen=True, repr=False)
@@ -61,7 +59,7 @@ class Run(Displayed):
         how = f"stopped, {met}" if self.stopped is not None else met
         return f"Run({self.loop.name}: {end}, {len(self.t)} samples, {len(self.names)} signals; {how})"
 
-    def plot(self, *, ax: Any = None) -> Any:
+    def plot(self, *, ax: Axes | None = None) -> Panels:
         """Draw the signals over time, see `fuzzyctl.plot.runs`."""
         from fuzzyctl.plot.time_series import runs
 

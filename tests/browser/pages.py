@@ -50,7 +50,7 @@ POINTS = 40
 def expected(source: Path, section: dict) -> list:
     """Return points of a block with the kernel's outputs, for a controller step by step; none for a loop."""
     drawn = random.Random(5)
-    ends = [(i["lower"], i["upper"]) for i in section.get("inputs", ()) if "lower" in i]
+    ends = [(_end(i["lower"], -10.0), _end(i["upper"], 10.0)) for i in section.get("inputs", ()) if "lower" in i]
     points = [[a + (b - a) * drawn.uniform(-0.1, 1.1) for a, b in ends] for _ in range(POINTS)]
     if section["kind"] == "controller":
         step = compile(load_controller(source, section["name"]), backend="python")
@@ -68,6 +68,10 @@ def expected(source: Path, section: dict) -> list:
     else:
         return []
     return [[point, list(own) if isinstance(own, tuple) else [own]] for point, own in found]
+
+
+def _end(end: float | None, other: float) -> float:
+    return other if end is None else end
 
 
 def write(folder: Path) -> None:

@@ -19,8 +19,9 @@ const args = ["--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage", "--dis
 
 /** Move the sliders of the k-th block to each point, make a step of a controller, and return what stands there. */
 function moved([k, points]) {
-    const block = document.querySelectorAll("article")[k], step = [...block.querySelectorAll("button")].find((b) => b.textContent === "Step");
-    const fields = [...block.querySelectorAll(".control input[type=number]")], numbers = [...block.querySelectorAll(".outputs output")];
+    const block = document.querySelectorAll("article")[k], buttons = [...block.querySelectorAll("button")], step = buttons.find((b) => b.textContent === "Step");
+    const fields = [...block.querySelectorAll(".control > input[type=number]")], numbers = [...block.querySelectorAll(".outputs output")];
+    buttons.find((b) => b.textContent === "Begin anew")?.click();
     return points.map((point) => {
         fields.forEach((field, n) => {
             field.value = point[n];
@@ -33,18 +34,27 @@ function moved([k, points]) {
 
 /** Move the time of each run to its middle; return the inputs of blocks that do not follow. */
 function followed() {
-    const loops = facts().filter((s) => s.kind === "loop"), blocks = facts().map((s) => s.name);
-    return [...document.querySelectorAll(".times input")].flatMap((slider, n) => {
+    const sections = JSON.parse(document.getElementById("facts").textContent).sections ?? [], blocks = sections.map((s) => s.name);
+    const slider = document.querySelector(".times input[type=range]"), choice = document.querySelector(".times select");
+    const choose = (list, k) => {
+        list.value = k;
+        list.dispatchEvent(new Event("change"));
+    };
+    return sections.filter((s) => s.kind === "loop").flatMap((loop, n) => {
+        if (choice !== null) {
+            choose(choice, n);
+        }
         slider.value = slider.max / 2;
         slider.dispatchEvent(new Event("input"));
-        return loops[n].inputs.flatMap(({ block, values }) => {
-            const shown = [...document.querySelectorAll("article")[blocks.indexOf(block)].querySelectorAll(".control input[type=number]")];
-            return values.flatMap((v, i) => (v[slider.valueAsNumber] === shown[i].valueAsNumber ? [] : [`${block} ${i}`]));
+        return loop.inputs.flatMap(({ block, call, values }) => {
+            const form = document.querySelectorAll("article")[blocks.indexOf(block)].querySelector("fieldset"), calls = form.querySelector("select");
+            if (calls !== null) {
+                choose(calls, [...calls.options].findIndex((o) => o.textContent === call));
+            }
+            const shown = [...form.querySelectorAll(".control > input[type=number]")];
+            return values.flatMap((v, i) => (v[slider.valueAsNumber] === shown[i].valueAsNumber ? [] : [`${block} ${i} of ${call}`]));
         });
     });
-    function facts() {
-        return JSON.parse(document.getElementById("facts").textContent).sections ?? [];
-    }
 }
 
 const painted = (page) => page.evaluate(() => performance.getEntriesByName("first-contentful-paint")[0]?.startTime ?? Infinity);
@@ -59,6 +69,11 @@ async function look(browser, name, scheme) {
     await page.locator("body[data-ready]").waitFor();
     if (await page.locator("main img, main script, main [onload], main [onerror]").count()) {
         fail("a name became markup");
+    }
+    if (PICTURES !== undefined) {
+        mkdirSync(PICTURES, { recursive: true });
+        await page.waitForFunction(() => ![...document.querySelectorAll("[aria-live]")].some((e) => e.textContent.startsWith("Computing")));
+        await page.screenshot({ path: join(PICTURES, `${name}-${scheme}.png`), fullPage: true });
     }
     if (scheme === "light") {
         for (const [k, asked] of expected[name].entries()) {
@@ -82,10 +97,6 @@ async function look(browser, name, scheme) {
     await page.evaluate(`(() => { ${AXE} })()`);
     const { violations } = await page.evaluate(() => window.axe.run());
     violations.forEach((v) => fail(`axe: ${v.id}: ${v.nodes[0].html.slice(0, 200)}`));
-    if (PICTURES !== undefined) {
-        mkdirSync(PICTURES, { recursive: true });
-        await page.screenshot({ path: join(PICTURES, `${name}-${scheme}.png`), fullPage: true });
-    }
     let paint = await painted(page);
     for (let k = 1; k < TRIES && paint > PAINTED; k++) {
         await page.reload();

@@ -1,17 +1,20 @@
 // Requests to the worker, one at a time, newest first; a worker that takes too long is ended, and another one started.
 
-/** Most milliseconds that a request may take, and that the start may. */
+/** Most milliseconds that a request may take, unless the engine has another limit, and that the start may. */
 const LIMIT = 15_000;
 const START = 90_000;
 
 export class Engine {
-  /** @param {(state: string, detail?: string) => void} tell Hears "starting", "ready", "stopped", "failed". */
-  constructor(tell) {
+  /**
+   * @param {(state: string, detail?: string) => void} tell Hears "starting", "ready", "stopped", "failed".
+   * @param limit Most milliseconds that a request may take.
+   */
+  constructor(tell, limit = LIMIT) {
     this.tell = tell;
     this.files = {};
     this.waiting = [];
     this.count = 0;
-    this.limit = LIMIT;
+    this.limit = limit;
     this.#start();
   }
 

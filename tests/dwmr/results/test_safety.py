@@ -1,9 +1,6 @@
 """Runs behind the safety filter: crowds that do not touch, moments that are recorded, laws that are left alone."""
 
-import importlib.util
 import io
-import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -19,6 +16,7 @@ from dwmr.results.metrics import errors, measure, rmse
 from dwmr.scenario.file import find, read
 from dwmr.scenario.moving import centres
 from dwmr.simulation import simulate
+from tests import explanation
 
 SCENES = 20
 NONE = "obstacles=[]"
@@ -27,17 +25,7 @@ FILTER = (
 )  # fmt: skip
 
 
-def beside_page(name):
-    """A module behind the figures of the page."""
-    path = Path(__file__).resolve().parents[3] / "docs" / "explanation" / "avoidance" / f"{name}.py"
-    spec = importlib.util.spec_from_file_location(name, path)
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[name] = module
-    spec.loader.exec_module(module)
-    return module
-
-
-CROWDS, ALONE = beside_page("crowds"), beside_page("alone")
+CROWDS, ALONE = explanation.script("avoidance/crowds.py"), explanation.script("avoidance/alone.py")
 
 
 def run(law, *overrides, name="paper-with-limits"):

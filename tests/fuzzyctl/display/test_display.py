@@ -169,6 +169,29 @@ def test_long_tables_are_cut_and_counted():
     assert "and 5 more" in html
 
 
+def test_the_theme_of_a_notebook_comes_before_that_of_the_machine():
+    """And the texts of tables stand left: Jupyter's rule for cells has two classes and one element."""
+    html = page("x", table("", (), [("a",)]))
+    machine = html.index("@media (prefers-color-scheme: dark)")
+    for selector in ("body[data-jp-theme-light=false]", "body.vscode-dark", "html[theme=light]", "[data-theme=dark]"):
+        assert html.index(selector) > machine
+    assert ".fuzzyctl.fuzzyctl table td {" in html
+    assert "<caption>" not in html
+
+
+def test_verdicts_without_findings_have_no_column_for_them(shown):
+    assert '<th scope="col">found</th>' in shown["Verdicts"]._repr_html_()
+    assert "found" not in type(shown["Verdicts"])([shown["Proved"]])._repr_html_()
+
+
+def test_silent_rules_are_counted(tipper):
+    assert "silent" not in fuzzyctl.why(tipper, service=7, food=8)._repr_html_()
+    assert (
+        '<p class="note">1 rule silent</p>'
+        in fuzzyctl.why(fuzzyctl.loads(SILENT.format(otherwise="nan")), x=0.9)._repr_html_()
+    )
+
+
 def test_markup_stays_and_text_is_escaped():
     assert plain(Markup("<b>")) == "<b>"
     assert plain("<b>") == "&lt;b&gt;"
