@@ -3,6 +3,17 @@
 from __future__ import annotations
 
 
+class Described:
+    """A part of a system: its `repr` is one line in the words of rule files, where its class says `repr=False`."""
+
+    __slots__ = ()
+
+    def __repr__(self) -> str:
+        from fuzzyctl.display.display import line
+
+        return line(self)
+
+
 class Displayed:
     """An object that a notebook shows as HTML."""
 

@@ -1,5 +1,6 @@
 """What tests need to know of the extra `physics`, which not everybody has."""
 
+from functools import cache
 from importlib.util import find_spec
 
 import pytest
@@ -9,6 +10,26 @@ from dwmr.scenario.file import find, read, shipped_names
 needs_mujoco = pytest.mark.skipif(
     find_spec("mujoco") is None, reason="MuJoCo is not installed: pip install 'fuzzyctl[physics]'"
 )
+
+
+@cache
+def renders():
+    """Whether MuJoCo renders pictures here."""
+    if find_spec("mujoco") is None:
+        return False
+    from dwmr.figures import renderer, scene
+
+    try:
+        with scene.Scene(read(find("experiment")).scenario):
+            return True
+    except renderer.NoRendererError:
+        return False
+
+
+def require_renderer():
+    """Skip a test where MuJoCo renders no pictures."""
+    if not renders():
+        pytest.skip("MuJoCo renders no pictures here: pip install 'fuzzyctl[physics]'; apt install libegl1")
 
 
 def is_of_equations(name):

@@ -27,6 +27,7 @@ ORDER = [
     ["editor", "page"],
     ["studio"],
     ["cli"],
+    ["ros"],
     ["__main__"],
 ]
 #: The same for the sub-packages of packages.
@@ -40,6 +41,7 @@ SUBORDER = {
     "kernels/inference": [["degrees"], ["defuzzify"]],
     "kernels/program": [["passes"]],
     "model": [["checks"]],
+    "studio": [["arrays"]],
 }
 
 #: Imports against the order, each in a method that only forwards.

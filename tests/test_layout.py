@@ -47,6 +47,7 @@ THROUGH = {
     "fuzzyctl/page": "fuzzyctl/cli/test_page.py",
     "fuzzyctl/plot": "fuzzyctl/cli/test_plot.py fuzzyctl/cli/test_why.py fuzzyctl/plot/test_figures.py",
     "fuzzyctl/resolve": "fuzzyctl/resolve/test_rules.py fuzzyctl/resolve/test_settings.py",
+    "fuzzyctl/ros": "fuzzyctl/ros/test_controller.py dwmr/ros/test_main.py",
     "fuzzyctl/simulation": "fuzzyctl/simulation/test_experiment.py fuzzyctl/cli/test_simulate.py",
     "fuzzyctl/studio": "fuzzyctl/studio/test_answers.py",
     "fuzzyctl/sweep": "fuzzyctl/sweep/test_loops.py",

@@ -28,7 +28,8 @@ PAGES = sorted(
         *(ROOT / name for name in ("README.md", "CONTRIBUTING.md")),
     ]
 )
-SOURCES = sorted([*(ROOT / "fuzzyctl").rglob("*.py"), *own_files(ROOT / "apps", "*.py")])
+TESTS = [path for path in (ROOT / "tests").rglob("*.py") if path.name != Path(__file__).name]
+SOURCES = sorted([*(ROOT / "fuzzyctl").rglob("*.py"), *own_files(ROOT / "apps", "*.py"), *TESTS])
 
 
 def found(text, line=1):
@@ -39,6 +40,8 @@ def found(text, line=1):
 def texts(path):
     """Yield the texts of a module with their lines: strings (diagnostics, help), docstrings and comments."""
     source = path.read_text(encoding="utf-8")
+    if PATTERN.search(source) is None:  # not in code either: parsing takes seconds
+        return
     for node in ast.walk(ast.parse(source)):
         if isinstance(node, ast.Constant) and isinstance(node.value, str):
             yield node.lineno, node.value

@@ -11,7 +11,8 @@ names the loops that it shows; without it, it shows all. The lines
     <!-- lines: fixed gain, self-tuning -->
 
 choose the panels, each with its label, its range if it is cut and its signals, and what the lines are called if not by
-their loops. The line `<!-- path: BLOCK.X BLOCK.Y -->` draws one signal over another one instead of both over time.
+their loops. The line `<!-- path: x [m] = BLOCK.X, y [m] = BLOCK.Y -->` draws one signal over another one instead of
+both over time.
 """
 
 from __future__ import annotations
@@ -44,7 +45,7 @@ BLOCK: Final = re.compile(f"{re.escape(TABLE)}\n(.*?){re.escape(END)}", flags=re
 DRAWN: Final = re.compile(r"^<!-- drawn: (.+) -->$", flags=re.MULTILINE)
 PANEL: Final = re.compile(r"^<!-- panel: ([^=]+?)(?: in \[(\S+), (\S+)\])? = (.+) -->$", flags=re.MULTILINE)
 LINES: Final = re.compile(r"^<!-- lines: (.+) -->$", flags=re.MULTILINE)
-PATH: Final = re.compile(r"^<!-- path: (\S+) (\S+) -->$", flags=re.MULTILINE)
+PATH: Final = re.compile(r"^<!-- path: (.+) = (\S+), (.+) = (\S+) -->$", flags=re.MULTILINE)
 #: Pixels per inch and colours of the pictures, which are small files.
 DPI: Final = 120
 COLOURS: Final = 64
@@ -139,7 +140,7 @@ def draw(target: Path, runs: Sequence[Run], page: str) -> None:
     several = len(shown) > 1  # one has its title above the panels
     with saved(target, DPI) as figure:
         if path := PATH.search(page):
-            draw_path(figure, shown, *path.groups())
+            draw_path(figure, shown, path.groups())
         elif chosen := PANEL.findall(page):
             draw_panels(figure, shown, chosen, match[1].split(", ") if (match := LINES.search(page)) else ())
         else:
@@ -182,13 +183,20 @@ def draw_panels(figure: Any, runs: Sequence[Run], chosen: Sequence[Sequence[str]
         figure.legend(handles, labels, loc="outside upper center", ncols=4, frameon=False)
 
 
-def draw_path(figure: Any, runs: Sequence[Run], x: str, y: str) -> None:
-    """Draw a signal of runs over another one in the same scale, with a dot at each start."""
+def draw_path(figure: Any, runs: Sequence[Run], axes_of: Sequence[str]) -> None:
+    """Draw a signal of runs over another one in the same scale, with a dot at each start.
+
+    Args:
+        figure: An empty figure.
+        runs: What is drawn.
+        axes_of: Label and signal of the horizontal axis, then those of the vertical one.
+    """
+    x_label, x, y_label, y = axes_of
     figure.set_size_inches(5, 6)
     axes = figure.subplots()
     for run, color in zip(runs, COLORS, strict=False):
         axes.plot(run[x], run[y], ".-", color=color, markersize=4, linewidth=1, label=_title(run))
         axes.plot(run[x][0], run[y][0], "o", color=color, markersize=7)
-    axes.set(xlabel=x, ylabel=y)
+    axes.set(xlabel=x_label, ylabel=y_label)
     axes.set_aspect("equal", adjustable="datalim")
     axes.legend()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from itertools import islice, product
 from typing import Any, Final
 
@@ -50,8 +50,8 @@ class OutputBound:
     lo: float
     hi: float
     exact: bool
-    lo_span: Span | None = None
-    hi_span: Span | None = None
+    lo_span: Span | None = field(default=None, repr=False)
+    hi_span: Span | None = field(default=None, repr=False)
     lo_at: dict[str, float] | None = None
     hi_at: dict[str, float] | None = None
 

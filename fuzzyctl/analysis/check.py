@@ -15,6 +15,7 @@ from fuzzyctl.loading.load import Examined, look_through
 from fuzzyctl.model.as_profile import as_profile
 from fuzzyctl.model.checks.checks import check_model
 from fuzzyctl.model.checks.profile_limits import kept
+from fuzzyctl.model.profiles import ProfileName
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.support import arguments
 from fuzzyctl.support.reading import MAX_BYTES, read_source
@@ -78,7 +79,7 @@ def check(
 
 
 def check_source(
-    source: SourceText, *, folder: Path | None = None, guarantees: bool = True, profile: str | None = None
+    source: SourceText, *, folder: Path | None = None, guarantees: bool = True, profile: ProfileName | None = None
 ) -> tuple[tuple[FuzzySystem | Block, ...], list[Diagnostic]]:
     """Check all systems, controllers, plants and loops of a source text.
 
@@ -96,7 +97,7 @@ def check_source(
 
 
 def check_examined(
-    examined: Examined, *, guarantees: bool = True, profile: str | None = None
+    examined: Examined, *, guarantees: bool = True, profile: ProfileName | None = None
 ) -> tuple[tuple[FuzzySystem | Block, ...], list[Diagnostic]]:
     """Check all blocks of a source that is read; see `check_source`."""
     from fuzzyctl.analysis.work import Work
@@ -134,7 +135,9 @@ def check_changed(
     return Checked(None if _has_errors(diagnostics) else changed, tuple(verdicts), diagnostics)
 
 
-def _under(system: FuzzySystem, profile: str | None, source: SourceText) -> tuple[FuzzySystem, list[Diagnostic]]:
+def _under(
+    system: FuzzySystem, profile: ProfileName | None, source: SourceText
+) -> tuple[FuzzySystem, list[Diagnostic]]:
     """Return a system under a profile, and what is to be said of that: why it cannot be, or what stays as it is."""
     if profile is None:
         return system, []

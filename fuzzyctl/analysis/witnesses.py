@@ -81,7 +81,7 @@ class Judge:
             found = self.kernel(*point, *state)
         except NoRuleFiresError:
             return dict.fromkeys(names, math.nan)
-        return dict(zip(names, found if isinstance(found, tuple) else (found,), strict=True))
+        return dict(zip(names, (found,) if len(names) == 1 else found, strict=True))
 
     def broken(self, truth: Truth, region: Truth, point: Sequence[float]) -> Witness | None:
         """Return a point as a witness if it lies in the region and the claim is false there."""

@@ -25,6 +25,8 @@ from fuzzyctl.building.validate import require_as_file
 from fuzzyctl.building.values import TermSpec, Value
 from fuzzyctl.diagnostics.diagnostic import ArgumentError
 from fuzzyctl.expr import Expr
+from fuzzyctl.formulas.memberships import MembershipKind
+from fuzzyctl.formulas.norms import Aggregation, Conjunction, Disjunction
 from fuzzyctl.model import variable
 from fuzzyctl.model.guarantee import Guarantee, Hedge, Param
 from fuzzyctl.model.method import Activation, Defuzzifier, Method
@@ -72,7 +74,9 @@ def Hold(start: Value | None = None) -> variable.Hold:  # noqa: N802 - it reads 
     return variable.Hold(start=None if start is None else values.expression("'start'", start))
 
 
-def membership(kind: str, *parameters: Value, height: Value = 1) -> Membership:
+def membership(
+    kind: MembershipKind | Literal["linear", "function"], *parameters: Value, height: Value = 1
+) -> Membership:
     """Return a membership function, such as `membership("triangle", -inf, 0, 1)`.
 
     Args:
@@ -122,8 +126,8 @@ def output_variable(
     otherwise: Value | Fallback | Literal["hold"] | variable.Hold | None = None,
     adaptive: Value | None = None,
     clamp: bool = False,
-    implication: str | None = None,
-    aggregation: str | None = None,
+    implication: Conjunction | None = None,
+    aggregation: Aggregation | None = None,
     defuzzifier: str | Defuzzifier | None = None,
     value: Value | None = None,
 ) -> Output:
@@ -299,9 +303,9 @@ def rule_block(
     name: str,
     rules: Iterable[Rule | RuleTable | str],
     *,
-    conjunction: str | None = None,
-    disjunction: str | None = None,
-    implication: str | None = None,
+    conjunction: Conjunction | None = None,
+    disjunction: Disjunction | None = None,
+    implication: Conjunction | None = None,
     activation: str | Activation | None = None,
 ) -> RuleBlock:
     """Return a rule block: rules that are joined, implied and chosen by methods of their own.
@@ -342,10 +346,10 @@ def system(
     defuzzifier: str | Defuzzifier | None = None,
     activation: str | Activation | None = None,
     guarantees: Iterable[Guarantee | str] = (),
-    conjunction: str | None = None,
-    disjunction: str | None = None,
-    implication: str | None = None,
-    aggregation: str | None = None,
+    conjunction: Conjunction | None = None,
+    disjunction: Disjunction | None = None,
+    implication: Conjunction | None = None,
+    aggregation: Aggregation | None = None,
 ) -> FuzzySystem:
     """Build and check a system.
 
@@ -368,7 +372,7 @@ def system(
         ArgumentError: For an argument of a type that it cannot have.
     """
     given = arguments.items_of("'variables'", (Input, Output, Let), "a list of inputs, lets and outputs", variables)
-    norms = {"conjunction": conjunction, "disjunction": disjunction}
+    norms: dict[str, str | None] = {"conjunction": conjunction, "disjunction": disjunction}
     norms |= {"implication": implication, "aggregation": aggregation}
     built = FuzzySystem(
         **_texts(name=name, title=title, citation=citation),

@@ -29,6 +29,7 @@ from fuzzyctl.diagnostics.suggestions import counted, did_you_mean
 
 if TYPE_CHECKING:
     from fuzzyctl.loading.blocks import Block
+    from fuzzyctl.model.profiles import ProfileName
     from fuzzyctl.model.system import FuzzySystem
 
 #: What `--deny` takes besides codes.
@@ -70,7 +71,7 @@ def check(
     allowed: tuple[str, ...],
     fix: str | None,
     only_diff: bool,
-    profile: str | None,
+    profile: ProfileName | None,
     form: str,
 ) -> int:
     """Find the mistakes of rule files.
@@ -139,7 +140,7 @@ def _size(block: Block) -> str:
 
 
 def _check_file(
-    file: str, profile: str | None, fix: str | None
+    file: str, profile: ProfileName | None, fix: str | None
 ) -> tuple[tuple[FuzzySystem | Block, ...], list[Diagnostic]]:
     """Check a file, after its fixes where they are wanted."""
     from fuzzyctl.analysis.check import check_source

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from fuzzyctl.loading.load import Examined
     from fuzzyctl.model.controller import Controller
     from fuzzyctl.model.plant import Plant
+    from fuzzyctl.model.profiles import ProfileName
     from fuzzyctl.model.system import FuzzySystem
 
 _Block = TypeVar("_Block", bound="Controller | Plant")
@@ -49,7 +50,7 @@ def checked_block(examined: Examined, block: _Block, choice: Choice) -> _Block:
     return block_under(choice.with_settings(block), choice.profile)
 
 
-def block_under(block: _Block, profile: str | None) -> _Block:
+def block_under(block: _Block, profile: ProfileName | None) -> _Block:
     """Return a block whose systems are under a profile."""
     from fuzzyctl.model.controller import Controller
 

@@ -95,11 +95,9 @@ def codegen(
         raise click.BadParameter(f"{LANGUAGES[target]} has double precision only", param_hint="--float")
     if fmi is not None and target != "fmu":
         raise click.BadParameter(f"an FMU is written with --target fmu, not {target}", param_hint="--fmi")
-    from fuzzyctl.loading.choice import choose_controller
     from fuzzyctl.loading.load import look_through
 
-    source = source_of(file)
-    examined = look_through(source, folder=Path(file).parent)
+    examined = look_through(source_of(file), folder=Path(file).parent)
     numbers: Precision = "float" if precision == "float" else "double"
     if target == "fmu":
         from fuzzyctl.cli.fmu import write_fmu
@@ -109,27 +107,45 @@ def codegen(
             examined, choice, out, version=version, algorithm=algorithm, precision=numbers, table=table, free=free
         )
     else:
-        controller = choose_controller(examined, choice.name)
-        if controller is None and free:
-            raise click.BadParameter("only controllers take numbers from their caller", param_hint="--free")
-        from fuzzyctl.codegen.errors import CodegenError
-
-        try:
-            if controller is not None:
-                _refuse_for_controllers(controller, chosen, table, free, algorithm)
-                data = _written_controller(
-                    examined, controller, choice, target, Path(out), algorithm, numbers, free, chosen
-                )
-            else:
-                data = _written_system(examined, choice, target, Path(out), algorithm, numbers, chosen, table)
-        except CodegenError as error:
-            block = controller or next(s for s in examined.systems if choice.name in (None, s.name))
-            raise DiagnosticError([_refused(block, target, error)]) from None
+        data = _written(examined, choice, target, Path(out), algorithm, numbers, free, chosen, table)
     if form == "json":
         write_json(data)
     else:
-        say("\n".join(_told(data)))
+        say("\n".join(_reported(data)))
     return DONE
+
+
+def _written(
+    examined: Examined,
+    choice: Choice,
+    target: str,
+    out: Path,
+    algorithm: str,
+    precision: Precision,
+    free: tuple[str, ...],
+    fixed: Format | None,
+    table: int | None,
+) -> dict[str, Any]:
+    """Write the files of a controller or system and return what is reported.
+
+    Raises:
+        BadParameter: For options that do not go with it.
+        DiagnosticError: With all that `fuzzyctl check` finds, and where the target cannot express it.
+    """
+    from fuzzyctl.codegen.errors import CodegenError
+    from fuzzyctl.loading.choice import choose_controller
+
+    controller = choose_controller(examined, choice.name)
+    if controller is None and free:
+        raise click.BadParameter("only controllers take numbers from their caller", param_hint="--free")
+    try:
+        if controller is None:
+            return _written_system(examined, choice, target, out, algorithm, precision, fixed, table)
+        _refuse_for_controllers(controller, fixed, table, free, algorithm)
+        return _written_controller(examined, controller, choice, target, out, algorithm, precision, free, fixed)
+    except CodegenError as error:
+        block = controller or next(s for s in examined.systems if choice.name in (None, s.name))
+        raise DiagnosticError([_refused(block, target, error)]) from None
 
 
 def _refused(block: FuzzySystem | Controller, target: str, error: CodegenError) -> Diagnostic:
@@ -247,7 +263,7 @@ def _refuse_for_controllers(
         raise click.BadParameter(f"fixed point interpolates: drop --algorithm {algorithm}", param_hint="--fixed")
 
 
-def _told(data: dict[str, Any]) -> Iterator[str]:
+def _reported(data: dict[str, Any]) -> Iterator[str]:
     """Yield what was written and proved, line by line."""
     from fuzzyctl.codegen.rounding_text import at_most
 

@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from fuzzyctl.comparison.differences import Difference
     from fuzzyctl.comparison.explanation import Cause, Explanation
     from fuzzyctl.loading.blocks import Block
+    from fuzzyctl.model.profiles import ProfileName
     from fuzzyctl.model.system import FuzzySystem
 
 
@@ -74,7 +75,7 @@ def _profiles(_context: click.Context, _option: click.Parameter, given: str | No
 def compare(
     first: str,
     second: str | None,
-    profiles: tuple[str, ...],
+    profiles: tuple[ProfileName, ...],
     points: int,
     loops: bool,
     within: float | None,
@@ -118,7 +119,7 @@ def compare(
 
 
 def _sides(
-    first: str, second: str | None, names: tuple[str, ...], settings: tuple[str, ...], name: str | None
+    first: str, second: str | None, names: tuple[ProfileName, ...], settings: tuple[str, ...], name: str | None
 ) -> list[_Side]:
     """Load what is compared: the first side with each of the others."""
     from fuzzyctl.loading.load import look_through
@@ -153,9 +154,9 @@ def _compared(a: FuzzySystem, b: FuzzySystem, points: int) -> list[tuple[Differe
     from fuzzyctl.comparison.differences import differences
     from fuzzyctl.comparison.explanation import explanation
 
-    with progress() as told:
-        found = differences(a, b, points=points, progress=told)
-        return [(d, explanation(a, b, d, progress=told)) for d in found]
+    with progress() as report:
+        found = differences(a, b, points=points, progress=report)
+        return [(d, explanation(a, b, d, progress=report)) for d in found]
 
 
 def _data(one: _Side, other: _Side, found: list[tuple[Difference, Explanation]]) -> dict[str, Any]:

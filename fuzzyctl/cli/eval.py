@@ -78,4 +78,4 @@ def evaluate(
 
 def _results(system: FuzzySystem, given: dict[str, float]) -> dict[str, float]:
     result = system(**given)
-    return dict(result) if isinstance(result, dict) else {system.outputs[0].name: result}
+    return {system.outputs[0].name: result} if len(system.outputs) == 1 else dict(result)

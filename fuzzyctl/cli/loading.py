@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from fuzzyctl.model.controller import Controller
     from fuzzyctl.model.loop import Loop
     from fuzzyctl.model.plant import Plant
+    from fuzzyctl.model.profiles import ProfileName
     from fuzzyctl.model.system import FuzzySystem
 
 AnyBlock = TypeVar("AnyBlock", bound="Controller | Plant | Loop")
@@ -36,7 +37,7 @@ class Choice:
 
     settings: tuple[str, ...] = ()
     name: str | None = None
-    profile: str | None = None
+    profile: ProfileName | None = None
 
     def changed(self, system: FuzzySystem) -> FuzzySystem:
         """Return a system with the params set, under the profile.
@@ -98,7 +99,7 @@ def chooses(command: Callable[..., Any]) -> Callable[..., Any]:
     @SYSTEM
     @AS
     @wraps(command)
-    def run(*, settings: tuple[str, ...], name: str | None, profile: str | None, **others: Any) -> Any:
+    def run(*, settings: tuple[str, ...], name: str | None, profile: ProfileName | None, **others: Any) -> Any:
         return command(choice=Choice(settings, name, profile), **others)
 
     return run
@@ -219,7 +220,7 @@ def load_checked(file: str, choice: Choice, examined: Examined | None = None) ->
     return system
 
 
-def under(system: FuzzySystem, profile: str | None) -> FuzzySystem:
+def under(system: FuzzySystem, profile: ProfileName | None) -> FuzzySystem:
     """Return a system under a profile, or as it is; what stays as it is although the tool has no such thing is said."""
     if profile is None:
         return system

@@ -63,7 +63,8 @@ def page(file: str, loop: str | None, out: str | None, choice: Choice) -> int:
         raise DiagnosticError([_nothing(file, examined, choice.name)])
     show(diagnostics)
     target = Path(out or f"{'stdin' if file == '-' else Path(file).stem}.html")
-    title = next((s.data["title"] for s in sections if s.data["title"]), sections[0].data["name"])
+    own = sections[0].data
+    title = (own["title"] or own["name"]) if len(sections) == 1 else target.stem if file == "-" else Path(file).stem
     write_together({target: document(title, sections, diagnostics)})
     say(f"wrote {target}")
     return DONE
@@ -171,7 +172,7 @@ def _runs(loops: list[Loop], choice: Choice, diagnostics: list[Diagnostic]) -> I
         own = choice.of_params([*short_names(loop), *instance_params(loop)])
         run = simulate(settings_of(own.settings, [loop])[0], record_calls=True)
         diagnostics += [*([run.stopped] if run.stopped is not None else []), *warnings(run)]
-        yield Section(loop_data(run))
+        yield Section(loop_data(run, len(loops)))
 
 
 def _refused(name: str, span: object, error: Exception) -> Diagnostic:

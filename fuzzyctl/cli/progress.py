@@ -26,7 +26,7 @@ def progress() -> Iterator[Callable[[str], None] | None]:
 
     status, begun, shown = Status("", console=Console(stderr=True)), time.monotonic(), False
 
-    def told(text: str) -> None:
+    def report(text: str) -> None:
         nonlocal shown
         if time.monotonic() - begun >= PATIENCE:
             status.update(Text(printable(text)), spinner="dots")
@@ -35,7 +35,7 @@ def progress() -> Iterator[Callable[[str], None] | None]:
                 shown = True
 
     try:
-        yield told
+        yield report
     finally:
         if shown:
             status.stop()

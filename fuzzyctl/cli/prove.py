@@ -139,17 +139,17 @@ def _prove_all(proof: Proof, claims: Sequence[Any], prover: Any, tell: Callable[
     if tell is not None and not claims:
         tell(f"{proof.file}: {proof.block.name}: no guarantees")
     for claim in claims:
-        with progress() as told:
-            prover.progress = None if told is None else _of_boxes(told)
+        with progress() as report:
+            prover.progress = None if report is None else _of_boxes(report)
             verdict = prover.verdict(claim)
         proof.verdicts.append(verdict)
         if tell is not None:
             tell("\n".join(_lines(proof.file, verdict)))
 
 
-def _of_boxes(told: Callable[[str], None]) -> Callable[[str, int, int], None]:
+def _of_boxes(report: Callable[[str], None]) -> Callable[[str, int, int], None]:
     """Return what a prover calls to tell how far it is."""
-    return lambda claim, settled, open_: told(f"{claim}: {settled:,} boxes settled, {open_:,} open")
+    return lambda claim, settled, open_: report(f"{claim}: {settled:,} boxes settled, {open_:,} open")
 
 
 def _lines(file: str, verdict: Verdict) -> Iterator[str]:

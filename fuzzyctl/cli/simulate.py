@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from fuzzyctl.experiments.results.folder import Results
     from fuzzyctl.model.loop import Loop
     from fuzzyctl.simulation.run import Run
+    from fuzzyctl.simulation.simulate import Solver
 
 #: Formats of data, as `simulation.data.FORMATS`, which imports numpy; and of pictures.
 DATA: Final = ("csv", "npz", "parquet")
@@ -65,7 +66,7 @@ def simulate(
     settings: tuple[str, ...],
     against: tuple[str, ...],
     out: str | None,
-    solver: str,
+    solver: Solver,
     substeps: int,
     data: str,
     picture: str,
@@ -119,7 +120,7 @@ def _labels(loops: Sequence[tuple[str, Loop]]) -> list[str]:
     return [label if labels.count(label) == 1 else f"{label} {k + 1}" for k, label in enumerate(labels)]
 
 
-def _run(loop: Loop, solver: str, substeps: int) -> Run:
+def _run(loop: Loop, solver: Solver, substeps: int) -> Run:
     from fuzzyctl.simulation.simulate import simulate as simulated
 
     with progress() as shown:

@@ -270,4 +270,4 @@ def at_point(system: FuzzySystem, point: Sequence[float], output: int) -> float:
     kernel = compile_system(quiet(system), backend="python")
     state = (kernel.plan.initial_state,) if kernel.n_states else ()
     result = kernel(*point, *state)
-    return float(result[output] if isinstance(result, tuple) else result)
+    return result if len(system.outputs) == 1 else result[output]

@@ -93,7 +93,7 @@ def explanation(
         return Explanation(gap=gap) if difference.gap else Explanation(_resolving(a, b, place, output)[:1])
     point, target = [difference.point[v.name] for v in a.inputs], difference.second
 
-    def told(distance: Distance) -> Distance:
+    def reported(distance: Distance) -> Distance:
         """Tell of each try."""
 
         def far(system: FuzzySystem) -> float:
@@ -103,8 +103,8 @@ def explanation(
 
         return far
 
-    largest, changed = _greedy(a, b, told(lambda system: abs(at_point(system, point, output) - target)))
-    mean = told(_mean_distance(a, b, output, outputs[output]))
+    largest, changed = _greedy(a, b, reported(lambda system: abs(at_point(system, point, output) - target)))
+    mean = reported(_mean_distance(a, b, output, outputs[output]))
     start = mean(a)
     if not 0.0 < start < math.inf or mean(changed) <= ELSEWHERE * start:
         return Explanation(largest, gap=gap)

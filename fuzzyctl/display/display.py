@@ -1,9 +1,11 @@
-"""Which module shows which type: `html` for notebooks, `text` for `print`."""
+"""Which module shows which type: `html` for notebooks, `text` for `print`, `line` for the `repr` of parts."""
 
 from __future__ import annotations
 
 from importlib import import_module
 from typing import Any, Final
+
+from fuzzyctl.diagnostics.terminal import printable
 
 #: Modules by the name of the type, so that no type is loaded to show another one.
 _MODULES: Final = {
@@ -33,6 +35,12 @@ def text(shown: object) -> str:
     """Return what `print` prints of an object of these types; the last line does not end."""
     found: str = _module(shown).text(shown)
     return found.removesuffix("\n")
+
+
+def line(shown: object) -> str:
+    """Return the `repr` of a part of a system."""
+    found: str = import_module("fuzzyctl.display.parts").line(shown)
+    return printable(f"{type(shown).__name__}({found})")
 
 
 def _module(shown: object) -> Any:

@@ -11,7 +11,7 @@ from fuzzyctl.kernels.steps.step import Step
 
 def html(shown: Kernel | FreeKernel | Step) -> str:
     """Return the facts of a kernel or a step; of a kernel also its surface."""
-    facts = {"inputs": ", ".join(shown.input_names), "outputs": ", ".join(shown.output_names)}
+    facts = {"backend": shown.backend, "inputs": ", ".join(shown.input_names), "outputs": ", ".join(shown.output_names)}
     if isinstance(shown, Step):
         facts["states"] = f"{len(shown.state_names)}"
         facts["period"] = "given by the caller" if shown.period is None else f"{shown.period:.12g} s"
@@ -20,7 +20,7 @@ def html(shown: Kernel | FreeKernel | Step) -> str:
     else:
         facts["free numbers"] = ", ".join(shown.free_names) or "none"
     picture = _surface(shown) if isinstance(shown, Kernel) else Markup("")
-    return page(f"{type(shown).__name__} of {shown.backend}", pairs("", facts), picture)
+    return page(type(shown).__name__, pairs("", facts), picture)
 
 
 def _surface(kernel: Kernel) -> Markup:

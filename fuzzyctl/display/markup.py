@@ -12,27 +12,35 @@ from fuzzyctl.diagnostics.terminal import printable
 #: Most rows of a table; what is left out is counted.
 ROWS: Final = 60
 
-#: Background and text of one part, so that it can be read whatever the notebook around it looks like.
-_STYLE: Final = """<style>
-.fuzzyctl { color: #1a1a1a; background: #ffffff; padding: 0.6em 0.8em; max-width: 60em; overflow-x: auto; }
-.fuzzyctl table { border-collapse: collapse; margin: 0.3em 0 0.8em 0; color: inherit; }
-.fuzzyctl caption { text-align: left; font-weight: bold; white-space: nowrap; padding: 0.2em 0;
-  color: inherit; }
-.fuzzyctl th, .fuzzyctl td { border: 1px solid #c8c8c8; padding: 0.2em 0.6em; text-align: left; vertical-align: top;
-  color: inherit; background: transparent; }
-.fuzzyctl th { background: #f0f0f0; font-weight: bold; }
-.fuzzyctl p { margin: 0.3em 0; color: inherit; }
-.fuzzyctl .title { font-weight: bold; font-size: 1.1em; }
-.fuzzyctl .note { color: #555555; }
-.fuzzyctl img { max-width: 100%; background: #ffffff; }
-.fuzzyctl img.lines { max-width: none; }
-@media (prefers-color-scheme: dark) {
-.fuzzyctl { color: #e8e8e8; background: #1c1c1c; }
-.fuzzyctl th, .fuzzyctl td { border-color: #505050; }
-.fuzzyctl th { background: #2c2c2c; }
-.fuzzyctl .note { color: #b0b0b0; }
-.fuzzyctl img.lines { filter: invert(0.89) hue-rotate(180deg); }
-}
+_LIGHT: Final = """--text: #1a1a1a; --back: #ffffff; --line: #c8c8c8; --head: #f0f0f0; --note: #555555;
+  --turn: none;"""
+_DARK: Final = """--text: #e8e8e8; --back: #1c1c1c; --line: #505050; --head: #2c2c2c; --note: #b0b0b0;
+  --turn: invert(0.89) hue-rotate(180deg);"""
+#: The theme of Jupyter, VS Code or a page around it comes before that of the machine.
+_THEMES: Final = tuple(
+    f":is(body[data-jp-theme-light={is_light}], html[theme={name}], [data-theme={name}], body.vscode-{name})"
+    for name, is_light in (("light", "true"), ("dark", "false"))
+)
+#: Background and text of one part, so that it can be read whatever the notebook around it looks like. Selectors name
+#: the class twice, so that they come before those of Jupyter, which turns the texts of tables to the right.
+_STYLE: Final = f"""<style>
+.fuzzyctl {{ {_LIGHT} }}
+@media (prefers-color-scheme: dark) {{ .fuzzyctl {{ {_DARK} }} }}
+{_THEMES[0]} .fuzzyctl {{ {_LIGHT} }}
+{_THEMES[1]} .fuzzyctl {{ {_DARK} }}
+.fuzzyctl {{ color: var(--text); background: var(--back); padding: 0.6em 0.8em; max-width: 60em; overflow-x: auto; }}
+.fuzzyctl.fuzzyctl table {{ border-collapse: collapse; margin: 0.3em 0 0.8em 0; color: inherit; }}
+.fuzzyctl.fuzzyctl caption {{ text-align: left; font-weight: bold; white-space: nowrap; padding: 0.2em 0;
+  color: inherit; }}
+.fuzzyctl.fuzzyctl table tr {{ background: transparent; }}
+.fuzzyctl.fuzzyctl table th, .fuzzyctl.fuzzyctl table td {{ border: 1px solid var(--line); padding: 0.2em 0.6em;
+  text-align: left; vertical-align: top; color: inherit; background: transparent; }}
+.fuzzyctl.fuzzyctl table th {{ background: var(--head); font-weight: bold; }}
+.fuzzyctl p {{ margin: 0.3em 0; color: inherit; }}
+.fuzzyctl .title {{ font-weight: bold; font-size: 1.1em; }}
+.fuzzyctl .note {{ color: var(--note); }}
+.fuzzyctl img {{ max-width: 100%; background: #ffffff; }}
+.fuzzyctl img.lines {{ max-width: none; filter: var(--turn); }}
 </style>"""
 
 
@@ -67,7 +75,7 @@ def table(
     """Return a table, nothing for one without rows.
 
     Args:
-        caption: What it is.
+        caption: What it is; empty for none.
         header: Of the columns; empty for none.
         rows: Each with its cells.
         headed_rows: Whether the first cell of a row says what the row is.
@@ -75,7 +83,7 @@ def table(
     all_rows = list(rows)
     if not all_rows:
         return Markup("")
-    lines = [f"<table><caption>{plain(caption)}</caption>"]
+    lines = [f"<table><caption>{plain(caption)}</caption>" if caption else "<table>"]
     if header:
         lines.append(f"<thead><tr>{''.join(_cell('th', h, 'col') for h in header)}</tr></thead>")
     lines.append("<tbody>")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from fuzzyctl.diagnostics.suggestions import counted
 from fuzzyctl.display.markup import Markup, page, pairs, paragraph, picture_svg, table
 from fuzzyctl.explain.trace import Contribution, Trace
 
@@ -25,7 +26,7 @@ def html(found: Trace) -> str:
         f"{_values(found.outputs, found)} at {_values(found.inputs, found)}",
         pairs("Lets", {name: f"{value:.6g}" for name, value in found.lets.items()}),
         table("Rules that act", ("rule", "activation", "text", "share"), rows=rules),
-        paragraph(f"{found.silent} rules are silent", "note"),
+        paragraph(f"{counted(found.silent, 'rule')} silent" if found.silent else "", "note"),
         table("Change per unit of an input, to the left and to the right", ("output", "input", "change"), slopes),
         picture_svg(svg(viewer(found, MOST).figure), "rules that act, with their sets cut") if rules else Markup(""),
     )

@@ -12,8 +12,10 @@ from fuzzyctl.display.markup import Markup, lines, page, pairs, paragraph, table
 def html(shown: Verdict | Verdicts) -> str:
     """Return one verdict with its witness, or a table of several."""
     if isinstance(shown, Verdicts):
-        found = [(word(v), v.claim, _found(v)) for v in shown]
-        return page(counted(len(shown), "guarantee"), table("", ("verdict", "claim", "found"), found))
+        verdicts = [(word(v), v.claim, _found(v)) for v in shown]
+        width = 3 if any(found for _, _, found in verdicts) else 2
+        header = ("verdict", "claim", "found")[:width]
+        return page(counted(len(shown), "guarantee"), table("", header, [row[:width] for row in verdicts]))
     parts: list[Markup] = [paragraph(_note(shown), "note")]
     if isinstance(shown, Refuted):
         parts.append(_witness(shown))

@@ -6,9 +6,11 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, fields
 from functools import cached_property
-from typing import Any, Final, Self
+from typing import TYPE_CHECKING, Any, Final, Self
 
 from fuzzyctl.diagnostics.diagnostic import ArgumentError, NoRuleFiresError, UnknownNameError
+from fuzzyctl.diagnostics.suggestions import counted
+from fuzzyctl.diagnostics.terminal import printable
 from fuzzyctl.displayed import Printed
 from fuzzyctl.expr import Expr, names_in
 from fuzzyctl.formats.fz import membership_text, rule_text
@@ -22,6 +24,9 @@ from fuzzyctl.model.method import TSUKAMOTO
 from fuzzyctl.model.rule import Consequent
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.support import arguments
+
+if TYPE_CHECKING:
+    from fuzzyctl.annotations import Axes, Panels
 
 #: Slopes are differences over this part of an input's range.
 STEP: Final = 1e-6
@@ -99,14 +104,15 @@ class Trace(Printed):
 
     def __repr__(self) -> str:
         values = [", ".join(f"{n} = {x:.6g}" for n, x in part.items()) for part in (self.inputs, self.outputs)]
-        return f"Trace({self.system.name} at {values[0]}: {values[1]}; {len(self.rules)} rules act)"
+        acting = f"{counted(len(self.rules), 'rule')} {'acts' if len(self.rules) == 1 else 'act'}"
+        return printable(f"Trace({self.system.name} at {values[0]}: {values[1]}; {acting})")
 
     def as_dict(self) -> dict[str, Any]:
         """Return the trace as plain data, without the system."""
         own = {f.name: getattr(self, f.name) for f in fields(self) if f.compare}
         return own | {"rules": [asdict(r) for r in self.rules]}
 
-    def plot(self, *, most: int = 12, ax: Any = None) -> Any:
+    def plot(self, *, most: int = 12, ax: Axes | None = None) -> Panels:
         """Draw the rules that act, see `fuzzyctl.plot.rules`."""
         from fuzzyctl.plot.rule_viewer import viewer
 
@@ -157,7 +163,7 @@ def trace(system: FuzzySystem, values: Mapping[str, float]) -> Trace:
     missing = [n for n in names if n not in values]
     if missing:
         raise ArgumentError(f"a value is missing for: {', '.join(missing)}")
-    point = [as_number(values[n]) for n in names]
+    point = [as_number(values[n], f"input {n!r}") for n in names]
     program = inference.trace(flat)
     found = _Traced(flat, python_backend.compile_source(python_backend.evaluation_source(program), program, names))
     results = found.at(point)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Final
+from typing import Final, Literal
 
 from fuzzyctl.formulas.bells import BELLS
 from fuzzyctl.formulas.curves import CURVES
@@ -13,6 +13,29 @@ from fuzzyctl.formulas.singletons import SINGLETONS
 from fuzzyctl.formulas.splines import SPLINES
 from fuzzyctl.formulas.trapezoids import TRAPEZOIDS
 
+MembershipKind = Literal[
+    "triangle",
+    "trapezoid",
+    "rectangle",
+    "ramp",
+    "piecewise",
+    "gaussian",
+    "gaussian2",
+    "bell",
+    "sigmoid",
+    "sigmoid_difference",
+    "sigmoid_product",
+    "s_shape",
+    "z_shape",
+    "pi_shape",
+    "cosine",
+    "spike",
+    "concave",
+    "arc",
+    "semi_ellipse",
+    "singleton",
+    "constant",
+]
 #: The kinds of membership functions by name, in the order of the reference.
 MEMBERSHIP: Final[dict[str, MembershipFormula]] = {
     f.name: f for f in (*TRAPEZOIDS, PIECEWISE, *BELLS, *SIGMOIDS, *SPLINES, *CURVES, *SINGLETONS)

@@ -7,7 +7,7 @@ Operands may be mentioned several times, so callers pass names. Formulas are arr
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Final
+from typing import Final, Literal
 
 from fuzzyctl.expr import ONE, ZERO, Call, Compare, Expr, Logic, Number, Where
 
@@ -87,6 +87,15 @@ def _nilpotent_maximum(a: Expr, b: Expr) -> Expr:
     return Where(below, Where(Compare(">", a, b), a, b), ONE)
 
 
+Conjunction = Literal[
+    "min",
+    "product",
+    "bounded_difference",
+    "drastic_product",
+    "einstein_product",
+    "hamacher_product",
+    "nilpotent_minimum",
+]
 #: Triangular norms: what `and` may name.
 CONJUNCTIONS: Final[dict[str, Norm]] = {
     "min": _minimum,
@@ -98,6 +107,15 @@ CONJUNCTIONS: Final[dict[str, Norm]] = {
     "nilpotent_minimum": _nilpotent_minimum,
 }
 
+Disjunction = Literal[
+    "max",
+    "probabilistic_sum",
+    "bounded_sum",
+    "drastic_sum",
+    "einstein_sum",
+    "hamacher_sum",
+    "nilpotent_maximum",
+]
 #: Triangular conorms: what `or` may name.
 DISJUNCTIONS: Final[dict[str, Norm]] = {
     "max": _maximum,
@@ -112,6 +130,7 @@ DISJUNCTIONS: Final[dict[str, Norm]] = {
 #: How an activation cuts or scales a consequent set: any triangular norm.
 IMPLICATIONS: Final = CONJUNCTIONS
 
+Aggregation = Literal["sum"] | Disjunction
 #: How the implied sets of all rules are joined: the plain sum, which may exceed 1, or any triangular conorm.
 AGGREGATIONS: Final[dict[str, Norm]] = {"sum": lambda a, b: a + b, **DISJUNCTIONS}
 

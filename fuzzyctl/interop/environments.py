@@ -13,10 +13,9 @@ from fuzzyctl.diagnostics.suggestions import counted
 from fuzzyctl.expr import Call, Expr, Name, evaluate
 from fuzzyctl.interop.numbers import number, numbers
 from fuzzyctl.interop.opened_loops import OpenedLoop
-from fuzzyctl.kernels.compile import Backend
 from fuzzyctl.model.forms import bound
 from fuzzyctl.model.measures import MEASURES
-from fuzzyctl.simulation.experiment import Experiment, Stepper
+from fuzzyctl.simulation.experiment import Experiment, LoopBackend, Stepper
 from fuzzyctl.simulation.measures import measured
 
 #: Measures that are sums over the steps.
@@ -44,7 +43,7 @@ class LoopEnvironment(gymnasium.Env[Any, Any]):  # type: ignore[misc]  # gymnasi
         start: Mapping[str, tuple[float, float]],
         penalty: float,
         substeps: int,
-        backend: Backend,
+        backend: LoopBackend,
     ) -> None:
         self.opened, self._penalty, self._substeps = opened, penalty, substeps
         self.experiment = Experiment(opened.loop, backend, free=opened.actions)

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fuzzyctl.diagnostics.diagnostic import ArgumentError
+from fuzzyctl.diagnostics.diagnostic import ArgumentError, ValueOutOfBoundsError
 from fuzzyctl.interop.numbers import count, number, numbers, positive, span
 from fuzzyctl.interop.packages import required
 from fuzzyctl.kernels.compile import Backend, compile
@@ -17,9 +18,10 @@ from fuzzyctl.model.plant import Plant
 from fuzzyctl.model.system import FuzzySystem
 
 if TYPE_CHECKING:
-    import numpy.typing as npt
-
-    FloatArray = npt.NDArray[np.float64]
+    from fuzzyctl.annotations import FloatArray, Numbers
+    from fuzzyctl.interop.environments import LoopEnvironment
+    from fuzzyctl.interop.opened_loops import OpenedLoop
+    from fuzzyctl.simulation.experiment import LoopBackend
 
 #: The signals of a loop by name to a reward.
 Reward = Callable[[Mapping[str, float]], float]
@@ -66,7 +68,7 @@ class Policy:
         if self._step is not None:
             self.state = self._step.start()
 
-    def __call__(self, observation: Any) -> FloatArray:
+    def __call__(self, observation: Numbers) -> FloatArray:
         """Make a step.
 
         Args:
@@ -77,6 +79,7 @@ class Policy:
 
         Raises:
             ArgumentError: For an observation of another shape.
+            ValueOutOfBoundsError: For an observation with NaN.
         """
         found = numbers(observation)
         if found is None or found.shape != (len(self._names),):
@@ -84,6 +87,9 @@ class Policy:
                 f"the observation must have the shape ({len(self._names)},) for {', '.join(self._names)}, "
                 f"got {observation!r}"
             )
+        if np.isnan(found).any():
+            undefined = [name for name, value in zip(self._names, found, strict=True) if np.isnan(value)]
+            raise ValueOutOfBoundsError(f"observation of {', '.join(undefined)}", math.nan, "a number")
         if self._step is None:
             return np.atleast_1d(np.array(self._kernel(*found.tolist())))
         outputs, self.state = self._step(*found.tolist(), self.state, dt=self._dt)
@@ -101,8 +107,8 @@ def environment(
     actions: Mapping[str, tuple[float, float]] | None = None,
     penalty: float = 0.0,
     substeps: int = 1,
-    backend: Backend = "auto",
-) -> Any:
+    backend: LoopBackend = "auto",
+) -> LoopEnvironment:
     """Return a loop without one of its controllers, or a plant, as a `gymnasium.Env`.
 
     Of a loop the observations are the inputs of the controller that is taken out, references and noise included, and
@@ -137,21 +143,26 @@ def environment(
     if not (callable(reward) or isinstance(reward, str)):
         raise ArgumentError(f"reward must be a function of the signals or the name of a measure, got {reward!r}")
     from fuzzyctl.interop.environments import LoopEnvironment
-    from fuzzyctl.interop.opened_loops import opened_loop, opened_plant, with_action_ranges
+    from fuzzyctl.interop.opened_loops import with_action_ranges
+
+    ends = {name: span(f"range of '{name}'", own) for name, own in (actions or {}).items()}
+    opened = with_action_ranges(_opened(system, block, dt, duration), ends)
+    starts = {name: span(f"start of '{name}'", ends) for name, ends in (start or {}).items()}
+    return LoopEnvironment(opened, reward, starts, number("penalty", penalty), count("substeps", substeps), backend)
+
+
+def _opened(system: Loop | Plant, block: str | None, dt: float | None, duration: float | None) -> OpenedLoop:
+    """Return a loop without a controller, or a plant, with the arguments that go with it."""
+    from fuzzyctl.interop.opened_loops import opened_loop, opened_plant
 
     if isinstance(system, Loop):
         if block is None or dt is not None or duration is not None:
             raise ArgumentError(
                 "of a loop 'block' is the controller that is taken out; 'dt' and 'duration' are its own"
             )
-        opened = opened_loop(system, block)
-    elif isinstance(system, Plant):
+        return opened_loop(system, block)
+    if isinstance(system, Plant):
         if block is not None or dt is None or duration is None:
             raise ArgumentError("a plant needs 'dt' and 'duration', and has no 'block'")
-        opened = opened_plant(system, positive("dt", dt, "s"), positive("duration", duration, "s"))
-    else:
-        raise ArgumentError(f"expected a Loop or a Plant, got {type(system).__name__}")
-    ends = {name: span(f"range of '{name}'", own) for name, own in (actions or {}).items()}
-    opened = with_action_ranges(opened, ends)
-    starts = {name: span(f"start of '{name}'", ends) for name, ends in (start or {}).items()}
-    return LoopEnvironment(opened, reward, starts, number("penalty", penalty), count("substeps", substeps), backend)
+        return opened_plant(system, positive("dt", dt, "s"), positive("duration", duration, "s"))
+    raise ArgumentError(f"expected a Loop or a Plant, got {type(system).__name__}")

@@ -5,11 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, final
+from typing import TYPE_CHECKING, Any, Literal, final, overload
 
 import numpy as np
 
 from fuzzyctl.diagnostics.diagnostic import ArgumentError, NoRuleFiresError, UnknownNameError
+from fuzzyctl.diagnostics.terminal import printable
 from fuzzyctl.displayed import Displayed
 from fuzzyctl.kernels.arrays import Arrays, broadcast, by_name, fill_of, jacobian
 from fuzzyctl.kernels.backends import blocks
@@ -26,13 +27,15 @@ from fuzzyctl.kernels.program.program import Program, Refuse
 from fuzzyctl.kernels.program.scalar import as_number
 from fuzzyctl.kernels.promises import Promises
 from fuzzyctl.model.system import FuzzySystem
+from fuzzyctl.support.signatures import InputSignature
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    import numpy.typing as npt
+    from fuzzyctl.annotations import FloatArray, Frames, Labelled, Numbers, Outputs, Points
 
-    FloatArray = npt.NDArray[np.float64]
+    #: Of the free numbers: shape (..., free), or by name those that differ from the system's.
+    Values = Numbers | Mapping[str, Numbers]
 
 
 @final
@@ -52,6 +55,8 @@ class FreeKernel(Displayed):
         ArgumentError: For a name given twice, a number that must be known beforehand, and a system with a state.
     """
 
+    __signature__ = InputSignature(lambda kernel: [*kernel.input_names, "values"])
+
     def __init__(self, system: FuzzySystem, names: Sequence[str], backend: str) -> None:
         self._origin = system, tuple(names)
         self._free = free_plan(system, names)
@@ -70,9 +75,9 @@ class FreeKernel(Displayed):
 
     def __repr__(self) -> str:
         inputs, outputs = ", ".join(self.input_names), ", ".join(self.output_names)
-        return f"FreeKernel({inputs} -> {outputs}; {len(self.free_names)} free; {self.backend})"
+        return printable(f"FreeKernel({inputs} -> {outputs}; {len(self.free_names)} free; {self.backend})")
 
-    def initial_values(self, changed: Mapping[str, Any] | None = None) -> FloatArray:
+    def initial_values(self, changed: Mapping[str, Numbers] | None = None) -> FloatArray:
         """Return the values that the system itself has, some of them changed.
 
         Args:
@@ -87,7 +92,7 @@ class FreeKernel(Displayed):
         """
         return self._values.of(changed or {})
 
-    def __call__(self, *arguments: Any, **named: Any) -> Any:
+    def __call__(self, *arguments: Values, **named: Values) -> Outputs:
         """Evaluate at one point.
 
         Args:
@@ -112,7 +117,7 @@ class FreeKernel(Displayed):
         if values.ndim != 1:
             raise ArgumentError(f"the values must have the shape ({len(values)},) here; kernel.batch takes arrays")
         try:
-            result = self.jit(*point, writable(values) if self.backend == "numba" else values.tolist())
+            result: Outputs = self.jit(*point, writable(values) if self.backend == "numba" else values.tolist())
         except ArithmeticError as error:
             raise self._refused(error, point) from None
         self._promises.check(point, result)
@@ -123,7 +128,15 @@ class FreeKernel(Displayed):
         output = {s.message: s.output for s in self._program.body if isinstance(s, Refuse)}.get(str(error))
         return error if output is None else NoRuleFiresError(output, self._promises.text_of(point))
 
-    def batch(self, points: Any, values: Any, *, out: Any = None, parallel: bool = True) -> FloatArray:
+    @overload
+    def batch(self, points: Frames, values: Values, *, parallel: bool = True) -> Labelled: ...
+    @overload
+    def batch(
+        self, points: Points | Frames, values: Values, *, out: FloatArray | None = None, parallel: bool = True
+    ) -> FloatArray: ...
+    def batch(
+        self, points: Points | Frames, values: Values, *, out: FloatArray | None = None, parallel: bool = True
+    ) -> FloatArray | Labelled:
         """Evaluate at many points.
 
         Args:
@@ -170,7 +183,7 @@ class FreeKernel(Displayed):
         return fill_of(self._program, self.backend, self.plan)
 
     @cached_property
-    def jit(self) -> Any:
+    def jit(self) -> Callable[..., Any]:
         """The function (x0, ..., values) itself, for use in loops of the caller's own.
 
         It does not check the values: see `initial_values`, which does. With numba it is of type float64(float64, ...,
@@ -183,15 +196,15 @@ class FreeKernel(Displayed):
         source = python_backend.evaluation_source(self._program)
         return python_backend.compile_source(source, self._program, self.input_names)
 
-    def degrees(self, points: Any, values: Any) -> dict[str, dict[str, FloatArray]]:
+    def degrees(self, points: Points, values: Values) -> dict[str, dict[str, FloatArray]]:
         """Compute the degrees of all terms that rules read; see `Kernel.degrees`."""
         return by_name(self.plan, self._degrees(points, self._values.of(values)))
 
-    def strengths(self, points: Any, values: Any) -> FloatArray:
+    def strengths(self, points: Points, values: Values) -> FloatArray:
         """Compute how far each rule is active, shape (..., rules); see `Kernel.strengths`."""
         return self._strengths(points, self._values.of(values))
 
-    def gradient(self, points: Any, values: Any, *, by: str = "inputs") -> FloatArray:
+    def gradient(self, points: Points, values: Values, *, by: Literal["inputs", "values"] = "inputs") -> FloatArray:
         """Compute the derivatives of the outputs.
 
         Args:

@@ -2,31 +2,30 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Final, final
+from typing import TYPE_CHECKING, Any, Final, final, overload
 
 from fuzzyctl.diagnostics.diagnostic import ArgumentError, FuzzyctlError, NoRuleFiresError, UnknownNameError
+from fuzzyctl.diagnostics.terminal import printable
 from fuzzyctl.displayed import Displayed
 from fuzzyctl.kernels.algorithms.select import algorithm_of
 from fuzzyctl.kernels.backends import states
-from fuzzyctl.kernels.backends.arguments import argument_error, float_array, in_order, overflows, too_large, writable
+from fuzzyctl.kernels.backends.arguments import argument_error, as_floats, float_array, in_order, overflows, too_large
 from fuzzyctl.kernels.backends.labels import labelled
 from fuzzyctl.kernels.backends.python import backend as python_backend
 from fuzzyctl.kernels.inference import inference
 from fuzzyctl.kernels.plan.build import Plan
 from fuzzyctl.kernels.program.program import Program, Refuse
-from fuzzyctl.kernels.program.scalar import as_number
 from fuzzyctl.kernels.promises import Promises
+from fuzzyctl.support.signatures import InputSignature
 
 if TYPE_CHECKING:
-    import numpy as np
-    import numpy.typing as npt
+    import pandas as pd
 
+    from fuzzyctl.annotations import FloatArray, Frames, Labelled, Numbers, Outputs, Points, Scalar, Vector
     from fuzzyctl.kernels.arrays import Arrays
     from fuzzyctl.kernels.backends.blocks import Fill
-
-    FloatArray = npt.NDArray[np.float64]
 
 _BACKENDS: Final = ("numba", "numpy", "python")
 #: What a function raises for arguments that it does not take, and where no rule fires.
@@ -60,6 +59,8 @@ class Kernel(Displayed):
     # What each call reads has a slot, which is found faster than an entry of the dictionary.
     __slots__ = ("__dict__", "__weakref__", "_function", "_is_single")
 
+    __signature__ = InputSignature(lambda kernel: kernel._argument_names())
+
     def __init__(self, plan: Plan, backend: str, algorithm: str = "auto") -> None:
         if backend not in _BACKENDS:
             raise UnknownNameError("backend", backend, _BACKENDS)
@@ -74,7 +75,7 @@ class Kernel(Displayed):
         self._promises = Promises(plan, known=self.algorithm.is_defined)
         self._n_arguments = len(plan.inputs) + (1 if self.n_states else 0)
         #: What calls from Python call.
-        self._function: Any = self._first_call if backend == "numba" else self.jit
+        self._function: Callable[..., Outputs] = self._first_call if backend == "numba" else self.jit
         #: Whether a result that equals itself can be returned as it is, since it is one number.
         self._is_single = not self.n_states and len(plan.outputs) == 1
 
@@ -83,9 +84,9 @@ class Kernel(Displayed):
         return Kernel, (self.plan, self.backend, self._wanted)
 
     def __repr__(self) -> str:
-        return f"Kernel({', '.join(self.input_names)} -> {', '.join(self.output_names)}; {self.backend})"
+        return printable(f"Kernel({', '.join(self.input_names)} -> {', '.join(self.output_names)}; {self.backend})")
 
-    def __call__(self, *arguments: Any, **named: Any) -> Any:
+    def __call__(self, *arguments: Scalar | Vector, **named: Scalar | Vector) -> Outputs:
         """Evaluate at one point.
 
         Arguments may be given by the name of their input, which takes longer; the state is called `state`.
@@ -104,23 +105,25 @@ class Kernel(Displayed):
                 pass
         return self._careful(arguments, named)
 
-    def _first_call(self, *arguments: Any) -> Any:
+    def _first_call(self, *arguments: Any) -> Outputs:
         """Compile the function and call it."""
-        self._function = self.jit
-        return self._function(*arguments)
+        self._function = function = self.jit
+        result: Outputs = function(*arguments)
+        return result
 
-    def _careful(self, arguments: tuple[Any, ...], named: Mapping[str, Any]) -> Any:
+    def _careful(self, arguments: tuple[Any, ...], named: Mapping[str, Any]) -> Outputs:
         if named:
             arguments = in_order(self._argument_names(), arguments, named)
-        if self.n_states:
-            arguments = self._checked_state(arguments)
+        if self.n_states and len(arguments) == self._n_arguments:  # the function itself refuses another number
+            state = states.argument(arguments[-1], self.n_states, compiled=self.backend == "numba")
+            arguments = (*arguments[:-1], state)
         try:
             try:
                 result = self._function(*arguments)
             except (TypeError, ValueError, OverflowError):
                 # Compiled code takes fewer types of numbers than there are; it never comes here with floats.
-                result = self._function(*self._as_floats(arguments))
-            if result != result or type(result) is tuple:
+                result = self._function(*as_floats(arguments, len(self.input_names), self._n_arguments))
+            if result != result or len(self.output_names) > 1:
                 self._promises.check(arguments, result)
             return result
         except NoRuleFiresError:
@@ -139,7 +142,25 @@ class Kernel(Displayed):
                 raise too_large(self.input_names, arguments) from None
             raise argument_error(self._argument_names(), self.n_states, arguments, error) from error
 
-    def batch(self, points: Any, state: Any = None, *, out: Any = None, parallel: bool = True) -> FloatArray:
+    @overload
+    def batch(self, points: Frames, state: Numbers | None = None, *, parallel: bool = True) -> Labelled: ...
+    @overload
+    def batch(
+        self,
+        points: Points | Frames,
+        state: Numbers | None = None,
+        *,
+        out: FloatArray | None = None,
+        parallel: bool = True,
+    ) -> FloatArray: ...
+    def batch(
+        self,
+        points: Points | Frames,
+        state: Numbers | None = None,
+        *,
+        out: FloatArray | None = None,
+        parallel: bool = True,
+    ) -> FloatArray | Labelled:
         """Evaluate at many points.
 
         Args:
@@ -165,7 +186,7 @@ class Kernel(Displayed):
         from fuzzyctl.kernels.batch import Batch
 
         run = Batch(self.plan, self._fill, self._promises, is_compiled=self.backend == "numba")
-        results = run(points, state, out, parallel=parallel)
+        results: FloatArray | Labelled = run(points, state, out, parallel=parallel)
         return results if out is not None else labelled(results, self.output_names, points)
 
     @cached_property
@@ -183,7 +204,13 @@ class Kernel(Displayed):
 
         return fill_by_loop(loop(self.algorithm.many), list(self._refusals.values()), self._promises)
 
-    def degrees(self, points: Any, state: Any = None) -> dict[str, dict[str, FloatArray]]:
+    @overload
+    def degrees(self, points: Frames, state: Numbers | None = None) -> dict[str, dict[str, pd.Series[float]]]: ...
+    @overload
+    def degrees(self, points: Points, state: Numbers | None = None) -> dict[str, dict[str, FloatArray]]: ...
+    def degrees(
+        self, points: Points | Frames, state: Numbers | None = None
+    ) -> dict[str, dict[str, FloatArray]] | dict[str, dict[str, pd.Series[float]]]:
         """Compute the degrees of all terms that rules read.
 
         Args:
@@ -199,7 +226,11 @@ class Kernel(Displayed):
         found = by_name(self.plan, self._view("degrees", points, state))
         return {name: {t: labelled(d, [t], points) for t, d in terms.items()} for name, terms in found.items()}
 
-    def strengths(self, points: Any, state: Any = None) -> FloatArray:
+    @overload
+    def strengths(self, points: Frames, state: Numbers | None = None) -> pd.DataFrame: ...
+    @overload
+    def strengths(self, points: Points, state: Numbers | None = None) -> FloatArray: ...
+    def strengths(self, points: Points | Frames, state: Numbers | None = None) -> FloatArray | pd.DataFrame:
         """Compute how far each rule is active: its firing strength times its weight, after the activation method.
 
         Args:
@@ -210,10 +241,13 @@ class Kernel(Displayed):
             Shape (..., rules), in the order of `FuzzySystem.rules`; NaN where an input is NaN. Of pandas a DataFrame
             with the index of the points and a column for each rule, from 0.
         """
-        found: FloatArray = labelled(self._view("activations", points, state), range(self.n_rules), points)
-        return found
+        return labelled(self._view("activations", points, state), range(self.n_rules), points)
 
-    def gradient(self, points: Any, state: Any = None) -> FloatArray:
+    @overload
+    def gradient(self, points: Frames, state: Numbers | None = None) -> pd.DataFrame | FloatArray: ...
+    @overload
+    def gradient(self, points: Points, state: Numbers | None = None) -> FloatArray: ...
+    def gradient(self, points: Points | Frames, state: Numbers | None = None) -> FloatArray | pd.DataFrame:
         """Compute the derivatives of the outputs by the inputs, exact but for rounding.
 
         Args:
@@ -232,8 +266,7 @@ class Kernel(Displayed):
         from fuzzyctl.kernels.arrays import jacobian
 
         found = jacobian(self._view("gradient", points, state), len(self.output_names))
-        kept: FloatArray = labelled(found, self.input_names, points)
-        return kept
+        return labelled(found, self.input_names, points)
 
     def _view(self, what: str, points: Any, state: Any) -> FloatArray:
         """Evaluate one of the programs that show what is behind the outputs."""
@@ -259,7 +292,7 @@ class Kernel(Displayed):
 
         return np.array(self.plan.initial_state, dtype=np.float64)
 
-    def next_state(self, state: Any, results: Any) -> FloatArray:
+    def next_state(self, state: Vector, results: Outputs | Numbers) -> FloatArray:
         """Return the state after an evaluation: outputs that say `else hold` put in, those that are NaN left out.
 
         Args:
@@ -279,7 +312,7 @@ class Kernel(Displayed):
         return states.state_after(self.plan, before, outputs.reshape(-1, len(self.output_names)))
 
     @cached_property
-    def value(self) -> Any:
+    def value(self) -> Callable[..., Any]:
         """The function as a value for compiled code: of the type that its signature says, whatever the system.
 
         It computes what `jit` does. Code that takes it as an argument is compiled once for all systems, and so is its
@@ -293,7 +326,7 @@ class Kernel(Displayed):
         return typed_kernels.value(self._program, self, (self, "value"))
 
     @cached_property
-    def rates_value(self) -> Any:
+    def rates_value(self) -> Callable[..., Any]:
         """What `jit_rates` does as a value for compiled code, as `value` is one."""
         self._require_adaptive()
         if self.backend != "numba":
@@ -303,7 +336,7 @@ class Kernel(Displayed):
         return typed_kernels.storing_value(inference.rates(self.plan), self._rates, (self, "rates_value"))
 
     @cached_property
-    def jit_rates(self) -> Any:
+    def jit_rates(self) -> Callable[..., Any]:
         """The function (x0, ..., C, C_dot) that writes dC_k/dt = rate · ξ_k into C_dot.
 
         It is zero where C_k would leave the range; the rate takes the inputs as they are, ξ the clamped ones.
@@ -315,7 +348,7 @@ class Kernel(Displayed):
         self.jit_rates(*arguments)
 
     @cached_property
-    def jit_strengths(self) -> Any:
+    def jit_strengths(self) -> Callable[..., Any]:
         """The function (x0, ..., xi) that writes the normalised firing strengths, 0 where no rule fires."""
         self._require_adaptive()
         return self._storing(inference.strengths(self.plan))
@@ -335,7 +368,7 @@ class Kernel(Displayed):
         return bool(self._refusals)
 
     @cached_property
-    def jit(self) -> Any:
+    def jit(self) -> Callable[..., Any]:
         """The function itself: plain Python, or compiled for use inside other compiled code.
 
         numba's is float64(float64, ...), with a last float64[::1] for the state; several outputs come as a tuple of
@@ -349,7 +382,7 @@ class Kernel(Displayed):
         source = python_backend.evaluation_source(self._program)
         return python_backend.compile_source(source, self._program, self.input_names)
 
-    def _storing(self, program: Program) -> Any:
+    def _storing(self, program: Program) -> Callable[..., Any]:
         if self.backend == "numba":
             from fuzzyctl.kernels.backends.numba import source as numba_backend
 
@@ -359,34 +392,6 @@ class Kernel(Displayed):
     def _require_adaptive(self) -> None:
         if not self.plan.states:
             raise FuzzyctlError("the system has no adaptive output, so it has no rates")
-
-    def _checked_state(self, arguments: tuple[Any, ...]) -> tuple[Any, ...]:
-        """Return the arguments with the state as the backend takes it; compiled code would read beyond a short one."""
-        if len(arguments) != self._n_arguments:
-            return arguments  # the function itself refuses them
-        *inputs, state = arguments
-        if type(state) in (list, tuple) and self.backend != "numba":  # no numpy for a light start
-            plain: Any = [c if type(c) is float else as_number(c, "each entry of the state") for c in state]
-        else:
-            array = float_array(state, "state")
-            if array.ndim != 1:
-                raise ArgumentError(f"the state must have the shape ({self.n_states},), got {array.shape}")
-            plain = writable(array) if self.backend == "numba" else array.tolist()
-        if len(plain) != self.n_states:
-            raise ArgumentError(f"the state must have {self.n_states} entries, got {len(plain)}")
-        return (*inputs, plain)
-
-    def _as_floats(self, arguments: Sequence[Any]) -> list[Any]:
-        """Return the inputs as floats.
-
-        Raises:
-            ArgumentError: For what is no real number.
-            TypeError: For a wrong number of arguments.
-        """
-        if len(arguments) != self._n_arguments:
-            raise TypeError("wrong number of arguments")
-        inputs = len(self.input_names)
-        return [*map(as_number, arguments[:inputs]), *arguments[inputs:]]
 
     def _argument_names(self) -> list[str]:
         return [*self.input_names, *(["state"] if self.n_states else [])]

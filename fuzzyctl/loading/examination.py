@@ -114,22 +114,14 @@ def look_through(
     tree, more = bring_in(tree, folder)
     diagnostics = [*mistakes, *more]
     broken = bool(more) or (bool(mistakes) and not tree.repaired)
-    systems: list[FuzzySystem] = []
     policy = [s for s in tree.statements if isinstance(s, sx.Allow)]
     hints = hints or any(line.keyword.text == "deny" for line in policy)
     parts = split(tree)
     crowd = _crowded(source, parts)
     if crowd is not None:
         return Examined(source, (), [in_original(d) for d in (*diagnostics, crowd)], tuple(policy))
-    written = _as_written(tree, parts, broken, hints)
-    for part, key in zip(parts, written, strict=True):
-        if isinstance(part.head, sx.Head):
-            continue
-        system, found = _examine_part(part, broken, hints, key)
-        # Warnings are of the file as it is, not of what its repair would be.
-        diagnostics.extend(d for d in found if d.severity == "error" or not tree.repaired)
-        systems.extend([system] if system is not None else [])
-    diagnostics.extend(_same_names(systems))
+    systems, found = _examined_systems(tree, parts, broken, hints)
+    diagnostics.extend(found)
     used = _Used(tree, folder, {} if opened is None else opened)
     failed = any(d.severity == "error" for d in diagnostics)
     called, wrong = tuple(systems), list[Diagnostic]()
@@ -147,6 +139,22 @@ def look_through(
     # What was read after repairs is no system of the file, but its mistakes are those of the file.
     found = [in_original(d) for d in (*diagnostics, *more, *used.mistakes)]
     return Examined(source, () if mistakes else linked, found, tuple(policy), () if mistakes else equations)
+
+
+def _examined_systems(
+    tree: sx.SyntaxTree, parts: Sequence[Part], broken: bool, hints: bool
+) -> tuple[list[FuzzySystem], list[Diagnostic]]:
+    """Resolve and check the systems among the parts of a file, whose calls are not linked yet."""
+    systems: list[FuzzySystem] = []
+    diagnostics: list[Diagnostic] = []
+    for part, key in zip(parts, _as_written(tree, parts, broken, hints), strict=True):
+        if isinstance(part.head, sx.Head):
+            continue
+        system, found = _examine_part(part, broken, hints, key)
+        # Warnings are of the file as it is, not of what its repair would be.
+        diagnostics.extend(d for d in found if d.severity == "error" or not tree.repaired)
+        systems.extend([system] if system is not None else [])
+    return systems, [*diagnostics, *_same_names(systems)]
 
 
 def _without_follow_ups(source: SourceText, mistakes: list[Diagnostic], found: list[Diagnostic]) -> list[Diagnostic]:

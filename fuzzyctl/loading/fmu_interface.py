@@ -33,7 +33,10 @@ def with_fmu(plant: Plant, head: sx.Head, folder: Path | None) -> tuple[Plant, l
         near = None if path.exists() else closest(path.name, files_in(path.parent, {".fmu"}))
         help_text = f"did you mean '{Path(text.text).with_name(near)}'?" if near else error.help_text
         return plant, [Diagnostic("FZ218", message, span, facts=error.facts, help=help_text)]
-    return _with_signals(plant, fmu), _unknown_params(plant, fmu)
+    found = _unknown_params(plant, fmu)
+    if missing := fmu.missing_binary():
+        found.append(Diagnostic("FZ712", missing.message, span, "warning", missing.facts, missing.help_text))
+    return _with_signals(plant, fmu), found
 
 
 def fmu_plant(path: str | os.PathLike[str], name: str = "plant") -> Plant:

@@ -8,12 +8,12 @@ from typing import Any
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 from fuzzyctl.model.checks.checks import check_model
 from fuzzyctl.model.method import Defuzzifier
-from fuzzyctl.model.profiles import Profile, profile
+from fuzzyctl.model.profiles import Profile, ProfileName, profile
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Output
 
 
-def as_profile(system: FuzzySystem, name: str) -> FuzzySystem:
+def as_profile(system: FuzzySystem, name: ProfileName) -> FuzzySystem:
     """Return the same system under the numerics of a profile.
 
     Variables, terms, rules and norms stay. The knobs of the profile take the place of the system's, and so do its

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 from fuzzyctl.diagnostics.suggestions import counted
+from fuzzyctl.diagnostics.terminal import printable
 from fuzzyctl.displayed import Printed
 from fuzzyctl.expr import Expr, evaluate
 from fuzzyctl.model.guarantee import Bounds, Guarantee, Param
@@ -14,7 +15,7 @@ from fuzzyctl.model.params import ParamValues
 from fuzzyctl.model.system import FuzzySystem
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False)
 class Signal(Node):
     """What inputs, states and outputs share: a name, a label for plots, a unit and a range."""
 
@@ -24,14 +25,14 @@ class Signal(Node):
     bounds: Bounds | None = None
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False)
 class State(Signal):
     """A number that is kept from one step to the next; `start` may use params only."""
 
     start: Expr
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False)
 class Definition(Node):
     """A name for the value of an expression: a `let`, or the next value or the derivative of a state."""
 
@@ -39,7 +40,7 @@ class Definition(Node):
     value: Expr
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False)
 class Result(Signal):
     """An output with the expression that defines it."""
 
@@ -116,7 +117,9 @@ class DynamicBlock(Block):
 
     def __repr__(self) -> str:
         inputs, outputs = ", ".join(i.name for i in self.inputs), ", ".join(r.name for r in self.results)
-        return f"{type(self).__name__}({self.name}: {inputs} -> {outputs}; {counted(len(self.states), 'state')})"
+        return printable(
+            f"{type(self).__name__}({self.name}: {inputs} -> {outputs}; {counted(len(self.states), 'state')})"
+        )
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)

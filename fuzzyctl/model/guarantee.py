@@ -28,7 +28,7 @@ class Bounds(Node):
         return f"{'(' if self.without_lower else '['}{low:g}, {high:g}{')' if self.without_upper else ']'}"
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False)
 class Param(Node):
     """A named constant; its expression may use params declared anywhere in the system."""
 
@@ -38,7 +38,7 @@ class Param(Node):
     bounds: Bounds | None = None
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False)
 class Hedge(Node):
     """A hedge of the user's own: `hedge NAME(x) = expression`, over its parameter and params."""
 
@@ -47,7 +47,7 @@ class Hedge(Node):
     expression: Expr
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False)
 class Guarantee(Node):
     """A claim over the whole input box: `require CLAIM within TOLERANCE when REGION`."""
 

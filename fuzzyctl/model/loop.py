@@ -5,13 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from fuzzyctl.diagnostics.suggestions import counted
+from fuzzyctl.diagnostics.terminal import printable
 from fuzzyctl.expr import Expr
 from fuzzyctl.model.controller import Block, Controller, Definition, Instance
 from fuzzyctl.model.guarantee import Guarantee
 from fuzzyctl.model.plant import Plant
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False)
 class Measure(Definition):
     """A number that a run is judged by: `measure NAME "label" unit "..." = MEASURE(signal, ...)`."""
 
@@ -47,4 +48,4 @@ class Loop(Block):
     def __repr__(self) -> str:
         blocks = ", ".join(f"{i.name} = {i.controller}" for i in self.instances)
         judged = f"{counted(len(self.measures), 'measure')}, {counted(len(self.requirements), 'requirement')}"
-        return f"Loop({self.name}: {blocks}; {judged})"
+        return printable(f"Loop({self.name}: {blocks}; {judged})")

@@ -137,7 +137,7 @@ class RuleMethod:
     activation: Activation
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False)
 class Method(Node):
     """The inference method of a system; the defaults are those of the profile `exact`.
 

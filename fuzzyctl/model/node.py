@@ -11,10 +11,11 @@ from typing import Any, Literal, NamedTuple, Self, Union, get_args, get_origin, 
 
 from fuzzyctl.diagnostics.diagnostic import ValueOutOfBoundsError
 from fuzzyctl.diagnostics.source import Span
+from fuzzyctl.displayed import Described
 
 
-@dataclass(frozen=True, kw_only=True)
-class Node:
+@dataclass(frozen=True, kw_only=True, repr=False)
+class Node(Described):
     """A frozen part of a fuzzy system; `span` says where it was written and takes no part in equality.
 
     A list in place of a tuple is taken as one.

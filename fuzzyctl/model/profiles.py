@@ -112,6 +112,19 @@ _FUZZYLITE_BUGS: Final = (
     *_FUZZYLITE_STEPS,
 )
 
+ProfileName = Literal[
+    "exact",
+    "matlab",
+    "octave",
+    "octave_0_4",
+    "fuzzylite",
+    "fuzzylite_6",
+    "pyfuzzylite",
+    "jfuzzylogic",
+    "simpful",
+    "scikit_fuzzy",
+    "fuzzylogic_jl",
+]
 #: All profiles by name.
 PROFILES: Final[Mapping[str, Profile]] = MappingProxyType(
     {

@@ -12,12 +12,12 @@ from fuzzyctl.model.node import Node
 from fuzzyctl.model.variable import Membership
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False)
 class Antecedent(Node):
     """Base of what can stand between `if` and `then`."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False)
 class Is(Antecedent):
     """The degree of one term of one variable, changed by hedges.
 
@@ -32,21 +32,21 @@ class Is(Antecedent):
     hedges: tuple[str, ...] = ()
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False)
 class Not(Antecedent):
     """Complement: 1 minus the truth of the operand."""
 
     operand: Antecedent
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False)
 class And(Antecedent):
     """Conjunction of two or more antecedents by the t-norm of the system or the rule block, from left to right."""
 
     operands: tuple[Antecedent, ...]
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False)
 class Or(Antecedent):
     """Disjunction of two or more antecedents by the s-norm of the system or the rule block, from left to right."""
 
@@ -68,7 +68,7 @@ class Consequent(Node):
     hedges: tuple[str, ...] = ()
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False)
 class Rule(Node):
     """One rule; its weight multiplies the firing strength before implication."""
 
@@ -92,7 +92,7 @@ class Cell(Node):
     hedges: tuple[tuple[str, ...], ...] = ()
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False)
 class RuleTable(Node):
     """A rule table: every cell that is not empty is the rule `row and column then outputs`.
 
@@ -139,7 +139,7 @@ class RuleTable(Node):
                 yield Rule(antecedent=antecedent, consequents=consequents, weight=cell.weight, span=cell.span)
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False)
 class RuleBlock(Node):
     """Rules that belong together, and that may be joined, implied and chosen by methods of their own.
 

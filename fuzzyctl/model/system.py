@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import unicodedata
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar, overload
 
 from fuzzyctl.diagnostics.diagnostic import ArgumentError, UnknownNameError, ValueOutOfBoundsError
 from fuzzyctl.diagnostics.suggestions import counted
@@ -20,6 +20,10 @@ from fuzzyctl.model.params import ParamValues
 from fuzzyctl.model.rule import Rule, RuleBlock, RuleTable, rule_count, rules_of
 from fuzzyctl.model.variable import Input, Let, LinguisticVariable, Output
 from fuzzyctl.support.arguments import is_finite
+from fuzzyctl.support.signatures import InputSignature
+
+if TYPE_CHECKING:
+    from fuzzyctl.annotations import Axes, Column, NamedArrays, NamedColumns, NamedOutputs, Numbers, Scalar
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
@@ -57,6 +61,8 @@ class FuzzySystem(Node, Printed):
     path: str = field(default="", compare=False, repr=False)
     lets: tuple[Let, ...] = ()
     called: tuple[FuzzySystem, ...] = ()
+
+    __signature__ = InputSignature(named=lambda system: [v.name for v in system.inputs])
 
     def __post_init__(self) -> None:
         Node.__post_init__(self)
@@ -219,14 +225,20 @@ class FuzzySystem(Node, Printed):
         output: str | None = None,
         at: Mapping[str, float] | None = None,
         resolution: int = 61,
-        ax: Any = None,
-    ) -> Any:
+        ax: Axes | None = None,
+    ) -> Axes:
         """Draw an output over one or two inputs, see `fuzzyctl.plot.surface`."""
         from fuzzyctl.plot.surfaces import surface
 
         return surface(self, x, y, output=output, at=at, resolution=resolution, ax=ax)
 
-    def __call__(self, *unnamed: Any, **inputs: Any) -> Any:
+    @overload
+    def __call__(self, **inputs: Scalar) -> NamedOutputs: ...  # type: ignore[overload-overlap]
+    @overload
+    def __call__(self, **inputs: Scalar | Column) -> NamedColumns: ...
+    @overload
+    def __call__(self, **inputs: Numbers) -> NamedArrays: ...
+    def __call__(self, *unnamed: Any, **inputs: Numbers | Column) -> NamedOutputs | NamedArrays | NamedColumns:
         """Evaluate the system for numbers or arrays given by name.
 
         Args:
@@ -253,7 +265,7 @@ class FuzzySystem(Node, Printed):
         return {}
 
     @cached_property
-    def _by_name(self) -> Any:
+    def _by_name(self) -> Callable[[Mapping[str, Any]], NamedOutputs | NamedArrays | NamedColumns]:
         """What evaluates: the model is below the kernels, and this is the one place that looks up to them."""
         from fuzzyctl.kernels.compile import ByName
 

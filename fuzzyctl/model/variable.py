@@ -26,7 +26,7 @@ class Hold(Node):
     start: Expr | Literal["nan"] | None = None
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False)
 class Membership(Node):
     """A kind of membership function, or of Takagi-Sugeno consequent, with its parameters.
 
@@ -51,7 +51,7 @@ def as_set(output: str, membership: Membership) -> Membership:
     return membership.model_copy(update={"kind": "formula"})
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False)
 class Term(Node):
     """A named fuzzy set of a linguistic variable."""
 
@@ -59,7 +59,7 @@ class Term(Node):
     membership: Membership
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False)
 class LinguisticVariable(Node):
     """What inputs and outputs share: a name, a label for plots, a unit, a universe of discourse and terms."""
 
@@ -85,14 +85,14 @@ class LinguisticVariable(Node):
         return next((t for t in self.terms if t.name == name), None)
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False)
 class Input(LinguisticVariable):
     """An input. Values outside the range are clamped to it, or go through the formulas where it says `extrapolate`."""
 
     extrapolate: bool = False
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False)
 class Output(LinguisticVariable):
     """An output.
 
@@ -116,7 +116,7 @@ class Output(LinguisticVariable):
     value: Expr | None = None
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False)
 class Let(LinguisticVariable):
     """A name for the value of an expression over params, inputs and other lets.
 

@@ -3,28 +3,32 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable, Collection, Iterator, Mapping
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from fuzzyctl.codegen.steps.javascript_source import StepJavaScriptLayout
 from fuzzyctl.codegen.steps.unit import StepUnit, ends
 from fuzzyctl.expr import Expr, Name
+from fuzzyctl.kernels.plan.expansion import STARTED
 from fuzzyctl.model.loop import Loop
 from fuzzyctl.page.proofs import controller_proofs
 from fuzzyctl.simulation.settings import params_of
 
 if TYPE_CHECKING:
-    from fuzzyctl.model.controller import Controller
+    from fuzzyctl.model.controller import Controller, Signal
     from fuzzyctl.model.system import FuzzySystem
     from fuzzyctl.simulation.panels import Panel
     from fuzzyctl.simulation.plain_run import PlainRun
     from fuzzyctl.simulation.run import Run
 
-#: Most samples of a run that a page holds, and digits of each.
-SAMPLES: Final = 600
+#: Most samples of a run that a page holds, most numbers of all its runs, fewest samples; digits of each.
+SAMPLES: Final = 400
+NUMBERS: Final = 20_000
+FEWEST: Final = 100
 DIGITS: Final = 6
-#: Where the slider of a signal without an end of its range ends.
-REACH: Final = 10.0
+#: The state of an operator: the blocks that it is in, and what it keeps.
+_OPERATOR: Final = re.compile(r"(?:(.+)\.)?\w+#\d+(?:\.(\w+))?")
 
 
 def controller_data(unit: StepUnit, *, proofs: bool = False) -> dict[str, Any]:
@@ -35,12 +39,6 @@ def controller_data(unit: StepUnit, *, proofs: bool = False) -> dict[str, Any]:
         proofs: Whether bounds and verdicts are among it, which take numpy.
     """
     controller = unit.controller
-    inputs = []
-    for signal in controller.inputs:
-        lower, upper = ends(unit, signal.bounds)
-        low = lower if math.isfinite(lower) else min(-REACH, upper - REACH)
-        high = upper if math.isfinite(upper) else max(REACH, lower + REACH)
-        inputs.append({"name": signal.name, "label": signal.label, "unit": signal.unit, "lower": low, "upper": high})
     layout = StepJavaScriptLayout(unit)
     return {
         "kind": "controller",
@@ -48,65 +46,113 @@ def controller_data(unit: StepUnit, *, proofs: bool = False) -> dict[str, Any]:
         "title": controller.title,
         "source": controller.citation,
         "facts": _params(controller.param_values.values),
-        "inputs": inputs,
-        "outputs": [{"name": r.name, "label": r.label, "unit": r.unit} for r in controller.results],
+        "inputs": [_signal(unit, s) for s in controller.inputs],
+        "outputs": [_signal(unit, r) for r in controller.results],
         "state": layout.has_state,
+        "states": _states(unit, layout),
         "period": unit.equations.period,
         **(controller_proofs(controller) if proofs else {"bounds": None, "verdicts": []}),
     }
 
 
-def loop_data(run: Run) -> dict[str, Any]:
-    """Return what is shown of a run: its signals, every n-th sample where there are many, measures and requirements."""
-    from fuzzyctl.simulation.panels import panels
+def _signal(unit: StepUnit, signal: Signal) -> dict[str, Any]:
+    """Return what is shown of an input or output; None for an end that its range does not have."""
+    lower, upper = (end if math.isfinite(end) else None for end in ends(unit, signal.bounds))
+    return {"name": signal.name, "label": signal.label, "unit": signal.unit, "lower": lower, "upper": upper}
 
-    measures = run.measures
+
+def _states(unit: StepUnit, layout: StepJavaScriptLayout) -> dict[str, str]:
+    """Return for each member of the state its label, or the operator that keeps it, as it is written."""
+    kept = {s.name: s.span for s in unit.equations.states}
+    labels = {s.name: f"{s.label or s.name}{f' [{s.unit}]' if s.unit else ''}" for s in unit.controller.states}
+    labels[STARTED] = "whether a step was made"
+    found = {}
+    for (member, _), slot in zip(layout.members, unit.slots, strict=True):
+        span, parts = kept.get(slot.name) or kept.get(f"{slot.name}.0"), _OPERATOR.fullmatch(slot.name)
+        if slot.name not in labels and span is not None and parts is not None:
+            block, detail = parts.groups()
+            text = " ".join(span.text.split())
+            text += ")" * (text.count("(") - text.count(")"))  # which the span of a call leaves out
+            written = f"{block}: {text}" if block else text
+            labels[slot.name] = f"{written}, {detail}" if detail else written
+        found[member] = labels.get(slot.name, slot.name)
+    return found
+
+
+def loop_data(run: Run, runs: int = 1) -> dict[str, Any]:
+    """Return what is shown of a run: its signals, every n-th sample where there are many, measures and requirements.
+
+    Args:
+        run: The run.
+        runs: How many runs the page shows.
+    """
     found = _loop_data(
-        run.loop, run.t.tolist(), run.positions, lambda e: run.signal(e).tolist(), run.solver, run.params
+        run.loop, run.t.tolist(), run.positions, lambda e: run.signal(e).tolist(), run.solver, run.params, runs
     )
-    for shown, panel in zip(found["panels"], panels(run.loop, run.positions), strict=True):
-        shown |= _limits(run, panel)
     return {
         **found,
-        "measures": [
-            [m.label or m.name, f"{measures[m.name]:.6g}{f' {m.unit}' if m.unit else ''}"] for m in run.loop.measures
-        ],
-        "verdicts": [["met" if r.holds else "not met", r.text, ""] for r in run.requirements],
+        **_judged(run),
         "stopped": run.stopped.message if run.stopped is not None else "",
     }
 
 
-def _limits(run: Run, panel: Panel) -> dict[str, Any]:
-    """Return the ends of the axis of a panel, which peaks do not crush."""
-    from fuzzyctl.page import limits  # numpy
+def _measure_text(value: float, unit: str) -> str:
+    if not math.isfinite(value):
+        return "no value (NaN)" if math.isnan(value) else "infinite" if value > 0.0 else "-infinite"
+    return f"{value:.6g}{f' {unit}' if unit else ''}"
 
-    lines = [limits.Line(panel.label, run.t, run[panel.signal])]
+
+def _judged(run: Run | PlainRun) -> dict[str, Any]:
+    """Return the measures of a run, and which requirements it meets."""
+    values = run.measures
+    measures = [[m.label or m.name, _measure_text(values[m.name], m.unit)] for m in run.loop.measures]
+    return {"measures": measures, "verdicts": [["met" if r.holds else "not met", r.text, ""] for r in run.requirements]}
+
+
+def _limits(t: list[float], panel: Panel, signal: Callable[[Expr], list[float]]) -> dict[str, Any]:
+    """Return the ends of the axis of a panel, which peaks do not crush."""
+    import numpy as np
+
+    from fuzzyctl.page import limits
+
+    times = np.array(t)
+    lines = [limits.Line(panel.label, times, np.array(signal(Name(panel.signal))))]
     if panel.reference is not None:
-        lines.append(limits.Line("reference", run.t, run.signal(panel.reference)))
+        lines.append(limits.Line("reference", times, np.array(signal(panel.reference))))
     found = limits.of(lines)
     return {"y": found.shown, "whole": found.whole, "note": found.note}
 
 
-def _inputs(
-    loop: Loop, recorded: Collection[str], signal: Callable[[Expr], list[float]], shown: list[int]
-) -> Iterator[dict[str, Any]]:
-    """Yield for each controller and system what its inputs are at the samples shown; of several calls the first."""
+class _Call(NamedTuple):
+    """What is called, by which block, the signals that it takes, and for how many samples they are held."""
+
+    block: str
+    call: str
+    signals: list[str]
+    held: int
+
+
+def _calls(loop: Loop, recorded: Collection[str]) -> Iterator[_Call]:
+    """Yield the calls whose inputs are recorded."""
     from fuzzyctl.simulation.sample_times import sample_times
 
-    controllers, samples, found = {c.name: c for c in loop.controllers}, sample_times(loop)[1], set()
+    controllers, samples = {c.name: c for c in loop.controllers}, sample_times(loop)[1]
     for instance in loop.instances:
         controller = controllers.get(instance.controller)
         if controller is None:
             continue
-        rows = [k - k % samples[instance.name] for k in shown]
-        known = [(controller.name, "", [i.name for i in controller.inputs])]
-        known += [(s.name, f"{s.name}.", [i.name for i in s.inputs]) for s in _systems(controller)]
-        for name, prefix, names in known:
-            signals = [f"{instance.name}.{prefix}{n}" for n in names]
-            if name not in found and set(signals) <= set(recorded):
-                found.add(name)
-                own = [signal(Name(s)) for s in signals]
-                yield {"block": name, "values": [_shortened([values[k] for k in rows]) for values in own]}
+        known = [(controller.name, instance.name, instance.name, [i.name for i in controller.inputs])]
+        for system in {s.name: s for s in _systems(controller)}.values():
+            own, names = f"{instance.name}.{system.name}", [i.name for i in system.inputs]
+            known.append((system.name, instance.name, own, names))
+            call = 2
+            while f"{own}.{call}.{names[0]}" in recorded:
+                known.append((system.name, f"{instance.name}, call {call}", f"{own}.{call}", names))
+                call += 1
+        for name, label, prefix, names in known:
+            signals = [f"{prefix}.{n}" for n in names]
+            if set(signals) <= set(recorded):
+                yield _Call(name, label, signals, samples[instance.name])
 
 
 def _systems(controller: Controller) -> Iterator[FuzzySystem]:
@@ -117,15 +163,11 @@ def _systems(controller: Controller) -> Iterator[FuzzySystem]:
 
 
 def plain_loop_data(run: PlainRun) -> dict[str, Any]:
-    """Return what is shown of a run without numpy: its signals; a note names what is missing."""
+    """Return what is shown of a run without numpy; a note says what differs."""
     loop = run.loop
     found = _loop_data(loop, run.t, run.signals, run.signal, "RK4", {})
-    notes = []
-    if loop.measures or loop.requirements:
-        notes.append("Measures and requirements take numpy: 'fuzzyctl simulate' computes them.")
-    if run.has_noise:
-        notes.append("The noise is drawn by another generator than that of 'fuzzyctl simulate', so numbers differ.")
-    return found | {"measures": [], "verdicts": [], "stopped": run.stopped, "note": " ".join(notes)}
+    note = "The noise is drawn by another generator than that of 'fuzzyctl simulate', so numbers differ."
+    return found | _judged(run) | {"stopped": run.stopped, "note": note if run.has_noise else ""}
 
 
 def refused_loop_data(loop: Loop, why: str) -> dict[str, Any]:
@@ -140,6 +182,7 @@ def _loop_data(
     signal: Callable[[Expr], list[float]],
     solver: str,
     params: Mapping[str, float],
+    runs: int = 1,
 ) -> dict[str, Any]:
     """Return what is shown of any run.
 
@@ -150,10 +193,13 @@ def _loop_data(
         signal: Returns a signal, a number for each sample.
         solver: What integrated the plants.
         params: Values of free params.
+        runs: How many runs the page shows.
     """
     from fuzzyctl.simulation.panels import panels
 
-    every = max(1, math.ceil(len(t) / SAMPLES))
+    drawn, calls = panels(loop, recorded), list(_calls(loop, recorded))
+    lines = 1 + sum(1 + (p.reference is not None) for p in drawn) + sum(len(c.signals) for c in calls)
+    every = max(1, math.ceil(len(t) / min(SAMPLES, max(FEWEST, NUMBERS // (runs * lines)))))
     shown = sorted({*range(0, len(t), every), *range(len(t))[-1:]})
     kinds = {c.name: "controller" for c in loop.controllers} | {p.name: "plant" for p in loop.plants}
 
@@ -180,10 +226,20 @@ def _loop_data(
                 "held": p.held,
                 "values": values(Name(p.signal)),
                 "reference": values(p.reference) if p.reference is not None else None,
+                **_limits(t, p, signal),
             }
-            for p in panels(loop, recorded)
+            for p in drawn
         ],
-        "inputs": list(_inputs(loop, recorded, signal, shown)),
+        "inputs": [
+            {
+                "block": c.block,
+                "call": c.call,
+                "values": [
+                    _shortened([own[k - k % c.held] for k in shown]) for own in map(signal, map(Name, c.signals))
+                ],
+            }
+            for c in calls
+        ],
     }
 
 

@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from html import escape
 from importlib.resources import files
+from pathlib import Path
 from typing import Any, Final
 
 from fuzzyctl import __version__
@@ -117,7 +118,14 @@ def page_facts(title: str, sections: Sequence[Section], diagnostics: Sequence[Di
         "colors": list(COLORS),
         "sections": [s.data for s in sections],
         "diagnostics": [
-            {"severity": d.severity, "code": d.code, "message": d.message, "facts": list(d.facts), "help": d.help}
+            {
+                "severity": d.severity,
+                "code": d.code,
+                "message": d.message,
+                "place": "" if d.span is None else f"{Path(d.span.source.name).name}:{d.span.line}",
+                "facts": list(d.facts),
+                "help": d.help,
+            }
             for d in diagnostics
         ],
     }

@@ -18,6 +18,8 @@ def bound_row(bound: OutputBound, unit: str) -> list[str]:
     """Return a name, and between what its value stays."""
     low, high = (f"{end + 0.0:.9g}" for end in (bound.lo, bound.hi))
     tail = f" {unit}" if unit else ""
+    if bound.lo == bound.hi:
+        return [bound.name, f"always {low}{tail}"]
     if math.isinf(bound.lo) and math.isinf(bound.hi):
         return [bound.name, "no bound is known"]
     if math.isinf(bound.lo):

@@ -71,7 +71,7 @@ def styled(ax: Any) -> Iterator[None]:
         yield
 
 
-def one(ax: Any, size: tuple[float, float], *, solid: bool = False) -> Any:
+def one(ax: Axes | None, size: tuple[float, float], *, solid: bool = False) -> Axes:
     """Return the axes to draw in: those given, or the only ones of a new figure.
 
     Args:
@@ -84,7 +84,7 @@ def one(ax: Any, size: tuple[float, float], *, solid: bool = False) -> Any:
     return Figure(figsize=size).add_subplot(axes_class=Plot3D if solid else Plot)
 
 
-def place(ax: Any) -> Any:
+def place(ax: Axes | None) -> Any:
     """Return the figure for several panels: a new one, or one that takes the place of axes.
 
     Raises:

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, Final
+from typing import Any, Final, overload
 
 import numpy as np
+from matplotlib.axes import Axes
 
 from fuzzyctl.diagnostics.diagnostic import UnknownNameError
 from fuzzyctl.formats.fz import membership_text
@@ -13,7 +14,7 @@ from fuzzyctl.formulas import MEMBERSHIP
 from fuzzyctl.kernels.compile import degrees
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import LinguisticVariable
-from fuzzyctl.plot.figures import finish, one, panels, place, sized, styled
+from fuzzyctl.plot.figures import Panels, finish, one, panels, place, sized, styled
 from fuzzyctl.plot.labels import Label, draw_labels, shortened
 from fuzzyctl.plot.style import COLORS
 from fuzzyctl.support import arguments
@@ -25,7 +26,11 @@ LANE: Final = 0.16
 FUNCTIONS: Final = 7
 
 
-def terms(system: FuzzySystem, variable: str | None = None, *, ax: Any = None) -> Any:
+@overload
+def terms(system: FuzzySystem, variable: None = None, *, ax: Axes | None = None) -> Panels: ...
+@overload
+def terms(system: FuzzySystem, variable: str, *, ax: Axes | None = None) -> Axes: ...
+def terms(system: FuzzySystem, variable: str | None = None, *, ax: Axes | None = None) -> Axes | Panels:
     """Draw the terms of one variable, or of all of them below each other.
 
     Args:
@@ -49,7 +54,7 @@ def terms(system: FuzzySystem, variable: str | None = None, *, ax: Any = None) -
         known = {v.name: v for v in system.variables if v.terms}
         if variable not in known:
             raise UnknownNameError("variable with terms", str(variable), list(known))
-        found = draw_variable(one(ax, (7.5, 2.6)), system, known[variable])
+        found: Axes = draw_variable(one(ax, (7.5, 2.6)), system, known[variable])
         finish(found)
         return found
 

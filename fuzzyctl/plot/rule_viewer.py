@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 import numpy as np
+from matplotlib.axes import Axes
 
 from fuzzyctl.explain.implied_sets import ImpliedSets, antecedent_set
 from fuzzyctl.explain.trace import Contribution, FiredRule, Trace, why
@@ -15,7 +16,7 @@ from fuzzyctl.kernels.plan.build import plan
 from fuzzyctl.model.rule import literals
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Input, LinguisticVariable
-from fuzzyctl.plot.figures import panels, place, sized, styled
+from fuzzyctl.plot.figures import Panels, panels, place, sized, styled
 from fuzzyctl.plot.style import COLORS
 from fuzzyctl.support import arguments
 
@@ -25,8 +26,14 @@ INPUT, OUTPUT, LINE = COLORS[0], COLORS[1], "#444444"
 
 
 def rules(
-    system: FuzzySystem, values: Mapping[str, float] | None = None, /, *, most: int = 12, ax: Any = None, **named: float
-) -> Any:
+    system: FuzzySystem,
+    values: Mapping[str, float] | None = None,
+    /,
+    *,
+    most: int = 12,
+    ax: Axes | None = None,
+    **named: float,
+) -> Panels:
     """Draw the rules that act at a point: one row for each, and the outputs below.
 
     Args:
@@ -48,7 +55,7 @@ def rules(
     return viewer(why(system, values, **named), most, ax)
 
 
-def viewer(found: Trace, most: int = 12, ax: Any = None) -> Any:
+def viewer(found: Trace, most: int = 12, ax: Axes | None = None) -> Panels:
     """Draw what was traced, see `rules`."""
     arguments.integer("'most'", most, 1, MOST)
     with styled(ax):

@@ -9,6 +9,8 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from fuzzyctl.diagnostics.diagnostic import ArgumentError, UnknownNameError, ValueOutOfBoundsError
@@ -75,8 +77,8 @@ def surface(
     output: str | None = None,
     at: Mapping[str, float] | None = None,
     resolution: int = 61,
-    ax: Any = None,
-) -> Any:
+    ax: Axes | None = None,
+) -> Axes:
     """Draw an output over one input, or over two.
 
     Args:
@@ -114,10 +116,10 @@ def surface(
     return found
 
 
-def overview(kernel: Kernel) -> Any:
+def overview(kernel: Kernel) -> Figure:
     """Return a figure of the first output of a kernel over its first inputs, the others at mid-range."""
     with styled(None):
-        figure = place(None)
+        figure: Figure = place(None)
         draw_surface(figure, kernel, list(kernel.input_names[:2]), {}, kernel.output_names[0], OVERVIEW)
         finish(figure)
     return figure

@@ -6,10 +6,11 @@ from collections.abc import Mapping, Sequence
 from typing import Any, Final
 
 import numpy as np
+from matplotlib.axes import Axes
 
 from fuzzyctl.diagnostics.diagnostic import ArgumentError
+from fuzzyctl.plot.figures import Panels, place, sized, styled
 from fuzzyctl.plot.figures import panels as panels_of
-from fuzzyctl.plot.figures import place, sized, styled
 from fuzzyctl.plot.labels import shortened
 from fuzzyctl.plot.style import COLORS
 from fuzzyctl.simulation.panels import Panel, panels
@@ -27,7 +28,7 @@ PANEL: Final = 1.6
 REST: Final = 1.1
 
 
-def runs(*runs: Run, labels: Sequence[str] | None = None, ax: Any = None) -> Any:
+def runs(*runs: Run, labels: Sequence[str] | None = None, ax: Axes | None = None) -> Panels:
     """Draw runs over each other, one panel for each signal that the first run shows.
 
     Args:

@@ -39,11 +39,11 @@ def columns(given: Iterable[Given], times: FloatArray, folder: Path, seed: int |
             generator = np.random.Generator(np.random.PCG64(one.seed if seed is None else [seed, one.seed]))
             found.append(one.sigma * generator.standard_normal(len(times)))
         else:
-            found += _lines(one, times, folder)
+            found += lines_of(one, times, folder)
     return np.stack(found, axis=1) if found else np.empty((len(times), 0))
 
 
-def _lines(table: Table, times: FloatArray, folder: Path) -> list[FloatArray]:
+def lines_of(table: Table, times: FloatArray, folder: Path) -> list[FloatArray]:
     """Return offset and slope of the straight line from each sample to the next."""
     rows, values = _read(table, folder)
     at = np.interp(times, rows, values)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence, Set
 from dataclasses import field, replace
 from typing import Final
@@ -146,14 +147,16 @@ def block_signals(loop: Loop) -> Iterator[tuple[str, Signal]]:
 def with_calls(equations: LoopEquations) -> LoopEquations:
     """Return equations that also record the inputs of systems that blocks call, as `BLOCK.SYSTEM.INPUT`.
 
-    Of several calls of one system in a block it is the first.
+    Of several calls of a system in a block the second is `BLOCK.SYSTEM.2.INPUT`, and so on as they are evaluated.
     """
-    found = dict(equations.signals)
+    found, calls = dict(equations.signals), Counter[str]()
     for call in equations.body:
         if isinstance(call, Evaluation):
-            block = call.names[0].partition(".")[0]
+            name = f"{call.names[0].partition('.')[0]}.{call.system.name}"
+            calls[name] += 1
+            prefix = name if calls[name] == 1 else f"{name}.{calls[name]}"
             for own, argument in zip(call.system.inputs, call.arguments, strict=True):
-                found.setdefault(f"{block}.{call.system.name}.{own.name}", argument)
+                found.setdefault(f"{prefix}.{own.name}", argument)
     return replace(equations, signals=found)
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, final
+from typing import TYPE_CHECKING, Any, Final, Literal, final, get_args
 
 import numpy as np
 
@@ -16,9 +16,10 @@ from fuzzyctl.diagnostics.diagnostic import (
     DiagnosticError,
     UnknownNameError,
 )
+from fuzzyctl.diagnostics.terminal import printable
 from fuzzyctl.kernels.backends.arguments import float_array, writable
 from fuzzyctl.kernels.backends.numba.compile_cost import MOST_OPERATIONS, operations
-from fuzzyctl.kernels.compile import AlgorithmName, Backend, numba_is_missing
+from fuzzyctl.kernels.compile import AlgorithmName, numba_is_missing
 from fuzzyctl.model.instance_params import with_instance_params
 from fuzzyctl.model.loop import Loop
 from fuzzyctl.simulation.columns import columns
@@ -44,7 +45,9 @@ CHUNK: Final = 50_000
 FEW: Final = 500
 #: Most states of controllers, such as those of a long `delay`, that "auto" compiles.
 MOST_STATES: Final = 40
-BACKENDS: Final = ("auto", "numba", "python")
+#: What runs take as a backend.
+LoopBackend = Literal["auto", "numba", "python"]
+BACKENDS: Final = get_args(LoopBackend)
 
 #: Called with the number of samples that are done, and all of them.
 Progress = Callable[[int, int], None]
@@ -72,7 +75,7 @@ class Experiment:
     def __init__(
         self,
         loop: Loop,
-        backend: Backend = "auto",
+        backend: LoopBackend = "auto",
         *,
         free: Sequence[str] = (),
         algorithm: AlgorithmName = "auto",
@@ -108,7 +111,7 @@ class Experiment:
         ]
 
     def __repr__(self) -> str:
-        return f"Experiment({self.loop.name}; {self.samples:,} samples, {self.backend})"
+        return printable(f"Experiment({self.loop.name}; {self.samples:,} samples, {self.backend})")
 
     @cached_property
     def times(self) -> FloatArray:

@@ -97,6 +97,15 @@ class FmuDescription:
             return f"{system}{64 if sys.maxsize > 2**32 else 32}"
         return f"{_MACHINES.get(machine, machine)}-{'windows' if system == 'win' else system}"
 
+    def missing_binary(self) -> FmuError | None:
+        """Return what is wrong with an FMU that was built for other machines; None where it has this one's binary."""
+        if self.platform in self.platforms:
+            return None
+        facts = (f"it has binaries for: {', '.join(self.platforms) or 'no machine'}; this is {self.platform}",)
+        compiled = f"it holds its source; compile that: fmpy compile {Path(self.path).name}"
+        help_text = compiled if self.has_sources else "export it on this machine"
+        return FmuError("the FMU has no binary for this machine", facts, help_text)
+
 
 def read_description(path: str) -> FmuDescription:
     """Read what an FMU says of itself.

@@ -40,7 +40,8 @@ class FmuPlant:
         try:
             _fmpy()
             self._fmu = read_description(plant.fmu)
-            self._require_binary()
+            if missing := self._fmu.missing_binary():
+                raise missing
             self._folder = tempfile.mkdtemp(prefix="fuzzyctl-fmu-")
             weakref.finalize(self, shutil.rmtree, self._folder, ignore_errors=True)
             unpack(plant.fmu, Path(self._folder))
@@ -105,16 +106,6 @@ class FmuPlant:
             message = f"FMU '{self._plant.name}' cannot {what} at t = {t:.6g} s"
             raise self._mistake(message, (str(error), *self._messages), "see what the tool that made it says") from None
 
-    def _require_binary(self) -> None:
-        if self._fmu.platform in self._fmu.platforms:
-            return
-        has = ", ".join(self._fmu.platforms) or "no machine"
-        help_text = "export it on this machine"
-        if self._fmu.has_sources:
-            help_text = f"it holds its source; compile that: fmpy compile {Path(self._plant.fmu).name}"
-        facts = (f"it has binaries for: {has}; this is {self._fmu.platform}",)
-        raise FmuError("the FMU has no binary for this machine", facts, help_text)
-
     def _mistake(self, message: str, facts: tuple[str, ...], help_text: str = "") -> DiagnosticError:
         facts = (*facts, f"it is block '{self._block}', {self._plant.fmu}")
         return DiagnosticError([Diagnostic("FZ711", message, self._span, facts=facts, help=help_text)])
@@ -141,9 +132,9 @@ class _Instance:
         self._inputs = [v.reference for v in fmu.inputs]
         self._outputs = [v.reference for v in fmu.outputs]
 
-    def _log(self, *told: Any) -> None:
+    def _log(self, *arguments: Any) -> None:
         """Keep a message; of FMI 2 the name of the instance comes before the status."""
-        text = (told[-1] or b"").decode("utf-8", "replace")
+        text = (arguments[-1] or b"").decode("utf-8", "replace")
         self._messages.append(f"it says: {text}")
         del self._messages[:-_MESSAGES]
 

@@ -1,11 +1,16 @@
-"""A run without numpy, which browsers lack: the signals that `simulate` computes, but for noise, without measures."""
+"""A run in generated Python, for browsers: what `simulate` computes, but for noise.
+
+Signals take no numpy; tables over time, measures and requirements take the part of it that `studio.arrays` has.
+"""
 
 from __future__ import annotations
 
 import math
 import random
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
 from typing import Final
 
 from fuzzyctl.diagnostics.diagnostic import FuzzyctlError
@@ -13,11 +18,11 @@ from fuzzyctl.expr import Expr, Name, evaluate
 from fuzzyctl.kernels.backends.numba.compile_cost import operations
 from fuzzyctl.model.loop import Loop
 from fuzzyctl.simulation.dead_times import dead_times, enough
-from fuzzyctl.simulation.equations import LoopEquations
+from fuzzyctl.simulation.equations import LoopEquations, with_calls
 from fuzzyctl.simulation.expansion import loop_equations
-from fuzzyctl.simulation.judgement import Judgement
+from fuzzyctl.simulation.judgement import Judgement, Requirement
 from fuzzyctl.simulation.programs import LoopPrograms, programs
-from fuzzyctl.simulation.signals import Noise
+from fuzzyctl.simulation.signals import Noise, Table
 from fuzzyctl.simulation.source import interpreted, refused
 
 #: Most operations of a run: CPython takes about a second for them, in a browser a few.
@@ -59,32 +64,45 @@ class PlainRun:
             return self.signals[expr.name]
         return [evaluate(expr, self.loop.param_values.values)] * len(self.t)
 
+    @cached_property
+    def measures(self) -> dict[str, float]:
+        """The measures by name; NaN for one that has no value, and for all of a run that was stopped."""
+        import numpy as np
 
-def plain_run(loop: Loop, most: int = MOST) -> PlainRun:
+        if self.stopped:
+            return {m.name: math.nan for m in self.loop.measures}
+        return Judgement(self.loop).measures(np.array(self.t), lambda e: np.array(self.signal(e)), {})
+
+    @cached_property
+    def requirements(self) -> tuple[Requirement, ...]:
+        """Whether each requirement holds; none does in a run that was stopped."""
+        found = Judgement(self.loop).requirements(self.measures, {})
+        return tuple(replace(r, holds=False) for r in found) if self.stopped else found
+
+
+def plain_run(loop: Loop, most: int = MOST, *, record_calls: bool = False) -> PlainRun:
     """Simulate a loop by generated Python, with RK4.
 
     Args:
         loop: A well-formed loop.
         most: Most operations.
+        record_calls: Whether the inputs of systems that blocks call are among the signals.
 
     Raises:
-        PlainRunError: For tables, plants in Python, FMUs, and a run that takes more operations.
-        DiagnosticError: For a loop that cannot be run.
+        PlainRunError: For plants in Python, FMUs, and a run that takes more operations.
+        DiagnosticError: For a loop that cannot be run, or a table that cannot be read.
     """
     equations = loop_equations(loop, Judgement(loop).signals)
-    noises = [given for given in equations.given.values() if isinstance(given, Noise)]
-    if len(noises) < len(equations.given):
-        raise PlainRunError("a table over time takes numpy")
     for external in equations.externals:
         raise PlainRunError(f"plant '{external.plant.name}' is {'in Python' if external.plant.python else 'an FMU'}")
+    equations = with_calls(equations) if record_calls else equations
     written = programs(equations)
     substeps = enough(equations.delays, equations.step, 1)
     cost = operations(written.sample) + 4 * substeps * operations(written.derivative)
     if cost * equations.samples > most:
         raise PlainRunError(f"the run takes {cost * equations.samples:.2g} operations, more than {most:.2g}")
     kept, integers, weights = dead_times(equations.delays, equations.step / substeps)
-    drawn = [random.Random(n.seed) for n in noises]
-    given = [d.gauss(0.0, n.sigma) for _ in range(equations.samples) for d, n in zip(drawn, noises, strict=True)]
+    given = _given(equations, loop)
     x, c = [s.start for s in equations.plant_states], [s.start for s in equations.states] * 2
     count, width = equations.samples, len(equations.signals)
     record, lags = [0.0] * (count * width), ([0.0] * kept, integers, weights)
@@ -98,7 +116,29 @@ def plain_run(loop: Loop, most: int = MOST) -> PlainRun:
         stopped = f"'{name}' has no finite value at t = {done * equations.step:.6g} s"
         signals = {n: values[:done] for n, values in signals.items()}
     times = [k * equations.step for k in range(done)]
-    return PlainRun(loop, times, signals, substeps, stopped, bool(noises), cost * count)
+    has_noise = any(isinstance(one, Noise) for one in equations.given.values())
+    return PlainRun(loop, times, signals, substeps, stopped, has_noise, cost * count)
+
+
+def _given(equations: LoopEquations, loop: Loop) -> list[float]:
+    """Return the columns of noise and tables, sample by sample."""
+    columns: list[list[float]] = []
+    for one in equations.given.values():
+        if isinstance(one, Noise):
+            drawn = random.Random(one.seed)
+            columns.append([drawn.gauss(0.0, one.sigma) for _ in range(equations.samples)])
+        else:
+            columns += _lines(one, equations, Path(loop.path).parent)
+    return [value for row in zip(*columns, strict=True) for value in row]
+
+
+def _lines(table: Table, equations: LoopEquations, folder: Path) -> list[list[float]]:
+    import numpy as np
+
+    from fuzzyctl.simulation.columns import lines_of
+
+    times = np.array([k * equations.step for k in range(equations.samples)])
+    return [column.tolist() for column in lines_of(table, times, folder)]
 
 
 def _stopped(code: int, equations: LoopEquations, written: LoopPrograms) -> tuple[int, str]:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, UnknownNameError
+from fuzzyctl.diagnostics.terminal import printable
 from fuzzyctl.displayed import Displayed
 from fuzzyctl.expr import Expr, Name, evaluate
 from fuzzyctl.model.loop import Loop
@@ -18,9 +19,7 @@ from fuzzyctl.simulation.judgement import Judgement, Requirement
 from fuzzyctl.simulation.settings import params_of
 
 if TYPE_CHECKING:
-    import numpy.typing as npt
-
-    FloatArray = npt.NDArray[np.float64]
+    from fuzzyctl.annotations import Axes, FloatArray, Panels
 
 
 @dataclass(frozen=True, repr=False)
@@ -59,9 +58,9 @@ class Run(Displayed):
         end = f"{self.t[-1]:.6g} s" if len(self.t) else "no time"
         met = f"{sum(r.holds for r in self.requirements)} of {len(self.requirements)} requirements hold"
         how = f"stopped, {met}" if self.stopped is not None else met
-        return f"Run({self.loop.name}: {end}, {len(self.t)} samples, {len(self.names)} signals; {how})"
+        return printable(f"Run({self.loop.name}: {end}, {len(self.t)} samples, {len(self.names)} signals; {how})")
 
-    def plot(self, *, ax: Any = None) -> Any:
+    def plot(self, *, ax: Axes | None = None) -> Panels:
         """Draw the signals over time, see `fuzzyctl.plot.runs`."""
         from fuzzyctl.plot.time_series import runs
 

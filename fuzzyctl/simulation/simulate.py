@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import dataclasses
-from typing import Final
+from typing import Final, Literal
 
 import numpy as np
 
 from fuzzyctl.diagnostics.diagnostic import ArgumentError, Diagnostic, UnknownNameError
-from fuzzyctl.kernels.compile import Backend
 from fuzzyctl.model.loop import Loop
-from fuzzyctl.simulation.experiment import Experiment, Progress
+from fuzzyctl.simulation.experiment import Experiment, LoopBackend, Progress
 from fuzzyctl.simulation.run import Run
 from fuzzyctl.simulation.sample_times import samples_of
 from fuzzyctl.simulation.settings import with_settings
@@ -18,6 +17,8 @@ from fuzzyctl.simulation.stops import signals_without_value
 
 #: Solver of compiled runs: the classical method of Runge and Kutta.
 RK4: Final = "RK4"
+#: What `simulate` takes as a solver.
+Solver = Literal["RK4", "RK45", "DOP853", "Radau", "BDF", "LSODA"]
 #: Steps of integration up to which generated Python is done in a second.
 SHORT: Final = 20_000
 #: Part of the range that a state runs through up to which the error of integration is no warning.
@@ -27,8 +28,8 @@ ACCURATE: Final = 1e-3
 def simulate(
     loop: Loop,
     *,
-    backend: Backend = "auto",
-    solver: str = RK4,
+    backend: LoopBackend = "auto",
+    solver: Solver = RK4,
     substeps: int = 1,
     progress: Progress | None = None,
     record_calls: bool = False,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, Literal, get_args
 
 import numpy as np
 
@@ -22,7 +22,8 @@ if TYPE_CHECKING:
     FloatArray = npt.NDArray[np.float64]
 
 #: Names of the solvers, as scipy's `solve_ivp` has them.
-SOLVERS: Final = ("RK45", "DOP853", "Radau", "BDF", "LSODA")
+ScipySolver = Literal["RK45", "DOP853", "Radau", "BDF", "LSODA"]
+SOLVERS: Final = get_args(ScipySolver)
 #: Tolerances of a step: a part of the state, and an absolute one.
 RELATIVE: Final = 1e-8
 ABSOLUTE: Final = 1e-10
@@ -37,7 +38,7 @@ class _GaveUpError(Exception):
 
 def solved(
     experiment: Experiment,
-    solver: str,
+    solver: ScipySolver,
     *,
     relative: float = RELATIVE,
     absolute: float = ABSOLUTE,

@@ -1,19 +1,17 @@
 """Answers of the studio's worker: each a function of a text, and of a place in it, to plain data.
 
-The worker runs these functions in WebAssembly, without numpy. What needs numpy is refused by name, never left out.
+The worker runs these functions in WebAssembly, where `arrays` stand for the part of numpy that they take. What takes
+more of it is refused by name, never left out.
 """
 
 from __future__ import annotations
 
 import json
 from collections.abc import Callable, Iterator
-from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, Final
 
-from fuzzyctl.analysis.prove import UNDIVIDED, quickly
-from fuzzyctl.analysis.verdicts import Undecided, Verdict
 from fuzzyctl.codegen.errors import CodegenError
 from fuzzyctl.codegen.sources import sources
 from fuzzyctl.codegen.steps.sources import step_sources
@@ -21,6 +19,7 @@ from fuzzyctl.codegen.steps.unit import prepare_step
 from fuzzyctl.codegen.unit import prepare
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError, FuzzyctlError
 from fuzzyctl.diagnostics.source import SourceText
+from fuzzyctl.diagnostics.suggestions import counted
 from fuzzyctl.editor import actions, completion, hover
 from fuzzyctl.editor.document import Document
 from fuzzyctl.lang.formatter import format_source
@@ -37,6 +36,7 @@ from fuzzyctl.page.document import (
 )
 from fuzzyctl.page.document import document as page_of
 from fuzzyctl.page.systems import SystemFacts
+from fuzzyctl.studio import proofs
 from fuzzyctl.studio.places import characters, edits, ends
 from fuzzyctl.support.reading import MAX_BYTES
 
@@ -62,6 +62,10 @@ def answer(request: str) -> str:
         found = METHODS[asked["method"]](document(asked["file"], asked["text"]), asked)
     except ModuleNotFoundError as error:
         found = {"refused": f"this takes {error.name}, which the studio does not have; the program fuzzyctl does it"}
+    except DiagnosticError as error:
+        first, *others = error.diagnostics
+        more = f", and {counted(len(others), 'more mistake')}" if others else ""
+        found = {"refused": f"{first.severity}[{first.code}]: {first.message}{more}"}
     except FuzzyctlError as error:
         found = {"refused": str(error)}
     return json.dumps(found)
@@ -165,7 +169,7 @@ def _run_sections(document: Document) -> Iterator[_Data]:
     left = MOST
     for loop in document.examined.loops:
         try:
-            run = plain_run(loop, left)
+            run = plain_run(loop, left, record_calls=True)
         except PlainRunError as error:
             yield refused_loop_data(loop, f"{error}; 'fuzzyctl simulate' runs it")
         else:
@@ -176,7 +180,7 @@ def _run_sections(document: Document) -> Iterator[_Data]:
 def _page(document: Document, _: _Data) -> _Data:
     """Return the page of all systems, controllers and loops."""
     _require_sound(document)
-    sections = [_section(block, document) for block in _blocks(document)]
+    sections = [_section(block, document, decided=True) for block in _blocks(document)]
     sections += map(Section, _run_sections(document))
     return {"html": page_of(_page_title(document), sections, document.proved)}
 
@@ -193,19 +197,19 @@ def _page_title(document: Document) -> str:
     return blocks[0].title or blocks[0].name
 
 
-def _section(block: FuzzySystem | Controller, document: Document) -> Section:
+def _section(block: FuzzySystem | Controller, document: Document, *, decided: bool = False) -> Section:
+    """Return the section of a block; with `decided`, claims that quick methods leave open are decided."""
     if isinstance(block, Controller):
         step = prepare_step(block, document.text)
-        return controller_section(controller_data(step), step)
-    verdicts = list(map(_honest, quickly(block)[0] if block.guarantees else []))
+        return controller_section(controller_data(step) | (proofs.proofs(block) if decided else {}), step)
+    verdicts = proofs.decided(block) if decided else proofs.at_once(block)
     return system_section(SystemFacts(prepare(block, document.text, verdicts=verdicts), verdicts))
 
 
-def _honest(verdict: Verdict) -> Verdict:
-    """Return a verdict that names what the studio does not do."""
-    if isinstance(verdict, Undecided) and verdict.reason == UNDIVIDED:
-        return replace(verdict, reason="it takes subdivision, with numpy: 'fuzzyctl prove' does it")
-    return verdict
+def _proofs(document: Document, asked: _Data) -> _Data:
+    """Return what the page shows of the claims of a block, by its position among those of the picture."""
+    _require_sound(document)
+    return proofs.proofs(_blocks(document)[asked["block"]])
 
 
 def _export(document: Document, asked: _Data) -> _Data:
@@ -251,6 +255,7 @@ METHODS: Final[dict[str, Callable[[Document, _Data], _Data]]] = {
     "frame": _frame,
     "picture": _picture,
     "runs": _runs,
+    "proofs": _proofs,
     "page": _page,
     "export": _export,
 }

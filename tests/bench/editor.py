@@ -72,7 +72,7 @@ ANSWERS: dict[str, Callable[[Document, int], Any]] = {
 
 
 def text_of(lines: int) -> str:
-    """Return a file of so many lines: systems as they are shipped, one after the other."""
+    """Return a file with a number of lines: systems as they are shipped, one after the other."""
     text = (ROOT / "rules" / "ais_reaction.fz").read_text(encoding="utf-8")
     systems = []
     while sum(s.count("\n") for s in systems) < lines:

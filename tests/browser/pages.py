@@ -22,10 +22,10 @@ allow FZ208
 defuzzifier center_average
 {inputs}
 output u "<svg onload=console.error(3)>" in [-1, 1] else nan
-  p = constant(-1)
+  p_with_a_name_that_is_as_long_as_no_line_of_a_phone_and_goes_on_and_on = constant(-1)
   q = constant(1)
 output v in [-1e9, 1e9] = 1 / (x0 - 0.5)
-if x0 is lo and x1 is lo then u is p
+if x0 is lo and x1 is lo then u is p_with_a_name_that_is_as_long_as_no_line_of_a_phone_and_goes_on_and_on
 if x0 is hi and x1 is hi then u is q
 """
 INPUTS = "\n".join(f'input x{k} "\'><img src=x onerror=console.error({k})>" in [0, 1]\n  terms lo hi' for k in range(9))
@@ -44,13 +44,15 @@ input e in [0, 1]
 output y = previous(y) / 2 + curved(e)
 every 0.1 s
 """
+#: Two systems and two controllers in four loops, systems called more than once.
+MANY_BLOCKS = Path(__file__).parents[2] / "apps/gallery/mudi_pal_1999/mudi_pal_1999.fz"
 POINTS = 40
 
 
 def expected(source: Path, section: dict) -> list:
     """Return points of a block with the kernel's outputs, for a controller step by step; none for a loop."""
     drawn = random.Random(5)
-    ends = [(i["lower"], i["upper"]) for i in section.get("inputs", ()) if "lower" in i]
+    ends = [(_end(i["lower"], -10.0), _end(i["upper"], 10.0)) for i in section.get("inputs", ()) if "lower" in i]
     points = [[a + (b - a) * drawn.uniform(-0.1, 1.1) for a, b in ends] for _ in range(POINTS)]
     if section["kind"] == "controller":
         step = compile(load_controller(source, section["name"]), backend="python")
@@ -70,10 +72,14 @@ def expected(source: Path, section: dict) -> list:
     return [[point, list(own) if isinstance(own, tuple) else [own]] for point, own in found]
 
 
+def _end(end: float | None, other: float) -> float:
+    return other if end is None else end
+
+
 def write(folder: Path) -> None:
     (folder / "hostile.fz").write_text(HOSTILE.format(inputs=INPUTS), encoding="utf-8")
     (folder / "curved.fz").write_text(CURVED, encoding="utf-8")
-    sources = [*sorted(rules_folder().rglob("*.fz")), folder / "hostile.fz", folder / "curved.fz"]
+    sources = [*sorted(rules_folder().rglob("*.fz")), MANY_BLOCKS, folder / "hostile.fz", folder / "curved.fz"]
     asked = {}
     for source in sources:
         page = folder / f"{source.stem}.html"

@@ -1,7 +1,7 @@
 // Opens the pages of a folder in Chromium: node run.mjs FOLDER, which pages.py has filled.
 //
 // No message in the console, no request, no violation that axe-core finds, the numbers of the kernel at 40 points of each
-// block, inputs that follow the time of a run, no script from names; at most 300 kB of a rule file, and 300 ms to the first paint, of which
+// block, nothing beside a window of 400 pixels, inputs that follow the time of a run, no script from names; at most 300 kB of a rule file, and 300 ms to the first paint, of which
 // the best of some tries counts, as other programs only add to it. CHROMIUM is a Chromium (default: /usr/bin/chromium), PICTURES a folder for pictures (default: none).
 // It exits with 1 for a check that failed, and with 77 where Chromium does not start.
 import { mkdirSync, readFileSync, readdirSync, statSync } from "node:fs";
@@ -11,7 +11,7 @@ import { pathToFileURL } from "node:url";
 import { chromium } from "playwright-core";
 
 const FOLDER = resolve(process.argv[2]), PICTURES = process.env.PICTURES, TOLERANCE = 1e-12;
-const LARGEST = 300_000, PAINTED = 300, TRIES = 6;
+const LARGEST = 300_000, PAINTED = 300, TRIES = 6, PHONE = 400;
 const AXE = readFileSync(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8");
 const expected = JSON.parse(readFileSync(join(FOLDER, "expected.json"), "utf8").replace(/\bNaN\b|-?\bInfinity\b/g, "null"));
 const failures = [];
@@ -19,8 +19,9 @@ const args = ["--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage", "--dis
 
 /** Move the sliders of the k-th block to each point, make a step of a controller, and return what stands there. */
 function moved([k, points]) {
-    const block = document.querySelectorAll("article")[k], step = [...block.querySelectorAll("button")].find((b) => b.textContent === "Step");
-    const fields = [...block.querySelectorAll(".control input[type=number]")], numbers = [...block.querySelectorAll(".outputs output")];
+    const block = document.querySelectorAll("article")[k], buttons = [...block.querySelectorAll("button")], step = buttons.find((b) => b.textContent === "Step");
+    const fields = [...block.querySelectorAll(".control > input[type=number]")], numbers = [...block.querySelectorAll(".outputs output")];
+    buttons.find((b) => b.textContent === "Begin anew")?.click();
     return points.map((point) => {
         fields.forEach((field, n) => {
             field.value = point[n];
@@ -33,18 +34,27 @@ function moved([k, points]) {
 
 /** Move the time of each run to its middle; return the inputs of blocks that do not follow. */
 function followed() {
-    const loops = facts().filter((s) => s.kind === "loop"), blocks = facts().map((s) => s.name);
-    return [...document.querySelectorAll(".times input")].flatMap((slider, n) => {
+    const sections = JSON.parse(document.getElementById("facts").textContent).sections ?? [], blocks = sections.map((s) => s.name);
+    const slider = document.querySelector(".times input[type=range]"), choice = document.querySelector(".times select");
+    const choose = (list, k) => {
+        list.value = k;
+        list.dispatchEvent(new Event("change"));
+    };
+    return sections.filter((s) => s.kind === "loop").flatMap((loop, n) => {
+        if (choice !== null) {
+            choose(choice, n);
+        }
         slider.value = slider.max / 2;
         slider.dispatchEvent(new Event("input"));
-        return loops[n].inputs.flatMap(({ block, values }) => {
-            const shown = [...document.querySelectorAll("article")[blocks.indexOf(block)].querySelectorAll(".control input[type=number]")];
-            return values.flatMap((v, i) => (v[slider.valueAsNumber] === shown[i].valueAsNumber ? [] : [`${block} ${i}`]));
+        return loop.inputs.flatMap(({ block, call, values }) => {
+            const form = document.querySelectorAll("article")[blocks.indexOf(block)].querySelector("fieldset"), calls = form.querySelector("select");
+            if (calls !== null) {
+                choose(calls, [...calls.options].findIndex((o) => o.textContent === call));
+            }
+            const shown = [...form.querySelectorAll(".control > input[type=number]")];
+            return values.flatMap((v, i) => (v[slider.valueAsNumber] === shown[i].valueAsNumber ? [] : [`${block} ${i} of ${call}`]));
         });
     });
-    function facts() {
-        return JSON.parse(document.getElementById("facts").textContent).sections ?? [];
-    }
 }
 
 const painted = (page) => page.evaluate(() => performance.getEntriesByName("first-contentful-paint")[0]?.startTime ?? Infinity);
@@ -59,6 +69,11 @@ async function look(browser, name, scheme) {
     await page.locator("body[data-ready]").waitFor();
     if (await page.locator("main img, main script, main [onload], main [onerror]").count()) {
         fail("a name became markup");
+    }
+    if (PICTURES !== undefined) {
+        mkdirSync(PICTURES, { recursive: true });
+        await page.waitForFunction(() => ![...document.querySelectorAll("[aria-live]")].some((e) => e.textContent.startsWith("Computing")));
+        await page.screenshot({ path: join(PICTURES, `${name}-${scheme}.png`), fullPage: true });
     }
     if (scheme === "light") {
         for (const [k, asked] of expected[name].entries()) {
@@ -82,10 +97,6 @@ async function look(browser, name, scheme) {
     await page.evaluate(`(() => { ${AXE} })()`);
     const { violations } = await page.evaluate(() => window.axe.run());
     violations.forEach((v) => fail(`axe: ${v.id}: ${v.nodes[0].html.slice(0, 200)}`));
-    if (PICTURES !== undefined) {
-        mkdirSync(PICTURES, { recursive: true });
-        await page.screenshot({ path: join(PICTURES, `${name}-${scheme}.png`), fullPage: true });
-    }
     let paint = await painted(page);
     for (let k = 1; k < TRIES && paint > PAINTED; k++) {
         await page.reload();
@@ -94,6 +105,13 @@ async function look(browser, name, scheme) {
     }
     if (paint > PAINTED) {
         fail(`first paint after ${Math.round(paint)} ms, more than ${PAINTED}`);
+    }
+    if (scheme === "dark") {
+        await page.setViewportSize({ width: PHONE, height: 900 });
+        const wide = await page.evaluate(() => document.documentElement.scrollWidth);
+        if (wide > PHONE) {
+            fail(`${wide} pixels wide in a window of ${PHONE}`);
+        }
     }
     await context.close();
     const points = expected[name].reduce((sum, asked) => sum + asked.length, 0);

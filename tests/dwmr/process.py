@@ -24,7 +24,7 @@ def dwmr(*arguments, status=0, stdout=subprocess.PIPE, cwd=None, timeout=LONG, s
 
     Args:
         arguments: What stands behind `dwmr`.
-        status: The exit code that is due.
+        status: The expected exit code.
         stdout: Where standard output goes.
         cwd: The folder it runs in.
         timeout: Seconds.

@@ -1,9 +1,6 @@
 """docs/explanation/reproduction.md prints numbers: they must be those that the runs and the result files give."""
 
-import importlib.util
-import json
 import re
-from pathlib import Path
 
 import pytest
 
@@ -12,10 +9,9 @@ from dwmr.control.fuzzy_gains import Rules
 from dwmr.results.metrics import TABLE_12, TABLE_13, measure
 from dwmr.scenario.file import find, read
 from dwmr.simulation import simulate
+from tests import explanation
 
-EXPLANATION = Path(__file__).resolve().parents[2] / "docs" / "explanation"
-RESULTS = EXPLANATION / "reproduction"
-PAGE = (EXPLANATION / "reproduction.md").read_text(encoding="utf-8")
+PAGE = explanation.text("reproduction.md")
 NAMES = ("x_e", "y_e", "theta_e")
 #: How far a run may be from what the page prints: SMC chatters, and its followers differ between processors.
 BANDS = {"aifqsmc": 0.02, "fcafsmc": 0.02, "smc": 0.25}
@@ -26,7 +22,7 @@ def section(title):
 
 
 def rows(title, columns):
-    """Return the rows of a section's table that begin with a name and have so many columns."""
+    """Return the rows of a section's table that begin with a name and have a number of columns."""
     found = [line.strip("| ").split(" | ") for line in section(title).splitlines() if re.match(r"\| [a-z]", line)]
     return [cells for cells in found if len(cells) == columns and cells[-1][0].isdigit()]
 
@@ -41,14 +37,11 @@ def tries():
 
 
 def script(name):
-    spec = importlib.util.spec_from_file_location(name, RESULTS / f"{name}.py")
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
+    return explanation.script(f"reproduction/{name}.py")
 
 
 def results(name):
-    return json.loads((RESULTS / name).read_text(encoding="utf-8"))
+    return explanation.results(f"reproduction/{name}")
 
 
 def test_table_12_is_what_the_runs_give(measured):

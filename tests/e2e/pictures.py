@@ -5,10 +5,12 @@
 - `<!-- terminal: COMMAND -->`: the picture is what the command prints.
 - `<!-- picture: FILE -->`: the examples of the page leave this file.
 - `<!-- studio: FILE -->`: the job that drives the studio leaves this file, `apps/studio/test/job.sh`.
+- `<!-- browser: FILE -->`: the job that opens pages does, `tests/browser/job.sh`.
 
 `python tests/e2e/pictures.py` makes all of them again, `python tests/e2e/pictures.py PAGE ...` those of some pages.
 `python tests/e2e/pictures.py --studio FOLDER` compares those of the studio with what its job left in a folder;
-`PICTURES=FOLDER apps/studio/test/job.sh PYTHON` and then `--store-studio FOLDER` makes them again.
+`PICTURES=FOLDER apps/studio/test/job.sh PYTHON` and then `--store-studio FOLDER` makes them again. `--browser` and
+`--store-browser` do the same for those of the pages.
 """
 
 from __future__ import annotations
@@ -34,8 +36,12 @@ from tests.e2e.commands import run_here  # noqa: E402 - as a script it finds no 
 from tests.e2e.pages import PAGES, blocks, follow  # noqa: E402
 from tests.e2e.terminal import picture_of  # noqa: E402
 
-FORM = re.compile(r"^<!-- (?:(terminal|picture|studio): )?(.+) -->\n!\[[^\]]{20,}\]\((.+)\)$", flags=re.MULTILINE)
+FORM = re.compile(
+    r"^<!-- (?:(terminal|picture|studio|browser): )?(.+) -->\n!\[[^\]]{20,}\]\((.+)\)$", flags=re.MULTILINE
+)
 
+#: Kinds of pictures that a job in a browser leaves.
+JOBS = ("studio", "browser")
 #: Colours of a PNG: its size is a third of that with all of them, and no eye sees it.
 COLOURS = 128
 #: The environment of the commands.
@@ -43,7 +49,7 @@ SHOWN = {"MPLBACKEND": "Agg", "NO_COLOR": "1", "COLUMNS": "100"}
 
 
 class Picture(NamedTuple):
-    """A picture of a page: what makes it, of which kind that is, and its file."""
+    """A picture of a page: what makes it, the kind of that, and its file."""
 
     page: Path
     kind: str
@@ -97,8 +103,9 @@ def drawn_by(path: Path) -> str:
 
 
 def blocks_of(path: Path, size: int = 15) -> np.ndarray:
-    """Return the mean colours of squares of a picture, 0 to 1."""
+    """Return the mean colours of squares of a picture, 0 to 1; of the last one of a film, which shows all trails."""
     with Image.open(path) as picture:
+        picture.seek(getattr(picture, "n_frames", 1) - 1)
         pixels = np.asarray(picture.convert("RGB")) / 255.0
     high, wide = (n // size for n in pixels.shape[:2])
     return pixels[: high * size, : wide * size].reshape(high, size, wide, size, 3).mean(axis=(1, 3))
@@ -118,29 +125,29 @@ def store(drawn: Path, path: Path) -> None:
     print(f"wrote {path.relative_to(ROOT)}")
 
 
-def of_the_studio(folder: Path, *, stored: bool) -> int:
-    """Store the pictures that the studio's job left in a folder, or return 1 where one differs from its stored one."""
-    found = [p for page in PAGES for p in pictures(page) if p.kind == "studio"]
+def of_a_job(kind: str, folder: Path, *, stored: bool) -> int:
+    """Store the pictures that a browser's job left in a folder, or return 1 where one differs from its stored one."""
+    found = [p for page in PAGES for p in pictures(page) if p.kind == kind]
     if stored:
         for picture in found:
             store(folder / picture.source, picture.path)
         return 0
-    stale = [p for p in found if excess(p.path, folder / p.source) > 0.0]
+    stale = [p for p in found if not p.path.exists() or excess(p.path, folder / p.source) > 0.0]
     for picture in stale:
-        print(f"{picture.path.relative_to(ROOT)} is not what the studio shows now; see {Path(__file__).name}")
+        print(f"{picture.path.relative_to(ROOT)} is not what the {kind} shows now; see {Path(__file__).name}")
     return 1 if stale else 0
 
 
 def main(names: list[str]) -> int:
-    """Make the pictures of some pages again, of all without a name; compare or store those of the studio."""
-    if names[:1] in (["--studio"], ["--store-studio"]):
-        return of_the_studio(Path(names[1]), stored=names[0] == "--store-studio")
+    """Make the pictures of some pages again, of all without a name; compare or store those of a browser's job."""
+    if names and names[0] in {f"--{store}{kind}" for store in ("", "store-") for kind in JOBS}:
+        return of_a_job(names[0].rpartition("-")[2], Path(names[1]), stored=names[0].startswith("--store-"))
     pages = [Path(name).resolve() for name in names] or PAGES
     os.environ |= SHOWN
     for page in pages:
         found = list(pictures(page))
         for picture in found:
-            if picture.kind not in ("picture", "studio"):
+            if picture.kind not in ("picture", *JOBS):
                 with tempfile.TemporaryDirectory() as folder:
                     store(made(picture, Path(folder)), picture.path)
         if left := [p for p in found if p.kind == "picture"]:

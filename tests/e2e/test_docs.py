@@ -8,7 +8,6 @@ import shutil
 import subprocess
 import sys
 import tomllib
-from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
@@ -18,6 +17,7 @@ from tests import sizes
 from tests.e2e.pages import DOCS, FOLLOWED, PAGES, ROOT, Session, anchors, follow, without_code
 from tests.e2e.pictures import excess, pictures
 from tests.own_files import own_files
+from tests.physics import require_renderer
 
 #: Pages that take seconds: they are followed a second time only before a release.
 SLOW = (
@@ -47,8 +47,8 @@ def test_every_example_of_a_page_does_what_the_page_says(
 ) -> None:
     if page.name == "exchange-fmus.md" and compiler() is None:
         pytest.skip("there is no C compiler")
-    if page.name == "run-in-a-physics-engine.md" and find_spec("mujoco") is None:
-        pytest.skip("MuJoCo is not installed: pip install 'fuzzyctl[physics]'")
+    if page.name == "run-in-a-physics-engine.md":
+        require_renderer()
     shutil.copytree(ROOT / "rules", tmp_path / "rules")
     (tmp_path / ".venv").symlink_to(sys.prefix)
     monkeypatch.chdir(tmp_path)

@@ -54,6 +54,7 @@ def test_the_wheel_holds_code_rules_and_scenarios_and_nothing_else(wheel):
         "fuzzyctl/explanations/FZ203.md",
         "fuzzyctl/lang/grammar.lark",
         "fuzzyctl/codegen/fmu/c/fmu_core.h",
+        "fuzzyctl/annotations.pyi",
         "fuzzyctl/py.typed",
         "dwmr/scenarios/paper.toml",
         "dwmr/scenarios/csv-path.toml",

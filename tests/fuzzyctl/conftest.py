@@ -33,7 +33,7 @@ def base():
 
 @pytest.fixture
 def changed():
-    """The base text with replacements made, each of which must apply."""
+    """The base text with replacements made, which must all apply."""
 
     def change(*pairs, after=""):
         text = BASE

@@ -19,7 +19,7 @@ table u = e
 
 
 def said(*pairs, after="", folder=None):
-    """Return what is said of the base text with replacements, each of which must apply: place, code, words."""
+    """Return what is said of the base text with replacements that must all apply: place, code, words."""
     text = BASE
     for old, new in pairs:
         assert old in text, old

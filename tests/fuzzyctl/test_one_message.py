@@ -205,7 +205,7 @@ class TestSentences:
     def test_they_are_whole(self, old, new, sentence):
         assert any(words.startswith(sentence) for _, _, words in said((old, new)))
 
-    def test_an_empty_system_is_told_everything_at_once(self):
+    def test_an_empty_system_is_reported_with_everything_at_once(self):
         _, diagnostics = check_source(SourceText("t.fz", "system a\n"))
         assert [d.message for d in diagnostics] == ["the system has no input and no output and no rules"]
 
@@ -233,7 +233,7 @@ class TestParams:
 
 
 class TestSystemLines:
-    def test_one_repeated_is_told_so(self):
+    def test_one_repeated_is_reported(self):
         for text in ("system s\nsystem s\n", f"{BASE}system s\n", f"system s\n{BASE}"):
             _, diagnostics = check_source(SourceText("t.fz", text))
             assert [d.code for d in diagnostics] == ["FZ215"], text

@@ -198,7 +198,7 @@ def test_where_reading_stops_nothing_is_repaired(monkeypatch):
 
 
 class Words(frozenset):
-    """Words of which there are very many, so that joining them with others would take long."""
+    """Very many words, so that joining them with others would take long."""
 
     def __or__(self, other):
         pytest.fail("all words are copied")

@@ -34,7 +34,7 @@ AVERAGE_OF = {
     "tsukamoto_sum": "tsukamoto",
     "inverse_tsukamoto_sum": "inverse_tsukamoto",
 }
-#: So many orders of the rules are tried where their activations tie.
+#: Number of orders of the rules that are tried where their activations tie.
 ORDERS = 8
 
 
@@ -327,8 +327,8 @@ def report(peer: Peer, tally: Tally) -> Iterator[str]:
     yield f"  numbers compared: {tally.values}"
     yield f"  largest relative difference among those that agree: {tally.largest:.2g}"
     yield f"  at jumps, where rounding decides: {tally.at_jumps}"
-    yield f"  at empty sets, of which the tool makes something else: {tally.emptied}"
-    yield f"  at ties of activations, of which tools choose any: {tally.tied}"
+    yield f"  at empty sets, which the tool reads otherwise: {tally.emptied}"
+    yield f"  at ties of activations, where tools choose any: {tally.tied}"
     yield f"  with the peer's rounding of norms: {tally.rounded}"
     yield f"  refused by {peer.name}: {len(tally.refused)}"
     yield f"  refused by fuzzyctl: {len(tally.failed)}"

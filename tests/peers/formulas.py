@@ -134,9 +134,9 @@ def main() -> None:
         for defuzzifier, implication in (("Centroid 100", "Minimum"), ("Centroid 75", "AlgebraicProduct")):
             text = f"# numerics of {profile}\n{SETS.format(defuzzifier=defuzzifier, implication=implication)}"
             cases.append(case(text, measured(peer, text, 1)))
-        told = {"peer": name, "version": peer.version, "profile": profile, "cases": cases}
+        described = {"peer": name, "version": peer.version, "profile": profile, "cases": cases}
         path = VECTORS / f"{name}_formulas.json"
-        path.write_text(json.dumps(told, indent=0) + "\n")
+        path.write_text(json.dumps(described, indent=0) + "\n")
         print(f"{path.name}: {len(formulas)} formulas, {path.stat().st_size:,} bytes")
 
 

@@ -1,4 +1,4 @@
-"""Writes drawn systems as JSON, for peers that take no files but are told in Python."""
+"""Writes drawn systems as JSON, for peers that take no files but calls in Python."""
 
 from __future__ import annotations
 

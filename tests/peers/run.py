@@ -3,8 +3,8 @@
     python tests/peers/environments.py
     python tests/peers/run.py --peer pyfuzzylite --systems 300 [--seed 1] [--points 60] [--show 3]
 
-`--json FILE` adds the counts to a file, of which `rendered` makes the table of docs/explanation/peers.md. It ends with
-1 where numbers disagree that no rounding explains.
+`--json FILE` adds the counts to a file; `rendered` makes the table of docs/explanation/peers.md from it. It ends
+with 1 where numbers disagree that no rounding explains.
 """
 
 from __future__ import annotations

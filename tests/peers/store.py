@@ -44,14 +44,14 @@ def main() -> None:
             print(f"{name}: not installed; run: python tests/peers/environments.py --peer {name}")
             continue
         kept = chosen(peer, options.systems, options.keep)
-        told = {"peer": name, "version": peer.version, "profile": peer.profile, "cases": kept}
+        described = {"peer": name, "version": peer.version, "profile": peer.profile, "cases": kept}
         path = VECTORS / f"{name}.json"
-        path.write_text(json.dumps(told, indent=0) + "\n")
+        path.write_text(json.dumps(described, indent=0) + "\n")
         print(f"{path.name}: {len(kept)} systems, {path.stat().st_size:,} bytes")
 
 
 def chosen(peer: Peer, systems: int, keep: int) -> list[dict]:
-    """Return systems on which all agree, each of which shows something that those before do not."""
+    """Return systems on which all agree; each shows something that those before do not."""
     cases = [drawn(peer, 99_000_000 + k, POINTS) for k in range(systems)]
     theirs = outputs_of_peer(peer, cases)
     clean = [(c, theirs[c.name]) for c in cases if isinstance(theirs[c.name], np.ndarray)]

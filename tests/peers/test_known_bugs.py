@@ -23,8 +23,8 @@ class TestKnownBugs:
         assert ours != pytest.approx(bug.theirs, rel=1e-3)
 
     def test_the_profile_says_so(self, bug):
-        told = PROFILES[PEERS[bug.peer].profile].not_imitated
-        assert [t for t in told if t.startswith(bug.says)]
+        listed = PROFILES[PEERS[bug.peer].profile].not_imitated
+        assert [t for t in listed if t.startswith(bug.says)]
 
     def test_the_peer_can_be_asked_again(self, bug):
         assert PEERS[bug.peer].text(bug.system).strip()

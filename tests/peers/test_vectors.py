@@ -19,10 +19,10 @@ from fuzzyctl.model.as_profile import as_profile
 
 VECTORS = Path(__file__).parent / "vectors"
 CASES = [
-    pytest.param(told["profile"], case, id=f"{path.stem}-{k}")
+    pytest.param(described["profile"], case, id=f"{path.stem}-{k}")
     for path in sorted(VECTORS.glob("*.json"))
-    for told in [json.loads(path.read_text())]
-    for k, case in enumerate(told["cases"])
+    for described in [json.loads(path.read_text())]
+    for k, case in enumerate(described["cases"])
 ]
 
 

@@ -25,7 +25,7 @@ def large_tables(monkeypatch):
 
 @st.composite
 def axes(draw, name, most=5):
-    """An input of which at most two terms meet, as text, its terms and its corners; between terms there may be gaps."""
+    """An input whose terms meet by two at most, as text, its terms and its corners; between terms there may be gaps."""
     count = draw(st.integers(1, most))
     lines, corners, at = [], [], draw(st.integers(-20, 20)) / 4
     foot = at

@@ -29,8 +29,8 @@ def check_effects(system, seed):
         note(f"{jump}")
         assert jump is None or jump.size > 1e-3 * (output.upper - output.lower)
     # A rule is known by its antecedent only: of several with the same one all or none must be reported.
-    told = Counter(d.message.partition("'")[2].rpartition("'")[0] for d in found)
-    idle = {text for text in told if told[text] == sum(text_of(r) == text for r in system.rules)}
+    reported = Counter(d.message.partition("'")[2].rpartition("'")[0] for d in found)
+    idle = {text for text in reported if reported[text] == sum(text_of(r) == text for r in system.rules)}
     kept = tuple(r for r in system.rules if text_of(r) not in idle)
     named = {c.output for r in kept for c in r.consequents}
     general = all(m.activation.kind == "general" for m in system.rule_methods)

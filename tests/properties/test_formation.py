@@ -2,9 +2,7 @@
 
 import dataclasses
 import functools
-import importlib.util
 import math
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -18,6 +16,7 @@ from dwmr.scenario.file import find, read
 from dwmr.scenario.model import Obstacle
 from dwmr.simulation import simulate
 from fuzzyctl.experiments.settings.overrides import literal
+from tests import explanation
 from tests.sizes import examples
 
 angles = st.floats(-3.1, 3.1)
@@ -253,16 +252,7 @@ class TestConvergence:
         assert least <= np.abs(trajectory["x_e"][late, 1]).max() <= most
 
 
-def scenes():
-    """Return the module that the page's counts of scenes come from."""
-    path = Path(__file__).resolve().parents[2] / "docs" / "explanation" / "reproduction" / "scenes.py"
-    spec = importlib.util.spec_from_file_location("scenes", path)
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
-SCENES = scenes()
+SCENES = explanation.script("reproduction/scenes.py")
 
 
 class TestAvoidance:

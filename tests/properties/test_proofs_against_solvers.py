@@ -1,6 +1,6 @@
 """Verdicts and bounds set against z3 on piecewise-linear systems, and against Arb's enclosures on curved ones.
 
-Both are told what a system means by this file alone. More of them:
+What a system means to both is in this file alone. More of them:
 FUZZYCTL_PROOFS=1000 python -m pytest tests/properties/test_proofs_against_solvers.py
 """
 

@@ -31,7 +31,7 @@ FUNCTIONS = (
     "round(2 * {a}) / 2 + mod({b}, -0.3)",
     "fmod({a}, {b}) + mod({a}, 0.25)",
 )
-#: Claims, and whether they hold, told by this file alone.
+#: Claims, and whether they hold, decided by this file alone.
 CLAIMS = {
     "y >= {v}": lambda x, y, v: y >= v,
     "y <= {v}": lambda x, y, v: y <= v,

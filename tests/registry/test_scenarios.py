@@ -31,7 +31,7 @@ def whole(name, law):
 
 def test_the_promised_ones_are_there():
     promised = {"paper", "paper-without-obstacles", "undisturbed", "five-robots", "csv-path", "paper-as-printed"}
-    promised |= {"experiment"}
+    promised |= {"experiment", "moving-obstacles"}
     promised |= {"paper-with-limits", "paper-constant-gain", "paper-ideal-loop"}
     assert promised <= set(shipped_names())
 

@@ -11,7 +11,7 @@ void _fini(void);
 /* CPACR: full access to the coprocessors 10 and 11, which are the floating-point unit. */
 #define CPACR (*(volatile uint32_t *)0xE000ED88u)
 
-/* What newlib calls before and after main besides constructors, of which C has none. */
+/* What newlib calls before and after main besides constructors, which C does not have. */
 void _init(void) {}
 void _fini(void) {}
 

@@ -1,4 +1,4 @@
-"""`dwmr figures SCENARIO`: the counterparts of the paper's Figs. 8 to 28."""
+"""`dwmr figures SCENARIO`: the counterparts of the paper's Figs. 8 to 39."""
 
 from __future__ import annotations
 
@@ -39,14 +39,15 @@ def figures(
     rules_folder: Path | None,
     overrides: tuple[str, ...],
 ) -> None:
-    """Draw the counterparts of the paper's Figs. 8 to 28 for SCENARIO, a shipped name or a TOML file.
+    """Draw the counterparts of the paper's figures for SCENARIO, a shipped name or a TOML file.
 
-    Each figure is drawn from a run under its own control law; index.md says what it shows.
+    They are Figs. 8 to 28, and of rigid bodies Figs. 29 to 39. Each figure is drawn from a run under its own control
+    law; index.md says what it shows.
     """
     with mistakes_as_diagnostics("text"), terminated_as_interrupted():
         task = run_options.read(scenario, rules_folder, overrides)
         # matplotlib comes only now, when there is a scenario to draw
-        wanted = _wanted(only)
+        wanted = _wanted(only, task.file.scenario)
         left_out = {f.number: why for f in wanted if (why := f.obstacle_to(task.file.scenario))}
         wanted = [f for f in wanted if f.number not in left_out]
         _say(left_out, only is not None)
@@ -57,11 +58,11 @@ def figures(
         sys.exit(1)
 
 
-def _wanted(only: str | None) -> list[PaperFigure]:
+def _wanted(only: str | None, scenario: Scenario) -> list[PaperFigure]:
     from dwmr.figures import paper
 
     try:
-        chosen = [f.number for f in paper.FIGURES] if only is None else paper.numbers(only)
+        chosen = [f.number for f in paper.usual(scenario)] if only is None else paper.numbers(only)
     except ValueError as error:
         raise click.UsageError(f"--only {only}: {error}") from error
     return [f for f in paper.FIGURES if f.number in chosen]

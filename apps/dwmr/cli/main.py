@@ -17,7 +17,7 @@ COMMANDS: Final = {
     "new": ("dwmr.cli.new", "new", "Write a scenario to start from."),
     "check": ("dwmr.cli.check", "check", "Find the mistakes of scenarios and their rule files."),
     "run": ("dwmr.cli.run", "run", "Run a scenario and write the results to a folder."),
-    "figures": ("dwmr.cli.figures", "figures", "Draw the counterparts of the paper's Figures 8 to 28."),
+    "figures": ("dwmr.cli.figures", "figures", "Draw the counterparts of the paper's Figures 8 to 39."),
     "animate": ("dwmr.cli.animate", "animate", "Show a run as moving pictures, GIF or MP4."),
     "report": ("dwmr.cli.report", "report", "Write one HTML page with tables and interactive plots."),
     "calibrate": ("dwmr.cli.calibrate", "calibrate", "Fit what the paper does not print to its Table 12."),
@@ -58,7 +58,7 @@ def main() -> None:
     dwmr run paper --controller all      all control laws beside Table 12
     dwmr run paper --rules my-rules      the same with your own rule files
     dwmr run paper --set rules.ais_reaction.k_s=0.5 --set run.horizon=60
-    dwmr figures paper -o figures        counterparts of Figs. 8 to 28
+    dwmr figures paper -o figures        counterparts of Figs. 8 to 28; of `experiment` 29 to 39
     dwmr animate paper -o run.gif        the run as moving pictures
     dwmr report paper --controller all   tables and plots on one HTML page
     dwmr calibrate paper -o fitted.toml  what is not printed, fitted to Table 12

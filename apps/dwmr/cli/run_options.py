@@ -208,7 +208,10 @@ def _simulate(task: Task, names: Sequence[str], begin: Begin) -> list[Trajectory
 def _run(one: Simulation, shown: _Shown) -> Trajectory:
     from dwmr.simulation import simulate
 
-    return simulate.run(one, partial(shown.report, f"simulating {one.name}", one.scenario.run.steps + 1))
+    trajectory = simulate.run(one, partial(shown.report, f"simulating {one.name}", one.scenario.run.steps + 1))
+    if trajectory.stop is not None and trajectory.stop.mistake is not None:
+        warn([trajectory.stop.mistake])
+    return trajectory
 
 
 class _Shown:

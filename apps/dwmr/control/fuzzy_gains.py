@@ -284,8 +284,8 @@ class Rules:
         path = self.used[role].path if role in self.used else self.files.path(role)
         if path not in self.known.systems:
             # Guarantees are proved at the values of each robot, see `_prove_guarantees`.
-            system, told = fuzzyctl.check(path, guarantees=False)
-            diagnostics = [d for d in told if d.severity != "hint"]
+            system, reported = fuzzyctl.check(path, guarantees=False)
+            diagnostics = [d for d in reported if d.severity != "hint"]
             if system is None:
                 raise DiagnosticError(diagnostics)
             self.known.systems[path] = (system, read_whole(path), tuple(diagnostics))

@@ -80,6 +80,18 @@ def rate_bound(alpha: float, distance: float, least: float) -> float:
 
 
 @compiled
+def is_near(alpha: float, distance: float, least: float, error: float, speed: float) -> bool:
+    """Return whether two could break their barrier, or could do so after approaching each other for a time 1/α.
+
+    Args:
+        alpha, distance, least: As for `rate_bound`.
+        error: Sum of their errors [m/s].
+        speed: Sum of their speeds [m/s].
+    """
+    return rate_bound(alpha, distance - speed / alpha, least) + error > -speed
+
+
+@compiled
 def filter_commands(
     k: int,
     poses: FloatArray,
@@ -107,16 +119,13 @@ def filter_commands(
         memory.points[i, 0] = poses[i, 0] + ahead * math.cos(theta)
         memory.points[i, 1] = poses[i, 1] + ahead * math.sin(theta)
         memory.points[i, 2] = theta
-        v, omega = clamp(memory.commands[i, 0], robots[i].v_limit), clamp(memory.commands[i, 1], robots[i].omega_limit)
-        before = memory.safe[i]
-        memory.wanted[i, 0] = before[0] + clamp(v - before[0], dt * safety.acceleration)
-        memory.wanted[i, 1] = before[1] + clamp(
-            lookahead * omega - before[1], dt * lookahead * safety.angular_acceleration
-        )
+        memory.wanted[i, 0] = clamp(memory.commands[i, 0], robots[i].v_limit)
+        memory.wanted[i, 1] = lookahead * clamp(memory.commands[i, 1], robots[i].omega_limit)
     count = _limits(robots, safety, memory.spaces)
     hard = count
     count = _apart(count, safety, memory)
     count = _away(count, now, after, dt, safety, memory)
+    _hold_back(hard, count, dt, safety, memory)
     project(memory.wanted, memory.spaces, count, hard, memory.active, memory.safe)
     record = memory.record[k]
     for i in range(n):
@@ -129,6 +138,20 @@ def filter_commands(
             i, other = memory.spaces.robots[row, side], memory.spaces.robots[row, 1 - side]
             if by > record[i, 2]:
                 record[i, 2], record[i, 3] = by, n + obstacle if obstacle >= 0 else other
+
+
+@compiled
+def _hold_back(first: int, count: int, dt: float, safety: Safety, memory: Filter) -> None:
+    """Let commands change only as fast as allowed where a constraint about their robot is left."""
+    wanted, safe, robots = memory.wanted, memory.safe, memory.spaces.robots
+    most = dt * safety.acceleration, dt * safety.lookahead * safety.angular_acceleration
+    for i in range(wanted.shape[0]):
+        near = False
+        for row in range(first, count):
+            near = near or robots[row, 0] == i or robots[row, 1] == i
+        if near:
+            for axis in range(2):
+                wanted[i, axis] = safe[i, axis] + clamp(wanted[i, axis] - safe[i, axis], most[axis])
 
 
 @compiled
@@ -167,10 +190,11 @@ def _apart(count: int, safety: Safety, memory: Filter) -> int:
         for j in range(i):
             dx, dy = points[i, 0] - points[j, 0], points[i, 1] - points[j, 1]
             distance = math.hypot(dx, dy)
-            bound = rate_bound(safety.alpha, distance, safety.least[i, j]) + safety.errors[i] + safety.errors[j]
-            if not bound > -safety.speeds[i] - safety.speeds[j]:
+            error, speed = safety.errors[i] + safety.errors[j], safety.speeds[i] + safety.speeds[j]
+            least = safety.kept[i, j]
+            if not is_near(safety.alpha, distance, least, error, speed):
                 continue
-            _write(spaces, count, i, j, bound)
+            _write(spaces, count, i, j, rate_bound(safety.alpha, distance, least) + error)
             memory.obstacles[count] = -1
             x, y = _direction(dx, dy, distance)
             c, s = math.cos(points[i, 2]), math.sin(points[i, 2])
@@ -192,10 +216,10 @@ def _away(count: int, now: FloatArray, after: FloatArray, dt: float, safety: Saf
             x, y = _direction(dx, dy, distance)
             # the obstacle's mean velocity in the coming period is known
             along = (x * (after[a, 0] - now[a, 0]) + y * (after[a, 1] - now[a, 1])) / dt
-            bound = rate_bound(safety.alpha, distance, safety.least[i, n + a]) + safety.errors[i] + along
-            if not bound > -safety.speeds[i]:
+            least, error = safety.kept[i, n + a], safety.errors[i]
+            if not is_near(safety.alpha, distance, least, error, safety.speeds[i] + safety.speeds[n + a]):
                 continue
-            _write(spaces, count, i, i, bound)
+            _write(spaces, count, i, i, rate_bound(safety.alpha, distance, least) + error + along)
             memory.obstacles[count] = a
             c, s = math.cos(points[i, 2]), math.sin(points[i, 2])
             spaces.normals[count, 0], spaces.normals[count, 1] = c * x + s * y, c * y - s * x

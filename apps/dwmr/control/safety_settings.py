@@ -16,6 +16,8 @@ class Safety(NamedTuple):
         acceleration: Rate at which the filter lets laws change their commands [m/s²].
         angular_acceleration: The same for turning [rad/s²].
         least: R, what a robot's guarded point keeps from the other centres at samples, shape (n, n + a) [m].
+        kept: The same of what is measured: more than R by what noise can take, shape (n, n + a) [m].
+        noise: How far points are from where they are measured at most, shape (n + a,) [m].
         speeds: Bounds of the speeds of guarded points and obstacles, shape (n + a,) [m/s].
         errors: Bounds of the difference between a guarded point's mean velocity in a period and the command at its
             start, shape (n,) [m/s].
@@ -26,5 +28,7 @@ class Safety(NamedTuple):
     acceleration: float
     angular_acceleration: float
     least: FloatArray
+    kept: FloatArray
+    noise: FloatArray
     speeds: FloatArray
     errors: FloatArray

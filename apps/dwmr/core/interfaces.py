@@ -119,7 +119,7 @@ def control_law(*kernels: str) -> Callable[[Function], Function]:
         command = types.Tuple((types.float64, types.float64, types.int64))
         return command(error, types.float64, array, array, wanted, array, array)
 
-    return compiled_as(signature, indices=True)
+    return compiled_as(signature, checked=True)
 
 
 def reference_path(function: Function) -> Function:

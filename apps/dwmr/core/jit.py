@@ -51,19 +51,20 @@ def compiled(function: Function) -> Function:
     return function if numba is None else _jit(function)
 
 
-def compiled_as(signature: Callable[[Any], Any], *, indices: bool = False) -> Callable[[Function], Function]:
+def compiled_as(signature: Callable[[Any], Any], *, checked: bool = False) -> Callable[[Function], Function]:
     """Compile a function at once and to one signature, so that it can be handed to the loop as a value.
 
     Args:
         signature: Makes the signature out of `numba.types`; not called without numba.
-        indices: Whether an index beyond the end of an array is an IndexError. Otherwise it changes foreign memory.
+        checked: Whether an index beyond the end of an array and a division by zero are errors, as in Python. Otherwise
+            the first changes foreign memory, and the second gives an infinite number, of integers 0.
     """
 
     def decorate(function: Function) -> Function:
         if numba is None:
             return function
         with first_class_functions():
-            return _jit(function, signature(numba.types), boundscheck=indices)
+            return _jit(function, signature(numba.types), checked=checked)
 
     return decorate
 
@@ -93,13 +94,13 @@ def watched(report: Callable[[float], None]) -> Iterator[None]:
         yield
 
 
-def _jit(function: Function, *signatures: Any, boundscheck: bool = False) -> Function:
+def _jit(function: Function, *signatures: Any, checked: bool = False) -> Function:
     # Divisions by zero give infinities, which the loop reports as divergence. A call with the dozens of arguments that
     # the loop's tuples and arrays are takes longer than what is called, so all but functions as values are inlined. What
     # is inlined allocates nothing: its arrays belong to the caller, and counting references to them, each an atomic
     # operation, took a third of the loop's time. Laws of one's own may allocate.
-    inlined = not signatures
-    options = {"error_model": "numpy", "forceinline": inlined, "boundscheck": boundscheck, "_nrt": not inlined}
+    inlined, model = not signatures, "python" if checked else "numpy"
+    options = {"error_model": model, "forceinline": inlined, "boundscheck": checked, "_nrt": not inlined}
     result = numba.njit(**options)(function)
     _FUNCTIONS.append(result)
     before = numba.config.CACHE_DIR
@@ -160,8 +161,8 @@ def collected_errors() -> Iterator[list[BaseException]]:
 def reason(error: BaseException) -> str:
     """Return the line of an error that says what is wrong; numba puts the step in which it failed before it."""
     lines = [line.strip() for line in str(error).splitlines() if line.strip()]
-    told = [line for line in lines if not line.startswith("Failed in ")]
-    return next(iter(told or lines), "no reason given")
+    said = [line for line in lines if not line.startswith("Failed in ")]
+    return next(iter(said or lines), "no reason given")
 
 
 def function_type(signature: str) -> Any:

@@ -99,22 +99,9 @@ class Film:
             yield np.asarray(self.canvas.buffer_rgba())[:, :, :3]
 
     def _lay_out(self) -> None:
-        """Choose limits that hold paths, references and obstacles, and a picture of their shape."""
-        t, axes = self.trajectory, self.axes
-        robots = self.scenario.robots
-        reach = max(robot.radius for robot in robots.values())
-        around = [0.0, *(robots[n].radius + self.scenario.avoidance.margin for n in derived.avoiders(self.scenario))]
-        self._places = centres(self.scenario, t.t)
-        discs = [
-            (float(x), float(y), sign * (o.radius + max(around)))
-            for a, o in enumerate(self.scenario.obstacles)
-            for x, y in (self._places[0, a], self._places[-1, a])
-            for sign in (-1, 1)
-        ]
-        xs = [*_ends(t["x"]), *_ends(t["x_r"]), *(x + r for x, _, r in discs)]
-        ys = [*_ends(t["y"]), *_ends(t["y_r"]), *(y + r for _, y, r in discs)]
-        room = 2.0 * reach + 0.03 * max(max(xs) - min(xs), max(ys) - min(ys))
-        low, high = (min(xs) - room, min(ys) - room), (max(xs) + room, max(ys) + room)
+        """Choose limits that hold all that is drawn, and a picture of their shape."""
+        self._places = centres(self.scenario, self.trajectory.t)
+        low, high = extent(self.trajectory, self.scenario)
         across, up = high[0] - low[0], high[1] - low[1]
         # a very long or very high picture would leave no room for the texts
         ratio = min(max(up / across * PANEL[2] / PANEL[3], 0.6), 1.4)
@@ -123,7 +110,7 @@ class Film:
         # one metre is as long in both directions when the limits have the shape of the panel
         shape = self.figure.get_figheight() * PANEL[3] / (self.figure.get_figwidth() * PANEL[2])
         across, up = max(across, up / shape), max(up, across * shape)
-        middle = (0.5 * (low[0] + high[0]), 0.5 * (low[1] + high[1]))
+        middle, axes = (0.5 * (low[0] + high[0]), 0.5 * (low[1] + high[1])), self.axes
         axes.set(xlim=(middle[0] - 0.5 * across, middle[0] + 0.5 * across), xlabel="x [m]")
         axes.set(ylim=(middle[1] - 0.5 * up, middle[1] + 0.5 * up), ylabel="y [m]")
 
@@ -180,7 +167,7 @@ class Film:
             disc.set_center(tuple(self._places[k, a]))
         self._move_circles(k)
         self._clock.set_text(f"t = {t.t[k]:6.1f} s")
-        words = self._acting(k)
+        words = acting(self.trajectory, self.scenario, k)
         self._note.set_text(words)
         self._moving = [a for a in self._moving if a is not self._note] + ([self._note] if words else [])
 
@@ -196,13 +183,32 @@ class Film:
                     ls="-" if active else "--", ec=COLOURS[1] if active else "#444444",
                 )  # fmt: skip
 
-    def _acting(self, k: int) -> str:
-        """Return what disturbs the robots at sample `k`, in words."""
-        now, load = float(self.trajectory.t[k]), self.scenario.load
-        kinds = [d.kind for d in self.scenario.disturbances if d.start <= now < d.stop]
-        words = [f"disturbance: {', '.join(dict.fromkeys(kinds))}"] if kinds else []
-        changed = load.mass_factor != 1.0 or load.inertia_factor != 1.0
-        return "; ".join([*words, *(["load"] if changed and load.start <= now < load.stop else [])])
+
+def acting(trajectory: Trajectory, scenario: Scenario, k: int) -> str:
+    """Return what disturbs the robots at sample `k`, in words."""
+    now, load = float(trajectory.t[k]), scenario.load
+    kinds = [d.kind for d in scenario.disturbances if d.start <= now < d.stop]
+    words = [f"disturbance: {', '.join(dict.fromkeys(kinds))}"] if kinds else []
+    changed = load.mass_factor != 1.0 or load.inertia_factor != 1.0
+    return "; ".join([*words, *(["load"] if changed and load.start <= now < load.stop else [])])
+
+
+def extent(trajectory: Trajectory, scenario: Scenario) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Return the lower left and the upper right corner of what holds paths, references and obstacles [m]."""
+    robots = scenario.robots
+    reach = max(robot.radius for robot in robots.values())
+    around = max([0.0, *(robots[n].radius + scenario.avoidance.margin for n in derived.avoiders(scenario))])
+    ends = centres(scenario, trajectory.t)[[0, -1]]
+    discs = [
+        (float(x), float(y), sign * (obstacle.radius + around))
+        for a, obstacle in enumerate(scenario.obstacles)
+        for x, y in ends[:, a]
+        for sign in (-1, 1)
+    ]
+    xs = [*_ends(trajectory["x"]), *_ends(trajectory["x_r"]), *(x + r for x, _, r in discs)]
+    ys = [*_ends(trajectory["y"]), *_ends(trajectory["y_r"]), *(y + r for _, y, r in discs)]
+    room = 2.0 * reach + 0.03 * max(max(xs) - min(xs), max(ys) - min(ys))
+    return (min(xs) - room, min(ys) - room), (max(xs) + room, max(ys) + room)
 
 
 def _ends(signal: FloatArray) -> tuple[float, float]:

@@ -1,4 +1,4 @@
-"""Encoding of animation frames: GIF with Pillow, MP4 with the program ffmpeg."""
+"""Encoding of animation frames: GIF with Pillow, MP4 with the program ffmpeg; one frame as PNG."""
 
 from __future__ import annotations
 
@@ -8,7 +8,9 @@ import tempfile
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
+import numpy as np
 from PIL import Image, ImageColor
+from PIL.GifImagePlugin import getdata, getheader
 
 from dwmr.core.arrays import FloatArray
 
@@ -26,7 +28,7 @@ def has_ffmpeg() -> bool:
 
 
 def write_gif(path: Path, pictures: Iterable[FloatArray], rate: float, colours: Sequence[str]) -> None:
-    """Write pictures as a GIF that repeats for ever.
+    """Write pictures, one after the other as they come, as a GIF that repeats for ever.
 
     Args:
         path: File to write.
@@ -34,8 +36,27 @@ def write_gif(path: Path, pictures: Iterable[FloatArray], rate: float, colours: 
         rate: Pictures in a second; delays are rounded so that the whole keeps its time.
         colours: What the palette must have beside the colours of the first picture, as #rrggbb.
     """
-    frames = _timed(_in_one_palette(pictures, colours), rate)
-    next(frames).save(path, format="GIF", save_all=True, append_images=frames, loop=0)
+    shown: FloatArray | None = None
+    with path.open("wb") as file:
+        # Pillow's own way to save an animation keeps all pictures in memory first
+        for k, image in enumerate(_in_one_palette(pictures, colours)):
+            indices = np.asarray(image)
+            if shown is None:
+                file.writelines(getheader(image, info={"loop": 0})[0])
+                box = (0, 0, *image.size)
+            else:
+                box = _box(indices != shown)
+            file.writelines(getdata(image.crop(box), box[:2], duration=_delay(k, rate)))
+            shown = indices
+        file.write(b";")
+
+
+def _box(changed: FloatArray) -> tuple[int, int, int, int]:
+    """Return left, upper, right and lower border of what has changed, at least one pixel."""
+    rows, columns = (np.flatnonzero(changed.any(axis=axis)) for axis in (1, 0))
+    if not len(rows):
+        return 0, 0, 1, 1
+    return int(columns[0]), int(rows[0]), int(columns[-1]) + 1, int(rows[-1]) + 1
 
 
 def _in_one_palette(pictures: Iterable[FloatArray], colours: Sequence[str]) -> Iterator[Image.Image]:
@@ -56,17 +77,15 @@ def _palette(image: Image.Image, colours: Sequence[str]) -> Image.Image:
     return result
 
 
-def _timed(frames: Iterator[Image.Image], rate: float) -> Iterator[Image.Image]:
-    """Give every picture its delay: Pillow takes it from there, before it knows how many there are."""
-    for k, frame in enumerate(frames):
-        frame.info["duration"] = _delay(k, rate)
-        yield frame
-
-
 def _delay(k: int, rate: float) -> int:
     """Return how long picture `k` stands [ms], a multiple of 10."""
     begin, end = (round(100 * n / rate) for n in (k, k + 1))
     return 10 * (end - begin)
+
+
+def write_png(path: Path, picture: FloatArray) -> None:
+    """Write one picture of shape (height, width, 3) as a PNG."""
+    Image.fromarray(picture).save(path, format="PNG")
 
 
 def write_mp4(path: Path, pictures: Iterable[FloatArray], rate: float, size: tuple[int, int]) -> None:

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 
-from dwmr.figures.paper import FIGURES
-from dwmr.figures.style import TITLES
+from dwmr.figures.paper import FIGURES, usual
 from dwmr.scenario.model import Scenario
 
 
@@ -18,16 +17,18 @@ def index(made: Collection[int], left_out: Mapping[int, str], suffix: str, scena
         suffix: Of the pictures' files.
         scenario: What was run.
     """
+    shown = [f for f in FIGURES if f in usual(scenario) or f.number in made or f.number in left_out]
     lines = [
         f"# Figures of the scenario {_plain(scenario.name)}",
         "",
-        "Counterparts of Figs. 8 to 28 of Goto, Bertol, Martins, drawn from simulated runs. Disturbance windows are "
-        "shaded; a bar at the foot of a panel marks obstacle avoidance, one at its head the load. Signals are drawn by "
-        "the least and greatest value of every stretch of time, so that chattering shows as the band it fills.",
+        f"Counterparts of Figs. {shown[0].number} to {shown[-1].number} of Goto, Bertol, Martins, drawn from simulated "
+        "runs. Disturbance windows are shaded; a bar at the foot of a panel marks obstacle avoidance, one at its head "
+        "the load. Signals are drawn by the least and greatest value of every stretch of time, so that chattering "
+        "shows as the band it fills.",
         "",
     ]
-    for figure in FIGURES:
-        lines.append(f"## Fig. {figure.number}: {figure.title} ({TITLES[figure.law]})")
+    for figure in shown:
+        lines.append(f"## Fig. {figure.number}: {figure.title} ({figure.subject})")
         lines.append("")
         if figure.number in made:
             lines += [figure.about, "", f"![Fig. {figure.number}]({figure.file(suffix)})", ""]
@@ -37,8 +38,8 @@ def index(made: Collection[int], left_out: Mapping[int, str], suffix: str, scena
         "## The paper's other figures",
         "",
         "Figs. 1 to 4 are drawings of geometry and block diagrams, without numbers. Figs. 5 to 7 are membership "
-        "functions: `fuzzyctl plot-terms` draws them from the rule files. Figs. 29 to 39 show runs in Gazebo, which "
-        "this project does not have.",
+        "functions: `fuzzyctl plot-terms` draws them from the rule files. Figs. 8 to 28 show the simulation, "
+        "`dwmr figures paper`, and Figs. 29 to 39 the experiment, with rigid bodies, `dwmr figures experiment`.",
         "",
     ]
     return "\n".join(lines)

@@ -1,9 +1,9 @@
-"""Catalogue of the paper's Figs. 8 to 28: control law, content and drawing function of each counterpart."""
+"""Catalogue of the paper's Figs. 8 to 39: control law, content and drawing function of each counterpart."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
@@ -30,6 +30,7 @@ class PaperFigure:
         about: What to see in the counterpart, quantities and units.
         draw: Draws it.
         needs: What a scenario must have for it: "obstacles", "followers", or nothing.
+        experiment: Whether it shows rigid bodies, as Figs. 29 to 39 do, and not the simulation.
     """
 
     number: int
@@ -38,6 +39,12 @@ class PaperFigure:
     about: str
     draw: Draw
     needs: tuple[str, ...] = ()
+    experiment: bool = False
+
+    @property
+    def subject(self) -> str:
+        """The law whose run it shows, and whether that is the experiment."""
+        return f"{TITLES[self.law]}, experiment" if self.experiment else TITLES[self.law]
 
     def file(self, suffix: str) -> str:
         """Return the name of its file."""
@@ -45,6 +52,9 @@ class PaperFigure:
 
     def obstacle_to(self, scenario: Scenario) -> str:
         """Return why a scenario has no such figure, or an empty text."""
+        if self.experiment and scenario.run.plant != "mujoco":
+            what = f"it shows rigid bodies, and run.plant is {scenario.run.plant!r}"
+            return f"{what}; see figure {self.number - _LATER}"
         if all(getattr(r.controllers, self.law, None) is None for r in scenario.robots.values()):
             return f"the scenario has no gains for {self.law}"
         if "followers" in self.needs and not derived.followers(scenario):
@@ -178,20 +188,24 @@ def _gains(law: str) -> list[PaperFigure]:
     ]
 
 
-FIGURES = tuple(
-    sorted(
-        [
-            *_run(8, "smc"),
-            *_sliding(11, "smc"),
-            *_run(13, "aifqsmc"),
-            *_avoidance("aifqsmc"),
-            *_gains("aifqsmc"),
-            *_run(24, "fcafsmc"),
-            *_sliding(27, "fcafsmc"),
-        ],
-        key=lambda figure: figure.number,
-    )
-)
+_SIMULATION = [
+    *_run(8, "smc"),
+    *_sliding(11, "smc"),
+    *_run(13, "aifqsmc"),
+    *_avoidance("aifqsmc"),
+    *_gains("aifqsmc"),
+    *_run(24, "fcafsmc"),
+    *_sliding(27, "fcafsmc"),
+]
+#: Figs. 29 to 39 of the experiment show what Figs. 13 to 23 show of the simulation, one for one.
+_LATER = 16
+_EXPERIMENT = [replace(f, number=f.number + _LATER, experiment=True) for f in _SIMULATION if 13 <= f.number <= 23]
+FIGURES = tuple(sorted([*_SIMULATION, *_EXPERIMENT], key=lambda figure: figure.number))
+
+
+def usual(scenario: Scenario) -> list[PaperFigure]:
+    """Return the figures of a scenario: those of the paper's experiment for rigid bodies, else of its simulation."""
+    return [figure for figure in FIGURES if figure.experiment == (scenario.run.plant == "mujoco")]
 
 
 def numbers(text: str) -> tuple[int, ...]:
@@ -225,5 +239,5 @@ def draw(figure: PaperFigure, path: Path, trajectory: Trajectory, scenario: Scen
     undated = {".png": {"Software": None}, ".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
     with mpl.rc_context({**STYLE, "svg.hashsalt": "dwmr"}):
         drawn = figure.draw(trajectory, scenario)
-        drawn.suptitle(f"Fig. {figure.number}, {TITLES[figure.law]}: {figure.title}", fontsize=10)
+        drawn.suptitle(f"Fig. {figure.number}, {figure.subject}: {figure.title}", fontsize=10)
         drawn.savefig(path, metadata=undated[path.suffix])

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from dwmr.control.law_text import LATERAL
 from dwmr.core.arrays import FloatArray
 from dwmr.core.geometry import ahead, clamp, quaternion
 from dwmr.output.data.signals import kept_samples
@@ -91,11 +92,12 @@ def _write(path: Path, trajectory: Trajectory, scenario: Scenario) -> None:
             for topic, kind in TOPICS.items()
         }
         commands = _commands(trajectory)
+        needed = [*_NEEDED, *(s.name for s in trajectory.law_signals if s.name == "v_y")]
         for k in kept_samples(len(trajectory.t), scenario.run.save_every):
             t = round(1e9 * float(trajectory.t[k]))
             transforms = []
             for i, (name, robot) in enumerate(scenario.robots.items()):
-                row = {s: float(trajectory[s][k, i]) for s in _NEEDED}
+                row = {s: float(trajectory[s][k, i]) for s in needed}
                 for topic, message in messages.of_robot(t, name, robot, row, commands[k, i]):
                     connection = topics[name, topic]
                     writer.write(connection, t, types.serialize_cdr(message, connection.msgtype))
@@ -114,10 +116,11 @@ _NEEDED = ("x", "y", "theta", "v", "omega", "x_r", "y_r", "theta_r")
 
 
 def _commands(trajectory: Trajectory) -> FloatArray:
-    """Return the velocity commands before their limits, after the safety filter, shape (samples, robots, 2)."""
+    """Return the commands of `Messages.of_robot` before their limits, after the safety filter, (samples, n, 3)."""
     names = [s.name for s in trajectory.law_signals]
-    wanted = ("safe_v", "safe_omega") if "safe_v" in names else ("v_c", "omega_c")
-    return np.stack([trajectory[name] for name in wanted], axis=2)
+    v, omega = ("safe_v", "safe_omega") if "safe_v" in names else ("v_c", "omega_c")
+    left = trajectory[LATERAL] if LATERAL in names else np.zeros_like(trajectory[v])
+    return np.stack([trajectory[v], left, trajectory[omega]], axis=2)
 
 
 class Messages:
@@ -141,17 +144,19 @@ class Messages:
             name: Name of the robot.
             robot: Its settings.
             row: Its signals, by name.
-            command: Linear and angular velocity, shape (2,) [m/s, rad/s].
+            command: Velocity ahead, to the left and turning, shape (3,) [m/s, m/s, rad/s].
         """
         make = self.types
-        twist = make["geometry_msgs/msg/TwistWithCovariance"](self._twist(row["v"], row["omega"]), self._unknown)
+        twist = make["geometry_msgs/msg/TwistWithCovariance"](
+            self._twist(row["v"], row.get("v_y", 0.0), row["omega"]), self._unknown
+        )
         x, y = ahead(row["x"], row["y"], row["theta"], -robot.d)
         pose = make["geometry_msgs/msg/PoseWithCovariance"](self._pose(x, y, row["theta"]), self._unknown)
         header = self._header(t)
         yield "odom", make["nav_msgs/msg/Odometry"](header, f"{name}/{BASE}", pose, twist)
         limits = robot.actuator
-        v, omega = clamp(float(command[0]), limits.v_limit), clamp(float(command[1]), limits.omega_limit)
-        yield "cmd_vel", self._twist(v, omega)
+        v, left = (clamp(float(one), limits.v_limit) for one in command[:2])
+        yield "cmd_vel", self._twist(v, left, clamp(float(command[2]), limits.omega_limit))
         target = self._pose(row["x_r"], row["y_r"], row["theta_r"])
         yield "reference", make["geometry_msgs/msg/PoseStamped"](header, target)
 
@@ -172,8 +177,8 @@ class Messages:
     def _turn(self, theta: float) -> Any:
         return self.types["geometry_msgs/msg/Quaternion"](*quaternion(theta))
 
-    def _twist(self, v: float, omega: float) -> Any:
-        return self.types["geometry_msgs/msg/Twist"](self._vector(v, 0.0, 0.0), self._vector(0.0, 0.0, omega))
+    def _twist(self, v: float, left: float, omega: float) -> Any:
+        return self.types["geometry_msgs/msg/Twist"](self._vector(v, left, 0.0), self._vector(0.0, 0.0, omega))
 
     def _vector(self, x: float, y: float, z: float) -> Any:
         return self.types["geometry_msgs/msg/Vector3"](x, y, z)

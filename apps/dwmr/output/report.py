@@ -24,6 +24,10 @@ _SAFETY = (
     "centre: least distance of the reference point from an obstacle's centre. gap: least distance of the body from an "
     "obstacle and from another robot's body, negative where they overlap. hit: how many it touched."
 )
+ABOUT_FILTER = (
+    "disc gap: least distance of the disc about the robot. changed: share of time in which the filter changed its "
+    "commands. infeasible: moments at which no command kept a barrier; missed: others at which it was not kept."
+)
 _EFFORT = (
     "|dv_c|, |dω_c|: mean change of the commands in a second, the chattering. limit: share of time at the largest "
     "velocity, turning rate, torque. took: computing time of the loop."
@@ -70,6 +74,8 @@ def print_report(
     about = _ERRORS + ("" if printed is None else _RATIO + _PAPERS[printed])
     _print_table(out, _errors_title(printed), _errors(runs, printed), about)
     _print_table(out, "Safety", _safety(runs), _SAFETY)
+    if any("safety" in run for run in runs.values()):
+        _print_table(out, "Safety filter", _filter(runs), ABOUT_FILTER)
     _print_table(out, "Effort", _effort(runs), _EFFORT)
     if any(run.get("lyapunov") for run in runs.values()):
         _print_table(out, "Stability", _stability(runs), _STABILITY)
@@ -187,6 +193,29 @@ def hits(run: Mapping[str, Any], robot: str) -> tuple[int, int]:
     """Return how many obstacles and how many other robots the body of a robot touched."""
     obstacles = sum(hit["robot"] == robot for hit in run["obstacles_hit"])
     return obstacles, sum(robot in hit["robots"] for hit in run["robots_hit"])
+
+
+def _filter(runs: Mapping[str, Any]) -> Table:
+    table = _table()
+    for name in ("disc\ngap m", "changed\n%", "infeasible\nmoments", "missed\nmoments"):
+        table.add_column(name, justify="right")
+    for controller, run in runs.items():
+        for k, robot in enumerate(run["rmse"]):
+            table.add_row(
+                _name(controller, k, len(run["rmse"])),
+                escape(robot),
+                *filter_cells(run, robot),
+                end_section=k == len(run["rmse"]) - 1,
+            )
+    return table
+
+
+def filter_cells(run: Mapping[str, Any], robot: str) -> list[str]:
+    """Return what the safety filter did to a robot: least distance of its disc, share of time, two kinds of moments."""
+    found = run["safety"]
+    gap = found["disc_gap"][robot]
+    moments = [sum(robot in (one["robot"], one["with"]) for one in found[kind]) for kind in ("infeasible", "missed")]
+    return ["" if gap is None else _number(gap, 2), f"{100.0 * found['acts'][robot]:.1f}", *map(str, moments)]
 
 
 def _effort(runs: Mapping[str, Any]) -> Table:

@@ -77,6 +77,7 @@ def _results(runs: Mapping[str, Any], scenario: Scenario) -> str:
             f'<section id="results"><h2>Results</h2><ul>{said}</ul>',
             tables.errors(runs, printed),
             tables.safety(runs),
+            tables.safety_filter(runs),
             tables.effort(runs),
             tables.stability(runs),
             warned,

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from html import escape
 from typing import Any
 
-from dwmr.output.report import hits, printed_errors
+from dwmr.output.report import filter_cells, hits, printed_errors
 
 _ERRORS = (("x_e", "x_e [m]"), ("y_e", "y_e [m]"), ("theta_e", "θ_e [rad]"))
 _SECTIONS = (
@@ -90,6 +90,16 @@ def safety(runs: Mapping[str, Any]) -> str:
         for robot in run["rmse"]
     ]
     return table("Safety; distances of bodies that overlap are negative", head, rows)
+
+
+def safety_filter(runs: Mapping[str, Any]) -> str:
+    """Return the table of what the safety filter did, nothing without one."""
+    if not any("safety" in run for run in runs.values()):
+        return ""
+    head = ["law", "robot", "least distance of its disc [m]", "commands changed [% of time]"]
+    head += ["infeasible moments", "missed moments"]
+    rows = [[law, robot, *filter_cells(run, robot)] for law, run in runs.items() for robot in run["rmse"]]
+    return table("Safety filter", head, rows)
 
 
 def effort(runs: Mapping[str, Any]) -> str:

@@ -110,7 +110,7 @@ def measure(trajectory: Trajectory, scenario: Scenario, wanted: Collection[str] 
         }
         if wanted is None or {"lyapunov", "drift"} & set(wanted):
             result |= lyapunov.measure(trajectory, scenario)
-    if wanted is None and scenario.safety is not None:
+    if (wanted is None or "safety" in wanted) and scenario.safety is not None:
         result["safety"] = safety.measure(trajectory, scenario, scenario.safety)
     if "g_ais_v" in trajectory.names:
         result["g_ais_min"] = float(min(trajectory["g_ais_v"].min(), trajectory["g_ais_omega"].min()))

@@ -26,7 +26,9 @@ class Pair(NamedTuple):
         robot: Number of a robot.
         other: Number of another robot, or of an obstacle behind all robots.
         vector: From the other disc's centre to the robot's guarded point, shape (samples, 2) [m].
-        least: R, the distance of the centres that the barrier keeps at samples [m].
+        least: R, the distance of the centres that is kept at samples [m].
+        kept: What the filter keeps of the measured distance [m].
+        noise: By how much that is wrong at most [m].
         speed: Bound of the speed at which they approach each other [m/s].
         touch: Sum of the radii [m].
     """
@@ -35,6 +37,8 @@ class Pair(NamedTuple):
     other: int
     vector: FloatArray
     least: float
+    kept: float
+    noise: float
     speed: float
     touch: float
 
@@ -61,15 +65,30 @@ def pairs(trajectory: Trajectory, scenario: Scenario, settings: SafetySettings) 
     others = np.concatenate([points, obstacles], axis=1)
     for i in range(n):
         for other in (*range(i), *range(n, others.shape[1])):
-            vector, least = points[:, i] - others[:, other], float(safety.least[i, other])
-            speed = float(safety.speeds[i] + safety.speeds[other])
-            yield Pair(i, other, vector, least, speed, radii[i] + radii[other])
+            least, kept = float(safety.least[i, other]), float(safety.kept[i, other])
+            noise, speed = (float(both[i] + both[other]) for both in (safety.noise, safety.speeds))
+            yield Pair(i, other, points[:, i] - others[:, other], least, kept, noise, speed, radii[i] + radii[other])
 
 
 def rate_bounds(alpha: float, distance: FloatArray, least: float) -> FloatArray:
     """Return `safety_filter.rate_bound` of many distances [m/s]."""
     outside = np.maximum(distance, least)
     bounds: FloatArray = alpha * (np.maximum(least - distance, 0.0) - (outside**2 - least**2) / (2.0 * outside))
+    return bounds
+
+
+def true_rate_bounds(alpha: float, pair: Pair) -> FloatArray:
+    """Return the least rate of the true distance at each sample that keeps to the barrier, whatever was measured [m/s].
+
+    Source:
+        docs/explanation/avoidance.md, "Noise": z · w >= |ẑ| n̂ · w − δ |w|, for the worst |ẑ| from |z| − δ to |z| + δ.
+    """
+    distance = pair.distance
+    if pair.noise == 0.0:
+        return rate_bounds(alpha, distance, pair.kept)
+    measured = [np.maximum(distance + sign * pair.noise, 0.0) for sign in (-1.0, 1.0)]
+    least = np.minimum(*(one * rate_bounds(alpha, one, pair.kept) for one in measured))
+    bounds: FloatArray = (least - pair.noise * pair.speed) / distance
     return bounds
 
 
@@ -82,13 +101,16 @@ def missed(pair: Pair, alpha: float, dt: float) -> FloatArray:
         dt: Control period [s].
 
     Returns:
-        Shape (samples - 1,) [m/s], 0 where it does not; also where the two approach faster than their speeds allow.
+        Shape (samples - 1,) [m/s], 0 where it does not; also where the two move faster than their speeds allow so near
+        to each other that R does not make up for it.
     """
-    step, distance = np.diff(pair.vector, axis=0) / dt, pair.distance[:-1]
+    step, distances = np.diff(pair.vector, axis=0) / dt, pair.distance
+    distance = distances[:-1]
     with np.errstate(divide="ignore", invalid="ignore"):
         rate = np.sum(step * pair.vector[:-1], axis=1) / distance
-    bound = rate_bounds(alpha, distance, pair.least)
+        bound = true_rate_bounds(alpha, pair)[:-1]
     too_fast = np.hypot(step[:, 0], step[:, 1]) - pair.speed
+    too_fast[np.minimum(distance, distances[1:]) >= pair.least + 0.5 * dt * too_fast] = 0.0
     short: FloatArray = np.maximum(bound - rate, too_fast)
     return np.where(short > TOLERANCE, short, 0.0)
 

@@ -1,5 +1,6 @@
 """`python -m dwmr.ros`: the node."""
 
-from dwmr.ros.main import main
+from dwmr.ros.main import run
+from fuzzyctl.ros.program import main
 
-main()
+main("formation", run)

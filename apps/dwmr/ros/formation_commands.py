@@ -11,6 +11,7 @@ import numpy as np
 from dwmr.core.arrays import FloatArray
 from dwmr.core.geometry import ahead, wrap
 from dwmr.core.jit import collected_errors, first_class_functions
+from dwmr.scenario.vehicles import Omnidirectional
 from dwmr.simulation.periods import Periods, Simulation
 from dwmr.simulation.simulate import Stop, reason_of
 
@@ -20,7 +21,8 @@ class Odometry(NamedTuple):
 
     Attributes:
         x, y, theta: Posture of the middle of its wheel axis, in a frame that all robots share [m, m, rad].
-        v, omega: Its velocities [m/s, rad/s].
+        v, omega: Its velocities ahead and turning [m/s, rad/s].
+        v_y: Its velocity to the left, which only an omnidirectional robot has [m/s].
     """
 
     x: float
@@ -28,6 +30,7 @@ class Odometry(NamedTuple):
     theta: float
     v: float
     omega: float
+    v_y: float = 0.0
 
 
 class StoppedError(RuntimeError):
@@ -50,10 +53,11 @@ class FormationCommands:
         self._periods, self._next = Periods(simulation, measured=True), 0
         self._robots = simulation.scenario.robots
         own = [(robot.actuator.v_limit, robot.actuator.omega_limit) for robot in self._robots.values()]
-        self._limits = np.minimum(own, (v_limit, omega_limit))
+        (v, omega) = np.minimum(own, (v_limit, omega_limit)).T
+        self._limits = np.stack([v, v, omega], axis=1)
         self.dt = simulation.scenario.run.dt
         with first_class_functions():
-            self._periods.decide(0, 0)
+            self._periods.compute(0, 0, *self._periods.given(0, 0))
 
     @property
     def has_ended(self) -> bool:
@@ -67,7 +71,7 @@ class FormationCommands:
             odometry: Of all robots, in the order of the scenario.
 
         Returns:
-            Linear and angular velocity of each robot within its limits, shape (n, 2) [m/s, rad/s].
+            Velocity of each robot ahead, to its left, and turning, within its limits, shape (n, 3) [m/s, m/s, rad/s].
 
         Raises:
             StoppedError: When the law reports a fault, or numbers become infinite or too large.
@@ -76,12 +80,16 @@ class FormationCommands:
         periods, k = self._periods, self._next
         self._measure(odometry)
         with first_class_functions(), collected_errors() as periods.raised:
-            _, faulty, fault = periods.decide(k, k + 1)
+            # Not by law_errors: robots drive on while the line of an error is looked for.
+            _, faulty, fault = periods.compute(k, k + 1, *periods.given(k, k + 1))
         if fault:
             reason = reason_of(fault, periods.record[k, faulty], periods.simulation.module)
             raise StoppedError(Stop(k * self.dt, list(self._robots)[faulty], reason))
         self._next += 1
-        asked = periods.record[k, :, 12:14] if periods.guard is None else periods.guard[1].commands
+        asked = np.zeros_like(self._limits)
+        asked[:, ::2] = periods.record[k, :, 12:14] if periods.guard is None else periods.guard[1].commands
+        if periods.vehicles is not None and periods.vehicles.lateral >= 0:
+            asked[:, 1] = periods.law_record[k, :, periods.vehicles.lateral]
         limited: FloatArray = np.clip(asked, -self._limits, self._limits)
         return limited
 
@@ -91,6 +99,8 @@ class FormationCommands:
         for i, (one, robot) in enumerate(zip(odometry, self._robots.values(), strict=True)):
             theta = one.theta if self._next == 0 else state[i, 2] + wrap(one.theta - state[i, 2])
             state[i, :5] = (*ahead(one.x, one.y, theta, robot.d), theta, one.v, one.omega)
+            if isinstance(robot.vehicle, Omnidirectional) and self._periods.vehicles is not None:
+                self._periods.vehicles.state[i, 0] = one.v_y
         if self._next == 0:  # θ*_jr(0) = θ_i(0), as it is and not as the scenario says
             for i, robot in enumerate(self._robots.values()):
                 if robot.formation is not None:

@@ -1,8 +1,7 @@
-"""Start of the node: its parameters, the scenario that they name, and the end by Ctrl-C."""
+"""The node's parameters, the scenario that they name, and its run."""
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Mapping
 from importlib import import_module
 from pathlib import Path
@@ -17,8 +16,7 @@ from dwmr.scenario.file import UnknownScenarioError, find, read
 from dwmr.simulation import preflight, simulate
 from dwmr.simulation.periods import Simulation
 from fuzzyctl.cli.common import show
-from fuzzyctl.cli.interruptions import terminated_as_interrupted
-from fuzzyctl.diagnostics.diagnostic import DiagnosticError
+from fuzzyctl.ros.program import ParameterError, parameters, spin
 
 #: Parameters of the node and their defaults; formation.yaml has the same.
 PARAMETERS: Mapping[str, str | float] = {
@@ -31,36 +29,6 @@ PARAMETERS: Mapping[str, str | float] = {
     "v_limit": 1.5,
     "omega_limit": 1.0,
 }
-
-
-class ParameterError(ValueError):
-    """Raised for parameters that cannot be used; its message has a line for each."""
-
-
-def main() -> None:
-    """Run the node until its scenario ends or Ctrl-C; the robots are stopped in any case."""
-    try:
-        rclpy: Any = import_module("rclpy")
-    except ImportError:
-        sys.exit("error: rclpy is not installed; it is a part of ROS 2: source /opt/ros/DISTRIBUTION/setup.bash")
-    # The handlers of rclpy end the communication at once, and the robots would keep their last command.
-    rclpy.init(signal_handler_options=import_module("rclpy.signals").SignalHandlerOptions.NO)
-    node = rclpy.create_node("formation")
-    status = 1
-    try:
-        with terminated_as_interrupted():
-            status = run(node)
-    except DiagnosticError as error:
-        show(error.diagnostics)
-    except ParameterError as error:
-        print(f"error: {error}", file=sys.stderr)
-        status = 2
-    except KeyboardInterrupt:
-        status = 0
-    finally:
-        node.destroy_node()
-        rclpy.shutdown()
-    sys.exit(status)
 
 
 def run(node: Any) -> int:
@@ -76,7 +44,7 @@ def run(node: Any) -> int:
         ParameterError: For parameters that cannot be used.
         DiagnosticError: For mistakes in the scenario, the law or its rule files.
     """
-    values = _parameters(node)
+    values = parameters(node, PARAMETERS)
     simulation = prepare(values)
     messages = (import_module("nav_msgs.msg").Odometry, import_module("geometry_msgs.msg").Twist)
     qos = import_module("rclpy.qos").qos_profile_sensor_data
@@ -84,29 +52,11 @@ def run(node: Any) -> int:
     node.get_logger().info(f"compiling {simulation.name}")
     commands = FormationCommands(simulation, values["v_limit"], values["omega_limit"])
     formation = FormationNode(node, tuple(simulation.scenario.robots), commands, settings, messages, qos)
-    executor = import_module("rclpy.executors").SingleThreadedExecutor()
-    executor.add_node(node)
     try:
-        while not formation.has_ended:
-            executor.spin_once(timeout_sec=0.1)
+        spin(node, lambda: formation.has_ended)
     finally:
         formation.stop()
     return 1 if formation.failed else 0
-
-
-def _parameters(node: Any) -> dict[str, Any]:
-    """Return the values of `PARAMETERS`."""
-    wrong_type: Any = import_module("rclpy.exceptions").InvalidParameterTypeException
-    values, wrong = {}, []
-    for name, default in PARAMETERS.items():
-        try:
-            values[name] = node.declare_parameter(name, default).value
-        except wrong_type:
-            kind = "a number with a point, such as 1.0" if isinstance(default, float) else "a text"
-            wrong.append(f"{name} has the wrong type, expected {kind}")
-    if wrong:
-        raise ParameterError("\n".join(wrong))
-    return values
 
 
 def prepare(values: Mapping[str, Any]) -> Simulation:

@@ -103,9 +103,9 @@ class FormationNode:
             self.stop()
             self._log.error(f"robots stopped: {error}")
             return
-        for publisher, (v, omega) in zip(self._publishers, commands, strict=True):
+        for publisher, (v, v_y, omega) in zip(self._publishers, commands, strict=True):
             message = self._twist()
-            message.linear.x, message.angular.z = float(v), float(omega)
+            message.linear.x, message.linear.y, message.angular.z = float(v), float(v_y), float(omega)
             publisher.publish(message)
         if self._commands.has_ended:
             self.has_ended = True
@@ -135,4 +135,5 @@ class FormationNode:
 def _read(message: Any) -> Odometry:
     """Return the numbers of a nav_msgs/Odometry."""
     place, turn, twist = message.pose.pose.position, message.pose.pose.orientation, message.twist.twist
-    return Odometry(place.x, place.y, yaw(turn.x, turn.y, turn.z, turn.w), twist.linear.x, twist.angular.z)
+    theta = yaw(turn.x, turn.y, turn.z, turn.w)
+    return Odometry(place.x, place.y, theta, twist.linear.x, twist.angular.z, twist.linear.y)

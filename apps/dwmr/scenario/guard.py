@@ -7,7 +7,8 @@ import math
 import numpy as np
 
 from dwmr.control.safety_settings import Safety
-from dwmr.scenario.model import Robot, SafetySettings, Scenario
+from dwmr.core.arrays import FloatArray
+from dwmr.scenario.model import LARGEST_NOISE, Noise, Robot, SafetySettings, Scenario
 from dwmr.scenario.moving import largest_speed
 from dwmr.scenario.outlines import outline
 
@@ -25,6 +26,22 @@ def radii_of(scenario: Scenario, settings: SafetySettings) -> list[float]:
     return [*discs, *(one.radius for one in scenario.obstacles)]
 
 
+def room_for_noise(alpha: float, least: FloatArray, noise: FloatArray, speed: FloatArray) -> FloatArray:
+    """Return what is kept of measured distances so that true ones do not fall below R [m].
+
+    Args:
+        alpha: α [1/s].
+        least: R [m].
+        noise: By how much measured distances are wrong at most [m].
+        speed: Largest speed at which the two approach each other [m/s].
+
+    Source:
+        docs/explanation/avoidance.md, "Noise".
+    """
+    kept: FloatArray = least + noise * (1.0 + speed / (alpha * (least + noise)))
+    return kept
+
+
 def safety_of(scenario: Scenario, settings: SafetySettings) -> Safety:
     """Return the parameters of the safety filter with some settings."""
     robots, obstacles, dt = tuple(scenario.robots.values()), scenario.obstacles, scenario.run.dt
@@ -34,13 +51,21 @@ def safety_of(scenario: Scenario, settings: SafetySettings) -> Safety:
     turning = 0.5 * dt * limits[:, 1] * commanded  # a held command's velocity turns with the robot
     radii = np.array(radii_of(scenario, settings))
     speeds = np.array([*(commanded + error), *(largest_speed(o) for o in obstacles)])
-    least = radii[:n, None] + radii + settings.margin + 0.5 * dt * (speeds[:n, None] + speeds)
+    closing = speeds[:n, None] + speeds
+    least = radii[:n, None] + radii + settings.margin + 0.5 * dt * closing
+    deviations = [r.noise or Noise() for r in robots]
+    turned = np.array([LARGEST_NOISE * one.theta for one in deviations])
+    moved = np.array([LARGEST_NOISE * math.hypot(one.x, one.y) for one in deviations])
+    noise = np.zeros(len(speeds))
+    noise[:n] = moved + turned * np.array([abs(lookahead - r.d) for r in robots])
     return Safety(
         settings.alpha,
         lookahead,
         settings.acceleration,
         settings.angular_acceleration,
         least,
+        room_for_noise(settings.alpha, least, noise[:n, None] + noise, closing),
+        noise,
         speeds,
-        error + turning,
+        error + turning + turned * commanded,
     )

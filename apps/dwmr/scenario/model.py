@@ -127,6 +127,10 @@ class FormationSettings(Section):
     )
 
 
+#: Noise is cut at this many standard deviations [-].
+LARGEST_NOISE = 4.0
+
+
 class Noise(Section):
     """Standard deviations of what a robot measures of itself, drawn anew every control period."""
 

@@ -76,7 +76,9 @@ def _starts(scenario: Scenario, places: Places) -> Iterable[Diagnostic]:
             depth = -float(gap_between(*found[a], *found[b])[0])
             if depth > 0.0:
                 message = f"robots.{b} starts inside robots.{a}: their bodies overlap by {depth:.2g} m"
-                yield places.diagnostic("FZ904", f"robots.{b}.x_0", message, help="robots do not see one another")
+                bodies = scenario.run.plant == "mujoco"
+                why = "bodies that overlap are thrown apart" if bodies else "robots do not see one another"
+                yield places.diagnostic("FZ904", f"robots.{b}.x_0", message, help=why)
     x, y, radius = (np.array([getattr(one, key) for one in scenario.obstacles]) for key in ("x", "y", "radius"))
     for name, robot in scenario.robots.items():
         depths = radius - gap_to_point(*found[name], x, y)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from dwmr.scenario.model import RigidBody, Robot, Scenario
+from dwmr.scenario.vehicle_checks import others
 from fuzzyctl.diagnostics.diagnostic import Diagnostic
 from fuzzyctl.experiments.settings.locations import Places
 from fuzzyctl.experiments.settings.overrides import split_key
@@ -14,7 +15,8 @@ def rigid_bodies(scenario: Scenario, places: Places) -> Iterable[Diagnostic]:
     """Check what run.plant = "mujoco" needs of the robots and of what disturbs them."""
     if scenario.run.plant != "mujoco":
         return
-    missing = [name for name, robot in scenario.robots.items() if robot.rigid_body is None]
+    refused = others(scenario)  # as vehicles, whatever bodies they have
+    missing = [name for name, robot in scenario.robots.items() if robot.rigid_body is None and name not in refused]
     if missing:
         message = f"run.plant = 'mujoco' needs a table rigid_body of each robot; {', '.join(missing)} without one"
         help_text = "extend the scenario 'experiment', or copy its [robot.rigid_body]"

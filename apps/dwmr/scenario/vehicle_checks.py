@@ -39,7 +39,12 @@ def vehicles(scenario: Scenario, places: Places) -> Iterable[Diagnostic]:
         message = f"run.plant = 'mujoco' has bodies with two driven wheels, and {what}"
         yield places.diagnostic("FZ904", "run.plant", message, help="set run.plant to 'equations'")
     if scenario.safety is not None:
-        message = f"the safety filter plans with two driven wheels, and {what}"
+        why = (
+            "which cannot turn on the spot: its guarded point does not take every velocity"
+            if isinstance(vehicle, Ackermann)
+            else "whose third command the filter does not plan"
+        )
+        message = f"[safety] plans the two commands of two driven wheels, and {what}, {why}"
         yield places.diagnostic("FZ904", "safety", message, help="leave out the table safety")
     for name, vehicle in found.items():
         robot = scenario.robots[name]
@@ -87,18 +92,27 @@ def bends(scenario: Scenario, shape: Shape) -> list[Bend]:
 
 
 def turning(scenario: Scenario, shape: Shape, places: Places) -> Iterable[Diagnostic]:
-    """Refuse paths, and places in a formation, with a bend that is closer than a car can turn."""
-    if not any(isinstance(one, Ackermann) for one in others(scenario).values()):
-        return
-    along = [one for one in bends(scenario, shape) if math.isfinite(one.curvature) and one.curvature != 0.0]
-    for name, robot in scenario.robots.items():
-        car = robot.vehicle
-        if not isinstance(car, Ackermann) or not along:
-            continue
-        radii = [point_radius(scenario, name, 1.0 / one.curvature) for one in along]
+    """Refuse paths, and places in a formation, whose bends are closer, or change faster, than a car can be steered."""
+    cars = {name: one for name, one in others(scenario).items() if isinstance(one, Ackermann)}
+    along = [one for one in bends(scenario, shape) if math.isfinite(one.curvature)] if cars else []
+    curved = [one for one in along if one.curvature != 0.0]
+    for name, car in cars.items() if curved else ():
+        robot = scenario.robots[name]
+        radii = [point_radius(scenario, name, 1.0 / one.curvature) for one in curved]
         k = min(range(len(radii)), key=np.round(radii, 6).__getitem__)  # the first one of a circle
         if math.hypot(car.turning_radius, robot.d) > radii[k]:
-            yield _too_close(name, robot, car, along[k], radii[k], places)
+            yield _too_close(name, robot, car, curved[k], radii[k], places)
+            continue
+        angles = [math.atan(car.wheelbase * _axle_curvature(scenario, name, one.curvature)) for one in along]
+        rates = np.abs(np.diff(angles)) / np.diff([one.t for one in along])
+        if rates.max(initial=0.0) > car.steering_rate:
+            k = int(rates.argmax())
+            yield _too_sudden(name, robot, car, along[k], float(rates[k]), places)
+
+
+def _axle_curvature(scenario: Scenario, name: str, curvature: float) -> float:
+    """Return the curvature of the way of a robot's axle while the formation turns, positive to the left [1/m]."""
+    return 1.0 / axle_radius(scenario, name, 1.0 / curvature) if curvature != 0.0 else 0.0
 
 
 def axle_radius(scenario: Scenario, name: str, radius: float) -> float:
@@ -146,4 +160,19 @@ def _too_close(name: str, robot: Robot, car: Ackermann, bend: Bend, radius: floa
         repair = f"set steering_limit to {needed:g} rad or more, or widen the path"
     if robot.formation is not None:
         repair += ", or change the robot's separation and bearing"
+    return places.diagnostic("FZ904", key, message, facts=facts, help=repair)
+
+
+def _too_sudden(name: str, robot: Robot, car: Ackermann, bend: Bend, rate: float, places: Places) -> Diagnostic:
+    way, repair = "the path", "widen or slow the path"
+    if robot.formation is not None:
+        way, repair = "its place in the formation", f"{repair}, or change the robot's separation and bearing"
+    needed = math.ceil(1e3 * rate) / 1e3
+    message = (
+        f"robots.{name} is steered by {car.steering_rate:g} rad/s at the most, and {way} needs {rate:.4g} rad/s where "
+        f"the reference is at ({bend.x:.4g}, {bend.y:.4g}) at t = {bend.t:.4g} s"
+    )
+    facts = ("the steering angle of a bend is atan(wheelbase * curvature), and the curvature changes along the path",)
+    key = f"robots.{name}.vehicle.steering_rate"
+    repair = f"set steering_rate to {needed:g} rad/s or more, or {repair}"
     return places.diagnostic("FZ904", key, message, facts=facts, help=repair)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Iterable
 from importlib import import_module
 from typing import Any
@@ -48,6 +49,15 @@ class MujocoPlant:
         self._drives = np.array([[model.actuator(f"drive_{s}{i}").id for s in ("right", "left")] for i in count])
         self._theta = [robot.theta_0 for robot in self._robots]
 
+    @property
+    def positions(self) -> FloatArray:
+        """Place and quaternion of each robot's body and angles of its right and left wheel, one robot after the other.
+
+        It is what MuJoCo calls `qpos`, shape (9 * robots,) [m, rad].
+        """
+        positions: FloatArray = self._data.qpos
+        return positions
+
     def move(self, t: float, torques: FloatArray, state: FloatArray, slip: FloatArray) -> None:
         """Move all robots by one control period, see `interfaces.Plant`."""
         data = self._data
@@ -90,6 +100,9 @@ def require(file: ScenarioFile) -> None:
         message = "run.plant = 'mujoco' needs the package mujoco, which is not installed"
         help_text = "pip install 'fuzzyctl[physics]', or set run.plant to 'equations'"
         facts = (str(error),)
+    except (RuntimeError, AttributeError) as error:  # it chooses its renderer when it is imported
+        message = f"MuJoCo cannot be imported with MUJOCO_GL = {os.environ.get('MUJOCO_GL', '')!r}"
+        help_text, facts = "leave MUJOCO_GL unset, or set it to egl", (str(error),)
     except ValueError as error:
         message, facts = "MuJoCo does not load the model of this scenario", (str(error),)
         help_text = "look at the mass, inertia and [robot.rigid_body] of the robots"

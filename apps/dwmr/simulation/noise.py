@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 
 from dwmr.core.arrays import FloatArray
-from dwmr.scenario.model import Scenario
+from dwmr.scenario.model import LARGEST_NOISE, Scenario
 
 #: What is measured, in the order of the fields of `robot.State`.
 MEASURED = ("x", "y", "theta", "v", "omega")
@@ -33,7 +33,7 @@ def source(scenario: Scenario) -> Callable[[int], FloatArray]:
 
     def draw(periods: int) -> FloatArray:
         drawn = np.stack([one.standard_normal((periods, len(MEASURED))) for one in streams], axis=1)
-        result: FloatArray = drawn * deviations
+        result: FloatArray = np.clip(drawn, -LARGEST_NOISE, LARGEST_NOISE) * deviations
         return result
 
     return draw

@@ -63,6 +63,7 @@ class Periods:
         law_record: Those of the control law.
         guard: Safety filter and its memory, None without one.
         vehicles: What drives other than by two wheels, None for nothing.
+        path, kernels: Reference trajectory, and the law's gain kernels, one tuple per robot, as the loop takes them.
         raised: Errors of compiled code, from `jit.collected_errors`.
     """
 
@@ -82,29 +83,40 @@ class Periods:
             self.guard = (safety_of(scenario, scenario.safety), room)
         self.vehicles = _vehicles(scenario, simulation.module, samples)
         self.raised: list[BaseException] = []
-        self._path, self._step = first_class(compiled.PATHS[simulation.shape.path]), first_class(simulation.module.step)
+        self.path, self._step = first_class(compiled.PATHS[simulation.shape.path]), first_class(simulation.module.step)
         self._draw = noise.source(scenario)
-        self._kernels = tuple(tuple(first_class(k) for k in law.kernels) for law in laws)
+        self.kernels = tuple(tuple(first_class(k) for k in law.kernels) for law in laws)
 
     @property
     def samples(self) -> int:
         """Number of all periods."""
         return len(self.record)
 
-    def decide(self, first: int, last: int) -> tuple[int, int, int]:
+    def given(self, first: int, last: int) -> tuple[FloatArray, FloatArray]:
+        """Return the obstacles at the periods from `first` up to but not including `last`, and draw their noise.
+
+        Both are as `loop.run_periods` takes them.
+        """
+        return _obstacles(self.simulation.scenario, first, last), self._draw(last - first)
+
+    def compute(self, first: int, last: int, obstacles: FloatArray, noise: FloatArray) -> tuple[int, int, int]:
         """Compute the periods from `first` up to but not including `last`, see `loop.run_periods`.
 
         Where another plant moves the robots, it moves them after each period. No periods: it is only compiled.
 
+        Args:
+            first, last: Numbers of control periods.
+            obstacles, noise: What is `given` for them.
+
         Raises:
-            DiagnosticError: When the law raises an error.
+            DiagnosticError: When the law raises an error, or cannot be compiled into the loop.
         """
         simulation = self.simulation
         name, file = simulation.name, Path(str(simulation.module.__file__))
+        self.raised.clear()
         with reported(name, file, "run", only_own=last > 0):
             done = run_periods(
-                first, last, self._path, self._step, self._kernels, self.world, self.memory,
-                _obstacles(simulation.scenario, first, last), self._draw(last - first),
+                first, last, self.path, self._step, self.kernels, self.world, self.memory, obstacles, noise,
                 self.record, self.law_record, self.guard, self.vehicles,
             )  # fmt: skip
         if self.raised:  # by the law's step: errors of compiled code name no line

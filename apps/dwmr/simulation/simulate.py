@@ -15,33 +15,44 @@ from dwmr.control.fuzzy_gains import Rules
 from dwmr.control.laws.python_law import reported
 from dwmr.control.laws.settings import LawSettings
 from dwmr.core.arrays import FloatArray
-from dwmr.core.interfaces import Law, Plant, Signal
+from dwmr.core.interfaces import Law, Signal
 from dwmr.core.jit import COMPILED, collected_errors, first_class_functions
 from dwmr.scenario.file import ScenarioFile
 from dwmr.scenario.model import Scenario
 from dwmr.simulation.faults import LARGEST, NOT_FINITE, TOO_LARGE
+from dwmr.simulation.law_errors import LawError, decide
 from dwmr.simulation.loop import COLUMNS, SIGNALS
 from dwmr.simulation.mujoco_plant import MujocoPlant
 from dwmr.simulation.periods import Periods, Simulation
 from dwmr.simulation.preflight import settings_of
-from fuzzyctl.diagnostics.diagnostic import DiagnosticError
+from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 from fuzzyctl.experiments.settings.locations import Places
 
 #: The compiled loop returns to Python this often, for the progress display and for Ctrl-C.
 PERIODS_AT_A_TIME = 4000
 #: In plain Python it returns about this often [s].
 PATIENCE = 0.25
+#: Numbers that are recorded of a robot by plant, those of its law aside: of rigid bodies their positions, too.
+_RECORDED = {"equations": len(SIGNALS), "mujoco": len(SIGNALS) + 9}
 #: Records of all laws of a command are kept in memory together; more than this is refused [bytes].
 MOST_MEMORY = 2 << 30
 
 
 @dataclass(frozen=True)
 class Stop:
-    """Why a run ended before its horizon."""
+    """Why a run ended before its horizon.
+
+    Attributes:
+        t: Time of the control period [s].
+        robot: Name of the robot, an empty string where it is none.
+        reason: One line.
+        mistake: The law's mistake and its line, None where its step raised no error.
+    """
 
     t: float
     robot: str
     reason: str
+    mistake: Diagnostic | None = None
 
 
 @dataclass(frozen=True)
@@ -58,6 +69,7 @@ class Trajectory:
         law_signals: Names and units of those.
         wall_s: Computing time of the loop [s].
         stop: Why the run ended early, or None.
+        positions: `MujocoPlant.positions` of rigid bodies, shape (samples, 9 * robots) [m, rad], or None of equations.
     """
 
     controller: str
@@ -68,6 +80,7 @@ class Trajectory:
     law_signals: tuple[Signal, ...]
     wall_s: float
     stop: Stop | None = None
+    positions: FloatArray | None = None
 
     def __getitem__(self, name: str) -> FloatArray:
         """Return a signal by name, shape (samples, robots)."""
@@ -116,7 +129,8 @@ def require_memory(simulations: Sequence[Simulation], places: Places) -> None:
         DiagnosticError: When they do not.
     """
     needed = sum(
-        8 * (s.scenario.run.steps + 1) * len(s.laws) * (len(SIGNALS) + len(s.law_signals)) for s in simulations
+        8 * (s.scenario.run.steps + 1) * len(s.laws) * (len(s.law_signals) + _RECORDED[s.scenario.run.plant])
+        for s in simulations
     )
     if needed <= MOST_MEMORY:
         return
@@ -135,67 +149,87 @@ def run(simulation: Simulation, report: Callable[[int], None] | None = None) -> 
     Args:
         simulation: From `prepare`.
         report: Called with the number of periods done: 0 when all is compiled, then every `PERIODS_AT_A_TIME` or
-            `PATIENCE`. A KeyboardInterrupt ends the run and keeps what is done.
+            `PATIENCE`. A KeyboardInterrupt ends the run and keeps what is done, as an error that the law raises does.
 
     Raises:
         KeyboardInterrupt: When it comes before anything is done.
-        DiagnosticError: When the law raises an error.
+        DiagnosticError: When the law raises an error before anything is done.
     """
-    scenario = simulation.scenario
-    names = tuple(scenario.robots)
     periods = Periods(simulation)
-    samples = periods.samples
-    reached, robot, fault, wall_s = 0, -1, 0, 0.0
-    interrupted = False
-    plant = _other_plant(scenario)
-    chunk = PERIODS_AT_A_TIME if COMPILED and plant is None else 1
-
-    def computed(first: int, last: int) -> tuple[int, int, int]:
-        if plant is None or last == 0:
-            return periods.decide(first, last)
-        for k in range(first, last):
-            done = periods.decide(k, k + 1)
-            if done[2] != 0:
-                break
-            plant.move(k * scenario.run.dt, periods.memory.torques, periods.memory.plant, periods.memory.slip)
-        return done
-
+    plant = _other_plant(simulation.scenario)
+    positions = None if plant is None else np.empty((periods.samples, plant.positions.size))
     with first_class_functions(), collected_errors() as periods.raised:
-        try:
-            computed(0, 0)  # compiles, or loads from cache
-            if report is not None:
-                report(0)
-            while reached < samples and fault == 0:
-                began = perf_counter()
-                last = min(reached + chunk, samples)
-                reached, robot, fault = computed(reached, last)
-                took = perf_counter() - began
-                wall_s += took
-                if chunk < PERIODS_AT_A_TIME and took < 0.5 * PATIENCE:
-                    chunk = min(2 * chunk, PERIODS_AT_A_TIME)
-                if report is not None:
-                    report(reached)
-        except KeyboardInterrupt:
-            if reached == 0:
-                raise
-            interrupted = reached < samples
-    kept = reached + 1 if fault else reached
-    t: FloatArray = np.arange(kept, dtype=np.float64) * scenario.run.dt
-    stop = None
-    if fault:
-        stop = Stop(float(t[-1]), names[robot], reason_of(fault, periods.record[reached, robot], simulation.module))
-    elif interrupted:
-        stop = Stop(float(t[-1]), "", "interrupted")
+        kept, wall_s, stop = _computed(periods, report or (lambda _: None), plant, positions)
+    t: FloatArray = np.arange(kept, dtype=np.float64) * simulation.scenario.run.dt
     law_record = periods.law_record
     if periods.guard is not None:
         law_record = np.concatenate([law_record, periods.guard[1].record], axis=2)
     if periods.vehicles is not None:
         law_record = np.concatenate([law_record, periods.vehicles.record], axis=2)
-    signals = simulation.law_signals
-    return Trajectory(simulation.name, names, t, periods.record[:kept], law_record[:kept], signals, wall_s, stop)
+    names, signals = tuple(simulation.scenario.robots), simulation.law_signals
+    if positions is not None:
+        positions = positions[:kept]
+    return Trajectory(
+        simulation.name, names, t, periods.record[:kept], law_record[:kept], signals, wall_s, stop, positions
+    )
 
 
-def _other_plant(scenario: Scenario) -> Plant | None:
+def _computed(
+    periods: Periods, report: Callable[[int], None], plant: MujocoPlant | None, positions: FloatArray | None
+) -> tuple[int, float, Stop | None]:
+    """Compute all periods; return how many are recorded, the computing time [s], and why the run ended early."""
+    simulation, samples = periods.simulation, periods.samples
+    dt, names = simulation.scenario.run.dt, tuple(simulation.scenario.robots)
+    chunk = PERIODS_AT_A_TIME if COMPILED and plant is None else 1
+    reached, wall_s, began = 0, 0.0, 0.0
+    try:
+        decide(periods, 0, 0)  # compiles, or loads from cache
+        report(0)
+        while reached < samples:
+            began = perf_counter()
+            reached, robot, fault = _some(periods, reached, min(reached + chunk, samples), plant, positions)
+            took = perf_counter() - began
+            wall_s += took
+            if chunk < PERIODS_AT_A_TIME and took < 0.5 * PATIENCE:
+                chunk = min(2 * chunk, PERIODS_AT_A_TIME)
+            report(reached)
+            if fault != 0:
+                reason = reason_of(fault, periods.record[reached, robot], simulation.module)
+                return reached + 1, wall_s, Stop(reached * dt, names[robot], reason)
+    except KeyboardInterrupt:
+        if reached == 0:
+            raise
+        if reached < samples:
+            return reached, wall_s, Stop((reached - 1) * dt, "", "interrupted")
+    except LawError as error:
+        if error.period == 0:
+            raise
+        (found,) = error.diagnostics
+        return (
+            error.period,
+            wall_s + perf_counter() - began,
+            Stop(error.period * dt, names[error.robot], found.facts[0], found),
+        )
+    return reached, wall_s, None
+
+
+def _some(
+    periods: Periods, first: int, last: int, plant: MujocoPlant | None, positions: FloatArray | None
+) -> tuple[int, int, int]:
+    """Compute some periods, see `Periods.decide`; rigid bodies move after each, and their positions are kept."""
+    if plant is None or positions is None:
+        return decide(periods, first, last)
+    dt, memory = periods.simulation.scenario.run.dt, periods.memory
+    for k in range(first, last):
+        positions[k] = plant.positions
+        done = decide(periods, k, k + 1)
+        if done[2] != 0:
+            break
+        plant.move(k * dt, memory.torques, memory.plant, memory.slip)
+    return done
+
+
+def _other_plant(scenario: Scenario) -> MujocoPlant | None:
     """Return what moves the robots, None for the equations, which the loop has in itself."""
     if scenario.run.plant == "equations":
         return None

@@ -13,6 +13,8 @@ _GROUP_UNITS = {
     "centre_distance": "m", "obstacle_gap": "m", "robot_gap": "m", "avoidance_s": "s", "g_ais_min": "m/s, rad/s",
 }  # fmt: skip
 _CHATTERING = {"v": "m/s²", "omega": "rad/s²"}
+#: Lists of moments of the safety filter; a column has how many concern a robot.
+_MOMENTS = ("infeasible", "missed")
 
 
 def row(measures: Mapping[str, Any], wanted: Sequence[str], robots: Sequence[str]) -> Iterator[tuple[str, Any]]:
@@ -32,6 +34,10 @@ def row(measures: Mapping[str, Any], wanted: Sequence[str], robots: Sequence[str
         if group in ("obstacles_hit", "robots_hit"):
             hits = [name for hit in measures[group] for name in hit.get("robots", [hit.get("robot")])]
             yield from ((f"{group}.{robot}", hits.count(robot)) for robot in robots)
+        elif group == "safety" and group in measures:
+            ends = {kind: [(one["robot"], one["with"]) for one in measures[group][kind]] for kind in _MOMENTS}
+            counts = {kind: {n: sum(n in pair for pair in ends[kind]) for n in robots} for kind in _MOMENTS}
+            yield from _flat(group, measures[group] | counts)
         elif group in measures:
             yield from _flat(group, measures[group])
 
@@ -47,6 +53,8 @@ def _flat(key: str, value: Any) -> Iterator[tuple[str, Any]]:
 def unit(column: str) -> str:
     """Return the unit of a column, or nothing for what has none or is a value of the scenario."""
     group, last = column.partition(".")[0], column.rpartition(".")[2]
+    if column.startswith("safety.disc_gap."):
+        return "m"
     if group == "chattering":
         return _CHATTERING.get(last, "")
     if group in _GROUP_UNITS:

@@ -24,13 +24,21 @@ from fuzzyctl.experiments.sweep.worker import Outcome
 VARIATION = Path(__file__).with_name("variation.toml")
 #: Groups of measures that are compared.
 GROUPS: tuple[Measure, ...] = (
-    "rmse", "centre_distance", "obstacle_gap", "robot_gap", "obstacles_hit", "robots_hit", "chattering"
+    "rmse", "centre_distance", "obstacle_gap", "robot_gap", "obstacles_hit", "robots_hit", "chattering", "safety",
 )  # fmt: skip
 #: Measures of a robot, as columns of the results have them with the robot's name in place of the star.
 MEASURES = (
-    "rmse.*.x_e", "rmse.*.y_e", "rmse.*.theta_e", "chattering.*.v", "chattering.*.omega",
-    "centre_distance.*", "obstacle_gap.*", "robot_gap.*",
-)  # fmt: skip
+    "rmse.*.x_e",
+    "rmse.*.y_e",
+    "rmse.*.theta_e",
+    "chattering.*.v",
+    "chattering.*.omega",
+    "centre_distance.*",
+    "obstacle_gap.*",
+    "robot_gap.*",
+)
+#: Those that only a run behind the safety filter has.
+FILTER = ("safety.disc_gap.*", "safety.acts.*", "safety.infeasible.*", "safety.missed.*")  # fmt: skip
 #: Measures that are shares of runs.
 HITS = ("obstacles_hit.*", "robots_hit.*")
 
@@ -103,7 +111,8 @@ def entries(runs: Sequence[Run], done: Mapping[int, Outcome]) -> Iterator[Entry]
     """Yield every measure of every robot under every control law in every scenario."""
     for (scenario, controller), rows in grouped(runs, done).items():
         for robot in _robots(rows[0]):
-            for measure in (*MEASURES, *HITS):
+            guarded = FILTER if FILTER[0].replace("*", robot) in rows[0] else ()
+            for measure in (*MEASURES, *HITS, *guarded):
                 yield _entry(scenario, controller, robot, measure, rows)
 
 

@@ -15,7 +15,7 @@ from dwmr.scenario import file as scenario_file
 from dwmr.scenario.file import ScenarioFile
 from dwmr.simulation import preflight
 from dwmr.sweep import columns, provenance
-from fuzzyctl.diagnostics.diagnostic import UnknownNameError
+from fuzzyctl.diagnostics.diagnostic import DiagnosticError, UnknownNameError
 from fuzzyctl.experiments.runnable import Computed, Prepared, Runnable, UsedFile
 
 
@@ -88,6 +88,8 @@ class Robots(Runnable[ScenarioFile]):
 
         def compute() -> Computed:
             trajectory = simulate.run(simulation)
+            if trajectory.stop is not None and trajectory.stop.mistake is not None:
+                raise DiagnosticError([trajectory.stop.mistake])
             found = measure(trajectory, scenario.scenario, measures)
             return Computed(dict(columns.row(found, measures, trajectory.robots)), trajectory.wall_s)
 

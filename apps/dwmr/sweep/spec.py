@@ -14,7 +14,7 @@ from fuzzyctl.experiments.sweep.spec_file import SpecFile
 #: Groups of measures that a sweep can keep, as summary.json names them.
 Measure = Literal[
     "rmse", "rmse_body", "rmse_inertial", "centre_distance", "obstacle_gap", "robot_gap", "obstacles_hit", "robots_hit",
-    "chattering", "avoidance_s", "saturation", "condition_violated", "lyapunov", "drift", "g_ais_min",
+    "chattering", "avoidance_s", "saturation", "condition_violated", "safety", "lyapunov", "drift", "g_ais_min",
 ]  # fmt: skip
 
 #: Names of earlier versions.

@@ -9,6 +9,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
+from dwmr.output.report import ABOUT_FILTER
 from dwmr.results.metrics import TABLES
 from dwmr.sweep.comparison import Entry
 from fuzzyctl.experiments.intervals import CONFIDENCE
@@ -22,6 +23,10 @@ _TABLES = {
     "least distances and collisions": {
         "centre_distance": "centre\nm", "obstacle_gap": "obstacle\ngap m", "robot_gap": "robot\ngap m",
         "obstacles_hit": "obstacles\nhit, %", "robots_hit": "robots\nhit, %",
+    },
+    "safety filter": {
+        "safety.disc_gap": "disc\ngap m", "safety.acts": "changed\n%", "safety.infeasible": "infeasible\nmoments",
+        "safety.missed": "missed\nmoments",
     },
 }  # fmt: skip
 _ABOUT = (
@@ -49,12 +54,16 @@ def print_comparison(
     for scenario in dict.fromkeys(one.scenario for one in found):
         own = [one for one in found if one.scenario == scenario]
         for title, heads in _TABLES.items():
+            if not any(one.measure in heads for one in own):
+                continue
             out.print(f"{escape(scenario)}: {title}", style="bold", highlight=False)
             out.print(_table(own, heads))
             out.print()
         if number := (printed or {}).get(scenario):
             _print_ratios(out, scenario, list(_ratios(own, number)), number)
     out.print(_ABOUT, style="dim", highlight=False)
+    if any(one.measure.startswith("safety.") for one in found):
+        out.print(ABOUT_FILTER, style="dim", highlight=False)
     if runs > 1:
         sure = f"{100 * CONFIDENCE:.0f} %"
         out.print(
@@ -118,6 +127,8 @@ def _cell(one: Entry) -> str:
     if one.measure in ("obstacles_hit", "robots_hit"):
         interval = "" if one.low is None or one.high is None else f"\n{100 * one.low:.0f} to {100 * one.high:.0f}"
         return f"{100 * one.mean:.0f}{interval}"
+    if one.measure == "safety.acts":
+        return f"{100 * one.mean:.1f}" + ("" if one.high is None else f"\n±{100 * (one.high - one.mean):.2g}")
     if one.measure in _RATIOS:
         return f"{one.mean:.2f}"
     return f"{one.mean:.4g}" + ("" if one.high is None else f"\n±{one.high - one.mean:.2g}")

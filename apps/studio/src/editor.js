@@ -32,9 +32,9 @@ const KINDS = { keyword: "keyword", term: "enum", param: "constant", function: "
  * @param parent Its element.
  * @param ask Asks fuzzyctl about the text: a method and what it takes; a promise of the answer, null for none.
  * @param changed Hears of each new text.
- * @param change Offers what can be changed at the cursor.
+ * @param here Shows what stands at the cursor.
  */
-export function editor(parent, ask, changed, change) {
+export function editor(parent, ask, changed, here) {
   const complete = async (context) => {
     const found = await ask("complete", { offset: context.pos });
     if (!found?.items?.length || (!context.explicit && found.from === found.to)) return null;
@@ -50,7 +50,7 @@ export function editor(parent, ask, changed, change) {
   };
   const hover = hoverTooltip(async (view, pos) => {
     const found = await ask("hover", { offset: pos });
-    return found?.markdown ? { pos: found.from, end: found.to, above: true, create: () => ({ dom: shown(found.markdown) }) } : null;
+    return found?.markdown ? { pos: found.from, end: found.to, above: true, create: () => ({ dom: shownMarkdown(found.markdown) }) } : null;
   });
   const view = new EditorView({
     parent,
@@ -69,7 +69,7 @@ export function editor(parent, ask, changed, change) {
         autocompletion({ override: [complete] }),
         hover,
         // Tab leaves the text, so that the keyboard reaches the rest of the page.
-        keymap.of([{ key: "Mod-Enter", run: acceptCompletion }, { key: "Mod-.", run: () => (change(), true) }, ...completionKeymap, ...lintKeymap, ...searchKeymap, ...historyKeymap, ...defaultKeymap]),
+        keymap.of([{ key: "Mod-Enter", run: acceptCompletion }, { key: "Mod-.", run: () => (here(), true) }, ...completionKeymap, ...lintKeymap, ...searchKeymap, ...historyKeymap, ...defaultKeymap]),
         EditorView.contentAttributes.of({ "aria-label": "Rule file", spellcheck: "false" }),
         EditorView.updateListener.of((update) => update.docChanged && changed()),
       ],
@@ -77,6 +77,13 @@ export function editor(parent, ask, changed, change) {
   });
   view.scrollDOM.tabIndex = 0; // the keyboard scrolls it
   return view;
+}
+
+/** Returns what a repair does: what is replaced, where that is short, and else what the diagnostic advises. */
+export function repairText(view, { fix, title }) {
+  const [{ from, to, text }] = fix, before = view.state.sliceDoc(from, to);
+  if (fix.length > 1 || before.length + text.length > 60 || /\n/.test(before + text)) return `Repair: ${title}`;
+  return before === "" ? `Repair: insert '${text}'` : text === "" ? `Repair: remove '${before}'` : `Repair: replace '${before}' by '${text}'`;
 }
 
 /** Shows diagnostics in the text; `repair` puts a repair in. */
@@ -88,13 +95,13 @@ export function mark(view, diagnostics, repair) {
     severity: d.severity,
     message: [d.message, ...d.facts, ...(d.help ? [`help: ${d.help}`] : [])].join("\n"),
     source: d.code,
-    actions: d.fix.length ? [{ name: d.title, apply: () => repair(d.fix) }] : [],
+    actions: d.fix.length ? [{ name: repairText(view, d), apply: () => repair(d.fix) }] : [],
   }));
   view.dispatch(setDiagnostics(view.state, marks.sort((a, b) => a.from - b.from)));
 }
 
 /** Returns a text in Markdown as elements: paragraphs, blocks of code, pictures that stand in the text. */
-function shown(markdown) {
+export function shownMarkdown(markdown) {
   const box = document.createElement("div");
   box.className = "cm-hover";
   for (const part of markdown.split("\n\n")) {

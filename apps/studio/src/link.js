@@ -25,6 +25,7 @@ async function packed(text) {
 }
 
 async function unpacked(base64) {
+  if (!/^[\w-]*$/.test(base64)) throw new TypeError("it has characters that a link does not have");
   const binary = atob(base64.replaceAll("-", "+").replaceAll("_", "/"));
   const bytes = Uint8Array.from(binary, (letter) => letter.charCodeAt(0));
   return new TextDecoder("utf-8", { fatal: true }).decode(await through(bytes, new DecompressionStream("deflate-raw")));

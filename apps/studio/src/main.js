@@ -1,5 +1,6 @@
 // The studio: a text on the left, what fuzzyctl says of it below, the page of its systems on the right.
-import { editor, mark } from "./editor.js";
+import { button, offer } from "./dialog.js";
+import { editor, mark, repairText, shownMarkdown } from "./editor.js";
 import { Engine } from "./engine.js";
 import { link, linked } from "./link.js";
 import { Picture } from "./picture.js";
@@ -9,14 +10,20 @@ const status = (text) => (at("status").textContent = text);
 let name = "untitled.fz";
 /** Texts that the text may use, by name. */
 let files = {};
+/** Most bytes of a file that is opened. */
+const LARGEST = 5e6;
 /** Milliseconds until a picture that is not complete is said to be an older one. */
 const PATIENCE = 500;
-/** Milliseconds that the text stays the same before its loops are run. */
+/** Milliseconds that the text stays the same before its loops are run and its claims proved. */
 const PAUSE = 300;
 /** Whether the picture is still that of the file before. */
 let fresh = true;
 /** The runs that are shown. */
 let runs = [];
+/** The text as it was opened or saved last: any other one is lost when the tab is closed. */
+let kept = "";
+/** Most milliseconds of runs of loops, and of proofs of a block. */
+const LONGEST = 30_000;
 /** Counts texts, so that no answer is shown that is about an older one. */
 let version = 0;
 
@@ -27,19 +34,29 @@ const engine = new Engine((state, detail) => {
   if (state === "failed") status(`fuzzyctl does not start: ${detail}`);
   if (state === "stopped") {
     status(`stopped: ${detail}; fuzzyctl starts again, and the next change of the text is checked`);
-    at("count").textContent = "Not checked";
-    at("mistakes").replaceChildren();
-    stale("The picture is not that of the text, which takes too long.");
+    unchecked("The picture is not that of the text, which takes too long.");
   }
 });
+/** What runs loops and proves claims, apart, so that keys never wait for it; it starts when it is first asked. */
+let slow = null;
 const shown = new Picture(at("frames"), (nonce) => ask("frame", { nonce }));
 const view = editor(at("editor"), (method, more) => ask(method, more), () => {
   version += 1;
+  if (engine.ready) status("");
   check();
-}, () => changes());
+}, () => here());
 
 function ask(method, more = {}) {
   return engine.ask({ method, file: `/files/${name}`, text: view.state.doc.toString().toWellFormed(), ...more });
+}
+
+function askSlow(method, more = {}) {
+  slow ??= new Engine((state, detail) => {
+    document.body.dataset.slow = state;
+    if (state === "failed") status(`runs and proofs: fuzzyctl does not start: ${detail}`);
+  }, LONGEST);
+  if (slow.files !== files) slow.place(files);
+  return slow.ask({ method, file: `/files/${name}`, text: view.state.doc.toString().toWellFormed(), ...more });
 }
 
 async function check() {
@@ -48,7 +65,7 @@ async function check() {
   const drawn = ask("picture"); // which the worker begins while the mistakes are shown here
   const found = await checked;
   if (!found || own !== version) return;
-  if (found.refused) return status(found.refused);
+  if (found.refused) return unchecked(`The text is not checked: ${found.refused}`);
   show(found.diagnostics);
   if (found.diagnostics.some((d) => d.severity === "error")) stale("The text has errors: this is the picture before them.");
   else await picture(own, await drawn);
@@ -66,7 +83,13 @@ function show(diagnostics) {
   const others = diagnostics.length - errors;
   const texts = [[errors, "error"], [others, "other remark"]].filter(([n]) => n).map(([n, what]) => `${n} ${what}${n > 1 ? "s" : ""}`);
   at("count").textContent = texts.join(", ") || "No mistakes";
-  status(at("count").textContent);
+}
+
+/** Shows that nothing is known of the text, and why. */
+function unchecked(why) {
+  show([]);
+  at("count").textContent = "Not checked";
+  stale(why);
 }
 
 function entry(d, repair) {
@@ -78,22 +101,15 @@ function entry(d, repair) {
   place.className = d.severity;
   const facts = document.createElement("p");
   facts.className = "facts";
-  facts.textContent = [...d.facts, ...(d.help ? [`help: ${d.help}`] : [])].join("\n");
+  const missing = d.code === "FZ218" ? ["'Open' takes the files that the text uses, too"] : [];
+  facts.textContent = [...d.facts, ...(d.help ? [`help: ${d.help}`] : []), ...missing].join("\n");
   item.append(place, facts);
   if (d.fix.length) {
-    const fix = button(`Repair: ${d.title}`, () => repair(d.fix));
+    const fix = button(repairText(view, d), () => repair(d.fix));
     fix.className = "fix";
     item.append(fix);
   }
   return item;
-}
-
-function button(text, click) {
-  const found = document.createElement("button");
-  found.type = "button";
-  found.textContent = text;
-  found.onclick = click;
-  return found;
 }
 
 /** Returns what puts edits in, unless the text has changed since they were made. */
@@ -123,20 +139,36 @@ async function picture(own, found) {
   if (failed === "" && own === version) fresh = false;
   if (own !== version || failed === null) return;
   stale(failed);
-  if (found.loops.length > 0) setTimeout(() => own === version && run(own, found), PAUSE);
+  setTimeout(() => own === version && afterwards(own, found), PAUSE);
 }
 
-/** Runs the loops of the text, once it has stayed the same for a moment, and shows them below its systems. */
-async function run(own, found) {
-  const done = await ask("runs");
-  if (!done || own !== version) return;
-  if (done.refused) return stale(`The loops are not run: ${done.refused}`);
-  runs = done.sections;
-  const failed = await shown.show(together(found, runs));
-  if (own === version && failed !== null) {
+/** Runs the loops of a text that has stayed the same for a moment, then proves what is open, and shows both. */
+async function afterwards(own, found) {
+  const again = async (done) => {
+    const failed = own === version ? await shown.show(together(found, runs)) : null;
+    if (own !== version || failed === null) return;
     stale(failed);
-    document.body.dataset.ran = String(own); // what a test waits for
+    document.body.dataset[done] = String(own); // what a test waits for
+  };
+  if (found.loops.length === 0) runs = [];
+  else {
+    const done = await askSlow("runs");
+    if (own !== version) return;
+    const refused = done ? done.refused : `it took more than ${slow.limit / 1000} s and was stopped; 'fuzzyctl simulate' runs it`;
+    runs = done?.sections ?? found.loops.map((loop) => ({ kind: "loop", name: loop, title: "", source: "", refused }));
+    await again("ran");
   }
+  let proved = 0;
+  for (const [block, section] of found.facts.sections.entries()) {
+    if (section.kind === "system" && !section.verdicts.some(([word]) => word === "undecided")) continue;
+    const done = await askSlow("proofs", { block });
+    if (own !== version) return;
+    const why = done?.refused ?? `it took more than ${slow.limit / 1000} s and was stopped; 'fuzzyctl prove' takes more time`;
+    Object.assign(section, done?.verdicts ? done : { verdicts: [["undecided", "what is claimed", why]] });
+    proved += 1;
+  }
+  if (proved > 0) await again("proved");
+  else document.body.dataset.proved = String(own);
 }
 
 const together = ({ facts, script }, sections) => ({ facts: { ...facts, sections: [...facts.sections, ...sections] }, script });
@@ -144,23 +176,40 @@ const together = ({ facts, script }, sections) => ({ facts: { ...facts, sections
 // -- texts in and out
 
 function open(title, text, others = {}) {
-  name = title.replace(/[/\\\0]/g, "_").slice(-100) || "untitled.fz";
+  name = fileName(title).slice(-100) || "untitled.fz";
   files = others;
   runs = [];
   fresh = true;
   engine.place(files);
   at("name").textContent = name;
   document.title = `${name} - fuzzyctl studio`;
+  const lost = isLost();
   view.dispatch({ changes: { from: 0, to: view.state.doc.length, insert: text }, selection: { anchor: 0 } });
+  kept = view.state.doc.toString();
+  if (lost) status(`${name} is open; Ctrl-Z in the text brings the one before back`);
 }
 
+const isLost = () => view.state.doc.toString() !== kept;
+addEventListener("beforeunload", (event) => isLost() && event.preventDefault());
+
+/** Returns a name without what no file name has, or what is not seen in one. */
+const fileName = (text) => text.toWellFormed().replace(/[/\\]|\p{C}/gu, "_");
+
+/** Takes files: opens the rule file that no other one uses; where the text uses them all, they are what it reads. */
 async function drop(list) {
   const texts = {};
   for (const file of list) {
-    if (file.size > 5e6) return status(`${file.name} has ${file.size} bytes, more than 5000000`);
-    texts[file.name.replace(/[/\\\0]/g, "_")] = (await file.text()).replace(/^\ufeff/, "");
+    const own = fileName(file.name);
+    if (file.size > LARGEST) return status(`${own} is not opened: it has ${file.size} bytes, more than ${LARGEST}`);
+    try {
+      texts[own] = new TextDecoder("utf-8", { fatal: true }).decode(await file.arrayBuffer());
+    } catch (error) {
+      return status(`${own} is not opened: ${error instanceof TypeError ? "it is no text in UTF-8" : error.message}`);
+    }
   }
-  const main = Object.keys(texts).find((n) => n.endsWith(".fz"));
+  const uses = (text, n) => text.includes(`"${n}"`);
+  const free = Object.keys(texts).filter((n) => n.endsWith(".fz") && !uses(view.state.doc.toString(), n));
+  const main = free.find((n) => !free.some((other) => other !== n && uses(texts[other], n))) ?? free[0];
   if (!main) {
     engine.place((files = { ...files, ...texts }));
     version += 1;
@@ -186,22 +235,43 @@ async function saveAll(list) {
   }
 }
 
+/** Formats that the text is saved in, by what they are called. */
+const FORMATS = [["rule file (.fz)", "fz"], ["page (.html)", "page"], ["C", "c"], ["JavaScript", "javascript"], ["Python", "python"], ["Structured Text", "st"]];
+
+/** Offers formats, and the pictures of the page, each as it stands there: its axes, its turn, the point. */
+async function offerToSave() {
+  const old = at("frames").classList.contains("stale");
+  const all = old ? [] : (await shown.files("names")).map(({ file }) => file);
+  const both = (files) => [["SVG", () => savePictures("svg", files)], ["PNG", () => savePictures("png", files)]];
+  const pictures = all.map((file) => [file, both([file])]);
+  if (all.length > 1) pictures.push(["all of them", both(all)]);
+  offer("Save", [["Files", FORMATS.map(([text, format]) => [text, () => saveAs(format)])], ["Pictures", pictures]], old ? note("No pictures: the one on the page is not that of the text.") : null);
+}
+
+function note(text) {
+  const found = document.createElement("p");
+  found.className = "note";
+  found.textContent = text;
+  return found;
+}
+
 async function saveAs(format) {
-  if (format === "fz") return save(name, view.state.doc.toString());
-  if (format === "svg" || format === "png") return savePictures(format);
-  const found = await (format === "page" ? ask("page") : ask("export", { target: format }));
-  if (!found || found.refused) return status(`nothing is saved: ${found?.refused ?? "fuzzyctl was stopped"}`);
+  if (format === "fz") {
+    save(name, (kept = view.state.doc.toString()));
+    return status(`saved ${name}`);
+  }
+  if (format === "page") status("the page is made, with runs and proofs …");
+  const found = await (format === "page" ? askSlow("page") : ask("export", { target: format }));
+  if (!found || found.refused) return status(`nothing is saved: ${found?.refused ?? "it took too long and was stopped"}`);
   const written = found.files ?? { [`${name.replace(/\.fz$/, "")}.html`]: found.html };
   await saveAll(Object.entries(written).map(([file, content]) => ({ file, content })));
   const left = found.left_out?.length ? `; left out: ${found.left_out.join("; ")}` : "";
   status(`saved ${Object.keys(written).join(", ")}${left}`);
 }
 
-/** Saves the surfaces as they stand on the page: their axes, their turn, the point. */
-async function savePictures(format) {
-  if (at("frames").classList.contains("stale")) return status("nothing is saved: the picture is not that of the text");
-  const found = await shown.files(format);
-  if (found.length === 0) return status("nothing is saved: there is no surface");
+async function savePictures(format, wanted) {
+  const found = await shown.files(format, wanted);
+  if (found.length === 0) return status("nothing is saved: the picture is another one by now");
   await saveAll(found);
   status(`saved ${found.map((f) => f.file).join(", ")}`);
 }
@@ -210,11 +280,7 @@ at("open").onchange = async (event) => {
   await drop(event.target.files);
   event.target.value = "";
 };
-at("save").onchange = async (event) => {
-  const format = event.target.value;
-  event.target.value = "";
-  if (format) await saveAs(format);
-};
+at("save").onclick = offerToSave;
 at("format").onclick = async () => {
   const own = version;
   const found = await ask("format");
@@ -222,26 +288,18 @@ at("format").onclick = async () => {
   if (found.refused) return status(found.refused);
   if (found.text !== view.state.doc.toString()) view.dispatch({ changes: { from: 0, to: view.state.doc.length, insert: found.text } });
 };
-at("change").onclick = changes;
-at("close").onclick = () => at("changes").close();
+at("here").onclick = here;
 
-/** Offers what can be changed at the cursor: repairs, and what fuzzyctl can write. */
-async function changes() {
-  const own = version;
-  const found = await ask("actions", { offset: view.state.selection.main.head });
+/** Shows what stands at the cursor, and offers what can be changed there: repairs, and what fuzzyctl can write. */
+async function here() {
+  const own = version, offset = view.state.selection.main.head;
+  const [known, found] = await Promise.all([ask("hover", { offset }), ask("actions", { offset })]);
   if (!found || own !== version) return;
   if (found.refused) return status(found.refused);
-  if (found.actions.length === 0) return status("nothing is offered at the cursor: it stands on no mistake with a repair, no table and no variable");
+  const lead = known?.markdown ? shownMarkdown(known.markdown) : null;
+  if (!lead && found.actions.length === 0) return status("nothing is known at the cursor: it stands on no word of the text, and on no mistake with a repair");
   const repair = repairs();
-  at("offered").replaceChildren(...found.actions.map(({ title, edits }) => {
-    const item = document.createElement("li");
-    item.append(button(title, () => {
-      at("changes").close();
-      repair(edits);
-    }));
-    return item;
-  }));
-  at("changes").showModal();
+  offer("At the cursor", [["Changes", found.actions.map(({ title, edits }) => [title, () => repair(edits)])]], lead);
 }
 
 at("share").onclick = async () => {
@@ -252,6 +310,7 @@ at("share").onclick = async () => {
     return status(`there is no link: ${error.message}`);
   }
   history.replaceState(null, "", url);
+  kept = view.state.doc.toString();
   const copied = await navigator.clipboard.writeText(url).then(() => true, () => false);
   status(copied ? `the link is copied, ${url.length} characters` : "the link stands in the address bar");
 };
@@ -266,19 +325,13 @@ addEventListener("drop", async (event) => {
   if (event.dataTransfer.files.length) await drop(event.dataTransfer.files);
 }, { capture: true });
 
+/** Returns the first title of a text, or its first line. */
+const titleOf = (text) => /^(?:system|controller|plant|loop)\s+\S+\s+"([^"]+)"/m.exec(text)?.[1] ?? text.split("\n")[0].replace(/^#\s*/, "");
+
 async function start() {
   const examples = await (await fetch("examples.json")).json();
-  for (const group of new Set(examples.map((e) => e.group))) {
-    const own = document.createElement("optgroup");
-    own.label = group;
-    own.append(...examples.flatMap((e, k) => (e.group === group ? [new Option(e.name, String(k))] : [])));
-    at("examples").append(own);
-  }
-  at("examples").onchange = ({ target }) => {
-    const chosen = examples[Number(target.value)];
-    if (target.value !== "") open(chosen.name, chosen.text, chosen.files);
-    target.value = "";
-  };
+  const groups = Object.entries(Object.groupBy(examples, (e) => e.group));
+  at("examples").onclick = () => offer("Examples", groups.map(([group, own]) => [group, own.map((e) => [`${e.name}: ${titleOf(e.text)}`, () => open(e.name, e.text, e.files)])]));
   const tipper = examples.find((e) => e.name === "tipper.fz");
   open(tipper.name, tipper.text, tipper.files);
   await follow();
@@ -296,4 +349,4 @@ async function follow() {
 addEventListener("hashchange", follow);
 await start();
 // For tests.
-globalThis.studio = { view, engine, picture: shown };
+globalThis.studio = { view, engine, picture: shown, slow: () => slow };

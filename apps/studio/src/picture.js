@@ -39,13 +39,13 @@ export class Picture {
     return failed;
   }
 
-  /** Returns a promise of the surfaces that are shown, as files { file, content }. */
-  async files(format) {
+  /** Returns a promise of pictures that are shown as files { file, content }; of "names" without content. */
+  async files(format, wanted = null) {
     if (!this.has) return [];
     const id = `files ${(this.count += 1)}`;
     const found = await new Promise((resolve) => {
       this.saving.set(id, resolve);
-      this.frame.contentWindow.postMessage({ id, format }, "*");
+      this.frame.contentWindow.postMessage({ id, format, wanted }, "*");
       setTimeout(() => resolve([]), LIMIT);
     });
     this.saving.delete(id);

@@ -21,6 +21,8 @@ async function start() {
 import gc, os, sys
 sys.path.insert(0, "/fuzzyctl")
 os.chdir("${FOLDER}")
+from fuzzyctl.studio.arrays import install
+install()
 import fuzzyctl.lang.grammar
 from fuzzyctl.studio.answers import answer
 gc.freeze()

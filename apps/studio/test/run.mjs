@@ -65,6 +65,12 @@ function put(page, text) {
   }, text);
 }
 
+/** Opens an example. */
+async function example(page, name) {
+  await page.locator("#examples").click();
+  await page.locator("#offered").getByRole("button", { name: `${name}: ` }).click();
+}
+
 /** Waits until a function of the page holds; playwright's own way needs `eval`, which the page forbids. */
 async function until(page, holds, argument, seconds = 60) {
   for (const end = Date.now() + seconds * 1000; !(await page.evaluate(holds, argument)); ) {
@@ -178,6 +184,21 @@ async function drive(address) {
   assert.match(await page.locator("#stale").textContent(), /has errors/);
   assert.equal(await frame().locator(".outputs output").first().textContent(), tip);
 
+  // Files that are none, names with controls, a used file that is missing, a text that is too large: said, and nothing is lost.
+  const openFile = (name, content) => page.locator("#open").setInputFiles([{ name, mimeType: "text/plain", buffer: Buffer.from(content) }]);
+  const says = (id, pattern) => until(page, ([own, source]) => new RegExp(source).test(document.getElementById(own).textContent), [id, pattern]);
+  await openFile("a.fz", new Uint8Array([0xff, 0xfe, 0, 1]));
+  await says("status", "a.fz is not opened: it is no text in UTF-8");
+  await openFile('"><img onerror=alert(1)>\u202e.fz', `use "beside.fz"\n${tipper}`);
+  await says("name", '^"><img onerror=alert\\(1\\)>_.fz$');
+  await says("mistakes", "there is no such file'Open' takes the files");
+  await openFile("beside.fz", "system beside\ninput x in [0, 1]\n  terms lo hi\noutput y in [0, 1]\n  terms p q\nif x is lo then y is p\nif x is hi then y is q\n");
+  await says("status", "^the text may use beside.fz$");
+  await says("count", "No mistakes");
+  await page.evaluate((insert) => studio.view.dispatch({ changes: { from: 0, to: studio.view.state.doc.length, insert } }), `${tipper}${`# ${"x".repeat(98)}\n`.repeat(11_000)}`);
+  await says("stale", "The text is not checked: .* more than 1048576");
+  assert.equal(await page.locator("#count").textContent(), "Not checked");
+
   // Nine inputs, an output that has no value in places, one without any value at the point.
   await put(page, NINE);
   assert.deepEqual((await mistakes(page)).filter((m) => m.includes("error")), []);
@@ -186,9 +207,15 @@ async function drive(address) {
   assert.match(await frame().locator("main").textContent(), /points without a finite value are left out|No point of the picture has a value/);
   await picture(page, "nine");
 
-  // Loops: runs below the systems; what is not run says why.
+  // Claims that take subdivision follow the picture; what is not decided says so.
+  await put(page, `${tipper}require tip >= 0.5\nrequire increasing(tip, service)\n`);
+  assert.match(await frame().locator(".verdicts").textContent(), /undecided: tip >= 0.5 \(it takes subdivision, which is under way\)/);
+  await until(page, () => document.body.dataset.proved === document.body.dataset.shown);
+  assert.match(await frame().locator(".verdicts").textContent(), /proved: tip >= 0.5.*undecided: increasing.*'fuzzyctl prove' takes more time/);
+
+  // Loops: runs below the systems, with measures and requirements.
   const gallery = JSON.parse(await (await fetch(`${address.split("#")[0]}examples.json`)).text());
-  for (const [name, text] of [["cart_pole.fz", /overshoot|Signals over the time/], ["water_tank.fz", /another generator/]]) {
+  for (const [name, text] of [["cart_pole.fz", /met: far <= 2.4/], ["water_tank.fz", /another generator.*met: settling <= 10 s/]]) {
     const { text: own } = gallery.find((e) => e.name === name);
     await put(page, own);
     await until(page, () => document.body.dataset.ran === document.body.dataset.shown);
@@ -201,11 +228,11 @@ async function drive(address) {
   // Changes at the cursor: a repair, and what fuzzyctl writes.
   await put(page, tipper.replace("then tip is cheap", "then tip is chaep"));
   await page.evaluate(() => studio.view.dispatch({ selection: { anchor: studio.view.state.doc.toString().indexOf("chaep") } }));
-  await page.locator("#change").click();
+  await page.locator("#here").click();
   await page.locator("#offered button").first().click();
   await until(page, () => studio.view.state.doc.toString().includes("tip is cheap"));
   await page.evaluate(() => studio.view.dispatch({ selection: { anchor: studio.view.state.doc.toString().indexOf("output tip") } }));
-  await page.locator("#change").click();
+  await page.locator("#here").click();
   await page.locator("#offered button", { hasText: "add 'else midpoint'" }).waitFor();
   await picture(page, "changes");
   await page.locator("#close").click();
@@ -227,7 +254,7 @@ async function drive(address) {
   // So it does the files that it uses.
   const law = gallery.find((e) => e.name === "fcafsmc_law.fz");
   assert.ok(Object.keys(law.files).length > 0);
-  await page.locator("#examples").selectOption({ label: law.name });
+  await example(page, law.name);
   await until(page, () => document.getElementById("name").textContent === "fcafsmc_law.fz" && document.getElementById("count").textContent === "No mistakes");
   await page.locator("#share").click();
   await until(page, () => location.hash.includes("files="));
@@ -244,22 +271,28 @@ async function drive(address) {
   await until(page, () => /holds no text that can be read/.test(document.getElementById("status").textContent));
   await put(page, tipper);
 
-  // Files.
-  for (const [format, count] of [["fz", 1], ["page", 1], ["c", 2], ["javascript", 1], ["python", 1], ["st", 1], ["svg", 2], ["png", 2]]) {
+  // Files: the text, what is made of it, and each picture of the page.
+  const pictures = ["map", "surface", "terms-of-service", "terms-of-food", "terms-of-tip", "rule-viewer"];
+  for (const [group, choice, files] of [
+    ...[["rule file (.fz)", 1], ["page (.html)", 1], ["C", 2], ["JavaScript", 1], ["Python", 1], ["Structured Text", 1]].map((c) => ["name", ...c]),
+    ...["SVG", "PNG"].map((format) => ["all", `all of them as ${format}`, pictures.map((p) => `tipper-${p}.${format.toLowerCase()}`)]),
+  ]) {
     const saved = [];
     const listen = (download) => saved.push(download.suggestedFilename()) && keep(download);
     page.on("download", listen);
-    await page.locator("#count").click(); // Chromium takes a tenth file only after a click
-    await page.locator("#save").selectOption(format);
-    for (let k = 0; saved.length < count && k < 400; k += 1) await page.waitForTimeout(50);
+    await page.locator("#save").click();
+    if (group === "all") await picture(page, "save");
+    await page.locator("#offered").getByRole("button", { name: choice, exact: true }).click(); // Chromium takes a tenth file only after a click
+    for (let k = 0; saved.length < (files.length ?? files) && k < 400; k += 1) await page.waitForTimeout(50);
     page.off("download", listen);
-    assert.equal(saved.length, count, `${format}: ${await page.locator("#status").textContent()}`);
+    if (files.length) assert.deepEqual(saved, files);
+    else assert.equal(saved.length, files, `${choice}: ${await page.locator("#status").textContent()}`);
   }
 
   // Examples that use other files.
   for (const name of ["fcafsmc_law.fz", "ball_and_beam.fz"]) {
     const before = await shown(page);
-    await page.locator("#examples").selectOption({ label: name });
+    await example(page, name);
     await until(page, (n) => Number(document.body.dataset.shown) > n, Number(before));
     assert.deepEqual(await mistakes(page), [], name);
   }
@@ -284,6 +317,12 @@ async function drive(address) {
   assert.deepEqual(await mistakes(page), []);
   assert.equal(await page.locator("#stale").textContent(), "");
 
+  // So are runs and proofs, without the keys waiting for them.
+  await page.evaluate(() => (studio.slow().limit = 50));
+  await put(page, gallery.find((e) => e.name === "water_tank.fz").text);
+  await until(page, () => document.body.dataset.proved === document.body.dataset.shown);
+  assert.match(await frame().locator("main").textContent(), /undecided: what is claimed \(it took more than.*There is no run: it took more than/);
+
   // Accessibility: axe-core in both colour schemes, with mistakes.
   await put(page, tipper.replace("good", "gud"));
   for (const colorScheme of ["light", "dark"]) {
@@ -295,16 +334,38 @@ async function drive(address) {
   }
   await put(page, tipper);
   await page.evaluate(() => studio.view.dispatch({ selection: { anchor: studio.view.state.doc.toString().indexOf("output tip") } }));
-  await page.locator("#change").click();
+  await page.locator("#here").click();
   await page.locator("#offered button").first().waitFor();
   const { violations } = await page.evaluate(() => axe.run(document, { iframes: false }));
   for (const v of violations) console.log(v.id, v.help, v.nodes.map((n) => n.html.slice(0, 200)));
   check("violations of axe-core, changes at the cursor", violations.length, 0);
   await page.keyboard.press("Escape");
-  // Keyboard: Tab leaves the text.
+  // Keyboard: what the pointer shows over a word, a dialog that gives the focus back, Tab leaves the text.
+  await page.locator(".cm-content").focus();
+  await page.evaluate(() => studio.view.dispatch({ selection: { anchor: studio.view.state.doc.toString().indexOf("cheap ") } }));
+  await page.keyboard.press("Control+.");
+  await page.locator("#offered img").waitFor();
+  await page.keyboard.press("Escape");
+  assert.equal(await page.evaluate(() => document.activeElement.classList.contains("cm-content")), true);
   await page.locator(".cm-content").focus();
   await page.keyboard.press("Tab");
   assert.equal(await page.evaluate(() => document.activeElement.classList.contains("cm-content")), false);
+  // Without the network all goes on; a worker that has to start again does not, says so, and does with it.
+  await page.context().setOffline(true);
+  await put(page, `${tipper}# offline\n`);
+  assert.deepEqual(await mistakes(page), []);
+  const known = outside.length;
+  await page.evaluate(() => {
+    studio.engine.limit = 1;
+    studio.view.dispatch({ changes: { from: 0, insert: "# still offline\n" } });
+  });
+  await until(page, () => document.body.dataset.state === "failed");
+  assert.match(await page.evaluate(() => studio.view.state.doc.toString()), /^# still offline\n/);
+  await page.evaluate(() => (studio.engine.limit = 15_000));
+  await page.context().setOffline(false);
+  await put(page, tipper);
+  assert.equal(await page.locator("#count").textContent(), "No mistakes");
+  outside.splice(known);
   check("requests elsewhere and errors of the console", outside.length, 0);
   for (const line of outside) console.log("  ", line);
 }

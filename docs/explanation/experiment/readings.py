@@ -17,7 +17,7 @@ import numpy as np
 
 from dwmr.control.fuzzy_gains import Rules
 from dwmr.core.geometry import wrap_array
-from dwmr.results.metrics import TABLE_13, measure, rmse
+from dwmr.results.metrics import TABLE_12_HORIZON, TABLE_13, measure, rmse
 from dwmr.scenario.file import find, read
 from dwmr.simulation import simulate
 
@@ -38,6 +38,7 @@ READINGS: dict[str, tuple[str, ...]] = {
     "encoders of 2000 steps": ("robot.sensors.encoder_steps=2000",),
     "odometry": ("robot.sensors.pose=odometry",),
     "noise of 1 cm, 0.01 rad, 0.01 m/s, 0.01 rad/s": NOISE,
+    "follower1 turned by 2.7 rad at its start": ("robots.follower1.theta_0=2.7",),
 }
 
 
@@ -65,11 +66,17 @@ def run(overrides: Sequence[str]) -> dict[str, Any]:
 
 
 def rows(results: dict[str, Any]) -> Iterator[str]:
-    """Yield the rows of the page's tables: errors by reading, then the angles by how they are measured."""
+    """Yield the rows of the page's tables: errors by reading, what followers lack, angles by how they are measured."""
     printed = TABLE_13["aifqsmc"]
     yield _row("Table 13", printed, "")
     for name, one in results.items():
         yield _row(name, one["errors"], str(one["robots_hit"]))
+    yield ""
+    for robot in ("follower1", "follower2"):
+        for name, symbol, unit in (("x_e", "x_e", "m"), ("y_e", "y_e", "m"), ("theta_e", "θ_e", "rad")):
+            table, ours = printed[robot][name], results["as shipped"]["errors"][robot][name]
+            more = (table**2 - ours**2) * TABLE_12_HORIZON
+            yield f"| {robot} | {symbol} | {table:.3f} {unit} | {ours:.3f} {unit} | {more:.1f} {unit}² s |"
     yield ""
     for name in ("the equations", "as shipped"):
         for robot, row in results[name]["errors"].items():

@@ -40,10 +40,11 @@ class BoxedStep:
         model: The step.
         ranges: The least and the largest value of each input, state and `dt`.
         names: What is asked of; the sides of boxes are the arguments that these depend on.
+        far: Numbers without an end are taken up to this magnitude.
     """
 
-    def __init__(self, model: StepModel, ranges: Mapping[str, Ends], names: Sequence[str]) -> None:
-        self.model, self.ranges, self.outputs = model, ranges, list(names)
+    def __init__(self, model: StepModel, ranges: Mapping[str, Ends], names: Sequence[str], far: float = FAR) -> None:
+        self.model, self.ranges, self.outputs, self.far = model, ranges, list(names), far
         self.slice: Slice = model.slice(names)
         #: States that may be no number.
         self.lost = [a for a in self.slice.arguments if ranges[a] == (-inf, inf)]
@@ -61,7 +62,7 @@ class BoxedStep:
 
         With slopes the ends enclose what kernels compute, without them the real values as well.
         """
-        sides = boxes(np.clip(lo, -FAR, FAR), np.clip(hi, -FAR, FAR))
+        sides = boxes(np.clip(lo, -self.far, self.far), np.clip(hi, -self.far, self.far))
         flat = [Enclosure(e.lo, e.hi, None, e.error) for e in sides]
         unknown = len(sides) > _MOST_SLOPES
         if sloped and unknown:

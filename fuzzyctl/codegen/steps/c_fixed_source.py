@@ -313,7 +313,7 @@ class _FixedText:
         points, expected = [], []
         for point in sequence_of_points(self.unit, self.fixed.inputs, STEPS):
             outputs, state = step(*(x / one for x in point), state)
-            values = outputs if isinstance(outputs, tuple) else (outputs,)
+            values = (outputs,) if len(step.output_names) == 1 else outputs
             rows = []
             for value, error in zip(values, self.fixed.errors, strict=True):
                 low, high = math.ceil((value - error) * one), math.floor((value + error) * one)

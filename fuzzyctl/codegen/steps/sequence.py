@@ -127,7 +127,7 @@ def _made(kernel: Step, unit: StepUnit, point: tuple[float, ...], state: Numbers
         outputs, after = kernel(*inputs, state, **({"dt": time[0]} if time else {}))
     except NoRuleFiresError as error:
         return Vector(point, (math.nan,) * len(unit.outputs), error.output), state
-    return Vector(point, outputs if isinstance(outputs, tuple) else (outputs,)), after
+    return Vector(point, (outputs,) if len(unit.outputs) == 1 else tuple(outputs)), after
 
 
 def _without_a_step(unit: StepUnit, k: int, before: tuple[float, ...]) -> tuple[float, ...]:

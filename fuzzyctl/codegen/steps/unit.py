@@ -124,19 +124,9 @@ def prepare_step(
     systems: dict[FuzzySystem, Unit] = {}
 
     def point(call: Evaluation) -> Program:
-        planned = plan(call.system)
-        if call.free:
-            systems[call.system] = Unit(call.system, "", (), Algorithm(planned, None, "numbers of it are free"), {})
-            program = free_program(free_plan(call.system, [name for name, _ in call.free]))
-            return map_expressions(program, quotient) if guarded else program
-        if call.states:
-            systems[call.system] = Unit(call.system, "", (), Algorithm(planned, None, "it has a state"), {})
-            program = evaluation_with_rates(planned)
-            return map_expressions(program, quotient) if guarded else program
-        chosen = algorithm_of(planned, algorithm)
-        chosen = for_small(chosen, algorithm) if small else chosen
+        chosen, program = _algorithm_and_program(call, algorithm, small, guarded)
         systems[call.system] = Unit(call.system, "", (), chosen, {})
-        return chosen.printed
+        return program
 
     written, values = named_step(_with_guards(equations) if guarded else equations, point)
     outputs = len(equations.outputs)
@@ -154,6 +144,23 @@ def prepare_step(
         precision=precision,
         values={v.name: n for n, v in reversed(values.items()) if isinstance(v, Name) and "#" not in n},
     )
+
+
+def _algorithm_and_program(call: Evaluation, algorithm: str, small: bool, guarded: bool) -> tuple[Algorithm, Program]:
+    """Return how the system of a call is evaluated, and the program of one evaluation."""
+    planned = plan(call.system)
+    if not (call.free or call.states):
+        chosen = algorithm_of(planned, algorithm)
+        chosen = for_small(chosen, algorithm) if small else chosen
+        return chosen, chosen.printed
+    if call.free:
+        reason, program = (
+            "numbers of it are free",
+            free_program(free_plan(call.system, [name for name, _ in call.free])),
+        )
+    else:
+        reason, program = "it has a state", evaluation_with_rates(planned)
+    return Algorithm(planned, None, reason), map_expressions(program, quotient) if guarded else program
 
 
 def _with_guards(equations: Equations) -> Equations:

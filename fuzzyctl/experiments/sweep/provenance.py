@@ -45,11 +45,39 @@ def sources(folder: Path, outside: tuple[str, ...] = ()) -> str:
     return digest.hexdigest()
 
 
-def differences(before: Mapping[str, Any], now: Mapping[str, Any], prefix: str = "") -> Iterator[str]:
+def differences(before: Mapping[str, Any], now: Mapping[str, Any]) -> Iterator[str]:
+    """Yield what differs between two descriptions, in words."""
+    yield from dict.fromkeys(_in_words(*key) for key in _keys(before, now))
+
+
+def _keys(before: Mapping[str, Any], now: Mapping[str, Any]) -> Iterator[tuple[str, ...]]:
     """Yield the keys in which two descriptions differ."""
     for key in dict.fromkeys([*before, *now]):
         old, new = before.get(key), now.get(key)
         if isinstance(old, Mapping) and isinstance(new, Mapping):
-            yield from differences(old, new, f"{prefix}{key}.")
+            yield from ((key, *inner) for inner in _keys(old, new))
         elif old != new:
-            yield f"{prefix}{key}"
+            yield (key,)
+
+
+def _in_words(part: str, *keys: str) -> str:
+    """Return what a key of a description is about."""
+    match part, keys:
+        case "spec", _:
+            return f"{'.'.join(keys)} of the SPEC"
+        case "overrides", _:
+            return "values of --set"
+        case "runs", _:
+            return "number of runs"
+        case "scenario", ("inputs",):
+            return "settings of the runs"
+        case "scenario", ("name" | "file",):
+            return "name of the scenario"
+        case "scenario", _:
+            return "text of the scenario"
+        case "rules", _:
+            return f"file {Path(keys[-1]).name}" if keys else "files that are used"
+        case "laws", _:
+            return f"law {keys[-1]}" if keys else "laws"
+        case _:
+            return f"version of {keys[-1]}" if keys and keys[-1] != "sources" else "version of this program"

@@ -49,6 +49,9 @@ class Algorithm:
     is_forced: bool = False
     most_coefficients: int = interpolation.MOST_COEFFICIENTS
 
+    def __repr__(self) -> str:
+        return f"Algorithm({self.name}: {self.reason})"
+
     @property
     def name(self) -> str:
         """One of `ALGORITHMS` but `auto`."""

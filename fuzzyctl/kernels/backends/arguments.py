@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from fuzzyctl.diagnostics.diagnostic import ArgumentError, UnknownNameError, ValueOutOfBoundsError
 from fuzzyctl.kernels.backends.columns import column_names, columns_by_name, require_same_index
+from fuzzyctl.kernels.program.scalar import as_number
 
 if TYPE_CHECKING:
     import numpy as np
@@ -54,7 +55,11 @@ def argument_error(names: Sequence[str], states: int, arguments: tuple[Any, ...]
     if isinstance(error, ArgumentError):
         return error
     if len(arguments) != len(names):
-        return ArgumentError(f"the kernel takes {len(names)} arguments ({', '.join(names)}), got {len(arguments)}")
+        several = not states and any(hasattr(a, "__len__") for a in arguments)
+        hint = "; kernel.batch takes arrays" if several else ""
+        return ArgumentError(
+            f"the kernel takes {len(names)} arguments ({', '.join(names)}), got {len(arguments)}{hint}"
+        )
     kinds = ", ".join(f"{n}: {type(a).__name__}" for n, a in zip(names, arguments, strict=True))
     state = f", and the state {states} of them" if states else ""
     return ArgumentError(f"each input must be a real number{state}; got {kinds}; kernel.batch takes arrays")
@@ -66,6 +71,18 @@ def too_large(names: Sequence[str], arguments: Sequence[Any]) -> ValueOutOfBound
         if overflows(value):
             return ValueOutOfBoundsError(f"input {name!r}", type(value), "within the range of floats")
     return ValueOutOfBoundsError("an input", type(arguments), "within the range of floats")
+
+
+def as_floats(arguments: Sequence[Any], inputs: int, expected: int) -> list[Any]:
+    """Return the arguments of a call with the inputs, which come first, as floats.
+
+    Raises:
+        ArgumentError: For what is no real number.
+        TypeError: For another number of arguments than expected.
+    """
+    if len(arguments) != expected:
+        raise TypeError("wrong number of arguments")
+    return [*map(as_number, arguments[:inputs]), *arguments[inputs:]]
 
 
 def overflows(value: Any) -> bool:

@@ -6,8 +6,9 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, Final
 
 from fuzzyctl.diagnostics.diagnostic import ArgumentError
-from fuzzyctl.kernels.backends.arguments import float_array
+from fuzzyctl.kernels.backends.arguments import float_array, writable
 from fuzzyctl.kernels.plan.build import Plan
+from fuzzyctl.kernels.program.scalar import as_number
 
 if TYPE_CHECKING:
     import numpy as np
@@ -33,6 +34,24 @@ def first_state(plan: Plan, state: Any) -> FloatArray:
     if array.shape != (count,):
         raise ArgumentError(f"the state must have the shape ({count},), got {array.shape}")
     return array
+
+
+def argument(state: Any, count: int, *, compiled: bool) -> Any:
+    """Return a state as the function of a backend takes it; compiled code would read beyond a short one.
+
+    Raises:
+        ArgumentError: For a state of another shape.
+    """
+    if type(state) in (list, tuple) and not compiled:  # no numpy for a light start
+        plain: Any = [c if type(c) is float else as_number(c, "each entry of the state") for c in state]
+    else:
+        array = float_array(state, "state")
+        if array.ndim != 1:
+            raise ArgumentError(f"the state must have the shape ({count},), got {array.shape}")
+        plain = writable(array) if compiled else array.tolist()
+    if len(plain) != count:
+        raise ArgumentError(f"the state must have {count} entries, got {len(plain)}")
+    return plain
 
 
 def flat_state(plan: Plan, state: Any, shape: tuple[int, ...]) -> FloatArray | None:

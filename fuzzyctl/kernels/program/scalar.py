@@ -39,7 +39,8 @@ def as_number(value: object, what: str = "an input") -> float:
     """
     if isinstance(value, Real) or getattr(value, "shape", None) == ():
         return float(value)  # type: ignore[arg-type]  # what has an empty shape is an array of one number
-    raise ArgumentError(f"{what} must be a real number, got {type(value).__name__}; kernel.batch takes arrays")
+    arrays = "; kernel.batch takes arrays" if hasattr(value, "__len__") and not isinstance(value, str) else ""
+    raise ArgumentError(f"{what} must be a real number, got {type(value).__name__}{arrays}")
 
 
 def _ieee(function: Callable[..., float]) -> Callable[..., float]:

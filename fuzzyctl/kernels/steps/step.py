@@ -5,9 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Final, final
+from typing import TYPE_CHECKING, Any, Final, final, overload
 
 from fuzzyctl.diagnostics.diagnostic import ArgumentError, NoRuleFiresError, UnknownNameError, ValueOutOfBoundsError
+from fuzzyctl.diagnostics.terminal import printable
 from fuzzyctl.displayed import Displayed
 from fuzzyctl.kernels.backends.arguments import float_array, row_array, writable
 from fuzzyctl.kernels.backends.columns import require_same_index
@@ -17,15 +18,16 @@ from fuzzyctl.kernels.plan.equations import DT, Equations
 from fuzzyctl.kernels.program.program import Program, Refuse
 from fuzzyctl.kernels.program.scalar import as_number
 from fuzzyctl.kernels.steps.program import step_program
+from fuzzyctl.support.signatures import InputSignature
 
 if TYPE_CHECKING:
-    import numpy as np
-    import numpy.typing as npt
+    from collections.abc import Callable
 
+    import pandas as pd
+
+    from fuzzyctl.annotations import FloatArray, Frame, Labelled, Numbers, Outputs, Scalar, Vector
     from fuzzyctl.kernels.steps.gradient import StepGradient
     from fuzzyctl.kernels.steps.values import StepValues
-
-    FloatArray = npt.NDArray[np.float64]
 
 #: What the time since the step before is.
 _TIME: Final = "> 0 s and finite"
@@ -45,6 +47,10 @@ class Step(Displayed):
         values: Takes the values of free numbers, which are the last states; None where there are none.
     """
 
+    __signature__ = InputSignature(
+        lambda step: [*step.input_names, "state"], named=lambda step: ["dt"] if step.period is None else []
+    )
+
     def __init__(
         self, equations: Equations, backend: str, algorithm: str = "auto", values: StepValues | None = None
     ) -> None:
@@ -57,9 +63,9 @@ class Step(Displayed):
         self._program = step_program(equations, algorithm)
 
     def __repr__(self) -> str:
-        return f"Step({', '.join(self.input_names)} -> {', '.join(self.output_names)}; {self.backend})"
+        return printable(f"Step({', '.join(self.input_names)} -> {', '.join(self.output_names)}; {self.backend})")
 
-    def start(self, values: Mapping[str, Any] | None = None, /, **named: Any) -> FloatArray:
+    def start(self, values: Mapping[str, Numbers] | None = None, /, **named: Numbers) -> FloatArray:
         """Return the state before the first step, shape (states,); its last entries are the free numbers.
 
         Args:
@@ -79,7 +85,7 @@ class Step(Displayed):
             raise UnknownNameError("free number", name, self.free_names)
         return np.array([s.start for s in self.equations.states], dtype=np.float64)
 
-    def __call__(self, *arguments: Any, dt: float | None = None) -> tuple[Any, FloatArray]:
+    def __call__(self, *arguments: Scalar | Vector, dt: float | None = None) -> tuple[Outputs, FloatArray]:
         """Make one step.
 
         Args:
@@ -113,8 +119,9 @@ class Step(Displayed):
             if output is None:
                 raise
             raise NoRuleFiresError(output, python_backend.point_text(self._argument_names(), given)) from None
-        outputs = results[: len(self.output_names)].tolist()
-        return outputs[0] if len(outputs) == 1 else tuple(outputs), results[len(self.output_names) :]
+        values = results[: len(self.output_names)].tolist()
+        outputs: Any = values[0] if len(values) == 1 else tuple(values)
+        return outputs, results[len(self.output_names) :]
 
     def _times(self, dt: float | None) -> list[float]:
         if self.period is not None:
@@ -127,7 +134,17 @@ class Step(Displayed):
             raise ValueOutOfBoundsError(DT, dt, _TIME)
         return [as_number(dt)]
 
-    def run(self, inputs: Any, state: Any = None, *, dt: Any = None) -> tuple[FloatArray, FloatArray]:
+    @overload
+    def run(
+        self, inputs: Frame, state: Vector | None = None, *, dt: Scalar | Vector | None = None
+    ) -> tuple[Labelled, FloatArray]: ...
+    @overload
+    def run(
+        self, inputs: Numbers, state: Vector | None = None, *, dt: Scalar | Vector | None = None
+    ) -> tuple[FloatArray, FloatArray]: ...
+    def run(
+        self, inputs: Numbers | Frame, state: Vector | None = None, *, dt: Scalar | Vector | None = None
+    ) -> tuple[FloatArray | Labelled, FloatArray]:
         """Make a step for each row of the inputs, one after the other.
 
         Args:
@@ -154,7 +171,17 @@ class Step(Displayed):
         outputs = results[:, 0] if results.shape[1] == 1 else results
         return labelled(outputs, self.output_names, inputs), kept
 
-    def batch(self, inputs: Any, states: Any, *, dt: Any = None) -> tuple[FloatArray, FloatArray]:
+    @overload
+    def batch(self, inputs: Frame, states: Frame, *, dt: Numbers | None = None) -> tuple[Labelled, pd.DataFrame]: ...
+    @overload
+    def batch(self, inputs: Frame, states: Numbers, *, dt: Numbers | None = None) -> tuple[Labelled, FloatArray]: ...
+    @overload
+    def batch(
+        self, inputs: Numbers, states: Numbers, *, dt: Numbers | None = None
+    ) -> tuple[FloatArray, FloatArray]: ...
+    def batch(
+        self, inputs: Numbers | Frame, states: Numbers | Frame, *, dt: Numbers | None = None
+    ) -> tuple[FloatArray | Labelled, FloatArray | pd.DataFrame]:
         """Make one step of many copies of the controller side by side.
 
         Args:
@@ -182,7 +209,7 @@ class Step(Displayed):
         first = results[..., 0] if outputs == 1 else results[..., :outputs]
         return labelled(first, self.output_names, inputs), labelled(results[..., outputs:], self.state_names, states)
 
-    def gradient(self, inputs: Any, states: Any, *, dt: Any = None) -> tuple[FloatArray, FloatArray]:
+    def gradient(self, inputs: Numbers, states: Numbers, *, dt: Numbers | None = None) -> tuple[FloatArray, FloatArray]:
         """Compute the derivatives of a step by the inputs, then the states, free numbers last; exact but for rounding.
 
         Args:
@@ -314,7 +341,7 @@ class Step(Displayed):
         return self.input_names if self.period is not None else (*self.input_names, DT)
 
     @cached_property
-    def jit(self) -> Any:
+    def jit(self) -> Callable[..., Any]:
         """The function (x0, ..., dt, state, results), for use in loops of the caller's own.
 
         It stores the outputs, then the next state, into `results`, shape (outputs + states,); `dt` is left out for a

@@ -1,35 +1,53 @@
 // A controller: its inputs, steps by hand, its state, and its outputs over the steps.
 
-const KEPT = 400;
+const KEPT = 400, FIRST = 50;
+
+/** Outputs of a controller over its steps, a plot each. */
+function stepPlots(outputs, history) {
+    return outputs.map((output, k) => picture(110, `${withUnit(output)} over the time of the steps`, (context, width, height) => {
+        const rows = history.rows.map((r) => [r.t, r.values[k]]), last = history.rows.at(-1), constant = constantOf([rows.map(([, v]) => v)]);
+        if (last === undefined) {
+            return;
+        }
+        const isKnown = constant !== null && output.lower !== null && output.upper !== null && constant >= output.lower && constant <= output.upper;
+        const ends = isKnown ? endsOf([output.lower, output.upper]) : endsOf(rows.map(([, v]) => v));
+        const a = axes(context, [56, 8, width - 68, height - 28], [rows[0][0], last.t + last.dt], ends);
+        a.frame();
+        a.heights(isKnown ? null : constant);
+        a.line([...rows, [last.t + last.dt, last.values[k]]], lineColor(0), 1.5, { stepped: true });
+        context.textAlign = "center";
+        context.textBaseline = "top";
+        context.fillText("t [s]", width / 2, height - 16);
+    }));
+}
 
 function controllerSection(controller, kernel) {
-    const named = controller.period === null ? [...controller.inputs, { name: "dt", label: "time between steps", unit: "s", lower: 0.001, upper: 1 }] : controller.inputs;
-    const controls = inputControls(controller.name, named, () => {});
+    const time = { name: "dt", label: "time between steps", unit: "s", lower: 0.001, upper: 1, start: 0.01 };
+    const named = controller.period === null ? [...controller.inputs, time] : controller.inputs;
+    // Without a state an output is that of the inputs, and a step shows it.
+    const controls = inputControls(controller.name, named, () => controller.state || step(1));
     controlled.set(controller.name, controls);
-    const numbers = outputNumbers(controller.outputs);
+    const numbers = outputNumbers(controller.outputs), history = { count: 0, rows: [] };
     const count = element("p", { className: "note" }), states = element("div", {});
-    let state, history;
-    const canvases = controller.outputs.map((output, k) => picture(120, `${withUnit(output)} over the steps`, (context, width, height) => {
-        const a = axes(context, [64, 8, width - 76, height - 30], [Math.max(0, history.first), Math.max(1, history.first + history.rows.length)],
-            endsOf(history.rows.map((r) => r[k])));
-        a.frame();
-        a.ends();
-        a.line(history.rows.map((r, n) => [history.first + n + 1, r[k]]), lineColor(k), 1.5, { stepped: true });
-    }));
+    let state = null;
+    const canvases = stepPlots(controller.outputs, history);
     function show(text = "") {
-        numbers.show(history.rows.at(-1) ?? [], text);
-        count.textContent = `Steps: ${history.first + history.rows.length}`;
-        const rows = Object.entries(state ?? {}).map(([name, value]) =>
-            [name, Array.isArray(value) ? value.map((v) => shown(v)).join(", ") : shown(value)]);
-        states.replaceChildren(...(rows.length ? [tableOf("State", [], rows)] : []));
+        numbers.show(history.rows.at(-1)?.values ?? [], text);
+        count.textContent = `Steps: ${history.count}${history.count > KEPT ? `, the last ${KEPT} are drawn` : ""}`;
+        const rows = Object.entries(controller.states).map(([name, label]) =>
+            [label, Array.isArray(state[name]) ? state[name].map((v) => shown(v)).join(", ") : shown(state[name])]);
+        states.replaceChildren(...(rows.length ? [tableOf("State after the last step", [], rows)] : []));
         canvases.forEach((c) => c.again());
     }
     function step(times) {
         let text = "";
         for (let k = 0; k < times && !text; k++) {
+            const before = history.rows.at(-1), dt = controller.period ?? controls.values.at(-1);
             try {
                 const result = kernel.step(...(state === null ? [] : [state]), ...controls.values);
-                history.rows.push(Array.isArray(result) ? result : [result]);
+                const t = before === undefined ? 0 : before.t + (controller.period ?? dt);
+                history.rows.push({ t, dt, values: Array.isArray(result) ? result : [result] });
+                history.count++;
             } catch (error) {
                 if (error.name !== "NoRuleFiresError") {
                     throw error;
@@ -38,14 +56,13 @@ function controllerSection(controller, kernel) {
             }
             if (history.rows.length > KEPT) {
                 history.rows.shift();
-                history.first++;
             }
         }
         show(text);
     }
     function reset() {
         state = kernel.start === null ? null : kernel.start();
-        history = { first: 0, rows: [] };
+        Object.assign(history, { count: 0, rows: [] });
         show();
     }
     const button = (text, act) => {
@@ -56,14 +73,14 @@ function controllerSection(controller, kernel) {
     const period = controller.period === null ? "" : `A step is ${shown(controller.period)} s.`;
     const buttons = element("div", { className: "choices" }, button("Step", () => step(1)), button("10 steps", () => step(10)),
         button("100 steps", () => step(100)), button("Begin anew", reset));
-    state = kernel.start === null ? null : kernel.start();
-    history = { first: 0, rows: [] };
-    const parts = [
-        element("section", {}, controls.form, buttons, element("p", { className: "note" }, period), numbers.box, count),
-        element("section", { className: "wide" }, element("h3", {}, "Outputs"), ...canvases.flatMap((c, k) => [element("h4", {}, withUnit(controller.outputs[k])), c])),
-        element("section", {}, element("h3", {}, "State"), states,
-            ...(controller.facts.length ? [tableOf("Params", [], controller.facts)] : [])),
-        element("section", {}, ...proofs("Bounds of outputs and states, at every step", controller)),
+    const plots = canvases.map((c, k) => element("div", {}, element("h4", {}, withUnit(controller.outputs[k])), c));
+    const isSmall = controller.outputs.length > 4;
+    const side = [element("section", {}, controls.form, buttons, element("p", { className: "note" }, period, " ", count), numbers.box)];
+    const main = [
+        element("section", {}, element("h3", {}, "Outputs over the steps"), element("div", { className: isSmall ? "several small" : "stack" }, ...plots)),
+        element("div", { className: "pair" }, element("section", {}, ...proofs("Bounds of outputs and states, at every step", controller)),
+            ...(controller.facts.length || Object.keys(controller.states).length ? [element("section", {}, element("h3", {}, "State and params"), states,
+                ...(controller.facts.length ? [tableOf("Params", [], controller.facts)] : []))] : [])),
     ];
-    return { parts, begin: reset };
+    return { side, main, begin: () => { reset(); step(FIRST); } };
 }

@@ -2,48 +2,114 @@
 
 /** The controls of systems and controllers by name, which the time of a run moves. */
 const controlled = new Map();
+/** Moves the controls to the time of the run that is shown. */
+let followAgain = () => {};
 
-/** Controls for inputs of a block; `moved` is called after each change. */
+/** What runs on the page give to the inputs of a block, for each of its calls. */
+const callsOf = (block) => facts.sections.filter((s) => s.kind === "loop").flatMap((s) => s.inputs ?? []).filter((c) => c.block === block);
+
+/** Round ends of a slider around values, with room to move beyond them. */
+function roundEnds(values) {
+    const low = Math.min(...values), high = Math.max(...values), span = high - low || Math.abs(high) || 1, step = roundStep(2 * span, 20);
+    return [Math.floor((low - span / 2) / step + 1e-9), Math.ceil((high + span / 2) / step - 1e-9)].map((k) => Number((k * step).toPrecision(12)));
+}
+
+/** Values without the least and the greatest of them, of a run that diverges, and the first one. */
+function usual(values) {
+    const sorted = [...values].sort((a, b) => a - b), out = Math.floor(0.02 * values.length);
+    return [...values.slice(0, 1), ...sorted.slice(out, values.length - out)];
+}
+
+/** The ends of an input's slider: its range; where that has no end, what runs give to it, without one −1 and 1. */
+function sliderEnds(input, given) {
+    const [low, high] = given.length ? roundEnds(given) : [-1, 1], { lower, upper } = input;
+    return [lower ?? (upper === null || low < upper ? low : upper - 1), upper ?? (lower === null || high > lower ? high : lower + 1)];
+}
+
+/** Fields for the ends of a slider of an input whose range has none. */
+function endFields(block, input, ends, changed) {
+    const fields = ["lower", "upper"].map((name, k) => {
+        const field = element("input", { type: "number", step: "any", value: ends[k], disabled: input[name] !== null, "aria-label": `${called(input)}, ${name} end of the slider` });
+        field.addEventListener("input", () => {
+            const typed = field.valueAsNumber, fits = k ? typed > ends[0] : typed < ends[1];
+            field.setAttribute("aria-invalid", String(!fits));
+            if (fits) {
+                ends[k] = typed;
+                settings.set(`ends of ${block}, ${input.name}`, [...ends]);
+                changed();
+            }
+        });
+        return field;
+    });
+    return element("span", { className: "ends" }, "slider from ", fields[0], " to ", fields[1]);
+}
+
+/** One row: a name, a slider, a field; `refresh` shows its number. */
+function inputRow(block, input, ends, read, write) {
+    const id = identifier(), isOpen = input.lower === null || input.upper === null;
+    const note = element("span", { className: "note", id: `${id}-note` });
+    const slider = element("input", { type: "range", step: "any", "aria-label": `${withUnit(input)}, slider` });
+    const field = element("input", { type: "number", step: "any", id, "aria-describedby": note.id });
+    function refresh(typed = false) {
+        const value = read(), [low, high] = ends, beyond = value < low || value > high;
+        Object.assign(slider, { min: low, max: high });
+        slider.value = Number.isNaN(value) ? low : value;
+        if (!typed) {
+            field.value = Number.isNaN(value) ? "" : value;
+        }
+        const tail = input.extrapolate || !("extrapolate" in input) ? "beyond the range" : "counts as the end of the range";
+        note.textContent = Number.isNaN(value) ? "no number" : isOpen ? "" : beyond ? tail : `${shown(low)} to ${shown(high)}`;
+        note.classList.toggle("warning", Number.isNaN(value) || (beyond && !isOpen));
+    }
+    slider.addEventListener("input", () => write(slider.valueAsNumber));
+    field.addEventListener("input", () => write(field.valueAsNumber, true));
+    refresh();
+    const name = element("div", { className: "name" }, element("label", { for: id }, withUnit(input)), note);
+    return { row: element("div", { className: "control" }, name, slider, field, ...(isOpen ? [endFields(block, input, ends, refresh)] : [])), refresh };
+}
+
+/** Controls for inputs of a block; `moved` is called after each change. They begin where the first run on the page does. */
 function inputControls(block, inputs, moved) {
-    const kept = settings.get(`inputs of ${block}`) ?? {}, holds = (i) => kept[i.name] >= i.lower && kept[i.name] <= i.upper;
-    const values = inputs.map((i) => (holds(i) ? kept[i.name] : 0.5 * i.lower + 0.5 * i.upper));
-    const refreshes = [];
+    const kept = settings.get(`inputs of ${block}`) ?? {}, calls = callsOf(block), names = [...new Set(calls.map((c) => c.call))];
+    const given = inputs.map((_, k) => usual(calls.flatMap((c) => c.values[k] ?? []).filter(Number.isFinite)));
+    const ends = inputs.map((input, k) => [...(settings.get(`ends of ${block}, ${input.name}`) ?? sliderEnds(input, given[k]))]);
+    const values = inputs.map((input, k) => {
+        const [low, high] = ends[k], own = kept[input.name], isOpen = input.lower === null || input.upper === null;
+        if (own >= (input.lower ?? -Infinity) && own <= (input.upper ?? Infinity)) {
+            return own;
+        }
+        return calls[0]?.values[k]?.[0] ?? input.start ?? (isOpen ? low / 4 + (3 * high) / 4 : low / 2 + high / 2);
+    });
+    let followed = names[0];
     function changed() {
         settings.set(`inputs of ${block}`, Object.fromEntries(inputs.map((i, k) => [i.name, values[k]])));
         moved();
     }
-    const rows = inputs.map((input, k) => {
-        const id = identifier(), note = element("span", { className: "note", id: `${id}-note` });
-        const range = { min: input.lower, max: input.upper, step: "any" };
-        const slider = element("input", { type: "range", ...range, "aria-label": `${withUnit(input)}, slider` });
-        const field = element("input", { type: "number", step: "any", id, "aria-describedby": note.id });
-        function refresh(typed = false) {
-            const value = values[k];
-            slider.value = Number.isNaN(value) ? input.lower : value;
-            if (!typed) {
-                field.value = Number.isNaN(value) ? "" : value;
-            }
-            const beyond = value < input.lower || value > input.upper;
-            const tail = input.extrapolate || !("extrapolate" in input) ? "beyond the range" : "counts as the end of the range";
-            note.textContent = Number.isNaN(value) ? "no number" : beyond ? tail : `${shown(input.lower)} to ${shown(input.upper)}`;
-            note.classList.toggle("warning", beyond || Number.isNaN(value));
-        }
-        slider.addEventListener("input", () => { values[k] = slider.valueAsNumber; refresh(); changed(); });
-        field.addEventListener("input", () => { values[k] = field.valueAsNumber; refresh(true); changed(); });
-        refreshes.push(refresh);
-        refresh();
-        const label = element("label", { for: id }, withUnit(input));
-        return element("div", { className: "control" }, label, slider, field, note);
-    });
+    const rows = inputs.map((input, k) => inputRow(block, input, ends[k], () => values[k], (value, typed) => {
+        values[k] = value;
+        rows[k].refresh(typed);
+        changed();
+    }));
+    const chooser = names.length > 1 ? [choice("follows the call of", names, 0, (k) => {
+        followed = names[k];
+        followAgain();
+    })] : [];
     return {
         values,
-        form: element("fieldset", {}, element("legend", {}, "Inputs"), ...rows),
+        form: element("fieldset", {}, element("legend", {}, "Inputs"), ...rows.map((r) => r.row), ...chooser),
         set(changes) {
             for (const [k, value] of changes) {
                 values[k] = value;
-                refreshes[k]();
+                rows[k].refresh();
             }
             changed();
+        },
+        /** Takes what a run gives to the chosen call at a sample; nothing where it has no such call. */
+        follow(given, sample) {
+            const own = given.find((c) => c.block === block && c.call === followed);
+            if (own) {
+                this.set(own.values.map((v, k) => [k, v[sample] ?? NaN]));
+            }
         },
     };
 }
@@ -53,12 +119,12 @@ function outputNumbers(outputs) {
     const cells = outputs.map(() => element("output", { className: "number" }));
     const message = element("p", { className: "warning" });
     const rows = outputs.map((o, k) => element("p", {}, `${called(o)} `, cells[k], o.unit ? ` ${o.unit}` : ""));
-    const box = element("div", { className: "outputs", "aria-live": "polite", role: "status" }, ...rows, message);
+    const box = element("div", { className: `outputs${outputs.length > 4 ? " many" : ""}`, "aria-live": "polite", role: "status" }, ...rows, message);
     return {
         box,
         show(values, text = "") {
             cells.forEach((cell, k) => {
-                cell.textContent = shown(values[k], 9);
+                cell.textContent = shown(values[k], outputs.length > 4 ? 6 : 9);
                 cell.dataset.value = String(values[k]);
             });
             message.textContent = text;

@@ -21,6 +21,12 @@ function numbersOf(data) {
     return typeof data === "string" ? new Float32Array(Uint8Array.from(atob(data), (c) => c.charCodeAt(0)).buffer) : Float64Array.from(data, (v) => v ?? NaN);
 }
 
+/** A round distance, 1, 2 or 5 by a power of ten, that divides a span in some parts at most. */
+function roundStep(span, count) {
+    const raw = span / count, power = 10 ** Math.floor(Math.log10(raw));
+    return [1, 2, 5, 10].find((factor) => factor * power >= raw) * power;
+}
+
 /** Round values between two ends; of a logarithmic axis powers of ten. */
 function ticks([low, high], count, isLog) {
     const found = [];
@@ -31,18 +37,33 @@ function ticks([low, high], count, isLog) {
         }
         return found;
     }
-    const raw = (high - low) / count, power = 10 ** Math.floor(Math.log10(raw));
-    const step = [1, 2, 5, 10].find((factor) => factor * power >= raw) * power;
+    const step = roundStep(high - low, count);
     for (let k = Math.ceil(low / step); k * step <= high; k++) {
         found.push(k * step);
     }
     return found;
 }
 
+/** The value of lines that are the same everywhere, null for others: their axis has that one number. */
+function constantOf(lines) {
+    let found = null;
+    for (const values of lines) {
+        for (const v of values) {
+            if (v !== null && Number.isFinite(v)) {
+                found ??= v;
+                if (v !== found) {
+                    return null;
+                }
+            }
+        }
+    }
+    return found;
+}
+
 /** A value beside an axis. */
-function tickText(value) {
+function tickText(value, digits = 6) {
     const size = Math.abs(value);
-    const text = size && (size < 1e-3 || size >= 1e5) ? value.toExponential(1).replace(/\.0(?=e)/, "") : shown(value);
+    const text = size && (size < 1e-3 || size >= 1e5) ? value.toExponential(1).replace(/\.0(?=e)/, "") : shown(value, digits);
     return text.replace("-", "\u2212");
 }
 
@@ -66,6 +87,9 @@ function nearest(sorted, value) {
     return value - sorted[low] < sorted[high] - value ? low : high;
 }
 
+/** Pixels as SVG takes them, which has no exponents: what lies far outside of a picture lies outside. */
+const pixels = (v) => Math.min(Math.max(v, -1e5), 1e5).toFixed(1);
+
 /** The path of a line; what has no value leaves a gap. */
 function track({ x: xs, y: ys, stepped }, x, y) {
     let text = "", before = null;
@@ -74,7 +98,7 @@ function track({ x: xs, y: ys, stepped }, x, y) {
             before = null;
             continue;
         }
-        const [right, down] = [x(xs[k]).toFixed(1), y(ys[k]).toFixed(1)];
+        const [right, down] = [pixels(x(xs[k])), pixels(y(ys[k]))];
         text += before === null ? `M${right} ${down}` : stepped ? `L${right} ${before}L${right} ${down}` : `L${right} ${down}`;
         before = down;
     }
@@ -85,6 +109,7 @@ class Panel {
     constructor(plot, data, parent) {
         Object.assign(this, { plot, data, view: null, isWhole: false, id: `clip-${clips++}` });
         this.lines = data.lines.map((line) => ({ ...line, x: numbersOf(line.x), y: numbersOf(line.y) }));
+        this.constant = constantOf(this.lines.map((line) => line.y));
         const label = [plot.data.title, data.label, data.title].filter(Boolean).join(", ");
         this.box = element("div", { className: "panel" });
         parent.append(this.box);
@@ -140,9 +165,9 @@ class Panel {
             drawn(inside, "line", { class: "grid", x1: x(value), x2: x(value), y1: TOP, y2: TOP + height });
             drawn(svg, "text", { class: "tick", x: x(value), y: TOP + height + 14, "text-anchor": "middle" }, tickText(value));
         }
-        for (const value of ticks(ys, height / 32, data.log)) {
+        for (const value of this.constant === null || plot.data.map ? ticks(ys, height / 32, data.log) : [this.constant]) {
             drawn(inside, "line", { class: "grid", x1: LEFT, x2: LEFT + width, y1: y(value), y2: y(value) });
-            drawn(svg, "text", { class: "tick", x: LEFT - 5, y: y(value) + 4, "text-anchor": "end" }, tickText(value));
+            drawn(svg, "text", { class: "tick", x: LEFT - 5, y: y(value) + 4, "text-anchor": "end" }, tickText(value, 4));
         }
         const pixels = width / (xs[1] - xs[0]);
         for (const [cx, cy, radius, isBody] of data.circles ?? []) {
@@ -151,7 +176,7 @@ class Panel {
         for (const line of this.lines.filter((l) => !plot.hidden.has(l.series))) {
             const series = plot.data.series[line.series];
             drawn(inside, "path", {
-                class: "line", d: track(line, x, y), stroke: series.colour || "currentColor", "stroke-dasharray": series.dash,
+                class: "line", d: track(line, x, y), stroke: themed(series.colour) || "currentColor", "stroke-dasharray": series.dash,
                 "stroke-width": line.wide ? 3 : 1.4, opacity: line.wide ? 0.45 : 1,
             });
         }
@@ -174,7 +199,7 @@ class Panel {
         for (const line of this.lines.filter((l) => !plot.hidden.has(l.series))) {
             const value = line.y[nearest(line.x, plot.place)];
             if (Number.isFinite(value)) {
-                this.marked.push(drawn(inside, "circle", { cx: at, cy: toY(value), r: 4, fill: plot.data.series[line.series].colour || "currentColor" }));
+                this.marked.push(drawn(inside, "circle", { cx: at, cy: toY(value), r: 4, fill: themed(plot.data.series[line.series].colour) || "currentColor" }));
             }
         }
     }
@@ -241,7 +266,7 @@ class PanelPlot {
         const button = element("button", { type: "button", "aria-pressed": "true" });
         const sample = drawn(button, "svg", { width: 26, height: 8, "aria-hidden": "true" });
         drawn(sample, "line", {
-            x1: 0, x2: 26, y1: 4, y2: 4, stroke: series.colour || "currentColor", "stroke-width": 2, "stroke-dasharray": series.dash,
+            x1: 0, x2: 26, y1: 4, y2: 4, stroke: themed(series.colour) || "currentColor", "stroke-width": 2, "stroke-dasharray": series.dash,
         });
         button.append(element("span", {}, series.name));
         button.addEventListener("click", () => {

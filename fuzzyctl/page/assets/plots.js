@@ -3,6 +3,8 @@
 let facts = JSON.parse(document.getElementById("facts").textContent);
 const FONT = "12px system-ui, sans-serif";
 const redraws = [], pictures = [];
+/** Whether pictures are drawn: not before the first paint, which would wait for them. */
+let isDrawn = false;
 /** What people set on the page, such as the values of sliders, by name: a page of a new text begins with it. */
 const settings = new Map();
 /** Surfaces that are being computed, and what is called when the last one is done. */
@@ -47,11 +49,10 @@ function color(name) {
     }
     return known.get(name);
 }
-/** The colour of the n-th line; black is the colour of the text. */
-function lineColor(n) {
-    const own = facts.colors[n % facts.colors.length];
-    return own === "#000000" ? color("text") : own;
-}
+/** A colour of the palette as the page shows it: black is that of the text, in the dark the two blues change places. */
+const themed = (own) => ({ "#000000": color("text"), "#0072B2": color("accent"), "#56B4E9": color("lit-color") })[own] ?? own;
+/** The colour of the n-th line. */
+const lineColor = (n) => themed(facts.colors[n % facts.colors.length]);
 
 /** A canvas that draws again when its size or the colours of the page change. Its size is measured apart: each look costs a layout. */
 function picture(height, label, draw) {
@@ -80,11 +81,26 @@ function picture(height, label, draw) {
     redraws.push(canvas.again);
     new ResizeObserver(() => {
         const before = String(size);
-        if (String(canvas.measure()) !== before) {
+        if (isDrawn && String(canvas.measure()) !== before) {
             canvas.again();
         }
     }).observe(canvas);
     return canvas;
+}
+
+let ruler = null;
+/** A text that fits into a width [pixels], its end left out where it is longer. */
+function fitted(text, width) {
+    ruler ??= document.createElement("canvas").getContext("2d");
+    ruler.font = FONT;
+    if (ruler.measureText(text).width <= width) {
+        return text;
+    }
+    let length = text.length;
+    while (length > 1 && ruler.measureText(`${text.slice(0, length)}…`).width > width) {
+        length--;
+    }
+    return `${text.slice(0, length)}…`;
 }
 
 /** Axes within a part of a canvas: functions from values to pixels, and lines of values. */
@@ -127,12 +143,21 @@ function axes(context, box, xEnds, yEnds) {
                 }
             }
         },
-        ends() {
-            context.fillStyle = color("note");
+        /** Round numbers along the vertical axis; one for a constant. */
+        heights(constant = null) {
             context.textAlign = "right";
             context.textBaseline = "middle";
-            context.fillText(shown(yEnds[0], 3), left - 5, y(yEnds[0]) - 4);
-            context.fillText(shown(yEnds[1], 3), left - 5, y(yEnds[1]) + 4);
+            for (const value of constant === null ? ticks(yEnds, height / 32, false) : [constant]) {
+                context.globalAlpha = 0.35;
+                context.strokeStyle = color("line");
+                context.beginPath();
+                context.moveTo(left, y(value));
+                context.lineTo(left + width, y(value));
+                context.stroke();
+                context.globalAlpha = 1;
+                context.fillStyle = color("note");
+                context.fillText(tickText(value, 4), left - 5, y(value));
+            }
         },
         line(points, style, width = 1.5, { dashed = false, stepped = false } = {}) {
             path(points, stepped);
@@ -202,5 +227,5 @@ function tableOf(caption, header, rows) {
     const body = rows.map(([first, ...rest]) =>
         element("tr", {}, element("th", { scope: "row" }, first), ...rest.map((c) => element("td", {}, c))));
     table.append(element("tbody", {}, ...body));
-    return element("div", { className: "scroll", tabIndex: 0, role: "region", "aria-label": caption }, table);
+    return element("div", { className: "scroll", tabIndex: 0, role: "group", "aria-label": caption }, table);
 }

@@ -2,16 +2,20 @@
 
 const MOST_RULES = 12;
 
+/** A degree or activation as people read it. */
+const degreeText = (own) => (own > 0 && own < 5e-4 ? "< 0.001" : shown(own, 3));
+
 /** The terms of a variable: curves, the value, and the degrees in a list. */
 function termsView(variable, degreesAt) {
     const spikes = variable.terms.filter((t) => t.at !== null), xs = places(variable);
-    const curves = xs.map((v) => [v, degreesAt(v)]);
+    let curves = null;
     let value = NaN, degrees = [];
     const ends = endsOf([variable.lower, variable.upper, ...spikes.map((t) => t.at)], 0);
     const numbers = variable.terms.map(() => element("data", { className: "number" }));
     const canvas = picture(110, `Terms of ${withUnit(variable)}`, (context, width, height) => {
         const a = axes(context, [8, 8, width - 16, height - 28], ends, [0, 1.05]);
         a.frame();
+        curves ??= xs.map((v) => [v, degreesAt(v)]);
         variable.terms.forEach((term, k) => {
             if (term.at !== null) {
                 a.line([[term.at, 0], [term.at, 1]], lineColor(k), 2);
@@ -45,7 +49,7 @@ function termsView(variable, degreesAt) {
             degrees = Number.isNaN(held) ? [] : degreesAt(held);
             variable.terms.forEach((term, k) => {
                 const own = term.set === null ? undefined : degrees[term.set];
-                numbers[k].textContent = own !== undefined ? shown(own, 3) : term.at !== null ? `at ${shown(term.at, 4)}` : term.set === null ? `= ${term.text}` : "";
+                numbers[k].textContent = own !== undefined ? degreeText(own) : term.at !== null ? `at ${shown(term.at, 4)}` : term.set === null ? `= ${term.text}` : "";
                 numbers[k].value = own === undefined ? "" : String(own);
             });
             canvas.again();
@@ -72,13 +76,13 @@ function ruleTable(table) {
     const caption = `${table.outputs} by ${table.rows === null ? table.columns : `${table.rows} and ${table.columns}`}`;
     const made = element("table", { className: "cells" }, element("caption", {}, caption), element("thead", {}, head), element("tbody", {}, ...rows));
     return {
-        box: element("div", { className: "scroll", tabIndex: 0, role: "region", "aria-label": caption }, made),
+        box: element("div", { className: "scroll", tabIndex: 0, role: "group", "aria-label": caption }, made),
         show(activations) {
             for (const [cell, number, rule] of cells) {
                 const own = activations[rule];
                 cell.style.setProperty("--lit", `${Math.round(70 * Math.min(Math.max(own, 0), 1)) || 0}%`);
                 cell.classList.toggle("lit", own > 0);
-                number.textContent = own > 0 ? shown(own, 2) : "";
+                number.textContent = own > 0 ? degreeText(own) : "";
             }
         },
     };
@@ -109,7 +113,7 @@ function ruleViewer(system, kernel) {
         columns.forEach(({ variable }, k) => {
             context.fillStyle = color("text");
             context.textAlign = "left";
-            context.fillText(called(variable), 60 + k * wide + 4, 10, wide - 12);
+            context.fillText(fitted(called(variable), wide - 12), 60 + k * wide + 4, 10);
         });
         [...acting.slice(0, MOST_RULES), null].forEach((r, row) => {
             const top = 22 + row * tall;
@@ -121,7 +125,7 @@ function ruleViewer(system, kernel) {
                 const beside = o === undefined ? [] : [...crisp.filter(([n]) => n === o).map(([, v]) => v), outputs[o]];
                 const ends = endsOf([variable.lower, variable.upper, ...beside], 0);
                 const a = axes(context, [60 + k * wide + 4, top + 2, wide - 12, tall - 8], ends, [0, 1.05]);
-                a.frame(false);
+                a.frame(r === null);
                 if (o === undefined) {
                     const held = Math.min(Math.max(values[input], ends[0]), ends[1]);
                     for (const part of r === null ? [] : system.rules[r].parts.filter((p) => p.variable === variable.name)) {
@@ -158,19 +162,19 @@ function ruleViewer(system, kernel) {
     }
     const canvas = picture(100, "Rule viewer", draw);
     return {
-        boxes: [element("div", { className: "scroll", tabIndex: 0, role: "region", "aria-label": "Rules that act" }, table), hidden, canvas],
+        boxes: [element("div", { className: "scroll", tabIndex: 0, role: "group", "aria-label": "Rules that act" }, table), hidden, canvas],
         show(now) {
             ({ values, outputs, activity, numbers, state } = now);
             const activations = activity.slice(system.degrees, offset);
             const acts = (r) => activations[r] > 0 || system.rules[r].consequents.some((c) => effect(activity, c) > 0);
             acting = system.rules.map((_, r) => r).filter(acts).sort((a, b) => activations[b] - activations[a] || a - b);
             list.replaceChildren(...acting.slice(0, MOST_RULES).map((r) => element("tr", {},
-                element("th", { scope: "row" }, String(r + 1)), element("td", {}, shown(activations[r], 3)), element("td", {}, system.rules[r].text))));
+                element("th", { scope: "row" }, String(r + 1)), element("td", {}, degreeText(activations[r])), element("td", {}, system.rules[r].text))));
             const more = acting.length - MOST_RULES;
             hidden.textContent = `${acting.length} of ${system.rules.length} rules act${more > 0 ? `; ${more} of them are not drawn` : ""}.`;
             const rows = Math.min(acting.length, MOST_RULES) + 1;
             canvas.setAttribute("aria-label", `Rule viewer: ${acting.length} rules with their sets cut, and all together`);
-            canvas.tall(26 + 52 * rows);
+            canvas.tall(40 + 52 * rows);
             canvas.again();
         },
     };

@@ -34,7 +34,7 @@ function surfaceView(system, evaluated, controls) {
                 grid.high = finite.reduce((a, b) => Math.max(a, b), -Infinity);
                 const missing = grid.values.length - finite.length;
                 status.textContent = finite.length === 0 ? "No point of the picture has a value."
-                    : (done ? "" : "Too slow to compute whole, stopped. ") + `From ${shown(grid.low)} to ${shown(grid.high)} over the grid.`
+                    : (done ? "" : "Too slow to compute whole, stopped. ") + (grid.low < grid.high ? `From ${shown(grid.low)} to ${shown(grid.high)} over the grid.` : `${shown(grid.low)} on the whole grid.`)
                     + (missing ? ` ${missing} points without a finite value are left out.` : "");
                 redraw();
                 computing.delete(begin);
@@ -58,7 +58,7 @@ function surfaceView(system, evaluated, controls) {
         if (y < 0) {
             const a = axes(context, box, [inputs[x].lower, inputs[x].upper], endsOf([grid.low, grid.high]));
             a.frame();
-            a.ends();
+            a.heights(constantOf([grid.values]));
             a.line(Array.from(grid.values, (v, k) => [axis(inputs[x], k, CURVE), v]), lineColor(0), 2);
             if (Number.isFinite(current[z])) {
                 a.dot(held(controls.values[x], inputs[x]), current[z], lineColor(1));
@@ -74,7 +74,7 @@ function surfaceView(system, evaluated, controls) {
             context.drawImage(small, ...box);
             const a = axes(context, box, [inputs[x].lower, inputs[x].upper], [inputs[y].lower, inputs[y].upper]);
             a.frame();
-            a.ends();
+            a.heights();
             const [cx, cy] = [a.x(held(controls.values[x], inputs[x])), a.y(held(controls.values[y], inputs[y]))];
             for (const [style, line] of [["#000000", 4], ["#ffffff", 2]]) {
                 context.strokeStyle = style;
@@ -97,12 +97,12 @@ function surfaceView(system, evaluated, controls) {
         context.fillStyle = color("text");
         context.textBaseline = "bottom";
         context.textAlign = "center";
-        context.fillText(withUnit(inputs[x]), box[0] + box[2] / 2, height - 4, box[2]);
+        context.fillText(fitted(withUnit(inputs[x]), box[2]), box[0] + box[2] / 2, height - 4);
         context.save();
         context.translate(12, box[1] + box[3] / 2);
         context.rotate(-Math.PI / 2);
         context.textBaseline = "middle";
-        context.fillText(withUnit(y < 0 ? outputs[z] : inputs[y]), 0, 0, box[3]);
+        context.fillText(fitted(withUnit(y < 0 ? outputs[z] : inputs[y]), box[3]), 0, 0);
         context.restore();
     }
 
@@ -110,7 +110,7 @@ function surfaceView(system, evaluated, controls) {
         if (!ready() || y < 0) {
             return;
         }
-        const scale = Math.min(width / 3.2, height / 3.4), [s, c] = [Math.sin, Math.cos].map((f) => f((turn * Math.PI) / 180));
+        const scale = Math.min((width - 110) / 2.83, height / 3.4), [s, c] = [Math.sin, Math.cos].map((f) => f((turn * Math.PI) / 180));
         const [st, ct] = [Math.sin, Math.cos].map((f) => f((tilt * Math.PI) / 180));
         const project = (a, b, h) => {
             const right = a * c - b * s, depth = a * s + b * c;
@@ -170,11 +170,33 @@ function surfaceView(system, evaluated, controls) {
             // The name stands at the edge that is nearer.
             const near = project(a, b, -0.8)[2] < project(-a, -b, -0.8)[2] ? 1 : -1;
             const [px, py] = project(near * a, near * b, -0.8);
-            context.fillText(text, px, py, 0.5 * width);
+            context.fillText(fitted(text, 0.3 * width), px, py);
+            context.fillStyle = color("note");
+            const input = inputs[a === 0 ? x : y];
+            for (const [end, value] of [[-0.75, input.lower], [0.75, input.upper]]) {
+                const [qx, qy] = a === 0 ? project(end, 0.84 * near * b, -0.8) : project(0.84 * near * a, end, -0.8);
+                context.fillText(tickText(value, 3), qx, qy);
+            }
+            context.fillStyle = color("text");
+        }
+        if (ct > 0.3) {
+            // Heights stand at the corner on the left, which hides nothing.
+            const left = [[-1, -1], [1, -1], [1, 1], [-1, 1]].reduce((p, q) => (project(...q, 0)[0] < project(...p, 0)[0] ? q : p));
+            const [low, high] = [project(...left, -0.8), project(...left, 0.8)];
+            context.strokeStyle = color("line");
+            context.beginPath();
+            context.moveTo(low[0], low[1]);
+            context.lineTo(high[0], high[1]);
+            context.stroke();
+            context.textAlign = "right";
+            context.fillStyle = color("note");
+            for (const [[px, py], value] of [[low, grid.low], [high, grid.high]]) {
+                context.fillText(tickText(value, 3), px - 4, py - 6);
+            }
         }
     }
 
-    const map = picture(320, "", drawMap), surface = picture(320, "", drawSurface);
+    const map = picture(290, "", drawMap), surface = picture(290, "", drawSurface);
     map.dataset.file = `${system.name}-map`;
     surface.dataset.file = `${system.name}-surface`;
     function redraw() {
@@ -244,7 +266,7 @@ function surfaceView(system, evaluated, controls) {
         turned.hidden = y < 0;
     }
     fill();
-    const box = element("section", { className: "wide" }, element("h3", {}, names.length > 1 ? "Surface" : "Curve"), choices,
+    const box = element("section", {}, element("h3", {}, names.length > 1 ? "Surface" : "Curve"), choices,
         element("div", { className: "pair" }, map, turned), status);
     return { box, update };
 }

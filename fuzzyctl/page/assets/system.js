@@ -49,14 +49,16 @@ function systemSection(system, kernel) {
         surface.update(found.values);
     }
     const about = tableOf("Facts", [], [...system.facts]);
-    const own = [
+    const side = [
         element("section", {}, controls.form, numbers.box),
-        surface.box,
-        element("section", { className: "whole" }, element("h3", {}, "Terms"),
-            element("div", { className: "several" }, ...terms.filter((t) => t !== null).map((t) => t.box))),
-        element("section", { className: "wide" }, element("h3", {}, "Rules"), ...tables.map((t) => t.box), ...viewer.boxes),
         element("section", {}, ...proofs("Bounds of outputs, for all inputs", system),
             element("details", {}, element("summary", {}, "About the system"), about)),
     ];
-    return { parts: own, begin: moved };
+    const own = [
+        surface.box,
+        element("section", {}, element("h3", {}, "Terms"),
+            element("div", { className: "several small" }, ...terms.filter((t) => t !== null).map((t) => t.box))),
+        element("section", {}, element("h3", {}, "Rules"), ...tables.map((t) => t.box), ...viewer.boxes),
+    ];
+    return { side, main: own, begin: moved };
 }

@@ -103,7 +103,7 @@ class TestSearch:
         assert explored(bowl) == explored(bowl)
         assert explored(bowl, seed=1) != explored(bowl, seed=2)
 
-    def test_runs_about_as_many_sets_as_it_is_told(self):
+    def test_runs_about_as_many_sets_as_asked(self):
         assert 150 <= explored(bowl).evaluations <= 300  # equal sets are run once
         assert explored(bowl, evaluations=1).evaluations <= 12
 

@@ -1,6 +1,7 @@
 import pytest
 
 from tests.dwmr.process import dwmr, here
+from tests.physics import needs_mujoco
 
 SHORT = ("--set", "run.horizon=2")
 
@@ -37,9 +38,10 @@ class TestFigures:
     @pytest.mark.parametrize(
         ("arguments", "status", "words"),
         [
-            (["paper", "--only", "7"], 2, "figures 8 to 28 have counterparts"),
+            (["paper", "--only", "7"], 2, "figures 8 to 39 have counterparts"),
             (["paper", "--only", "eight"], 2, "'eight' is no number"),
             (["paper", "--format", "bmp"], 2, "'bmp' is not one of"),
+            (["paper", "--only", "29"], 1, "figure 29 is left out: it shows rigid bodies"),
             (["papper"], 2, "did you mean 'paper'?"),
             (["paper", "--set", "robot.mass=-1"], 1, "must be > 0 kg"),
             (["paper", "--set", "obstacles=[]", "--only", "14-17"], 1, "the scenario has none of these figures"),
@@ -50,6 +52,13 @@ class TestFigures:
         done = here("figures", *arguments, "-o", tmp_path / "out", status=status)
         assert words in done.stderr
         assert list(tmp_path.iterdir()) == []
+
+    @needs_mujoco
+    def test_of_rigid_bodies_are_those_of_the_experiment(self, tmp_path):
+        done = here("figures", "experiment", *SHORT, "-o", tmp_path, "--only", "29,39")
+        assert (done.stderr, sorted(p.name for p in tmp_path.glob("*.png"))) == ("", ["fig29.png", "fig39.png"])
+        text = (tmp_path / "index.md").read_text(encoding="utf-8")
+        assert "# Fig. 39: Immune reaction and switching gain (AIFQSMC, experiment)" in text
 
     def test_of_a_run_that_diverges_are_drawn_as_far_as_it_went(self, tmp_path):
         wild = ("--set", "disturbances.0.start=1", "--set", "disturbances.0.force=1e300", "--set", "run.horizon=5")

@@ -255,7 +255,7 @@ class TestBadInput:
             (out / file.name).write_bytes(file.read_bytes())
         spec(tmp_path, runs=7)
         err = here("sweep", path, "-o", out, "--resume", status=1).stderr
-        assert "changed: spec.runs, runs" in err
+        assert "changed: runs of the SPEC, number of runs" in err
         spec(tmp_path)
         assert "is finished" in here("sweep", path, "-o", out, "--resume", status=1).stderr
 

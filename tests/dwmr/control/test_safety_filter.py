@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from dwmr.control.safety_filter import filter_commands, rate_bound, working_memory
+from dwmr.control.safety_filter import filter_commands, is_near, rate_bound, working_memory
 from dwmr.control.safety_settings import Safety
 from dwmr.plant.robot import ROBOT
 from tests.sizes import examples
@@ -28,7 +28,7 @@ def safety(n, alpha=2.0, error=0.0, margin=0.05, obstacles=(), acceleration=1e6)
     speeds = np.array([SPEED + error] * n + [speed for _, speed in obstacles])
     least = radii[:n, None] + radii + margin + 0.5 * DT * (speeds[:n, None] + speeds)
     errors = np.full(n, error + 0.5 * DT * OMEGA_LIMIT * SPEED)
-    return Safety(alpha, LOOKAHEAD, acceleration, acceleration, least, speeds, errors)
+    return Safety(alpha, LOOKAHEAD, acceleration, acceleration, least, least, 0.0 * speeds, speeds, errors)
 
 
 def filtered(poses, commands, given, now=(), after=()):
@@ -117,9 +117,21 @@ def test_two_robots_give_way_to_each_other_by_the_same_amount():
     assert done[0, 0] < 0.5
 
 
-def test_commands_of_laws_change_as_fast_as_allowed():
-    done, _ = filtered([(0, 0, 0.0)], [(1.0, -1.0)], safety(1, acceleration=2.0))
-    assert done[0] == pytest.approx([2.0 * DT, -2.0 * DT])
+def test_commands_of_laws_change_as_fast_as_allowed_while_something_is_near():
+    given = safety(1, obstacles=[(0.5, 0.0)], acceleration=2.0)
+    for x, limited in ((2.5, True), (5.0, False)):
+        done, _ = filtered([(0, 0, 0.0)], [(1.0, -1.0)], given, [(x, 0, 0.5)])
+        assert done[0] == pytest.approx([2.0 * DT, -2.0 * DT] if limited else [1.0, -1.0])
+
+
+@settings(max_examples=examples(300))
+@given(st.floats(0, 30), st.floats(0, 1), st.floats(0, 1), st.floats(-3.2, 3.2))
+def test_what_is_not_near_cannot_break_its_barrier_within_the_time_of_alpha(distance, share, later, angle):
+    alpha, least, error, speed = 2.0, 1.5, 0.1, 3.0
+    if is_near(alpha, distance, least, error, speed):
+        return
+    closed = share * speed * later / alpha
+    assert math.cos(angle) * speed >= rate_bound(alpha, distance - closed, least) + error
 
 
 def test_the_rate_bound_is_that_of_the_barrier_and_joins_the_one_inside():

@@ -1,6 +1,7 @@
 import shutil
 import stat
 import sys
+import weakref
 
 import numpy as np
 import pytest
@@ -100,6 +101,36 @@ class TestFilm:
 
 
 class TestGif:
+    def test_a_picture_like_the_one_before_takes_its_time(self, tmp_path):
+        film.write_gif(tmp_path / "a.gif", [np.full((20, 30, 3), 9, dtype=np.uint8)] * 5, 10, [])
+        with Image.open(tmp_path / "a.gif") as gif:
+            assert gif.n_frames == 5
+            gif.seek(4)
+            assert gif.info["duration"] == 100
+            assert gif.convert("RGB").getcolors() == [(600, (9, 9, 9))]
+
+    def test_shows_every_picture_as_it_was(self, tmp_path):
+        pictures = [np.full((20, 30, 3), 200, dtype=np.uint8) for _ in range(5)]
+        for k, picture in enumerate(pictures):
+            picture[2 * k : 2 * k + 3, 5 * k : 5 * k + 4] = (0, 114, 178)
+        film.write_gif(tmp_path / "a.gif", pictures, 10, ["#0072b2"])
+        with Image.open(tmp_path / "a.gif") as gif:
+            for k, picture in enumerate(pictures):
+                gif.seek(k)
+                assert np.array_equal(np.asarray(gif.convert("RGB")), picture)
+
+    def test_holds_no_more_than_two_pictures_at_a_time(self, tmp_path):
+        made = []
+
+        def pictures():
+            for k in range(20):
+                picture = np.full((20, 30, 3), 4 * k, dtype=np.uint8)
+                made.append(weakref.ref(picture))
+                yield picture
+                assert sum(one() is not None for one in made) <= 2
+
+        film.write_gif(tmp_path / "a.gif", pictures(), 10, [])
+
     def test_has_all_pictures_and_keeps_its_time(self, tmp_path):
         pictures = [np.full((20, 30, 3), 4 * k, dtype=np.uint8) for k in range(61)]
         film.write_gif(tmp_path / "a.gif", pictures, 30, [f"#{3 * f'{4 * k:02x}'}" for k in range(61)])
@@ -166,6 +197,12 @@ class TestAnimate:
             (["paper", "--controller", "all"], 2, "a film shows one control law"),
             (["paper", "--controller", "pid"], 2, "'pid' is not one of"),
             (["paper", "--speed", "0.01"], 1, "400,000 pictures, more than 20,000"),
+            (["paper", "--at", "3"], 2, "write one moment of it to a .png"),
+            (["paper", *SHORT, "--at", "3", "-o", "{}/a.png"], 2, "the run ends at 2 s"),
+            (["paper", "--view", "scene"], 2, "--view scene: a scene shows rigid bodies"),
+            (["paper", "--follow", "leader"], 2, "--follow leader: a scene shows rigid bodies"),
+            (["paper", "--follow", "leda"], 2, "has the robots leader, follower1, follower2"),
+            (["paper", "--follow", "leader", "--view", "above"], 2, "leave out --view above"),
             (["papper"], 2, "did you mean 'paper'?"),
             (["paper", "--set", "robot.mass=-1"], 1, "must be > 0 kg"),
             (["paper", *SHORT, "-o", "{}/file/run.gif"], 1, "cannot be written"),
@@ -185,6 +222,12 @@ class TestAnimate:
         )
         assert "run.mp4: no room" in done.stderr
         assert not (tmp_path / "out").exists()
+
+    def test_one_moment_is_a_picture(self, tmp_path):
+        done = here("animate", "paper", *SHORT, "--at", 1.5, "-o", tmp_path / "a.png")
+        assert done.stdout == f"wrote {tmp_path / 'a.png'}: t = 1.5 s\n"
+        with Image.open(tmp_path / "a.png") as picture:
+            assert (picture.format, max(picture.size)) == ("PNG", 720)
 
     def test_of_a_run_that_diverges_shows_how_far_it_went(self, tmp_path):
         wild = ("--set", "disturbances.0.start=1", "--set", "disturbances.0.force=1e300", "--set", "run.horizon=5")

@@ -66,7 +66,7 @@ def test_the_time_axis_ends_with_the_run(tmp_path, run_paper, monkeypatch):
 
 
 def moved(run, factor):
-    """Return a run whose second follower is taken so many times farther from the origin."""
+    """Return a run whose second follower is farther from the origin by a factor."""
     values = run.values.copy()
     values[:, 2, :2] *= factor
     return dataclasses.replace(run, values=values)

@@ -1,30 +1,21 @@
 """docs/explanation/the-paper.md says where avoidance fails and what a far start does: what its scripts print."""
 
 import functools
-import importlib.util
 import itertools
-import json
 import re
-from pathlib import Path
 
 import numpy as np
 import pytest
 
-EXPLANATION = Path(__file__).resolve().parents[3] / "docs" / "explanation"
-PAGE = " ".join((EXPLANATION / "the-paper.md").read_text(encoding="utf-8").split())
+from tests import explanation
+
+PAGE = " ".join(explanation.text("the-paper.md").split())
 #: How far a least distance may be from that of the result file: AIFQSMC amplifies what another processor rounds [m].
 SLACK = 0.02
 
 
-def script(name):
-    spec = importlib.util.spec_from_file_location(name, EXPLANATION / "reproduction" / f"{name}.py")
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
-SCENES, CIRCLE = script("scenes"), script("circle")
-FOUND = json.loads(SCENES.RESULTS.read_text(encoding="utf-8"))
+SCENES, CIRCLE = (explanation.script(f"reproduction/{name}.py") for name in ("scenes", "circle"))
+FOUND = explanation.results("reproduction/scenes.json")
 CASES = list(zip(SCENES.CASES, FOUND["random"], strict=True))
 GRID = {one["law"]: one for one in FOUND["grid"]}
 leader_alone = functools.cache(SCENES.leader_alone)

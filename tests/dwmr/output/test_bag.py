@@ -73,6 +73,25 @@ def test_commands_are_limited(messages, kept):
     assert list(sent) == list(np.clip(asked, -0.5, 0.5))
 
 
+def test_robots_on_mecanum_wheels_have_velocities_to_their_left(tmp_path):
+    from rosbags.highlevel import AnyReader
+
+    file = read(find("omnidirectional"), ("run.horizon=0.2", "robots.leader.actuator.v_limit=0.3"))
+    trajectory = run(prepare(file, "omnidirectional", Rules(file.scenario.rules, (), file.places)))
+    bag.save(tmp_path / "bag", trajectory, file.scenario)
+    found = {"/leader/odom": [], "/leader/cmd_vel": []}
+    with AnyReader([tmp_path / "bag"]) as reader:
+        for connection, _, data in reader.messages([one for one in reader.connections if one.topic in found]):
+            found[connection.topic].append(reader.deserialize(data, connection.msgtype))
+    rows = np.linspace(0, len(trajectory.t) - 1, len(found["/leader/odom"])).astype(int)
+    seen = [one.twist.twist.linear.y for one in found["/leader/odom"]]
+    assert seen == list(trajectory["v_y"][rows, 0])
+    assert min(seen) < -0.1
+    asked = trajectory["v_y_c"][rows, 0]
+    assert [one.linear.y for one in found["/leader/cmd_vel"]] == list(np.clip(asked, -0.3, 0.3))
+    assert np.abs(asked).max() > 0.3
+
+
 def test_references_and_transforms_are_those_of_the_run(messages, kept):
     trajectory = kept[0]
     for k, (_, message) in enumerate(messages["/follower2/reference"]):

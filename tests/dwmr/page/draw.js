@@ -32,6 +32,7 @@ globalThis.document = {
   createElementNS: (space, name) => new Element(name, space),
   getElementById: (id) => (byId[id] ??= new Element("div", "html")),
 };
+globalThis.getComputedStyle = () => ({ getPropertyValue: () => "" });
 globalThis.requestAnimationFrame = (action) => action();
 globalThis.ResizeObserver = class {
   constructor(action) {

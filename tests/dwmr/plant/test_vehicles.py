@@ -147,11 +147,18 @@ def run(name, law="", *overrides):
 class TestRuns:
     @pytest.mark.parametrize(("name", "most"), [("ackermann", 0.25), ("omnidirectional", 0.15)])
     def test_the_formation_comes_together_and_stays(self, name, most):
-        trajectory, _ = run(name)
+        trajectory, _ = run(name, "", "obstacles=[]")
         assert trajectory.stop is None
         settled = trajectory.t > 40
         assert np.abs(trajectory["x_e"][settled]).max() < most
         assert np.abs(trajectory["y_e"][settled]).max() < most
+
+    def test_a_car_that_starts_the_wrong_way_round_comes_to_its_place(self):
+        trajectory, _ = run("ackermann", "", "obstacles=[]", "robots.follower1.theta_0=3.0")
+        settled = trajectory.t > 40
+        assert np.abs(trajectory["x_e"][settled, 1]).max() < 0.25
+        assert np.abs(trajectory["y_e"][settled, 1]).max() < 0.25
+        assert trajectory["v_c"].min() >= 0
 
     def test_a_car_turns_within_its_limits(self):
         trajectory, _ = run("ackermann", "aifqsmc")

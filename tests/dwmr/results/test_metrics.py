@@ -105,7 +105,7 @@ class TestMeasure:
 def test_only_the_measures_wanted_are_computed(run_with_limits, monkeypatch):
     file, trajectory = run_with_limits("aifqsmc", "run.horizon=2")
     whole = measure(trajectory, file.scenario)
-    monkeypatch.setattr(metrics.lyapunov, "measure", lambda *_: pytest.fail("nobody asked for it"))
+    monkeypatch.setattr(metrics.lyapunov, "measure", lambda *_: pytest.fail("it was not asked for"))
     found = measure(trajectory, file.scenario, ("centre_distance", "obstacles_hit"))
     ending = {"g_ais_min", "steps", "t_end", "stopped", "wall_s"}
     assert set(found) == {"centre_distance", "obstacles_hit"} | ending

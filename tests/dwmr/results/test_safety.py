@@ -1,21 +1,22 @@
 """Runs behind the safety filter: crowds that do not touch, moments that are recorded, laws that are left alone."""
 
-import importlib.util
-import sys
-from pathlib import Path
+import io
 
 import numpy as np
 import pytest
+from rich.console import Console
 
 from dwmr.control.fuzzy_gains import Rules
 from dwmr.control.safety_filter import rate_bound
-from dwmr.output.report import barriers
+from dwmr.output.report import barriers, filter_cells, print_report
+from dwmr.page import tables
 from dwmr.results import safety
 from dwmr.results.contacts import obstacle_gaps, robot_gaps
 from dwmr.results.metrics import errors, measure, rmse
 from dwmr.scenario.file import find, read
 from dwmr.scenario.moving import centres
 from dwmr.simulation import simulate
+from tests import explanation
 
 SCENES = 20
 NONE = "obstacles=[]"
@@ -24,17 +25,7 @@ FILTER = (
 )  # fmt: skip
 
 
-def crowds():
-    """The module behind the figures of the page."""
-    path = Path(__file__).resolve().parents[3] / "docs" / "explanation" / "avoidance" / "crowds.py"
-    spec = importlib.util.spec_from_file_location("crowds", path)
-    module = importlib.util.module_from_spec(spec)
-    sys.modules["crowds"] = module
-    spec.loader.exec_module(module)
-    return module
-
-
-CROWDS = crowds()
+CROWDS, ALONE = explanation.script("avoidance/crowds.py"), explanation.script("avoidance/alone.py")
 
 
 def run(law, *overrides, name="paper-with-limits"):
@@ -96,7 +87,12 @@ class TestCrowds:
 
 
 class TestLaws:
-    def test_are_left_alone_where_nothing_is_near(self):
+    @pytest.mark.parametrize("law", ALONE.LAWS)
+    def test_are_left_as_they_are_where_nothing_is_near(self, law):
+        free, guarded = ALONE.run(law, 5.0), ALONE.run(law, 5.0, ALONE.SAFETY)
+        assert guarded.values == pytest.approx(free.values, abs=1e-8)  # but for l ω over l
+
+    def test_hardly_notice_the_filter_in_a_wide_formation(self):
         """Followers 4 m from their leader: the discs never come into play."""
         wide = ("run.horizon=30", NONE, *(f"robots.follower{k}.formation.separation=4" for k in (1, 2)))
         free, guarded = run("aifqsmc", *wide), run("aifqsmc", *wide, FILTER)
@@ -112,6 +108,14 @@ class TestLaws:
             found = measure(trajectory, file.scenario)["safety"]
             assert found["infeasible"] == []
             assert min(found["disc_gap"].values()) >= 0.0
+
+    def test_keep_apart_by_what_noise_lets_them_measure(self):
+        noise = ("robot.noise.x=0.02", "robot.noise.y=0.02", "robot.noise.theta=0.02", "run.horizon=40")
+        file, trajectory = run("fcafsmc", *noise, name="moving-obstacles")
+        found = measure(trajectory, file.scenario)["safety"]
+        assert found["infeasible"] == found["missed"] == []
+        assert min(found["disc_gap"].values()) >= file.scenario.safety.margin
+        assert min(found["acts"].values()) > 0.2
 
     def test_without_a_filter_say_nothing_of_it(self):
         file, trajectory = run("smc", "run.horizon=1", NONE)
@@ -154,6 +158,18 @@ class TestMoments:
     def test_of_rates_are_judged_by_the_bound_of_the_filter(self):
         distance = np.linspace(0.1, 3.0, 30)
         assert safety.rate_bounds(2.0, distance, 1.0) == pytest.approx([rate_bound(2.0, d, 1.0) for d in distance])
+
+
+def test_tables_of_a_run_have_what_the_filter_did():
+    file, trajectory = run("fcafsmc", "run.horizon=2", name="moving-obstacles")
+    found = {"fcafsmc": measure(trajectory, file.scenario)}
+    share = 100.0 * found["fcafsmc"]["safety"]["acts"]["follower2"]
+    assert filter_cells(found["fcafsmc"], "follower2")[1:] == [f"{share:.1f}", "0", "0"]
+    text = io.StringIO()
+    print_report(Console(file=text, width=100), {"controllers": found}, None)
+    assert "Safety filter" in text.getvalue()
+    assert f">{share:.1f}<" in tables.safety_filter(found)
+    assert tables.safety_filter({"fcafsmc": {}}) == ""
 
 
 def test_report_names_five_moments_and_counts_the_others():

@@ -34,15 +34,29 @@ class Odometry:
         self.twist = SimpleNamespace(twist=Twist())
 
 
-def odometry(t, x, y, theta, v=0.0, omega=0.0, frame="odom", child="base_link"):
+def odometry(t, x, y, theta, v=0.0, omega=0.0, frame="odom", child="base_link", v_y=0.0):
     """A message about the middle of a wheel axis at a time [s]."""
     one = Odometry()
     one.header.stamp.sec, one.header.stamp.nanosec = divmod(round(1e9 * t), 1_000_000_000)
     one.header.frame_id, one.child_frame_id = frame, child
     one.pose.pose.position.x, one.pose.pose.position.y = x, y
     _, _, one.pose.pose.orientation.z, one.pose.pose.orientation.w = quaternion(theta)
-    one.twist.twist.linear.x, one.twist.twist.angular.z = v, omega
+    one.twist.twist.linear.x, one.twist.twist.linear.y, one.twist.twist.angular.z = v, v_y, omega
     return one
+
+
+class Float64:
+    """std_msgs/Float64 with its default."""
+
+    def __init__(self, data=0.0):
+        self.data = data
+
+
+class JointState:
+    """sensor_msgs/JointState, as far as it is used here."""
+
+    def __init__(self, position=()):
+        self.position, self.name = list(position), []
 
 
 class WrongTypeError(Exception):
@@ -59,6 +73,7 @@ class Node:
     def __init__(self, **given):
         self.given, self.now, self.destroyed = given, 0.0, False
         self.published, self.logged, self.callbacks, self.timers = {}, [], {}, []
+        self.sideways, self.subscribed = {}, {}
 
     def declare_parameter(self, name, value=None, descriptor=None, ignore_override=False):
         found = self.given.get(name, value)
@@ -72,13 +87,17 @@ class Node:
         def publish(message):
             assert not self.destroyed
             assert isinstance(message, msg_type)
-            sent.append((message.linear.x, message.angular.z))
+            if msg_type is Twist:
+                sent.append((message.linear.x, message.angular.z))
+                self.sideways.setdefault(topic, []).append(message.linear.y)
+            else:
+                sent.append(message.data)
 
         return SimpleNamespace(publish=publish)
 
     def create_subscription(self, msg_type, topic, callback, qos_profile, **more):
-        assert msg_type is Odometry
         assert qos_profile == "sensor data"
+        self.subscribed[topic] = msg_type
         self.callbacks[topic] = callback
 
     def create_timer(self, timer_period_sec, callback, *more):
@@ -129,12 +148,14 @@ def install(monkeypatch, node, between=lambda node: None):
         "rclpy.exceptions": {"InvalidParameterTypeException": WrongTypeError},
         "nav_msgs.msg": {"Odometry": Odometry},
         "geometry_msgs.msg": {"Twist": Twist},
+        "std_msgs.msg": {"Float64": Float64},
+        "sensor_msgs.msg": {"JointState": JointState},
     }
     for name, content in modules.items():
         module = ModuleType(name)
         vars(module).update(content)
         monkeypatch.setitem(sys.modules, name, module)
-    for name in ("nav_msgs", "geometry_msgs"):
+    for name in ("nav_msgs", "geometry_msgs", "std_msgs", "sensor_msgs"):
         monkeypatch.setitem(sys.modules, name, ModuleType(name))
     return calls
 

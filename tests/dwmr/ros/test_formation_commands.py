@@ -31,21 +31,32 @@ def measured(trajectory, scenario, k):
     """The odometry of all robots at a sample, orientations wrapped."""
     for i, robot in enumerate(scenario.robots.values()):
         x, y, theta, v, omega = trajectory.values[k, i, :5]
-        yield Odometry(*ahead(x, y, theta, -robot.d), wrap(theta), v, omega)
+        sideways = trajectory["v_y"][k, i] if "v_y" in {one.name for one in trajectory.law_signals} else 0.0
+        yield Odometry(*ahead(x, y, theta, -robot.d), wrap(theta), v, omega, sideways)
 
 
-@pytest.mark.parametrize(("law", "more"), [("aifqsmc", ()), ("smc", ()), ("aifqsmc", ("[safety]", *FILTER))])
-def test_the_measurements_of_a_run_give_its_commands(short, law, more):
+MECANUM = ("[robot.vehicle]", 'kind = "omnidirectional"', "half_base = 0.25")
+
+
+@pytest.mark.parametrize(
+    ("law", "more", "wanted"),
+    [
+        ("aifqsmc", (), ("v_c", "", "omega_c")),
+        ("smc", (), ("v_c", "", "omega_c")),
+        ("aifqsmc", ("[safety]", *FILTER), ("safe_v", "", "safe_omega")),
+        ("omnidirectional", MECANUM, ("v_c", "v_y_c", "omega_c")),
+    ],
+)
+def test_the_measurements_of_a_run_give_its_commands(short, law, more, wanted):
     simulation = prepared(short(*more), controller=law)
-    wanted = ("safe_v", "safe_omega") if more else ("v_c", "omega_c")
     trajectory, commands = run(simulation), FormationCommands(simulation)
     limits = [(r.actuator.v_limit, r.actuator.omega_limit) for r in simulation.scenario.robots.values()]
     for k in range(len(trajectory.t)):
         assert not commands.has_ended
         found = commands.decide(list(measured(trajectory, simulation.scenario, k)))
-        asked = zip(*(trajectory[name][k] for name in wanted), limits, strict=True)
+        asked = zip(*(trajectory[name][k] if name else [0.0] * 3 for name in wanted), limits, strict=True)
         assert found == pytest.approx(
-            np.array([[clamp(v, m), clamp(omega, n)] for v, omega, (m, n) in asked]), abs=1e-9
+            np.array([[clamp(v, m), clamp(left, m), clamp(omega, n)] for v, left, omega, (m, n) in asked]), abs=1e-9
         )
     assert commands.has_ended
 
@@ -55,7 +66,7 @@ def test_no_command_is_beyond_the_limits_of_robots_and_node(short):
     start = [Odometry(r.x_0, r.y_0, r.theta_0, 0.0, 0.0) for r in simulation.scenario.robots.values()]
     far = [one._replace(x=one.x - 9.0, y=one.y + 5.0) for one in start]
     found = FormationCommands(simulation, 0.5, 0.75).decide([start[0], *far[1:]])
-    assert np.abs(found[1:]).tolist() == [[0.25, 0.75], [0.5, 0.75]]
+    assert np.abs(found[1:]).tolist() == [[0.25, 0.0, 0.75], [0.5, 0.0, 0.75]]
 
 
 def test_the_sensors_of_the_scenario_have_no_part(short):

@@ -9,9 +9,10 @@ import yaml
 
 import dwmr.ros
 from dwmr.core.geometry import ahead
-from dwmr.ros.main import PARAMETERS, main
+from dwmr.ros.main import PARAMETERS, run
 from dwmr.scenario.file import find, read
-from tests.dwmr.ros.stub import Node, Odometry, Twist, Unicycles, install
+from fuzzyctl.ros.program import main
+from tests.dwmr.ros.stub import Float64, Node, Odometry, Twist, Unicycles, install
 
 FOLDER = Path(dwmr.ros.__file__).parent
 
@@ -33,7 +34,7 @@ def ended(monkeypatch, node, between=lambda node: None):
     """Run the node: exit code and calls of rclpy."""
     calls = install(monkeypatch, node, between)
     with pytest.raises(SystemExit) as stop:
-        main()
+        main("formation", run)
     return stop.value.code, calls
 
 
@@ -128,7 +129,7 @@ def test_a_law_of_ones_own_drives(monkeypatch, short):
 
 def test_without_ros_the_program_says_what_it_needs(capsys):
     with pytest.raises(SystemExit, match="rclpy is not installed; it is a part of ROS 2"):
-        main()
+        main("formation", run)
 
 
 def test_the_shipped_parameters_are_the_defaults():
@@ -159,3 +160,4 @@ def test_messages_of_the_stub_have_the_fields_of_ros():
 
     compare(Odometry(), "nav_msgs/msg/Odometry")
     compare(Twist(), "geometry_msgs/msg/Twist")
+    compare(Float64(), "std_msgs/msg/Float64")

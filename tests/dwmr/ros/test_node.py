@@ -23,7 +23,7 @@ class Commands:
         self.seen.append(measured)
         if len(self.seen) == 5:
             raise StoppedError(Stop(0.4, "b", "it fell over"))
-        return np.array([[1.0, 2.0], [3.0, 4.0]])
+        return np.array([[1.0, 0.0, 2.0], [3.0, 0.25, 4.0]])
 
 
 @pytest.fixture
@@ -44,7 +44,7 @@ def formation(node, commands):
 
 def hear(node, **changes):
     for name in ("a", "b"):
-        node.callbacks[f"{name}/odom"](changes.get(name, odometry(node.now, 1.0, 2.0, 0.5, 0.3, 0.1)))
+        node.callbacks[f"{name}/odom"](changes.get(name, odometry(node.now, 1.0, 2.0, 0.5, 0.3, 0.1, v_y=-0.2)))
 
 
 def last(node):
@@ -52,13 +52,15 @@ def last(node):
 
 
 def test_commands_come_at_the_period_and_odometry_computes_nothing(node, formation, commands):
+    assert node.subscribed == {"a/odom": Odometry, "b/odom": Odometry}
     assert [(period, callback) for period, callback in node.timers] == [(0.1, formation.tick)]
     hear(node)
     hear(node)
     assert commands.seen == []
     formation.tick()
     assert last(node) == [(1.0, 2.0), (3.0, 4.0)]
-    assert commands.seen[0][0] == pytest.approx((1.0, 2.0, 0.5, 0.3, 0.1))
+    assert commands.seen[0][0] == pytest.approx((1.0, 2.0, 0.5, 0.3, 0.1, -0.2))
+    assert [node.sideways[f"{name}/cmd_vel"] for name in ("a", "b")] == [[0.0], [0.25]]
 
 
 def test_without_odometry_robots_stand_and_the_log_names_the_topics_once(node, formation, commands):

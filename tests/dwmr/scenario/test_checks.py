@@ -148,7 +148,7 @@ class TestLongLists:
     @pytest.mark.parametrize(
         "value",
         [
-            'disturbances.0.robots=["' + '","'.join(f"nobody{k}" for k in range(1000)) + '"]',
+            'disturbances.0.robots=["' + '","'.join(f"unknown{k}" for k in range(1000)) + '"]',
             'reference={kind="waypoints",speed=1,points=[' + ",".join(["[1,1]"] * 1000) + "]}",
         ],
     )
@@ -237,7 +237,7 @@ class TestRemarks:
         assert one == "disturbances.1: angular_frequency has no effect on a constant disturbance; leave it out"
 
     @pytest.mark.parametrize(("bearing", "bound"), [("7", "<= 2π rad, got 7"), ("-7", ">= -2π rad, got -7")])
-    def test_a_bearing_beyond_a_full_turn_is_told_the_turn(self, bearing, bound):
+    def test_a_bearing_beyond_a_full_turn_is_reported_with_the_turn(self, bearing, bound):
         (one,) = mistakes(f"robots.follower1.formation.bearing={bearing}")
         assert one == f"robots.follower1.formation.bearing must be {bound}"
 

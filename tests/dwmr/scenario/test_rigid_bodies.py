@@ -27,8 +27,9 @@ from fuzzyctl.diagnostics.diagnostic import DiagnosticError
                 "robots.leader.rigid_body.wheel_mass = 60 kg: two wheels leave no chassis of a robot of 120 kg",
             ],
         ),
+        ("ackermann", ["run.plant=mujoco"], ["run.plant = 'mujoco' has bodies with two driven wheels"]),
     ],
-    ids=["nothing", "velocities", "no-chassis"],
+    ids=["nothing", "velocities", "no-chassis", "no-wheels-of-that-kind"],
 )
 def test_are_refused(name, overrides, words):
     with pytest.raises(DiagnosticError) as error:
@@ -41,3 +42,11 @@ def test_are_refused(name, overrides, words):
 
 def test_a_scenario_of_equations_may_have_them():
     assert read(find("experiment"), ["run.plant=equations"]).scenario.run.plant == "equations"
+
+
+@pytest.mark.parametrize(("plant", "words"), [("mujoco", "are thrown apart"), ("equations", "do not see one another")])
+def test_robots_that_start_in_one_another_are_warned_of_what_follows(plant, words):
+    inside = ["robots.follower1.x_0=-0.9", "robots.follower1.y_0=1.1"]
+    (found,) = read(find("experiment"), [f"run.plant={plant}", *inside]).warnings
+    assert found.message.startswith("robots.follower1 starts inside robots.leader")
+    assert words in found.help

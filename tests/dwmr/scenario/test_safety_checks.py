@@ -45,6 +45,26 @@ def test_a_robot_that_starts_at_an_obstacle_is_refused():
     assert one.startswith("robots.follower1 starts too close to obstacles.0 for [safety]")
 
 
+def test_a_start_that_is_too_close_says_what_is_kept():
+    with pytest.raises(DiagnosticError) as caught:
+        read(find("paper-with-limits"), (safety(), "run.dt=1.0", "run.substeps=80"))
+    one = next(d for d in caught.value.diagnostics if d.message.startswith("robots.follower1 starts too close"))
+    assert any(
+        fact.startswith("kept are the radii 0.9081 m and 0.9081 m, the margin 0.05 m, and ") for fact in one.facts
+    )
+    assert "shorten run.dt" in one.help
+
+
+def test_noise_halves_the_largest_rate():
+    (one,) = mistakes(safety(alpha=150.0), "robot.noise.x=0.001")
+    assert one == "safety.alpha = 150 1/s times run.dt = 0.005 s exceeds 0.5: a barrier could be jumped"
+
+
+def test_noise_that_takes_more_than_the_robots_keep_is_refused():
+    (one,) = mistakes(safety(), "robots.leader.noise.y=0.2")
+    assert one.startswith("robots.leader.noise moves its guarded point by up to 0.8 m: [safety] would keep ")
+
+
 def test_an_unknown_key_and_a_missing_one_are_refused():
     found = mistakes("safety={alpha=1,lookahaed=0.3}")
     assert "unknown key safety.lookahaed" in found
@@ -60,6 +80,11 @@ def test_an_unknown_key_and_a_missing_one_are_refused():
         ({"alpha": 2.0}, "run.seed=1", "safety.alpha = 2 1/s brakes robots.leader from its 2 m/s with up to 4 m/s²"),
         ({"velocity_error": 0.2}, "run.seed=1", "disturbances.1 moves guarded points at 0.306 m/s, beyond"),
         ({}, "obstacles.0.velocity=[3,0]", "obstacles.0 moves at up to 3 m/s, robots.leader at 2 m/s at most"),
+        (
+            {},
+            'robots.leader.sensors={pose="odometry"}',
+            "robots.leader knows its place by odometry, whose error has no bound: [safety] keeps the distances",
+        ),
         ({"margin": 1.2}, "run.seed=1", "robots.follower1.formation puts guarded points"),
     ],
 )

@@ -1,7 +1,9 @@
 """Vehicles that cannot do what a scenario asks of them."""
 
 import math
+import re
 
+import numpy as np
 import pytest
 
 from dwmr.control.fuzzy_gains import Rules
@@ -17,12 +19,18 @@ def mistakes(name, *overrides):
     return error.value.diagnostics
 
 
+#: Places of followers as in the paper.
+CLOSE = tuple(
+    f"robots.{name}.formation.{key}"
+    for name, side in (("follower1", 1), ("follower2", -1))
+    for key in ("separation=1.25", f"bearing={side * 0.75 * math.pi}")
+)
 CIRCLE = 'reference={kind="circle",centre_x=0,centre_y=0,radius=2.0,period=60,direction="counter-clockwise"}'
 
 
 def test_a_path_closer_than_a_car_turns_is_refused_with_place_radii_and_repair():
     limit = math.atan(0.5 / 3.0)
-    found = mistakes("ackermann", CIRCLE, f"robot.vehicle.steering_limit={limit}")
+    found = mistakes("ackermann", *CLOSE, CIRCLE, f"robot.vehicle.steering_limit={limit}")
     assert len(found) == 3
     assert found[0].code == "FZ904"
     assert found[0].message == (
@@ -36,11 +44,42 @@ def test_a_path_closer_than_a_car_turns_is_refused_with_place_radii_and_repair()
 
 @pytest.mark.parametrize(("limit", "few"), [(0.3, ["follower1"]), (0.43, [])])
 def test_the_repair_is_enough(limit, few):
-    arguments = (CIRCLE, f"robot.vehicle.steering_limit={limit}")
+    arguments = (*CLOSE, CIRCLE, f"robot.vehicle.steering_limit={limit}")
     if not few:
         assert read(find("ackermann"), arguments).scenario.robots["leader"].vehicle.steering_limit == limit
     else:
         assert [one.message.split()[0] for one in mistakes("ackermann", *arguments)] == ["robots.follower1"]
+
+
+def test_a_bend_that_changes_faster_than_a_car_is_steered_is_refused_with_place_rates_and_repair():
+    [leader, *_] = mistakes("ackermann", "robot.vehicle.steering_rate=0.01")
+    found = re.fullmatch(
+        r"robots\.leader is steered by 0\.01 rad/s at the most, and the path needs (\S+) rad/s where the reference "
+        r"is at \(.*\) at t = (\S+) s",
+        leader.message,
+    )
+    rate, t = map(float, found.groups())
+    # x = 15 sin 2wt, y = 15 sin wt
+    w = 2 * math.pi / 200
+    times = np.linspace(t - 0.05, t + 0.1, 301)
+    dx, ddx = 30 * w * np.cos(2 * w * times), -60 * w**2 * np.sin(2 * w * times)
+    dy, ddy = 15 * w * np.cos(w * times), -15 * w**2 * np.sin(w * times)
+    curvature = (dx * ddy - dy * ddx) / np.hypot(dx, dy) ** 3
+    axle = np.sign(curvature) / np.sqrt(curvature**-2 - 0.1**2)
+    assert rate == pytest.approx(np.abs(np.gradient(np.arctan(0.5 * axle), times)).max(), rel=0.01)
+    needed = float(re.search(r"steering_rate to (\S+) rad/s or more", leader.help)[1])
+    assert rate <= needed <= rate + 0.001
+
+
+def test_the_steering_rate_of_the_repair_is_enough():
+    found = mistakes("ackermann", "robot.vehicle.steering_rate=0.01")
+    needed = max(float(re.search(r"steering_rate to (\S+) rad/s", one.help)[1]) for one in found)
+    read(find("ackermann"), [f"robot.vehicle.steering_rate={needed}"])
+    assert len(mistakes("ackermann", f"robot.vehicle.steering_rate={needed - 0.002}")) >= 1
+
+
+def test_a_circle_needs_no_steering():
+    assert read(find("ackermann"), [CIRCLE.replace("2.0", "4.0"), "robot.vehicle.steering_rate=1e-6"])
 
 
 def test_the_place_of_a_follower_has_its_own_radius():
@@ -60,7 +99,7 @@ def test_the_place_of_a_follower_has_its_own_radius():
         (
             "omnidirectional",
             ["safety={alpha=1,lookahead=0.1,margin=0.1,acceleration=1,angular_acceleration=1,velocity_error=0}"],
-            "the safety filter plans with two driven wheels, and robots.leader is omnidirectional",
+            "[safety] plans the two commands of two driven wheels, and robots.leader is omnidirectional, whose third",
         ),
         ("omnidirectional", ["robot.sensors.pose=odometry"], "robot.sensors.pose = 'odometry' counts no way sideways"),
         ("omnidirectional", ["robot.com_offset=0.5"], "robot.inertia = 13.8 kg m² about the centre must be more than"),

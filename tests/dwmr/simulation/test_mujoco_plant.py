@@ -131,6 +131,15 @@ class TestRun:
             assert np.abs(bodies[name] - equations[name]).max() < near, name
         assert not np.array_equal(bodies["x"], equations["x"])
 
+    def test_keeps_where_the_bodies_were(self):
+        trajectory, d = run("run.horizon=1", PUSH % (50.0, 0.0)), np.array([0.1, 0.4, 0.4])
+        positions = trajectory.positions.reshape(-1, 3, 9)
+        axle_x, axle_y = (trajectory[n] - d * f(trajectory["theta"]) for n, f in (("x", np.cos), ("y", np.sin)))
+        assert positions[..., 0] == pytest.approx(axle_x, abs=1e-6)
+        assert positions[..., 1] == pytest.approx(axle_y, abs=1e-6)
+        assert (positions[-1, :, 7:] > 0.1).all()  # wheels have turned forwards
+        assert run("run.horizon=0.1", "run.plant=equations").positions is None
+
     def test_that_diverges_is_stopped_and_writes_no_file_of_its_own(self, tmp_path, monkeypatch):
         monkeypatch.chdir(tmp_path)
         trajectory = run("run.horizon=2", PUSH % (1e9, 0.0))
@@ -157,3 +166,14 @@ class TestRefuses:
         with pytest.raises(DiagnosticError, match="does not load") as error:
             mujoco_plant.require(read(EXPERIMENT, ["robot.inertia=0.001"]))
         assert "inertia" in error.value.diagnostics[0].facts[0]
+
+    @pytest.mark.parametrize("error", [RuntimeError("invalid value"), AttributeError("'NoneType'")])
+    def test_a_renderer_that_mujoco_cannot_have_is_a_diagnostic(self, monkeypatch, error):
+        def broken(name):
+            raise error
+
+        monkeypatch.setattr(mujoco_plant, "import_module", broken)
+        monkeypatch.setenv("MUJOCO_GL", "osmesa")
+        with pytest.raises(DiagnosticError, match="cannot be imported with MUJOCO_GL = 'osmesa'") as found:
+            mujoco_plant.require(read(EXPERIMENT))
+        assert found.value.diagnostics[0].facts == (str(error),)

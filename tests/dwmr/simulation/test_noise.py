@@ -8,6 +8,7 @@ import pytest
 
 from dwmr.control.fuzzy_gains import Rules
 from dwmr.scenario.file import find, read
+from dwmr.scenario.model import LARGEST_NOISE
 from dwmr.simulation import noise, simulate
 from tests.dwmr.process import LONG
 
@@ -27,6 +28,10 @@ class TestSource:
         drawn = noise.source(read(PAPER, ALL).scenario)(20_000)
         assert drawn.std(axis=0) == pytest.approx(np.tile([0.01, 0.02, 0.005, 0.03, 0.04], (3, 1)), rel=0.03)
         assert np.abs(drawn.mean(axis=0) / drawn.std(axis=0)).max() < 0.03
+
+    def test_is_cut_at_four_deviations(self):
+        drawn = noise.source(read(PAPER, ["robots.leader.noise.x=0.01"]).scenario)(200_000)[:, 0, 0]
+        assert np.abs(drawn).max() == LARGEST_NOISE * 0.01  # one of 16,000 lies beyond
 
     def test_does_not_depend_on_how_much_is_drawn_at_once(self):
         scenario = read(PAPER, ALL).scenario

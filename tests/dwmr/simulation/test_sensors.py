@@ -34,7 +34,7 @@ def test_odometry_goes_along_a_circle():
     turn = 2.0 * math.pi / omega
     speeds = [(v, omega)] * (round(turn / DT) + 1)
     rows = reckoned(speeds)
-    # the speeds begin with a jump, of which a trapezoid sees half
+    # the speeds begin with a jump; a trapezoid sees half of it
     angle = rows[:, 2]
     assert angle[-1] == pytest.approx(2.0 * math.pi, abs=2 * omega * DT)
     x, y = rows[:, 0] - 0.1 * np.cos(angle), rows[:, 1] - 0.1 * np.sin(angle)

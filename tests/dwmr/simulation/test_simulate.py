@@ -276,7 +276,7 @@ def step(error, dt, gains, state, kernels, next_state, signals):
         assert str(tmp_path / "mine.py") in caught.value.diagnostics[0].place
 
     @pytest.mark.skipif(not COMPILED, reason="needs numba")
-    def test_that_does_not_compile_is_told_which_name_is_unknown(self, tmp_path):
+    def test_that_does_not_compile_is_reported_with_the_unknown_name(self, tmp_path):
         with pytest.raises(DiagnosticError, match="cannot be imported") as caught:
             self.ready(self.beside(tmp_path, self.LAW.replace("gains[0] *", "nosuchgain *")))
         assert "nosuchgain" in caught.value.diagnostics[0].facts[0]
@@ -306,7 +306,7 @@ def step(error, dt, gains, state, kernels, next_state, signals):
         scenario = self.beside(tmp_path, "import numpy\n\n1 / 0\n")
         with pytest.raises(DiagnosticError, match="ZeroDivisionError") as caught:
             self.ready(scenario)
-        assert caught.value.diagnostics[0].place == f"{tmp_path / 'mine.py'}:3"
+        assert caught.value.diagnostics[0].place == f"{tmp_path / 'mine.py'}:3:1"
 
     @pytest.mark.skipif(not COMPILED, reason="plain Python checks indices itself")
     @pytest.mark.parametrize(("right", "wrong"), [("signals[0]", "signals[1]"), ("gains[0]", "gains[7]")])
@@ -315,8 +315,31 @@ def step(error, dt, gains, state, kernels, next_state, signals):
         with pytest.raises(DiagnosticError, match="the control law mine cannot be run") as caught:
             simulate.run(run)
         (one,) = caught.value.diagnostics
-        assert one.facts == ("IndexError: index is out of bounds",)
+        assert one.facts[0].startswith("IndexError: index ")
+        assert one.span.text.startswith(wrong)
         assert "'signals' is as long as SIGNALS" in one.help
+
+    @pytest.mark.parametrize(
+        "changes", [["robot.noise.x=0.01", 'robot.sensors.pose="odometry"', "obstacles.0.velocity=[0.1, 0.0]"], []]
+    )
+    def test_an_error_is_found_again_in_its_period(self, tmp_path, changes):
+        def trajectory(text):
+            file = read(self.beside(tmp_path, text), changes)
+            return simulate.run(simulate.prepare(file, "mine", Rules(file.scenario.rules, (), file.places)))
+
+        whole = trajectory(self.LAW)
+        sizes = np.abs(whole["twice"])[20:]  # later than the start
+        k = 20 + int(sizes.max(axis=1).argmax())
+        worst = float(sizes.max())
+        condition = f"error.t < 0.0975 or abs(2.0 * error.x_e) < {worst!r}"
+        broken = self.LAW.replace("    return error", f"    assert {condition}, 'far'\n    return error")
+        ended = trajectory(broken)
+        assert ended.values.tolist() == whole.values[:k].tolist()
+        stop = ended.stop
+        assert (stop.t, stop.reason) == (whole.t[k], "AssertionError: far")
+        assert stop.mistake.span.text == condition.partition(" or ")[2]
+        x_e = whole["twice"][k, whole.robots.index(stop.robot)] / 2.0
+        assert f"robot {stop.robot}: x_e = {x_e:.6g}, " in stop.mistake.facts[-1]
 
     def test_stops_a_run_with_its_reason_and_the_last_row_is_whole(self, tmp_path):
         faulty = self.LAW.replace("FAULTS = {}", 'FAULTS = {1: "the gain is too large"}').replace(

@@ -319,7 +319,7 @@ class TestAbout:
         file = read(tmp_path)
         whole = describe(file, plan.make(file, None, ()), ())
         other = describe(file, plan.make(file, None, ["robot.radius=0.6"]), ["robot.radius=0.6"])
-        assert list(differences(whole, other)) == ["overrides"]
+        assert list(differences(whole, other)) == ["values of --set"]
         assert len(whole["rules"]["ais_reaction/ais_reaction.fz"]) == 64
         assert len(whole["versions"]["sources"]) == 64
         assert 'name = "paper"' in whole["scenario"]["text"][0]["text"]

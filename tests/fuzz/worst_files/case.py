@@ -10,7 +10,7 @@ TERMS, OUTPUTS, RULES, FILES, NAME, OPERATORS, VARIABLES = 1000, 200, 20_000, 64
 #: Somewhat fewer lines of controllers, plants, loops and lets than allowed, so that others stand beside them.
 EQUATIONS = 9900
 
-#: By name a worst case: from a size to the contents of files, the first of which is checked.
+#: By name a worst case: from a size to the contents of files; the first is checked.
 CASES: dict[str, Callable[[float], dict[str, str]]] = {}
 
 HEAD = """input x in [0, 1]

@@ -33,7 +33,7 @@ repetitions(
 
 
 def linked(size, count, piece, ends):
-    """Yield a controller of numbered pieces, each of which may name the one before it as '#'."""
+    """Yield a controller of numbered pieces; each may name the one before it as '#'."""
     many = max(2, int(count * size))
     yield TOP + "let a0 = e\n"
     yield from (piece.replace("@", str(k)).replace("#", str(k - 1)) for k in range(1, many))

@@ -175,7 +175,7 @@ def systems_that_call_each_other_twice(size):
 
 @file_case
 def systems_whose_called_output_doubles(size):
-    """Yield systems each of which calls the next one twice, so that the number of calls doubles."""
+    """Yield systems that call the next one twice, so that the number of calls doubles."""
     count = max(2, int(40 * size))
     for k in range(count):
         call = f"let c = s{k + 1}.z(x) + s{k + 1}.z(x / 2)\n" if k + 1 < count else "let c = x\n"

@@ -29,7 +29,7 @@ repetitions(
     }
 )
 
-#: What another tool writes: a line of so many mistakes is repaired.
+#: What another tool writes: a line with this number of mistakes is repaired.
 FOREIGN = "if x is low && x is high || x is low && x is high then y is small;   % of what another tool writes\n"
 
 

@@ -7,6 +7,7 @@ import pytest
 
 import fuzzyctl
 from fuzzyctl import Proved, Refuted, Undecided
+from fuzzyctl.analysis.induction.bounds import controller_bounds
 from fuzzyctl.analysis.induction.boxed_step import BoxedStep
 from fuzzyctl.analysis.induction.prover import ControllerProver
 from fuzzyctl.diagnostics.source import SourceText
@@ -311,6 +312,22 @@ class TestBounds:
         )
         assert (found["y"].lo, found["y"].hi) == (-math.inf, math.inf)
         assert (found["s"].lo, found["s"].hi) == (0.0, math.inf)
+
+    @pytest.mark.parametrize(
+        ("value", "ends"),
+        [
+            ("sqrt(abs(x))", (0.0, math.inf)),
+            ("log(1 + abs(x))", (0.0, math.inf)),
+            ("0.2 * x", (-math.inf, math.inf)),
+            ("1 / (1 + abs(x))", (0.0, 1.0)),
+            ("-3 / (1 + abs(x))", (-3.0, 0.0)),
+            ("min(abs(x), 3) + 2", (2.0, 5.0)),
+        ],
+    )
+    def test_no_end_depends_on_how_far_numbers_without_an_end_are_taken(self, value, ends):
+        found = controller_bounds(controller_of(f"controller c\ninput x\noutput y = {value}\n"), 0.02)["y"]
+        assert (found.lo, found.hi) == pytest.approx(ends, rel=1e-9)
+        assert (found.lo == 0.0) == (ends[0] == 0.0)
 
     def test_bounds_of_a_fuzzy_controller_hold_in_a_run(self):
         controller = controller_of(PI)

@@ -76,7 +76,7 @@ class TestAnySystem:
 
 
 class TestRegions:
-    def test_strict_and_open_conditions_are_told_from_closed_ones(self):
+    def test_strict_and_open_conditions_are_progress_from_closed_ones(self):
         assert words(LINE, "u > 0 when e > 0 and de >= 0", "u > 0 when e >= 0 and de >= 0") == ["Undecided", "Refuted"]
         assert words(LINE, "u < 1 when e < 1", "u < 1 when e <= 1") != ["Proved", "Proved"]
 
@@ -127,7 +127,7 @@ class TestUndecided:
         (verdict,) = verdicts(CURVED, f"{claim} when e <= -0.001 or e >= 0.0131", timeout=1e-9)
         assert ("tolerance" in verdict.reason) == is_said
 
-    def test_values_that_are_not_known_are_told_from_values_at_their_bound(self):
+    def test_values_that_are_not_known_are_progress_from_values_at_their_bound(self):
         text = CURVED.replace("output u in [-1, 1]", "output u in [-1, 1] else 0").replace("[-1, 1]", "[-60, 60]", 1)
         (far,) = verdicts(text, "u >= -0.5 when e >= 12")
         assert far.reason.startswith("too little is known of values there")
@@ -141,7 +141,7 @@ class TestUndecided:
         (verdict,) = verdicts(CURVED, "u(-e, -de) == -u within 1e-12", timeout=0)
         assert verdict.reason == "it takes subdivision, for which no time is given"
 
-    def test_slopes_at_kinks_are_told_from_slopes_at_their_bound(self):
+    def test_slopes_at_kinks_are_progress_from_slopes_at_their_bound(self):
         text = (
             "system kink\nand min\nor max\ndefuzzifier weighted_average\ninput e in [-1, 1]\n"
             "  A = gaussian(-0.5, 0.6)\n  B = gaussian(0.6, 0.6)\noutput u in [0, 1]\n  terms a=0 b=1\n"
@@ -190,12 +190,12 @@ class TestUndecided:
     def test_a_quotient_that_may_be_infinite_is_not_proved(self):
         assert words(LINE, "1 / e <= 1e300", timeout=0.5) != ["Proved"]
 
-    def test_progress_is_told(self):
-        told = []
+    def test_progress_is_progress(self):
+        progress = []
         system = loads(CURVED + "require u(-e, -de) == -u within 1e-13\n")
-        prove(system, timeout=0.2, progress=lambda *state: told.append(state))
-        assert told[-1][0] == "u(-e, -de) == -u within 1e-13"
-        assert told[-1][1] + told[-1][2] > 0
+        prove(system, timeout=0.2, progress=lambda *state: progress.append(state))
+        assert progress[-1][0] == "u(-e, -de) == -u within 1e-13"
+        assert progress[-1][1] + progress[-1][2] > 0
 
 
 class TestWordsInLogic:
@@ -267,7 +267,7 @@ BROKEN = {
 
 
 class TestSeededFaults:
-    """Twenty changes of the shipped files, each of which breaks a guarantee."""
+    """Twenty changes of the shipped files; each breaks a guarantee."""
 
     @pytest.mark.parametrize(("name", "old", "new"), CHANGES)
     def test_a_fault_is_refuted_by_a_valid_witness(self, rules, name, old, new):

@@ -11,7 +11,7 @@ from tests.fuzzyctl.analysis.proving import CHAIN, CURVED, LINE, MAMDANI, verdic
 
 
 class TestVoidRegions:
-    """A claim about no point at all is true, which nobody meant."""
+    """A claim about no point at all is true, which was not meant."""
 
     @pytest.mark.parametrize(
         "claim",
@@ -24,7 +24,7 @@ class TestVoidRegions:
             "u <= -3 when e * e > 1.5 and abs(de) <= 1",
         ],
     )
-    def test_are_told(self, claim):
+    def test_are_reported(self, claim):
         (verdict,) = verdicts(LINE, claim)
         assert verdict.note == "nothing is claimed: no point of the ranges is in the region"
 

@@ -53,7 +53,7 @@ def test_a_system_whose_guarantee_is_broken_is_not_sound():
     assert len(check_source(source, guarantees=False)[0]) == 1
 
 
-def test_check_from_python_sees_what_the_command_sees_unless_told_not_to():
+def test_check_from_python_sees_what_the_command_sees_unless_asked_not_to():
     system = fuzzyctl.loads(TEXT.format(method=CURVED, claim="u <= 0.5"))
     assert [d.code for d in fuzzyctl.check(system)[1]] == ["FZ402"]
     assert fuzzyctl.check(system, guarantees=False) == (system, [])

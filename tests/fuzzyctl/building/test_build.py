@@ -343,7 +343,7 @@ class TestFragments:
         assert "_" not in shown
 
     def test_expressions_of_texts_have_no_places(self):
-        """They would be those of a statement that nobody wrote."""
+        """They would be those of a statement that was never written."""
         (term,) = build.input_variable("x", 0, 1, {"A": "triangle(0, k, 2 * k)"}).terms
         given = [*term.membership.arguments, build.expression("-k + max(1, k)"), build.Hold("k").start]
         assert all(span_of(part) is None for e in given for part in walk(e))

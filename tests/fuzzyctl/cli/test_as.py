@@ -117,8 +117,8 @@ class TestRuleBlocks:
 
     def test_each_side_of_a_comparison_is_said(self, blocks):
         result = run("compare", blocks, "--as", "simpful,exact,octave", "--points", "10")
-        told = [f"'{name}' leaves rule block" in result.output for name in ("simpful", "octave", "exact")]
-        assert told == [True, True, False]
+        reported = [f"'{name}' leaves rule block" in result.output for name in ("simpful", "octave", "exact")]
+        assert reported == [True, True, False]
 
     def test_the_numbers_are_those_of_the_block(self, blocks):
         system = load(blocks)

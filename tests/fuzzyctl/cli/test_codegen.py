@@ -24,7 +24,7 @@ def names(folder):
 
 
 def many(inputs):
-    """Return the text of a system of so many inputs with four terms each, joined by the minimum."""
+    """Return the text of a system with a number of inputs, four terms each, joined by the minimum."""
     names = "abcd"[:inputs]
     lines = ["system many", "and min", "defuzzifier weighted_average", "output u in [0, 1]"]
     lines += [f"  c{k} = constant({k / 10})" for k in range(4 * inputs)]
@@ -455,7 +455,7 @@ class TestMistakes:
         assert "FZ001" in run("none.fz", "--target", "c").output
 
 
-def test_a_system_whose_name_is_too_long_for_a_file_is_told_so(tmp_path):
+def test_a_system_whose_name_is_too_long_for_a_file_is_reported(tmp_path):
     path = tmp_path / "long.fz"
     text = (rules_folder() / "ais_reaction.fz").read_text(encoding="utf-8")
     path.write_text(text.replace("system ais_reaction", f"system {'a' * 199}"), encoding="utf-8")

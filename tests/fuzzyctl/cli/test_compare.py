@@ -36,7 +36,7 @@ class TestDiff:
         assert [c["what"] for c in data["systems"][0]["changes"]] == ["setting", "cell"]
 
     @pytest.mark.parametrize(
-        ("before", "after", "told"),
+        ("before", "after", "reported"),
         [
             ("", "allow FZ208", "+ diagnostic FZ208: allow FZ208   (lines +1)"),
             ('allow FZ208 "why"', "", '- diagnostic FZ208: allow FZ208 "why"   (lines -1)'),
@@ -50,15 +50,15 @@ class TestDiff:
             ("allow FZ208\ndeny FZ208", "deny FZ208", ""),
         ],
     )
-    def test_what_the_files_allow_and_deny_is_compared(self, before, after, told, tmp_path, base):
+    def test_what_the_files_allow_and_deny_is_compared(self, before, after, reported, tmp_path, base):
         paths = [tmp_path / "one.fz", tmp_path / "two.fz"]
         for path, lines in zip(paths, (before, after), strict=True):
             path.write_text(f"{lines}\n{base}", encoding="utf-8")
         result = run("diff", *paths)
-        assert result.stdout == (f"{told}\n" if told else "nothing was changed\n")
-        assert result.exit_code == bool(told)
+        assert result.stdout == (f"{reported}\n" if reported else "nothing was changed\n")
+        assert result.exit_code == bool(reported)
         data = json.loads(run("diff", *paths, "--format", "json").stdout)
-        assert [c["name"] for c in data["changes"]] == (["FZ208"] if told else [])
+        assert [c["name"] for c in data["changes"]] == (["FZ208"] if reported else [])
 
     def test_systems_are_paired_by_name(self, tmp_path, base):
         two = tmp_path / "two.fz"

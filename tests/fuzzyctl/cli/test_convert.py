@@ -56,8 +56,8 @@ RuleBlock: night
 def test_what_is_switched_off_is_listed_since_no_format_gets_it(tmp_path):
     source = tmp_path / "fan.fll"
     source.write_text(DISABLED, encoding="utf-8")
-    told = "line 13: left out: rule block 'night' is disabled; it is left out, and 1 rule with it"
-    assert told in run(source, tmp_path / "fan.fz", "--points", "10").stdout
+    reported = "line 13: left out: rule block 'night' is disabled; it is left out, and 1 rule with it"
+    assert reported in run(source, tmp_path / "fan.fz", "--points", "10").stdout
     result = run(source, tmp_path / "other.fll", "--points", "10", "--format", "json")
     assert json.loads(result.stdout)["losses"][0]["where"] == "line 13"
     assert run(source, tmp_path / "again.fll", "--points", "10").exit_code == 0  # no number changes
@@ -190,7 +190,7 @@ RuleBlock: usual
         (DISABLED[DISABLED.index("  defuzzifier") : DISABLED.index("RuleBlock: night")], MAXIMA, "fan.fml", "'mom' of"),
     ],
 )
-def test_what_would_be_a_mistake_in_the_other_format_is_told_at_the_place_it_comes_from(
+def test_what_would_be_a_mistake_in_the_other_format_is_reported_at_the_place_it_comes_from(
     tmp_path, old, new, target, reason
 ):
     source = tmp_path / "fan.fll"

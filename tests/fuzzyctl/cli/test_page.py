@@ -247,11 +247,63 @@ def test_the_time_of_a_run_has_the_inputs_of_controllers_and_systems(tmp_path):
     loop = facts["sections"][-1]
     (law, system) = loop["inputs"]
     assert (law["block"], system["block"]) == ("fuzzy_pi", "surface")
+    assert law["call"] == system["call"] == "law"
     reference, level = law["values"]
     error, change = system["values"]
     assert [len(v) for v in (reference, level, error, change)] == [len(loop["t"])] * 4
     assert error == pytest.approx([2 * (r - x) for r, x in zip(reference, level, strict=True)], abs=1e-4)
     assert (change[0], len(set(change)) > 50) == (0.0, True)
+
+
+TWICE = """system shape
+input a in [-1, 1]
+  terms lo hi
+output u in [-1, 1]
+  terms lo hi
+if a is lo then u is lo
+if a is hi then u is hi
+
+controller twice
+input e unit "m"
+input f in [0, inf)
+state kept "what is kept" in [0, 1] unit "m" = 0
+next kept = clamp(kept + e, 0, 1)
+let slow = lowpass(e,
+  0.1 s)
+output u unit "m" = shape(slow) + shape(2 * f) + kept
+output rest in [0, 3] = delay(e, 5) * 0
+every 10 ms
+
+plant lag
+input u
+state x = 1
+der x = -x - u
+output y = x
+
+loop closed
+block law = twice(e = body.y, f = 0.25)
+block body = lag(u = law.u)
+measure never unit "s" = rise_time(body.y, 5)
+run 1 s
+"""
+
+
+def test_each_call_of_a_system_is_shown_and_states_are_named_as_they_are_written(tmp_path):
+    file = tmp_path / "calls.fz"
+    file.write_text(TWICE, encoding="utf-8")
+    _, facts = written(tmp_path / "x.html", file)
+    assert facts["title"] == "calls"
+    _, controller, loop = facts["sections"]
+    assert [(c["block"], c["call"]) for c in loop["inputs"]] == [
+        ("twice", "law"), ("shape", "law"), ("shape", "law, call 2"),
+    ]  # fmt: skip
+    assert set(loop["inputs"][2]["values"][0]) == {0.5}
+    assert loop["measures"] == [["never", "infinite"]]
+    assert [(i["lower"], i["upper"]) for i in controller["inputs"]] == [(None, None), (0.0, None)]
+    assert [(o["lower"], o["upper"]) for o in controller["outputs"]] == [(None, None), (0.0, 3.0)]
+    assert set(controller["states"].values()) == {
+        "what is kept [m]", "lowpass(e, 0.1 s), filtered", "delay(e, 5)", "whether a step was made",
+    }  # fmt: skip
 
 
 def test_of_a_controller_is_shown_what_is_refuted_and_what_has_no_bound(tmp_path):

@@ -20,16 +20,16 @@ def shown(monkeypatch, patience):
     monkeypatch.setattr(sys, "stderr", Terminal())
     monkeypatch.setattr(module, "PATIENCE", patience)
     monkeypatch.setenv("TERM", "xterm")
-    with progress() as told:
-        told("comparing: 10 %")
-        told("comparing: 20 %")
+    with progress() as reported:
+        reported("comparing: 10 %")
+        reported("comparing: 20 %")
     return sys.stderr.getvalue()
 
 
 def test_a_pipe_gets_none(monkeypatch):
     monkeypatch.setattr(sys, "stderr", io.StringIO())
-    with progress() as told:
-        assert told is None
+    with progress() as reported:
+        assert reported is None
 
 
 def test_a_terminal_gets_one_once_it_takes_long(monkeypatch):

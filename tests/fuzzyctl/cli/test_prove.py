@@ -96,7 +96,7 @@ def test_of_a_file_with_mistakes_nothing_is_counted(tmp_path):
     assert run(path).stdout == ""
 
 
-def test_ctrl_c_keeps_what_was_told_and_counts_what_is_left(written, monkeypatch):
+def test_ctrl_c_keeps_what_was_reported_and_counts_what_is_left(written, monkeypatch):
     path = written("u <= 1", "u >= -1", "u <= 0.5")
     verdict = Prover.verdict
 

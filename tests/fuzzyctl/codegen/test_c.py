@@ -57,7 +57,7 @@ class TestSelfTest:
         assert built.code == 0, built.output
 
     @pytest.mark.parametrize("name", ["ais_reaction", "exact", "silent", "refusing", "chained", "holding", "adaptive"])
-    def test_compilers_may_be_told_that_there_is_no_nan(self, compiled, unit_of, name):
+    def test_compilers_may_assume_that_there_is_no_nan(self, compiled, unit_of, name):
         built = compiled(unit_of(name), ["-O3", "-ffast-math"])
         assert built.code == 0, built.output
 

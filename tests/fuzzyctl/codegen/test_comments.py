@@ -108,7 +108,7 @@ class TestNotes:
             "double ais_reaction(double sigma, double dsigma);\n"
         ) in text
 
-    def test_parameters_of_all_kinds_are_told(self, unit_of):
+    def test_parameters_of_all_kinds_are_reported(self, unit_of):
         assert "//   status: REFUSING_OK, or which output" in generate(unit_of("refusing"), "c").files["refusing.h"]
         assert "//   state: begun by holding_init; what outputs" in generate(unit_of("holding"), "c").files["holding.h"]
         many = generate(unit_of("chained"), "c").files["chained.h"]

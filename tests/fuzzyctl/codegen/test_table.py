@@ -146,7 +146,7 @@ table u = x x y
 
 
 class TestSizes:
-    """Beyond what numbers can be nothing is written, and nobody reads warnings of a library."""
+    """Beyond what numbers can be nothing is written, and no warning of a library is seen."""
 
     @pytest.mark.parametrize(
         ("value", "width", "reason"),

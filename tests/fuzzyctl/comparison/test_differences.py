@@ -142,9 +142,9 @@ class TestOutputs:
 
 
 class TestLongWork:
-    def test_who_wants_to_know_is_told_how_far_it_is_and_nothing_else_changes(self):
-        told = []
+    def test_progress_is_reported_and_nothing_else_changes(self):
+        reported = []
         expected = differences(line(), line(peak=1.37), points=1000)
-        assert differences(line(), line(peak=1.37), points=1000, progress=told.append) == expected
-        assert told[:2] == ["comparing at 1,000 points: 0 %", "comparing at 1,000 points: 1 %"]
-        assert told[-1] == "looking for where y differs most: 91 %"
+        assert differences(line(), line(peak=1.37), points=1000, progress=reported.append) == expected
+        assert reported[:2] == ["comparing at 1,000 points: 0 %", "comparing at 1,000 points: 1 %"]
+        assert reported[-1] == "looking for where y differs most: 91 %"

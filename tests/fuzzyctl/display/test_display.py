@@ -141,6 +141,21 @@ def test_no_name_becomes_markup_or_acts(tipper):
     assert "\x1b" not in repr(system) + str(system)
 
 
+def test_no_name_of_a_block_becomes_markup_or_acts(loop, shown):
+    """Labels that no file can hold are shown, too."""
+    controller = loop.controllers[0]
+    inputs = tuple(dataclasses.replace(i, label=HOSTILE, unit=HOSTILE) for i in controller.inputs)
+    texts = {"title": HOSTILE, "citation": HOSTILE, "path": HOSTILE}
+    found = [
+        dataclasses.replace(controller, inputs=inputs, **texts),
+        *(dataclasses.replace(block, **texts) for block in (loop, loop.plants[0])),
+        fuzzyctl.Refuted(HOSTILE, fuzzyctl.Witness({HOSTILE: 0.0}, ((HOSTILE, 1.0),)), note=HOSTILE),
+    ]
+    for thing in found:
+        assert not {"script", "img"} & {tag for tag, _ in Tags(thing._repr_html_()).found}
+        assert not re.search("[\x00-\x09\x0b-\x1f\u202a-\u202e]", thing._repr_html_() + str(thing))
+
+
 @pytest.mark.parametrize("otherwise", ["nan", "error", "0"])
 def test_a_kernel_without_values_says_so(otherwise):
     system = fuzzyctl.loads(SILENT.format(otherwise=otherwise))
@@ -167,6 +182,29 @@ def test_long_tables_are_cut_and_counted():
     html = table("many", (), [(k,) for k in range(ROWS + 5)])
     assert html.count("<tr>") == ROWS
     assert "and 5 more" in html
+
+
+def test_the_theme_of_a_notebook_comes_before_that_of_the_machine():
+    """And the texts of tables stand left: Jupyter's rule for cells has two classes and one element."""
+    html = page("x", table("", (), [("a",)]))
+    machine = html.index("@media (prefers-color-scheme: dark)")
+    for selector in ("body[data-jp-theme-light=false]", "body.vscode-dark", "html[theme=light]", "[data-theme=dark]"):
+        assert html.index(selector) > machine
+    assert ".fuzzyctl.fuzzyctl table td {" in html
+    assert "<caption>" not in html
+
+
+def test_verdicts_without_findings_have_no_column_for_them(shown):
+    assert '<th scope="col">found</th>' in shown["Verdicts"]._repr_html_()
+    assert "found" not in type(shown["Verdicts"])([shown["Proved"]])._repr_html_()
+
+
+def test_silent_rules_are_counted(tipper):
+    assert "silent" not in fuzzyctl.why(tipper, service=7, food=8)._repr_html_()
+    assert (
+        '<p class="note">1 rule silent</p>'
+        in fuzzyctl.why(fuzzyctl.loads(SILENT.format(otherwise="nan")), x=0.9)._repr_html_()
+    )
 
 
 def test_markup_stays_and_text_is_escaped():

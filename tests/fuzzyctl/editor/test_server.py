@@ -193,21 +193,36 @@ def whole(text):
     return lsp.Range(lsp.Position(0, 0), lsp.Position(text.count("\n") + 9, 0))
 
 
-def test_a_client_that_asks_for_diagnostics_is_told_when():
+async def formats(client, document, text):
+    """A row is aligned when its line ends, and a range on request."""
+    loose = text.replace("good | small  large", "good |small large")
+    changed(client, document, 2, loose)
+    row = loose[: loose.index("good |")].count("\n")
+    edits = await client.text_document_on_type_formatting_async(
+        lsp.DocumentOnTypeFormattingParams(document, lsp.Position(row + 1, 0), "\n", lsp.FormattingOptions(2, True))
+    )
+    assert applied(loose, edits).count("  good |  small  large  large\n") == 1
+    edits = await client.text_document_range_formatting_async(
+        lsp.DocumentRangeFormattingParams(document, whole(loose), lsp.FormattingOptions(2, True))
+    )
+    assert "hedge hardly(d) = d^3" in applied(loose, edits)
+
+
+def test_a_client_that_asks_for_diagnostics_hears_when_they_change():
     text = SYSTEM + "require tip <= 19\nparam wide = most + 1\n"
 
     async def talk(client, capabilities):
-        told = asyncio.Queue()
+        refreshed = asyncio.Queue()
         for method in (
             lsp.WORKSPACE_DIAGNOSTIC_REFRESH,
             lsp.WORKSPACE_CODE_LENS_REFRESH,
             lsp.WORKSPACE_INLAY_HINT_REFRESH,
         ):
-            client.feature(method)(lambda *_, method=method: told.put_nowait(method))
+            client.feature(method)(lambda *_, method=method: refreshed.put_nowait(method))
         shown = []
         client.feature(lsp.WINDOW_SHOW_MESSAGE)(lambda params: shown.append(params.message))
         document = opened(client, text)
-        assert {await asyncio.wait_for(told.get(), SECONDS) for _ in range(3)} == {
+        assert {await asyncio.wait_for(refreshed.get(), SECONDS) for _ in range(3)} == {
             "workspace/diagnostic/refresh",
             "workspace/codeLens/refresh",
             "workspace/inlayHint/refresh",
@@ -241,17 +256,7 @@ def test_a_client_that_asks_for_diagnostics_is_told_when():
         )
         require = next(i for i in proposed.items if i.label == "require")
         assert (require.text_edit.new_text, require.insert_text_format) == ("require ${1:output} >= ${2:0}", 2)
-        loose = text.replace("good | small  large", "good |small large")
-        changed(client, document, 2, loose)
-        row = loose[: loose.index("good |")].count("\n")
-        edits = await client.text_document_on_type_formatting_async(
-            lsp.DocumentOnTypeFormattingParams(document, lsp.Position(row + 1, 0), "\n", lsp.FormattingOptions(2, True))
-        )
-        assert applied(loose, edits).count("  good |  small  large  large\n") == 1
-        edits = await client.text_document_range_formatting_async(
-            lsp.DocumentRangeFormattingParams(document, whole(loose), lsp.FormattingOptions(2, True))
-        )
-        assert "hedge hardly(d) = d^3" in applied(loose, edits)
+        await formats(client, document, text)
 
     with_server(talk, REFRESHING)
 

@@ -1,4 +1,4 @@
-"""Systems drawn at random with the numerics of MATLAB and of fuzzylite, of which their formats can express all."""
+"""Systems drawn at random with the numerics of MATLAB and of fuzzylite, as their formats can express them."""
 
 import hypothesis.strategies as st
 from hypothesis import assume
@@ -194,7 +194,7 @@ def made_crisp(draw, tool, count):
 
 @st.composite
 def fuzzylite_methods(draw, tool, first):
-    """Draw a method of which one output has the aggregation and the defuzzifier."""
+    """Draw a method whose aggregation and defuzzifier are those of one output."""
     conjunction, disjunction = draw(st.sampled_from(NORMS))
     return Method(
         conjunction=conjunction,

@@ -1,4 +1,4 @@
-"""Systems drawn at random of which FCL can express all."""
+"""Systems drawn at random that FCL can express."""
 
 import hypothesis.strategies as st
 
@@ -30,7 +30,7 @@ def antecedents(draw, inputs, hedges, depth=0):
 
 @st.composite
 def systems(draw):
-    """Draw systems of which FCL can express all, with the numerics of each dialect."""
+    """Draw systems that FCL can express, with the numerics of each dialect."""
     profile = PROFILES[draw(st.sampled_from(["exact", "jfuzzylogic", "fuzzylite"]))]
     # The standard, whose numerics are exact, has points only; what else is straight comes back as points.
     straight = ["piecewise"] if profile.name == "exact" else ["piecewise", "triangle", "trapezoid"]

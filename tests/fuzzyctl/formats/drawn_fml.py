@@ -1,4 +1,4 @@
-"""Systems drawn at random of which FML can express all."""
+"""Systems drawn at random that FML can express."""
 
 import hypothesis.strategies as st
 from hypothesis import assume

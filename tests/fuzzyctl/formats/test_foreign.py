@@ -184,7 +184,7 @@ MF1='u':'linear',[1 2]
 
 @pytest.mark.parametrize("used", ["lo", "hi"])
 @pytest.mark.parametrize(("format", "line"), [("fll", 4), ("fis", 7)])
-def test_a_linear_term_of_an_input_is_told_where_it_stands(format, line, used):
+def test_a_linear_term_of_an_input_is_reported_at_its_place(format, line, used):
     text = LINEAR[format].format(term=used, number=1 + (used == "hi"))
     systems, diagnostics = examine_foreign(FORMATS[format], SourceText(f"t.{format}", text))
     assert systems == ()
@@ -193,7 +193,7 @@ def test_a_linear_term_of_an_input_is_told_where_it_stands(format, line, used):
     assert "term 'lo' of input 'a' is linear" in error.message
 
 
-def test_points_from_right_to_left_are_told_with_what_to_do():
+def test_points_from_right_to_left_are_reported_with_what_to_do():
     text = LINEAR["fll"].replace("lo Linear 0.3 1 2", "lo Discrete 6 0 3 1").format(term="lo")
     _, diagnostics = examine_foreign(FORMATS["fll"], SourceText("t.fll", text))
     (error,) = [d for d in diagnostics if d.severity == "error"]

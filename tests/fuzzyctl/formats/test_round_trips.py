@@ -187,7 +187,7 @@ class TestWhatIsLost:
             ("param steep", "and einstein_product\nparam steep", ("system 'tip'", "norm 'einstein_product'")),
         ],
     )
-    def test_what_only_octave_reads_is_written_for_octave_and_told(self, old, new, lost):
+    def test_what_only_octave_reads_is_written_for_octave_and_reported(self, old, new, lost):
         text = TIP.replace(old, new, 1).replace("if not (service is poor or food is bad)", "if service is good")
         written, losses = FORMATS["fis"].write(loads(text))
         assert lost in [(x.where, x.what) for x in losses if not x.exact]

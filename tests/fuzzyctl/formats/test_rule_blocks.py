@@ -1,4 +1,4 @@
-"""Rule blocks in the formats of other tools: kept with their names and methods, or told as a loss."""
+"""Rule blocks in the formats of other tools: kept with their names and methods, or reported as a loss."""
 
 import pytest
 from hypothesis import HealthCheck, given, settings
@@ -75,10 +75,10 @@ def lost(format, text):
 
 
 @pytest.mark.parametrize("format", ["fcl", "fml"])
-def test_an_activation_that_a_format_has_not_is_told(format):
-    told = {what for _, what in lost(format, SYSTEM)}
-    assert "activation highest" in told
-    assert told - {what for _, what in lost(format, SYSTEM.replace(" activation highest(count=1)", ""))} == {
+def test_an_activation_that_a_format_has_not_is_reported(format):
+    reported = {what for _, what in lost(format, SYSTEM)}
+    assert "activation highest" in reported
+    assert reported - {what for _, what in lost(format, SYSTEM.replace(" activation highest(count=1)", ""))} == {
         "activation highest"
     }
 
@@ -93,13 +93,13 @@ def test_rules_of_no_block_stay_such(format):
 
 
 class TestFis:
-    def test_one_method_is_written_and_what_differs_is_told(self):
+    def test_one_method_is_written_and_what_differs_is_reported(self):
         assert lost("fis", SYSTEM) - lost("fis", SYSTEM.replace(" activation highest(count=1)", "")) == {
             ("rule block 'fast'", "activation highest")
         }
         plain = SYSTEM.replace(" activation highest(count=1)", "")
-        told = lost("fis", plain) - lost("fis", plain.replace("rules fast and product implication product", ""))
-        assert told == {("rule block 'fast'", "and product"), ("rule block 'fast'", "implication product")}
+        reported = lost("fis", plain) - lost("fis", plain.replace("rules fast and product implication product", ""))
+        assert reported == {("rule block 'fast'", "and product"), ("rule block 'fast'", "implication product")}
 
     def test_blocks_that_do_not_differ_change_no_number(self):
         same = SYSTEM.replace("if e is N then u is N\n", "").replace(" activation highest(count=1)", "")

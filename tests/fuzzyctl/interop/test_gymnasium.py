@@ -1,5 +1,7 @@
 """Policies and environments: gymnasium's own checks, and the run of simulate step by step."""
 
+import math
+
 import numpy as np
 import pytest
 from gymnasium.utils.env_checker import check_env
@@ -194,6 +196,16 @@ class TestPolicy:
         assert policy([3.0, 8.0]).tolist() == [fuzzyctl.compile(system, "python")(3.0, 8.0)]
         with pytest.raises(ArgumentError, match=r"must have the shape \(2,\) for service, food"):
             policy([3.0])
+
+    def test_an_observation_that_is_not_a_number_is_refused_and_changes_nothing(self, tank):
+        policy = Policy(tank().controllers[0])
+        before = policy.state.tolist()
+        with pytest.raises(ValueOutOfBoundsError, match=r"observation of level must be a number, got nan") as caught:
+            policy([1.0, math.nan])
+        assert caught.value.name == "observation of level"
+        assert policy.state.tolist() == before
+        with pytest.raises(ValueOutOfBoundsError, match="observation of service, food"):
+            Policy(fuzzyctl.load(rules_folder() / "tipper.fz"))([math.nan, math.nan])
 
     def test_reset_forgets(self, tank):
         policy = Policy(tank().controllers[0])

@@ -326,7 +326,7 @@ class TestChains:
         with pytest.raises(NoRuleFiresError, match="'u'"):
             compile_system(self.chain(otherwise="error"), "numba").batch([[0.5, 0.0], [0.0, 0.0]])
 
-    def test_a_broken_promise_is_told_of_the_one_who_broke_it(self, value):
+    def test_a_broken_promise_is_reported_with_the_system_that_broke_it(self, value):
         with pytest.raises(NoRuleFiresError, match="'u'"):
             value(self.chain(otherwise=None), 0.0, 0.0)
         with pytest.raises(NoRuleFiresError, match="'u'"):

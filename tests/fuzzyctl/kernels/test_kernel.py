@@ -61,6 +61,13 @@ def test_a_wrong_number_of_arguments_is_refused(arguments: tuple[float, ...]) ->
         KERNEL(*arguments)
 
 
+def test_an_array_in_the_place_of_all_inputs_has_a_hint() -> None:
+    with pytest.raises(ArgumentError, match=r"got 1; kernel\.batch takes arrays$"):
+        KERNEL([0.5, 0.5])
+    with pytest.raises(ArgumentError, match=r"got 1$"):
+        KERNEL(0.5)
+
+
 def test_integers_beyond_64_bits_are_converted() -> None:
     assert KERNEL(2**70, 0.5) == KERNEL(0.5, 2**70) == KERNEL(1.0, 0.5)
 

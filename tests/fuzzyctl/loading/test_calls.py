@@ -150,7 +150,7 @@ def test_each_mistake_has_its_message_and_nothing_else_is_reported(text):
 
 
 def chained(count, calls=1):
-    """Systems each of which calls the next one, some times."""
+    """Systems that call the next one, some times."""
     body = "input e in [-1, 1]\noutput y in [-9, 9] = "
     links = (f"system s{k}\nlet z = {' + '.join([f's{k + 1}.y(e)'] * calls)}\n{body}z\n" for k in range(count - 1))
     return "".join(links) + f"system s{count - 1}\n{body}e\n"

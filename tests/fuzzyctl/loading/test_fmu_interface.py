@@ -72,8 +72,15 @@ def test_an_fmu_for_model_exchange_is_refused_with_a_repair(found):
 def test_a_name_that_is_nearly_there_is_suggested(found):
     (mistake,) = found('plant p = fmu("n.fmu")\n').diagnostics
     assert mistake.help == "did you mean 'm.fmu'?"
-    (mistake,) = found('plant p = fmu("m.fmu")\nparam nut_ = 3\n').diagnostics
+    mistake, _ = found('plant p = fmu("m.fmu")\nparam nut_ = 3\n').diagnostics
     assert mistake.help == "did you mean 'not_'?"
+
+
+def test_an_fmu_for_other_machines_is_a_warning_that_names_them(found):
+    (warning,) = found('plant p = fmu("m.fmu")\n').diagnostics
+    assert (warning.code, warning.severity, warning.span.text) == ("FZ712", "warning", '"m.fmu"')
+    assert warning.message == "the FMU has no binary for this machine"
+    assert warning.facts[0].startswith("it has binaries for: no machine; this is ")
 
 
 def test_an_fmu_is_a_plant_in_python_too(found, tmp_path):

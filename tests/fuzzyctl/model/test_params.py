@@ -32,7 +32,7 @@ def test_a_long_chain_needs_no_recursion():
     assert ParamValues(chain).values["p0"] == 5000
 
 
-def test_a_circle_is_told_once_and_named():
+def test_a_circle_is_reported_once_and_named():
     found = ParamValues([param("a", "b"), param("b", "c"), param("c", "a"), param("d", "a"), param("e", 1)])
     (error,) = found.errors
     assert str(error) == "param 'a' depends on itself: a → b → c → a"
@@ -49,7 +49,7 @@ def test_a_circle_is_told_once_and_named():
     ],
     ids=["infinite", "quotient", "name"],
 )
-def test_one_cause_is_told_once(bad, words):
+def test_one_cause_is_reported_once(bad, words):
     found = ParamValues([bad, param("b", "a"), param("c", 1)])
     (error,) = found.errors
     assert words in str(error)

@@ -25,6 +25,14 @@ def test_a_law_that_diverges_does_not_set_the_limits():
     assert "wild 2.2e+04 at 10.00 s" in found.note
 
 
+def test_a_pulse_on_a_line_that_rests_is_no_peak():
+    values = np.where(np.abs(T - 5.0) < 0.02, 5.0, 0.0)
+    found = limits.of([limits.Line("push", T, values)])
+    assert found.shown == found.whole
+    assert found.shown[1] > 5.0
+    assert found.note == ""
+
+
 def test_without_peaks_everything_is_shown():
     found = limits.of([limits.Line("a", T, np.sin(T))])
     assert found.shown == found.whole

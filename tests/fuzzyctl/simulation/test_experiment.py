@@ -650,6 +650,10 @@ def test_recorded_calls_are_what_the_systems_are_given(loop):
     assert set(run.names) - set(plain.names) == {"law.gain.y"}
     assert run["law.gain.y"] == pytest.approx(run["p.y"], abs=1e-15)
     assert run["p.y"].tolist() == plain["p.y"].tolist()
+    twice = loop(SHARED.replace("gain(y)", "gain(y) + gain(2 * y)"))
+    run = Experiment(twice, "python", record_calls=True).run()
+    assert set(run.names) - set(plain.names) == {"law.gain.y", "law.gain.2.y"}
+    assert run["law.gain.2.y"] == pytest.approx(2 * run["law.gain.y"], abs=1e-15)
     tank = fuzzyctl.load_loop(rules_folder() / "loops" / "water_tank.fz")
     run = fuzzyctl.simulate(tank, record_calls=True)
     surface = fuzzyctl.compile(tank.controllers[0].systems[0])

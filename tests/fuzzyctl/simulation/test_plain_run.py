@@ -41,6 +41,9 @@ def same(loop):
     assert {n: bits(v) for n, v in plain.signals.items()} == {n: bits(run[n]) for n in run.positions}
     assert bool(plain.stopped) == (run.stopped is not None)
     assert plain.substeps == run.substeps
+    assert plain.requirements == run.requirements
+    for name, value in plain.measures.items():
+        assert value == pytest.approx(run.measures[name], rel=1e-12, nan_ok=True)
     for expr in run.judgement.signals:
         assert bits(plain.signal(expr)) == bits(run.signal(expr))
     return plain
@@ -69,10 +72,19 @@ def test_noise_is_drawn_by_another_generator(tmp_path):
     assert 0.08 < math.sqrt(sum(v * v for v in noise) / len(noise)) < 0.12
 
 
-def test_what_takes_numpy_is_named(tmp_path):
-    (tmp_path / "b.csv").write_text("t,v\n0,1\n9,1\n", encoding="utf-8")
-    with pytest.raises(PlainRunError, match="table over time takes numpy"):
-        plain_run(written(tmp_path, noise=' + csv("b.csv", column="v")'))
+def test_a_table_over_time_has_the_bits_of_simulate(tmp_path):
+    (tmp_path / "b.csv").write_text("t,v\n0,1\n1.3,-2\n3,5\n", encoding="utf-8")
+    same(written(tmp_path, noise=' + csv("b.csv", column="v")'))
+
+
+def test_what_is_not_run_is_named(tmp_path):
+    names = 'inputs = ("q",)\nstates = {"h": 0.0}\noutputs = ("y",)\n'
+    (tmp_path / "b.py").write_text(names, encoding="utf-8")
+    text = TANK.format(start=1, low=-20, output="h", flow="q", noise="")
+    body = text[text.index("plant tank") : text.index("loop fill")]
+    (tmp_path / "a.fz").write_text(text.replace(body, 'plant tank = python("b.py")\n\n'), encoding="utf-8")
+    with pytest.raises(PlainRunError, match="is in Python"):
+        plain_run(fuzzyctl.load_loop(tmp_path / "a.fz"))
 
 
 def test_a_run_that_takes_too_long_is_refused(tmp_path):

@@ -1,4 +1,4 @@
-"""The studio's worker answers without numpy what the program answers with it; browsers count in UTF-16."""
+"""The studio's worker answers with its own arrays what the program answers with numpy; browsers count in UTF-16."""
 
 import json
 import re
@@ -7,6 +7,7 @@ import sys
 
 import pytest
 
+from fuzzyctl.studio import proofs
 from fuzzyctl.studio.answers import METHODS, answer
 from fuzzyctl.support.reading import MAX_BYTES
 from fuzzyctl.support.shipped import rules_folder
@@ -26,6 +27,8 @@ class Absent:
         if name.split(".")[0] in {ABSENT!r}:
             raise ModuleNotFoundError(f"No module named {{name!r}}", name=name.split(".")[0])
 sys.meta_path.insert(0, Absent())
+from fuzzyctl.studio.arrays import install
+install()
 from fuzzyctl import compile, load
 from fuzzyctl.studio.answers import answer
 found = [answer(json.dumps(request)) for request in json.load(sys.stdin)]
@@ -42,8 +45,10 @@ def requests():
     for name in FILES:
         path = RULES / name
         text = path.read_text()
-        common = {"file": str(path), "text": text, "offset": text.index(" = ") - 1, "nonce": "a1-b2"}
-        yield from ({"method": m, **common} for m in METHODS if m != "export")
+        common = {"file": str(path), "text": text, "offset": text.index(" = ") - 1, "nonce": "a1-b2", "block": 0}
+        yield from (
+            {"method": m, **common} for m in METHODS if m not in ("export", "page" if path.stem != "tipper" else "")
+        )
         yield from ({"method": "export", "target": target, **common} for target in TARGETS)
 
 
@@ -83,12 +88,30 @@ def test_changes_at_a_place_are_repairs_of_its_line_and_what_can_be_written():
     assert repair["title"] not in titles
 
 
-def test_a_proof_that_takes_numpy_is_said_to_be_the_program_s():
+def test_proofs_by_subdivision_follow_the_picture():
+    text = (RULES / "tipper.fz").read_text() + "require tip >= 3\n"
+    (section,) = ask("picture", text)["facts"]["sections"]
+    assert [v[0] for v in section["verdicts"]] == ["proved", "undecided"]
+    assert section["verdicts"][1][2] == "it takes subdivision, which is under way"
+    assert [v[0] for v in ask("proofs", text, block=0)["verdicts"]] == ["proved", "proved"]
+    assert "which is under way" not in ask("page", text)["html"]
+
+
+def test_a_claim_that_takes_longer_is_said_to_be_the_program_s(monkeypatch):
+    monkeypatch.setattr(proofs, "CLAIM", 0.0001)
     text = (RULES / "tipper.fz").read_text() + "require increasing(tip, service)\n"
-    verdicts = ask("picture", text)["facts"]["sections"][0]["verdicts"]
-    assert verdicts[0][0] == "proved"
-    assert verdicts[1][0] == "undecided"
-    assert verdicts[1][2] == "it takes subdivision, with numpy: 'fuzzyctl prove' does it"
+    (*_, [verdict, _, reason]) = ask("proofs", text, block=0)["verdicts"]
+    assert verdict == "undecided"
+    assert reason.endswith("; 'fuzzyctl prove' takes more time")
+
+
+def test_claims_of_controllers_and_their_bounds():
+    text = (RULES / "ackermann.fz").read_text()
+    (section,) = ask("picture", text, RULES / "ackermann.fz")["facts"]["sections"]
+    assert section["verdicts"] == []
+    found = ask("proofs", text, RULES / "ackermann.fz", block=0)
+    assert [v[0] for v in found["verdicts"]] == ["proved"] * 3
+    assert ["v_c", "from 0 to 2 m/s"] in found["bounds"]
 
 
 def test_loops_are_run_or_say_why_not(tmp_path):
@@ -96,7 +119,9 @@ def test_loops_are_run_or_say_why_not(tmp_path):
     (run,) = ask("runs", text)["sections"]
     assert run["kind"] == "loop"
     assert run["panels"][0]["values"]
-    assert "take numpy" in run["note"]
+    assert run["note"] == ""
+    assert len(run["measures"]) > 1
+    assert {v[0] for v in run["verdicts"]} == {"met"}
     assert ask("picture", text)["loops"] == [run["name"]]
     assert run["title"] in ask("page", text)["html"]
     (noisy,) = ask("runs", (RULES / "loops" / "water_tank.fz").read_text())["sections"]
@@ -104,9 +129,12 @@ def test_loops_are_run_or_say_why_not(tmp_path):
     (tmp_path / "b.csv").write_text("t,v\n0,1\n9,1\n")
     table = "plant p\ninput u\nstate x = 0\nder x = u\noutput y = x\nloop l\nblock b = p(r)\n"
     table += 'let r = csv("b.csv", column="v")\nrun 1 s step 0.1 s\n'
-    (refused,) = ask("runs", table, tmp_path / "a.fz")["sections"]
-    assert refused["refused"] == "a table over time takes numpy; 'fuzzyctl simulate' runs it"
-    assert "no blocks" in ask("runs", "loop l\n")["refused"]
+    (tabled,) = ask("runs", table, tmp_path / "a.fz")["sections"]
+    assert tabled["t"][-1] == 1.0
+    large = table.replace("run 1 s", "run 1e6 s")
+    (refused,) = ask("runs", large, tmp_path / "a.fz")["sections"]
+    assert "more than 3e+07; 'fuzzyctl simulate' runs it" in refused["refused"]
+    assert ask("runs", "loop l\n")["refused"] == "error[FZ212]: loop 'l' has no 'run' line, and 1 more mistake"
 
 
 @pytest.mark.parametrize("offset", [-5, 0, 3, 10_000])

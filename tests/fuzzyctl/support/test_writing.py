@@ -75,7 +75,7 @@ class TestWrittenWhole:
 class TestWriteTogether:
     @pytest.fixture
     def old(self, tmp_path):
-        """An old set, of which the middle one is missing."""
+        """An old set whose middle one is missing."""
         for name in ("a.h", "c.txt"):
             (tmp_path / name).write_text(f"old {name}")
         return {tmp_path / name: f"new {name}" for name in ("a.h", "b.c", "c.txt")}

@@ -216,7 +216,7 @@ class TestFiles:
             swept(folder, resume=True)
         (found,) = caught.value.diagnostics
         assert found.code == "FZ909"
-        assert "rules.laws.fz" in found.facts[0]
+        assert "file laws.fz" in found.facts[0]
         assert (folder / "out" / "journal.jsonl").exists()
 
     def test_a_table_that_changes_while_the_sweep_runs_ends_it(self, folder):
@@ -258,7 +258,7 @@ class TestFiles:
             changed.writestr("extra/note.txt", "another version")
         with pytest.raises(DiagnosticError) as caught:
             swept(folder, text, resume=True)
-        assert "rules.p.fmu" in caught.value.diagnostics[0].facts[0]
+        assert "file p.fmu" in caught.value.diagnostics[0].facts[0]
 
 
 class TestMistakes:

@@ -39,25 +39,25 @@ def universe(variable: dict, more: list[float]) -> np.ndarray:
     return np.array(sorted({x for x in places if low <= x <= high}))
 
 
-def build(told: dict, more: dict[str, list[float]]) -> tuple[ctrl.ControlSystemSimulation, dict]:
+def build(described: dict, more: dict[str, list[float]]) -> tuple[ctrl.ControlSystemSimulation, dict]:
     """Return a simulation and its outputs by name."""
     variables = {}
     for kind in ("inputs", "outputs"):
-        for v in told[kind]:
+        for v in described[kind]:
             x = universe(v, more.get(v["name"], []))
             made = ctrl.Antecedent(x, v["name"]) if kind == "inputs" else ctrl.Consequent(x, v["name"])
             for name, shape, p in v["terms"]:
                 made[name] = degrees(shape, p, x)
             if kind == "outputs":
-                made.defuzzify_method = told["defuzzifier"]
+                made.defuzzify_method = described["defuzzifier"]
             variables[v["name"]] = made
-    joins = {"min": np.fmin, "product": np.multiply}[told["conjunction"]]
+    joins = {"min": np.fmin, "product": np.multiply}[described["conjunction"]]
     rules = []
-    for rule in told["rules"]:
+    for rule in described["rules"]:
         consequents = [variables[o][t] % rule["weight"] for o, t in rule["consequents"]]
         rules.append(ctrl.Rule(condition(rule["antecedent"], variables), consequents, and_func=joins))
     simulation = ctrl.ControlSystemSimulation(ctrl.ControlSystem(rules), cache=False)
-    return simulation, {v["name"]: variables[v["name"]] for v in told["outputs"]}
+    return simulation, {v["name"]: variables[v["name"]] for v in described["outputs"]}
 
 
 def condition(parts: list, variables: dict) -> object:
@@ -92,29 +92,29 @@ def _root(x0: float, x1: float, y0: float, y1: float) -> float:
     return float(x0 + (x1 - x0) * (y0 / (y0 - y1)))
 
 
-def run(simulation: ctrl.ControlSystemSimulation, told: dict, point: list[float]) -> None:
+def run(simulation: ctrl.ControlSystemSimulation, described: dict, point: list[float]) -> None:
     """Compute a point; inputs that no rule reads are not known to scikit-fuzzy."""
     known = {a.label for a in simulation.ctrl.antecedents}
-    for variable, value in zip(told["inputs"], point, strict=True):
+    for variable, value in zip(described["inputs"], point, strict=True):
         if variable["name"] in known:
             simulation.input[variable["name"]] = value
     simulation.compute()
 
 
-def evaluate(told: dict, points: list[list[float]]) -> list[list[float]]:
+def evaluate(described: dict, points: list[list[float]]) -> list[list[float]]:
     """Return the outputs at some points."""
     results = []
     for point in points:
-        simulation, outputs = build(told, {})
+        simulation, outputs = build(described, {})
         simulation.cache = True
-        run(simulation, told, point)
+        run(simulation, described, point)
         more = {}
-        for v in told["outputs"]:
+        for v in described["outputs"]:
             cuts = {n: t.membership_value[simulation] for n, t in outputs[v["name"]].terms.items()}
             more[v["name"]] = crossings(v, {n: float(c) for n, c in cuts.items() if c is not None and c > 0.0})
-        simulation, outputs = build(told, more)
+        simulation, outputs = build(described, more)
         simulation.cache = True
-        run(simulation, told, point)
+        run(simulation, described, point)
         results.append([float(simulation.output.get(n, np.nan)) for n in outputs])
     return results
 

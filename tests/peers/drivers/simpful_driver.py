@@ -41,25 +41,27 @@ def condition(parts: list) -> str:
     return reduce(lambda a, b: f"({a} {word.upper()} {b})", map(condition, rest))
 
 
-def build(told: dict) -> sf.FuzzySystem:
+def build(described: dict) -> sf.FuzzySystem:
     """Return a system."""
-    system = sf.FuzzySystem(show_banner=False, operators=["AND_PRODUCT"] if told["conjunction"] == "product" else None)
-    averages = told["defuzzifier"] == "weighted_average"
-    for variable in told["inputs"] + ([] if averages else told["outputs"]):
+    system = sf.FuzzySystem(
+        show_banner=False, operators=["AND_PRODUCT"] if described["conjunction"] == "product" else None
+    )
+    averages = described["defuzzifier"] == "weighted_average"
+    for variable in described["inputs"] + ([] if averages else described["outputs"]):
         sets = [fuzzy_set(*term, variable["range"]) for term in variable["terms"]]
         system.add_linguistic_variable(
             variable["name"], sf.LinguisticVariable(sets, universe_of_discourse=variable["range"])
         )
-    for variable in told["outputs"] if averages else []:
+    for variable in described["outputs"] if averages else []:
         for name, kind, numbers in variable["terms"]:
             if kind == "constant":
                 system.set_crisp_output_value(name, numbers[0])
             else:
-                names = [v["name"] for v in told["inputs"]]
+                names = [v["name"] for v in described["inputs"]]
                 factors = [f"({a!r})*{n}" for a, n in zip(numbers, names, strict=False)]
                 system.set_output_function(name, "+".join([*factors, f"({numbers[-1]!r})"]))
     rules = []
-    for rule in told["rules"]:
+    for rule in described["rules"]:
         for output, term in rule["consequents"]:
             weight = f" WEIGHT {rule['weight']!r}" if rule["weight"] != 1.0 else ""
             rules.append(f"IF {condition(rule['antecedent'])} THEN ({output} IS {term}){weight}")
@@ -67,19 +69,19 @@ def build(told: dict) -> sf.FuzzySystem:
     return system
 
 
-def evaluate(told: dict, points: list[list[float]]) -> list[list[float]]:
+def evaluate(described: dict, points: list[list[float]]) -> list[list[float]]:
     """Return the outputs at some points."""
-    system = build(told)
-    names = [v["name"] for v in told["outputs"]]
+    system = build(described)
+    names = [v["name"] for v in described["outputs"]]
     results = []
     for point in points:
-        for variable, value in zip(told["inputs"], point, strict=True):
+        for variable, value in zip(described["inputs"], point, strict=True):
             system.set_variable(variable["name"], value)
-        if told["defuzzifier"] == "weighted_average":
+        if described["defuzzifier"] == "weighted_average":
             found = system.Sugeno_inference(names)
         else:
-            joins = {"max": max, "sum": sum}[told["aggregation"]]
-            found = system.Mamdani_inference(names, subdivisions=told["resolution"], aggregation_function=joins)
+            joins = {"max": max, "sum": sum}[described["aggregation"]]
+            found = system.Mamdani_inference(names, subdivisions=described["resolution"], aggregation_function=joins)
         results.append([float(found[n]) for n in names])
     return results
 

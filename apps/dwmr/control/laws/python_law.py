@@ -14,6 +14,7 @@ from pathlib import Path
 from types import ModuleType
 
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
+from fuzzyctl.diagnostics.source import SourceText, Span
 
 #: What a control law consists of.
 PARTS = ("Settings", "SIGNALS", "FAULTS", "init", "step")
@@ -32,7 +33,7 @@ def load(name: str, path: Path) -> ModuleType:
     if missing:
         message = f"the control law {name} has no {', '.join(missing)}"
         facts = (f"a control law is a module with {', '.join(PARTS)}",)
-        raise DiagnosticError([Diagnostic("FZ001", message, facts=facts, file=str(path))])
+        raise DiagnosticError([Diagnostic("FZ001", message, facts=facts, file=_shown(path))])
     with reported(name, path, "checked"):
         mistakes = list(_taken_names(name, path, [signal.name for signal in module.SIGNALS]))
     if mistakes:
@@ -48,10 +49,10 @@ def _taken_names(name: str, path: Path, signals: list[str]) -> Iterator[Diagnost
         if signal in COLUMNS:
             message = f"signal '{signal}' of the control law {name} has the name of another column of the data"
             facts = (f"names of these are {', '.join(COLUMNS)}",)
-            yield Diagnostic("FZ905", message, facts=facts, help=f"rename it, as to {signal}_law", file=str(path))
+            yield Diagnostic("FZ905", message, facts=facts, help=f"rename it, as to {signal}_law", file=_shown(path))
         elif signal in signals[:k]:
             message = f"the control law {name} has two signals '{signal}'"
-            yield Diagnostic("FZ905", message, help="rename one of them", file=str(path))
+            yield Diagnostic("FZ905", message, help="rename one of them", file=_shown(path))
 
 
 @cache
@@ -95,41 +96,56 @@ def reported(name: str, file: Path, verb: str, *, only_own: bool = False) -> Ite
     except DiagnosticError:
         raise
     except BaseException as error:  # a law of one's own may raise anything
-        lines = _lines_in(str(file), error)
-        if (only_own and not lines) or (isinstance(error, KeyboardInterrupt) and not _is_raised_by(str(file), error)):
+        span = _span_in(file, error)
+        if (only_own and span is None) or (isinstance(error, KeyboardInterrupt) and not _is_raised_by(file, error)):
             raise
-        raise DiagnosticError([_broken_law(name, str(file), lines, error, verb)]) from error
+        raise DiagnosticError([_broken_law(name, file, span, error, verb)]) from error
 
 
-def _lines_in(file: str, error: BaseException) -> list[int]:
-    """Return the lines of a file that an error passed through, the last one nearest to where it was raised."""
-    if isinstance(error, SyntaxError) and error.filename == file:
-        return [error.lineno] if error.lineno is not None else []
-    frames = traceback.extract_tb(error.__traceback__)
-    return [f.lineno for f in frames if f.filename == file and f.lineno is not None]
+def _span_in(file: Path, error: BaseException) -> Span | None:
+    """Return the part of a file that an error was raised in or passed through last, None where it is in no line."""
+    frames = [f for f in traceback.extract_tb(error.__traceback__) if f.filename == str(file)]
+    line, first, last = (frames[-1].lineno, frames[-1].colno, frames[-1].end_colno) if frames else (None, None, None)
+    if isinstance(error, SyntaxError) and error.filename == str(file):
+        line, first, last = error.lineno, None, None
+    source = SourceText(_shown(file), file.read_text(encoding="utf-8", errors="replace"))
+    if not line or line > source.line_count:
+        return None
+    text, start = source.line_text(line), source.line_start(line)
+    if first is None or last is None or frames[-1].end_lineno != line:
+        return Span(source, start + len(text) - len(text.lstrip()), start + len(text))
+    before, marked = (len(text.encode()[:k].decode(errors="replace")) for k in (first, last))  # bytes are counted
+    return Span(source, start + before, start + marked)
 
 
-def _is_raised_by(file: str, error: BaseException) -> bool:
+def _shown(file: Path) -> str:
+    """Return a path from the current folder, where the file lies below it."""
+    return str(file.relative_to(Path.cwd()) if file.is_relative_to(Path.cwd()) else file)
+
+
+def _is_raised_by(file: Path, error: BaseException) -> bool:
     """Return whether a `raise` of a file raised an error; Ctrl-C comes between two instructions."""
     trace = error.__traceback__
     while trace is not None and trace.tb_next is not None:
         trace = trace.tb_next
-    if trace is None or trace.tb_frame.f_code.co_filename != file:
+    if trace is None or trace.tb_frame.f_code.co_filename != str(file):
         return False
     return dis.opname[trace.tb_frame.f_code.co_code[trace.tb_lasti]] == "RAISE_VARARGS"
 
 
-def _broken_law(name: str, file: str, lines: list[int], error: BaseException, verb: str) -> Diagnostic:
+def _broken_law(name: str, file: Path, span: Span | None, error: BaseException, verb: str) -> Diagnostic:
     """Describe what a law raised, with its line where the file itself is to blame."""
     from dwmr.core.jit import reason
 
     facts = (f"{type(error).__name__}: {reason(error)}",)
     help_text = ""
-    if verb == "run" and isinstance(error, IndexError):
+    if verb == "run" and isinstance(error, ZeroDivisionError):
+        help_text = "keep the divisor away from 0, or return a key of FAULTS to stop a run"
+    elif verb == "run" and isinstance(error, IndexError):
         help_text = "'signals' is as long as SIGNALS; 'gains', 'state' and 'next_state' are as long as init makes them"
     elif verb == "run":
         help_text = "return a key of FAULTS to stop a run"
     elif not isinstance(error, Exception):
         help_text = f"raise an error such as ValueError; {type(error).__name__} ends the command"
-    place = f"{file}:{lines[-1]}" if lines else file
-    return Diagnostic("FZ001", f"the control law {name} cannot be {verb}", facts=facts, help=help_text, file=place)
+    message = f"the control law {name} cannot be {verb}"
+    return Diagnostic("FZ001", message, span, facts=facts, help=help_text, file=_shown(file))

@@ -8,6 +8,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from dwmr.control.laws.python_law import reported
@@ -18,6 +19,7 @@ BLOCK = re.compile(r"<!-- file: (\S+) -->\n```\w+\n(.*?)```", re.DOTALL)
 SWEEP = 'scenario = "mine.toml"\nmeasures = ["rmse"]\n[grid]\n"robot.controllers.proportional.k_x" = [0.5, 0.6]\n'
 SHORT = ("--set", "run.horizon=1")
 ALONE = ("--jobs", "1")
+TIME, X = "proportional/t", "proportional/x"
 
 
 @pytest.fixture(scope="module")
@@ -132,21 +134,32 @@ def test_that_raises_is_reported_with_its_file_and_line(folder, stage, statement
     lines = (made / "proportional.py").read_text(encoding="utf-8").splitlines()
     line = 1 + next(i for i, text in enumerate(lines) if text.strip() == statement)
     kind = {"1": "ZeroDivisionError"}.get(statement[0], statement.removeprefix("raise ").partition("(")[0])
-    message = f"proportional.py:{line}: error[FZ001]: the control law proportional cannot be {stage}"
+    column = lines[line - 1].index(statement) + 1
+    message = f"proportional.py:{line}:{column}: error[FZ001]: the control law proportional cannot be {stage}"
     assert message in done.stderr
     assert f"= {kind}: " in done.stderr
     assert "Traceback" not in done.stderr
 
 
-def test_that_raises_in_compiled_code_is_reported_instead_of_computed_with_zeros(folder):
-    made = raising(folder, "compiled", "run", 'if dt > 0.0: raise ValueError("gone")')
+def test_that_raises_in_compiled_code_names_its_line_and_keeps_what_was_recorded(folder):
+    made = raising(folder, "compiled", "run", "if error.t > 0.5 and error.d > 0.1: gains[9] = 1.0 / signals.size")
     done = in_short("run", "mine.toml", *SHORT, "-o", "out", cwd=made, status=1)
-    assert "the control law proportional cannot be run" in done.stderr
-    assert done.stderr.count("ValueError: gone") == 1
-    assert not (made / "out" / "summary.json").exists()
+    lines = (made / "proportional.py").read_text(encoding="utf-8").splitlines()
+    (line,) = (k for k, text in enumerate(lines, 1) if "gains[9]" in text)
+    column = lines[line - 1].index("gains[9]") + 1
+    message = f"proportional.py:{line}:{column}: error[FZ001]: the control law proportional cannot be run"
+    assert done.stderr.startswith(message)
+    assert done.stderr.count("= IndexError: index 9 is out of bounds") == 1
+    assert "there, of robot follower1: x_e = " in done.stderr
+    summary = json.loads((made / "out" / "summary.json").read_text(encoding="utf-8"))
+    stopped = summary["controllers"]["proportional"]["stopped"]
+    assert (stopped["t"], stopped["robot"]) == (0.505, "follower1")
+    with np.load(made / "out" / "trajectory.npz") as data, np.load(folder / "first" / "trajectory.npz") as whole:
+        assert data[TIME].tolist() == whole[TIME].tolist()[:26]  # periods before the error, and none after it
+        assert data[X].tolist() == whole[X].tolist()[:26]
     swept = in_short("compare", "mine.toml", "--controller", "proportional", *SHORT, cwd=made, status=1)
     assert "mine.toml cannot be computed" in swept.stderr
-    assert "ValueError: gone" in swept.stderr
+    assert "IndexError: index 9" in swept.stderr
 
 
 def test_that_never_returns_is_reported(folder):

@@ -234,7 +234,7 @@ def test_a_sweep_is_not_resumed_after_its_law_changed_and_keeps_what_it_has(besi
     kept = {p.name: p.read_bytes() for p in (tmp_path / "swept").iterdir()}
     beside(LAW.replace("0.6 * y_e", "0.7 * y_e"))
     done = in_short("sweep", "spec.toml", *alone, "-o", "swept", "--resume", cwd=tmp_path, status=1)
-    assert "changed: rules" in done.stderr
+    assert "changed: file mine.fz" in done.stderr
     assert {p.name: p.read_bytes() for p in (tmp_path / "swept").iterdir()} == kept
 
 

@@ -232,7 +232,7 @@ class TestLargeTables:
 
 
 def grid_text(count, words, hedge):
-    """A rule for each combination of two terms that make a partition, of so many inputs."""
+    """A rule for each combination of two terms that make a partition, of a number of inputs."""
     inputs = "".join(f"input x{i} in [0, 1]\n  terms a b\n" for i in range(count))
     rules = (
         f"if {' and '.join(f'x{i} is {hedge}{name}' for i, name in enumerate(names))} then u is o\n"

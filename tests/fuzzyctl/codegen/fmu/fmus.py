@@ -63,9 +63,9 @@ class Built:
             instance.initialize(start, **values)
         return instance
 
-    def _log(self, *told):
+    def _log(self, *arguments):
         """Keep a message: of FMI 2 the name of the instance comes before the status."""
-        self.messages.append((told[-2].decode(), told[-1].decode()))
+        self.messages.append((arguments[-2].decode(), arguments[-1].decode()))
 
     def free(self):
         """Free the instances, and forget what they said."""

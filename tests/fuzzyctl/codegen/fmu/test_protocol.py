@@ -186,10 +186,10 @@ def test_what_an_importer_does_wrong_is_an_error_with_a_message(built, version, 
     instance = made.instance()
     with pytest.raises(FMICallException, match="error"):
         act(instance)
-    category, told = made.messages[-1]
+    category, reported = made.messages[-1]
     assert category == "logStatusError"
-    assert told.startswith("fmi")
-    assert message in told
+    assert reported.startswith("fmi")
+    assert message in reported
 
 
 def test_a_step_of_no_length_does_nothing_in_fmi_2_and_is_an_error_in_fmi_3(built):

@@ -28,7 +28,7 @@ class TestSelfTest:
         assert " 0 failures" in built.output
 
     @pytest.mark.parametrize("name", ["pid", "timed", "silent", "refusing", "partial"])
-    def test_compilers_may_be_told_that_there_is_no_nan(self, compiled, name):
+    def test_compilers_may_assume_that_there_is_no_nan(self, compiled, name):
         built = compiled(unit_of(TEXTS[name]), ["-O2", "-ffinite-math-only"])
         assert built.code == 0, built.output
 

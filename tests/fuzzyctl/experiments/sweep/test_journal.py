@@ -56,7 +56,7 @@ class TestJournal:
 
     def test_what_changed_is_named(self, tmp_path):
         self.write(tmp_path)
-        with pytest.raises(DiagnosticError, match=r"changed: scenario\.sha256"):
+        with pytest.raises(DiagnosticError, match=r"changed: text of the scenario"):
             self.resumed(tmp_path, {"runs": 3, "scenario": {"sha256": "cd"}})
 
     def test_is_not_lost_without_asking(self, tmp_path):

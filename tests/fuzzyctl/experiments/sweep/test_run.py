@@ -181,7 +181,7 @@ class TestRun:
         with pytest.raises(InterruptedSweepError):
             swept(made(tank), tmp_path / "out", workers=Here(5))
         tank.write_text(tank.read_text().replace("2.0", "3.0"), encoding="utf-8")
-        with pytest.raises(DiagnosticError, match=r"changed: scenario\.sha256"):
+        with pytest.raises(DiagnosticError, match=r"changed: text of the scenario"):
             swept(made(tank), tmp_path / "out", resume=True)
         assert [one.name for one in (tmp_path / "out").iterdir()] == ["journal.jsonl"]
 

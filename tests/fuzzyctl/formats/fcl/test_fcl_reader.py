@@ -141,7 +141,7 @@ def test_a_constant_of_an_input_is_its_degree_everywhere_as_in_fuzzylite():
     assert [system(x=x, y=1.0) for x in (2.5, 7.5)] == [0.25 / (0.25 + 0.25), 0.25 / (0.25 + 0.75)]
 
 
-def test_a_surplus_parameter_is_told_and_has_no_effect():
+def test_a_surplus_parameter_is_reported_and_has_no_effect():
     text = block(terms="TERM low := TRIAN 0 1 2 3;\nTERM high := TRIAN 0 5 10;")
     assert ("FZ603", 8, 13) in found(text)
     assert sound(text).input("x").term("low").membership.arguments[2] == Number(2.0)
@@ -217,7 +217,7 @@ def test_and_and_or_are_a_pair(norms, conjunction, disjunction):
     assert (method.conjunction, method.disjunction) == (conjunction, disjunction)
 
 
-def test_norms_that_are_no_pair_are_told_where_both_count():
+def test_norms_that_are_no_pair_are_reported_where_both_count():
     both = "AND : PROD; OR : MAX; RULE 1 : IF x IS low AND (y IS low OR x IS high) THEN u IS no;"
     assert [f[0] for f in found(block(rules=both))] == ["FZ609"]
     assert found(block(rules="AND : PROD; OR : MAX; RULE 1 : IF x IS low AND y IS low THEN u IS no;")) == []
@@ -437,7 +437,7 @@ MISTAKES = [
 
 
 @pytest.mark.parametrize(("part", "text", "code", "column", "message"), MISTAKES, ids=[m[1] for m in MISTAKES])
-def test_a_mistake_is_told_with_its_place(part, text, code, column, message):
+def test_a_mistake_is_reported_with_its_place(part, text, code, column, message):
     system, diagnostics = read(source(block(**{part: text})))
     assert system is None
     errors = [d for d in diagnostics if d.severity == "error"]
@@ -445,7 +445,7 @@ def test_a_mistake_is_told_with_its_place(part, text, code, column, message):
     assert message in errors[0].message
 
 
-def test_all_mistakes_are_told_at_once():
+def test_all_mistakes_are_reported_at_once():
     rules = "RULE 1 : IF x IS lwo THEN u IS no;\nRULE 2 : IF y IS low u IS no;\nRULE 3 : IF z IS low THEN u IS no;"
     assert sorted(f[:2] for f in found(block(rules=rules))) == [("FZ202", 19), ("FZ203", 17), ("FZ601", 18)]
 
@@ -472,7 +472,7 @@ def test_what_a_broken_statement_declares_is_not_missed():
         (block().replace("VAR_INPUT", "VAR_IN_OUT"), "FZ602"),
     ],
 )
-def test_a_broken_file_is_told(text, code):
+def test_a_broken_file_is_reported(text, code):
     system, diagnostics = read(source(text))
     assert system is None
     assert code in [d.code for d in diagnostics if d.severity == "error"]
@@ -493,7 +493,7 @@ def test_options_have_no_effect_and_that_is_said(word):
 
 
 @pytest.mark.parametrize("again", ["RANGE := (0 .. 2);", "METHOD : COG;", "DEFAULT := 1;"])
-def test_a_statement_given_twice_on_lines_of_their_own_is_told_once(again):
+def test_a_statement_given_twice_on_lines_of_their_own_is_reported_once(again):
     text = block(consequents=f"{SETS}\n{again}\n{again}\nTERM more := TRIAN 0 1 2;")
     assert [f[0] for f in found(text) if f[0] == "FZ215"] == ["FZ215"] * (2 if "RANGE" in again else 1)
 
@@ -533,7 +533,7 @@ def test_the_last_rule_of_a_block_in_one_line_may_lack_its_semicolon():
     assert len(sound(text).rules) == 2
 
 
-def test_function_blocks_of_one_name_are_told_once_at_the_second():
+def test_function_blocks_of_one_name_are_reported_once_at_the_second():
     _, diagnostics = read_all(source(block() + block(name="other") + block()))
     (error,) = [d for d in diagnostics if d.severity == "error"]
     assert (error.code, error.message) == ("FZ201", "function block 'demo' is declared twice")

@@ -133,9 +133,10 @@ def test_a_file_has_the_numerics_of_the_tool_that_reads_it_and_what_changes_is_s
     back = read_back(text)
     assert back.method.semantics.profile == tool
     assert back.method.defuzzifier == PROFILES[tool].defuzzifier("centroid")
-    told = [loss.what for loss in losses if not loss.exact]
-    assert any(what.startswith("defuzzifier") for what in told) == (method.defuzzifier != back.method.defuzzifier)
-    assert bool(told) == (profile != tool and (method.defuzzifier != back.method.defuzzifier or "least 0.0" in told))
+    reported = [loss.what for loss in losses if not loss.exact]
+    assert any(what.startswith("defuzzifier") for what in reported) == (method.defuzzifier != back.method.defuzzifier)
+    differs = method.defuzzifier != back.method.defuzzifier or "least 0.0" in reported
+    assert bool(reported) == (profile != tool and differs)
     points = [0.0, 0.1, 0.25, 0.5, 0.7, 0.9]
     same = [back(x=p) for p in points] == pytest.approx([system(x=p) for p in points], rel=1e-12, nan_ok=True)
     assert same == (method.defuzzifier == back.method.defuzzifier)
@@ -200,13 +201,13 @@ def survives(text):
 
 @settings(deadline=None, max_examples=examples(200))
 @given(st.lists(WORDS, max_size=60).map(" ".join))
-def test_any_words_are_read_or_told(text):
+def test_any_words_are_read_or_reported(text):
     survives(text)
 
 
 @settings(deadline=None, max_examples=examples(200))
 @given(st.data())
-def test_any_change_of_a_file_is_read_or_told(data):
+def test_any_change_of_a_file_is_read_or_reported(data):
     text = TIPPER
     for _ in range(data.draw(st.integers(1, 4))):
         at = data.draw(st.integers(0, len(text)))

@@ -222,7 +222,7 @@ class TestSugeno:
         ]
         assert [c for c in said(self.PENDULUM) if c[0] == "FZ604"] == [("FZ604", "warning", 39, 6)]
 
-    def test_padding_is_told_once_and_changes_nothing(self):
+    def test_padding_is_reported_once_and_changes_nothing(self):
         padding = [c for c in said(self.PENDULUM) if c[0] == "FZ603" and c[2] < 30]
         assert padding == [("FZ603", "warning", 18, 37)]
         assert system(self.PENDULUM.replace(" 0]", "]", 3)).inputs == system(self.PENDULUM).inputs
@@ -333,7 +333,7 @@ class TestDialects:
         outputs = system(more).outputs
         assert [o.defuzzifier.kind for o in outputs] == ["mom", "weighted_average"]
 
-    def test_tsukamoto_systems_are_told_by_their_terms(self):
+    def test_tsukamoto_systems_are_known_by_their_terms(self):
         text = self.FUZZYLITE.replace("Type='mamdani'", "Type='sugeno'").replace("'mom'", "'wtaver'")
         for old, new in (
             ("'rectmf',[0.000 10.000]", "'rampmf',[9 0]"),
@@ -402,7 +402,7 @@ class TestMistakes:
             assert errors
         assert (read(SourceText("t.fis", text))[0] is None) == bool(errors)
 
-    def test_all_mistakes_are_told_at_once(self):
+    def test_all_mistakes_are_reported_at_once(self):
         text = TIPPER.replace("'gaussmf'", "'gausmf'", 1).replace("'trimf',[0 5 10]", "'trimf',[0 5]")
         text = text.replace("2 0, 2 (1) : 1", "2 0, 9 (1) : 1")
         assert [c for c, *_ in said(text)] == ["FZ602", "FZ303", "FZ607"]
@@ -431,7 +431,7 @@ class TestMistakes:
             ),
         ],
     )
-    def test_what_is_no_such_file_is_told(self, text, code):
+    def test_what_is_no_such_file_is_reported(self, text, code):
         assert code in [c for c, severity, *_ in said(text) if severity == "error"]
 
 

@@ -61,7 +61,7 @@ def test_a_formula_of_x_is_a_set_of_the_output_and_written_so():
 
 
 @pytest.mark.parametrize(
-    ("formula", "aggregation", "told"),
+    ("formula", "aggregation", "reported"),
     [
         ("2 * x", "Maximum", ["the degree of 'high' is 2 at y = 1, and held within [0, 1] here"]),
         ("x - 1", "Maximum", []),
@@ -69,10 +69,10 @@ def test_a_formula_of_x_is_a_set_of_the_output_and_written_so():
         ("x * gt(x, 0.5)", "AlgebraicSum", []),
     ],
 )
-def test_sets_that_leave_0_to_1_are_told_where_that_matters(formula, aggregation, told):
+def test_sets_that_leave_0_to_1_are_reported_where_that_matters(formula, aggregation, reported):
     text = changed("term: high Ramp 0.0 1.0\nRuleBlock", f"term: high Function {formula}\nRuleBlock")
     _, diagnostics = read(SourceText("t.fll", changed("aggregation: Maximum", f"aggregation: {aggregation}", text)))
-    assert [d.message for d in diagnostics] == told
+    assert [d.message for d in diagnostics] == reported
 
 
 @pytest.mark.parametrize(
@@ -93,15 +93,15 @@ def test_what_is_no_set_of_one_place_is_refused(old, new, message):
     ("text", "theirs", "pythons"),
     [("a % b", -2.0, 1.0), ("b and ~a", 0.0, 1.0), ("!b", 1.0, 0.0), ("round(a / 2)", -3.0, -2.0)],
 )
-def test_what_the_two_engines_read_differently_is_told(text, theirs, pythons):
+def test_what_the_two_engines_read_differently_is_reported(text, theirs, pythons):
     span = Span(SourceText("t", text), 0, len(text))
-    told = []
-    assert evaluate(read_formula(span, "ab", differs=told.append), {"a": -5.0, "b": 3.0}) == theirs
-    assert told
-    assert all(t.span.text in text and "pyfuzzylite" in t.other for t in told)
-    told.clear()
-    assert evaluate(read_formula(span, "ab", python=True, differs=told.append), {"a": -5.0, "b": 3.0}) == pythons
-    assert not told
+    reported = []
+    assert evaluate(read_formula(span, "ab", differs=reported.append), {"a": -5.0, "b": 3.0}) == theirs
+    assert reported
+    assert all(t.span.text in text and "pyfuzzylite" in t.other for t in reported)
+    reported.clear()
+    assert evaluate(read_formula(span, "ab", python=True, differs=reported.append), {"a": -5.0, "b": 3.0}) == pythons
+    assert not reported
 
 
 def test_a_file_says_whose_formulas_it_has():

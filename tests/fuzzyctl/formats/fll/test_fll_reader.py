@@ -269,7 +269,7 @@ class TestTerms:
             ("+".join("a" * 1500), "FZ601"),
         ],
     )
-    def test_what_is_no_formula_is_told(self, text, code):
+    def test_what_is_no_formula_is_reported(self, text, code):
         with pytest.raises(ParseError) as caught:
             read_formula(Span(SourceText("t", text), 0, len(text)), {"a", "b"})
         assert caught.value.diagnostic.code == code
@@ -412,7 +412,7 @@ class TestMistakes:
             (SMALL.split("OutputVariable")[0], "FZ212"),
         ],
     )
-    def test_what_is_no_such_file_is_told(self, text, code):
+    def test_what_is_no_such_file_is_reported(self, text, code):
         assert code in [c for c, severity, *_ in said(text) if severity == "error"]
 
 
@@ -433,7 +433,7 @@ def test_a_constant_of_an_input_is_its_degree_everywhere():
     assert found(a=0.75, b=0.0) == pytest.approx(1 / 3)
 
 
-def test_the_largest_number_of_samples_is_told():
+def test_the_largest_number_of_samples_is_reported():
     _, diagnostics = read(SourceText("t.fll", SMALL.replace("Centroid 100", "Centroid 1000000000")))
     (found,) = diagnostics
     assert found.message == "expected a whole number from 1 to 1000000, found '1000000000'"
@@ -449,7 +449,7 @@ class TestNoRule:
             ("OutputVariable: y\n", "OutputVariable: y\n  enabled: false\n", 10, "all outputs are disabled"),
         ],
     )
-    def test_why_no_rule_acts_is_told_where(self, old, new, line, message):
+    def test_why_no_rule_acts_is_reported_with_its_place(self, old, new, line, message):
         _, diagnostics = read(SourceText("t.fll", changed(old, new)))
         (error,) = [d for d in diagnostics if d.severity == "error"]
         assert (error.code, error.span.line) == ("FZ212", line)

@@ -226,11 +226,11 @@ def test_what_rules_of_fuzzylite_take_for_their_own_words_is_no_name():
     text, losses = write(loads(NAMED))
     assert "rule: if round_ is round then with_ is with_\n" in text
     assert "rule: if round_ is if_ then with_ is q\n" in text
-    told = [x.what for x in losses if x.what.startswith("the name")]
-    assert told == ["the name 'round'", "the name 'with'", "the name 'if'", "the name 'with'"]
+    reported = [x.what for x in losses if x.what.startswith("the name")]
+    assert reported == ["the name 'round'", "the name 'with'", "the name 'if'", "the name 'with'"]
 
 
-def test_descriptions_that_lose_a_sign_are_told():
+def test_descriptions_that_lose_a_sign_are_reported():
     text, losses = write(loads(NAMED))
     assert "  description: a title, here\n" in text
     assert "  description: in per, cent\n" in text

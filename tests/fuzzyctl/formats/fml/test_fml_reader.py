@@ -161,7 +161,7 @@ def test_shapes(shape, kind, parameters):
     assert delicious(shape) == (kind, parameters)
 
 
-def test_what_tools_read_differently_is_told_once_for_each():
+def test_what_tools_read_differently_is_reported_once_for_each():
     shapes = '<leftLinearShape param1="1" param2="2"/>'
     both = document(shapes).replace('<triangularShape param1="0.0" param2="2.0" param3="5.5"/>', shapes)
     assert codes(both) == ["FZ609"]
@@ -418,7 +418,7 @@ def test_a_name_with_line_ends_is_the_same_in_attributes_and_elements():
     assert system.rules[0].antecedent == Is(variable="good food", term="very old")
 
 
-def test_a_definition_that_uses_itself_is_told():
+def test_a_definition_that_uses_itself_is_reported():
     circular = (
         "<circularDefinition><or><termName>rancid</termName><termName>delicious</termName></or></circularDefinition>"
     )
@@ -462,7 +462,7 @@ def test_the_dialect_of_pyit2fls():
         ('weight="1.0"', 'weight="heavy"', "FZ601", None),
     ],
 )
-def test_a_mistake_is_told_with_its_place(old, new, code, place):
+def test_a_mistake_is_reported_with_its_place(old, new, code, place):
     text = document(rules=rule(clause("food", "rancid")))
     changed = text.replace(old, new) if old not in ('type="input"',) else text.replace(old, new, 1)
     if old == "<antecedent>":
@@ -474,7 +474,7 @@ def test_a_mistake_is_told_with_its_place(old, new, code, place):
         assert any(s[0] == place[0] and place[1] in (0, s[1]) for s in spans), spans
 
 
-def test_an_unknown_attribute_is_told_and_not_dropped_silently():
+def test_an_unknown_attribute_is_reported_and_not_dropped_silently():
     assert codes(document().replace("weight=", "wieght=")) == ["FZ603", "FZ603"]
     assert codes(document().replace('name="tipper', 'networkAddress="10.0.0.7" name="tipper')) == ["FZ603"]
 
@@ -521,7 +521,7 @@ def test_nor_strangers_in_terms(old, new, message):
     assert [e.message for e in errors(text.replace(old, new))] == [message]
 
 
-def test_more_parameters_than_inputs_have_no_effect_which_is_told():
+def test_more_parameters_than_inputs_have_no_effect_which_is_reported():
     tip = (
         '<takagiSugenoVariable name="tip"><sugenoTerm name="cheap" param0="1" param1="2" PARAM/></takagiSugenoVariable>'
     )
@@ -530,7 +530,7 @@ def test_more_parameters_than_inputs_have_no_effect_which_is_told():
     assert codes(text.replace("PARAM", 'param2="3"')) == ["FZ603"]
 
 
-def test_drafts_accumulate_by_the_plain_sum_which_is_told():
+def test_drafts_accumulate_by_the_plain_sum_which_is_reported():
     text = document(settings='accumulation="SUM"', rules=rule(clause("food", "rancid")) * 2)
     assert codes(text) == ["FZ609"]
     assert sound(text).method.aggregation == "sum"
@@ -556,7 +556,7 @@ def test_a_rule_that_joins_by_two_methods_is_refused():
     assert (found.code, found.message) == ("FZ602", "a rule with different methods for AND: 'product' and 'min'")
 
 
-def test_truncated_xml_is_told_with_what_is_open():
+def test_truncated_xml_is_reported_with_what_is_open():
     found = errors(document()[:700])
     assert found[0].code == "FZ601"
     assert "ends before" in found[0].message
@@ -588,11 +588,11 @@ def test_what_could_expand_is_refused_at_once(text):
         assert "document type declaration" in found[0].message
 
 
-def test_an_empty_file_is_told():
+def test_an_empty_file_is_reported():
     assert errors(" \n")[0].code == "FZ004"
 
 
-def test_an_undeclared_entity_and_deep_nesting_are_told():
+def test_an_undeclared_entity_and_deep_nesting_are_reported():
     assert errors('<fuzzySystem name="&x;"/>')[0].message == "there is no entity '&x;'"
     assert errors("<a>" * 100_000)[0].code == "FZ106"
     deep = document().replace("<knowledgeBase>", "<knowledgeBase>" + "<x>" * 150, 1)
@@ -627,6 +627,6 @@ def test_attributes_are_found_behind_values_that_hold_angle_brackets():
 
 
 @pytest.mark.parametrize("text", ['<fuzzySystem name="a&lt;&foo;b"/>', "<fuzzySystem>&lt;\n&#65; &foo;</fuzzySystem>"])
-def test_an_undefined_entity_is_told_where_it_stands(text):
+def test_an_undefined_entity_is_reported_at_its_place(text):
     (error,) = read(SourceText("x.fml", text))[1]
     assert (error.code, error.span.text, error.span.start) == ("FZ601", "&foo;", text.index("&foo;"))

@@ -162,7 +162,7 @@ def test_tsukamotos_terms_are_written_as_monotone_shapes(kind, values):
     assert [after(v) for v in places] == pytest.approx([before(v) for v in places], rel=1e-15, abs=1e-15)
 
 
-def test_what_no_file_can_hold_is_told_with_all_reasons_before_anything_is_written():
+def test_what_no_file_can_hold_is_reported_with_all_reasons_before_anything_is_written():
     rule = minimal().blocks[0]
     hedged = rule.model_copy(update={"consequents": (Consequent(output="y", term="b", hedges=("very",)),)})
     empty = Input(name="z", lower=number(0), upper=number(1), terms=())
@@ -244,7 +244,7 @@ WORDS = st.sampled_from(
 
 @settings(deadline=None, max_examples=examples(200))
 @given(st.data())
-def test_any_change_of_a_file_is_read_or_told(data):
+def test_any_change_of_a_file_is_read_or_reported(data):
     text, _ = write(minimal())
     for _ in range(data.draw(st.integers(1, 4))):
         at = data.draw(st.integers(0, len(text)))

@@ -146,9 +146,9 @@ def test_an_input_has_the_degrees_that_fuzzylite_computes(word):
     assert not errors(diagnostics)
     assert of_input(system) == measured(word)
     usual = word in ("Bell 2 -1 2", "Spike 2 -1", "Gaussian 2 -1")  # there the sign alone says nothing
-    told = [d for d in diagnostics if d.code == "FZ609"]
-    assert len(told) == (not usual)
-    assert all("it is read as fuzzylite computes it" in d.message and d.span.line == 4 for d in told)
+    reported = [d for d in diagnostics if d.code == "FZ609"]
+    assert len(reported) == (not usual)
+    assert all("it is read as fuzzylite computes it" in d.message and d.span.line == 4 for d in reported)
 
 
 @pytest.mark.parametrize("word", MEASURED)
@@ -207,27 +207,27 @@ def test_a_low_height_is_kept():
 
 
 @pytest.mark.parametrize(
-    ("formula", "told"), [("a / 2", True), ("a - 1", True), ("a / 5", False), ("1 / (a - a)", False)]
+    ("formula", "reported"), [("a / 2", True), ("a - 1", True), ("a / 5", False), ("1 / (a - a)", False)]
 )
-def test_formulas_that_leave_0_to_1_are_told(formula, told):
+def test_formulas_that_leave_0_to_1_are_reported(formula, reported):
     _, diagnostics = read("t.fll", FLL.format(f"Function {formula}", "Triangle 0 1 2"))
     beyond = [d for d in diagnostics if d.code == "FZ609"]
-    assert len(beyond) == told
+    assert len(beyond) == reported
     if formula == "a / 2":
         assert "the degree of 't' is 2.5 at a = 5, and held within [0, 1] here" in beyond[0].message
     if formula == "a - 1":
         assert "is 4 at a = 5" in beyond[0].message
 
 
-@pytest.mark.parametrize(("formula", "told"), [("a / 2", True), ("a / 5", False)])
-def test_so_they_are_in_its_fcl_and_fis(formula, told):
+@pytest.mark.parametrize(("formula", "reported"), [("a / 2", True), ("a / 5", False)])
+def test_so_they_are_in_its_fcl_and_fis(formula, reported):
     of_constants = FCL.format(f"Function {formula.replace('a', 'k * a')}").replace(
         "VAR_OUTPUT", "VAR k: REAL := 1; END_VAR\nVAR_OUTPUT"
     )
     texts = {"t.fis": FIS.format("function", formula), "t.fcl": of_constants}
     for name, text in texts.items():
         beyond = [d for d in read(name, text)[1] if d.code == "FZ609"]
-        assert len(beyond) == told
+        assert len(beyond) == reported
         assert all("the degree of 't' is 2.5 at a = 5, and held within [0, 1] here" in d.message for d in beyond)
 
 
@@ -301,8 +301,8 @@ def test_a_step_to_itself_is_no_set_of_an_output():
 
 def test_a_foot_without_width_is_pointed_at_once():
     system, diagnostics = read("t.fll", FLL.format("PiShape 1 1 2 3", "Triangle 0 1 2"))
-    (told,) = (d for d in diagnostics if d.code == "FZ609")
-    assert "'PiShape': its left side has no width" in told.message
+    (reported,) = (d for d in diagnostics if d.code == "FZ609")
+    assert "'PiShape': its left side has no width" in reported.message
     assert list(degrees(system, system.inputs[0], system.inputs[0].terms[0], [1.0, math.nextafter(1.0, 2.0)])) == [0, 1]
 
 

@@ -51,9 +51,9 @@ def test_degrees_at_jumps_are_those_of_the_engine(points, python):
 
 def test_what_the_other_engine_has_is_said():
     _, diagnostics = read(FLL.format("Discrete 1 0 1 1 2 0", "Triangle 0 1 2"))
-    (told,) = (d for d in diagnostics if d.code == "FZ609")
-    assert told.message == "'Discrete' jumps at 1 from 0 to 1; there it is 0, as fuzzylite computes it"
-    assert "pyfuzzylite has 1 there" in told.help
+    (reported,) = (d for d in diagnostics if d.code == "FZ609")
+    assert reported.message == "'Discrete' jumps at 1 from 0 to 1; there it is 0, as fuzzylite computes it"
+    assert "pyfuzzylite has 1 there" in reported.help
 
 
 def computed(points, x, *, python):

@@ -117,7 +117,7 @@ class TestNames:
         assert kernel(x=2.0, state=[1.0, 9.0]) == kernel(2.0, state=[1.0, 9.0]) == kernel(2.0, [1.0, 9.0])
 
     @pytest.mark.parametrize("text", [REFUSING, ADAPTING])
-    def test_that_are_none_are_told_with_the_nearest(self, backend, text):
+    def test_that_are_none_are_reported_with_the_nearest(self, backend, text):
         kernel = compile_system(loads(text), backend)
         with pytest.raises(UnknownNameError, match="no input 'loda'; there are: .*" + ("x, state|µ, load.*'load'")):
             kernel(loda=1.0)

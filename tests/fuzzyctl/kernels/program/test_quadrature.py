@@ -23,7 +23,7 @@ from fuzzyctl.kernels.program.quadrature import (
     within,
 )
 
-#: Each of two bends may leave so many halved stretches, each with the error that is allowed to it.
+#: Number of halved stretches that each of two bends may leave, each with the error that is allowed to it.
 CLOSE = 2 * DEEPEST * OF_ALL + OF_OWN
 UNIT = 2.0**-53
 

@@ -115,7 +115,7 @@ def bisector_interpolated(x, v, kind):
 
 
 def compiled_some(known, *some):
-    """Return kinds of which the test line compiles some."""
+    """Return kinds; the test line compiles some of them."""
     return [kind if kind in some else pytest.param(kind, marks=pytest.mark.long) for kind in known]
 
 

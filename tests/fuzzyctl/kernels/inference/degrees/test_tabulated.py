@@ -28,7 +28,7 @@ def points(corners):
 
 
 def system(terms, outputs=("constant(1)",), method="defuzzifier weighted_sum"):
-    """Return a system with these terms of its input, each of which sets a term of its output."""
+    """Return a system with these terms of its input; each sets a term of its output."""
     lines = ["system s", method, "input a in [0, 12]"]
     lines += [f"  t{k} = {term}" for k, term in enumerate(terms)]
     lines += ["output c in [0, 12] else nan", *(f"  u{k} = {term}" for k, term in enumerate(outputs))]

@@ -1,0 +1,172 @@
+"""Runs of rigid bodies as films of MuJoCo's renderer: robots with their paths, references, obstacles and radii."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from importlib import import_module
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.colors import to_rgb
+from PIL import Image, ImageDraw, ImageFont
+
+from dwmr.core.arrays import FloatArray
+from dwmr.figures.animation import NOTE, PALETTE, acting, extent
+from dwmr.figures.renderer import Renderer
+from dwmr.figures.scene_model import scene
+from dwmr.figures.style import COLOURS, TITLES
+from dwmr.results import derived
+from dwmr.scenario.model import Scenario
+from dwmr.scenario.moving import centres
+from dwmr.simulation.simulate import Trajectory
+
+#: Pieces of a trail and of the reference at most.
+PIECES = 400
+#: Least mean length of the reference's dashes [m].
+DASH = 0.3
+#: Angle at which the camera looks down on everything, and on a robot that it follows [degrees].
+DOWN, DOWN_BEHIND = 52.0, 28.0
+#: Share of the picture that everything takes, as texts stand at its borders.
+ROOM = 0.9
+#: Distance of a camera that follows a robot from it, in radii of the robot [-].
+BEHIND = 13.0
+#: Width of trails and crosses where the camera follows [m], and where it does not, as a share of its distance [-].
+STRIPE, STRIPE_FAR = 0.08, 0.0035
+_BLACK = np.array([0.0, 0.0, 0.0, 1.0])
+
+
+class Scene:
+    """Renders pictures of runs of a scenario.
+
+    Args:
+        scenario: What is run: rigid bodies in MuJoCo.
+        follow: Name of the robot that the camera follows, or None to see everything from above at an angle.
+
+    Attributes:
+        size: Width and height of a picture [pixels].
+        palette: Colours that a picture may hold and the first one need not.
+
+    Raises:
+        renderer.NoRendererError: Where there is no OpenGL without a window.
+    """
+
+    def __init__(self, scenario: Scenario, follow: str | None = None) -> None:
+        self.scenario = scenario
+        self._mujoco: Any = import_module("mujoco")
+        self._model = self._mujoco.MjModel.from_xml_string(scene(scenario))
+        self._data = self._mujoco.MjData(self._model)
+        per_robot = 3 * PIECES + len(scenario.obstacles) + 2  # trail, reference, radii, cross
+        self._renderer = Renderer(self._model, len(scenario.robots) * per_robot)
+        self.size, self.palette = self._renderer.size, PALETTE
+        self._followed = None if follow is None else list(scenario.robots).index(follow)
+        self._font = ImageFont.truetype(str(Path(mpl.get_data_path()) / "fonts" / "ttf" / "DejaVuSans.ttf"), 13)
+        self._colours = [np.array([*to_rgb(c), 1.0]) for c in COLOURS]
+
+    def __enter__(self) -> Scene:
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self._renderer.__exit__(*error)
+
+    def pictures(self, trajectory: Trajectory, samples: list[int]) -> Iterator[FloatArray]:
+        """Yield a picture for each sample, shape (height, width, 3), whole numbers from 0 to 255."""
+        places = centres(self.scenario, trajectory.t)
+        radii = {n: derived.avoidance_radii(trajectory, self.scenario, n) for n in derived.avoiders(self.scenario)}
+        whole = self._whole(trajectory)
+        self._width = STRIPE if self._followed is not None else STRIPE_FAR * whole.distance
+        assert trajectory.positions is not None
+        for k in samples:
+            self._data.qpos[:] = trajectory.positions[k]
+            for a in range(len(self.scenario.obstacles)):
+                self._data.mocap_pos[a, :2] = places[k, a]
+            self._mujoco.mj_kinematics(self._model, self._data)
+            self._mujoco.mj_camlight(self._model, self._data)
+            self._renderer.begin(self._data, whole if self._followed is None else self._behind(trajectory, k))
+            self._draw_paths(trajectory, k)
+            self._draw_radii(trajectory, places[k], radii, k)
+            yield self._inscribed(self._renderer.picture(), trajectory, k)
+
+    def _camera(self, place: FloatArray, azimuth: float, down: float, distance: float) -> Any:
+        camera = self._mujoco.MjvCamera()
+        camera.lookat[:] = place
+        camera.azimuth, camera.elevation, camera.distance = azimuth, -down, distance
+        return camera
+
+    def _whole(self, trajectory: Trajectory) -> Any:
+        """Return the camera that sees all that the run needs, x to the right and y away from it."""
+        (low_x, low_y), (high_x, high_y) = extent(trajectory, self.scenario)
+        half_x, half_y = 0.5 * (high_x - low_x), 0.5 * (high_y - low_y)
+        c, s = math.cos(math.radians(DOWN)), math.sin(math.radians(DOWN))
+        up = ROOM * math.tan(0.5 * math.radians(float(self._model.vis.global_.fovy)))
+        across = up * self.size[0] / self.size[1]
+        before, distance = 0.0, 0.0
+        for _ in range(20):  # each step brings a third or less of the change of the one before
+            near = half_y - before
+            distance = c * near + max(s * near / up, half_x / across)
+            # the near edge is seen larger than the far one: looking at a place before the middle evens that out
+            before = (math.sqrt(distance**2 + (2.0 * c * half_y) ** 2) - distance) / (2.0 * c)
+        place = np.array([low_x + half_x, low_y + half_y - before, 0.0])
+        return self._camera(place, 90.0, DOWN, distance)
+
+    def _behind(self, trajectory: Trajectory, k: int) -> Any:
+        i = self._followed or 0
+        place = np.array([trajectory["x"][k, i], trajectory["y"][k, i], 0.0])
+        radius = list(self.scenario.robots.values())[i].radius
+        return self._camera(place, math.degrees(trajectory["theta"][k, i]), DOWN_BEHIND, BEHIND * radius)
+
+    def _draw_paths(self, trajectory: Trajectory, k: int) -> None:
+        """Draw references, trails, and crosses where robots should be."""
+        every = max(1, len(trajectory.t) // PIECES)
+        for i, name in enumerate(trajectory.robots):
+            colour = self._colours[i % len(self._colours)]
+            if self.scenario.robots[name].formation is None:
+                x_r, y_r = trajectory["x_r"][:, i], trajectory["y_r"][:, i]
+                length = float(np.hypot(np.diff(x_r), np.diff(y_r)).sum())
+                dash = max(every, round(DASH * len(x_r) / max(length, DASH)))
+                ends = _on_ground(x_r[::dash], y_r[::dash], 0.01)
+                for begin, end in zip(ends[:-1:2], ends[1::2], strict=False):
+                    self._renderer.add_line(begin, end, 0.6 * self._width, _BLACK)
+            trail = np.append(np.arange(0, k, every), k)
+            ends = _on_ground(trajectory["x"][trail, i], trajectory["y"][trail, i], 0.015)
+            for begin, end in pairwise(ends):
+                self._renderer.add_line(begin, end, self._width, colour)
+            target = np.array([trajectory["x_r"][k, i], trajectory["y_r"][k, i], 0.02])
+            for along in ((0.25, 0.25, 0.0), (0.25, -0.25, 0.0)):
+                self._renderer.add_line(target - along, target + along, self._width, colour)
+
+    def _draw_radii(self, trajectory: Trajectory, places: FloatArray, radii: dict[str, FloatArray], k: int) -> None:
+        """Draw R_d of every obstacle as a disc on the ground, stronger while the obstacle is avoided."""
+        for name, radius in radii.items():
+            avoided = int(trajectory["obstacle"][k, trajectory.robots.index(name)])
+            for a, (x, y) in enumerate(places):
+                colour = np.array([*to_rgb(COLOURS[1]), 0.35] if a == avoided else [0.3, 0.3, 0.3, 0.15])
+                size, place = np.array([radius[k, a], 0.002, 0.0]), np.array([x, y, 0.004])
+                self._renderer.add("cylinder", size, place, colour)
+
+    def _inscribed(self, picture: FloatArray, trajectory: Trajectory, k: int) -> FloatArray:
+        """Write the law, the names, the time and what disturbs the robots into a picture."""
+        image = Image.fromarray(picture)
+        draw = ImageDraw.Draw(image)
+        width, height = self.size
+        law = trajectory.controller
+        draw.text((12, 10), TITLES.get(law, law), "black", self._font)
+        draw.text((width - 12, 10), f"t = {trajectory.t[k]:6.1f} s", "black", self._font, anchor="ra")
+        if words := acting(trajectory, self.scenario, k):
+            box = draw.textbbox((0.5 * width, 10), words, self._font, anchor="ma")
+            draw.rectangle((box[0] - 4, box[1] - 3, box[2] + 4, box[3] + 3), NOTE)
+            draw.text((0.5 * width, 10), words, "black", self._font, anchor="ma")
+        x = 12.0
+        for i, name in enumerate(trajectory.robots):
+            draw.rectangle((x, height - 22, x + 12, height - 10), COLOURS[i % len(COLOURS)])
+            draw.text((x + 18, height - 16), name, "black", self._font, anchor="lm")
+            x += 38 + draw.textlength(name, self._font)
+        return np.asarray(image)
+
+
+def _on_ground(x: FloatArray, y: FloatArray, height: float) -> FloatArray:
+    """Return places at a height above the ground, shape (n, 3) [m]."""
+    return np.stack([x, y, np.full(len(x), height)], axis=1)

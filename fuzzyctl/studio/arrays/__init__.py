@@ -1,0 +1,36 @@
+"""Arrays in plain Python, under numpy's names: the part of numpy that proofs and measures take, for browsers.
+
+`install` makes `import numpy` find them where there is no numpy. Element by element they have the bits of numpy, but
+for `exp` and its kin, which are the C library's; sums run from the first element to the last. Indexing copies. What is
+not here raises `ModuleNotFoundError`, as numpy does where it is missing.
+"""
+
+from __future__ import annotations
+
+import sys
+from types import ModuleType
+from typing import Any
+
+from fuzzyctl.studio.arrays import array, functions
+from fuzzyctl.studio.arrays.array import lacking
+
+
+def module() -> ModuleType:
+    """Return what `numpy` is where it is missing."""
+    found, typing = ModuleType("numpy"), ModuleType("numpy.typing")
+    typing.__dict__.update(NDArray=list, ArrayLike=object)
+    found.__dict__.update(
+        vars(array) | vars(functions) | functions.LIKE_PYTHON | {"typing": typing, "__name__": "numpy"}
+    )
+    found.__dict__["__getattr__"] = _missing
+    return found
+
+
+def install() -> None:
+    """Make `import numpy` find `module()`."""
+    found = module()
+    sys.modules.update({"numpy": found, "numpy.typing": found.typing})
+
+
+def _missing(name: str) -> Any:
+    raise AttributeError(name) if name.startswith("__") else lacking()

@@ -1,0 +1,259 @@
+"""Arrays: elements in C order and a shape; how they are indexed, and repeated along axes."""
+
+from __future__ import annotations
+
+import math
+import operator
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from itertools import chain, product
+from typing import Any
+
+Shape = tuple[int, ...]
+
+
+def lacking() -> ModuleNotFoundError:
+    """Return the error that numpy raises where it is not installed."""
+    return ModuleNotFoundError("No module named 'numpy'", name="numpy")
+
+
+class ndarray:  # noqa: N801 - numpy's name
+    """An array: its elements in C order, and its shape."""
+
+    __slots__ = ("items", "shape")
+
+    def __init__(self, items: list[Any], shape: Shape) -> None:
+        self.items, self.shape = items, shape
+
+    def __getattr__(self, name: str) -> Any:
+        """Report what arrays of numpy have and these lack."""
+        raise AttributeError(name) if name.startswith("__") else lacking()
+
+    @property
+    def ndim(self) -> int:
+        """Number of axes."""
+        return len(self.shape)
+
+    @property
+    def size(self) -> int:
+        """Number of elements."""
+        return len(self.items)
+
+    @property
+    def T(self) -> ndarray:  # noqa: N802 - numpy's name
+        """The transpose of up to two axes."""
+        if len(self.shape) < 2:
+            return self
+        rows, columns = self.shape
+        return ndarray([x for k in range(columns) for x in self.items[k::columns]], (columns, rows))
+
+    def __len__(self) -> int:
+        return self.shape[0]
+
+    def __iter__(self) -> Iterator[Any]:
+        return (self[k] for k in range(self.shape[0]))
+
+    def __bool__(self) -> bool:
+        return bool(self.item())
+
+    def __float__(self) -> float:
+        return float(self.item())
+
+    def __int__(self) -> int:
+        return int(self.item())
+
+    def __index__(self) -> int:
+        return operator.index(self.item())
+
+    def __repr__(self) -> str:
+        return f"array({self.tolist()})"
+
+    def item(self) -> Any:
+        """Return the only element."""
+        (found,) = self.items
+        return found
+
+    def tolist(self) -> Any:
+        """Return nested lists, or a number for no axis."""
+        found = self.items
+        for axis in range(len(self.shape) - 1, 0, -1):
+            count = self.shape[axis]
+            found = [found[k * count : (k + 1) * count] for k in range(math.prod(self.shape[:axis]))]
+        return found if self.shape else found[0]
+
+    def copy(self) -> ndarray:
+        """Return the same elements in an array of their own."""
+        return ndarray(self.items[:], self.shape)
+
+    def reshape(self, *shape: Any) -> ndarray:
+        """Return the elements in another shape; one length may be -1."""
+        wanted = tuple(shape[0]) if len(shape) == 1 and not isinstance(shape[0], int) else shape
+        known = math.prod(n for n in wanted if n != -1)
+        return ndarray(self.items, tuple(len(self.items) // max(known, 1) if n == -1 else n for n in wanted))
+
+    def __getitem__(self, key: Any) -> Any:
+        places, shape = _places(self.shape, key)
+        if shape is None:
+            return self.items[places[0]]
+        return ndarray([self.items[k] for k in places], shape)
+
+    def __setitem__(self, key: Any, value: Any) -> None:
+        places, shape = _places(self.shape, key)
+        for k, item in zip(places, broadcast_to(value, shape or ()).items, strict=True):
+            self.items[k] = item
+
+    def reduced(self, function: Callable[[list[Any]], Any], axis: int | None) -> Any:
+        """Return what a function of elements gives, of all of them or along an axis."""
+        if axis is None:
+            return function(self.items)
+        axis %= len(self.shape)
+        count, inner = self.shape[axis], math.prod(self.shape[axis + 1 :])
+        starts = (k * count * inner + j for k in range(math.prod(self.shape[:axis])) for j in range(inner))
+        found = [function(self.items[k : k + count * inner : inner][:count]) for k in starts]
+        return ndarray(found, self.shape[:axis] + self.shape[axis + 1 :])
+
+    def sum(self, axis: int | None = None) -> Any:
+        """Return the sum."""
+        return self.reduced(sum, axis)
+
+    def mean(self) -> float:
+        """Return the mean of all elements."""
+        return float(sum(self.items)) / len(self.items)
+
+    def all(self, axis: int | None = None) -> Any:
+        """Return whether all elements are true."""
+        return self.reduced(all, axis)
+
+    def any(self, axis: int | None = None) -> Any:
+        """Return whether some element is true."""
+        return self.reduced(any, axis)
+
+    def min(self, axis: int | None = None, *, initial: float | None = None) -> Any:
+        """Return the least element; NaN where there is one."""
+        return self.reduced(folded(smaller, initial), axis)
+
+    def max(self, axis: int | None = None, *, initial: float | None = None) -> Any:
+        """Return the largest element; NaN where there is one."""
+        return self.reduced(folded(larger, initial), axis)
+
+    def argmax(self, axis: int | None = None) -> Any:
+        """Return the place of the first largest element; of the first NaN where there is one."""
+        return self.reduced(lambda row: max(range(len(row)), key=lambda k: (row[k] != row[k], row[k])), axis)
+
+
+def smaller(x: Any, y: Any) -> Any:
+    """Return the smaller of two numbers; NaN where one is."""
+    return x if x <= y or x != x else y
+
+
+def larger(x: Any, y: Any) -> Any:
+    """Return the larger of two numbers; NaN where one is."""
+    return x if x >= y or x != x else y
+
+
+def folded(function: Callable[[Any, Any], Any], initial: float | None = None) -> Callable[[list[Any]], Any]:
+    """Return a function of two numbers as one of a list."""
+
+    def fold(row: list[Any]) -> Any:
+        given = chain(row, () if initial is None else (initial,))
+        found = next(given)
+        for x in given:
+            found = function(found, x)
+        return found
+
+    return fold
+
+
+def _places(shape: Shape, key: Any) -> tuple[list[int], Shape | None]:
+    """Return where the elements stand that a key takes, and their shape; None for a single one."""
+    keys = list(key) if isinstance(key, tuple) else [key]
+    if any(k is Ellipsis for k in keys):
+        at = next(i for i, k in enumerate(keys) if k is Ellipsis)
+        keys[at : at + 1] = [slice(None)] * (len(shape) - sum(k is not None for k in keys) + 1)
+    keys += [slice(None)] * (len(shape) - sum(k is not None for k in keys))
+    strides = [math.prod(shape[k + 1 :]) for k in range(len(shape))]
+    lists = [k for k in keys if isinstance(k, ndarray | list) and len(asarray(k).shape)]
+    if len(lists) > 1:  # one element for each pair
+        rows = [asarray(k).items for k in keys]
+        return [sum(map(operator.mul, row, strides)) for row in zip(*rows, strict=True)], (len(rows[0]),)
+    taken: list[Sequence[int]] = []
+    found: list[int] = []
+    axis = 0
+    for k in keys:
+        if k is None:
+            found.append(1)
+            continue
+        count, stride = shape[axis], strides[axis]
+        axis += 1
+        if isinstance(k, slice):
+            own: Iterable[int] = range(*k.indices(count))
+        elif isinstance(k, ndarray | list) and len(asarray(k).shape):
+            items = asarray(k).items
+            own = (n for n, is_in in enumerate(items) if is_in) if _is_mask(items) else items
+        else:
+            taken.append([(operator.index(k) % count) * stride])
+            continue
+        taken.append([(n % count) * stride for n in own])
+        found.append(len(taken[-1]))
+    places = [sum(row) for row in product(*taken)] if len(taken) != 1 else list(taken[0])
+    return places, tuple(found) if found or not shape else None
+
+
+def _is_mask(items: list[Any]) -> bool:
+    return bool(items) and isinstance(items[0], bool)
+
+
+def array(value: Any, dtype: Any = None) -> ndarray:
+    """Return nested sequences, arrays or a number as an array of its own."""
+    found = _array(value)
+    return ndarray(found.items[:] if dtype is None else [dtype(x) for x in found.items], found.shape)
+
+
+def _array(value: Any) -> ndarray:
+    if isinstance(value, ndarray):
+        return value
+    if not isinstance(value, list | tuple):
+        return ndarray([value], ())
+    if not any(isinstance(part, list | tuple | ndarray) for part in value):
+        return ndarray(list(value), (len(value),))
+    parts = [_array(part) for part in value]
+    assert len({p.shape for p in parts}) == 1, "rows differ in length"
+    return ndarray([x for p in parts for x in p.items], (len(parts), *parts[0].shape))
+
+
+def asarray(value: Any, dtype: Any = None) -> ndarray:
+    """Return an array as it is, and anything else as an array."""
+    return _array(value) if dtype is None else array(value, dtype)
+
+
+def broadcast_shapes(*shapes: Shape) -> Shape:
+    """Return the shape that arrays of some shapes have together."""
+    count = max(map(len, shapes), default=0)
+    lengths = [{n for s in shapes for n in s[-k : len(s) - k + 1] if n != 1} for k in range(count, 0, -1)]
+    if any(len(own) > 1 for own in lengths):
+        raise ValueError(f"shapes do not fit: {shapes}")
+    return tuple(own.pop() if own else 1 for own in lengths)
+
+
+def broadcast_to(a: Any, shape: int | Shape) -> ndarray:
+    """Return an array in a larger shape, its elements repeated."""
+    found, wanted = asarray(a), (shape,) if isinstance(shape, int) else tuple(shape)
+    if found.shape == wanted:
+        return found
+    if len(found.items) == 1 or 0 in wanted:
+        return ndarray(found.items * math.prod(wanted), wanted)
+    own = (1,) * (len(wanted) - len(found.shape)) + found.shape
+    items, inner = found.items, 1
+    for have, want in zip(reversed(own), reversed(wanted), strict=True):
+        if have != want:
+            if have != 1:
+                raise ValueError(f"{found.shape} does not fit {wanted}")
+            items = [x for k in range(0, len(items), inner) for x in items[k : k + inner] * want]
+        inner *= want
+    return ndarray(items, wanted)
+
+
+def broadcast_arrays(*arrays: Any) -> tuple[ndarray, ...]:
+    """Return arrays in the shape that they have together."""
+    found = [asarray(a) for a in arrays]
+    shape = broadcast_shapes(*(a.shape for a in found))
+    return tuple(broadcast_to(a, shape) for a in found)

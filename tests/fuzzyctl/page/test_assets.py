@@ -1,0 +1,61 @@
+"""The functions of a page's scripts that need no browser: ends of sliders and axes, texts that fit."""
+
+import json
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+
+import fuzzyctl.page
+
+ASSETS = Path(fuzzyctl.page.__file__).parent / "assets"
+SCRIPTS = ",".join(str(ASSETS / name) for name in ("plots.js", "panels.js", "inputs.js"))
+
+pytestmark = pytest.mark.skipif(shutil.which("node") is None, reason="node is not installed")
+
+
+def computed(asked):
+    """Return what node computes by expressions over the scripts."""
+    command = ["node", str(Path(__file__).with_name("numbers.js")), SCRIPTS, f"[{', '.join(asked)}]"]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (0, "")
+    return json.loads(done.stdout)
+
+
+def ends(lower, upper, given):
+    return f"sliderEnds({json.dumps({'lower': lower, 'upper': upper})}, {json.dumps(given)})"
+
+
+def test_sliders_end_where_ranges_do_else_around_what_runs_give_else_at_one():
+    cases = {
+        (ends(0, 5, []), (0, 5)),
+        (ends(0, 5, [7]), (0, 5)),
+        (ends(None, None, []), (-1, 1)),
+        (ends(0, None, []), (0, 1)),
+        (ends(None, -3, []), (-4, -3)),
+        (ends(50, None, []), (50, 51)),
+        (ends(None, None, [0.6, 1.0]), (0.4, 1.2)),
+        (ends(None, None, [0.0]), (-0.5, 0.5)),
+        (ends(None, None, [290, 310]), (280, 320)),
+        (ends(0, None, [0.2, 0.8]), (0, 1.1)),
+    }
+    asked, expected = zip(*sorted(cases), strict=True)
+    assert computed(asked) == [list(pair) for pair in expected]
+
+
+def test_a_run_that_diverges_sets_no_ends_by_its_last_values():
+    values = [*(k / 100 for k in range(99)), 1e12]
+    assert computed([f"roundEnds(usual({values}))"])[0][1] < 2
+
+
+def test_a_constant_has_one_number_on_its_axis():
+    lines = ["[[2, 2, null], [2]]", "[[2, 3]]", "[[null]]", "[[0, 0]]"]
+    assert computed([f"constantOf({own})" for own in lines]) == [2, None, None, 0]
+
+
+def test_long_names_are_cut_and_far_pixels_have_no_exponent():
+    found = computed(
+        ["fitted('short', 60)", "fitted('a name that is far too long', 60)", "pixels(1e40)", "pixels(-2e21)"]
+    )
+    assert found == ["short", "a name th…", "100000.0", "-100000.0"]
