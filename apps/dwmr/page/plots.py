@@ -186,7 +186,9 @@ class _Drawing:
                     said[f"{stem}: {doc}"] = None
         if not found:
             return []
-        signals = [Signal(name if unit == "-" else f"{name} [{unit}]", by_law) for (name, unit), by_law in found.items()]
+        signals = [
+            Signal(name if unit == "-" else f"{name} [{unit}]", by_law) for (name, unit), by_law in found.items()
+        ]
         return [self._over_time("Sliding variables and gains", f"{'; '.join(said)}.", signals, columns=2)]
 
     def lyapunov(self) -> list[Plot]:
@@ -247,6 +249,7 @@ class _Drawing:
             "title": title, "x": x, "map": is_map, "series": [*series, *extra], "panels": panels,
             "columns": min(len(self.robots), MOST_COLUMNS) if self.has_many_laws else columns,
             "windows": [] if is_map else list(windows),
+            "bars": [] if is_map else derived.loaded(self.scenario, self.end),
         }  # fmt: skip
         return Plot(title, caption, data)
 
