@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator
+from typing import NamedTuple
 
 import numpy as np
 
 from dwmr.core.arrays import FloatArray
 from dwmr.plant.bodies import Outline, outline_pose
-from dwmr.scenario.guard import safety_of
+from dwmr.scenario.guard import radii_of, safety_of
 from dwmr.scenario.model import Robot, SafetySettings, Scenario
 from dwmr.scenario.moving import largest_speed
 from fuzzyctl.diagnostics.diagnostic import Diagnostic
@@ -29,14 +30,19 @@ def mistakes(scenario: Scenario, places: Places) -> Iterable[Diagnostic]:
         help_text = f"set safety.alpha to {most / dt:g} 1/s or less"
         yield places.diagnostic("FZ904", "safety.alpha", message, help=help_text)
     yield from _noisy(scenario, settings, places)
-    help_text = "start them farther apart, or lower safety.margin or safety.lookahead"
-    for name, other, what, distance, least in _starts(scenario, settings):
-        if distance < least:
+    help_text = "start them farther apart, shorten run.dt, or lower safety.margin or safety.lookahead"
+    for one in _starts(scenario, settings):
+        if one.distance < one.least:
             message = (
-                f"robots.{name} starts too close to {other} for [safety]: its guarded point is {distance:.4g} m from "
-                f"{what}, {least:.4g} m are kept"
+                f"robots.{one.name} starts too close to {one.other} for [safety]: its guarded point is "
+                f"{one.distance:.4g} m from {one.what}, {one.least:.4g} m are kept"
             )
-            yield places.diagnostic("FZ904", f"robots.{name}.x_0", message, help=help_text)
+            moved = one.least - sum(one.radii) - settings.margin
+            facts = (
+                f"kept are the radii {one.radii[0]:.4g} m and {one.radii[1]:.4g} m, the margin {settings.margin:g} m, "
+                f"and {moved:.3g} m that both may move in half a period",
+            )
+            yield places.diagnostic("FZ904", f"robots.{one.name}.x_0", message, facts=facts, help=help_text)
 
 
 def _noisy(scenario: Scenario, settings: SafetySettings, places: Places) -> Iterable[Diagnostic]:
@@ -54,16 +60,37 @@ def _noisy(scenario: Scenario, settings: SafetySettings, places: Places) -> Iter
             yield places.diagnostic("FZ904", f"robots.{name}.noise", message, help=help_text)
 
 
-def _starts(scenario: Scenario, settings: SafetySettings) -> Iterator[tuple[str, str, str, float, float]]:
-    """Yield names of two that keep apart, the other's centre in words, their distance and R at the start [m]."""
-    least, names = safety_of(scenario, settings).least, tuple(scenario.robots)
+class Start(NamedTuple):
+    """Two that keep apart, at the start.
+
+    Attributes:
+        name: The robot.
+        other: Key of the other robot or of the obstacle.
+        what: The other's centre, in words.
+        distance: Of the robot's guarded point from it [m].
+        least: R [m].
+        radii: Of the two discs [m].
+    """
+
+    name: str
+    other: str
+    what: str
+    distance: float
+    least: float
+    radii: tuple[float, float]
+
+
+def _starts(scenario: Scenario, settings: SafetySettings) -> Iterator[Start]:
+    """Yield each robot with the robots before it and all obstacles."""
+    least, radii, names = safety_of(scenario, settings).least, radii_of(scenario, settings), tuple(scenario.robots)
     points = [_point(robot, settings, robot.x_0, robot.y_0, robot.theta_0) for robot in scenario.robots.values()]
+    others = [(f"robots.{name}", "that one's", point) for name, point in zip(names, points, strict=True)]
+    others += [(f"obstacles.{a}", "its centre", np.array([o.x, o.y])) for a, o in enumerate(scenario.obstacles)]
     for i, name in enumerate(names):
-        for j in range(i):
-            yield name, f"robots.{names[j]}", "that one's", math.dist(points[i], points[j]), float(least[i, j])
-        for a, one in enumerate(scenario.obstacles):
-            distance, kept = math.dist(points[i], (one.x, one.y)), float(least[i, len(names) + a])
-            yield name, f"obstacles.{a}", "its centre", distance, kept
+        for j in (*range(i), *range(len(names), len(others))):
+            other, what, place = others[j]
+            distance = math.dist(points[i], place)
+            yield Start(name, other, what, distance, float(least[i, j]), (radii[i], radii[j]))
 
 
 def _point(robot: Robot, settings: SafetySettings, x: float, y: float, theta: float) -> FloatArray:
@@ -160,5 +187,5 @@ def _too_narrow(scenario: Scenario, settings: SafetySettings, places: Places) ->
                 f"robots.{name}.formation puts guarded points {distance:.4g} m apart, [safety] keeps {least:.4g} m: "
                 f"{name} cannot reach its place behind {place.leader}"
             )
-            help_text = "raise the separation or safety.alpha, or lower safety.lookahead, margin or velocity_error"
+            help_text = "raise the separation or safety.alpha, shorten run.dt, or lower another key of [safety]"
             yield places.diagnostic("FZ904", f"robots.{name}.formation", message, help=help_text)

@@ -39,7 +39,12 @@ def vehicles(scenario: Scenario, places: Places) -> Iterable[Diagnostic]:
         message = f"run.plant = 'mujoco' has bodies with two driven wheels, and {what}"
         yield places.diagnostic("FZ904", "run.plant", message, help="set run.plant to 'equations'")
     if scenario.safety is not None:
-        message = f"the safety filter plans with two driven wheels, and {what}"
+        why = (
+            "which cannot turn on the spot: its guarded point does not take every velocity"
+            if isinstance(vehicle, Ackermann)
+            else "whose third command the filter does not plan"
+        )
+        message = f"[safety] plans the two commands of two driven wheels, and {what}, {why}"
         yield places.diagnostic("FZ904", "safety", message, help="leave out the table safety")
     for name, vehicle in found.items():
         robot = scenario.robots[name]

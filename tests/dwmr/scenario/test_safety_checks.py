@@ -45,6 +45,16 @@ def test_a_robot_that_starts_at_an_obstacle_is_refused():
     assert one.startswith("robots.follower1 starts too close to obstacles.0 for [safety]")
 
 
+def test_a_start_that_is_too_close_says_what_is_kept():
+    with pytest.raises(DiagnosticError) as caught:
+        read(find("paper-with-limits"), (safety(), "run.dt=1.0", "run.substeps=80"))
+    one = next(d for d in caught.value.diagnostics if d.message.startswith("robots.follower1 starts too close"))
+    assert any(
+        fact.startswith("kept are the radii 0.9081 m and 0.9081 m, the margin 0.05 m, and ") for fact in one.facts
+    )
+    assert "shorten run.dt" in one.help
+
+
 def test_noise_halves_the_largest_rate():
     (one,) = mistakes(safety(alpha=150.0), "robot.noise.x=0.001")
     assert one == "safety.alpha = 150 1/s times run.dt = 0.005 s exceeds 0.5: a barrier could be jumped"

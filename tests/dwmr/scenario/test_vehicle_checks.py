@@ -99,7 +99,7 @@ def test_the_place_of_a_follower_has_its_own_radius():
         (
             "omnidirectional",
             ["safety={alpha=1,lookahead=0.1,margin=0.1,acceleration=1,angular_acceleration=1,velocity_error=0}"],
-            "the safety filter plans with two driven wheels, and robots.leader is omnidirectional",
+            "[safety] plans the two commands of two driven wheels, and robots.leader is omnidirectional, whose third",
         ),
         ("omnidirectional", ["robot.sensors.pose=odometry"], "robot.sensors.pose = 'odometry' counts no way sideways"),
         ("omnidirectional", ["robot.com_offset=0.5"], "robot.inertia = 13.8 kg m² about the centre must be more than"),
