@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 
 from fuzzyctl.analysis.coverage.box_search import Side
 from fuzzyctl.diagnostics.source import Span
+from fuzzyctl.diagnostics.terminal import printable
 from fuzzyctl.displayed import Displayed
 
 
@@ -96,7 +97,7 @@ class Undecided(Displayed):
 
 
 def _line(word: str, claim: str, *facts: str) -> str:
-    return f"{word}({'; '.join(filter(None, (claim, *facts)))})"
+    return printable(f"{word}({'; '.join(filter(None, (claim, *facts)))})")
 
 
 Verdict = Proved | Refuted | Undecided

@@ -26,9 +26,9 @@ class Note:
     message: str
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Diagnostic:
-    """Describe one mistake: what, where, the facts, and a way out.
+    """Describe one mistake: what, where, the facts, and a way out; `print` has the text of the command line.
 
     Args:
         code: A key of `CODES`.
@@ -55,6 +55,13 @@ class Diagnostic:
     def __post_init__(self) -> None:
         if self.code not in CODES:
             raise KeyError(f"diagnostic code {self.code!r} is not in codes.CODES")
+
+    def __repr__(self) -> str:
+        place = f"{self.place}: " if self.place else ""
+        return printable(f"Diagnostic({place}{self.severity}[{self.code}]: {self.message})")
+
+    def __str__(self) -> str:
+        return render(self)
 
     @property
     def place(self) -> str:

@@ -7,10 +7,11 @@ from typing import Any
 from fuzzyctl.diagnostics.suggestions import counted
 from fuzzyctl.expr import Expr, evaluate, to_text
 from fuzzyctl.formats.fz import guarantee_text
-from fuzzyctl.formats.fz_blocks import function_text, signal_text
+from fuzzyctl.formats.fz_blocks import function_text
+from fuzzyctl.formats.fz_strings import bounds_text
 from fuzzyctl.kernels.plan.expansion import equations_of
 from fuzzyctl.loading.block_equations import in_order
-from fuzzyctl.model.controller import Controller, Definition, Instance, Result
+from fuzzyctl.model.controller import Controller, Definition, Instance, Result, Signal, State
 from fuzzyctl.model.loop import Loop
 from fuzzyctl.model.plant import Plant
 
@@ -53,18 +54,25 @@ def _equations(block: Controller | Plant) -> dict[str, list[str]]:
         following = block.derivatives if isinstance(block, Plant) else block.updates
         prime = "d/dt" if isinstance(block, Plant) else "next"
         changes = [f"{prime} {_defined(d)}" for d in following]
-    states = [signal_text("", s).strip() for s in block.states]
+    states = [_signal(s) for s in block.states]
     if isinstance(block, Controller):
         hidden = len(equations_of(block).states) - len(states)
         states += [f"and {counted(hidden, 'number')} of operators, systems and blocks"] if hidden else []
     return {
-        "Inputs": [signal_text("", i).strip() for i in block.inputs],
+        "Inputs": [_signal(i) for i in block.inputs],
         "States": states,
         "Blocks": [_instance(i) for i in block.instances] if isinstance(block, Controller) else [],
         "Equations in order": equations,
         "Next values" if isinstance(block, Controller) else "Derivatives": changes,
-        "Outputs": [signal_text("", r).strip().partition(" = ")[0] for r in block.results],
+        "Outputs": [_signal(r) for r in block.results],
     }
+
+
+def _signal(signal: Signal) -> str:
+    """Return an input, state or output as a file writes it; texts may hold what no file can."""
+    label, unit = (f' {word}"{text}"' if text else "" for word, text in (("", signal.label), ("unit ", signal.unit)))
+    start = f" = {to_text(signal.start)}" if isinstance(signal, State) else ""
+    return f"{signal.name}{label}{bounds_text(signal.bounds)}{unit}{start}"
 
 
 def _loop(loop: Loop) -> dict[str, list[str]]:

@@ -9,6 +9,8 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any, Final, Self
 
 from fuzzyctl.diagnostics.diagnostic import ArgumentError, NoRuleFiresError, UnknownNameError
+from fuzzyctl.diagnostics.suggestions import counted
+from fuzzyctl.diagnostics.terminal import printable
 from fuzzyctl.displayed import Printed
 from fuzzyctl.expr import Expr, names_in
 from fuzzyctl.formats.fz import membership_text, rule_text
@@ -102,7 +104,8 @@ class Trace(Printed):
 
     def __repr__(self) -> str:
         values = [", ".join(f"{n} = {x:.6g}" for n, x in part.items()) for part in (self.inputs, self.outputs)]
-        return f"Trace({self.system.name} at {values[0]}: {values[1]}; {len(self.rules)} rules act)"
+        acting = f"{counted(len(self.rules), 'rule')} {'acts' if len(self.rules) == 1 else 'act'}"
+        return printable(f"Trace({self.system.name} at {values[0]}: {values[1]}; {acting})")
 
     def as_dict(self) -> dict[str, Any]:
         """Return the trace as plain data, without the system."""

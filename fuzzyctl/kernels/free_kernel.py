@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal, final, overload
 import numpy as np
 
 from fuzzyctl.diagnostics.diagnostic import ArgumentError, NoRuleFiresError, UnknownNameError
+from fuzzyctl.diagnostics.terminal import printable
 from fuzzyctl.displayed import Displayed
 from fuzzyctl.kernels.arrays import Arrays, broadcast, by_name, fill_of, jacobian
 from fuzzyctl.kernels.backends import blocks
@@ -74,7 +75,7 @@ class FreeKernel(Displayed):
 
     def __repr__(self) -> str:
         inputs, outputs = ", ".join(self.input_names), ", ".join(self.output_names)
-        return f"FreeKernel({inputs} -> {outputs}; {len(self.free_names)} free; {self.backend})"
+        return printable(f"FreeKernel({inputs} -> {outputs}; {len(self.free_names)} free; {self.backend})")
 
     def initial_values(self, changed: Mapping[str, Numbers] | None = None) -> FloatArray:
         """Return the values that the system itself has, some of them changed.

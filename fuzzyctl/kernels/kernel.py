@@ -7,6 +7,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any, Final, final, overload
 
 from fuzzyctl.diagnostics.diagnostic import ArgumentError, FuzzyctlError, NoRuleFiresError, UnknownNameError
+from fuzzyctl.diagnostics.terminal import printable
 from fuzzyctl.displayed import Displayed
 from fuzzyctl.kernels.algorithms.select import algorithm_of
 from fuzzyctl.kernels.backends import states
@@ -83,7 +84,7 @@ class Kernel(Displayed):
         return Kernel, (self.plan, self.backend, self._wanted)
 
     def __repr__(self) -> str:
-        return f"Kernel({', '.join(self.input_names)} -> {', '.join(self.output_names)}; {self.backend})"
+        return printable(f"Kernel({', '.join(self.input_names)} -> {', '.join(self.output_names)}; {self.backend})")
 
     def __call__(self, *arguments: Scalar | Vector, **named: Scalar | Vector) -> Outputs:
         """Evaluate at one point.

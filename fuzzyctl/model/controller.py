@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 from fuzzyctl.diagnostics.suggestions import counted
+from fuzzyctl.diagnostics.terminal import printable
 from fuzzyctl.displayed import Printed
 from fuzzyctl.expr import Expr, evaluate
 from fuzzyctl.model.guarantee import Bounds, Guarantee, Param
@@ -116,7 +117,9 @@ class DynamicBlock(Block):
 
     def __repr__(self) -> str:
         inputs, outputs = ", ".join(i.name for i in self.inputs), ", ".join(r.name for r in self.results)
-        return f"{type(self).__name__}({self.name}: {inputs} -> {outputs}; {counted(len(self.states), 'state')})"
+        return printable(
+            f"{type(self).__name__}({self.name}: {inputs} -> {outputs}; {counted(len(self.states), 'state')})"
+        )
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)

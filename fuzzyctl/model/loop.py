@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from fuzzyctl.diagnostics.suggestions import counted
+from fuzzyctl.diagnostics.terminal import printable
 from fuzzyctl.expr import Expr
 from fuzzyctl.model.controller import Block, Controller, Definition, Instance
 from fuzzyctl.model.guarantee import Guarantee
@@ -47,4 +48,4 @@ class Loop(Block):
     def __repr__(self) -> str:
         blocks = ", ".join(f"{i.name} = {i.controller}" for i in self.instances)
         judged = f"{counted(len(self.measures), 'measure')}, {counted(len(self.requirements), 'requirement')}"
-        return f"Loop({self.name}: {blocks}; {judged})"
+        return printable(f"Loop({self.name}: {blocks}; {judged})")

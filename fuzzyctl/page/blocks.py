@@ -86,13 +86,9 @@ def loop_data(run: Run, runs: int = 1) -> dict[str, Any]:
         run: The run.
         runs: How many runs the page shows.
     """
-    from fuzzyctl.simulation.panels import panels
-
     found = _loop_data(
         run.loop, run.t.tolist(), run.positions, lambda e: run.signal(e).tolist(), run.solver, run.params, runs
     )
-    for shown, panel in zip(found["panels"], panels(run.loop, run.positions), strict=True):
-        shown |= _limits(run, panel)
     return {
         **found,
         **_judged(run),
@@ -113,13 +109,16 @@ def _judged(run: Run | PlainRun) -> dict[str, Any]:
     return {"measures": measures, "verdicts": [["met" if r.holds else "not met", r.text, ""] for r in run.requirements]}
 
 
-def _limits(run: Run, panel: Panel) -> dict[str, Any]:
+def _limits(t: list[float], panel: Panel, signal: Callable[[Expr], list[float]]) -> dict[str, Any]:
     """Return the ends of the axis of a panel, which peaks do not crush."""
-    from fuzzyctl.page import limits  # numpy
+    import numpy as np
 
-    lines = [limits.Line(panel.label, run.t, run[panel.signal])]
+    from fuzzyctl.page import limits
+
+    times = np.array(t)
+    lines = [limits.Line(panel.label, times, np.array(signal(Name(panel.signal))))]
     if panel.reference is not None:
-        lines.append(limits.Line("reference", run.t, run.signal(panel.reference)))
+        lines.append(limits.Line("reference", times, np.array(signal(panel.reference))))
     found = limits.of(lines)
     return {"y": found.shown, "whole": found.whole, "note": found.note}
 
@@ -227,6 +226,7 @@ def _loop_data(
                 "held": p.held,
                 "values": values(Name(p.signal)),
                 "reference": values(p.reference) if p.reference is not None else None,
+                **_limits(t, p, signal),
             }
             for p in drawn
         ],

@@ -18,6 +18,8 @@ QUANTILES = (0.005, 0.995)
 CRUSHED = 2.5
 #: How many times larger than the median of all lines' ranges one is that does not set the limits.
 WILD = 10.0
+#: The largest number in single precision.
+LARGEST = (2.0 - 2.0**-23) * 2.0**127
 #: Lines whose peaks are said one by one.
 MOST_SAID = 3
 
@@ -74,7 +76,7 @@ def of(lines: Sequence[Line], *, is_log: bool = False) -> Limits:
 
 def _drawn(values: FloatArray) -> FloatArray:
     """Return the values that a line on a page shows: finite ones, in single precision."""
-    found: FloatArray = values[np.abs(values) <= float(np.finfo(np.float32).max)]
+    found: FloatArray = values[np.abs(values) <= LARGEST]
     return found
 
 

@@ -141,7 +141,8 @@ class ControllerNode:
             self.rest()
             return
         try:
-            found, self._state = self._step(*values, self._state, dt=self._dt)
+            numbers = [one for one in values if not isinstance(one, str)]
+            found, self._state = self._step(*numbers, self._state, dt=self._dt)
         except FuzzyctlError as error:
             self._fail(str(error))
             return

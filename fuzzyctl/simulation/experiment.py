@@ -16,6 +16,7 @@ from fuzzyctl.diagnostics.diagnostic import (
     DiagnosticError,
     UnknownNameError,
 )
+from fuzzyctl.diagnostics.terminal import printable
 from fuzzyctl.kernels.backends.arguments import float_array, writable
 from fuzzyctl.kernels.backends.numba.compile_cost import MOST_OPERATIONS, operations
 from fuzzyctl.kernels.compile import AlgorithmName, numba_is_missing
@@ -110,7 +111,7 @@ class Experiment:
         ]
 
     def __repr__(self) -> str:
-        return f"Experiment({self.loop.name}; {self.samples:,} samples, {self.backend})"
+        return printable(f"Experiment({self.loop.name}; {self.samples:,} samples, {self.backend})")
 
     @cached_property
     def times(self) -> FloatArray:

@@ -18,7 +18,7 @@ from fuzzyctl.expr import Expr, Name, evaluate
 from fuzzyctl.kernels.backends.numba.compile_cost import operations
 from fuzzyctl.model.loop import Loop
 from fuzzyctl.simulation.dead_times import dead_times, enough
-from fuzzyctl.simulation.equations import LoopEquations
+from fuzzyctl.simulation.equations import LoopEquations, with_calls
 from fuzzyctl.simulation.expansion import loop_equations
 from fuzzyctl.simulation.judgement import Judgement, Requirement
 from fuzzyctl.simulation.programs import LoopPrograms, programs
@@ -80,12 +80,13 @@ class PlainRun:
         return tuple(replace(r, holds=False) for r in found) if self.stopped else found
 
 
-def plain_run(loop: Loop, most: int = MOST) -> PlainRun:
+def plain_run(loop: Loop, most: int = MOST, *, record_calls: bool = False) -> PlainRun:
     """Simulate a loop by generated Python, with RK4.
 
     Args:
         loop: A well-formed loop.
         most: Most operations.
+        record_calls: Whether the inputs of systems that blocks call are among the signals.
 
     Raises:
         PlainRunError: For plants in Python, FMUs, and a run that takes more operations.
@@ -94,6 +95,7 @@ def plain_run(loop: Loop, most: int = MOST) -> PlainRun:
     equations = loop_equations(loop, Judgement(loop).signals)
     for external in equations.externals:
         raise PlainRunError(f"plant '{external.plant.name}' is {'in Python' if external.plant.python else 'an FMU'}")
+    equations = with_calls(equations) if record_calls else equations
     written = programs(equations)
     substeps = enough(equations.delays, equations.step, 1)
     cost = operations(written.sample) + 4 * substeps * operations(written.derivative)

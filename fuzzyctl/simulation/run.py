@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, UnknownNameError
+from fuzzyctl.diagnostics.terminal import printable
 from fuzzyctl.displayed import Displayed
 from fuzzyctl.expr import Expr, Name, evaluate
 from fuzzyctl.model.loop import Loop
@@ -57,7 +58,7 @@ class Run(Displayed):
         end = f"{self.t[-1]:.6g} s" if len(self.t) else "no time"
         met = f"{sum(r.holds for r in self.requirements)} of {len(self.requirements)} requirements hold"
         how = f"stopped, {met}" if self.stopped is not None else met
-        return f"Run({self.loop.name}: {end}, {len(self.t)} samples, {len(self.names)} signals; {how})"
+        return printable(f"Run({self.loop.name}: {end}, {len(self.t)} samples, {len(self.names)} signals; {how})")
 
     def plot(self, *, ax: Axes | None = None) -> Panels:
         """Draw the signals over time, see `fuzzyctl.plot.runs`."""

@@ -169,7 +169,7 @@ def _run_sections(document: Document) -> Iterator[_Data]:
     left = MOST
     for loop in document.examined.loops:
         try:
-            run = plain_run(loop, left)
+            run = plain_run(loop, left, record_calls=True)
         except PlainRunError as error:
             yield refused_loop_data(loop, f"{error}; 'fuzzyctl simulate' runs it")
         else:

@@ -22,10 +22,10 @@ allow FZ208
 defuzzifier center_average
 {inputs}
 output u "<svg onload=console.error(3)>" in [-1, 1] else nan
-  p = constant(-1)
+  p_with_a_name_that_is_as_long_as_no_line_of_a_phone_and_goes_on_and_on = constant(-1)
   q = constant(1)
 output v in [-1e9, 1e9] = 1 / (x0 - 0.5)
-if x0 is lo and x1 is lo then u is p
+if x0 is lo and x1 is lo then u is p_with_a_name_that_is_as_long_as_no_line_of_a_phone_and_goes_on_and_on
 if x0 is hi and x1 is hi then u is q
 """
 INPUTS = "\n".join(f'input x{k} "\'><img src=x onerror=console.error({k})>" in [0, 1]\n  terms lo hi' for k in range(9))
@@ -44,6 +44,8 @@ input e in [0, 1]
 output y = previous(y) / 2 + curved(e)
 every 0.1 s
 """
+#: Two systems and two controllers in four loops, systems called more than once.
+MANY_BLOCKS = Path(__file__).parents[2] / "apps/gallery/mudi_pal_1999/mudi_pal_1999.fz"
 POINTS = 40
 
 
@@ -77,7 +79,7 @@ def _end(end: float | None, other: float) -> float:
 def write(folder: Path) -> None:
     (folder / "hostile.fz").write_text(HOSTILE.format(inputs=INPUTS), encoding="utf-8")
     (folder / "curved.fz").write_text(CURVED, encoding="utf-8")
-    sources = [*sorted(rules_folder().rglob("*.fz")), folder / "hostile.fz", folder / "curved.fz"]
+    sources = [*sorted(rules_folder().rglob("*.fz")), MANY_BLOCKS, folder / "hostile.fz", folder / "curved.fz"]
     asked = {}
     for source in sources:
         page = folder / f"{source.stem}.html"

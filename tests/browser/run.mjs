@@ -1,7 +1,7 @@
 // Opens the pages of a folder in Chromium: node run.mjs FOLDER, which pages.py has filled.
 //
 // No message in the console, no request, no violation that axe-core finds, the numbers of the kernel at 40 points of each
-// block, inputs that follow the time of a run, no script from names; at most 300 kB of a rule file, and 300 ms to the first paint, of which
+// block, nothing beside a window of 400 pixels, inputs that follow the time of a run, no script from names; at most 300 kB of a rule file, and 300 ms to the first paint, of which
 // the best of some tries counts, as other programs only add to it. CHROMIUM is a Chromium (default: /usr/bin/chromium), PICTURES a folder for pictures (default: none).
 // It exits with 1 for a check that failed, and with 77 where Chromium does not start.
 import { mkdirSync, readFileSync, readdirSync, statSync } from "node:fs";
@@ -11,7 +11,7 @@ import { pathToFileURL } from "node:url";
 import { chromium } from "playwright-core";
 
 const FOLDER = resolve(process.argv[2]), PICTURES = process.env.PICTURES, TOLERANCE = 1e-12;
-const LARGEST = 300_000, PAINTED = 300, TRIES = 6;
+const LARGEST = 300_000, PAINTED = 300, TRIES = 6, PHONE = 400;
 const AXE = readFileSync(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8");
 const expected = JSON.parse(readFileSync(join(FOLDER, "expected.json"), "utf8").replace(/\bNaN\b|-?\bInfinity\b/g, "null"));
 const failures = [];
@@ -105,6 +105,13 @@ async function look(browser, name, scheme) {
     }
     if (paint > PAINTED) {
         fail(`first paint after ${Math.round(paint)} ms, more than ${PAINTED}`);
+    }
+    if (scheme === "dark") {
+        await page.setViewportSize({ width: PHONE, height: 900 });
+        const wide = await page.evaluate(() => document.documentElement.scrollWidth);
+        if (wide > PHONE) {
+            fail(`${wide} pixels wide in a window of ${PHONE}`);
+        }
     }
     await context.close();
     const points = expected[name].reduce((sum, asked) => sum + asked.length, 0);

@@ -18,7 +18,7 @@ COMMANDS: Final = {
     "check": ("dwmr.cli.check", "check", "Find the mistakes of scenarios and their rule files."),
     "run": ("dwmr.cli.run", "run", "Run a scenario and write the results to a folder."),
     "figures": ("dwmr.cli.figures", "figures", "Draw the counterparts of the paper's Figures 8 to 39."),
-    "animate": ("dwmr.cli.animate", "animate", "Show a run as moving pictures, GIF or MP4, from above or as a scene."),
+    "animate": ("dwmr.cli.animate", "animate", "Show a run as moving pictures, GIF or MP4."),
     "report": ("dwmr.cli.report", "report", "Write one HTML page with tables and interactive plots."),
     "calibrate": ("dwmr.cli.calibrate", "calibrate", "Fit what the paper does not print to its Table 12."),
     "compare": ("dwmr.cli.compare", "compare", "Put control laws side by side, with confidence intervals."),

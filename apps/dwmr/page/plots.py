@@ -186,7 +186,9 @@ class _Drawing:
                     said[f"{stem}: {doc}"] = None
         if not found:
             return []
-        signals = [Signal(name if unit == "-" else f"{name} [{unit}]", by_law) for (name, unit), by_law in found.items()]
+        signals = [
+            Signal(name if unit == "-" else f"{name} [{unit}]", by_law) for (name, unit), by_law in found.items()
+        ]
         return [self._over_time("Sliding variables and gains", f"{'; '.join(said)}.", signals, columns=2)]
 
     def lyapunov(self) -> list[Plot]:

@@ -13,7 +13,6 @@ import numpy as np
 from dwmr.core.arrays import FloatArray
 from dwmr.scenario.file import ScenarioFile
 from dwmr.scenario.model import DisturbanceSettings, Scenario
-from dwmr.simulation.mujoco_model import mjcf
 from fuzzyctl.diagnostics.diagnostic import DiagnosticError
 
 
@@ -29,6 +28,8 @@ class MujocoPlant:
     """
 
     def __init__(self, scenario: Scenario) -> None:
+        from dwmr.simulation.mujoco_model import mjcf  # a library for XML, which no other plant needs
+
         self._mujoco: Any = import_module("mujoco")
         if self._mujoco.get_mju_user_warning() is None:  # it would write a file MUJOCO_LOG.TXT
             self._mujoco.set_mju_user_warning(_diverges)

@@ -26,19 +26,20 @@ export class Engine {
 
   /**
    * Returns a promise of the answer; of null where a newer request of the same method overtakes this one, or where the
-   * worker has been stopped.
+   * worker has been stopped; of a refusal where it does not start, which the next request tries again.
    */
   ask(request) {
     return new Promise((resolve) => {
       const overtaken = this.waiting.findIndex((w) => w.request.method === request.method);
       if (overtaken >= 0) this.waiting.splice(overtaken, 1)[0].resolve(null);
       this.waiting.push({ request, resolve });
+      if (this.failed) this.#start();
       this.#next();
     });
   }
 
   #start() {
-    this.ready = false;
+    this.ready = this.failed = false;
     this.placed = false;
     this.running = null;
     this.worker = new Worker("worker.js", { type: "module", name: "fuzzyctl" });
@@ -56,8 +57,9 @@ export class Engine {
   #hear(data) {
     clearTimeout(this.timer);
     if (data.id === undefined) {
-      this.ready = data.ready === true;
-      this.tell(this.ready ? "ready" : "failed", data.failed);
+      if (!data.ready) return this.#fail(data.failed);
+      this.ready = true;
+      this.tell("ready");
     } else if (this.running?.id === data.id) {
       const { resolve } = this.running;
       this.running = null;
@@ -77,15 +79,22 @@ export class Engine {
 
   /** Ends a worker that takes too long; what it was asked is not asked again. */
   #stop(seconds) {
-    this.worker.terminate();
     const stopped = this.running;
-    for (const { resolve } of [...(stopped ? [stopped] : []), ...this.waiting]) resolve(null);
+    if (!stopped) return this.#fail(`the start took more than ${seconds} s`);
+    this.worker.terminate();
+    for (const { resolve } of [stopped, ...this.waiting]) resolve(null);
     this.waiting = [];
-    if (!stopped) {
-      this.tell("failed", `the start took more than ${seconds} s`);
-      return;
-    }
     this.#start();
     this.tell("stopped", `${stopped.request.method} took more than ${seconds} s`);
+  }
+  /** Ends a worker that does not start. */
+  #fail(why) {
+    this.worker.terminate();
+    this.ready = false;
+    this.failed = true;
+    const asked = [...(this.running ? [this.running] : []), ...this.waiting];
+    Object.assign(this, { running: null, waiting: [] });
+    this.tell("failed", why);
+    for (const { resolve } of asked) resolve({ refused: `fuzzyctl does not start: ${why}` });
   }
 }

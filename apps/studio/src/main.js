@@ -53,7 +53,7 @@ function ask(method, more = {}) {
 function askSlow(method, more = {}) {
   slow ??= new Engine((state, detail) => {
     document.body.dataset.slow = state;
-    if (state === "failed") status(`loops and proofs: fuzzyctl does not start: ${detail}`);
+    if (state === "failed") status(`runs and proofs: fuzzyctl does not start: ${detail}`);
   }, LONGEST);
   if (slow.files !== files) slow.place(files);
   return slow.ask({ method, file: `/files/${name}`, text: view.state.doc.toString().toWellFormed(), ...more });

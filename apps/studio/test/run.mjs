@@ -350,6 +350,22 @@ async function drive(address) {
   await page.locator(".cm-content").focus();
   await page.keyboard.press("Tab");
   assert.equal(await page.evaluate(() => document.activeElement.classList.contains("cm-content")), false);
+  // Without the network all goes on; a worker that has to start again does not, says so, and does with it.
+  await page.context().setOffline(true);
+  await put(page, `${tipper}# offline\n`);
+  assert.deepEqual(await mistakes(page), []);
+  const known = outside.length;
+  await page.evaluate(() => {
+    studio.engine.limit = 1;
+    studio.view.dispatch({ changes: { from: 0, insert: "# still offline\n" } });
+  });
+  await until(page, () => document.body.dataset.state === "failed");
+  assert.match(await page.evaluate(() => studio.view.state.doc.toString()), /^# still offline\n/);
+  await page.evaluate(() => (studio.engine.limit = 15_000));
+  await page.context().setOffline(false);
+  await put(page, tipper);
+  assert.equal(await page.locator("#count").textContent(), "No mistakes");
+  outside.splice(known);
   check("requests elsewhere and errors of the console", outside.length, 0);
   for (const line of outside) console.log("  ", line);
 }

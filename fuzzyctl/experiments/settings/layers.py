@@ -6,6 +6,7 @@ import stat
 import tomllib
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -228,7 +229,7 @@ def _text(path: Path, content: bytes, new: str) -> str:
 
 def _parse(source: SourceText) -> dict[str, Any]:
     try:
-        return tomllib.loads(source.text)
+        return dict(_tables(source.text))  # a copy: its key `extends` is taken away
     except (ValueError, RecursionError) as error:  # a plain ValueError is a whole number of thousands of digits
         span = _toml_error_place(str(error), source)
         message = "nesting is too deep" if isinstance(error, RecursionError) else str(error).split(" (at ")[0]
@@ -237,6 +238,12 @@ def _parse(source: SourceText) -> dict[str, Any]:
         raise DiagnosticError(
             [Diagnostic("FZ901", f"not valid TOML: {message}", span=span, file=source.name)]
         ) from error
+
+
+@lru_cache(maxsize=2 * MOST_LAYERS)
+def _tables(text: str) -> Mapping[str, Any]:
+    """Parse a text once: a sweep reads the same files for each run. The result is shared, so nothing may change it."""
+    return tomllib.loads(text)
 
 
 def _toml_error_place(message: str, source: SourceText) -> Span | None:

@@ -8,6 +8,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any, Final, final, overload
 
 from fuzzyctl.diagnostics.diagnostic import ArgumentError, NoRuleFiresError, UnknownNameError, ValueOutOfBoundsError
+from fuzzyctl.diagnostics.terminal import printable
 from fuzzyctl.displayed import Displayed
 from fuzzyctl.kernels.backends.arguments import float_array, row_array, writable
 from fuzzyctl.kernels.backends.columns import require_same_index
@@ -62,7 +63,7 @@ class Step(Displayed):
         self._program = step_program(equations, algorithm)
 
     def __repr__(self) -> str:
-        return f"Step({', '.join(self.input_names)} -> {', '.join(self.output_names)}; {self.backend})"
+        return printable(f"Step({', '.join(self.input_names)} -> {', '.join(self.output_names)}; {self.backend})")
 
     def start(self, values: Mapping[str, Numbers] | None = None, /, **named: Numbers) -> FloatArray:
         """Return the state before the first step, shape (states,); its last entries are the free numbers.

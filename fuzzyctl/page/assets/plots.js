@@ -227,5 +227,5 @@ function tableOf(caption, header, rows) {
     const body = rows.map(([first, ...rest]) =>
         element("tr", {}, element("th", { scope: "row" }, first), ...rest.map((c) => element("td", {}, c))));
     table.append(element("tbody", {}, ...body));
-    return element("div", { className: "scroll", tabIndex: 0, role: "region", "aria-label": caption }, table);
+    return element("div", { className: "scroll", tabIndex: 0, role: "group", "aria-label": caption }, table);
 }

@@ -76,7 +76,7 @@ function ruleTable(table) {
     const caption = `${table.outputs} by ${table.rows === null ? table.columns : `${table.rows} and ${table.columns}`}`;
     const made = element("table", { className: "cells" }, element("caption", {}, caption), element("thead", {}, head), element("tbody", {}, ...rows));
     return {
-        box: element("div", { className: "scroll", tabIndex: 0, role: "region", "aria-label": caption }, made),
+        box: element("div", { className: "scroll", tabIndex: 0, role: "group", "aria-label": caption }, made),
         show(activations) {
             for (const [cell, number, rule] of cells) {
                 const own = activations[rule];
@@ -162,7 +162,7 @@ function ruleViewer(system, kernel) {
     }
     const canvas = picture(100, "Rule viewer", draw);
     return {
-        boxes: [element("div", { className: "scroll", tabIndex: 0, role: "region", "aria-label": "Rules that act" }, table), hidden, canvas],
+        boxes: [element("div", { className: "scroll", tabIndex: 0, role: "group", "aria-label": "Rules that act" }, table), hidden, canvas],
         show(now) {
             ({ values, outputs, activity, numbers, state } = now);
             const activations = activity.slice(system.degrees, offset);

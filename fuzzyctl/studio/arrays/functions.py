@@ -212,6 +212,30 @@ def dot(a: Any, b: Any) -> float:
     return float(sum(map(operator.mul, asarray(a).items, asarray(b).items)))
 
 
+def quantile(a: Any, parts: Sequence[float]) -> ndarray:
+    """Return the values below which parts of the elements lie, on straight lines between elements."""
+    items = sorted(asarray(a).items)
+
+    def value(part: float) -> Any:
+        place = part * (len(items) - 1)
+        low, high = items[int(place)], items[min(int(place) + 1, len(items) - 1)]
+        rest = place - int(place)
+        return low + (high - low) * rest if rest < 0.5 else high - (high - low) * (1.0 - rest)
+
+    return ndarray(list(map(value, parts)), (len(parts),))
+
+
+def median(a: Any) -> Any:
+    """Return the middle element, or the mean of the two middle ones."""
+    return quantile(a, [0.5])[0]
+
+
+def nanargmax(a: Any) -> Any:
+    """Return the place of the first largest element that is a number."""
+    items = asarray(a).items
+    return max((k for k, x in enumerate(items) if x == x), key=lambda k: items[k])
+
+
 def prod(a: Any, axis: int | None = None) -> Any:
     """Return the product of the elements."""
     return asarray(a).reduced(lambda row: math.prod(row, start=1.0), axis)

@@ -122,6 +122,16 @@ class TestGif:
                 gif.seek(k)
                 assert (np.asarray(gif.convert("RGB")) == picture).all()
 
+    def test_shows_every_picture_as_it_was(self, tmp_path):
+        pictures = [np.full((20, 30, 3), 200, dtype=np.uint8) for _ in range(5)]
+        for k, picture in enumerate(pictures):
+            picture[2 * k : 2 * k + 3, 5 * k : 5 * k + 4] = (0, 114, 178)
+        film.write_gif(tmp_path / "a.gif", pictures, 10, ["#0072b2"])
+        with Image.open(tmp_path / "a.gif") as gif:
+            for k, picture in enumerate(pictures):
+                gif.seek(k)
+                assert np.array_equal(np.asarray(gif.convert("RGB")), picture)
+
     def test_holds_no_more_than_two_pictures_at_a_time(self, tmp_path):
         made = []
 

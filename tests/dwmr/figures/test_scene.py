@@ -8,8 +8,9 @@ from matplotlib.colors import to_rgb
 from PIL import Image
 
 from dwmr.control.fuzzy_gains import Rules
+from dwmr.figures import scene
 from dwmr.figures.animation import NOTE
-from dwmr.figures.scene import Scene
+from dwmr.figures.scene import ROOM, Scene
 from dwmr.figures.style import COLOURS
 from dwmr.scenario.file import find, read
 from dwmr.simulation import simulate
@@ -37,8 +38,8 @@ def run():
 
 def pictures(run, samples, follow=None):
     scenario, trajectory = run
-    with Scene(scenario, follow) as scene:
-        return [picture.copy() for picture in scene.pictures(trajectory, samples)]
+    with Scene(scenario, follow) as made:
+        return [picture.copy() for picture in made.pictures(trajectory, samples)]
 
 
 def hue(picture, i):
@@ -61,13 +62,19 @@ class TestWhole:
         assert starts[1][1] < starts[0][1] < starts[2][1]  # y = 3.0, 1.0, -1.0 upwards
         assert ends[0][0] > starts[0][0] + 5.0
 
-    def test_everything_is_within_the_picture(self, run):
-        (last,) = pictures(run, [600])
-        drawn = np.zeros(last.shape[:2], dtype=bool)
-        drawn[:-30] = hue(last, 0) | hue(last, 1) | hue(last, 2)
-        rows, columns = np.nonzero(drawn)
-        assert rows.min() > 20
-        assert (columns.min() > 20) & (columns.max() < last.shape[1] - 20)
+    @pytest.mark.parametrize(("wide", "high"), [(10.0, 6.0), (3.0, 20.0), (30.0, 2.0)])
+    def test_everything_fills_the_picture(self, run, monkeypatch, wide, high):
+        monkeypatch.setattr(scene, "extent", lambda *_: ((1.0, 2.0), (1.0 + wide, 2.0 + high)))
+        with Scene(run[0]) as made:
+            camera = made._whole(run[1])
+        down, up = math.radians(-camera.elevation), ROOM * math.tan(math.radians(20.0))
+        seen = []
+        for x, y in ((1.0, 2.0), (1.0 + wide, 2.0), (1.0, 2.0 + high), (1.0 + wide, 2.0 + high)):
+            ahead = y - camera.lookat[1]
+            depth = camera.distance + ahead * math.cos(down)
+            seen.append(((x - camera.lookat[0]) / (1.5 * up * depth), ahead * math.sin(down) / (up * depth)))
+        assert np.abs(seen).max() == pytest.approx(1.0, abs=0.01)
+        assert np.sum(seen, axis=0) == pytest.approx(0.0, abs=0.01)
 
     def test_obstacles_move(self, run):
         first, last = pictures(run, [0, 600])
@@ -93,15 +100,16 @@ class TestFollow:
         for picture in pictures(run, [0, 400], name):
             x, y = middle(hue(picture, i)[160:320, 260:460])
             assert (x, y) == pytest.approx((100, 80), abs=45)
-            nose = (picture[160:330, 300:420].min(axis=2) > 245).nonzero()  # white, at the far end of the top
-            assert len(nose[0]) > 20
-            assert nose[0].mean() < 80
+            rows, columns = (picture[160:330, 300:420].min(axis=2) > 245).nonzero()  # the white nose, far and across
+            assert rows.mean() < 80
+            assert columns.mean() == pytest.approx(60, abs=8)
+            assert np.ptp(columns) > 3 * np.ptp(rows)
 
     def test_bodies_stand_as_the_run_says(self, run):
         scenario, trajectory = run
-        with Scene(scenario) as scene:
-            list(scene.pictures(trajectory, [300]))
-            forward = scene._data.body("robot1").xmat.reshape(3, 3)[:, 0]
+        with Scene(scenario) as made:
+            list(made.pictures(trajectory, [300]))
+            forward = made._data.body("robot1").xmat.reshape(3, 3)[:, 0]
             heading = math.atan2(forward[1], forward[0])
         assert heading == pytest.approx(trajectory["theta"][300, 1], abs=1e-6)
 

@@ -137,6 +137,14 @@ class TestDiagnostic:
         with pytest.raises(KeyError):
             Diagnostic("FZ999", "m")
 
+    def test_it_is_one_line_in_a_list_and_prints_as_the_command_does(self):
+        found = Diagnostic("FZ203", "no term 'NG'\x1b[31m", PLACE, help="use 'NB'")
+        assert repr([found]).startswith("[Diagnostic(a.fz:2:11: error[FZ203]: no term 'NG'")
+        assert repr(found).isprintable()
+        assert str(found) == render(found)
+        assert "= help: use 'NB'" in f"{found}"
+        assert repr(Diagnostic("FZ203", "x", severity="hint")) == "Diagnostic(hint[FZ203]: x)"
+
 
 class TestClosest:
     @pytest.mark.parametrize(("name", "best"), [("NG", "NB"), ("sytem", "system"), ("SYSTEM", "system"), ("qqq", None)])

@@ -141,6 +141,21 @@ def test_no_name_becomes_markup_or_acts(tipper):
     assert "\x1b" not in repr(system) + str(system)
 
 
+def test_no_name_of_a_block_becomes_markup_or_acts(loop, shown):
+    """Labels that no file can hold are shown, too."""
+    controller = loop.controllers[0]
+    inputs = tuple(dataclasses.replace(i, label=HOSTILE, unit=HOSTILE) for i in controller.inputs)
+    texts = {"title": HOSTILE, "citation": HOSTILE, "path": HOSTILE}
+    found = [
+        dataclasses.replace(controller, inputs=inputs, **texts),
+        *(dataclasses.replace(block, **texts) for block in (loop, loop.plants[0])),
+        fuzzyctl.Refuted(HOSTILE, fuzzyctl.Witness({HOSTILE: 0.0}, ((HOSTILE, 1.0),)), note=HOSTILE),
+    ]
+    for thing in found:
+        assert not {"script", "img"} & {tag for tag, _ in Tags(thing._repr_html_()).found}
+        assert not re.search("[\x00-\x09\x0b-\x1f\u202a-\u202e]", thing._repr_html_() + str(thing))
+
+
 @pytest.mark.parametrize("otherwise", ["nan", "error", "0"])
 def test_a_kernel_without_values_says_so(otherwise):
     system = fuzzyctl.loads(SILENT.format(otherwise=otherwise))

@@ -64,7 +64,7 @@ def test_a_wrong_number_of_arguments_is_refused(arguments: tuple[float, ...]) ->
 def test_an_array_in_the_place_of_all_inputs_has_a_hint() -> None:
     with pytest.raises(ArgumentError, match=r"got 1; kernel\.batch takes arrays$"):
         KERNEL([0.5, 0.5])
-    with pytest.raises(ArgumentError, match="got 1$"):
+    with pytest.raises(ArgumentError, match=r"got 1$"):
         KERNEL(0.5)
 
 

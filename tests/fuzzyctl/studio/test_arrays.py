@@ -125,6 +125,9 @@ def test_functions_of_whole_arrays_are_numpy_s():
     same(plain.interp(of(at), of(rows), of(values)), np.interp(at, rows, values))
     same(plain.searchsorted(of(rows), [1.0, 2.0]), np.searchsorted(rows, [1.0, 2.0]))
     same(plain.append(plain.diff(of(rows)), 0.0), np.append(np.diff(rows), 0.0))
+    same(plain.quantile(of(at), (0.005, 0.4, 1.0)), np.quantile(at, (0.005, 0.4, 1.0)))
+    assert plain.median(other[:2]) == plain.median(own) - 0.25 == 1.0
+    assert plain.nanargmax(of(np.array([1.0, math.nan, 3.0]))) == 2
     assert plain.dot(of(rows), of(values)) == np.dot(rows, values)
     assert plain.mean(of(values)) == pytest.approx(np.mean(values), rel=1e-15)
 
