@@ -36,6 +36,8 @@ ROOM = 0.9
 BEHIND = 13.0
 #: Width of trails and crosses where the camera follows [m], and where it does not, as a share of its distance [-].
 STRIPE, STRIPE_FAR = 0.08, 0.0035
+#: The disc around an obstacle that is avoided, on both colours of the floor.
+ACTIVE = ("#e29c64", "#dd975f")
 _BLACK = np.array([0.0, 0.0, 0.0, 1.0])
 
 
@@ -61,7 +63,7 @@ class Scene:
         self._data = self._mujoco.MjData(self._model)
         per_robot = 3 * PIECES + len(scenario.obstacles) + 2  # trail, reference, radii, cross
         self._renderer = Renderer(self._model, len(scenario.robots) * per_robot)
-        self.size, self.palette = self._renderer.size, PALETTE
+        self.size, self.palette = self._renderer.size, (*PALETTE, *ACTIVE)
         self._followed = None if follow is None else list(scenario.robots).index(follow)
         self._font = ImageFont.truetype(str(Path(mpl.get_data_path()) / "fonts" / "ttf" / "DejaVuSans.ttf"), 13)
         self._colours = [np.array([*to_rgb(c), 1.0]) for c in COLOURS]

@@ -89,9 +89,9 @@ def _results(runs: Mapping[str, Any], scenario: Scenario) -> str:
 def _plots(drawn: Sequence[plots.Plot]) -> str:
     parts = ['<section id="plots-of-runs"><h2>Plots</h2>']
     parts.append(
-        "<p>Drag to zoom, double-click to go back; a click on a name hides its lines. Disturbance windows are shaded. "
-        "Lines show the least and the greatest value of every stretch of time.</p><noscript><p>The plots need "
-        "JavaScript; the tables do not.</p></noscript>"
+        "<p>Drag to zoom, double-click to go back; a click on a name hides its lines. Disturbance windows are shaded; "
+        "a bar at the head of a panel marks the load. Lines show the least and the greatest value of every "
+        "stretch of time.</p><noscript><p>The plots need JavaScript; the tables do not.</p></noscript>"
     )
     for k, plot in enumerate(drawn):
         parts.append(f'<figure><h3>{escape(plot.title)}</h3><div id="plot-{k}"></div>')

@@ -249,6 +249,7 @@ class _Drawing:
             "title": title, "x": x, "map": is_map, "series": [*series, *extra], "panels": panels,
             "columns": min(len(self.robots), MOST_COLUMNS) if self.has_many_laws else columns,
             "windows": [] if is_map else list(windows),
+            "bars": [] if is_map else derived.loaded(self.scenario, self.end),
         }  # fmt: skip
         return Plot(title, caption, data)
 

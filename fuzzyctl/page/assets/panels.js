@@ -161,6 +161,9 @@ class Panel {
         for (const [start, stop] of plot.data.windows ?? []) {
             drawn(inside, "rect", { class: "window", x: x(start), y: TOP, width: Math.max(1, x(stop) - x(start)), height });
         }
+        for (const [start, stop] of plot.data.bars ?? []) {
+            drawn(inside, "rect", { class: "bar", x: x(start), y: TOP, width: Math.max(1, x(stop) - x(start)), height: 4 });
+        }
         for (const value of ticks(xs, width / 70, false)) {
             drawn(inside, "line", { class: "grid", x1: x(value), x2: x(value), y1: TOP, y2: TOP + height });
             drawn(svg, "text", { class: "tick", x: x(value), y: TOP + height + 14, "text-anchor": "middle" }, tickText(value));

@@ -10,7 +10,7 @@ from PIL import Image
 from dwmr.control.fuzzy_gains import Rules
 from dwmr.figures import scene
 from dwmr.figures.animation import NOTE
-from dwmr.figures.scene import ROOM, Scene
+from dwmr.figures.scene import ACTIVE, ROOM, Scene
 from dwmr.figures.style import COLOURS
 from dwmr.scenario.file import find, read
 from dwmr.simulation import simulate
@@ -87,6 +87,12 @@ class TestWhole:
         found = [(picture == note).all(axis=2).sum() for picture in (before, during)]
         assert found[0] == 0
         assert found[1] > 200
+
+    def test_the_palette_has_the_disc_of_an_obstacle_that_is_avoided(self, run):
+        (last,) = pictures(run, [600])
+        assert run[1]["obstacle"][600, 0] == 0
+        for colour in ACTIVE:
+            assert (np.abs(last - 255.0 * np.array(to_rgb(colour))).max(axis=2) < 6).sum() > 300
 
     def test_scenes_one_after_the_other_show_the_same(self, run):
         (first,), (again,) = (pictures(run, [200]) for _ in range(2))

@@ -125,6 +125,7 @@ class TestPage:
         assert len(text.encode()) < 1.2e6
         assert "beside Table 12 of the paper" in text
         assert '<td class="n">0.5399</td>' in text
+        assert [plot["bars"] for plot in data(text)[:2]] == [[], [[40.0, 160.0]]]  # the load
 
     def test_of_another_run_says_why_the_paper_is_left_out(self, run_paper):
         file, trajectory = run_paper("smc", "run.horizon=200", "robots.leader.mass=121")
