@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -20,6 +20,9 @@ from fuzzyctl.plot.figures import Panels, panels, place, sized, styled
 from fuzzyctl.plot.style import COLORS
 from fuzzyctl.support import arguments
 
+if TYPE_CHECKING:
+    from fuzzyctl.annotations import Column
+
 #: Most rules of a picture.
 MOST: Final = 100
 INPUT, OUTPUT, LINE = COLORS[0], COLORS[1], "#444444"
@@ -27,7 +30,7 @@ INPUT, OUTPUT, LINE = COLORS[0], COLORS[1], "#444444"
 
 def rules(
     system: FuzzySystem,
-    values: Mapping[str, float] | None = None,
+    values: Mapping[str, float] | Column | None = None,
     /,
     *,
     most: int = 12,

@@ -86,8 +86,9 @@ def names(name: str, given: object) -> tuple[str, ...]:
 
 
 def mapping(name: str, due: str, given: object) -> dict[str, Any]:
-    """Return what is given by name."""
-    if not isinstance(given, Mapping):
+    """Return what is given by name; a Series of pandas has the labels of its rows as names."""
+    is_series = hasattr(given, "keys") and getattr(given, "ndim", None) == 1
+    if not isinstance(given, Mapping) and not is_series:
         raise wrong(name, due, given)
     found = dict(given)
     for key in found:
