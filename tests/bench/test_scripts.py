@@ -11,7 +11,7 @@ import pytest
 
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
-from tests.bench import cores, coverage_methods, free_numbers, javascript, nan, optimisations, params
+from tests.bench import cores, coverage_methods, free_numbers, javascript, nan, optimisations, params, robots
 from tests.bench.trials import CORPUS, OPTIMISATIONS, SIZES
 from tests.bench.workloads import WORKLOADS
 
@@ -34,6 +34,13 @@ def test_the_cost_of_one_more_value_is_measured(tmp_path, monkeypatch) -> None:
     file, name, values = params.SWEPT[0]
     text = params.with_param((params.RULES / file).read_text(encoding="utf-8"), name, values[0])
     assert 0.0 < params.seconds(text, "python") < 60.0
+
+
+@pytest.mark.long  # it compiles the robots' loop twice; tests/dwmr/core/test_jit.py holds that it allocates nothing
+def test_the_cost_of_counted_references_is_measured_on_the_robots_loop() -> None:
+    found = robots.measured(rounds=1)
+    assert set(found) == {"uncounted", "counted"}
+    assert all(0.0 < time < 600.0 for times in found.values() for time in times)
 
 
 @pytest.mark.long  # it compiles a loop, a kernel and a step anew; tests/properties/test_free_numbers.py holds their law

@@ -220,7 +220,8 @@ def _draw(
         with large_numbers(), progress("") as start:
             if scene is None:
                 drawn = animation.Film(trajectory, scenario)
-                size, palette, made = drawn.size, animation.PALETTE, drawn.pictures(samples)
+                size, made = drawn.size, drawn.pictures(samples)
+                palette: Sequence[str] = animation.PALETTE
             else:
                 size, palette, made = scene.size, scene.palette, scene.pictures(trajectory, samples)
             pictures = _counted(made, start("pictures", len(samples)))

@@ -95,10 +95,10 @@ def watched(report: Callable[[float], None]) -> Iterator[None]:
 
 
 def _jit(function: Function, *signatures: Any, checked: bool = False) -> Function:
-    # divisions by zero give infinities, which the loop reports as divergence; a call with the dozens of arguments that
-    # the loop's tuples and arrays are takes longer than what is called, so all but functions as values are inlined;
-    # what is inlined allocates nothing and returns no view, so that no references to its arrays need be counted, which
-    # takes a third of the loop's time
+    # Divisions by zero give infinities, which the loop reports as divergence. A call with the dozens of arguments that
+    # the loop's tuples and arrays are takes longer than what is called, so all but functions as values are inlined.
+    # What is inlined allocates nothing: its arrays belong to the caller, and counting references to them, each an
+    # atomic operation, took a third of the loop's time. Laws of one's own may allocate.
     inlined, model = not signatures, "python" if checked else "numpy"
     options = {"error_model": model, "forceinline": inlined, "boundscheck": checked, "_nrt": not inlined}
     result = numba.njit(**options)(function)

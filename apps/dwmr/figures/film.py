@@ -16,6 +16,8 @@ from dwmr.core.arrays import FloatArray
 
 #: What a GIF can tell apart: a delay is a whole number of hundredths of a second, and viewers slow one of 1 down.
 FASTEST_GIF = 50.0
+#: Number of a pixel that is as in the picture before, which takes few bytes; its colour is that of number 0.
+UNCHANGED = 255
 
 
 class FilmError(Exception):
@@ -40,13 +42,17 @@ def write_gif(path: Path, pictures: Iterable[FloatArray], rate: float, colours: 
     with path.open("wb") as file:
         # Pillow's own way to save an animation keeps all pictures in memory first
         for k, image in enumerate(_in_one_palette(pictures, colours)):
-            indices = np.asarray(image)
+            indices = np.array(image)
+            indices[indices == UNCHANGED] = 0
+            image.putdata(indices.ravel())
             if shown is None:
                 file.writelines(getheader(image, info={"loop": 0})[0])
                 box = (0, 0, *image.size)
             else:
-                box = _box(indices != shown)
-            file.writelines(getdata(image.crop(box), box[:2], duration=_delay(k, rate)))
+                changed = indices != shown
+                box = _box(changed)
+                image.putdata(np.where(changed, indices, UNCHANGED).ravel())
+            file.writelines(getdata(image.crop(box), box[:2], duration=_delay(k, rate), transparency=UNCHANGED))
             shown = indices
         file.write(b";")
 
@@ -71,9 +77,10 @@ def _in_one_palette(pictures: Iterable[FloatArray], colours: Sequence[str]) -> I
 
 def _palette(image: Image.Image, colours: Sequence[str]) -> Image.Image:
     """Return an image with a palette of a picture's own colours and of others, each exactly as it is asked for."""
-    own = image.quantize(colors=256 - len(colours), method=Image.Quantize.MEDIANCUT).getpalette() or []
+    own = image.quantize(colors=UNCHANGED - len(colours), method=Image.Quantize.MEDIANCUT).getpalette() or []
+    added = [value for colour in colours for value in ImageColor.getrgb(colour)[:3]]
     result = Image.new("P", (1, 1))
-    result.putpalette([*own, *(value for colour in colours for value in ImageColor.getrgb(colour)[:3])])
+    result.putpalette([*own, *added, *([0] * (3 * UNCHANGED - len(own) - len(added))), *own[:3]])
     return result
 
 

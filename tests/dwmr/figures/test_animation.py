@@ -119,6 +119,19 @@ class TestGif:
                 gif.seek(k)
                 assert np.array_equal(np.asarray(gif.convert("RGB")), picture)
 
+    def test_what_stays_takes_few_bytes(self, tmp_path):
+        first = np.random.default_rng(0).integers(0, 2, (80, 80, 1), dtype=np.uint8) * np.full(3, 200, dtype=np.uint8)
+        pictures = [first.copy() for _ in range(10)]
+        for k, picture in enumerate(pictures):
+            picture[0, 0] = picture[-1, -1] = 200 * (k % 2)
+        for name, count in (("one", 1), ("ten", 10)):
+            film.write_gif(tmp_path / name, pictures[:count], 10, ["#000000"])
+        assert (tmp_path / "ten").stat().st_size < 2 * (tmp_path / "one").stat().st_size
+        with Image.open(tmp_path / "ten") as gif:
+            for k, picture in enumerate(pictures):
+                gif.seek(k)
+                assert (np.asarray(gif.convert("RGB")) == picture).all()
+
     def test_holds_no_more_than_two_pictures_at_a_time(self, tmp_path):
         made = []
 

@@ -253,6 +253,11 @@ def step(error, dt, gains, state, kernels, next_state, signals):
         assert trajectory.stop is None
         assert trajectory["twice"] == pytest.approx(2.0 * trajectory["x_e"])
 
+    def test_may_allocate(self, tmp_path):
+        text = self.LAW.replace("2.0 * error.x_e", "np.array([error.x_e, error.x_e]).sum()")
+        trajectory = simulate.run(self.ready(self.beside(tmp_path, text)))
+        assert trajectory["twice"] == pytest.approx(2.0 * trajectory["x_e"])
+
     def test_is_read_again_when_its_file_has_changed(self, tmp_path):
         before = simulate.run(self.ready(self.beside(tmp_path)))
         changed = self.beside(tmp_path, self.LAW.replace("signals[0] = 2.0", "signals[0] = 3.0"))
