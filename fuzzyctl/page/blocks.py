@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from fuzzyctl.codegen.steps.javascript_source import StepJavaScriptLayout
@@ -13,6 +13,7 @@ from fuzzyctl.expr import Expr, Name
 from fuzzyctl.kernels.plan.expansion import STARTED
 from fuzzyctl.model.loop import Loop
 from fuzzyctl.page.proofs import controller_proofs
+from fuzzyctl.page.samples import Drawn, samples
 from fuzzyctl.simulation.settings import params_of
 
 if TYPE_CHECKING:
@@ -22,11 +23,9 @@ if TYPE_CHECKING:
     from fuzzyctl.simulation.plain_run import PlainRun
     from fuzzyctl.simulation.run import Run
 
-#: Most samples of a run that a page holds, most numbers of all its runs, fewest samples; digits of each.
-SAMPLES: Final = 400
-NUMBERS: Final = 20_000
-FEWEST: Final = 100
+#: Digits of values, and of times, by which marks find their samples.
 DIGITS: Final = 6
+TIME_DIGITS: Final = 9
 #: The state of an operator: the blocks that it is in, and what it keeps.
 _OPERATOR: Final = re.compile(r"(?:(.+)\.)?\w+#\d+(?:\.(\w+))?")
 
@@ -80,7 +79,7 @@ def _states(unit: StepUnit, layout: StepJavaScriptLayout) -> dict[str, str]:
 
 
 def loop_data(run: Run, runs: int = 1) -> dict[str, Any]:
-    """Return what is shown of a run: its signals, every n-th sample where there are many, measures and requirements.
+    """Return what is shown of a run: its signals, of many samples each n-th and peaks, measures and requirements.
 
     Args:
         run: The run.
@@ -198,15 +197,16 @@ def _loop_data(
     from fuzzyctl.simulation.panels import panels
 
     drawn, calls = panels(loop, recorded), list(_calls(loop, recorded))
-    lines = 1 + sum(1 + (p.reference is not None) for p in drawn) + sum(len(c.signals) for c in calls)
-    every = max(1, math.ceil(len(t) / min(SAMPLES, max(FEWEST, NUMBERS // (runs * lines)))))
-    shown = sorted({*range(0, len(t), every), *range(len(t))[-1:]})
+    limits = [_limits(t, p, signal) for p in drawn]
+    lines = [
+        Drawn(signal(expr), own["y"][1] - own["y"][0])
+        for p, own in zip(drawn, limits, strict=True)
+        for expr in (Name(p.signal), p.reference)
+        if expr is not None
+    ]
+    every, shown, peaks = samples(len(t), lines, 1 + sum(len(c.signals) for c in calls), runs)
+    found = iter([_line(t, line.values, shown, own) for line, own in zip(lines, peaks, strict=True)])
     kinds = {c.name: "controller" for c in loop.controllers} | {p.name: "plant" for p in loop.plants}
-
-    def values(expr: Expr) -> list[float | None]:
-        own = signal(expr)
-        return _shortened([own[k] for k in shown])
-
     return {
         "kind": "loop",
         "name": loop.name,
@@ -215,20 +215,20 @@ def _loop_data(
         "facts": [
             ["blocks", ", ".join(f"{name} ({kind})" for name, kind in kinds.items())],
             ["solver", solver],
-            ["samples", f"{len(t):,}{f', each {every}th is shown' if every > 1 else ''}"],
+            ["samples", f"{len(t):,}{f', 1 of {every} and peaks between are shown' if every > 1 else ''}"],
             *_params(params_of(loop) | dict(params)),
         ],
-        "t": _shortened([t[k] for k in shown]),
+        "t": _shortened([t[k] for k in shown], TIME_DIGITS),
         "panels": [
             {
                 "name": p.signal,
                 "label": p.label,
                 "held": p.held,
-                "values": values(Name(p.signal)),
-                "reference": values(p.reference) if p.reference is not None else None,
-                **_limits(t, p, signal),
+                **next(found),
+                "reference": next(found) if p.reference is not None else None,
+                **own,
             }
-            for p in drawn
+            for p, own in zip(drawn, limits, strict=True)
         ],
         "inputs": [
             {
@@ -243,9 +243,15 @@ def _loop_data(
     }
 
 
-def _shortened(values: list[float]) -> list[float | None]:
+def _line(t: Sequence[float], values: Sequence[float], shown: list[int], peaks: list[int]) -> dict[str, Any]:
+    """Return a line: its values at the samples that are shown, times and values of peaks between."""
+    at = _shortened([t[k] for k in peaks], TIME_DIGITS)
+    return {"values": _shortened([values[k] for k in shown]), "peaks": [at, _shortened([values[k] for k in peaks])]}
+
+
+def _shortened(values: list[float], digits: int = DIGITS) -> list[float | None]:
     """Return numbers as pictures need them; None for one that is not finite."""
-    return [float(f"{v:.{DIGITS}g}") if math.isfinite(v) else None for v in values]
+    return [float(f"{v:.{digits}g}") if math.isfinite(v) else None for v in values]
 
 
 def _params(values: Mapping[str, float]) -> list[list[str]]:

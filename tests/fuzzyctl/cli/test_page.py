@@ -235,11 +235,25 @@ def test_a_page_of_a_file_with_a_loop_holds_its_blocks_and_its_run(tmp_path):
     assert (loop["t"][0], loop["t"][-1]) == (0.0, 60.0)
     assert {len(p["values"]) for p in loop["panels"]} == {len(loop["t"])}
     assert [p["name"] for p in loop["panels"]] == ["tank.y", "law.valve", "leak"]
-    assert loop["panels"][0]["reference"][0] == 1.0
+    assert loop["panels"][0]["reference"]["values"][0] == 1.0
     assert [v[0] for v in loop["verdicts"]] == ["met", "met"]
     controller = facts["sections"][1]
     assert controller["bounds"] == [["valve", "from 0 to 10 V"]]
     assert controller["verdicts"] == [["proved", "valve in [0, 10]", ""]]
+
+
+def test_a_signal_of_period_two_does_not_look_constant(tmp_path):
+    file = tmp_path / "c.fz"
+    file.write_text(
+        "controller toggle\noutput u in [-1, 1] = clamp(-previous(u, 1), -1, 1)\nevery 1 s\n\n"
+        "loop chatter\nblock own = toggle()\nrun 2000 s\n", encoding="utf-8",
+    )  # fmt: skip
+    _, facts = written(tmp_path / "x.html", file)
+    (panel,) = facts["sections"][-1]["panels"]
+    times, peaks = panel["peaks"]
+    assert len({*panel["values"][:-1]}) == 1
+    assert {*panel["values"], *peaks} == {-1.0, 1.0}
+    assert times == [t + 1.0 for t in facts["sections"][-1]["t"][:-1]]
 
 
 def test_the_time_of_a_run_has_the_inputs_of_controllers_and_systems(tmp_path):
