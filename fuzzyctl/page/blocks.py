@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 from fuzzyctl.codegen.steps.javascript_source import StepJavaScriptLayout
 from fuzzyctl.codegen.steps.unit import StepUnit, ends
 from fuzzyctl.expr import Expr, Name
+from fuzzyctl.kernels.plan.equations import Evaluation
 from fuzzyctl.kernels.plan.expansion import STARTED
 from fuzzyctl.model.loop import Loop
 from fuzzyctl.page.proofs import controller_proofs
@@ -17,6 +18,7 @@ from fuzzyctl.page.samples import Drawn, samples
 from fuzzyctl.simulation.settings import params_of
 
 if TYPE_CHECKING:
+    from fuzzyctl.diagnostics.source import Span
     from fuzzyctl.model.controller import Controller, Signal
     from fuzzyctl.model.system import FuzzySystem
     from fuzzyctl.simulation.panels import Panel
@@ -61,21 +63,38 @@ def _signal(unit: StepUnit, signal: Signal) -> dict[str, Any]:
 
 
 def _states(unit: StepUnit, layout: StepJavaScriptLayout) -> dict[str, str]:
-    """Return for each member of the state its label, or the operator that keeps it, as it is written."""
+    """Return for each member of the state its label, or the operator or call that keeps it, as it is written."""
     kept = {s.name: s.span for s in unit.equations.states}
+    called = {s for e in unit.equations.body if isinstance(e, Evaluation) for s in e.states}
     labels = {s.name: f"{s.label or s.name}{f' [{s.unit}]' if s.unit else ''}" for s in unit.controller.states}
     labels[STARTED] = "whether a step was made"
     found = {}
     for (member, _), slot in zip(layout.members, unit.slots, strict=True):
         span, parts = kept.get(slot.name) or kept.get(f"{slot.name}.0"), _OPERATOR.fullmatch(slot.name)
-        if slot.name not in labels and span is not None and parts is not None:
-            block, detail = parts.groups()
-            text = " ".join(span.text.split())
-            text += ")" * (text.count("(") - text.count(")"))  # which the span of a call leaves out
-            written = f"{block}: {text}" if block else text
-            labels[slot.name] = f"{written}, {detail}" if detail else written
+        if slot.name not in labels and span is not None:
+            if slot.name in called:
+                labels[slot.name] = _kept_by_call(slot.name, _written(span))
+            elif parts is not None:
+                block, detail = parts.groups()
+                written = f"{block}: {_written(span)}" if block else _written(span)
+                labels[slot.name] = f"{written}, {detail}" if detail else written
         found[member] = labels.get(slot.name, slot.name)
     return found
+
+
+def _written(span: Span) -> str:
+    """Return a call as it is written, on one line."""
+    text = " ".join(span.text.split()).replace("( ", "(")
+    return text + ")" * (text.count("(") - text.count(")"))  # which the span of a call leaves out
+
+
+def _kept_by_call(state: str, call: str) -> str:
+    """Return what a call of a system keeps: the consequent of a rule, or the last value of an output."""
+    owner, _, kept = state.rpartition(".")
+    output, _, number = kept.removesuffix("]").partition("[")
+    block, _, own = owner.rpartition(".")
+    start = f"{owner} = " if "#" not in own else f"{block}: " if block else ""
+    return f"{start}{call}, {f'adaptive consequent {number} of {output}' if number else f'last value of {output}'}"
 
 
 def loop_data(run: Run, runs: int = 1) -> dict[str, Any]:

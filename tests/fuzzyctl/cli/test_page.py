@@ -320,6 +320,49 @@ def test_each_call_of_a_system_is_shown_and_states_are_named_as_they_are_written
     }  # fmt: skip
 
 
+ADAPTING = """system gain
+defuzzifier weighted_average
+input e in [-1, 1]
+  terms low high
+output F in [-2, 2] adaptive rate e
+  terms N=0 P=0
+if e is low then F is N
+if e is high then F is P
+
+system held
+allow FZ208
+input e in [-1, 1]
+  terms low high
+output H in [-1, 1] else hold
+  terms N P
+if e is very low then H is N
+
+controller inner
+input e in [-1, 1]
+output v = gain(
+  e / 2)
+every 1 s
+
+controller c
+input e in [-1, 1]
+let push = gain(e)
+block one = inner(e)
+output u = push + one.v + held(e)
+every 1 s
+"""
+
+
+def test_what_a_call_of_a_system_keeps_is_named_in_words(tmp_path):
+    file = tmp_path / "c.fz"
+    file.write_text(ADAPTING, encoding="utf-8")
+    _, facts = written(tmp_path / "x.html", file)
+    assert sorted(facts["sections"][-1]["states"].values()) == [
+        "held(e), last value of H",
+        *(f"one.v = gain(e / 2), adaptive consequent {k} of F" for k in (1, 2)),
+        *(f"push = gain(e), adaptive consequent {k} of F" for k in (1, 2)),
+    ]
+
+
 def test_of_a_controller_is_shown_what_is_refuted_and_what_has_no_bound(tmp_path):
     file = tmp_path / "c.fz"
     file.write_text(
