@@ -97,9 +97,9 @@ def excess(stored: Path, drawn: Path) -> float:
 
 
 def drawn_by(path: Path) -> str:
-    """Return the program and version that drew a PNG."""
+    """Return the program and version that drew a PNG or a film."""
     with Image.open(path) as picture:
-        return str(picture.info.get("Software", ""))
+        return str(picture.info.get("Software") or picture.info.get("comment", ""))
 
 
 def blocks_of(path: Path, size: int = 15) -> np.ndarray:
