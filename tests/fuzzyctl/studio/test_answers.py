@@ -69,6 +69,12 @@ def test_answers_without_numpy_are_those_with_it():
     assert number == compile(load(RULES / "tipper.fz"), backend="python")(7.0, 8.0).hex()
 
 
+def test_a_diagnostic_says_what_other_places_explain():
+    (path,) = (p for p in MISTAKES if p.stem == "FZ401")
+    found = ask("check", path.read_text())["diagnostics"]
+    assert "the cell of row 'N', column 'L' is empty (line 18)" in found[0]["facts"]
+
+
 def test_places_are_in_units_of_utf_16():
     text = "# 𝑥 é\nsystem s\ninput x in [0, 1]\n  terms lo hi\noutput y in [0, 1]\n  terms p q\n"
     text += "if x is lop then y is p\n"
