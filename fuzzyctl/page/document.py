@@ -123,7 +123,7 @@ def page_facts(title: str, sections: Sequence[Section], diagnostics: Sequence[Di
                 "code": d.code,
                 "message": d.message,
                 "place": "" if d.span is None else f"{Path(d.span.source.name).name}:{d.span.line}",
-                "facts": list(d.facts),
+                "facts": list(d.explanations),
                 "help": d.help,
             }
             for d in diagnostics

@@ -108,8 +108,9 @@ def _diagnostic(d: Diagnostic, document: Document) -> _Data:
     place = "" if own or d.span is None else str(d.span)
     line = d.span.line if d.span is not None and own else 0
     fix = [] if d.fix is None else edits(d.fix.replacements, source.name)
-    found = {"code": d.code, "severity": d.severity, "message": d.message, "facts": list(d.facts), "help": d.help}
-    return {**at, **found, "place": place, "line": line, "fix": fix, "title": actions.repair_title(d) if fix else ""}
+    title = actions.repair_title(d) if fix else ""
+    said = {"code": d.code, "severity": d.severity, "message": d.message, "facts": d.explanations, "help": d.help}
+    return {**at, **said, "place": place, "line": line, "fix": fix, "title": title}
 
 
 def _complete(document: Document, asked: _Data) -> _Data:

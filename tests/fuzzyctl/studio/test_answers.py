@@ -4,6 +4,7 @@ import json
 import re
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -15,6 +16,8 @@ from fuzzyctl.support.shipped import rules_folder
 RULES = rules_folder()
 #: A system with transcendental terms, a controller with used files, a loop.
 FILES = ("tipper.fz", "fcafsmc_law.fz", "loops/water_tank.fz")
+#: A mistake each.
+MISTAKES = sorted((Path(__file__).parents[2] / "golden" / "diagnostics").glob("*.fz"))
 TARGETS = ("c", "javascript", "python", "st")
 #: What Pyodide does not have beside the studio.
 ABSENT = "numpy scipy matplotlib numba pydantic pygls lsprotocol rich click pygments".split()
@@ -50,6 +53,7 @@ def requests():
             {"method": m, **common} for m in METHODS if m not in ("export", "page" if path.stem != "tipper" else "")
         )
         yield from ({"method": "export", "target": target, **common} for target in TARGETS)
+    yield from ({"method": "check", "file": str(path), "text": path.read_text()} for path in MISTAKES)
 
 
 def test_answers_without_numpy_are_those_with_it():
@@ -60,9 +64,15 @@ def test_answers_without_numpy_are_those_with_it():
     assert done.returncode == 0, done.stderr
     found, number = json.loads(done.stdout)
     for request, own in zip(asked, found, strict=True):
-        assert "refused" not in json.loads(own), request["method"]
-        assert own == answer(json.dumps(request)), request["method"]
+        assert "refused" not in json.loads(own), (request["method"], request["file"])
+        assert own == answer(json.dumps(request)), (request["method"], request["file"])
     assert number == compile(load(RULES / "tipper.fz"), backend="python")(7.0, 8.0).hex()
+
+
+def test_a_diagnostic_says_what_other_places_explain():
+    (path,) = (p for p in MISTAKES if p.stem == "FZ401")
+    found = ask("check", path.read_text())["diagnostics"]
+    assert "the cell of row 'N', column 'L' is empty (line 18)" in found[0]["facts"]
 
 
 def test_places_are_in_units_of_utf_16():
