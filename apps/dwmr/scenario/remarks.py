@@ -44,8 +44,8 @@ def too_slow(scenario: Scenario, shape: Shape, places: Places) -> Iterable[Diagn
             if limit < speeds[k]:
                 t, there = path[k]
                 message = (
-                    f"robots.{name}.actuator.{key} = {limit:g} {unit} is below the {speeds[k]:.4g} {unit} that the path "
-                    f"asks for at ({there.x:.4g}, {there.y:.4g}), t = {t:.4g} s: it falls behind or off the path"
+                    f"robots.{name}.actuator.{key} = {limit:g} {unit} is below the {speeds[k]:.4g} {unit} that the "
+                    f"path asks for at ({there.x:.4g}, {there.y:.4g}), t = {t:.4g} s: it falls behind or off the path"
                 )
                 one = places.diagnostic("FZ904", f"robots.{name}.actuator.{key}", message)
                 yield dataclasses.replace(one, severity="warning")

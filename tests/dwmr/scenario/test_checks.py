@@ -252,8 +252,8 @@ def test_checks_come_without_the_compiler():
     [
         (
             ("robots.leader.actuator.v_limit=0.5",),
-            "robots.leader.actuator.v_limit = 0.5 m/s is below the 1.054 m/s that the path asks for at (0, 0), t = 0 s: "
-            "it falls behind or off the path",
+            "robots.leader.actuator.v_limit = 0.5 m/s is below the 1.054 m/s that the path asks for at (0, 0), t = 0 "
+            "s: it falls behind or off the path",
         ),
         (
             ("robots.leader.actuator.omega_limit=0.1",),
