@@ -50,6 +50,10 @@ __all__ = [
 ]
 
 
+def __dir__() -> list[str]:
+    return __all__
+
+
 def expression(value: Value) -> Expr:
     """Return an expression from a number, a text such as `"(k - 1) / 2"`, or an expression.
 

@@ -105,7 +105,7 @@ CODES: Final[dict[str, str]] = {
     "FZ906": "the constraint G_AIS > 0 is not guaranteed",
     "FZ907": "the boundary layer is not guaranteed to be positive",
     "FZ908": "a run was stopped",
-    "FZ909": "the output folder cannot be written",
+    "FZ909": "an output folder cannot be used",
     "FZ910": "a path file is malformed",
 }
 

@@ -222,9 +222,7 @@ def _mistakes(files: LoopFiles, key: str, full: str, value: Any) -> Iterator[Dia
     names = files.names
     if key not in names:
         facts = (f"params: {', '.join(dict.fromkeys(names.values())) or 'none'}",)
-        help_text = "a star stands for several params in [random] alone" if "*" in split_key(key) else ""
-        help_text = help_text or did_you_mean(key, [*names, SEED])
-        yield Diagnostic("FZ902", f"unknown param {key}", facts=facts, help=help_text)
+        yield Diagnostic("FZ902", f"unknown param {key}", facts=facts, help=did_you_mean(key, [*names, SEED]))
     elif isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
         yield Diagnostic("FZ904", f"{join_key(split_key(key))} must be a finite number, got {show(value)}")
     else:

@@ -12,6 +12,7 @@ from dwmr.control.roles import ROLES
 from dwmr.scenario import safety_checks
 from dwmr.scenario.mistakes import unknown_role
 from dwmr.scenario.model import Scenario
+from dwmr.scenario.outlines import distance_from
 from dwmr.scenario.remarks import MOST_OF_A_KIND, overlaps
 from dwmr.scenario.rigid_bodies import rigid_bodies
 from dwmr.scenario.vehicle_checks import vehicles
@@ -78,7 +79,7 @@ def _obstacles(scenario: Scenario, places: Places) -> Iterable[Diagnostic]:
 def _starts(scenario: Scenario, places: Places) -> Iterable[Diagnostic]:
     for name, robot in scenario.robots.items():
         for a, obstacle in enumerate(scenario.obstacles):
-            gap = math.hypot(obstacle.x - robot.x_0, obstacle.y - robot.y_0)
+            gap = distance_from(obstacle, robot)
             if gap <= obstacle.radius:
                 message = (
                     f"robots.{name} starts inside obstacles.{a}: ({robot.x_0:g}, {robot.y_0:g}) is {gap:.4g} m from "

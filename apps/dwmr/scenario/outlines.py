@@ -2,11 +2,18 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from dwmr.core.arrays import FloatArray
 from dwmr.plant.bodies import Outline, outline_pose
-from dwmr.scenario.model import Robot
+from dwmr.scenario.model import Obstacle, Robot
+
+
+def distance_from(obstacle: Obstacle, robot: Robot) -> float:
+    """Return the distance of a robot's reference point from an obstacle's centre where both start [m]."""
+    return math.hypot(obstacle.x - robot.x_0, obstacle.y - robot.y_0)
 
 
 def outline(robot: Robot) -> Outline:

@@ -13,6 +13,7 @@ from dwmr.plant.bodies import Outline, outline_pose
 from dwmr.scenario.guard import radii_of, safety_of
 from dwmr.scenario.model import Robot, SafetySettings, Scenario
 from dwmr.scenario.moving import largest_speed
+from dwmr.scenario.outlines import distance_from
 from fuzzyctl.diagnostics.diagnostic import Diagnostic
 from fuzzyctl.experiments.settings.locations import Places
 
@@ -81,7 +82,7 @@ class Start(NamedTuple):
 
 
 def _starts(scenario: Scenario, settings: SafetySettings) -> Iterator[Start]:
-    """Yield each robot with the robots before it and all obstacles."""
+    """Yield each robot with the robots before it and all obstacles; to start inside one is a mistake of its own."""
     least, radii, names = safety_of(scenario, settings).least, radii_of(scenario, settings), tuple(scenario.robots)
     points = [_point(robot, settings, robot.x_0, robot.y_0, robot.theta_0) for robot in scenario.robots.values()]
     others = [(f"robots.{name}", "that one's", point) for name, point in zip(names, points, strict=True)]
@@ -89,6 +90,9 @@ def _starts(scenario: Scenario, settings: SafetySettings) -> Iterator[Start]:
     for i, name in enumerate(names):
         for j in (*range(i), *range(len(names), len(others))):
             other, what, place = others[j]
+            obstacle = scenario.obstacles[j - len(names)] if j >= len(names) else None
+            if obstacle is not None and distance_from(obstacle, scenario.robots[name]) <= obstacle.radius:
+                continue
             distance = math.dist(points[i], place)
             yield Start(name, other, what, distance, float(least[i, j]), (radii[i], radii[j]))
 

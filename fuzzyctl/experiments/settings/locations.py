@@ -51,6 +51,11 @@ class Places:
         heads = (".".join(path[:k]) for k in range(len(path), 0, -1))
         return next((self.overrides[head] for head in heads if head in self.overrides), "")
 
+    def _argument_below(self, path: tuple[str, ...]) -> str:
+        """Return the first argument of the command line that gave something in a table."""
+        table = f"{'.'.join(path)}."
+        return next((argument for key, argument in self.overrides.items() if key.startswith(table)), "")
+
     def given(self, *path: str) -> bool:
         """Return whether an argument of the command line gave a key, or a whole table with it."""
         return bool(self._argument(path))
@@ -58,8 +63,8 @@ class Places:
     def resolve(self, path: tuple[str, ...]) -> tuple[str, Span | None, str]:
         """Return the key as its author wrote it, its place in the file, and its argument of the command line.
 
-        A key that is taken over from a common table is found there. A key that stands nowhere has the place of its
-        nearest parent.
+        A key that is taken over from a common table is found there. A table that stands nowhere, but in which an
+        argument gave something, has the place of that argument; any other key that of its nearest parent.
         """
         table = self.common.get(path[0]) if len(path) > 2 else None
         common = (table, *path[2:]) if table else None
@@ -68,6 +73,9 @@ class Places:
                 return ".".join(candidate), None, argument
             if candidate and (span := self._exact(candidate)):
                 return ".".join(candidate), span, ""
+        for candidate in (path, common):
+            if candidate and (argument := self._argument_below(candidate)):
+                return ".".join(path), None, argument
         for length in range(len(path) - 1, 0, -1):
             for candidate in (path[:length], common[: length - 1] if common and length >= 2 else None):
                 if candidate and (span := self._exact(candidate)):

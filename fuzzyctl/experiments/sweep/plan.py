@@ -15,7 +15,7 @@ from fuzzyctl.diagnostics.suggestions import did_you_mean
 from fuzzyctl.experiments.runnable import Runnable, S
 from fuzzyctl.experiments.settings.overrides import OverrideError, literal, split_key
 from fuzzyctl.experiments.sweep.spec_file import SpecFile
-from fuzzyctl.experiments.sweep.variables import Variable, expand, generator
+from fuzzyctl.experiments.sweep.variables import Variable, expand, generator, require_no_stars
 
 #: More runs than this are refused: their results are kept in memory until the end.
 MOST_RUNS = 1_000_000
@@ -84,6 +84,7 @@ def make(
     """
     path = file.scenario_path(runnable.find)
     fixed = (*overrides, *(f"{key}={literal(value)}" for key, value in file.spec.set.items()))
+    require_no_stars(file, runnable.common)
     _require_once(file, [o.partition("=")[0] for o in overrides])
     plan = Plan(runnable, [], _read(runnable, file, path, fixed, {}))
     controllers = _controllers(plan, file)

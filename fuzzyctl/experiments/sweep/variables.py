@@ -87,7 +87,8 @@ def expand(file: SpecFile, settings: Any, common: Mapping[str, str] | None = Non
         )
         if not matches:
             message = f"random.{written}: nothing in the scenario has this key"
-            hint = did_you_mean(split_key(written)[-1], _beside(settings, written))
+            hint = _in_place_of(written, common or {})
+            hint = hint or did_you_mean(split_key(written)[-1], _beside(settings, written))
             mistakes.append(file.diagnostic("FZ902", ("random", written), message, help=hint))
         for key, value in matches.items():
             relative = distribution.relative != "no"
@@ -113,6 +114,28 @@ def _in_place_of(written: str, common: Mapping[str, str]) -> str:
     """Return what to write in place of a key of a common table, which holds no values of its own."""
     found = ((many, one) for many, one in common.items() if written.startswith(f"{one}."))
     return next((f"give {many}.*.KEY in place of {one}.KEY" for many, one in found), "")
+
+
+def require_no_stars(file: SpecFile, common: Mapping[str, str]) -> None:
+    """Refuse stars in the tables whose keys are those of the scenario as they are.
+
+    Args:
+        file: The SPEC.
+        common: Tables that others take values over from, as in `Places`.
+
+    Raises:
+        DiagnosticError: For each key with a star outside [random].
+    """
+    mistakes = []
+    for table, written in ((table, key) for table in ("set", "grid") for key in getattr(file.spec, table)):
+        if _STAR in split_key(written):
+            message = f"{table}.{written}: a star stands for several keys in [random] alone"
+            found = ((many, one) for many, one in common.items() if written.startswith(f"{one}."))
+            drawn = next((f"{many}.*{written.removeprefix(one)}" for many, one in found), written)
+            help_text = f"name one key, or draw {drawn} in [random]"
+            mistakes.append(file.diagnostic("FZ902", (table, written), message, help=help_text))
+    if mistakes:
+        raise DiagnosticError(mistakes)
 
 
 def has(settings: Any, key: str) -> bool:

@@ -45,6 +45,11 @@ def test_a_robot_that_starts_at_an_obstacle_is_refused():
     assert one.startswith("robots.follower1 starts too close to obstacles.0 for [safety]")
 
 
+def test_a_robot_inside_an_obstacle_is_one_mistake():
+    (one,) = mistakes(safety(), "obstacles.0.x=-3.4", "obstacles.0.y=3.1")
+    assert one.startswith("robots.follower1 starts inside obstacles.0: ")
+
+
 def test_a_start_that_is_too_close_says_what_is_kept():
     with pytest.raises(DiagnosticError) as caught:
         read(find("paper-with-limits"), (safety(), "run.dt=1.0", "run.substeps=80"))

@@ -248,6 +248,9 @@ class TestPlan:
         [
             ('"robots.leader.x_0"', '"robots.leadr.x_0"', 15, "no number in the scenario"),
             ('"robots.*.mass"', '"robots.*.mas"', 14, "nothing in the scenario has this key"),
+            ('"robots.*.mass"', '"robot.*.mass"', 14, "has this key give robots.*.KEY in place of robot.KEY"),
+            ('"run.horizon" = 1.0', '"robot.controllers.*.k" = 1', 8, "or draw robots.*.controllers.*.k in [random]"),
+            ('"run.horizon" = 1.0', '"robot.controllers.pid.k" = 1', 8, "names an unknown controller 'pid'"),
             ('"robots.*.mass"', '"robot.mas"', 14, "unknown key robot.mas"),
             ('"robots.*.mass"', '"robot.d"', 14, "robot.d is used by no robot"),
             ('"rules.ais_reaction.k_s"', '"robot.d"', 11, "robot.d is used by no robot"),
@@ -266,7 +269,7 @@ class TestPlan:
     def test_answers_a_mistake_at_its_line(self, tmp_path, old, new, line, words):
         assert old in SPEC
         found = mistakes(tmp_path, SPEC.replace(old, new, 1))
-        assert any(words in d.message and d.span is not None and d.span.line == line for d in found), found
+        assert any(words in f"{d.message} {d.help}" and d.span is not None and d.span.line == line for d in found), found
 
 
 class TestMeasures:

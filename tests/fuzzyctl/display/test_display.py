@@ -247,6 +247,7 @@ def test_completion_shows_nothing_inherited(tipper):
     assert "model_copy" not in dir(tipper)
     assert {"plot", "rules", "with_params"} <= set(dir(tipper))
     assert {"annotations", "import_module", "Any"} & set(dir(fuzzyctl)) == set()
+    assert dir(fuzzyctl.build) == sorted(fuzzyctl.build.__all__)
 
 
 class TestWhy:

@@ -266,7 +266,7 @@ class TestMistakes:
         ("old", "new", "line", "words"),
         [
             ('"law.K"', '"law.k"', 6, "unknown param law.k did you mean 'law.K'?"),
-            ('"law.K"', '"*.K"', 6, "unknown param *.K a star stands for several params in [random] alone"),
+            ('"law.K"', '"*.K"', 6, "grid.*.K: a star stands for several keys in [random] alone name one key"),
             ("[1.0, 2.0]", "[1.0, 22.0]", 6, "run 3: param 'law.K' is 22, outside of (0, 20]"),
             ("[1.0, 2.0]", '[1.0, "two"]', 6, "run 3: law.K must be a finite number, got 'two'"),
             ("[1.0, 2.0]", "[1.0, true]", 6, "run 3: law.K must be a finite number, got true"),

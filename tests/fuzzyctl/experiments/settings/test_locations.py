@@ -33,6 +33,12 @@ def test_an_argument_of_the_command_line_is_the_location():
     assert places.diagnostic("FZ904", "tank.area", "wrong").file == "--set tank={}"
 
 
+def test_a_table_in_which_an_argument_gave_something_has_its_location():
+    places = above(overrides={"tank.pump.power": "tank.pump.power=3"})
+    assert places.resolve(("tanks", "one", "pump")) == ("tanks.one.pump", None, "tank.pump.power=3")
+    assert places.resolve(("tanks", "one", "valve"))[1].line == 3
+
+
 def test_what_is_replaced_has_no_location_below():
     width = ("tanks", "one", "valve", "width")
     assert above().resolve(width)[1].line == 4
