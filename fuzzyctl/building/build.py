@@ -51,6 +51,11 @@ __all__ = [
     "system",
 ]
 
+
+def __dir__() -> list[str]:
+    return __all__
+
+
 _TERMS = "terms by name or a partition"
 
 

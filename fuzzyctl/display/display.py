@@ -10,6 +10,7 @@ from fuzzyctl.diagnostics.terminal import printable
 #: Modules by the name of the type, so that no type is loaded to show another one.
 _MODULES: Final = {
     "Controller": "blocks",
+    "Experiment": "runs",
     "FreeKernel": "kernels",
     "FuzzySystem": "systems",
     "Kernel": "kernels",

@@ -14,19 +14,19 @@ from fuzzyctl.diagnostics.terminal import printable
 from fuzzyctl.displayed import Printed
 from fuzzyctl.expr import Expr, names_in
 from fuzzyctl.formats.fz import membership_text, rule_text
+from fuzzyctl.kernels.backends.arguments import input_number
 from fuzzyctl.kernels.backends.python import backend as python_backend
 from fuzzyctl.kernels.inference import inference
 from fuzzyctl.kernels.inference.defuzzify.defuzzify import consequent_hull
 from fuzzyctl.kernels.known_values import known_at, value_of
 from fuzzyctl.kernels.plan.build import OutputPlan, Plan, SetPlan, chain_name, degree_name, plan, step_name
-from fuzzyctl.kernels.program.scalar import as_number
 from fuzzyctl.model.method import TSUKAMOTO
 from fuzzyctl.model.rule import Consequent
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.support import arguments
 
 if TYPE_CHECKING:
-    from fuzzyctl.annotations import Axes, Panels
+    from fuzzyctl.annotations import Axes, Column, Panels
 
 #: Slopes are differences over this part of an input's range.
 STEP: Final = 1e-6
@@ -119,12 +119,12 @@ class Trace(Printed):
         return viewer(self, most, ax)
 
 
-def why(system: FuzzySystem, values: Mapping[str, float] | None = None, /, **named: float) -> Trace:
+def why(system: FuzzySystem, values: Mapping[str, float] | Column | None = None, /, **named: float) -> Trace:
     """Say why a system gives what it gives at a point; a notebook shows the rules that act.
 
     Args:
         system: A well-formed system; adaptive outputs have their initial consequents, held ones their first values.
-        values: A number for every input by name.
+        values: A number for every input by name; a Series of pandas has the names as labels.
         named: The same for names that Python can write.
 
     Raises:
@@ -163,7 +163,7 @@ def trace(system: FuzzySystem, values: Mapping[str, float]) -> Trace:
     missing = [n for n in names if n not in values]
     if missing:
         raise ArgumentError(f"a value is missing for: {', '.join(missing)}")
-    point = [as_number(values[n], f"input {n!r}") for n in names]
+    point = [input_number(n, values[n]) for n in names]
     program = inference.trace(flat)
     found = _Traced(flat, python_backend.compile_source(python_backend.evaluation_source(program), program, names))
     results = found.at(point)

@@ -10,6 +10,7 @@ import numpy as np
 from fuzzyctl.diagnostics.diagnostic import ArgumentError
 from fuzzyctl.kernels.backends import blocks
 from fuzzyctl.kernels.backends.arguments import float_array, point_array
+from fuzzyctl.kernels.backends.labels import labelled
 from fuzzyctl.kernels.inference import inference
 from fuzzyctl.kernels.plan.build import Plan
 from fuzzyctl.kernels.program.passes.differentiate import differentiated
@@ -94,11 +95,11 @@ def broadcast(shape: tuple[int, ...], rows: FloatArray) -> tuple[int, ...]:
         raise ArgumentError(f"values of shape {rows.shape} do not broadcast with points of shape {shape}") from None
 
 
-def by_name(plan: Plan, degrees: FloatArray) -> dict[str, dict[str, FloatArray]]:
-    """Return the degrees of a plan, shape (..., degrees), by variable and term."""
-    found: dict[str, dict[str, FloatArray]] = {}
+def by_name(plan: Plan, degrees: FloatArray, points: Any) -> dict[str, dict[str, Any]]:
+    """Return the degrees of a plan, shape (..., degrees), by variable and term, with the row labels of the points."""
+    found: dict[str, dict[str, Any]] = {}
     for k, d in enumerate(plan.degrees):
-        found.setdefault(plan.variable(d.variable).name, {})[d.term] = degrees[..., k]
+        found.setdefault(plan.variable(d.variable).name, {})[d.term] = labelled(degrees[..., k], [d.term], points)
     return found
 
 

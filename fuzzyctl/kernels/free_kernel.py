@@ -32,6 +32,8 @@ from fuzzyctl.support.signatures import InputSignature
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    import pandas as pd
+
     from fuzzyctl.annotations import FloatArray, Frames, Labelled, Numbers, Outputs, Points
 
     #: Of the free numbers: shape (..., free), or by name those that differ from the system's.
@@ -196,15 +198,33 @@ class FreeKernel(Displayed):
         source = python_backend.evaluation_source(self._program)
         return python_backend.compile_source(source, self._program, self.input_names)
 
-    def degrees(self, points: Points, values: Values) -> dict[str, dict[str, FloatArray]]:
+    @overload
+    def degrees(self, points: Frames, values: Values) -> dict[str, dict[str, pd.Series[float]]]: ...
+    @overload
+    def degrees(self, points: Points, values: Values) -> dict[str, dict[str, FloatArray]]: ...
+    def degrees(
+        self, points: Points | Frames, values: Values
+    ) -> dict[str, dict[str, FloatArray]] | dict[str, dict[str, pd.Series[float]]]:
         """Compute the degrees of all terms that rules read; see `Kernel.degrees`."""
-        return by_name(self.plan, self._degrees(points, self._values.of(values)))
+        return by_name(self.plan, self._degrees(points, self._values.of(values)), points)
 
-    def strengths(self, points: Points, values: Values) -> FloatArray:
+    @overload
+    def strengths(self, points: Frames, values: Values) -> pd.DataFrame: ...
+    @overload
+    def strengths(self, points: Points, values: Values) -> FloatArray: ...
+    def strengths(self, points: Points | Frames, values: Values) -> FloatArray | pd.DataFrame:
         """Compute how far each rule is active, shape (..., rules); see `Kernel.strengths`."""
-        return self._strengths(points, self._values.of(values))
+        return labelled(self._strengths(points, self._values.of(values)), range(len(self.plan.rules)), points)
 
-    def gradient(self, points: Points, values: Values, *, by: Literal["inputs", "values"] = "inputs") -> FloatArray:
+    @overload
+    def gradient(
+        self, points: Frames, values: Values, *, by: Literal["inputs", "values"] = "inputs"
+    ) -> pd.DataFrame | FloatArray: ...
+    @overload
+    def gradient(self, points: Points, values: Values, *, by: Literal["inputs", "values"] = "inputs") -> FloatArray: ...
+    def gradient(
+        self, points: Points | Frames, values: Values, *, by: Literal["inputs", "values"] = "inputs"
+    ) -> FloatArray | pd.DataFrame:
         """Compute the derivatives of the outputs.
 
         Args:
@@ -214,16 +234,22 @@ class FreeKernel(Displayed):
 
         Returns:
             Shape (..., inputs) or (..., free) for one output, with the axis of the outputs before the last one for
-            several. At a kink it is the derivative of the branch that the program takes there.
+            several. At a kink it is the derivative of the branch that the program takes there. For one output of pandas
+            a DataFrame with the index of the points.
 
         Raises:
             UnknownNameError: For another `by`.
             ArgumentError: For arrays of another shape.
         """
-        known = {"inputs": lambda: self._by_inputs, "values": lambda: self._by_values}
+        known = {
+            "inputs": lambda: (self._by_inputs, self.input_names),
+            "values": lambda: (self._by_values, self.free_names),
+        }
         if by not in known:
             raise UnknownNameError("derivative by", by, known)
-        return jacobian(known[by]()(points, self._values.of(values)), len(self.output_names))
+        derivatives, names = known[by]()
+        found = jacobian(derivatives(points, self._values.of(values)), len(self.output_names))
+        return labelled(found, names, points)
 
     @cached_property
     def _degrees(self) -> Arrays:

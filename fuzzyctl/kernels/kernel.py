@@ -223,8 +223,7 @@ class Kernel(Displayed):
         """
         from fuzzyctl.kernels.arrays import by_name
 
-        found = by_name(self.plan, self._view("degrees", points, state))
-        return {name: {t: labelled(d, [t], points) for t, d in terms.items()} for name, terms in found.items()}
+        return by_name(self.plan, self._view("degrees", points, state), points)
 
     @overload
     def strengths(self, points: Frames, state: Numbers | None = None) -> pd.DataFrame: ...

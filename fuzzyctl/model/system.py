@@ -223,7 +223,7 @@ class FuzzySystem(Node, Printed):
         y: str | None = None,
         *,
         output: str | None = None,
-        at: Mapping[str, float] | None = None,
+        at: Mapping[str, float] | Column | None = None,
         resolution: int = 61,
         ax: Axes | None = None,
     ) -> Axes:

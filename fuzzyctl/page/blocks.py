@@ -4,29 +4,30 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from fuzzyctl.codegen.steps.javascript_source import StepJavaScriptLayout
 from fuzzyctl.codegen.steps.unit import StepUnit, ends
 from fuzzyctl.expr import Expr, Name
+from fuzzyctl.kernels.plan.equations import Evaluation
 from fuzzyctl.kernels.plan.expansion import STARTED
 from fuzzyctl.model.loop import Loop
 from fuzzyctl.page.proofs import controller_proofs
+from fuzzyctl.page.samples import Drawn, samples
 from fuzzyctl.simulation.settings import params_of
 
 if TYPE_CHECKING:
+    from fuzzyctl.diagnostics.source import Span
     from fuzzyctl.model.controller import Controller, Signal
     from fuzzyctl.model.system import FuzzySystem
     from fuzzyctl.simulation.panels import Panel
     from fuzzyctl.simulation.plain_run import PlainRun
     from fuzzyctl.simulation.run import Run
 
-#: Most samples of a run that a page holds, most numbers of all its runs, fewest samples; digits of each.
-SAMPLES: Final = 400
-NUMBERS: Final = 20_000
-FEWEST: Final = 100
+#: Digits of values, and of times, by which marks find their samples.
 DIGITS: Final = 6
+TIME_DIGITS: Final = 9
 #: The state of an operator: the blocks that it is in, and what it keeps.
 _OPERATOR: Final = re.compile(r"(?:(.+)\.)?\w+#\d+(?:\.(\w+))?")
 
@@ -62,25 +63,42 @@ def _signal(unit: StepUnit, signal: Signal) -> dict[str, Any]:
 
 
 def _states(unit: StepUnit, layout: StepJavaScriptLayout) -> dict[str, str]:
-    """Return for each member of the state its label, or the operator that keeps it, as it is written."""
+    """Return for each member of the state its label, or the operator or call that keeps it, as it is written."""
     kept = {s.name: s.span for s in unit.equations.states}
+    called = {s for e in unit.equations.body if isinstance(e, Evaluation) for s in e.states}
     labels = {s.name: f"{s.label or s.name}{f' [{s.unit}]' if s.unit else ''}" for s in unit.controller.states}
     labels[STARTED] = "whether a step was made"
     found = {}
     for (member, _), slot in zip(layout.members, unit.slots, strict=True):
         span, parts = kept.get(slot.name) or kept.get(f"{slot.name}.0"), _OPERATOR.fullmatch(slot.name)
-        if slot.name not in labels and span is not None and parts is not None:
-            block, detail = parts.groups()
-            text = " ".join(span.text.split())
-            text += ")" * (text.count("(") - text.count(")"))  # which the span of a call leaves out
-            written = f"{block}: {text}" if block else text
-            labels[slot.name] = f"{written}, {detail}" if detail else written
+        if slot.name not in labels and span is not None:
+            if slot.name in called:
+                labels[slot.name] = _kept_by_call(slot.name, _written(span))
+            elif parts is not None:
+                block, detail = parts.groups()
+                written = f"{block}: {_written(span)}" if block else _written(span)
+                labels[slot.name] = f"{written}, {detail}" if detail else written
         found[member] = labels.get(slot.name, slot.name)
     return found
 
 
+def _written(span: Span) -> str:
+    """Return a call as it is written, on one line."""
+    text = " ".join(span.text.split()).replace("( ", "(")
+    return text + ")" * (text.count("(") - text.count(")"))  # which the span of a call leaves out
+
+
+def _kept_by_call(state: str, call: str) -> str:
+    """Return what a call of a system keeps: the consequent of a rule, or the last value of an output."""
+    owner, _, kept = state.rpartition(".")
+    output, _, number = kept.removesuffix("]").partition("[")
+    block, _, own = owner.rpartition(".")
+    start = f"{owner} = " if "#" not in own else f"{block}: " if block else ""
+    return f"{start}{call}, {f'adaptive consequent {number} of {output}' if number else f'last value of {output}'}"
+
+
 def loop_data(run: Run, runs: int = 1) -> dict[str, Any]:
-    """Return what is shown of a run: its signals, every n-th sample where there are many, measures and requirements.
+    """Return what is shown of a run: its signals, of many samples each n-th and peaks, measures and requirements.
 
     Args:
         run: The run.
@@ -198,15 +216,16 @@ def _loop_data(
     from fuzzyctl.simulation.panels import panels
 
     drawn, calls = panels(loop, recorded), list(_calls(loop, recorded))
-    lines = 1 + sum(1 + (p.reference is not None) for p in drawn) + sum(len(c.signals) for c in calls)
-    every = max(1, math.ceil(len(t) / min(SAMPLES, max(FEWEST, NUMBERS // (runs * lines)))))
-    shown = sorted({*range(0, len(t), every), *range(len(t))[-1:]})
+    limits = [_limits(t, p, signal) for p in drawn]
+    lines = [
+        Drawn(signal(expr), own["y"][1] - own["y"][0])
+        for p, own in zip(drawn, limits, strict=True)
+        for expr in (Name(p.signal), p.reference)
+        if expr is not None
+    ]
+    every, shown, peaks = samples(len(t), lines, 1 + sum(len(c.signals) for c in calls), runs)
+    found = iter([_line(t, line.values, shown, own) for line, own in zip(lines, peaks, strict=True)])
     kinds = {c.name: "controller" for c in loop.controllers} | {p.name: "plant" for p in loop.plants}
-
-    def values(expr: Expr) -> list[float | None]:
-        own = signal(expr)
-        return _shortened([own[k] for k in shown])
-
     return {
         "kind": "loop",
         "name": loop.name,
@@ -215,20 +234,20 @@ def _loop_data(
         "facts": [
             ["blocks", ", ".join(f"{name} ({kind})" for name, kind in kinds.items())],
             ["solver", solver],
-            ["samples", f"{len(t):,}{f', each {every}th is shown' if every > 1 else ''}"],
+            ["samples", f"{len(t):,}{f', 1 of {every} and peaks between are shown' if every > 1 else ''}"],
             *_params(params_of(loop) | dict(params)),
         ],
-        "t": _shortened([t[k] for k in shown]),
+        "t": _shortened([t[k] for k in shown], TIME_DIGITS),
         "panels": [
             {
                 "name": p.signal,
                 "label": p.label,
                 "held": p.held,
-                "values": values(Name(p.signal)),
-                "reference": values(p.reference) if p.reference is not None else None,
-                **_limits(t, p, signal),
+                **next(found),
+                "reference": next(found) if p.reference is not None else None,
+                **own,
             }
-            for p in drawn
+            for p, own in zip(drawn, limits, strict=True)
         ],
         "inputs": [
             {
@@ -243,9 +262,15 @@ def _loop_data(
     }
 
 
-def _shortened(values: list[float]) -> list[float | None]:
+def _line(t: Sequence[float], values: Sequence[float], shown: list[int], peaks: list[int]) -> dict[str, Any]:
+    """Return a line: its values at the samples that are shown, times and values of peaks between."""
+    at = _shortened([t[k] for k in peaks], TIME_DIGITS)
+    return {"values": _shortened([values[k] for k in shown]), "peaks": [at, _shortened([values[k] for k in peaks])]}
+
+
+def _shortened(values: list[float], digits: int = DIGITS) -> list[float | None]:
     """Return numbers as pictures need them; None for one that is not finite."""
-    return [float(f"{v:.{DIGITS}g}") if math.isfinite(v) else None for v in values]
+    return [float(f"{v:.{digits}g}") if math.isfinite(v) else None for v in values]
 
 
 def _params(values: Mapping[str, float]) -> list[list[str]]:

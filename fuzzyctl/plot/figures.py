@@ -11,6 +11,7 @@ from typing import Any, Final
 import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.axis import Axis, Tick
 from matplotlib.figure import Figure
 from matplotlib.text import Text
 from mpl_toolkits.mplot3d import Axes3D
@@ -113,9 +114,14 @@ def panels(figure: Any) -> Panels:
 
 
 def finish(drawn: Any) -> None:
-    """Show the texts of axes or a figure as they are: no dollar sign begins a formula, no control character acts."""
+    """Show the texts of axes or a figure as they are: no dollar sign begins a formula, no control character acts.
+
+    Numbers along an axis, which matplotlib writes, may be formulas: powers of ten are.
+    """
+    numbers = {text for tick in drawn.findobj(Tick) for text in tick.findobj(Text)}
+    numbers |= {axis.offsetText for axis in drawn.findobj(Axis)}
     for text in drawn.findobj(Text):
-        text.set_parse_math(False)
+        text.set_parse_math(text in numbers)
         # The font of pictures has no pictures of control characters.
         shown = "\n".join(_PICTURES.sub("\ufffd", printable(line)) for line in text.get_text().split("\n"))
         if shown != text.get_text():

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -20,6 +20,9 @@ from fuzzyctl.plot.figures import Panels, panels, place, sized, styled
 from fuzzyctl.plot.style import COLORS
 from fuzzyctl.support import arguments
 
+if TYPE_CHECKING:
+    from fuzzyctl.annotations import Column
+
 #: Most rules of a picture.
 MOST: Final = 100
 INPUT, OUTPUT, LINE = COLORS[0], COLORS[1], "#444444"
@@ -27,7 +30,7 @@ INPUT, OUTPUT, LINE = COLORS[0], COLORS[1], "#444444"
 
 def rules(
     system: FuzzySystem,
-    values: Mapping[str, float] | None = None,
+    values: Mapping[str, float] | Column | None = None,
     /,
     *,
     most: int = 12,
@@ -168,24 +171,14 @@ def _cell(ax: Any, system: FuzzySystem, found: Trace, rule: FiredRule, column: _
         if value is not None:
             (degree,) = sampled_degrees(asked, [value])
             ax.fill_between(column.x, np.minimum(curve, degree), color=INPUT, alpha=0.25, lw=0)
-    names = [(" ".join((*p.hedges, p.term)), INPUT) for p in dict.fromkeys(named)]
-    _names(ax, [*names, *((c.term, OUTPUT) for c in own)], on_the_right=_begins_crowded(column, rule.number - 1, own))
     if named and isinstance(variable, Input):
         ax.axvline(found.inputs[variable.name], color=LINE, lw=0.8)
     for nth, c in enumerate(own):
         _consequent(ax, column, rule.number - 1, nth, c)
+    names = [(" ".join((*p.hedges, p.term)), INPUT) for p in dict.fromkeys(named)]
+    _names(ax, [*names, *((c.term, OUTPUT) for c in own)])
     if not named and not own:
         ax.set_facecolor("#f4f4f4")
-
-
-def _begins_crowded(column: _Column, rule: int, own: Sequence[Contribution]) -> bool:
-    """Return whether a number or a place stands where names begin, in the first fifth of the axis."""
-    numbers = [c.value for c in own if c.value is not None]
-    if column.sets is not None and column.sets.has_crisp_values:
-        acting = [(rule, c.effective_activation, nth) for nth, c in enumerate(own) if c.value is None]
-        numbers += [value for value, _ in column.sets.crisp_values(acting)]
-    low, high = column.ends
-    return any(low <= n < 0.8 * low + 0.2 * high for n in numbers)
 
 
 def _read_value(system: FuzzySystem, found: Trace, variable: LinguisticVariable) -> float | None:
@@ -222,15 +215,34 @@ def _spikes(ax: Any, values: Sequence[tuple[float, float]]) -> None:
         ax.vlines(value, 0, activation, color=OUTPUT, lw=3)
 
 
-def _names(ax: Any, names: Sequence[tuple[str, str]], *, on_the_right: bool = False) -> None:
-    """Write names with their colours below each other, closer where there are many."""
-    place, side = (0.97, "right") if on_the_right else (0.03, "left")
+def _names(ax: Any, names: Sequence[tuple[str, str]]) -> None:
+    """Write names with their colours below each other, closer where there are many; at the end with more room."""
+    if not names:
+        return
     box = {"boxstyle": "square,pad=0.1", "fc": "white", "ec": "none", "alpha": 0.7}
     size = "small" if len(names) < 3 else "xx-small"
-    step = min(0.28, 0.8 / max(len(names), 1))
+    step = min(0.28, 0.8 / len(names))
+    left, right = _crowded(ax, max(len(name) for name, _ in names), 0.75 - step * (len(names) - 1))
+    place, side = (0.97, "right") if left > right else (0.03, "left")
     for k, (name, color) in enumerate(names):
         at = (place, 0.8 - k * step)
         ax.annotate(name, at, xycoords="axes fraction", ha=side, fontsize=size, color=color, bbox=box)
+
+
+def _crowded(ax: Any, letters: int, height: float) -> tuple[int, int]:
+    """Return the number of points of curves and lines behind names at the left end of the axes, and at the right end.
+
+    Args:
+        ax: The axes, with all that is drawn.
+        letters: Of the longest name.
+        height: Of the lower edge of the names, as a part of the axes.
+    """
+    lines = [line.get_xydata() for line in ax.lines]
+    lines += [path.vertices for drawn in ax.collections for path in drawn.get_paths()]
+    (low, high), (bottom, top) = ax.get_xlim(), ax.get_ylim()
+    places = [x for line in lines if len(line) for x, y in line if y >= bottom + height * (top - bottom)]
+    room = (0.05 + 0.035 * letters) * (high - low)
+    return sum(x <= low + room for x in places), sum(x >= high - room for x in places)
 
 
 def _last_row(ax: Any, found: Trace, column: _Column) -> None:

@@ -6,7 +6,7 @@ import math
 import textwrap
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -14,6 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from fuzzyctl.diagnostics.diagnostic import ArgumentError, UnknownNameError, ValueOutOfBoundsError
+from fuzzyctl.kernels.backends.arguments import input_number
 from fuzzyctl.kernels.compile import compile as compile_system
 from fuzzyctl.kernels.kernel import Kernel
 from fuzzyctl.model.system import FuzzySystem
@@ -21,6 +22,9 @@ from fuzzyctl.plot.axis_choice import chosen_axes
 from fuzzyctl.plot.figures import finish, one, place, styled
 from fuzzyctl.plot.style import COLORS
 from fuzzyctl.support import arguments
+
+if TYPE_CHECKING:
+    from fuzzyctl.annotations import Column
 
 #: Fewest and most points along an axis.
 RESOLUTIONS: Final = (2, 2001)
@@ -75,7 +79,7 @@ def surface(
     y: str | None = None,
     *,
     output: str | None = None,
-    at: Mapping[str, float] | None = None,
+    at: Mapping[str, float] | Column | None = None,
     resolution: int = 61,
     ax: Axes | None = None,
 ) -> Axes:
@@ -97,7 +101,7 @@ def surface(
     Raises:
         UnknownNameError: For a name of no input or output.
         ArgumentError: For an input named twice, and arguments of another type.
-        ValueOutOfBoundsError: For a value that is NaN, and a resolution outside 2 to 2001.
+        ValueOutOfBoundsError: For a value that is NaN or too large for a float, and a resolution outside 2 to 2001.
         NoRuleFiresError: Where no rule fires for an output that says `else error`.
     """
     if not isinstance(system, Kernel):
@@ -133,13 +137,13 @@ def _known(kind: str, names: Sequence[str], name: object) -> str:
     return name
 
 
-def _fixed(drawn: Sampled, at: Mapping[str, float] | None) -> dict[str, float]:
+def _fixed(drawn: Sampled, at: Mapping[str, float] | Column | None) -> dict[str, float]:
     found = {}
-    for name, value in arguments.mapping("'at'", "numbers by name of the input", at or {}).items():
+    for name, value in arguments.mapping("'at'", "numbers by name of the input", {} if at is None else at).items():
         _known("input", drawn.kernel.input_names, name)
-        if not isinstance(value, int | float) or math.isnan(value):
-            raise ValueOutOfBoundsError(f"input {name!r}", value, "a number that is not NaN")
-        found[name] = float(value)
+        found[name] = number = input_number(name, value)
+        if math.isnan(number):
+            raise ValueOutOfBoundsError(f"input {name!r}", number, "a number that is not NaN")
     return found
 
 

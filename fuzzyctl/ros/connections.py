@@ -6,6 +6,7 @@ import math
 import re
 from collections.abc import Iterable, Sequence
 from importlib import import_module
+from numbers import Real
 from typing import Any, NamedTuple
 
 from fuzzyctl.diagnostics.suggestions import closest
@@ -96,14 +97,14 @@ def _finite(word: str) -> float | None:
     return number if math.isfinite(number) else None
 
 
-def value_of(message: Any, field: str) -> float | None:
+def value_of(message: Any, field: str) -> Real | None:
     """Return the number in a field of a message, None where there is none."""
     for part in field.split("."):
         try:
             message = message[int(part)] if part.isdigit() else getattr(message, part)
         except (AttributeError, IndexError, TypeError):
             return None
-    return message if isinstance(message, int | float) else None
+    return message if isinstance(message, Real) else None  # also those of NumPy, which arrays of fixed size have
 
 
 def put(message: Any, field: str, value: float) -> None:

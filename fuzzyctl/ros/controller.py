@@ -21,7 +21,7 @@ from fuzzyctl.kernels.steps.step import Step
 from fuzzyctl.loading.load import load_controller
 from fuzzyctl.model.controller import Controller
 from fuzzyctl.ros.connections import Connection, connections, put, value_of
-from fuzzyctl.ros.program import ParameterError, parameters, spin
+from fuzzyctl.ros.program import ParameterError, Period, parameters, spin
 
 #: Parameters of the node and their defaults.
 PARAMETERS: Mapping[str, str | float | Sequence[str]] = {
@@ -120,6 +120,7 @@ class ControllerNode:
         }
         for topic, kind in dict.fromkeys((one.topic, one.type) for one in inputs):
             node.create_subscription(kind, topic, partial(self._keep, topic), qos)
+        self._period = Period(node, period)
         node.create_timer(period, self.tick)
         #: Whether the controller cannot go on.
         self.failed = False
@@ -129,6 +130,7 @@ class ControllerNode:
         if self.failed:
             return
         now = self._node.get_clock().now().nanoseconds
+        self._period.begin(now)
         values = [self._value(one, now) for one in self._inputs]
         problems = tuple(dict.fromkeys(one for one in values if isinstance(one, str)))
         if problems != self._problems:
@@ -159,6 +161,8 @@ class ControllerNode:
     def _publish(self, outputs: Mapping[str, float]) -> None:
         for topic, (kind, publisher) in self._publishers.items():
             message = kind()
+            if hasattr(message, "header"):
+                message.header.stamp = self._node.get_clock().now().to_msg()
             for one in self._outputs:
                 if one.topic == topic:
                     put(message, one.field, outputs[one.signal])

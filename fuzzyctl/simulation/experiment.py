@@ -17,6 +17,7 @@ from fuzzyctl.diagnostics.diagnostic import (
     UnknownNameError,
 )
 from fuzzyctl.diagnostics.terminal import printable
+from fuzzyctl.displayed import Displayed
 from fuzzyctl.kernels.backends.arguments import float_array, writable
 from fuzzyctl.kernels.backends.numba.compile_cost import MOST_OPERATIONS, operations
 from fuzzyctl.kernels.compile import AlgorithmName, numba_is_missing
@@ -54,7 +55,7 @@ Progress = Callable[[int, int], None]
 
 
 @final
-class Experiment:
+class Experiment(Displayed):
     """A compiled loop; `run()` simulates it.
 
     Args:

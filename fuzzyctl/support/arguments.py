@@ -85,11 +85,12 @@ def names(name: str, given: object) -> tuple[str, ...]:
     return tuple(given.split()) if isinstance(given, str) else items_of(name, (str,), due, given)
 
 
-def mapping(name: str, due: str, given: object) -> dict[str, Any]:
-    """Return what is given by name."""
-    if not isinstance(given, Mapping):
+def mapping(name: str, due: str, given: Any) -> dict[str, Any]:
+    """Return what is given by name; a Series of pandas has the labels of its rows as names."""
+    is_series = hasattr(given, "keys") and getattr(given, "ndim", None) == 1
+    if not isinstance(given, Mapping) and not is_series:
         raise wrong(name, due, given)
-    found = dict(given)
+    found: dict[str, Any] = dict(given)
     for key in found:
         if not isinstance(key, str):
             raise ArgumentError(f"{name} must be {due}, got one with {_called(key)} for a name")

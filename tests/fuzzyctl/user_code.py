@@ -66,7 +66,7 @@ def free_numbers() -> float:
     free = fuzzyctl.compile(system, free=["food.good.peak"])
     values: Array = free.initial_values({"food.good.peak": 8})
     free.gradient([1.0, 2.0], values, by="values")
-    free.gradient([1.0, 2.0], values, by="numbers")  # type: ignore[arg-type]
+    free.gradient([1.0, 2.0], values, by="numbers")  # type: ignore[call-overload]
     several: Array = free.batch([[1.0, 2.0]], {"food.good.peak": 8})
     return free(7.0, 8.0, {"food.good.peak": 8.5}) + float(several[0]) + free(1, 2, values)
 

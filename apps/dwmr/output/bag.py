@@ -12,8 +12,9 @@ import numpy as np
 
 from dwmr.control.law_text import LATERAL
 from dwmr.core.arrays import FloatArray
-from dwmr.core.geometry import ahead, clamp, quaternion
+from dwmr.core.geometry import ahead, quaternion
 from dwmr.output.data.signals import kept_samples
+from dwmr.scenario.command_limits import limited
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 from fuzzyctl.experiments.results.folder import results
 
@@ -154,9 +155,7 @@ class Messages:
         pose = make["geometry_msgs/msg/PoseWithCovariance"](self._pose(x, y, row["theta"]), self._unknown)
         header = self._header(t)
         yield "odom", make["nav_msgs/msg/Odometry"](header, f"{name}/{BASE}", pose, twist)
-        limits = robot.actuator
-        v, left = (clamp(float(one), limits.v_limit) for one in command[:2])
-        yield "cmd_vel", self._twist(v, left, clamp(float(command[2]), limits.omega_limit))
+        yield "cmd_vel", self._twist(*limited(command, robot).tolist())
         target = self._pose(row["x_r"], row["y_r"], row["theta_r"])
         yield "reference", make["geometry_msgs/msg/PoseStamped"](header, target)
 

@@ -47,12 +47,14 @@ class Signal(NamedTuple):
         by_law: Values of each law that has the signal, shape (samples, robots).
         commanded: The same of the command that belongs to it; empty without one.
         is_log: Whether the axis is logarithmic.
+        about: What it is, in words; empty where the label and the caption say it.
     """
 
     label: str
     by_law: Mapping[str, FloatArray]
     commanded: Mapping[str, FloatArray] = {}
     is_log: bool = False
+    about: str = ""
 
 
 def buckets(trajectories: Sequence[Trajectory]) -> int:
@@ -189,17 +191,20 @@ class _Drawing:
     def law(self) -> list[Plot]:
         """Draw what the control laws have recorded; signals of the same name and unit share their panels."""
         found: dict[tuple[str, str], dict[str, FloatArray]] = {}
+        docs: dict[tuple[str, str], dict[str, None]] = {}
         said: dict[str, None] = {}
         for law, t in self.runs.items():
             for one in t.law_signals:
                 found.setdefault((one.name, one.unit), {})[law] = t[one.name]
+                docs.setdefault((one.name, one.unit), {})[one.doc] = None
                 stem, doc = one.name.removesuffix("_v"), one.doc.removesuffix(", v channel")
                 if not one.name.endswith("_omega"):
                     said[f"{stem}: {doc}"] = None
         if not found:
             return []
         signals = [
-            Signal(name if unit == "-" else f"{name} [{unit}]", by_law) for (name, unit), by_law in found.items()
+            Signal(name if unit == "-" else f"{name} [{unit}]", by_law, about="; ".join(docs[name, unit]))
+            for (name, unit), by_law in found.items()
         ]
         return [self._over_time("Sliding variables and gains", f"{'; '.join(said)}.", signals, columns=2)]
 
@@ -245,7 +250,7 @@ class _Drawing:
         found = limits.of(drawn, is_log=signal.is_log)
         return {
             "title": self._title(group), "label": signal.label, "x": (0.0, self.end), "y": found.shown,
-            "whole": found.whole, "note": found.note, "log": signal.is_log, "lines": lines,
+            "whole": found.whole, "note": found.note, "log": signal.is_log, "lines": lines, "about": signal.about,
         }  # fmt: skip
 
     def _plot(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -11,6 +10,7 @@ import numpy as np
 from dwmr.core.arrays import FloatArray
 from dwmr.core.geometry import ahead, wrap
 from dwmr.core.jit import collected_errors, first_class_functions
+from dwmr.scenario.command_limits import limited
 from dwmr.scenario.vehicles import Omnidirectional
 from dwmr.simulation.periods import Periods, Simulation
 from dwmr.simulation.simulate import Stop, reason_of
@@ -46,15 +46,11 @@ class FormationCommands:
 
     Args:
         simulation: From `simulate.prepare`. Its plant, disturbances and sensors have no part in the commands.
-        v_limit, omega_limit: Largest commands, where those of a robot in the scenario are not smaller [m/s, rad/s].
     """
 
-    def __init__(self, simulation: Simulation, v_limit: float = math.inf, omega_limit: float = math.inf) -> None:
+    def __init__(self, simulation: Simulation) -> None:
         self._periods, self._next = Periods(simulation, measured=True), 0
         self._robots = simulation.scenario.robots
-        own = [(robot.actuator.v_limit, robot.actuator.omega_limit) for robot in self._robots.values()]
-        (v, omega) = np.minimum(own, (v_limit, omega_limit)).T
-        self._limits = np.stack([v, v, omega], axis=1)
         self.dt = simulation.scenario.run.dt
         with first_class_functions():
             self._periods.compute(0, 0, *self._periods.given(0, 0))
@@ -86,12 +82,11 @@ class FormationCommands:
             reason = reason_of(fault, periods.record[k, faulty], periods.simulation.module)
             raise StoppedError(Stop(k * self.dt, list(self._robots)[faulty], reason))
         self._next += 1
-        asked = np.zeros_like(self._limits)
+        asked = np.zeros((len(self._robots), 3))
         asked[:, ::2] = periods.record[k, :, 12:14] if periods.guard is None else periods.guard[1].commands
         if periods.vehicles is not None and periods.vehicles.lateral >= 0:
             asked[:, 1] = periods.law_record[k, :, periods.vehicles.lateral]
-        limited: FloatArray = np.clip(asked, -self._limits, self._limits)
-        return limited
+        return np.stack([limited(one, robot) for one, robot in zip(asked, self._robots.values(), strict=True)])
 
     def _measure(self, odometry: Sequence[Odometry]) -> None:
         """Write what robots measure as the state of the loop, whose orientations are not wrapped."""

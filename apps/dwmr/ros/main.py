@@ -13,6 +13,7 @@ from dwmr.output.bag import unfit_names
 from dwmr.ros.formation_commands import FormationCommands
 from dwmr.ros.node import FormationNode, Settings
 from dwmr.scenario.file import UnknownScenarioError, find, read
+from dwmr.scenario.model import Scenario
 from dwmr.simulation import preflight, simulate
 from dwmr.simulation.periods import Simulation
 from fuzzyctl.cli.common import show
@@ -26,6 +27,7 @@ PARAMETERS: Mapping[str, str | float] = {
     "frame": "odom",
     "base_frame": "base_link",
     "timeout": 0.5,
+    "stamped": False,
     "v_limit": 1.5,
     "omega_limit": 1.0,
 }
@@ -46,11 +48,12 @@ def run(node: Any) -> int:
     """
     values = parameters(node, PARAMETERS)
     simulation = prepare(values)
-    messages = (import_module("nav_msgs.msg").Odometry, import_module("geometry_msgs.msg").Twist)
+    twist = "TwistStamped" if values["stamped"] else "Twist"
+    messages = (import_module("nav_msgs.msg").Odometry, getattr(import_module("geometry_msgs.msg"), twist))
     qos = import_module("rclpy.qos").qos_profile_sensor_data
-    settings = Settings(values["frame"], values["base_frame"], values["timeout"])
+    settings = Settings(values["frame"], values["base_frame"], values["timeout"], values["stamped"])
     node.get_logger().info(f"compiling {simulation.name}")
-    commands = FormationCommands(simulation, values["v_limit"], values["omega_limit"])
+    commands = FormationCommands(simulation)
     formation = FormationNode(node, tuple(simulation.scenario.robots), commands, settings, messages, qos)
     try:
         spin(node, lambda: formation.has_ended)
@@ -87,6 +90,8 @@ def prepare(values: Mapping[str, Any]) -> Simulation:
     wrong += unfit_names(file.scenario.robots)
     if wrong:
         raise ParameterError("\n".join(wrong))
+    if lower := _lower_limits(file.scenario, values):
+        file = read(path, lower)  # the safety filter and the law's checks count on what commands are cut to
     folders = [Path(values["rules"])] if values["rules"] else []
     rules = Rules(file.scenario.rules, (*folders, *file.folders), file.places)
     preflight.check(file, [controller], rules)
@@ -94,3 +99,13 @@ def prepare(values: Mapping[str, Any]) -> Simulation:
     simulation = simulate.prepare(file, controller, rules)
     simulate.require_memory([simulation], file.places)
     return simulation
+
+
+def _lower_limits(scenario: Scenario, values: Mapping[str, Any]) -> list[str]:
+    """Return what sets the limits of robots to those of the node, where these are lower."""
+    return [
+        f"robots.{name}.actuator.{key}={values[key]!r}"
+        for name, robot in scenario.robots.items()
+        for key in ("v_limit", "omega_limit")
+        if values[key] < getattr(robot.actuator, key)
+    ]

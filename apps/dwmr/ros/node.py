@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 
 from dwmr.core.geometry import yaw
 from dwmr.ros.formation_commands import FormationCommands, Odometry, StoppedError
+from fuzzyctl.ros.program import Period
 
 #: Quaternions whose length is farther from 1 are no orientations.
 _LENGTH = 1e-3
@@ -25,11 +26,13 @@ class Settings(NamedTuple):
         frame: Frame of all odometry.
         base_frame: Frame of each robot, with or without its name in front: the middle of its wheel axis.
         timeout: Largest age of odometry [s].
+        stamped: Whether commands are geometry_msgs/TwistStamped.
     """
 
     frame: str
     base_frame: str
     timeout: float
+    stamped: bool
 
 
 class FormationNode:
@@ -42,7 +45,7 @@ class FormationNode:
         robots: Names of the robots, which are the namespaces of their topics.
         commands: Computes the commands.
         settings: Parameters.
-        messages: The types nav_msgs.msg.Odometry and geometry_msgs.msg.Twist.
+        messages: The types nav_msgs.msg.Odometry, and geometry_msgs.msg.Twist or TwistStamped.
         qos: Quality of service of odometry, that of sensor data.
     """
 
@@ -63,6 +66,7 @@ class FormationNode:
         self._publishers = [node.create_publisher(self._twist, f"{name}/cmd_vel", 1) for name in robots]
         for name in robots:
             node.create_subscription(odometry, f"{name}/odom", partial(self._keep, name), qos)
+        self._period = Period(node, commands.dt)
         node.create_timer(commands.dt, self.tick)
         #: Whether the run has ended.
         self.has_ended = False
@@ -74,6 +78,7 @@ class FormationNode:
         if self.has_ended:
             return
         now = self._node.get_clock().now().nanoseconds
+        self._period.begin(now)
         problems = tuple(p for name in self._robots if (p := self._problem(name, now)))
         if problems != self._problems:
             if problems:
@@ -88,8 +93,7 @@ class FormationNode:
 
     def stop(self) -> None:
         """Publish zeros to all robots."""
-        for publisher in self._publishers:
-            publisher.publish(self._twist())
+        self._publish([(0.0, 0.0, 0.0)] * len(self._robots))
 
     def _keep(self, name: str, message: Any) -> None:
         """Keep the odometry of a robot; nothing is computed here."""
@@ -103,14 +107,23 @@ class FormationNode:
             self.stop()
             self._log.error(f"robots stopped: {error}")
             return
-        for publisher, (v, v_y, omega) in zip(self._publishers, commands, strict=True):
-            message = self._twist()
-            message.linear.x, message.linear.y, message.angular.z = float(v), float(v_y), float(omega)
-            publisher.publish(message)
+        self._publish(commands.tolist())
         if self._commands.has_ended:
             self.has_ended = True
             self.stop()
             self._log.info("robots stopped: the end of the run")
+
+    def _publish(self, commands: Sequence[Sequence[float]]) -> None:
+        """Publish velocities ahead, to the left, and turning of all robots [m/s, m/s, rad/s]."""
+        for name, publisher, command in zip(self._robots, self._publishers, commands, strict=True):
+            message = twist = self._twist()
+            if self._settings.stamped:
+                message.header.stamp = self._node.get_clock().now().to_msg()
+                odometry = self._latest.get(name)
+                message.header.frame_id = odometry.child_frame_id if odometry else self._settings.base_frame
+                twist = message.twist
+            twist.linear.x, twist.linear.y, twist.angular.z = command
+            publisher.publish(message)
 
     def _problem(self, name: str, now: int) -> str:
         """Return why the odometry of a robot cannot be used at a time [ns], an empty string where it can."""

@@ -65,6 +65,19 @@ def argument_error(names: Sequence[str], states: int, arguments: tuple[Any, ...]
     return ArgumentError(f"each input must be a real number{state}; got {kinds}; kernel.batch takes arrays")
 
 
+def input_number(name: str, value: object) -> float:
+    """Return the value of one input.
+
+    Raises:
+        ArgumentError: For what is no real number.
+        ValueOutOfBoundsError: For an integer beyond all floats.
+    """
+    try:
+        return as_number(value, f"input {name!r}")
+    except OverflowError:
+        raise too_large([name], [value]) from None
+
+
 def too_large(names: Sequence[str], arguments: Sequence[Any]) -> ValueOutOfBoundsError:
     """Name the input that is too large for a float."""
     for name, value in zip(names, arguments, strict=False):
@@ -141,8 +154,9 @@ def stacked(names: Sequence[str], columns: Sequence[Any]) -> FloatArray:
     arrays = [float_array(c, f"input {n!r}") for n, c in zip(names, columns, strict=True)]
     try:
         return np.stack(np.broadcast_arrays(*arrays), axis=-1)
-    except ValueError as error:
-        raise ArgumentError(f"the inputs do not broadcast: {error}") from None
+    except ValueError:
+        shapes = ", ".join(f"{n} {a.shape}" for n, a in zip(names, arrays, strict=True))
+        raise ArgumentError(f"the inputs do not broadcast; they have the shapes {shapes}") from None
 
 
 def number_array(values: Any, what: str) -> Any:

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import unicodedata
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, Final
 
 from fuzzyctl.diagnostics.diagnostic import ArgumentError
 from fuzzyctl.diagnostics.suggestions import did_you_mean
+
+#: Most names of columns in a message.
+SHOWN: Final = 5
 
 
 def column_names(values: Any) -> list[Any] | None:
@@ -66,11 +69,15 @@ def columns_by_name(inputs: Sequence[str], values: Any, what: str = "points") ->
     # As rule files are read: letters with accents have one form.
     known = [unicodedata.normalize("NFC", name) if isinstance(name, str) else name for name in names]
     kind = "state" if what == "states" else "input"
-    mistakes = [f"no {kind} {name!r}{_hint(name, inputs)}" for name in dict.fromkeys(known) if name not in inputs]
+    others = [name for name in dict.fromkeys(known) if name not in inputs]
+    mistakes = [f"no {kind} {name!r}{_hint(name, inputs)}" for name in others[:SHOWN]]
+    mistakes += [f"and {len(others) - SHOWN} more"] if len(others) > SHOWN else []
     mistakes += [f"column {name!r} occurs {known.count(name)} times" for name in inputs if known.count(name) > 1]
     missing = [repr(name) for name in inputs if name not in known]
     mistakes += [f"a column is missing for: {', '.join(missing)}"] if missing else []
     if mistakes:
+        if getattr(values, "ndim", None) == 1 and hasattr(values, "iloc"):
+            mistakes.append(f"a Series is one point, and its labels are the {kind}s: several are a data frame")
         wanted = f"{what} with named columns must have exactly the {kind}s {', '.join(inputs)}"
         raise ArgumentError(f"{wanted}; {'; '.join(mistakes)}")
     if labels is not None:

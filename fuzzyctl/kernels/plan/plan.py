@@ -6,6 +6,8 @@ from functools import cached_property
 from typing import Literal
 
 from fuzzyctl.diagnostics.diagnostic import FuzzyctlError
+from fuzzyctl.diagnostics.suggestions import counted
+from fuzzyctl.diagnostics.terminal import printable
 from fuzzyctl.expr import (
     CompareOp,
     Expr,
@@ -266,6 +268,10 @@ class Plan:
     chains: tuple[ChainPlan, ...] = ()
     least: float | None = 0.0
     lets: tuple[LetPlan, ...] = ()
+
+    def __repr__(self) -> str:
+        inputs, outputs = (", ".join(v.name for v in some) for some in (self.inputs, self.outputs))
+        return printable(f"Plan({inputs} -> {outputs}; {counted(len(self.rules), 'rule')})")
 
     @cached_property
     def named_steps(self) -> dict[str, Expr]:

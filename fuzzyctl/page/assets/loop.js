@@ -1,6 +1,12 @@
 // A run of a loop, computed before: its signals over time, and their values at the time of a slider, which also moves the
 // inputs of the controllers and systems of the page.
 
+/** A line through its values at the times of the slider and the peaks between. */
+function withPeaks(t, { values, peaks }) {
+    const points = [...t.map((x, k) => [x, values[k]]), ...peaks[0].map((x, k) => [x, peaks[1][k]])].sort(([a], [b]) => a - b);
+    return { x: points.map(([x]) => x), y: points.map(([, y]) => y) };
+}
+
 function loopSection(loop) {
     if (loop.refused || loop.t.length === 0) {
         const why = loop.refused || loop.stopped;
@@ -10,9 +16,9 @@ function loopSection(loop) {
     const plot = new PanelPlot({
         title: `loop ${loop.name}`, x: "t [s]", columns: panels.length > 5 ? 2 : 1, height: 110,
         series: [{ name: "signal", colour: facts.colors[0], dash: "" }, ...(panels.some((p) => p.reference) ? [{ name: "reference", colour: "", dash: "5 4" }] : [])],
-        panels: panels.map(({ label, held, values, reference, y, whole, note }) => ({
-            label, title: "", x: [t[0], Math.max(t.at(-1), t[0] + 1e-9)], y: y ?? endsOf([...values, ...(reference ?? [])]), whole, note,
-            lines: [...(reference ? [{ series: 1, x: t, y: reference }] : []), { series: 0, x: t, y: values, stepped: held }],
+        panels: panels.map((p) => ({
+            label: p.label, title: "", x: [t[0], Math.max(t.at(-1), t[0] + 1e-9)], y: p.y, whole: p.whole, note: p.note,
+            lines: [...(p.reference ? [{ series: 1, ...withPeaks(t, p.reference) }] : []), { series: 0, ...withPeaks(t, p), stepped: p.held }],
         })),
     });
     redraws.push(() => plot.draw());
@@ -22,7 +28,7 @@ function loopSection(loop) {
     signals.querySelector("caption").replaceWith(now);
     function show(k) {
         now.textContent = `Signals at ${shown(t[k])} s`;
-        panels.forEach((p, n) => (cells[n].textContent = shown(p.values[k]) + (p.reference ? `, reference ${shown(p.reference[k])}` : "")));
+        panels.forEach((p, n) => (cells[n].textContent = shown(p.values[k]) + (p.reference ? `, reference ${shown(p.reference.values[k])}` : "")));
         plot.mark(t[k]);
     }
     const side = [

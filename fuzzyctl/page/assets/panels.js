@@ -113,7 +113,7 @@ class Panel {
         const label = [plot.data.title, data.label, data.title].filter(Boolean).join(", ");
         this.box = element("div", { className: "panel" });
         parent.append(this.box);
-        this.svg = drawn(this.box, "svg", { role: "img", "aria-label": label });
+        this.svg = drawn(this.box, "svg", { role: "img", "aria-label": label, ...(data.about ? { "aria-description": data.about } : {}) });
         if (data.note) {
             this.cut();
         }
@@ -184,7 +184,10 @@ class Panel {
             });
         }
         drawn(svg, "rect", { class: "frame", x: LEFT, y: TOP, width, height });
-        drawn(svg, "text", { x: LEFT, y: 14, class: "label" }, [data.label, data.title].filter(Boolean).join(", "));
+        const head = drawn(svg, "text", { x: LEFT, y: 14, class: "label" }, [data.label, data.title].filter(Boolean).join(", "));
+        if (data.about) {
+            drawn(head, "title", {}, data.about);
+        }
         drawn(svg, "text", { x: LEFT + width, y: TOP + height + 30, "text-anchor": "end", class: "tick" }, plot.data.x);
         this.marked = [];
         this.mark();
@@ -248,7 +251,7 @@ class Panel {
  * Panels of the same lines, below each other or in columns.
  *
  * `data` has `title`, `x` (the label below), `series` (`name`, `colour`, "" for that of the text, `dash`), `columns`, and
- * `panels` with `label`, `title`, `lines` (`series`, `x`, `y`, `wide`, `stepped`), the ends `x` and `y`, and where `note` says
+ * `panels` with `label`, `title`, `about` (what a pointer at the label says), `lines` (`series`, `x`, `y`, `wide`, `stepped`), the ends `x` and `y`, and where `note` says
  * what these cut off, `whole`. `height` is that of a panel [pixels]; of a `map` both axes have one scale.
  */
 class PanelPlot {

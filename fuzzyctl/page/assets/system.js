@@ -5,8 +5,9 @@ function verdictList(verdicts) {
         return [];
     }
     const marks = { proved: "✓", met: "✓", refuted: "✗", "not met": "✗", undecided: "?" };
+    const kinds = { "✓": "holds", "✗": "fails", "?": "undecided" };
     const items = verdicts.map(([word, claim, note]) => element("li", {},
-        element("strong", { className: ["✗", "?"].includes(marks[word]) ? "warning" : "" }, `${marks[word]} ${word}: `),
+        element("strong", { className: kinds[marks[word]] }, `${marks[word]} ${word}: `),
         element("code", {}, claim), note ? ` (${note})` : ""));
     return [element("ul", { className: "verdicts" }, ...items)];
 }

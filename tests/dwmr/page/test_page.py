@@ -187,6 +187,12 @@ class TestPlots:
         gains = [panel for panel in found if panel["label"] == "k_h_v [m/s]"]
         assert [[names[one["series"]] for one in panel["lines"]] for panel in gains] == [["aifqsmc"]] * 3
 
+    def test_panels_of_signals_of_laws_say_what_these_are(self, short):
+        found, _ = panels(short, "Sliding variables and gains")
+        about = {panel["label"]: panel["about"] for panel in found}
+        assert about["k_h_v [m/s]"] == "adaptive gain k̂_h, v channel"
+        assert all(about.values())
+
     def test_paths_have_x_to_the_right_and_y_upwards(self, short, run_paper):
         trajectory = run_paper("aifqsmc", "run.horizon=5")[1]
         x, y = line(short, "Paths", "y [m]", "aifqsmc", "follower1")

@@ -24,6 +24,14 @@ class Twist:
         self.linear, self.angular = vector(), vector()
 
 
+class TwistStamped:
+    """geometry_msgs/TwistStamped with its defaults."""
+
+    def __init__(self):
+        self.header = SimpleNamespace(stamp=SimpleNamespace(sec=0, nanosec=0), frame_id="")
+        self.twist = Twist()
+
+
 class Odometry:
     """nav_msgs/Odometry with its defaults, but for the covariances."""
 
@@ -56,7 +64,7 @@ class JointState:
     """sensor_msgs/JointState, as far as it is used here."""
 
     def __init__(self, position=()):
-        self.position, self.name = list(position), []
+        self.position, self.name = position, []
 
 
 class WrongTypeError(Exception):
@@ -73,9 +81,19 @@ class Node:
     def __init__(self, **given):
         self.given, self.now, self.destroyed = given, 0.0, False
         self.published, self.logged, self.callbacks, self.timers = {}, [], {}, []
-        self.sideways, self.subscribed = {}, {}
+        self.sideways, self.subscribed, self.headers = {}, {}, {}
+        self.declared = {**dict.fromkeys(given, False), "use_sim_time": False}  # whether they are read-only
+
+    def get_parameters_by_prefix(self, prefix):
+        assert prefix == ""
+        return {name: SimpleNamespace(name=name) for name in self.declared}
+
+    def undeclare_parameter(self, name):
+        del self.declared[name]
 
     def declare_parameter(self, name, value=None, descriptor=None, ignore_override=False):
+        assert name not in self.declared
+        self.declared[name] = descriptor.read_only
         found = self.given.get(name, value)
         if type(found) is not type(value):
             raise WrongTypeError(name)
@@ -87,7 +105,10 @@ class Node:
         def publish(message):
             assert not self.destroyed
             assert isinstance(message, msg_type)
-            if msg_type is Twist:
+            if hasattr(message, "header"):
+                self.headers.setdefault(topic, []).append((message.header.stamp, message.header.frame_id))
+            message = message.twist if msg_type is TwistStamped else message
+            if isinstance(message, Twist):
                 sent.append((message.linear.x, message.angular.z))
                 self.sideways.setdefault(topic, []).append(message.linear.y)
             else:
@@ -104,7 +125,8 @@ class Node:
         self.timers.append((timer_period_sec, callback))
 
     def get_clock(self):
-        return SimpleNamespace(now=lambda: SimpleNamespace(nanoseconds=round(1e9 * self.now)))
+        now = round(1e9 * self.now)
+        return SimpleNamespace(now=lambda: SimpleNamespace(nanoseconds=now, to_msg=lambda: divmod(now, 1_000_000_000)))
 
     def get_logger(self):
         def log(severity):
@@ -116,8 +138,11 @@ class Node:
         self.destroyed = True
 
 
-def install(monkeypatch, node, between=lambda node: None):
+def install(monkeypatch, node, between=lambda node: None, unknown=()):
     """Put the modules in place; an executor calls `between`, then each timer, and the time goes on by its period.
+
+    Args:
+        unknown: Arguments of the program that are not those of ROS.
 
     Returns:
         What was called of rclpy, in order.
@@ -134,20 +159,27 @@ def install(monkeypatch, node, between=lambda node: None):
                 callback()
                 node.now += period
 
+    def create_node(node_name, *, automatically_declare_parameters_from_overrides=False):
+        assert automatically_declare_parameters_from_overrides
+        calls.append(("create_node", node_name))
+        return node
+
     modules = {
         "rclpy": {
             "init": lambda *, args=None, context=None, domain_id=None, signal_handler_options=None: calls.append(
                 ("init", signal_handler_options)
             ),
-            "create_node": lambda node_name: calls.append(("create_node", node_name)) or node,
+            "create_node": create_node,
             "shutdown": lambda: calls.append(("shutdown", node.destroyed)),
         },
         "rclpy.signals": {"SignalHandlerOptions": SimpleNamespace(NO="no handlers")},
+        "rclpy.utilities": {"remove_ros_args": lambda args=None: ["node", *unknown]},
+        "rcl_interfaces.msg": {"ParameterDescriptor": SimpleNamespace},
         "rclpy.qos": {"qos_profile_sensor_data": "sensor data"},
         "rclpy.executors": {"SingleThreadedExecutor": SingleThreadedExecutor},
         "rclpy.exceptions": {"InvalidParameterTypeException": WrongTypeError},
         "nav_msgs.msg": {"Odometry": Odometry},
-        "geometry_msgs.msg": {"Twist": Twist},
+        "geometry_msgs.msg": {"Twist": Twist, "TwistStamped": TwistStamped},
         "std_msgs.msg": {"Float64": Float64},
         "sensor_msgs.msg": {"JointState": JointState},
     }
@@ -155,7 +187,7 @@ def install(monkeypatch, node, between=lambda node: None):
         module = ModuleType(name)
         vars(module).update(content)
         monkeypatch.setitem(sys.modules, name, module)
-    for name in ("nav_msgs", "geometry_msgs", "std_msgs", "sensor_msgs"):
+    for name in ("nav_msgs", "geometry_msgs", "rcl_interfaces", "std_msgs", "sensor_msgs"):
         monkeypatch.setitem(sys.modules, name, ModuleType(name))
     return calls
 

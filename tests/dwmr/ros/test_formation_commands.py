@@ -62,11 +62,23 @@ def test_the_measurements_of_a_run_give_its_commands(short, law, more, wanted):
 
 
 def test_no_command_is_beyond_the_limits_of_robots_and_node(short):
-    simulation = prepared(short("[robots.follower1.actuator]", "v_limit = 0.25"))
+    more = ("[robots.follower1.actuator]", "v_limit = 0.25")
+    simulation = prepared(short(*more), v_limit=0.5, omega_limit=0.75)
     start = [Odometry(r.x_0, r.y_0, r.theta_0, 0.0, 0.0) for r in simulation.scenario.robots.values()]
     far = [one._replace(x=one.x - 9.0, y=one.y + 5.0) for one in start]
-    found = FormationCommands(simulation, 0.5, 0.75).decide([start[0], *far[1:]])
+    found = FormationCommands(simulation).decide([start[0], *far[1:]])
     assert np.abs(found[1:]).tolist() == [[0.25, 0.0, 0.75], [0.5, 0.0, 0.75]]
+
+
+def test_the_safety_filter_counts_on_the_limits_of_the_node(short):
+    simulation = prepared(short("[safety]", *FILTER), v_limit=0.5, omega_limit=0.75)
+    assert {(r.actuator.v_limit, r.actuator.omega_limit) for r in simulation.scenario.robots.values()} == {(0.5, 0.75)}
+    start = [Odometry(r.x_0, r.y_0, r.theta_0, 0.0, 0.0) for r in simulation.scenario.robots.values()]
+    commands = FormationCommands(simulation)
+    for _ in range(100):
+        found = commands.decide([one._replace(x=one.x - 9.0) for one in start])
+    assert commands._periods.guard[1].commands == pytest.approx(found[:, ::2])
+    assert np.abs(found).max(axis=0) == pytest.approx([0.5, 0.0, 0.75], abs=1e-9)
 
 
 def test_the_sensors_of_the_scenario_have_no_part(short):

@@ -12,7 +12,7 @@ from dwmr.core.geometry import ahead
 from dwmr.ros.main import PARAMETERS, run
 from dwmr.scenario.file import find, read
 from fuzzyctl.ros.program import main
-from tests.dwmr.ros.stub import Float64, Node, Odometry, Twist, Unicycles, install
+from tests.dwmr.ros.stub import Float64, Node, Odometry, Twist, TwistStamped, Unicycles, install
 
 FOLDER = Path(dwmr.ros.__file__).parent
 
@@ -30,9 +30,9 @@ def short(tmp_path):
     return path
 
 
-def ended(monkeypatch, node, between=lambda node: None):
+def ended(monkeypatch, node, between=lambda node: None, unknown=()):
     """Run the node: exit code and calls of rclpy."""
-    calls = install(monkeypatch, node, between)
+    calls = install(monkeypatch, node, between, unknown)
     with pytest.raises(SystemExit) as stop:
         main("formation", run)
     return stop.value.code, calls
@@ -88,6 +88,8 @@ def test_all_mistakes_in_parameters_are_reported(monkeypatch, short, capsys):
         ({"scenario": "papr"}, "papr"),
         ({"timeout": 1}, "timeout has the wrong type, expected a number with a point"),
         ({"scenario": 3}, "scenario has the wrong type, expected a text"),
+        ({"stamped": "yes"}, "stamped has the wrong type, expected true or false"),
+        ({"v_limt": 0.2}, "there is no parameter v_limt; did you mean 'v_limit'?"),
     ],
 )
 def test_a_mistake_in_a_parameter_is_reported(monkeypatch, capsys, given, message):
@@ -95,6 +97,41 @@ def test_a_mistake_in_a_parameter_is_reported(monkeypatch, capsys, given, messag
     said = capsys.readouterr().err
     assert message in said
     assert "Traceback" not in said
+
+
+def test_an_argument_that_is_not_of_ros_is_reported(monkeypatch, capsys):
+    status, calls = ended(monkeypatch, Node(), unknown=("--scenario", "paper"))
+    assert (status, calls) == (2, [])
+    assert "unknown argument --scenario; expected --ros-args" in capsys.readouterr().err
+
+
+def test_arguments_that_ros_cannot_read_are_reported(monkeypatch, capsys):
+    install(monkeypatch, Node())
+
+    def init(**_):
+        raise RuntimeError("failed to initialize rcl: Couldn't parse params file")
+
+    monkeypatch.setattr("rclpy.init", init)
+    with pytest.raises(SystemExit, match="2"):
+        main("formation", run)
+    assert "error: failed to initialize rcl: Couldn't parse params file" in capsys.readouterr().err
+
+
+def test_parameters_do_not_change_while_it_runs_and_others_have_no_effect(monkeypatch, short):
+    node = Node(scenario=str(short), robot_radius=1.0, **{"qos_overrides./tf.depth": 1})
+    assert ended(monkeypatch, node, Unicycles(starts(read(short).scenario)).report)[0] == 0
+    assert {name: node.declared[name] for name in PARAMETERS} == dict.fromkeys(PARAMETERS, True)
+    warned = [said for severity, said in node.logged if severity == "warning"]
+    assert len(warned) == 1
+    assert warned[0].startswith("parameter robot_radius has no effect; known are scenario")
+
+
+def test_stamped_commands_have_the_time_and_the_frame_of_their_robot(monkeypatch, short):
+    node = Node(scenario=str(short), stamped=True)
+    assert ended(monkeypatch, node, Unicycles(starts(read(short).scenario)).report)[0] == 0
+    headers = node.headers["follower1/cmd_vel"]
+    assert headers[:2] == [((0, 0), "base_link"), ((0, 50_000_000), "base_link")]
+    assert len(headers) == len(node.published["follower1/cmd_vel"])
 
 
 def test_a_name_that_no_topic_has_is_reported(monkeypatch, tmp_path, capsys):
@@ -134,7 +171,7 @@ def test_without_ros_the_program_says_what_it_needs(capsys):
 
 def test_the_shipped_parameters_are_the_defaults():
     shipped = yaml.safe_load((FOLDER / "formation.yaml").read_text(encoding="utf-8"))
-    assert shipped == {"formation": {"ros__parameters": dict(PARAMETERS)}}
+    assert shipped == {"/**": {"ros__parameters": dict(PARAMETERS)}}
 
 
 def test_the_launch_file_starts_the_node_with_its_parameters():
@@ -160,4 +197,5 @@ def test_messages_of_the_stub_have_the_fields_of_ros():
 
     compare(Odometry(), "nav_msgs/msg/Odometry")
     compare(Twist(), "geometry_msgs/msg/Twist")
+    compare(TwistStamped(), "geometry_msgs/msg/TwistStamped")
     compare(Float64(), "std_msgs/msg/Float64")

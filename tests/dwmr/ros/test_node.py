@@ -38,7 +38,7 @@ def commands():
 
 @pytest.fixture
 def formation(node, commands):
-    settings = Settings("odom", "base_link", 0.5)
+    settings = Settings("odom", "base_link", 0.5, False)
     return FormationNode(node, ("a", "b"), commands, settings, (Odometry, Twist), "sensor data")
 
 
@@ -119,6 +119,18 @@ def test_a_fault_of_the_law_ends_the_run_with_zeros(node, formation):
     assert len(node.published["a/cmd_vel"]) == 5
     assert last(node) == [(0.0, 0.0)] * 2
     assert node.logged == [("error", "robots stopped: robot b at t = 0.400 s: it fell over")]
+
+
+def test_a_period_that_comes_late_is_reported_once(node, formation, commands):
+    for now in (0.0, 0.1, 0.26, 0.5):
+        node.now = now
+        hear(node)
+        formation.tick()
+    late = [said for severity, said in node.logged if severity == "warning"]
+    assert late == [
+        "0.16 s since the last period, 0.1 s expected: this computer is too slow for it, or the clock jumped; "
+        "what is computed falls behind"
+    ]
 
 
 def test_the_end_of_the_run_stops_the_robots(node, formation, commands):

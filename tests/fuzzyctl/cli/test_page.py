@@ -235,11 +235,25 @@ def test_a_page_of_a_file_with_a_loop_holds_its_blocks_and_its_run(tmp_path):
     assert (loop["t"][0], loop["t"][-1]) == (0.0, 60.0)
     assert {len(p["values"]) for p in loop["panels"]} == {len(loop["t"])}
     assert [p["name"] for p in loop["panels"]] == ["tank.y", "law.valve", "leak"]
-    assert loop["panels"][0]["reference"][0] == 1.0
+    assert loop["panels"][0]["reference"]["values"][0] == 1.0
     assert [v[0] for v in loop["verdicts"]] == ["met", "met"]
     controller = facts["sections"][1]
     assert controller["bounds"] == [["valve", "from 0 to 10 V"]]
     assert controller["verdicts"] == [["proved", "valve in [0, 10]", ""]]
+
+
+def test_a_signal_of_period_two_does_not_look_constant(tmp_path):
+    file = tmp_path / "c.fz"
+    file.write_text(
+        "controller toggle\noutput u in [-1, 1] = clamp(-previous(u, 1), -1, 1)\nevery 1 s\n\n"
+        "loop chatter\nblock own = toggle()\nrun 2000 s\n", encoding="utf-8",
+    )  # fmt: skip
+    _, facts = written(tmp_path / "x.html", file)
+    (panel,) = facts["sections"][-1]["panels"]
+    times, peaks = panel["peaks"]
+    assert len({*panel["values"][:-1]}) == 1
+    assert {*panel["values"], *peaks} == {-1.0, 1.0}
+    assert times == [t + 1.0 for t in facts["sections"][-1]["t"][:-1]]
 
 
 def test_the_time_of_a_run_has_the_inputs_of_controllers_and_systems(tmp_path):
@@ -304,6 +318,49 @@ def test_each_call_of_a_system_is_shown_and_states_are_named_as_they_are_written
     assert set(controller["states"].values()) == {
         "what is kept [m]", "lowpass(e, 0.1 s), filtered", "delay(e, 5)", "whether a step was made",
     }  # fmt: skip
+
+
+ADAPTING = """system gain
+defuzzifier weighted_average
+input e in [-1, 1]
+  terms low high
+output F in [-2, 2] adaptive rate e
+  terms N=0 P=0
+if e is low then F is N
+if e is high then F is P
+
+system held
+allow FZ208
+input e in [-1, 1]
+  terms low high
+output H in [-1, 1] else hold
+  terms N P
+if e is very low then H is N
+
+controller inner
+input e in [-1, 1]
+output v = gain(
+  e / 2)
+every 1 s
+
+controller c
+input e in [-1, 1]
+let push = gain(e)
+block one = inner(e)
+output u = push + one.v + held(e)
+every 1 s
+"""
+
+
+def test_what_a_call_of_a_system_keeps_is_named_in_words(tmp_path):
+    file = tmp_path / "c.fz"
+    file.write_text(ADAPTING, encoding="utf-8")
+    _, facts = written(tmp_path / "x.html", file)
+    assert sorted(facts["sections"][-1]["states"].values()) == [
+        "held(e), last value of H",
+        *(f"one.v = gain(e / 2), adaptive consequent {k} of F" for k in (1, 2)),
+        *(f"push = gain(e), adaptive consequent {k} of F" for k in (1, 2)),
+    ]
 
 
 def test_of_a_controller_is_shown_what_is_refuted_and_what_has_no_bound(tmp_path):

@@ -299,9 +299,18 @@ class TestPictureOfPlaces:
         (spike,) = self.spikes(self.drawn(self.TEXT.format("semantics exact(merge=terms)\n", "cheap"), 3.0)[5])
         assert spike == (pytest.approx(31.0), pytest.approx(0.7))
 
+    def test_a_name_stands_at_the_end_where_it_hides_less(self):
+        low, cheap, high, dear = self.drawn(self.TEXT.format("", "dear"), 3.0)[:4]
+        assert [t.get_ha() for ax in (low, cheap, high, dear) for t in ax.texts] == ["right", "right", "left", "left"]
+
+    def test_a_line_hides_less_behind_a_name_than_a_curve(self):
+        assert [t.get_ha() for t in self.drawn(self.TEXT.format("", "dear"), 9.0)[2].texts] == ["right"]
+
     def test_a_name_leaves_room_for_a_place_at_the_left(self):
-        sides = [[t.get_ha() for t in self.drawn(self.TEXT.format("", "dear"), x)[1].texts] for x in (3.0, 0.2)]
-        assert sides == [["left"], ["right"]]
+        numbers = self.TEXT.replace("ramp(80, 10)", "constant(5)").replace("ramp(50, 100)", "constant(90)")
+        text = numbers.replace("tsukamoto", "weighted_average").format("", "dear")
+        sides = [[t.get_ha() for t in self.drawn(text, x)[1].texts] for x in (0.2, 9.0)]
+        assert sides == [["right"], ["left"]]
 
 
 class TestPictureOfInputsBeyond:

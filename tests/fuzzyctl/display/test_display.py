@@ -65,6 +65,7 @@ def shown(tipper, loop, run):
         fuzzyctl.compile(fragile, "python", free=["k_s"]),
         fuzzyctl.compile(loop.controllers[0], "python"),
         *(loop, loop.controllers[0], loop.plants[0], run),
+        fuzzyctl.Experiment(loop, "python", free=["law.GE"]),
         fuzzyctl.why(tipper, service=7, food=8),
         *(verdicts, verdicts[0], verdicts[1]),
         fuzzyctl.Undecided("f <= 1", "it takes more time", ({"x": (0.0, 1.0)},), 7),
@@ -108,6 +109,16 @@ def test_one_line_says_what_goes_in_and_out(shown):
     assert repr(shown["Plant"]) == "Plant(cart: F -> position, speed, angle, rate; 4 states)"
     assert repr(shown["Run"]).endswith("5001 samples, 17 signals; 1 of 1 requirements hold)")
     assert repr(shown["Refuted"]).endswith("at sigma = 0, dsigma = 0: k_h_min - k_s * f = -0.008, G_min = 0.001)")
+
+
+def test_a_plan_is_one_line_too(shown):
+    assert repr(shown["Kernel"].plan) == "Plan(service, food -> tip; 3 rules)"
+
+
+def test_an_experiment_says_what_is_compiled(shown):
+    html = shown["Experiment"]._repr_html_()
+    for fact in ("experiment balanced: ", "5,001, 0.01 s apart", "law.GE = 4", "cart.angle, cart.rate<"):
+        assert fact in html
 
 
 @pytest.mark.parametrize("name", ["FuzzySystem", "Loop"])
@@ -227,6 +238,7 @@ def test_completion_shows_nothing_inherited(tipper):
     assert "model_copy" not in dir(tipper)
     assert {"plot", "rules", "with_params"} <= set(dir(tipper))
     assert {"annotations", "import_module", "Any"} & set(dir(fuzzyctl)) == set()
+    assert dir(fuzzyctl.build) == sorted(fuzzyctl.build.__all__)
 
 
 class TestWhy:

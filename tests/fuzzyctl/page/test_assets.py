@@ -10,7 +10,7 @@ import pytest
 import fuzzyctl.page
 
 ASSETS = Path(fuzzyctl.page.__file__).parent / "assets"
-SCRIPTS = ",".join(str(ASSETS / name) for name in ("plots.js", "panels.js", "inputs.js"))
+SCRIPTS = ",".join(str(ASSETS / name) for name in ("plots.js", "panels.js", "inputs.js", "loop.js"))
 
 pytestmark = pytest.mark.skipif(shutil.which("node") is None, reason="node is not installed")
 
@@ -52,6 +52,11 @@ def test_a_run_that_diverges_sets_no_ends_by_its_last_values():
 def test_a_constant_has_one_number_on_its_axis():
     lines = ["[[2, 2, null], [2]]", "[[2, 3]]", "[[null]]", "[[0, 0]]"]
     assert computed([f"constantOf({own})" for own in lines]) == [2, None, None, 0]
+
+
+def test_a_line_of_a_run_has_its_peaks_and_its_values_at_the_times_of_the_slider():
+    found = computed(["withPeaks([0, 2, 4], { values: [1, 1, null], peaks: [[1, 3], [5, -5]] })"])
+    assert found == [{"x": [0, 1, 2, 3, 4], "y": [1, 5, 1, -5, None]}]
 
 
 def test_long_names_are_cut_and_far_pixels_have_no_exponent():

@@ -7,6 +7,7 @@ import subprocess
 import sys
 
 import numpy as np
+import pandas as pd
 import pytest
 from matplotlib.figure import Figure
 
@@ -81,6 +82,29 @@ def test_labels_are_no_formulas_in_the_figure_of_a_caller(tipper):
     assert ax.get_xlabel() == "$\\frac{$"
 
 
+def test_powers_of_ten_along_an_axis_are_formulas(tipper):
+    food = tipper.input("food")
+    food = dataclasses.replace(food, lower=fuzzyctl.build.expression(0.1), label="$\\frac{$")
+    ax = Figure().subplots()
+    ax.set_xscale("log")
+    fuzzyctl.plot.terms(dataclasses.replace(tipper, inputs=(tipper.inputs[0], food)), "food", ax=ax)
+    ax.figure.draw_without_rendering()
+    assert "$" in ax.get_xticklabels()[1].get_text()
+    assert all(label.get_parse_math() for label in ax.get_xticklabels())
+    assert not ax.xaxis.label.get_parse_math()
+
+
+@pytest.mark.parametrize("number", [np.int64(3), np.float32(3), np.array(3), True + 2])
+def test_any_real_number_is_a_value_of_an_input(tipper, number):
+    assert tipper.plot("food", at={"service": number}, resolution=2).get_title().endswith("(Service = 3)")
+
+
+def test_a_row_of_a_frame_is_a_point(tipper):
+    row = pd.Series({"food": 8.0, "service": 7.0})
+    assert fuzzyctl.why(tipper, row).outputs == fuzzyctl.why(tipper, food=8, service=7).outputs
+    assert tipper.plot("food", at=row[["service"]], resolution=2).get_title().endswith("(Service = 7)")
+
+
 def test_where_nothing_is_finite_the_picture_says_so():
     text = "system n\ninput x in [0, 1]\n  low = triangle(0, 0, 0.2)\noutput u in [0, 1] else nan\n  terms a=0 b=1\n"
     system = fuzzyctl.loads(
@@ -101,6 +125,10 @@ def test_where_nothing_is_finite_the_picture_says_so():
         (lambda s: s.plot("food", at={"food": 1}), "'food' is an axis and has a value"),
         (lambda s: s.plot(at={"food": math.nan}), "input 'food' must be a number that is not NaN"),
         (lambda s: s.plot(at={"food": 1, "service": 1}), "all inputs have values"),
+        (lambda s: s.plot(at={"food": "3"}), "input 'food' must be a real number, got str"),
+        (lambda s: s.plot(at={"food": 10**400}), "input 'food' must be within the range of floats"),
+        (lambda s: s.plot(at=pd.DataFrame({"food": [1]})), "'at' must be numbers by name of the input, got DataFrame"),
+        (lambda s: fuzzyctl.why(s, food=10**400, service=1), "input 'food' must be within the range of floats"),
         (lambda s: s.plot(at=3), "'at' must be numbers by name of the input, got int"),
         (lambda s: s.plot(resolution=1), "'resolution' must be from 2 to 2001, got 1"),
         (lambda s: s.plot(resolution=2.5), "'resolution' must be an integer, got float"),

@@ -11,6 +11,7 @@ from dwmr.figures.style import COLOURS
 from fuzzyctl.plot.style import COLORS
 
 ROOT = Path(__file__).parents[3]
+PAGE = ROOT / "fuzzyctl/page/assets/page.css"
 #: Deuteranopia on linear RGB (Machado, Oliveira and Fernandes 2009, Table 1, severity 1.0).
 DEUTERANOPIA = np.array(
     [[0.367322, 0.860646, -0.227968], [0.280085, 0.672501, 0.047413], [-0.011820, 0.042940, 0.968881]]
@@ -68,7 +69,7 @@ def test_the_difference_is_that_of_the_published_pairs(one, two, difference):
 
 def backgrounds():
     """Return what pages and pictures are drawn on, light and dark."""
-    style = (ROOT / "fuzzyctl/page/assets/page.css").read_text(encoding="utf-8")
+    style = PAGE.read_text(encoding="utf-8")
     light, dark = (re.findall(rf"--{name}: (#[0-9a-f]{{6}})", style) for name in ("back", "card"))
     return set(light + dark)
 
@@ -97,4 +98,13 @@ def test_errors_warnings_and_links_of_the_studio_are_told_apart(scheme):
     colors = [both.split(", ")[scheme] for both in found.values()]
     assert len(colors) == 3
     for one, two in combinations(colors, 2):
+        assert ciede2000(lab(one, DEUTERANOPIA), lab(two, DEUTERANOPIA)) >= APART, (one, two)
+
+
+@pytest.mark.parametrize("scheme", [0, 1], ids=["light", "dark"])
+def test_claims_that_hold_fail_and_are_undecided_are_told_apart(scheme):
+    style = PAGE.read_text(encoding="utf-8")
+    names = [re.search(rf"\.{kind} {{ color: var\(--(\w+)\)", style)[1] for kind in ("holds", "fails", "undecided")]
+    own = [re.findall(rf"--{name}: (#[0-9a-fA-F]{{6}})", style)[scheme] for name in [*names, "text"]]
+    for one, two in combinations(own, 2):
         assert ciede2000(lab(one, DEUTERANOPIA), lab(two, DEUTERANOPIA)) >= APART, (one, two)

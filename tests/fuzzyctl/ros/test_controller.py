@@ -3,6 +3,7 @@
 import math
 from pathlib import Path
 
+import numpy as np
 import pytest
 import yaml
 
@@ -83,6 +84,25 @@ def test_old_inputs_bring_it_to_rest_its_state_waits_and_the_log_says_so_once(mo
     assert node.logged == [("warning", f"at rest: {reasons}"), ("info", "all inputs are there: the controller runs")]
 
 
+def test_numbers_of_arrays_of_fixed_size_are_read(monkeypatch, given):
+    node = Node(**given())
+
+    def between(node):
+        node.callbacks["goal"](Float64(1.0))
+        node.callbacks["joints"](JointState(np.array([9.0, 0.5], dtype=np.float32)))
+
+    ended(monkeypatch, node, between, 3)
+    assert node.logged == []
+    assert node.published["cmd_vel"][0][1] == 0.25
+
+
+def test_messages_with_a_header_have_the_time(monkeypatch, given):
+    node = Node(**given(outputs=["rate cmd_vel geometry_msgs/msg/TwistStamped twist.angular.z 0"]))
+    ended(monkeypatch, node, report, 3)
+    assert node.headers["cmd_vel"][1] == ((0, 100_000_000), "")
+    assert node.published["cmd_vel"][1][1] == 0.25
+
+
 @pytest.mark.parametrize(
     ("message", "reason"),
     [
@@ -138,6 +158,7 @@ def test_an_output_that_is_not_finite_ends_it(monkeypatch, given):
             "outputs: 'opening' and 'rate' give the topic a two types",
         ),
         ({"period": 0.2}, "period = 0.2 s, but the controller says every 0.1 s"),
+        ({"timeot": 1.0}, "there is no parameter timeot; did you mean 'timeout'?"),
         ({"timeout": 0.0}, "timeout = 0 s, expected a positive number"),
         ({"inputs": "level"}, "inputs has the wrong type, expected a list of texts"),
     ],

@@ -116,6 +116,16 @@ class TestOtherForms:
         assert kernel.batch(frame.iloc[0]).tolist() == kernel(2.0, 10.0) == kernel(**frame.iloc[0])
         assert kernel.batch({"food": 10.0, "service": 2.0}).tolist() == kernel(2.0, 10.0)
 
+    def test_a_series_of_many_rows_is_no_point_and_the_message_stays_short(self, kernel):
+        expected = (
+            "points with named columns must have exactly the inputs service, food; no input 0; no input 1; no input 2; "
+            "no input 3; no input 4; and 995 more; a column is missing for: 'service', 'food'; "
+            "a Series is one point, and its labels are the inputs: several are a data frame"
+        )
+        with pytest.raises(ArgumentError) as raised:
+            kernel.batch(pd.Series(np.zeros(1000)))
+        assert str(raised.value) == expected
+
     def test_an_array_without_labels_is_taken_by_position(self, kernel):
         points = NamedAxes([[2.0, 10.0], [9.0, 0.0]], ("time", "input"), time=[0, 1])
         assert kernel.batch(points).tolist() == kernel.batch(points.values).tolist()
@@ -213,6 +223,9 @@ class TestCallsByName:
             tipper(service=frame["service"], food=frame["food"][::-1])
         with pytest.raises(ArgumentError, match="'service' and 'food' have different row labels"):
             compile_system(tipper).batch({"service": frame["service"], "food": frame["food"][::-1]})
+        shapes = r"they have the shapes service \(3,\), food \(2,\)"
+        with pytest.raises(ArgumentError, match=shapes):
+            tipper(service=frame["service"], food=np.zeros(2))
         turned = tipper(service=frame["service"], food=frame["food"].to_numpy()[::-1])
         assert turned[0] == pytest.approx(tipper(service=2.0, food=3.0), rel=1e-12)
 

@@ -68,7 +68,12 @@ def test_several_outputs_are_columns(two):
 
 def test_free_numbers_take_frames(tipper):
     kernel = fuzzyctl.compile(tipper, "numpy", free=["tip.cheap.peak"])
-    assert list(kernel.batch(FRAME, kernel.initial_values()).index) == ["a", "b", "c"]
+    values = kernel.initial_values()
+    assert list(kernel.batch(FRAME, values).index) == ["a", "b", "c"]
+    assert list(kernel.degrees(FRAME, values)["food"]["rancid"].index) == ["a", "b", "c"]
+    assert list(kernel.strengths(FRAME, values).index) == ["a", "b", "c"]
+    assert list(kernel.gradient(FRAME, values)["food"].index) == ["a", "b", "c"]
+    assert list(kernel.gradient(FRAME, values, by="values").columns) == ["tip.cheap.peak"]
 
 
 def test_arrays_rows_and_given_results_stay_as_they_are(tipper):
