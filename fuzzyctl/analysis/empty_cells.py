@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 
 from fuzzyctl.diagnostics.diagnostic import Note
-from fuzzyctl.kernels.compile import degrees
+from fuzzyctl.kernels.compile import degree_function
 from fuzzyctl.model.rule import RuleBlock, RuleTable
 from fuzzyctl.model.system import FuzzySystem
 
@@ -41,5 +41,5 @@ def _holds(system: FuzzySystem, variable: str, term: str, point: Mapping[str, fl
     found = declared.term(term) if declared is not None else None
     if declared is None or found is None or variable not in point:
         return False
-    degree = degrees(system, declared, found, [point[variable]])
-    return degree is not None and bool(degree[0] > 0.0)
+    degree = degree_function(system, declared, found)
+    return degree is not None and degree(point[variable]) > 0.0

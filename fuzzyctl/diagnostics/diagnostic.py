@@ -68,6 +68,11 @@ class Diagnostic:
         """`file:line:column`, as far as it is known."""
         return str(self.span) if self.span is not None else self.file
 
+    @property
+    def explanations(self) -> tuple[str, ...]:
+        """The facts, then the notes, each with its place."""
+        return (*self.facts, *(f"{n.message} ({_other_place(n.span, self)})" for n in self.notes))
+
     def as_dict(self) -> dict[str, Any]:
         """Return the diagnostic as plain data, for `--format json`."""
         data: dict[str, Any] = {
@@ -124,10 +129,8 @@ def render(
         lines.append(f"{pad}= {paint(label, 'cyan')}{colon}{first}")
         lines.extend(f"{pad}  {line}" for line in (*rest, *(f"  {line}" for line in below)))
 
-    for fact in diagnostic.facts:
-        add(fact)
-    for note in diagnostic.notes:
-        add(f"{note.message} ({_other_place(note.span, diagnostic)})")
+    for text in diagnostic.explanations:
+        add(text)
     if diagnostic.help:
         add(diagnostic.help, "help")
     return "\n".join(lines)

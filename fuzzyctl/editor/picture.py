@@ -7,9 +7,7 @@ from collections.abc import Sequence
 from typing import Final
 from xml.sax.saxutils import escape
 
-from fuzzyctl.kernels.backends.python import backend as python_backend
-from fuzzyctl.kernels.inference import inference
-from fuzzyctl.kernels.plan.build import planned_set
+from fuzzyctl.kernels.compile import degree_function
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import LinguisticVariable, Term
 
@@ -53,11 +51,9 @@ def _line(
     if term.membership.kind in ("singleton", "constant"):
         at = 1 + (system.number(term.membership.arguments[0]) - ends[0]) * scale
         return f"{at:.1f},{base} {at:.1f},{base - height * system.number(term.membership.height):.1f}"
-    found = planned_set(system, variable, term)
-    if found is None:
+    degree = degree_function(system, variable, term)
+    if degree is None:
         return ""
-    program = inference.term_degree(found)
-    degree = python_backend.compile_source(python_backend.evaluation_source(program), program, [variable.name])
     return " ".join(f"{1 + (x - ends[0]) * scale:.1f},{base - height * degree(x):.1f}" for x in xs)
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import cache, cached_property
 from numbers import Real
 from typing import TYPE_CHECKING, Any, Final, Literal, get_args, overload
@@ -13,6 +13,7 @@ from fuzzyctl.kernels.algorithms.select import ALGORITHMS, AlgorithmName, algori
 from fuzzyctl.kernels.backends.arguments import float_array, stacked
 from fuzzyctl.kernels.backends.labels import labelled
 from fuzzyctl.kernels.backends.numba.compile_cost import MOST_OPERATIONS, operations
+from fuzzyctl.kernels.backends.python import backend as python_backend
 from fuzzyctl.kernels.inference import inference
 from fuzzyctl.kernels.kernel import Kernel
 from fuzzyctl.kernels.plan.build import Plan, plan, planned_set
@@ -29,7 +30,17 @@ if TYPE_CHECKING:
 
     FloatArray = npt.NDArray[np.float64]
 
-__all__ = ["ALGORITHMS", "BACKENDS", "AlgorithmName", "Backend", "ByName", "Kernel", "compile", "degrees"]
+__all__ = [
+    "ALGORITHMS",
+    "BACKENDS",
+    "AlgorithmName",
+    "Backend",
+    "ByName",
+    "Kernel",
+    "compile",
+    "degree_function",
+    "degrees",
+]
 
 #: What `compile` takes as a backend.
 Backend = Literal["auto", "numba", "numpy", "python"]
@@ -185,6 +196,15 @@ def degrees(system: FuzzySystem, variable: LinguisticVariable, term: Term, x: An
     results = np.empty_like(points)
     fill(points, None, results)
     return results[:, 0]
+
+
+def degree_function(system: FuzzySystem, variable: LinguisticVariable, term: Term) -> Callable[[float], float] | None:
+    """Return the degree of one term as a function of a number, without numpy; for the arguments see `degrees`."""
+    found = planned_set(system, variable, term)
+    if found is None:
+        return None
+    program = inference.term_degree(found)
+    return python_backend.compile_source(python_backend.evaluation_source(program), program, [variable.name])
 
 
 class ByName:

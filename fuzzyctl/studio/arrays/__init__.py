@@ -1,8 +1,9 @@
 """Arrays in plain Python, under numpy's names: the part of numpy that proofs and measures take, for browsers.
 
 `install` makes `import numpy` find them where there is no numpy. Element by element they have the bits of numpy, but
-for `exp` and its kin, which are the C library's; sums run from the first element to the last. Indexing copies. What is
-not here raises `ModuleNotFoundError`, as numpy does where it is missing.
+for `exp` and its kin, which are the C library's; sums, which are Python's, may differ too. Indexing copies.
+What is not here raises `ModuleNotFoundError`, as numpy does where it is missing. No proof relies on a last bit: ends of
+intervals are moved outward by more than any of these differences, see `kernels/interval/vector.py`.
 """
 
 from __future__ import annotations

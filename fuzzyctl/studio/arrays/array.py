@@ -171,9 +171,12 @@ def _places(shape: Shape, key: Any) -> tuple[list[int], Shape | None]:
         keys[at : at + 1] = [slice(None)] * (len(shape) - sum(k is not None for k in keys) + 1)
     keys += [slice(None)] * (len(shape) - sum(k is not None for k in keys))
     strides = [math.prod(shape[k + 1 :]) for k in range(len(shape))]
-    lists = [k for k in keys if isinstance(k, ndarray | list) and len(asarray(k).shape)]
-    if len(lists) > 1:  # one element for each pair
-        rows = [asarray(k).items for k in keys]
+    lists = [asarray(k) for k in keys if isinstance(k, ndarray | list) and len(asarray(k).shape)]
+    pairs = len(lists) > 1
+    if any(len(own.shape) > 1 or (pairs and (_is_mask(own.items) or len(lists) < len(keys))) for own in lists):
+        raise lacking()
+    if pairs:  # one element for each of them
+        rows = [_within(own.items, count) for own, count in zip(lists, shape, strict=True)]
         return [sum(map(operator.mul, row, strides)) for row in zip(*rows, strict=True)], (len(rows[0]),)
     taken: list[Sequence[int]] = []
     found: list[int] = []
@@ -190,12 +193,18 @@ def _places(shape: Shape, key: Any) -> tuple[list[int], Shape | None]:
             items = asarray(k).items
             own = (n for n, is_in in enumerate(items) if is_in) if _is_mask(items) else items
         else:
-            taken.append([(operator.index(k) % count) * stride])
+            taken.append([range(count)[operator.index(k)] * stride])
             continue
-        taken.append([(n % count) * stride for n in own])
+        taken.append([n * stride for n in _within(own, count)])
         found.append(len(taken[-1]))
     places = [sum(row) for row in product(*taken)] if len(taken) != 1 else list(taken[0])
     return places, tuple(found) if found or not shape else None
+
+
+def _within(places: Iterable[int], count: int) -> list[int]:
+    """Return places along an axis, of which negative ones count from its end; one beyond it is an `IndexError`."""
+    axis = range(count)
+    return [axis[n] for n in places]
 
 
 def _is_mask(items: list[Any]) -> bool:

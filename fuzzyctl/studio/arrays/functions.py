@@ -198,6 +198,8 @@ def interp(x: Any, xp: Any, fp: Any) -> ndarray:
     at, values = asarray(xp).items, asarray(fp).items
 
     def value(x: float) -> Any:
+        if x != x:
+            return x
         k = bisect_right(at, x) - 1
         if k < 0 or k == len(at) - 1:
             return values[max(k, 0)]

@@ -4,6 +4,7 @@ import json
 import re
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -11,10 +12,13 @@ from fuzzyctl.studio import proofs
 from fuzzyctl.studio.answers import METHODS, answer
 from fuzzyctl.support.reading import MAX_BYTES
 from fuzzyctl.support.shipped import rules_folder
+from tests.commands import runner
 
 RULES = rules_folder()
 #: A system with transcendental terms, a controller with used files, a loop.
 FILES = ("tipper.fz", "fcafsmc_law.fz", "loops/water_tank.fz")
+#: A mistake each.
+MISTAKES = sorted((Path(__file__).parents[2] / "golden" / "diagnostics").glob("*.fz"))
 TARGETS = ("c", "javascript", "python", "st")
 #: What Pyodide does not have beside the studio.
 ABSENT = "numpy scipy matplotlib numba pydantic pygls lsprotocol rich click pygments".split()
@@ -50,6 +54,7 @@ def requests():
             {"method": m, **common} for m in METHODS if m not in ("export", "page" if path.stem != "tipper" else "")
         )
         yield from ({"method": "export", "target": target, **common} for target in TARGETS)
+    yield from ({"method": "check", "file": str(path), "text": path.read_text()} for path in MISTAKES)
 
 
 def test_answers_without_numpy_are_those_with_it():
@@ -60,9 +65,15 @@ def test_answers_without_numpy_are_those_with_it():
     assert done.returncode == 0, done.stderr
     found, number = json.loads(done.stdout)
     for request, own in zip(asked, found, strict=True):
-        assert "refused" not in json.loads(own), request["method"]
-        assert own == answer(json.dumps(request)), request["method"]
+        assert "refused" not in json.loads(own), (request["method"], request["file"])
+        assert own == answer(json.dumps(request)), (request["method"], request["file"])
     assert number == compile(load(RULES / "tipper.fz"), backend="python")(7.0, 8.0).hex()
+
+
+def test_a_diagnostic_says_what_other_places_explain():
+    (path,) = (p for p in MISTAKES if p.stem == "FZ401")
+    found = ask("check", path.read_text())["diagnostics"]
+    assert "the cell of row 'N', column 'L' is empty (line 18)" in found[0]["facts"]
 
 
 def test_places_are_in_units_of_utf_16():
@@ -176,6 +187,18 @@ def test_hovers_show_a_term():
     text = (RULES / "tipper.fz").read_text()
     found = ask("hover", text, offset=text.index("gaussian(5") - 9)
     assert "data:image/svg+xml" in found["markdown"]
+
+
+def test_a_page_has_the_title_that_the_command_gives_it(tmp_path):
+    one = (RULES / "tipper.fz").read_text(encoding="utf-8")
+    file, page = tmp_path / "two.fz", tmp_path / "x.html"
+    for text, title in ((one, "Tip for service and food"), (one + one.replace("system tipper", "system other"), "two")):
+        assert ask("picture", text, file)["facts"]["title"] == title
+        file.write_text(text, encoding="utf-8")
+        done = runner("page")(file, "-o", page)
+        assert done.exit_code == 0, done.output
+        assert f"<title>{title}</title>" in page.read_text(encoding="utf-8")
+        assert f"<title>{title}</title>" in ask("page", text, file)["html"]
 
 
 def test_a_hostile_title_stays_text():

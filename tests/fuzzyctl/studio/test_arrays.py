@@ -98,6 +98,20 @@ def test_lists_masks_and_pairs_as_keys():
     same(own, a)
 
 
+@pytest.mark.parametrize("key", [3, -4, [0, 3], [True, True, True, True]])
+def test_a_place_beyond_the_end_is_an_error_as_of_numpy(key):
+    for a in (np.zeros(3), plain.zeros(3)):
+        with pytest.raises(IndexError):
+            a[key]
+
+
+@pytest.mark.parametrize("key", [[[0, 1], [1, 0]], ([True, False, True], [0, 1]), ([0, 1], [0, 1], slice(None))])
+def test_keys_that_are_not_here_are_missing(key):
+    own = tuple(map(of, map(np.array, key[:2]))) + key[2:] if isinstance(key, tuple) else of(np.array(key))
+    with pytest.raises(ModuleNotFoundError):
+        plain.zeros((3, 3, 2))[own]
+
+
 def test_functions_of_whole_arrays_are_numpy_s():
     a, b = np.array([[3.0, -1.0, 2.0], [0.5, 7.0, -2.0]]), np.array([1.0, 1.0, math.nan, 0.0])
     own, other = of(a), of(b)
@@ -121,10 +135,11 @@ def test_functions_of_whole_arrays_are_numpy_s():
     same(plain.logical_or.reduce([own > 3.0, own < 0.0]), np.logical_or.reduce([a > 3.0, a < 0.0]))
     same(own[:, :0].min(axis=1, initial=5.0), a[:, :0].min(axis=1, initial=5.0))
     rows, values = np.array([0.0, 1.0, 3.0]), np.array([2.0, -1.0, 0.1])
-    at = np.linspace(-1.0, 4.0, 23)
+    at = np.append(np.linspace(-1.0, 4.0, 23), math.nan)
     same(plain.interp(of(at), of(rows), of(values)), np.interp(at, rows, values))
     same(plain.searchsorted(of(rows), [1.0, 2.0]), np.searchsorted(rows, [1.0, 2.0]))
     same(plain.append(plain.diff(of(rows)), 0.0), np.append(np.diff(rows), 0.0))
+    at = at[:-1]
     same(plain.quantile(of(at), (0.005, 0.4, 1.0)), np.quantile(at, (0.005, 0.4, 1.0)))
     assert plain.median(other[:2]) == plain.median(own) - 0.25 == 1.0
     assert plain.nanargmax(of(np.array([1.0, math.nan, 3.0]))) == 2
