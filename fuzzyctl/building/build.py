@@ -14,27 +14,25 @@ system = build.system("tip", [service, tip], [table], defuzzifier="weighted_aver
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import replace
-from typing import Any, Literal
+from typing import Any
 
 from fuzzyctl.building import fragments, values
 from fuzzyctl.building.cells import cell, row
 from fuzzyctl.building.fragments import rule
-from fuzzyctl.building.partition import Partition, partition
+from fuzzyctl.building.methods import activation_of, method_of
+from fuzzyctl.building.partition import partition
 from fuzzyctl.building.validate import require_as_file
-from fuzzyctl.building.values import TermSpec, Value
+from fuzzyctl.building.values import Value
+from fuzzyctl.building.variables import Hold, input_variable, let_variable, membership, output_variable
 from fuzzyctl.diagnostics.diagnostic import ArgumentError
 from fuzzyctl.expr import Expr
-from fuzzyctl.formulas.memberships import MembershipKind
 from fuzzyctl.formulas.norms import Aggregation, Conjunction, Disjunction
-from fuzzyctl.model import variable
 from fuzzyctl.model.guarantee import Guarantee, Hedge, Param
-from fuzzyctl.model.method import Activation, Defuzzifier, Method
-from fuzzyctl.model.profiles import PROFILES, Profile
+from fuzzyctl.model.method import Activation, Defuzzifier
 from fuzzyctl.model.rule import Rule, RuleBlock, RuleTable
 from fuzzyctl.model.semantics import Semantics
 from fuzzyctl.model.system import FuzzySystem
-from fuzzyctl.model.variable import Fallback, Input, Let, Membership, Output, Term, as_set
+from fuzzyctl.model.variable import Input, Let, Output
 from fuzzyctl.support import arguments
 
 __all__ = [
@@ -56,9 +54,6 @@ def __dir__() -> list[str]:
     return __all__
 
 
-_TERMS = "terms by name or a partition"
-
-
 def expression(value: Value) -> Expr:
     """Return an expression from a number, a text such as `"(k - 1) / 2"`, or an expression.
 
@@ -68,193 +63,6 @@ def expression(value: Value) -> Expr:
         ValueOutOfBoundsError: For NaN, which no number of a system can be, and numbers beyond the range of floats.
     """
     return values.expression("the value", value)
-
-
-def Hold(start: Value | None = None) -> variable.Hold:  # noqa: N802 - it reads as what it makes
-    """Return what `otherwise` takes where an output keeps its previous value, as `else hold(START)` does in a file.
-
-    Args:
-        start: What it is before any rule has fired; None for the middle of the range.
-    """
-    return variable.Hold(start=None if start is None else values.expression("'start'", start))
-
-
-def membership(
-    kind: MembershipKind | Literal["linear", "function"], *parameters: Value, height: Value = 1
-) -> Membership:
-    """Return a membership function, such as `membership("triangle", -inf, 0, 1)`.
-
-    Args:
-        kind: Its name, as a file writes it.
-        parameters: In the order of the file.
-        height: Largest degree.
-    """
-    given = tuple(values.expression("a parameter", p) for p in parameters)
-    return Membership(
-        kind=arguments.text("'kind'", kind), arguments=given, height=values.expression("'height'", height)
-    )
-
-
-def input_variable(
-    name: str,
-    lower: Value,
-    upper: Value,
-    terms: Mapping[str, TermSpec] | Partition,
-    *,
-    label: str = "",
-    unit: str = "",
-    extrapolate: bool = False,
-) -> Input:
-    """Return an input.
-
-    Args:
-        name: An identifier.
-        lower: Lower end of the range.
-        upper: Upper end of the range.
-        terms: Terms by name, or a `partition`.
-        label: What plots write.
-        unit: Its unit.
-        extrapolate: Whether values outside the range go through the formulas instead of being clamped.
-    """
-    fields = _variable(name, lower, upper, terms, label, unit)
-    return Input(**fields, extrapolate=arguments.flag("'extrapolate'", extrapolate))
-
-
-def output_variable(
-    name: str,
-    lower: Value,
-    upper: Value,
-    terms: Mapping[str, TermSpec] | Partition,
-    *,
-    label: str = "",
-    unit: str = "",
-    otherwise: Value | Fallback | Literal["hold"] | variable.Hold | None = None,
-    adaptive: Value | None = None,
-    clamp: bool = False,
-    implication: Conjunction | None = None,
-    aggregation: Aggregation | None = None,
-    defuzzifier: str | Defuzzifier | None = None,
-    value: Value | None = None,
-) -> Output:
-    """Return an output; the arguments are those of `input_variable`.
-
-    Args:
-        name: An identifier.
-        lower: Lower end of the range.
-        upper: Upper end of the range.
-        terms: Terms by name, or a `partition`.
-        label: What plots write.
-        unit: Its unit.
-        otherwise: What it is where no rule fires: a value, "midpoint", "nan", "error", "hold", "hold(0.5)"
-            or `Hold(0.5)`.
-        adaptive: The rate of adaptive consequents.
-        clamp: Whether its value is held within its range.
-        implication: Its own implication, None for the system's.
-        aggregation: Its own aggregation, None for the system's.
-        defuzzifier: Its own defuzzifier, None for the system's.
-        value: The expression that it is, in place of rules; None for an output that rules set.
-    """
-    fields = _variable(name, lower, upper, terms, label, unit, is_output=True)
-    own = None if defuzzifier is None else _defuzzifier(defuzzifier)
-    norms = {"implication": implication, "aggregation": aggregation}
-    fields |= {"defuzzifier": own, "clamped": arguments.flag("'clamp'", clamp)} | _texts(
-        **{n: v for n, v in norms.items() if v is not None}
-    )
-    if otherwise is not None:
-        fields["otherwise"] = _otherwise(otherwise)
-    if adaptive is not None:
-        fields["adaptive"] = values.expression("'adaptive'", adaptive)
-    if value is not None:
-        fields["value"] = values.expression("'value'", value)
-    return Output(**fields)
-
-
-def let_variable(
-    name: str,
-    value: Value,
-    lower: Value | None = None,
-    upper: Value | None = None,
-    terms: Mapping[str, TermSpec] | Partition | None = None,
-    *,
-    label: str = "",
-    unit: str = "",
-) -> Let:
-    """Return a let, a named value of the inputs.
-
-    Args:
-        name: An identifier.
-        value: An expression over params, inputs and other lets.
-        lower: Lower end of the range; None for no range.
-        upper: Upper end of the range; None for no range.
-        terms: Terms by name, or a `partition`; they need a range.
-        label: What plots write.
-        unit: Its unit.
-
-    Raises:
-        ArgumentError: For one end of a range without the other, and for terms without a range.
-    """
-    if (lower is None) != (upper is None) or (lower is None and terms):
-        raise ArgumentError("a let takes both ends of a range or none, and its terms need them")
-    fields = _variable(name, lower or 0, upper or 0, {} if terms is None else terms, label, unit)
-    if lower is None:
-        fields["lower"], fields["upper"] = variable.ANYWHERE
-    return Let(**fields, value=values.expression("'value'", value))
-
-
-def _otherwise(given: object) -> Expr | variable.Hold | str:
-    """Return what a file writes behind `else`; expressions may go without their parentheses."""
-    if isinstance(given, variable.Hold):
-        return given
-    if isinstance(given, str) and given.strip() in ("midpoint", "nan", "error"):
-        return given.strip()
-    if isinstance(given, str) and (held := fragments.hold(given)) is not None:
-        return held
-    return values.expression("'otherwise'", given)
-
-
-def _defuzzifier(given: object, profile: Profile = PROFILES["exact"]) -> Defuzzifier:
-    """Return a defuzzifier; whether there is one of that name is for the checks, which find all mistakes at once."""
-    if isinstance(given, Defuzzifier):
-        return given
-    name = arguments.instance("'defuzzifier'", str, "the text of a defuzzifier, or a Defuzzifier", given)
-    return fragments.defuzzifier(name, profile) if "(" in name else profile.defuzzifier(name)
-
-
-def _method(semantics: object, defuzzifier: object, activation: object, norms: Mapping[str, str | None]) -> Method:
-    """Return a method: what is given, and what the profile in force has for the rest."""
-    knobs = semantics
-    if not isinstance(knobs, Semantics):
-        knobs = fragments.semantics(
-            arguments.instance("'semantics'", str, "the text of a profile, or a Semantics", knobs)
-        )
-    profile = PROFILES[knobs.profile]
-    own = profile.defuzzifier("centroid") if defuzzifier is None else _defuzzifier(defuzzifier, profile)
-    given = _texts(**{name: norm for name, norm in norms.items() if norm is not None})
-    return replace(profile.method, **given, semantics=knobs, defuzzifier=own, activation=_activation(activation))
-
-
-def _activation(given: object) -> Activation:
-    if given is None or isinstance(given, Activation):
-        return given or Activation()
-    due = "the text of an activation method, or an Activation"
-    return fragments.activation(arguments.instance("'activation'", str, due, given))
-
-
-def _variable(
-    name: object, lower: object, upper: object, terms: object, label: object, unit: object, *, is_output: bool = False
-) -> dict[str, Any]:
-    ends = {"lower": values.expression("'lower'", lower), "upper": values.expression("'upper'", upper)}
-    if isinstance(terms, Partition):
-        named = terms.terms(lower, upper)
-    else:
-        given = arguments.mapping("'terms'", _TERMS, terms)
-        named = [(n, values.membership(f"term {n!r}", t)) for n, t in given.items()]
-    made = tuple(Term(name=n, membership=as_set(str(name), m) if is_output else m) for n, m in named)
-    return {**_texts(name=name, label=label, unit=unit), **ends, "terms": made}
-
-
-def _texts(**given: object) -> dict[str, Any]:
-    return {name: arguments.text(f"{name!r}", value) for name, value in given.items()}
 
 
 def rule_table(
@@ -332,8 +140,8 @@ def rule_block(
         raise ArgumentError("a rule block needs a rule")
     norms = {"conjunction": conjunction, "disjunction": disjunction, "implication": implication}
     return RuleBlock(
-        **_texts(name=name, **{n: norm for n, norm in norms.items() if norm is not None}),
-        activation=None if activation is None else _activation(activation),
+        **values.texts(name=name, **{n: norm for n, norm in norms.items() if norm is not None}),
+        activation=None if activation is None else activation_of(activation),
         rules=tuple(rule(r) if isinstance(r, str) else r for r in found),
     )
 
@@ -380,10 +188,10 @@ def system(
     norms: dict[str, str | None] = {"conjunction": conjunction, "disjunction": disjunction}
     norms |= {"implication": implication, "aggregation": aggregation}
     built = FuzzySystem(
-        **_texts(name=name, title=title, citation=citation),
+        **values.texts(name=name, title=title, citation=citation),
         params=_params({} if params is None else params),
         hedges=_hedges({} if hedges is None else hedges),
-        method=_method(semantics, defuzzifier, activation, norms),
+        method=method_of(semantics, defuzzifier, activation, norms),
         inputs=tuple(v for v in given if isinstance(v, Input)),
         outputs=tuple(v for v in given if isinstance(v, Output)),
         blocks=_blocks(rules),

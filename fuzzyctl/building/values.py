@@ -82,3 +82,8 @@ def membership(name: str, spec: object) -> Membership:
 
 def _constant(name: str, value: object) -> Membership:
     return Membership(kind="constant", arguments=(expression(name, value),))
+
+
+def texts(**given: object) -> dict[str, Any]:
+    """Return fields that are texts, by their names."""
+    return {name: arguments.text(f"{name!r}", value) for name, value in given.items()}

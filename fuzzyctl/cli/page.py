@@ -43,7 +43,7 @@ def page(file: str, loop: str | None, out: str | None, choice: Choice) -> int:
     fuzzyctl page rules/loops/water_tank.fz fill -o tank.html
     """
     from fuzzyctl.loading.load import look_through
-    from fuzzyctl.page.document import document
+    from fuzzyctl.page.document import document, page_title
     from fuzzyctl.support.writing import write_together
 
     source = source_of(file)
@@ -63,8 +63,8 @@ def page(file: str, loop: str | None, out: str | None, choice: Choice) -> int:
         raise DiagnosticError([_nothing(file, examined, choice.name)])
     show(diagnostics)
     target = Path(out or f"{'stdin' if file == '-' else Path(file).stem}.html")
-    own = sections[0].data
-    title = (own["title"] or own["name"]) if len(sections) == 1 else target.stem if file == "-" else Path(file).stem
+    blocks = [s.data["title"] or s.data["name"] for s in sections]
+    title = page_title(blocks, target.stem if file == "-" else Path(file).stem)
     write_together({target: document(title, sections, diagnostics)})
     say(f"wrote {target}")
     return DONE

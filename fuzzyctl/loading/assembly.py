@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import os
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
@@ -130,17 +130,19 @@ def path_below(folder: Path, name: str) -> Path | None:
     return path if is_below and not Path(name).is_absolute() else None
 
 
-def files_read(path: Path) -> tuple[Path, ...]:
+def files_read(path: Path, without: Collection[Path] = ()) -> tuple[Path, ...]:
     """Return the files that a rule file brings in, directly and through others, its tables in CSV files among them.
 
     Args:
         path: The rule file; it is not among them.
+        without: Rule files that are left out, and what only these bring in.
 
     Raises:
         DiagnosticError: When it cannot be read; files that it names and that cannot be read are left out.
     """
     tree, _ = parse(read_source(path, only_regular=True))
     reader = _Reader(path.parent)
+    reader.seen.update(without)
     for statement in tree.statements:
         reader.fill(statement)
     reader.use(tree.statements, (tree.source.name,))

@@ -89,6 +89,16 @@ def _expression(modules: Sequence[tuple[str, str]], result: str) -> str:
     return "\n".join([*lines, f"return {{ {result} }};", "})()"])
 
 
+def page_title(blocks: Sequence[str], file: str) -> str:
+    """Return what a page is called: as its only block, of several as the file.
+
+    Args:
+        blocks: Titles of the blocks that it shows, or names of those without one.
+        file: The name of the file without its suffix.
+    """
+    return blocks[0] if len(blocks) == 1 else file
+
+
 def document(title: str, sections: Sequence[Section], diagnostics: Sequence[Diagnostic]) -> str:
     """Return the whole page.
 

@@ -18,6 +18,7 @@ from mpl_toolkits.mplot3d import Axes3D
 
 from fuzzyctl.diagnostics.diagnostic import ArgumentError
 from fuzzyctl.diagnostics.terminal import printable
+from fuzzyctl.displayed import Displayed
 from fuzzyctl.plot.style import STYLE
 
 #: Pixels per inch in a notebook.
@@ -25,7 +26,7 @@ DPI: Final = 96
 _PICTURES: Final = re.compile("[\u2400-\u2421]")
 
 
-class Panels(tuple[Axes, ...]):
+class Panels(tuple[Axes, ...], Displayed):
     """The axes of a picture of several panels, row by row; a notebook shows the picture."""
 
     __slots__ = ()
@@ -44,14 +45,14 @@ class Panels(tuple[Axes, ...]):
         return png(self.figure)
 
 
-class Plot(Axes):
+class Plot(Axes, Displayed):
     """Axes that a notebook shows as their picture."""
 
     def _repr_png_(self) -> bytes:
         return png(self.get_figure(root=True))
 
 
-class Plot3D(Axes3D):  # type: ignore[misc]
+class Plot3D(Axes3D, Displayed):  # type: ignore[misc]
     """Axes of a surface that a notebook shows as their picture."""
 
     def _repr_png_(self) -> bytes:

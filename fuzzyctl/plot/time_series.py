@@ -17,7 +17,7 @@ from fuzzyctl.simulation.panels import Panel, panels
 from fuzzyctl.simulation.run import Run
 from fuzzyctl.support import arguments
 
-#: Most panels of a picture, and most points of a line.
+#: Most panels of a picture, and points of a line: at most twice as many.
 MOST: Final = 8
 POINTS: Final = 20_000
 #: Colour of references and disturbances.
@@ -116,5 +116,13 @@ def _legend(figure: Any, axes: Any) -> None:
 
 
 def _drawn(run: Run, values: Any) -> tuple[Any, Any]:
-    every = max(len(run) // POINTS, 1)
-    return run.t[::every], values[::every]
+    """Return the points of a line; of a long run the least and greatest value of each stretch, and both ends."""
+    stretch = 2 * (len(run) // POINTS)
+    if stretch < 4:
+        return run.t, values
+    whole = len(values) // stretch * stretch
+    stretches = np.asarray(values[:whole]).reshape(-1, stretch)
+    begins = np.arange(0, whole, stretch)
+    least, greatest = begins + stretches.argmin(axis=1), begins + stretches.argmax(axis=1)
+    at = np.unique(np.concatenate([[0], least, greatest, np.arange(whole, len(values))]))
+    return run.t[at], values[at]

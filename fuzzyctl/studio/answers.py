@@ -32,6 +32,7 @@ from fuzzyctl.page.document import (
     live_document,
     page_facts,
     page_script,
+    page_title,
     system_section,
 )
 from fuzzyctl.page.document import document as page_of
@@ -154,7 +155,7 @@ def _picture(document: Document, _: _Data) -> _Data:
     """Return what the frame shows of the text, without runs of loops."""
     _require_sound(document)
     sections = [_section(block, document) for block in _blocks(document)]
-    facts = page_facts(_page_title(document), sections, document.proved)
+    facts = page_facts(_title(document), sections, document.proved)
     return {"facts": facts, "script": page_script(sections), "loops": [loop.name for loop in document.examined.loops]}
 
 
@@ -183,10 +184,10 @@ def _page(document: Document, _: _Data) -> _Data:
     _require_sound(document)
     sections = [_section(block, document, decided=True) for block in _blocks(document)]
     sections += map(Section, _run_sections(document))
-    return {"html": page_of(_page_title(document), sections, document.proved)}
+    return {"html": page_of(_title(document), sections, document.proved)}
 
 
-def _page_title(document: Document) -> str:
+def _title(document: Document) -> str:
     """Return what the page of a text is called.
 
     Raises:
@@ -195,7 +196,7 @@ def _page_title(document: Document) -> str:
     blocks = [*_blocks(document), *document.examined.loops]
     if not blocks:
         raise NothingShownError("there is no system, no controller and no loop to show")
-    return blocks[0].title or blocks[0].name
+    return page_title([b.title or b.name for b in blocks], Path(document.source.name).stem)
 
 
 def _section(block: FuzzySystem | Controller, document: Document, *, decided: bool = False) -> Section:

@@ -34,8 +34,9 @@ def test_the_equations_give_what_the_results_say():
 
 @needs_mujoco
 @pytest.mark.long
-def test_bodies_give_what_the_results_say():
-    found, kept = SCRIPT.run(()), RESULTS["as shipped"]
+@pytest.mark.parametrize("name", ["as shipped", "odometry", "noise of 1 cm, 0.01 rad, 0.01 m/s, 0.01 rad/s"])
+def test_bodies_give_what_the_results_say(name):
+    found, kept = SCRIPT.run(SCRIPT.READINGS[name]), RESULTS[name]
     assert (found["stopped"], found["robots_hit"]) == (kept["stopped"], kept["robots_hit"])
     for robot, row in kept["errors"].items():
         for name in SCRIPT.NAMES:

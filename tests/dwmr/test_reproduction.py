@@ -211,6 +211,7 @@ def test_the_rows_of_what_was_tried_are_those_of_its_result_file():
     [
         "as shipped", "PD gains as forces", "only the leader is disturbed", "nothing disturbs", "velocity limit 3 m/s",
         "Eq. (76) as printed", "second obstacle passed on its other side",
+        "noise of 1 cm, 0.01 rad, 0.01 m/s, 0.01 rad/s on what robots see",
     ],
 )  # fmt: skip
 @pytest.mark.parametrize("law", ["aifqsmc", "fcafsmc"])

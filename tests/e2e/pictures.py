@@ -42,8 +42,10 @@ FORM = re.compile(
 
 #: Kinds of pictures that a job in a browser leaves.
 JOBS = ("studio", "browser")
-#: Colours of a PNG: its size is a third of that with all of them, and no eye sees it.
-COLOURS = 128
+#: Colours of a PNG, the more where the fewer would be seen, as in shades: its size is a third of that with all of them.
+COLOURS = (64, 128)
+#: What is seen: this difference, of 255, in this share of the pixels.
+SEEN = (8, 0.0025)
 #: The environment of the commands.
 SHOWN = {"MPLBACKEND": "Agg", "NO_COLOR": "1", "COLUMNS": "100"}
 
@@ -97,9 +99,9 @@ def excess(stored: Path, drawn: Path) -> float:
 
 
 def drawn_by(path: Path) -> str:
-    """Return the program and version that drew a PNG."""
+    """Return the program and version that drew a PNG or a film."""
     with Image.open(path) as picture:
-        return str(picture.info.get("Software", ""))
+        return str(picture.info.get("Software") or picture.info.get("comment", ""))
 
 
 def blocks_of(path: Path, size: int = 15) -> np.ndarray:
@@ -118,11 +120,17 @@ def store(drawn: Path, path: Path) -> None:
         with Image.open(drawn) as picture:
             by = PngInfo()
             by.add_text("Software", drawn_by(drawn))
-            few = picture.convert("RGB").quantize(COLOURS, dither=Image.Dither.NONE)
-            few.save(path, optimize=True, pnginfo=by)
+            with_few_colours(picture.convert("RGB")).save(path, optimize=True, pnginfo=by)
     else:
         shutil.copyfile(drawn, path)
     print(f"wrote {path.relative_to(ROOT)}")
+
+
+def with_few_colours(picture: Image.Image) -> Image.Image:
+    """Return a picture with as few colours as show no difference, at the most with the larger number of them."""
+    few, many = (picture.quantize(n, Image.Quantize.MAXCOVERAGE, 1, dither=Image.Dither.NONE) for n in COLOURS)
+    difference = np.abs(np.asarray(few.convert("RGB"), dtype=np.int16) - np.asarray(picture)).max(axis=2)
+    return few if (difference > SEEN[0]).mean() <= SEEN[1] else many
 
 
 def of_a_job(kind: str, folder: Path, *, stored: bool) -> int:

@@ -10,9 +10,12 @@ import sys
 import tomllib
 from pathlib import Path
 
+import numpy as np
 import pytest
+from PIL import Image
 
 import fuzzyctl
+from dwmr.figures.film import write_gif
 from tests.e2e.commands import run_here
 from tests.e2e.pages import DOCS, PAGES, ROOT, blocks, without_code
 from tests.e2e.pictures import JOBS, Picture, excess, made, pictures
@@ -62,6 +65,15 @@ def test_a_term_that_moves_is_seen(tmp_path: Path) -> None:
     command = f"fuzzyctl why {tmp_path}/moved.fz service=7 food=8 -o {tmp_path}/moved.png"
     assert run_here(command, {}) is not None
     assert excess(DOCS / "images" / "rules.png", tmp_path / "moved.png") > 0.001
+
+
+def test_a_film_that_ends_elsewhere_is_seen(tmp_path: Path) -> None:
+    stored = DOCS / "images" / "moving-obstacles.gif"
+    with Image.open(stored) as film:
+        film.seek(film.n_frames - 3)
+        write_gif(tmp_path / "shorter.gif", [np.asarray(film.convert("RGB"))], 2.0, [])
+    assert excess(stored, stored) == 0.0
+    assert excess(stored, tmp_path / "shorter.gif") > 0.01
 
 
 def test_a_terminal_shows_its_text() -> None:

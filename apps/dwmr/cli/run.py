@@ -57,7 +57,7 @@ def run(
             begin("reading", 0)
             task = run_options.read(scenario, rules_folder, overrides)
             names = run_options.laws_of(task, controller)
-            _require_bag(bag, names, task)
+            _require_bag(bag, folder, names, task)
             summary, written = _run(task, names, folder, formats, bag, begin)
         if style == "text":
             _say(task, summary, names, folder, written)
@@ -72,7 +72,7 @@ def run(
         sys.exit(1)
 
 
-def _require_bag(bag: Path | None, names: Sequence[str], task: run_options.Task) -> None:
+def _require_bag(bag: Path | None, folder: Path, names: Sequence[str], task: run_options.Task) -> None:
     """Refuse a bag that cannot be written, before anything is computed."""
     if bag is None:
         return
@@ -81,6 +81,10 @@ def _require_bag(bag: Path | None, names: Sequence[str], task: run_options.Task)
     if len(names) > 1:
         message = f"a bag holds the run of one control law, and --controller names {len(names)}: {', '.join(names)}."
         raise click.BadParameter(message, param_hint="'--bag'")
+    if bag.resolve() == folder.resolve():
+        raise click.BadParameter(
+            f"{bag} is the folder of the results, and a bag is one of its own.", param_hint="'--bag'"
+        )
     if not rosbag.available():
         raise click.ClickException("--bag needs rosbags, which is not installed: pip install 'fuzzyctl[ros]'")
     if unfit := rosbag.unfit_names(task.file.scenario.robots):

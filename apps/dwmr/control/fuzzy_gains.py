@@ -184,11 +184,11 @@ class Rules:
             law: The law.
             part: A param that is 0; an empty string for none.
         """
-        own = law.controller
-        written = law_text.systems_of(own)
+        own, written = law.controller, law_text.systems_of(law.controller)
         systems = {role: self.system(role, {}) for role in written if role in self.files.named}
         for role in systems.keys() - ROLES.keys():
             check_alike(systems[role], written[role], role, self.used[role].path)
+        self.laws[law.path.name] = law_text.used_as_called(law, {role: self.used[role] for role in systems})
         key = law.path, part, tuple(self._key(role, system) for role, system in systems.items())
         if key not in self.known.assembled:
             values = {name: value for system in systems.values() for name, value in system.values.items()}

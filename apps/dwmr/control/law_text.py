@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 from dwmr.control.rule_files import Used, read_whole
@@ -20,8 +21,6 @@ from fuzzyctl.model.stateful_operators import OPERATORS
 from fuzzyctl.support.reading import read_source
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     from dwmr.core.arrays import FloatArray
     from fuzzyctl.analysis.verdicts import Verdict
     from fuzzyctl.kernels.steps.step import Step
@@ -237,6 +236,19 @@ def with_systems(controller: Controller, systems: Mapping[str, FuzzySystem]) -> 
         systems=tuple(systems.get(s.name, s) for s in controller.systems),
         controllers=tuple(with_systems(c, systems) for c in controller.controllers),
     )
+
+
+def used_as_called(law: LawText, roles: Mapping[str, Used]) -> Used:
+    """Return what a law reads where files of roles stand in for those that it names.
+
+    Args:
+        law: The law.
+        roles: The files of the systems that are called in place of its own, by name.
+    """
+    own = {name: Path(system.path) for name, system in systems_of(law.controller).items()}
+    changed = {role: used for role, used in roles.items() if own[role].resolve() != used.path.resolve()}
+    kept = {path for name, path in own.items() if name not in changed}
+    return read_whole(law.path, {own[role] for role in changed} - kept, changed) if changed else law.used
 
 
 def with_params(controller: Controller, values: Mapping[str, float]) -> Controller:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -41,9 +41,17 @@ class Used(NamedTuple):
     files: Mapping[str, str]
 
 
-def read_whole(path: Path) -> Used:
-    """Return a rule file with the checksums of all that it reads."""
-    names = {path.name: path} | {str(p.relative_to(path.parent)): p for p in files_read(path)}
+def read_whole(path: Path, without: Collection[Path] = (), roles: Mapping[str, Used] | None = None) -> Used:
+    """Return a rule file with the checksums of all that it reads.
+
+    Args:
+        path: The file.
+        without: Files that it names and that do not count, as others stand in for them.
+        roles: These others, by role.
+    """
+    names = {path.name: path} | {str(p.relative_to(path.parent)): p for p in files_read(path, without)}
+    for role, used in (roles or {}).items():
+        names |= {f"{role}/{name}": used.path.parent / name for name in used.files}
     contents = {name: one.read_bytes() for name, one in names.items()}
     files = {name: hashlib.sha256(content).hexdigest() for name, content in contents.items()}
     return Used(path, hashlib.sha256(b"".join(contents.values())).hexdigest(), files)

@@ -8,7 +8,9 @@ import tempfile
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
+import matplotlib
 import numpy as np
+import PIL
 from PIL import Image, ImageColor
 from PIL.GifImagePlugin import getdata, getheader
 
@@ -16,6 +18,8 @@ from dwmr.core.arrays import FloatArray
 
 #: What a GIF can tell apart: a delay is a whole number of hundredths of a second, and viewers slow one of 1 down.
 FASTEST_GIF = 50.0
+#: Comment of a GIF: pictures of one version are alike.
+DRAWN_BY = f"Matplotlib {matplotlib.__version__}, Pillow {PIL.__version__}"
 #: Number of a pixel that is as in the picture before, which takes few bytes; its colour is that of number 0.
 UNCHANGED = 255
 
@@ -46,7 +50,7 @@ def write_gif(path: Path, pictures: Iterable[FloatArray], rate: float, colours: 
             indices[indices == UNCHANGED] = 0
             image.putdata(indices.ravel())
             if shown is None:
-                file.writelines(getheader(image, info={"loop": 0})[0])
+                file.writelines(getheader(image, info={"loop": 0, "comment": DRAWN_BY})[0])
                 box = (0, 0, *image.size)
             else:
                 changed = indices != shown

@@ -10,6 +10,8 @@ import numpy as np
 
 from dwmr.control.obstacle_avoidance import constant_radius
 from dwmr.core.arrays import FloatArray
+from dwmr.figures.animation import body
+from dwmr.figures.panels import BODIES
 from dwmr.figures.style import COLOURS
 from dwmr.results import derived, lyapunov
 from dwmr.results.decimation import kept, thin
@@ -98,7 +100,7 @@ class _Drawing:
                     "lines": [_encoded(line) for line in lines], "circles": circles,
                 }
             )  # fmt: skip
-        caption = "Paths of the reference points, with the obstacles and the constant radius R̄_d around them."
+        caption = "Paths of the reference points, robots at even times, and obstacles with the radius R̄_d around them."
         if is_moving(self.scenario):
             caption += " Obstacles that move are drawn at their starts, and outlined where they are at the end."
         reference = {"name": "reference", "colour": "", "dash": "2 3"}
@@ -109,6 +111,7 @@ class _Drawing:
         for law, t in self.runs.items():
             series = self.names.index(law if self.has_many_laws else self.robots[i])
             found.append({"series": series, "points": self._track(t["x"][:, i], t["y"][:, i])})
+            found.append({"series": series, "points": self._bodies(t, i), "body": True})
         if self.scenario.robots[self.robots[i]].formation is None:
             longest = max(self.runs.values(), key=lambda t: len(t.t))
             points = self._track(longest["x_r"][:, i], longest["y_r"][:, i])
@@ -119,6 +122,15 @@ class _Drawing:
         even = np.linspace(0, len(x) - 1, min(len(x), self.count)).astype(int)
         rows = np.unique(np.concatenate([even, kept(x, self.count // 8), kept(y, self.count // 8)]))
         return x[rows], y[rows]
+
+    def _bodies(self, t: Trajectory, i: int) -> tuple[FloatArray, FloatArray]:
+        """Return the outlines of a robot at moments that divide its run evenly, as one line with gaps."""
+        robot, found = self.scenario.robots[self.robots[i]], [np.full((1, 2), np.nan)]
+        for k in np.linspace(0, len(t.t) - 1, BODIES).round().astype(int):
+            outline = body(robot, *(float(t[signal][k, i]) for signal in ("x", "y", "theta")))
+            found += [outline, outline[:1], found[0]]
+        x, y = np.concatenate(found).T
+        return x, y
 
     def _obstacles(self) -> list[tuple[float, float, float, bool]]:
         """Return circles: centre and radius [m], and whether it is an obstacle's body."""
@@ -261,7 +273,8 @@ class _Drawing:
 
 def _encoded(line: Mapping[str, Any]) -> dict[str, Any]:
     x, y = line["points"]
-    return {"series": line["series"], "wide": line.get("wide", False), "x": _single(x), "y": _single(y)}
+    found = {"series": line["series"], "wide": line.get("wide", False), "x": _single(x), "y": _single(y)}
+    return {**found, "body": True} if "body" in line else found
 
 
 def _single(values: FloatArray) -> str:

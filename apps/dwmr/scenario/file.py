@@ -18,7 +18,7 @@ from dwmr.scenario import shared_robot
 from dwmr.scenario.checks import cross_checks
 from dwmr.scenario.mistakes import diagnose, diagnose_unused
 from dwmr.scenario.model import Robot, Scenario
-from dwmr.scenario.remarks import remarks
+from dwmr.scenario.remarks import remarks, too_slow
 from dwmr.scenario.vehicle_checks import turning
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 from fuzzyctl.experiments.settings.layers import (
@@ -124,7 +124,11 @@ def read(path: Path, overrides: Iterable[str] = ()) -> ScenarioFile:
     own = frozenset(shared_robot.leaves(_tables(layers[0].data, COMMON)))
     idle = [key for key in unused if key in own and not places.given(COMMON, *key)]
     warned = shared_robot.without_effect(idle, scenario.robots, places)
-    warnings = (*remarks(scenario, places), *(dataclasses.replace(one, severity="warning") for one in warned))
+    warnings = (
+        *remarks(scenario, places),
+        *too_slow(scenario, shape, places),
+        *(dataclasses.replace(one, severity="warning") for one in warned),
+    )
     return ScenarioFile(scenario, path, places, digest.hexdigest(), shape, warnings, folders, files)
 
 

@@ -10,14 +10,18 @@ from itertools import combinations, islice
 import numpy as np
 
 from dwmr.plant.bodies import gap_between, gap_to_point
+from dwmr.reference.prepared import Shape
 from dwmr.scenario import safety_checks
 from dwmr.scenario.model import Scenario, Window
 from dwmr.scenario.outlines import outline, start
+from dwmr.scenario.vehicles import Ackermann
 from fuzzyctl.diagnostics.diagnostic import Diagnostic
 from fuzzyctl.experiments.settings.locations import Places
 
 #: Remarks, or mistakes, of one kind that are given; more of them say nothing new.
 MOST_OF_A_KIND = 10
+#: Places of a path at which its velocities are taken.
+_PLACES = 400
 
 
 def remarks(scenario: Scenario, places: Places) -> Iterable[Diagnostic]:
@@ -25,6 +29,26 @@ def remarks(scenario: Scenario, places: Places) -> Iterable[Diagnostic]:
     for remark in (_rounded, _together, _starts, _margin, _windows, _spared, _fast, safety_checks.remarks):
         found = dict.fromkeys(remark(scenario, places))
         yield from (dataclasses.replace(one, severity="warning") for one in islice(found, MOST_OF_A_KIND))
+
+
+def too_slow(scenario: Scenario, shape: Shape, places: Places) -> Iterable[Diagnostic]:
+    """Warn of robots on the reference that may not move as fast as it does somewhere."""
+    end = min(scenario.run.horizon, shape.end, shape.period or math.inf)
+    path = [(t, shape.at(t)) for t in np.linspace(0.0, end, _PLACES, endpoint=False).tolist()]
+    for name, robot in scenario.robots.items():
+        for key, field, unit in (("v_limit", "v", "m/s"), ("omega_limit", "omega", "rad/s")):
+            if robot.formation is not None or (key == "omega_limit" and isinstance(robot.vehicle, Ackermann)):
+                continue  # a car is limited by its steering
+            speeds = [abs(getattr(there, field)) for _, there in path]
+            k, limit = int(np.argmax(np.nan_to_num(speeds, posinf=0.0))), getattr(robot.actuator, key)
+            if limit < speeds[k]:
+                t, there = path[k]
+                message = (
+                    f"robots.{name}.actuator.{key} = {limit:g} {unit} is below the {speeds[k]:.4g} {unit} that the "
+                    f"path asks for at ({there.x:.4g}, {there.y:.4g}), t = {t:.4g} s: it falls behind or off the path"
+                )
+                one = places.diagnostic("FZ904", f"robots.{name}.actuator.{key}", message)
+                yield dataclasses.replace(one, severity="warning")
 
 
 def overlaps(circles: Sequence[tuple[float, float, float]]) -> Iterable[tuple[int, int, float]]:

@@ -28,13 +28,26 @@ def rigid_bodies(scenario: Scenario, places: Places) -> Iterable[Diagnostic]:
 
 
 def _body(robot: Robot, own: RigidBody, key: str, places: Places) -> Iterable[Diagnostic]:
-    clearance, wheel_mass = (places.resolve(tuple(split_key(f"{key}.{k}")))[0] for k in ("clearance", "wheel_mass"))
+    clearance, wheel_mass, com_height, caster_front, caster_rear = (
+        places.resolve(tuple(split_key(f"{key}.{k}")))[0]
+        for k in ("clearance", "wheel_mass", "com_height", "caster_front", "caster_rear")
+    )
     if own.clearance >= own.height:
         message = f"{clearance} = {own.clearance:g} m leaves no chassis below a height of {own.height:g} m"
         yield places.diagnostic("FZ904", clearance, message)
     if 2.0 * own.wheel_mass >= robot.mass:
         message = f"{wheel_mass} = {own.wheel_mass:g} kg: two wheels leave no chassis of a robot of {robot.mass:g} kg"
         yield places.diagnostic("FZ904", wheel_mass, message)
+    if own.com_height >= own.height:
+        message = f"{com_height} = {own.com_height:g} m is above the chassis, whose top is at {own.height:g} m"
+        yield places.diagnostic("FZ904", com_height, message)
+    for caster, distance, ahead, side in (
+        (caster_front, own.caster_front, robot.com_offset, "ahead of"),
+        (caster_rear, own.caster_rear, -robot.com_offset, "behind"),
+    ):
+        if ahead >= distance:
+            message = f"{caster} = {distance:g} m: the robot tips, as its centre of mass is {ahead:g} m {side} the axle"
+            yield places.diagnostic("FZ904", caster, message, help="put the caster beyond the centre of mass")
 
 
 def _velocities(scenario: Scenario, places: Places) -> Iterable[Diagnostic]:

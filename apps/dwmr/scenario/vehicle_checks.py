@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -108,6 +109,30 @@ def turning(scenario: Scenario, shape: Shape, places: Places) -> Iterable[Diagno
         if rates.max(initial=0.0) > car.steering_rate:
             k = int(rates.argmax())
             yield _too_sudden(name, robot, car, along[k], float(rates[k]), places)
+
+
+def curvature(scenario: Scenario, name: str, key: str, asked: float, places: Places) -> Iterable[Diagnostic]:
+    """Warn of a law that may ask a car for more curvature than its steering gives.
+
+    Args:
+        scenario: What is run.
+        name: The robot.
+        key: Of the law's greatest curvature.
+        asked: That curvature, at the rear axle [1/m].
+        places: Where the keys stand.
+    """
+    car = scenario.robots[name].vehicle
+    if isinstance(car, Ackermann) and asked * car.turning_radius > 1.0 + 1e-9:
+        message = (
+            f"{key} = {asked:g} 1/m asks for a radius of {1.0 / asked:.4g} m, and the car turns on one of "
+            f"{car.turning_radius:.4g} m at the least: it would leave its way"
+        )
+        facts = (
+            f"wheelbase / tan(steering_limit) = {car.wheelbase:g} m / tan({car.steering_limit:g} rad) = "
+            f"{car.turning_radius:.4g} m at the rear axle",
+        )
+        help_text = f"set {key.rpartition('.')[2]} to {math.floor(1e3 / car.turning_radius) / 1e3:g} 1/m or less"
+        yield replace(places.diagnostic("FZ904", key, message, facts=facts, help=help_text), severity="warning")
 
 
 def _axle_curvature(scenario: Scenario, name: str, curvature: float) -> float:

@@ -19,11 +19,15 @@ from dwmr.control.laws.text_law import TextLaw, TextSettings
 from dwmr.control.roles import ROLES
 from dwmr.scenario.file import ScenarioFile
 from dwmr.scenario.mistakes import diagnose
+from dwmr.scenario.vehicle_checks import curvature
 from dwmr.scenario.vehicles import Omnidirectional
 from dwmr.simulation import mujoco_plant
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError, Note
 from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.experiments.settings.overrides import split_key
+
+#: The param by which a law of cars says the greatest curvature that it asks for.
+CURVATURE = "kappa_max"
 
 
 def check(file: ScenarioFile, laws: Iterable[str], rules: Rules) -> None:
@@ -66,6 +70,7 @@ def _check(file: ScenarioFile, name: str, law: Any, robot: str, rules: Rules) ->
             law.prove(settings_of(file, robot, name, law), rules, robot)
             law.require_period(file.scenario.run.dt)
             _require_sideways(file, name, law)
+        rules.warnings += [d for d in _curvature(file, name, law, robot) if d not in rules.warnings]
     else:
         settings = settings_of(file, robot, name, law)
         with reported(name, Path(str(law.__file__)), "checked", only_own=True):
@@ -82,6 +87,15 @@ def _require_sideways(file: ScenarioFile, name: str, law: TextLaw) -> None:
     message = f"the control law {name} commands {LATERAL}, and robots that cannot move sideways are {', '.join(unable)}"
     help_text = "set robot.vehicle to one of kind 'omnidirectional', or take another law"
     raise DiagnosticError([file.places.diagnostic("FZ904", "run.controller", message, help=help_text)])
+
+
+def _curvature(file: ScenarioFile, name: str, law: TextLaw, robot: str) -> Iterable[Diagnostic]:
+    """Warn of a law whose param `kappa_max` [1/m] is beyond the steering of a robot that is a car."""
+    values = law.values(settings_of(file, robot, name, law), robot)
+    if CURVATURE in values:
+        table = controllers.table(file.scenario.robots[robot].controllers, name)[0]
+        key = file.places.resolve(("robots", robot, "controllers", table, CURVATURE))[0]
+        yield from curvature(file.scenario, robot, key, values[CURVATURE], file.places)
 
 
 @contextmanager

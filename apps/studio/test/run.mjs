@@ -224,6 +224,8 @@ async function drive(address) {
     await frame().locator("article").last().evaluate((article) => article.scrollIntoView());
     await picture(page, name);
   }
+  const [{ content: level }] = await page.evaluate(() => studio.picture.files("svg", ["fill-level"]));
+  assert.match(level, />reference<.*>signal</s);
 
   // Changes at the cursor: a repair, and what fuzzyctl writes.
   await put(page, tipper.replace("then tip is cheap", "then tip is chaep"));

@@ -127,7 +127,7 @@ def require_no_stars(file: SpecFile, common: Mapping[str, str]) -> None:
         DiagnosticError: For each key with a star outside [random].
     """
     mistakes = []
-    for table, written in ((table, key) for table in ("set", "grid") for key in getattr(file.spec, table)):
+    for table, written in [*(("set", key) for key in file.spec.set), *(("grid", key) for key in file.spec.grid)]:
         if _STAR in split_key(written):
             message = f"{table}.{written}: a star stands for several keys in [random] alone"
             found = ((many, one) for many, one in common.items() if written.startswith(f"{one}."))

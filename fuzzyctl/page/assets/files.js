@@ -86,6 +86,22 @@ function drawTable(table, context) {
     }
 }
 
+/** Names the lines of a panel beside its label where it has several, as the page does above all panels. */
+function nameLines(copy, svg, width) {
+    const names = svg.closest(".panels").previousElementSibling.children;
+    const series = [...new Set([...svg.querySelectorAll(".line")].map((line) => Number(line.dataset.series)))].sort((a, b) => b - a);
+    let right = width - RIGHT;
+    for (const k of series.length > 1 ? series : []) {
+        const text = names[k].textContent, left = right - 7 * text.length - 32, line = names[k].querySelector("line");
+        drawn(copy, "text", { x: right, y: 14, "text-anchor": "end", "font-size": 12, fill: color("text") }, text);
+        drawn(copy, "line", {
+            x1: left, x2: left + 26, y1: 10, y2: 10, "stroke-width": 2, stroke: plain(getComputedStyle(line).stroke),
+            "stroke-dasharray": line.getAttribute("stroke-dasharray"),
+        });
+        right = left - 14;
+    }
+}
+
 /** A picture in SVG on the page as a text of its own, with the styles that it has there. */
 function standalone(svg) {
     const copy = svg.cloneNode(true), from = [...svg.querySelectorAll("*")], { width, height } = svg.getBoundingClientRect();
@@ -95,6 +111,7 @@ function standalone(svg) {
             own.setAttribute(name, name === "fill" || name === "stroke" ? plain(style.getPropertyValue(name)) ?? "none" : style.getPropertyValue(name));
         }
     });
+    nameLines(copy, svg, width);
     const back = drawn(copy, "rect", { width: "100%", height: "100%", fill: color("card") });
     copy.prepend(back);
     for (const [name, value] of Object.entries({ xmlns: SVG, width, height, viewBox: `0 0 ${width} ${height}`, "font-family": "sans-serif" })) {

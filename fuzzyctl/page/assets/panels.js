@@ -179,8 +179,8 @@ class Panel {
         for (const line of this.lines.filter((l) => !plot.hidden.has(l.series))) {
             const series = plot.data.series[line.series];
             drawn(inside, "path", {
-                class: "line", d: track(line, x, y), stroke: themed(series.colour) || "currentColor", "stroke-dasharray": series.dash,
-                "stroke-width": line.wide ? 3 : 1.4, opacity: line.wide ? 0.45 : 1,
+                class: "line", "data-series": line.series, d: track(line, x, y), stroke: themed(series.colour) || "currentColor",
+                "stroke-dasharray": line.body ? "" : series.dash, "stroke-width": line.wide ? 3 : line.body ? 0.9 : 1.4, opacity: line.wide ? 0.45 : 1,
             });
         }
         drawn(svg, "rect", { class: "frame", x: LEFT, y: TOP, width, height });

@@ -158,6 +158,10 @@ def test_a_run_records_a_bag(dwmr, tmp_path):
     status, _, err = dwmr(*run, "--controller", "all")
     assert status == 2
     assert "a bag holds the run of one control law, and --controller names 3" in err
+    status, _, err = dwmr(*run[:-1], "one", "-o", "./one")
+    assert status == 2
+    assert "one is the folder of the results, and a bag is one of its own" in err
+    assert not (tmp_path / "one").exists()
 
 
 def test_a_folder_that_cannot_be_made_is_refused_before_the_run(dwmr, tmp_path):

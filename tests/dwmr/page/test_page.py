@@ -12,6 +12,8 @@ import pytest
 
 from dwmr.control import laws
 from dwmr.control.fuzzy_gains import Rules
+from dwmr.figures.animation import body
+from dwmr.figures.panels import BODIES
 from dwmr.output.summary import describe
 from dwmr.page import plots, settings
 from dwmr.page.document import page, script
@@ -75,7 +77,8 @@ def line(text, title, label, law, robot, *, wide=False):
     """Return the points of one line, of a page about several laws."""
     found, names = panels(text, title)
     (panel,) = [one for one in found if (one["label"], one["title"]) == (label, robot)]
-    (points,) = [one for one in panel["lines"] if names[one["series"]] == law and one["wide"] == wide]
+    lines = [one for one in panel["lines"] if "body" not in one]
+    (points,) = [one for one in lines if names[one["series"]] == law and one["wide"] == wide]
     return numbers(points["x"]), numbers(points["y"])
 
 
@@ -195,6 +198,15 @@ class TestPlots:
         x, y = line(short, "Paths", "y [m]", "aifqsmc", "follower1")
         assert (x[0], y[0]) == (-3.5, 3.0)
         assert (x[-1], y[-1]) == pytest.approx((trajectory["x"][-1, 1], trajectory["y"][-1, 1]))
+
+    def test_paths_have_the_bodies_of_robots_along_them(self, short, run_paper):
+        file, trajectory = run_paper("aifqsmc", "run.horizon=5")
+        (first, *_), names = panels(short, "Paths")
+        (outline,) = [one for one in first["lines"] if one.get("body") and names[one["series"]] == "aifqsmc"]
+        x, y = (np.frombuffer(base64.b64decode(outline[axis]), "<f4") for axis in "xy")
+        assert np.isnan(x).sum() == BODIES + 1
+        drawn = body(file.scenario.robots["leader"], *(trajectory[name][-1, 0] for name in ("x", "y", "theta")))
+        assert np.stack([x, y], axis=1)[-7:-1] == pytest.approx(drawn[[0, 1, 2, 3, 4, 0]], rel=1e-6)
 
     def test_the_axes_of_paths_hold_the_circles_around_obstacles(self, short):
         for panel in panels(short, "Paths")[0]:

@@ -245,3 +245,23 @@ class TestRemarks:
 def test_checks_come_without_the_compiler():
     code = "import sys, dwmr.scenario.remarks; print('numba' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout == "False\n"
+
+
+@pytest.mark.parametrize(
+    ("overrides", "message"),
+    [
+        (
+            ("robots.leader.actuator.v_limit=0.5",),
+            "robots.leader.actuator.v_limit = 0.5 m/s is below the 1.054 m/s that the path asks for at (0, 0), t = 0 "
+            "s: it falls behind or off the path",
+        ),
+        (
+            ("robots.leader.actuator.omega_limit=0.1",),
+            "robots.leader.actuator.omega_limit = 0.1 rad/s is below the 0.1832 rad/s that the path asks for at",
+        ),
+        (("robots.leader.actuator.v_limit=1.06", "robots.follower1.actuator.v_limit=0.1"), ""),
+    ],
+)
+def test_limits_below_the_velocities_of_the_path_are_warned_of(overrides, message):
+    said = [one.message for one in read(find("undisturbed"), overrides).warnings if "_limit" in one.message]
+    assert [one[: len(message)] for one in said] == ([message] if message else [])

@@ -27,9 +27,22 @@ from fuzzyctl.diagnostics.diagnostic import DiagnosticError
                 "robots.leader.rigid_body.wheel_mass = 60 kg: two wheels leave no chassis of a robot of 120 kg",
             ],
         ),
+        (
+            "experiment",
+            ["robot.rigid_body.caster_rear=0.05", "robot.rigid_body.com_height=0.5"],
+            [
+                "robot.rigid_body.caster_rear = 0.05 m: the robot tips, as its centre of mass is 0.0865 m behind",
+                "robot.rigid_body.com_height = 0.5 m is above the chassis, whose top is at 0.48 m",
+            ],
+        ),
+        (
+            "experiment",
+            ["robots.leader.com_offset=0.26"],
+            ["robot.rigid_body.caster_front = 0.25 m: the robot tips, as its centre of mass is 0.26 m ahead"],
+        ),
         ("ackermann", ["run.plant=mujoco"], ["run.plant = 'mujoco' has bodies with two driven wheels"]),
     ],
-    ids=["nothing", "velocities", "no-chassis", "no-wheels-of-that-kind"],
+    ids=["nothing", "velocities", "no-chassis", "tips-backwards", "tips-forwards", "no-wheels-of-that-kind"],
 )
 def test_are_refused(name, overrides, words):
     with pytest.raises(DiagnosticError) as error:

@@ -28,6 +28,9 @@ CLOSE = tuple(
 CIRCLE = 'reference={kind="circle",centre_x=0,centre_y=0,radius=2.0,period=60,direction="counter-clockwise"}'
 
 
+OWN = "the car turns on one of 0.7308 m at the least: it would leave its way"
+
+
 def test_a_path_closer_than_a_car_turns_is_refused_with_place_radii_and_repair():
     limit = math.atan(0.5 / 3.0)
     found = mistakes("ackermann", *CLOSE, CIRCLE, f"robot.vehicle.steering_limit={limit}")
@@ -124,3 +127,28 @@ def test_a_law_that_commands_sideways_needs_robots_that_can():
         preflight.check(file, ["omnidirectional"], rules)
     [found] = error.value.diagnostics
     assert found.message.endswith("robots that cannot move sideways are leader, follower1, follower2")
+
+
+@pytest.mark.parametrize(
+    ("overrides", "found"),
+    [
+        ((), []),
+        (
+            ["robot.controllers.ackermann.kappa_max=3"],
+            [f"robot.controllers.ackermann.kappa_max = 3 1/m asks for a radius of 0.3333 m, and {OWN}"],
+        ),
+        (
+            ["robots.leader.controllers.ackermann.kappa_max=1.37"],
+            [f"robots.leader.controllers.ackermann.kappa_max = 1.37 1/m asks for a radius of 0.7299 m, and {OWN}"],
+        ),
+        (["robots.leader.controllers.ackermann.kappa_max=1.368"], []),
+    ],
+)
+def test_a_law_that_asks_for_more_curvature_than_the_steering_gives_is_warned_of(overrides, found):
+    file = read(find("ackermann"), overrides)
+    rules = Rules(file.scenario.rules, file.folders, file.places)
+    preflight.check(file, ["ackermann"], rules)
+    assert [d.message for d in rules.warnings] == found
+    for one in rules.warnings:
+        assert (one.severity, one.help) == ("warning", "set kappa_max to 1.368 1/m or less")
+        assert one.facts == ("wheelbase / tan(steering_limit) = 0.5 m / tan(0.6 rad) = 0.7308 m at the rear axle",)

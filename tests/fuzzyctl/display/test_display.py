@@ -69,6 +69,7 @@ def shown(tipper, loop, run):
         fuzzyctl.why(tipper, service=7, food=8),
         *(verdicts, verdicts[0], verdicts[1]),
         fuzzyctl.Undecided("f <= 1", "it takes more time", ({"x": (0.0, 1.0)},), 7),
+        *(fuzzyctl.plot.terms(tipper), tipper.plot("food", at={"service": 3}), tipper.plot(resolution=5)),
     ]
     return {type(thing).__name__: thing for thing in things}
 
@@ -80,6 +81,8 @@ def test_every_type_is_here(shown):
 @pytest.mark.parametrize("name", sorted(_MODULES))
 class TestEachType:
     def test_it_is_one_line(self, shown, name):
+        if _MODULES[name] == "pictures":  # which are matplotlib's axes
+            return
         text = repr(next(iter(shown[name])) if name == "Verdicts" else shown[name])
         assert text.startswith(("Refuted" if name == "Verdicts" else name) + "(")
         assert "\n" not in text
@@ -109,6 +112,12 @@ def test_one_line_says_what_goes_in_and_out(shown):
     assert repr(shown["Plant"]) == "Plant(cart: F -> position, speed, angle, rate; 4 states)"
     assert repr(shown["Run"]).endswith("5001 samples, 17 signals; 1 of 1 requirements hold)")
     assert repr(shown["Refuted"]).endswith("at sigma = 0, dsigma = 0: k_h_min - k_s * f = -0.008, G_min = 0.001)")
+
+
+def test_plots_are_turned_in_the_dark_unless_their_colours_are_values(shown):
+    turned = {name: 'class="lines"' in shown[name]._repr_html_() for name in ("Panels", "Plot", "Plot3D")}
+    assert turned == {"Panels": True, "Plot": True, "Plot3D": False}
+    assert 'alt="Tip for service and food' in shown["Plot3D"]._repr_html_()
 
 
 def test_a_plan_is_one_line_too(shown):

@@ -10,7 +10,7 @@ import pytest
 import fuzzyctl.page
 
 ASSETS = Path(fuzzyctl.page.__file__).parent / "assets"
-SCRIPTS = ",".join(str(ASSETS / name) for name in ("plots.js", "panels.js", "inputs.js", "loop.js"))
+SCRIPTS = ",".join(str(ASSETS / name) for name in ("plots.js", "panels.js", "inputs.js", "loop.js", "files.js"))
 
 pytestmark = pytest.mark.skipif(shutil.which("node") is None, reason="node is not installed")
 
@@ -57,6 +57,27 @@ def test_a_constant_has_one_number_on_its_axis():
 def test_a_line_of_a_run_has_its_peaks_and_its_values_at_the_times_of_the_slider():
     found = computed(["withPeaks([0, 2, 4], { values: [1, 1, null], peaks: [[1, 3], [5, -5]] })"])
     assert found == [{"x": [0, 1, 2, 3, 4], "y": [1, 5, 1, -5, None]}]
+
+
+#: A panel with lines of some series, as `nameLines` asks it, and the texts and places that this adds to its copy.
+NAMED = """(() => {
+    const entry = (textContent) => ({ textContent, querySelector: () => ({ getAttribute: () => "" }) });
+    const names = ["signal", "reference"].map(entry);
+    const lines = SERIES.map((series) => ({ dataset: { series } }));
+    const svg = { closest: () => ({ previousElementSibling: { children: names } }), querySelectorAll: () => lines };
+    const copy = document.createElementNS("", "svg");
+    nameLines(copy, svg, 700);
+    return copy.children.map(({ tag, own, textContent }) => [tag === "text" ? textContent : tag, own.x ?? own.x2]);
+})()"""
+
+
+def test_pictures_of_panels_name_their_lines_where_there_are_several():
+    both, one = computed([NAMED.replace("SERIES", series) for series in ('["1", "0"]', '["0"]')])
+    assert [name for name, _ in both] == ["reference", "line", "signal", "line"]
+    places = [place for _, place in both]
+    assert places == sorted(places, reverse=True)
+    assert places[0] == 700 - 16
+    assert one == []
 
 
 def test_long_names_are_cut_and_far_pixels_have_no_exponent():

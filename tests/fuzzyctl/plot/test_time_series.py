@@ -1,10 +1,12 @@
 """Pictures of runs: which panels there are, and what is drawn in them."""
 
+import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
 import fuzzyctl
 from fuzzyctl.expr import Name
+from fuzzyctl.plot import time_series
 from fuzzyctl.plot.time_series import draw_runs
 from fuzzyctl.simulation.panels import panels
 from fuzzyctl.support.shipped import rules_folder
@@ -105,6 +107,17 @@ def test_runs_with_other_references_have_them_in_their_colours(loop_of):
     solid, dashed = ([line for line in figure.axes[0].lines if line.get_linestyle() == s] for s in ("-", "--"))
     assert [line.get_color() for line in solid] == [line.get_color() for line in dashed]
     assert figure.axes[0].get_title() == "", "two loops have no title in common"
+
+
+def test_a_long_run_keeps_its_peaks_and_ends(run, monkeypatch):
+    monkeypatch.setattr(time_series, "POINTS", len(run) // 50)
+    level = drawn([run], ["a"]).axes[0].lines[0]
+    given = run["tank.y"]
+    assert len(level.get_ydata()) < len(given) / 20
+    assert (level.get_ydata().min(), level.get_ydata().max()) == (given.min(), given.max())
+    assert level.get_xdata()[[0, -1]].tolist() == run.t[[0, -1]].tolist()
+    at = np.searchsorted(run.t, level.get_xdata())
+    assert level.get_ydata().tolist() == given[at].tolist()
 
 
 def test_a_run_that_was_stopped_ends_in_a_cross(loop_of):

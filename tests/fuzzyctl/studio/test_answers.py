@@ -12,6 +12,7 @@ from fuzzyctl.studio import proofs
 from fuzzyctl.studio.answers import METHODS, answer
 from fuzzyctl.support.reading import MAX_BYTES
 from fuzzyctl.support.shipped import rules_folder
+from tests.commands import runner
 
 RULES = rules_folder()
 #: A system with transcendental terms, a controller with used files, a loop.
@@ -186,6 +187,18 @@ def test_hovers_show_a_term():
     text = (RULES / "tipper.fz").read_text()
     found = ask("hover", text, offset=text.index("gaussian(5") - 9)
     assert "data:image/svg+xml" in found["markdown"]
+
+
+def test_a_page_has_the_title_that_the_command_gives_it(tmp_path):
+    one = (RULES / "tipper.fz").read_text(encoding="utf-8")
+    file, page = tmp_path / "two.fz", tmp_path / "x.html"
+    for text, title in ((one, "Tip for service and food"), (one + one.replace("system tipper", "system other"), "two")):
+        assert ask("picture", text, file)["facts"]["title"] == title
+        file.write_text(text, encoding="utf-8")
+        done = runner("page")(file, "-o", page)
+        assert done.exit_code == 0, done.output
+        assert f"<title>{title}</title>" in page.read_text(encoding="utf-8")
+        assert f"<title>{title}</title>" in ask("page", text, file)["html"]
 
 
 def test_a_hostile_title_stays_text():

@@ -90,7 +90,7 @@ class TextLaw:
                 the law does not have.
         """
         settings.prove(rules, robot)
-        rules.prove_law(self.assembled, self._values(settings, robot), f"robot {robot}")
+        rules.prove_law(self.assembled, self.values(settings, robot), f"robot {robot}")
 
     def init(self, settings: LawSettings, rules: Rules, robot: str) -> interfaces.Law:
         """Prepare the law for one robot; its gains are the last states.
@@ -105,10 +105,10 @@ class TextLaw:
 
         settings.prove(rules, robot)
         step = self.assembled.step("numba" if jit.COMPILED else "python")
-        start = self.assembled.start(self._values(settings, robot))
+        start = self.assembled.start(self.values(settings, robot))
         return Law(np.zeros(0), np.concatenate([np.zeros(len(step.output_names)), start]), (step.jit,))
 
-    def _values(self, settings: LawSettings, robot: str) -> Mapping[str, float]:
+    def values(self, settings: LawSettings, robot: str) -> Mapping[str, float]:
         """Return the values of all params with the gains of a robot.
 
         Raises:

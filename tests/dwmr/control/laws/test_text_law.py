@@ -1,5 +1,6 @@
 """A law of one's own as text: run, recorded and swept, and what is answered to its mistakes."""
 
+import hashlib
 import pickle
 
 import numpy as np
@@ -276,6 +277,23 @@ class TestAGainOfOnesOwn:
         rules = Rules(file.scenario.rules, (tmp_path / "other", *file.folders), file.places)
         with pytest.raises(DiagnosticError, match="does not fit the role my_gain"):
             preflight.check(file, ["mine"], rules)
+
+    def test_of_another_folder_stands_in_the_summary_of_the_law(self, scenario, tmp_path):
+        (tmp_path / "other").mkdir()
+        other = tmp_path / "other" / "my_gain.fz"
+        other.write_text(GAIN.replace("0.8", "0.7"), encoding="utf-8")
+        file, found = read(scenario), []
+        for folders in (file.folders, (other.parent, *file.folders)):
+            rules = Rules(file.scenario.rules, folders, file.places)
+            preflight.check(file, ["mine"], rules)
+            found.append(describe(file, rules, ()))
+        (usual, changed), law = found, scenario.with_name("mine.fz")
+        assert list(usual["laws"]["mine.fz"]["files"]) == ["mine.fz", "my_gain.fz"]
+        files = changed["laws"]["mine.fz"]["files"]
+        assert list(files) == ["mine.fz", "my_gain/my_gain.fz"]
+        assert files["my_gain/my_gain.fz"] == changed["rules"]["my_gain"]["sha256"]
+        whole = hashlib.sha256(law.read_bytes() + other.read_bytes()).hexdigest()
+        assert changed["laws"]["mine.fz"]["sha256"] == whole
 
     def test_is_proved_with_the_law_and_by_itself(self, scenario, tmp_path):
         with pytest.raises(DiagnosticError, match="'push <= 1' does not hold"):

@@ -105,7 +105,7 @@ class TestPlan:
         ("old", "new", "line", "words"),
         [
             ('"tank.area" = [4.0, 8.0]', '"tank.aera" = [4.0]', 9, "did you mean 'area'?"),
-            ('"tank.area" = [', '"tank.*" = [', 9, "a star stands for several keys in [random] alone name one key, or draw"),
+            ('"tank.area" = [', '"tank.*" = [', 9, "in [random] alone name one key, or draw tank.* in"),
             ("[4.0, 8.0]", "[4.0, -8.0]", 9, "run 6: tank.area must be > 0, got -8.0"),
             ('"shut"]', '"shot"]', 3, "there is no valve 'shot'"),
             ('["level"]', '["levle"]', 6, "there is no measure 'levle' did you mean 'level'?"),
