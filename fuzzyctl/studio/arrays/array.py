@@ -202,7 +202,7 @@ def _places(shape: Shape, key: Any) -> tuple[list[int], Shape | None]:
 
 
 def _within(places: Iterable[int], count: int) -> list[int]:
-    """Return places along an axis, of which negative ones count from its end; one beyond it is an `IndexError`."""
+    """Return places along an axis; negative ones count from its end, and one beyond it is an `IndexError`."""
     axis = range(count)
     return [axis[n] for n in places]
 
