@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 from fuzzyctl.diagnostics.source import SourceText
@@ -44,11 +44,13 @@ class Reading:
     Args:
         stops: Says where reading a line stops.
         kind: What the line is, where that cannot be seen from the line alone.
+        in_block: The first word of the controller, plant or loop that it belongs to; empty for none.
         left: How often it may still be read.
     """
 
     stops: Stops
     kind: LineKind
+    in_block: str
     left: int = _READINGS
 
     def unread(self, text: str) -> int:
@@ -59,7 +61,7 @@ class Reading:
             if line.kind == "blank":
                 continue
             known = self.kind if line.kind == "unknown" or self.kind == "block_statement" else line.kind
-            at = self.stops(source, line, known)
+            at = self.stops(source, replace(line, in_block=line.in_block or self.in_block), known)
             if at is not None:
                 return max(len(text) - at, 1)
             # The kinds of brackets are those of ranges, which may be half open in blocks.

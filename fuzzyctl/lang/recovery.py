@@ -136,7 +136,7 @@ def _repaired(
         for stop in _ends(text.text, line):
             part = slice(line.start, stop)
             draft = Draft(text.text[part], list(origin[line.start : stop + 1]), list(ends[part]))
-            fixed, whole = repaired_line(draft, around, Reading(stops, kind_of(line, around)))
+            fixed, whole = repaired_line(draft, around, Reading(stops, kind_of(line, around), line.in_block))
             if whole:
                 break
         if fixed is draft:
@@ -176,7 +176,9 @@ def _with_combined(
     left = {id(d): d for d in mistakes}
     for k, line, around in _surrounded(text.text, lines, first):
         draft = _as_written(source, text, line.start, min(_ends(text.text, line)))
-        found = combined(draft, _known_edits(draft, first[k]), around, Reading(stops, kind_of(line, around)))
+        found = combined(
+            draft, _known_edits(draft, first[k]), around, Reading(stops, kind_of(line, around), line.in_block)
+        )
         if found is None or not found.edits:
             continue
         place = by_line.get(source.line_of(draft.origin[0]))

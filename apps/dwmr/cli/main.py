@@ -58,7 +58,8 @@ def main() -> None:
     dwmr run paper --controller all      all control laws beside Table 12
     dwmr run paper --rules my-rules      the same with your own rule files
     dwmr run paper --set rules.ais_reaction.k_s=0.5 --set run.horizon=60
-    dwmr figures paper -o figures        counterparts of Figs. 8 to 28; of `experiment` 29 to 39
+    dwmr figures paper -o figures        counterparts of Figs. 8 to 28
+    dwmr figures experiment -o figures   those of Figs. 29 to 39
     dwmr animate paper -o run.gif        the run as moving pictures
     dwmr report paper --controller all   tables and plots on one HTML page
     dwmr calibrate paper -o fitted.toml  what is not printed, fitted to Table 12

@@ -126,6 +126,13 @@ def test_a_plant_without_its_keyword_is_repaired():
     assert repairs_in("G = tf(num=[1], den=[1, 2])\n") == ["write: plant G = tf(num=[1], den=[1, 2])"]
 
 
+def test_what_only_loops_may_hold_is_read_in_repairs():
+    loop = "loop l\nblock c = c(target)\nlet target := steps(0: 0, 10 s: 1)  % why\nrun 20 s\n"
+    assert repairs_in(f"controller c\ninput x\noutput y = x\nevery 1 s\n{loop}") == [
+        "write: let target = steps(0: 0, 10 s: 1)  # why"
+    ]
+
+
 def test_a_letter_behind_an_input_is_no_range():
     """A keyword that is half typed is not taken for the end of a range, with the name cut in two."""
     require_one("controller c\ninput phi u\noutput y = phi\n", ("FZ102", "unexpected 'u'", "u"))
