@@ -1,6 +1,6 @@
 """Types of arguments and results, for checkers and editors only: nothing here exists at run time.
 
-How many outputs a system has stands in its file, which no checker reads. So the result of a call has one type, which
+No checker reads from a file how many outputs a system has. So the result of a call has one type, which
 serves as the value of one output and as the values of several: see docs/explanation/types.md.
 """
 

@@ -249,17 +249,15 @@ def _loop_data(
             }
             for p, own in zip(drawn, limits, strict=True)
         ],
-        "inputs": [
-            {
-                "block": c.block,
-                "call": c.call,
-                "values": [
-                    _shortened([own[k - k % c.held] for k in shown]) for own in map(signal, map(Name, c.signals))
-                ],
-            }
-            for c in calls
-        ],
+        "inputs": [_inputs(c, signal, shown) for c in calls],
     }
+
+
+def _inputs(call: _Call, signal: Callable[[Expr], list[float]], shown: list[int]) -> dict[str, Any]:
+    """Return the inputs of a call of a system at the samples that are shown, each held for the period of its block."""
+    signals = [signal(Name(name)) for name in call.signals]
+    values = [_shortened([own[k - k % call.held] for k in shown]) for own in signals]
+    return {"block": call.block, "call": call.call, "values": values}
 
 
 def _line(t: Sequence[float], values: Sequence[float], shown: list[int], peaks: list[int]) -> dict[str, Any]:

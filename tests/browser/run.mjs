@@ -1,7 +1,7 @@
 // Opens the pages of a folder in Chromium: node run.mjs FOLDER, which pages.py has filled.
 //
 // No message in the console, no request, no violation that axe-core finds, the numbers of the kernel at 40 points of each
-// block, nothing beside a window of 400 pixels, inputs that follow the time of a run, no script from names; at most 300 kB of a rule file, and 300 ms to the first paint, of which
+// block, nothing beside a window of 400 pixels, inputs that follow the time of a run, no script from names; at most 300 kB of a rule file, and 300 ms to the first paint:
 // the best of some tries counts, as other programs only add to it. CHROMIUM is a Chromium (default: /usr/bin/chromium), PICTURES a folder for pictures (default: none).
 // It exits with 1 for a check that failed, and with 77 where Chromium does not start.
 import { mkdirSync, readFileSync, readdirSync, statSync } from "node:fs";
