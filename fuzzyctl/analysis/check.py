@@ -19,6 +19,7 @@ from fuzzyctl.model.profiles import ProfileName
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.support import arguments
 from fuzzyctl.support.reading import MAX_BYTES, read_source
+from fuzzyctl.support.shipped import place_of
 
 if TYPE_CHECKING:
     from fuzzyctl.analysis.verdicts import Verdict
@@ -73,7 +74,7 @@ def check(
         return (None if _has_errors(diagnostics) else path), diagnostics
     path = arguments.path(path, "; 'loads' takes texts")
     source = read_source(path, max_bytes=max_bytes)
-    found, diagnostics = check_source(source, folder=Path(path).parent, guarantees=guarantees)
+    found, diagnostics = check_source(source, folder=place_of(path).path.parent, guarantees=guarantees)
     blocks = [b for b in found if not isinstance(b, FuzzySystem)]
     return choose(source, [b for b in found if isinstance(b, FuzzySystem)], diagnostics, system, blocks)
 

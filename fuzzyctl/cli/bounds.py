@@ -41,7 +41,7 @@ def bounds(file: str, choice: Choice, timeout: float, form: str) -> int:
     bounds of its outputs and states over every step that a run may come to.
 
     \b
-    fuzzyctl bounds rules/ais_reaction.fz
+    fuzzyctl bounds ais_reaction
     """
     from fuzzyctl.analysis.extremes import extents
 

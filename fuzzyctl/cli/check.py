@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections import Counter
-from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 import click
@@ -21,7 +20,7 @@ from fuzzyctl.cli.common import (
     show,
 )
 from fuzzyctl.cli.fixes import WithFix, fix_file, fixable
-from fuzzyctl.cli.loading import source_of
+from fuzzyctl.cli.loading import folder_of, source_of
 from fuzzyctl.cli.streams import say
 from fuzzyctl.diagnostics.diagnostic import CODES, Diagnostic, DiagnosticError
 from fuzzyctl.diagnostics.fixes import APPLICABILITIES
@@ -82,7 +81,7 @@ def check(
     they are denied. Exit code 3 if there is none, but it is not decided whether some rule always fires.
 
     \b
-    fuzzyctl check --deny warnings --allow FZ208 rules/*.fz
+    fuzzyctl check --deny warnings --allow FZ208 *.fz
 
     '--fix' makes the repairs that diagnostics carry, in the files themselves; of standard input the text goes to
     standard output. '--fix --diff' prints them as a diff, with exit code 1 if there are any.
@@ -147,7 +146,7 @@ def _check_file(
 
     try:
         source = fix_file(file, likely=fix == "likely", only_diff=False)[0] if fix is not None else source_of(file)
-        return check_source(source, folder=Path(file).parent, profile=profile)
+        return check_source(source, folder=folder_of(file), profile=profile)
     except DiagnosticError as error:
         return (), list(error.diagnostics)
 

@@ -17,7 +17,7 @@ from fuzzyctl.cli.common import (
     answers_with_diagnostics,
     assignments,
 )
-from fuzzyctl.cli.loading import Choice, chooses, source_of
+from fuzzyctl.cli.loading import Choice, chooses, examined_file
 from fuzzyctl.cli.streams import say, write_json
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 
@@ -82,10 +82,10 @@ def codegen(
     with a controller is written as its controller.
 
     \b
-    fuzzyctl codegen rules/ais_reaction.fz --target c -o build
-    fuzzyctl codegen rules/ais_reaction.fz --target c --fixed Q3.12 -o build
-    fuzzyctl codegen rules/tipper.fz --target st --float float
-    fuzzyctl codegen rules/tipper.fz --target fmu -o tipper.fmu
+    fuzzyctl codegen ais_reaction --target c -o build
+    fuzzyctl codegen ais_reaction --target c --fixed Q3.12 -o build
+    fuzzyctl codegen tipper --target st --float float
+    fuzzyctl codegen tipper --target fmu -o tipper.fmu
 
     C comes with a self-test to compile and run on the target. Errors of fixed point and of tables are proved, and stand
     at the head of the file; where none can be proved the system is refused.
@@ -95,9 +95,7 @@ def codegen(
         raise click.BadParameter(f"{LANGUAGES[target]} has double precision only", param_hint="--float")
     if fmi is not None and target != "fmu":
         raise click.BadParameter(f"an FMU is written with --target fmu, not {target}", param_hint="--fmi")
-    from fuzzyctl.loading.load import look_through
-
-    examined = look_through(source_of(file), folder=Path(file).parent)
+    examined = examined_file(file)
     numbers: Precision = "float" if precision == "float" else "double"
     if target == "fmu":
         from fuzzyctl.cli.fmu import write_fmu

@@ -144,6 +144,12 @@ def show(diagnostics: Sequence[Diagnostic], form: str = "text") -> None:
         write_data(f"{text}\n")
 
 
+def remark(text: str) -> None:
+    """Print a line on standard error, unless the command is quiet."""
+    if not _meta().get(_QUIET):
+        say(text, err=True)
+
+
 def heard(diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
     """Return the diagnostics to print: with `--quiet` errors only."""
     return [d for d in diagnostics if d.severity == "error" or not _meta().get(_QUIET)]

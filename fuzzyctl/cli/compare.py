@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 import click
@@ -23,7 +22,7 @@ from fuzzyctl.cli.common import (
     answers_with_diagnostics,
     known_profiles,
 )
-from fuzzyctl.cli.loading import Choice, load_checked, source_of, under
+from fuzzyctl.cli.loading import Choice, examined_file, load_checked, under
 from fuzzyctl.cli.progress import progress
 from fuzzyctl.cli.streams import say, write_json
 from fuzzyctl.diagnostics.suggestions import listed
@@ -122,14 +121,12 @@ def _sides(
     first: str, second: str | None, names: tuple[ProfileName, ...], settings: tuple[str, ...], name: str | None
 ) -> list[_Side]:
     """Load what is compared: the first side with each of the others."""
-    from fuzzyctl.loading.load import look_through
-
     files = [first] if second is None else [first, second]
     if second is None and len(names) < 2:
         raise click.UsageError("name a second file, or two profiles or more: --as matlab,exact")
     if second is not None and len(names) > 2:
         raise click.UsageError("two files take one profile for both, or one for each")
-    opened = [look_through(source_of(file), folder=Path(file).parent) for file in files]
+    opened = [examined_file(file) for file in files]
     systems = [load_checked(f, Choice(settings, name), one) for f, one in zip(files, opened, strict=True)]
     if not names:
         return [_Side(f, system, one.blocks) for f, system, one in zip(files, systems, opened, strict=True)]

@@ -59,7 +59,7 @@ def convert(
 
     \b
     fuzzyctl convert tipper.fis tipper.fz
-    fuzzyctl convert rules/tipper.fz tipper.fis
+    fuzzyctl convert tipper tipper.fis
     fuzzyctl convert tipper.fll tipper.md      a page with tables and pictures
     fuzzyctl convert tipper.fcl - --to python  a module that builds it
 

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import os
 import platform
+import re
 import shutil
 from collections import Counter
 from contextlib import suppress
-from importlib.metadata import PackageNotFoundError, version
+from importlib.metadata import PackageNotFoundError, requires, version
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, Final
@@ -21,16 +22,10 @@ from fuzzyctl.diagnostics.suggestions import counted
 from fuzzyctl.support import private_folders
 from fuzzyctl.support.cores import cores
 
-#: What fuzzyctl needs, and what only some commands do, each with the extra that brings it.
+#: Packages that fuzzyctl needs; those that some commands need come with extras.
 NEEDED: Final = ("lark", "pydantic", "click", "rich", "numpy", "scipy", "matplotlib", "numba", "pygments")
-OPTIONAL: Final = {
-    "pyarrow": "data",
-    "distributed": "cluster",
-    "control": "interop",
-    "gymnasium": "interop",
-    "fmpy": "interop",
-    "mujoco": "physics",
-}
+#: Extras that are left out: the union of the others, and packages of the project's own tests.
+LEFT_OUT: Final = ("all", "test")
 
 #: Folders of compiled code within the cache: of systems and of simulations.
 PARTS: Final = ("kernels", "dwmr")
@@ -73,13 +68,23 @@ def examined() -> dict[str, Any]:
         "platform": f"{platform.system()} {platform.machine()}",
         "cores": cores(),
         "packages": packages,
-        "optional": {name: {"version": _version(name), "extra": extra} for name, extra in OPTIONAL.items()},
+        "optional": {name: {"version": _version(name), "extra": extra} for name, extra in optional().items()},
         "backend": backend,
         "reason": reason,
         "c_compiler": next((found for name in ("cc", "gcc", "clang") if (found := shutil.which(name))), None),
         "cache": _cache(),
         "problems": problems,
     }
+
+
+def optional() -> dict[str, str]:
+    """Return the packages of all extras, each with its extra, from the metadata of the installation."""
+    try:
+        needs = requires("fuzzyctl") or ()
+    except PackageNotFoundError:  # a copy of the sources
+        needs = ()
+    pairs = (re.match(r"""([\w.-]+).*; *extra *== *["']([\w-]+)["']""", need) for need in needs)
+    return {pair[1]: pair[2] for pair in pairs if pair is not None and pair[2] not in LEFT_OUT}
 
 
 def _version(package: str) -> str | None:

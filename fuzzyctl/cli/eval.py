@@ -41,8 +41,8 @@ def evaluate(
     """Evaluate a rule file at a point, or at all points of a CSV.
 
     \b
-    fuzzyctl eval rules/tipper.fz service=7 food=8
-    fuzzyctl eval rules/tipper.fz --points visits.csv > tips.csv
+    fuzzyctl eval tipper service=7 food=8
+    fuzzyctl eval tipper --points visits.csv > tips.csv
 
     FILE may be '-', standard input. The CSV has a header with the names of the inputs, in any order; other columns are
     kept, the outputs are appended. A value outside an input's range is clamped to it, with a warning. An adaptive

@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING, Any, Final
 import click
 
 from fuzzyctl.cli.common import STDIN
-from fuzzyctl.cli.loading import source_of
+from fuzzyctl.cli.loading import folder_of, require_own, source_of
 from fuzzyctl.cli.streams import say, write_data
 from fuzzyctl.diagnostics.fixes import APPLICABILITIES
 from fuzzyctl.diagnostics.suggestions import counted
+from fuzzyctl.support.shipped import place_of
 
 if TYPE_CHECKING:
     from fuzzyctl.diagnostics.source import SourceText
@@ -54,8 +55,11 @@ def fix_file(file: str, *, likely: bool, only_diff: bool) -> tuple[SourceText, b
     """
     from fuzzyctl.loading.fixing import fix_source
 
+    place = place_of(file)
+    if not only_diff:
+        require_own(place)
     source = source_of(file)
-    done = fix_source(source, folder=Path(file).parent, likely=likely)
+    done = fix_source(source, folder=folder_of(file), likely=likely)
     changed = done.source is not source
     if only_diff:
         from fuzzyctl.cli.unified_diff import print_diff
@@ -64,7 +68,7 @@ def fix_file(file: str, *, likely: bool, only_diff: bool) -> tuple[SourceText, b
     elif file == "-":
         write_data(done.source.text)
     elif changed:
-        _write(Path(file), done.source.text)
+        _write(place.path, done.source.text)
         say(f"{file}: {counted(len(done.repaired), 'mistake')} fixed", err=True)
     return done.source, changed
 

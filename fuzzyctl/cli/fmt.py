@@ -12,15 +12,15 @@ from fuzzyctl.cli.common import (
     DIAGNOSTICS_FORMAT,
     DONE,
     FAILED,
-    STDIN,
     answers_with_diagnostics,
     show,
-    standard_input,
 )
+from fuzzyctl.cli.loading import content_of, require_own
 from fuzzyctl.cli.streams import say, write_data
 from fuzzyctl.cli.unified_diff import print_diff
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 from fuzzyctl.diagnostics.source import SourceText, Span
+from fuzzyctl.support.shipped import Place
 from fuzzyctl.support.writing import written_whole
 
 
@@ -32,11 +32,13 @@ class _Laid:
         source: The file as read, without a byte order mark.
         stored: Its text as it stands on disk, line ends included.
         text: Its canonical layout.
+        place: Where it is.
     """
 
     source: SourceText
     stored: str
     text: str
+    place: Place
 
 
 @click.command()
@@ -57,12 +59,14 @@ def fmt(files: tuple[str, ...], only_check: bool, only_diff: bool, form: str) ->
     for file in files:
         try:
             laid = _laid_out(file)
+            if not (only_check or only_diff):
+                require_own(laid.place)
             if only_check or only_diff:
                 found.extend(_differences(laid, only_check, only_diff, form))
             elif file == "-":
                 write_data(laid.text)
             elif laid.text != laid.stored:
-                with written_whole(file) as temporary:
+                with written_whole(laid.place.path) as temporary:
                     temporary.write_text(laid.text, encoding="utf-8", newline="\n")
                 say(f"{file}: laid out")
         except DiagnosticError as error:
@@ -83,15 +87,15 @@ def _laid_out(file: str) -> _Laid:
     from fuzzyctl.formats.registry import format_of
     from fuzzyctl.lang.formatter import format_source
     from fuzzyctl.lang.parser import parse
-    from fuzzyctl.support.reading import decode, read_bytes, read_file
+    from fuzzyctl.support.reading import decode
 
     foreign = format_of(file)
     if foreign is not None:
         message = f"only .fz files are laid out, and this is a {foreign.suffixes[0]} file"
         help_text = f"'fuzzyctl convert {file} {Path(file).stem}.fz' makes one"
         raise DiagnosticError([Diagnostic("FZ602", message, file=file, help=help_text)])
-    data = read_bytes(standard_input(), STDIN) if file == "-" else read_file(file)
-    source = decode(data, STDIN if file == "-" else file)
+    data, place = content_of(file)
+    source = decode(data, place.name)
     _, mistakes = parse(source)
     if mistakes:
         raise DiagnosticError(mistakes)
@@ -100,7 +104,7 @@ def _laid_out(file: str) -> _Laid:
         message = "the layout would change more than white space; the file is left alone"
         raise DiagnosticError([Diagnostic("FZ006", message, file=source.name, help="please report this file")])
     # With line ends and byte order mark as they are, so that CRLF counts as another layout.
-    return _Laid(source, data.decode("utf-8"), text)
+    return _Laid(source, data.decode("utf-8"), text, place)
 
 
 def _differences(laid: _Laid, only_check: bool, only_diff: bool, form: str) -> list[Diagnostic]:

@@ -9,8 +9,9 @@ from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from fuzzyctl.cli.common import AS, SET, STDIN, SYSTEM, assignments, show, standard_input
+from fuzzyctl.cli.common import AS, SET, STDIN, SYSTEM, assignments, remark, show, standard_input
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
+from fuzzyctl.support.shipped import Place, is_name, place_of, shipped_files
 
 if TYPE_CHECKING:
     from fuzzyctl.diagnostics.source import SourceText
@@ -124,9 +125,49 @@ class Opened:
 
 def source_of(file: str) -> SourceText:
     """Read a rule file, or standard input for '-'; files that its text uses are found in the current folder."""
-    from fuzzyctl.support.reading import read_source, read_stream
+    from fuzzyctl.support.reading import decode
 
-    return read_stream(standard_input(), STDIN) if file == "-" else read_source(file)
+    data, place = content_of(file)
+    return decode(data, place.name)
+
+
+def content_of(file: str) -> tuple[bytes, Place]:
+    """Read a file as `source_of` does, without decoding it; note on standard error that it hides a shipped one."""
+    from fuzzyctl.support.reading import read_bytes, read_place
+
+    if file == "-":
+        return read_bytes(standard_input(), STDIN), Place(Path(), STDIN, False)
+    data, place = read_place(file)
+    if not place.is_shipped and is_name(file) and file in shipped_files():
+        remark(f"note: '{place.name}' of this folder is read in place of the shipped '{file}'")
+    return data, place
+
+
+def folder_of(file: str) -> Path:
+    """Return the folder of a file argument, in which the files that it uses are found."""
+    return place_of(file).path.parent
+
+
+def examined_file(file: str, **options: Any) -> Examined:
+    """Read and examine a file argument, with options of `look_through`.
+
+    Raises:
+        DiagnosticError: For a file that cannot be read.
+    """
+    from fuzzyctl.loading.load import look_through
+
+    return look_through(source_of(file), folder=folder_of(file), **options)
+
+
+def require_own(place: Place) -> None:
+    """Refuse to write a shipped file.
+
+    Raises:
+        DiagnosticError: For one, with the command that copies it.
+    """
+    if place.is_shipped:
+        help_text = f"make a copy and change that: fuzzyctl new NAME --from {place.name}"
+        raise DiagnosticError([Diagnostic("FZ005", "a shipped file is not changed", file=place.name, help=help_text)])
 
 
 def open_systems(
@@ -154,10 +195,9 @@ def open_systems(
             evaluate.
     """
     from fuzzyctl.loading.choice import choose, not_chosen, without_system
-    from fuzzyctl.loading.load import look_through
 
     if examined is None:
-        examined = look_through(source_of(file), folder=Path(file).parent, hints=hints)
+        examined = examined_file(file, hints=hints)
     source = examined.source
     systems, diagnostics = examined.systems, examined.reported(examined.diagnostics)
     chosen = tuple(b for b in examined.blocks if blocks and choice.name in (None, b.name))

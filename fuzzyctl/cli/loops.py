@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from fuzzyctl.cli.common import assignments, show
-from fuzzyctl.cli.loading import blamed, source_of
+from fuzzyctl.cli.loading import blamed, examined_file
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 
 if TYPE_CHECKING:
@@ -23,17 +22,15 @@ def chosen_loops(file: str, name: str | None) -> list[tuple[str, Loop]]:
             loops, and a name of none.
     """
     from fuzzyctl.loading.choice import chosen_block
-    from fuzzyctl.loading.load import look_through
 
-    source = source_of(file)
-    examined = look_through(source, folder=Path(file).parent, loop=name)
+    examined = examined_file(file, loop=name)
     diagnostics = examined.reported(examined.diagnostics)
     if any(d.severity == "error" for d in diagnostics):
         raise DiagnosticError(diagnostics)
     show(diagnostics)
     if name is None and examined.loops:
         return [(file, loop) for loop in examined.loops]
-    chosen = chosen_block(source, examined.loops, "loop", name)
+    chosen = chosen_block(examined.source, examined.loops, "loop", name)
     if isinstance(chosen, Diagnostic):
         other = next((b for b in (*examined.systems, *examined.blocks) if b.name == name), None)
         if other is not None:

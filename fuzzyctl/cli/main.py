@@ -75,10 +75,13 @@ What to do with it:
   fuzzyctl diff old.fz new.fz             what was changed: terms, rules
   fuzzyctl compare old.fz new.fz          where their numbers differ, and why
   fuzzyctl new heater                     write another file to begin with
+  fuzzyctl new tip --from tipper          copy a shipped file
+  fuzzyctl show                           list the shipped files
   fuzzyctl doctor                         what is installed and in use
 
 \b
-A file '-' is standard input.
+A file '-' is standard input. A name such as tipper is
+tipper.fz of this folder, else the shipped file.
 
 \b
 Exit codes: 0 done, 1 mistakes found, 2 wrong usage,

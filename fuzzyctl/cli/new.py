@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Final
 
@@ -12,7 +13,7 @@ import click
 from fuzzyctl.cli.common import DONE, answers_with_diagnostics
 from fuzzyctl.cli.streams import say
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
-from fuzzyctl.support.writing import written_whole
+from fuzzyctl.support.writing import write_together
 
 #: Longest name that makes a file name everywhere.
 LONGEST: Final = 200
@@ -66,26 +67,77 @@ require bounded(power, 0, 100)
 @click.command()
 @click.argument("name")
 @click.option("-o", "--output", "out", metavar="FILE", help="The file to write.  [default: NAME.fz]")
+@click.option("--from", "base", metavar="SHIPPED", help="Copy a shipped file, with those that it uses.")
 @answers_with_diagnostics
-def new(name: str, out: str | None) -> int:
-    """Write an annotated rule file to begin with.
+def new(name: str, out: str | None, base: str | None) -> int:
+    """Write an annotated rule file to begin with, or a copy of a shipped one.
 
     \b
     fuzzyctl new heater
     fuzzyctl check heater.fz
     fuzzyctl eval heater.fz error=2 change=0
+    fuzzyctl new tip --from tipper
 
-    NAME is the name of the system: letters, digits and _. A file that is there is not overwritten.
+    NAME is the name of the system: letters, digits and _. A file that is there is not overwritten. 'fuzzyctl show'
+    lists the shipped files.
     """
     _require_name(name)
     target = Path(out or f"{name}.fz")
+    texts = {target: starter(name)} if base is None else copies(name, base, target)
+    _refuse_to_replace(texts, target)
+    fresh = {path: text for path, text in texts.items() if not os.path.lexists(path)}
+    write_together(fresh)
+    say("\n".join(f"wrote {path}" for path in fresh))
+    return DONE
+
+
+def _refuse_to_replace(texts: Mapping[Path, str], target: Path) -> None:
+    """Refuse to replace files; those that the target uses may be there with the same text.
+
+    Raises:
+        DiagnosticError: With each that is there.
+    """
+    mistakes = []
     if os.path.lexists(target):
         message = "there is already a file of this name"
-        raise DiagnosticError([Diagnostic("FZ005", message, file=str(target), help="name another file with -o FILE")])
-    with written_whole(target) as temporary:
-        temporary.write_text(starter(name), encoding="utf-8", newline="\n")
-    say(f"wrote {target}")
-    return DONE
+        mistakes.append(Diagnostic("FZ005", message, file=str(target), help="name another file with -o FILE"))
+    for path, text in texts.items():
+        if path == target or not os.path.lexists(path):
+            continue
+        if not path.is_file() or path.read_bytes() != text.encode():
+            message = f"{target} uses a file of this name, and the present one differs from the shipped one"
+            mistakes.append(Diagnostic("FZ005", message, file=str(path), help="name another folder with -o FILE"))
+    if mistakes:
+        raise DiagnosticError(mistakes)
+
+
+def copies(name: str, base: str, target: Path) -> dict[Path, str]:
+    """Return the text of a copy of a shipped file under another name, and of the files that it uses.
+
+    Args:
+        name: The new name of the block that is called like the shipped file, if there is one.
+        base: The shipped file.
+        target: The path of the copy.
+
+    Raises:
+        BadParameter: If there is no such shipped file, or it uses a file that is called like the copy.
+    """
+    from fuzzyctl.diagnostics.suggestions import closest
+    from fuzzyctl.loading.assembly import files_read
+    from fuzzyctl.support.shipped import LIST, shipped_files
+
+    known = shipped_files()
+    if base not in known:
+        near = closest(base, known)
+        hint = f"did you mean '{near}'? " if near else ""
+        raise click.BadParameter(f"no shipped file '{base}'; {hint}{LIST}", param_hint="--from")
+    path = known[base]
+    head = rf"(?m)^((?:system|controller|plant|loop) +){base}\b"
+    own = re.sub(head, rf"\g<1>{name}", path.read_text(encoding="utf-8"))
+    used = {target.parent / p.relative_to(path.parent): p.read_text(encoding="utf-8") for p in files_read(path)}
+    if target in used:
+        raise click.BadParameter(f"'{base}' uses a file of this name; take another one", param_hint="NAME")
+    return {target: own, **used}
 
 
 def starter(name: str) -> str:

@@ -12,7 +12,7 @@ import click
 
 from fuzzyctl.cli.checked import block_under, undecided
 from fuzzyctl.cli.common import DONE, QUIET, answers_with_diagnostics, assignments, show
-from fuzzyctl.cli.loading import Choice, chooses, params_of, source_of
+from fuzzyctl.cli.loading import Choice, chooses, examined_file, params_of
 from fuzzyctl.cli.loops import settings_of
 from fuzzyctl.cli.streams import say
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
@@ -39,15 +39,13 @@ def page(file: str, loop: str | None, out: str | None, choice: Choice) -> int:
     it.
 
     \b
-    fuzzyctl page rules/tipper.fz -o tipper.html
-    fuzzyctl page rules/loops/water_tank.fz fill -o tank.html
+    fuzzyctl page tipper -o tipper.html
+    fuzzyctl page water_tank fill -o tank.html
     """
-    from fuzzyctl.loading.load import look_through
     from fuzzyctl.page.document import document, page_title
     from fuzzyctl.support.writing import write_together
 
-    source = source_of(file)
-    examined = look_through(source, folder=Path(file).parent, loop=loop)
+    examined = examined_file(file, loop=loop)
     reported = examined.reported(examined.diagnostics)
     if any(d.severity == "error" for d in reported):
         raise DiagnosticError(reported)

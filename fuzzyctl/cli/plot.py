@@ -51,8 +51,8 @@ def plot_surface(
     """Draw an output over one or two inputs.
 
     \b
-    fuzzyctl plot-surface rules/ais_reaction.fz -o f.png
-    fuzzyctl plot-surface rules/tipper.fz -x food --at service=3 -o tip.svg
+    fuzzyctl plot-surface ais_reaction -o f.png
+    fuzzyctl plot-surface tipper -x food --at service=3 -o tip.svg
 
     With -x alone, or a system of one input, the picture is a curve.
     """

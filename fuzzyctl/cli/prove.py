@@ -65,8 +65,8 @@ def prove(files: tuple[str, ...], choice: Choice, timeout: float, form: str) -> 
     Exit code 1 if one is refuted or a file has mistakes, 3 if one is undecided.
 
     \b
-    fuzzyctl prove rules/*.fz
-    fuzzyctl prove rules/ais_reaction.fz --set k_s=0.6
+    fuzzyctl prove tipper ais_reaction
+    fuzzyctl prove ais_reaction --set k_s=0.6
     """
     proofs: list[Proof] = []
     mistakes: list[Diagnostic] = []

@@ -19,10 +19,11 @@ from fuzzyctl.cli.common import (
 from fuzzyctl.cli.loading import Choice, chooses, open_systems
 from fuzzyctl.cli.streams import say, write_json
 from fuzzyctl.model.system import FuzzySystem
+from fuzzyctl.support.shipped import first_sentence, shipped_groups
 
 
 @click.command("show")
-@click.argument("file")
+@click.argument("file", required=False)
 @click.option("--plan", "only_plan", is_flag=True, help="Print how it is computed instead, and why so.")
 @ALGORITHM
 @FORMAT
@@ -30,13 +31,13 @@ from fuzzyctl.model.system import FuzzySystem
 @QUIET
 @answers_with_diagnostics
 def show_system(
-    file: str,
+    file: str | None,
     only_plan: bool,
     algorithm: str,
     form: str,
     choice: Choice,
 ) -> int:
-    """Print a summary of a rule file.
+    """Print a summary of a rule file; without FILE, the shipped files.
 
     Ranges and terms with their numbers computed, the method in effect with its defaults, rules, and what is proved:
     the values that each output can have, and whether some rule fires everywhere. A file of several systems is printed
@@ -46,6 +47,11 @@ def show_system(
     """
     if algorithm != "auto" and not only_plan:
         raise click.BadParameter("it is about how a system is computed: add --plan", param_hint="--algorithm")
+    if file is None:
+        if only_plan or choice != Choice():
+            raise click.UsageError("--plan, --set, --system and --as need a FILE")
+        _list_shipped(form)
+        return DONE
     from fuzzyctl.display.summary import summary
     from fuzzyctl.display.systems import page_text
 
@@ -67,6 +73,18 @@ def show_system(
     bold = (lambda text: f"\x1b[1m{text}\x1b[0m") if use_color(sys.stdout) else str
     click.echo("\n".join(page_text(page, bold) for page in pages), nl=False, file=sys.stdout)
     return DONE
+
+
+def _list_shipped(form: str) -> None:
+    """Print the shipped files with the first sentence of each."""
+    groups = {group: {n: first_sentence(p) for n, p in files.items()} for group, files in shipped_groups().items()}
+    if form == "json":
+        write_json(groups)
+        return
+    width = max(len(name) for files in groups.values() for name in files)
+    for group, files in groups.items():
+        say("\n".join([group, *(f"  {name:{width}}  {text}" for name, text in files.items()), ""]))
+    say("A name stands for the file: fuzzyctl show tipper. A copy to change: fuzzyctl new tip --from tipper.")
 
 
 def _show_plan(systems: Sequence[FuzzySystem], algorithm: str, form: str) -> int:

@@ -75,9 +75,9 @@ def simulate(
     """Run loops: controllers and plants over time.
 
     \b
-    fuzzyctl simulate rules/loops/water_tank.fz
-    fuzzyctl simulate rules/loops/water_tank.fz --set law.GU=2 -o out
-    fuzzyctl simulate rules/loops/water_tank.fz fill --against other.fz
+    fuzzyctl simulate water_tank
+    fuzzyctl simulate water_tank --set law.GU=2 -o out
+    fuzzyctl simulate water_tank fill --against other.fz
 
     All loops of a file are run side by side, or the one that is named. A plant in Python is executed, and so
     is the native code of an FMU.

@@ -10,8 +10,9 @@ import click
 
 import fuzzyctl
 from fuzzyctl.cli.common import DONE, answers_with_diagnostics
-from fuzzyctl.cli.loading import source_of
+from fuzzyctl.cli.loading import folder_of, source_of
 from fuzzyctl.cli.streams import say
+from fuzzyctl.support.shipped import place_of
 
 
 @click.command()
@@ -24,7 +25,7 @@ def studio(file: str | None, folder: str | None, port: int, no_browser: bool) ->
     """Edit rule files in the browser, with their mistakes, repairs and pictures.
 
     \b
-    fuzzyctl studio rules/tipper.fz
+    fuzzyctl studio tipper
 
     fuzzyctl itself runs in the browser; nothing leaves this machine, and no network is needed. The file is opened as a
     copy, with the files that it uses: 'Save as' in the studio writes it. A server on the loopback address hands the
@@ -41,12 +42,14 @@ def studio(file: str | None, folder: str | None, port: int, no_browser: bool) ->
             "'--folder' says where it is"
         )
     text = source_of(file).text if file is not None else None
-    used = used_files(text, Path(file).parent) if text is not None and file not in (None, "-") else {}
+    used = used_files(text, folder_of(file)) if text is not None and file not in (None, "-") else {}
     try:
         serving = server(built, port)
     except OSError as error:
         raise click.UsageError(f"port {port} cannot be served: {error.strerror}; leave '--port' out") from None
-    place = address(serving.server_port, Path(file).name if file not in (None, "-") else "stdin.fz", text, used)
+    place = address(
+        serving.server_port, place_of(file).path.name if file not in (None, "-") else "stdin.fz", text, used
+    )
     say(f"the studio: {place}")
     sys.stdout.flush()
     if not no_browser:

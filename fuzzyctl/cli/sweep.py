@@ -47,7 +47,7 @@ def sweep(
     """Run loops many times, with values that SPEC, a TOML file, gives or draws.
 
     \b
-    scenario = "rules/loops/water_tank.fz"
+    scenario = "water_tank"
     runs = 20
     [grid]
     "law.GU" = [4.0, 8.0, 16.0]

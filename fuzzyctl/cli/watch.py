@@ -14,6 +14,7 @@ import click
 from fuzzyctl.cli.common import DONE, answers_with_diagnostics
 from fuzzyctl.cli.streams import say
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
+from fuzzyctl.support.shipped import place_of
 
 #: Seconds between two looks at the files.
 _INTERVAL: Final = 0.2
@@ -31,19 +32,20 @@ def watch(file: str, values: tuple[str, ...], out: str | None, loop: str | None)
     """Check a rule file again at every save, and show what comes out.
 
     \b
-    fuzzyctl watch rules/tipper.fz service=7 food=8 -o tip.png
-    fuzzyctl watch rules/loops/water_tank.fz --loop fill -o fill
+    fuzzyctl watch tipper service=7 food=8 -o tip.png
+    fuzzyctl watch water_tank --loop fill -o fill
 
     A save of a file that it uses counts, too. After a file with mistakes the picture is that of the last one without.
     Ctrl-C ends it.
     """
-    if not Path(file).is_file():
+    path = place_of(file).path
+    if not path.is_file():
         raise DiagnosticError([Diagnostic("FZ001", f"there is no file '{file}'", file=file, help="name a rule file")])
     if loop is not None and values:
         raise click.UsageError("values of inputs belong to a system, and '--loop' runs a loop")
     commands = list(_commands(file, values, out, loop))
     try:
-        for _ in _saves(Path(file), lambda: time.sleep(_INTERVAL)):
+        for _ in _saves(path, lambda: time.sleep(_INTERVAL)):
             if sys.stdout.isatty():
                 click.clear()
             say(f"{file}, {time.strftime('%H:%M:%S')}")

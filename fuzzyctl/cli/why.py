@@ -46,8 +46,8 @@ def why(
     Prints the rules that act, the highest activation first, with what each contributes, and the slopes of the outputs.
 
     \b
-    fuzzyctl why rules/ais_reaction.fz sigma=0.01 dsigma=0.3
-    fuzzyctl why rules/tipper.fz service=7 food=8 -o why.svg
+    fuzzyctl why ais_reaction sigma=0.01 dsigma=0.3
+    fuzzyctl why tipper service=7 food=8 -o why.svg
     """
     from fuzzyctl.display.traces import text
     from fuzzyctl.explain.trace import trace

@@ -14,6 +14,7 @@ from fuzzyctl.loading.examination import Examined, look_through
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.support import arguments
 from fuzzyctl.support.reading import MAX_BYTES, decode, read_source
+from fuzzyctl.support.shipped import place_of
 
 if TYPE_CHECKING:
     from fuzzyctl.model.controller import Controller
@@ -49,7 +50,8 @@ def load(path: str | os.PathLike[str], *, system: str | None = None, max_bytes: 
 
     Args:
         path: The file; its suffix gives the format: `.fll`, `.fis`, `.fcl`, `.fml` and `.xml` are files of other tools,
-            every other suffix is a rule file, usually `.fz`.
+            every other suffix is a rule file, usually `.fz`. A name without folder and suffix, such as `tipper`, is
+            NAME.fz in the current folder, else the shipped file of this name.
         system: Name of the system; required if the file holds several.
         max_bytes: Largest size that is read [bytes].
 
@@ -64,7 +66,7 @@ def load(path: str | os.PathLike[str], *, system: str | None = None, max_bytes: 
     """
     path, system = arguments.path(path, "; 'loads' takes texts"), chosen_name(system)
     source = read_source(path, max_bytes=arguments.bytes_allowed(max_bytes))
-    return _required(examine(source, folder=Path(path).parent, system=system, hints=False))
+    return _required(examine(source, folder=place_of(path).path.parent, system=system, hints=False))
 
 
 def load_all(path: str | os.PathLike[str], *, max_bytes: int = MAX_BYTES) -> tuple[FuzzySystem, ...]:
@@ -81,7 +83,7 @@ def load_all(path: str | os.PathLike[str], *, max_bytes: int = MAX_BYTES) -> tup
     """
     path = arguments.path(path, "; 'loads' takes texts")
     source = read_source(path, max_bytes=arguments.bytes_allowed(max_bytes))
-    systems, diagnostics = examine_all(source, folder=Path(path).parent, hints=False)
+    systems, diagnostics = examine_all(source, folder=place_of(path).path.parent, hints=False)
     errors = [d for d in diagnostics if d.severity == "error"]
     if errors:
         raise DiagnosticError(errors)
@@ -113,7 +115,7 @@ def load_controller(
     """Read a controller from a rule file.
 
     Args:
-        path: The file.
+        path: The file, as for `load`.
         controller: Name of the controller; required if the file holds several.
         max_bytes: Largest size that is read [bytes].
 
@@ -131,7 +133,7 @@ def load_plant(path: str | os.PathLike[str], plant: str | None = None, *, max_by
     """Read a plant from a rule file.
 
     Args:
-        path: The file.
+        path: The file, as for `load`.
         plant: Name of the plant; required if the file holds several.
         max_bytes: Largest size that is read [bytes].
 
@@ -148,7 +150,7 @@ def load_loop(path: str | os.PathLike[str], loop: str | None = None, *, max_byte
     """Read a loop from a rule file, with the controllers and plants that it connects.
 
     Args:
-        path: The file.
+        path: The file, as for `load`.
         loop: Name of the loop; required if the file holds several.
         max_bytes: Largest size that is read [bytes].
 
@@ -169,7 +171,7 @@ def _opened(path: str | os.PathLike[str], max_bytes: int) -> Examined:
     """
     path = arguments.path(path)
     source = read_source(path, max_bytes=arguments.bytes_allowed(max_bytes))
-    found = look_through(source, folder=Path(path).parent, hints=False)
+    found = look_through(source, folder=place_of(path).path.parent, hints=False)
     errors = [d for d in found.reported(found.diagnostics) if d.severity == "error"]
     if errors:
         raise DiagnosticError(errors)

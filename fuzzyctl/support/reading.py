@@ -13,6 +13,7 @@ from typing import BinaryIO, Final
 from fuzzyctl.diagnostics.diagnostic import ArgumentError, Diagnostic, DiagnosticError
 from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.diagnostics.suggestions import closest
+from fuzzyctl.support.shipped import LIST, Place, is_name, place_of, shipped_files
 
 #: Largest file that is read, in bytes, unless the caller says otherwise.
 MAX_BYTES: Final = 1 << 20
@@ -57,38 +58,41 @@ def read_source(path: str | os.PathLike[str], *, max_bytes: int = MAX_BYTES, onl
     Windows-1252 in place of UTF-8, and lines may end with CR.
 
     Args:
-        path: The file.
+        path: The file, or the name of a shipped one.
         max_bytes: Largest size that is read.
-        only_regular: Whether pipes and devices are refused, which can block for ever: set for names that come from a
-            file. A user may name a pipe, such as `<(command)` of a shell.
+        only_regular: Whether names of shipped files are refused, and pipes and devices, which can block for ever: set
+            for names that come from a file. A user may name a pipe, such as `<(command)` of a shell.
 
     Raises:
         DiagnosticError: When the file is missing, a directory, unreadable, too large or not UTF-8 text.
         ArgumentError: For what is no path.
     """
-    data = read_file(path, max_bytes=max_bytes, only_regular=only_regular)
-    return decode(data, os.fspath(path))
+    data, place = read_place(path, max_bytes=max_bytes, only_regular=only_regular)
+    return decode(data, place.name)
 
 
-def read_file(path: str | os.PathLike[str], *, max_bytes: int = MAX_BYTES, only_regular: bool = False) -> bytes:
-    """Read a file as `read_source` does, without decoding it."""
+def read_place(
+    path: str | os.PathLike[str], *, max_bytes: int = MAX_BYTES, only_regular: bool = False
+) -> tuple[bytes, Place]:
+    """Read a file as `read_source` does, without decoding it; return its place, too."""
     given: object = path  # whatever the annotation says, callers pass None and bytes
     name = os.fspath(given) if isinstance(given, str | os.PathLike) else None
     if not isinstance(name, str) or "\0" in name:
         raise ArgumentError(f"expected the path of a rule file, got {path!r:.80}; 'loads' takes texts")
     if only_regular and is_special(name):
         raise DiagnosticError([Diagnostic("FZ001", "this is not a regular file", file=name)])
+    place = Place(Path(name), name, False) if only_regular else place_of(name)
     texts = _OVERLAID.get()
-    shown = texts.get(os.path.abspath(name)) if texts else None
+    shown = texts.get(os.path.abspath(place.path)) if texts else None
     try:
-        with Path(name).open("rb") if shown is None else BytesIO(shown.encode("utf-8", "replace")) as file:
-            content = read_bytes(file, name, max_bytes=max_bytes)
+        with place.path.open("rb") if shown is None else BytesIO(shown.encode("utf-8", "replace")) as file:
+            content = read_bytes(file, place.name, max_bytes=max_bytes)
     except OSError as error:
         raise DiagnosticError([_unreadable(name, error)]) from None
     record = _RECORDED.get()
     if record is not None:
-        record[name] = content
-    return content
+        record[os.fspath(place.path) if place.is_shipped else place.name] = content
+    return content, place
 
 
 def record_file(path: str | os.PathLike[str]) -> None:
@@ -171,10 +175,15 @@ def _unreadable(name: str, error: OSError) -> Diagnostic:
 
 def _neighbours(name: str) -> str:
     """Name the rule file that was most likely meant."""
-    folder = Path(name).parent
+    folder, stem = Path(name).parent, Path(name).stem
     suffixes = FOREIGN | {".fz"} if Path(name).suffix.lower() in FOREIGN else {".fz"}
     near = closest(Path(name).name, files_in(folder, suffixes))
-    return f"did you mean '{folder / near}'?" if near else ""
+    if near:
+        return f"did you mean '{folder / near}'?"
+    if not is_name(name) and Path(name).suffix.lower() != ".fz":
+        return ""
+    shipped = closest(stem, shipped_files())
+    return f"did you mean the shipped '{shipped}'? {LIST}" if shipped else LIST if is_name(name) else ""
 
 
 def files_in(folder: Path, suffixes: Collection[str]) -> list[str]:

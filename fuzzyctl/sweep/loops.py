@@ -24,6 +24,7 @@ from fuzzyctl.simulation.fmu_plant import require_fixed
 from fuzzyctl.simulation.run import Run
 from fuzzyctl.simulation.settings import blocks_of, with_settings
 from fuzzyctl.simulation.signals import Noise, Table
+from fuzzyctl.support.shipped import place_of
 from fuzzyctl.sweep.loop_files import SEED, LoopFiles, LoopScenario, read_files, with_overrides
 
 #: Packages that no result depends on.
@@ -57,6 +58,10 @@ class Loops(Runnable[LoopScenario]):
     def __reduce__(self) -> tuple[Any, ...]:
         """Leave out what this process knows."""
         return type(self), (self.against,)
+
+    def find(self, name: str) -> Path:
+        """Return a file by its path, or by the name of a shipped one."""
+        return super().find(str(place_of(name).path))
 
     def read(self, path: Path, overrides: Sequence[str]) -> LoopScenario:
         """Read the files, once in each process, and set params of their loops."""

@@ -13,13 +13,14 @@ from fuzzyctl.experiments.sweep import spec_file
 from fuzzyctl.experiments.sweep.spec import Spec
 from fuzzyctl.experiments.sweep.spec_file import SpecFile
 from fuzzyctl.support.reading import files_in
+from fuzzyctl.support.shipped import place_of
 
 
 class LoopSpec(Spec):
-    """What a SPEC file says: `scenario` is a rule file with loops, `controllers` names some of them."""
+    """What a SPEC file says: `scenario` is a file with loops or a shipped name, `controllers` names some of them."""
 
     against: Annotated[tuple[str, ...], Strict(False)] = Field(
-        default=(), description="further files beside the SPEC, whose loops are run too"
+        default=(), description="further files beside the SPEC, or shipped ones, whose loops are run too"
     )
 
 
@@ -40,12 +41,14 @@ def against(file: SpecFile) -> tuple[Path, ...]:
     """
     names = file.spec.against if isinstance(file.spec, LoopSpec) else ()
     mistakes = []
-    for path in (file.path.parent / name for name in names):
-        if not path.exists():
+    beside = [file.path.parent / name for name in names]
+    paths = [path if path.exists() else place_of(name).path for path, name in zip(beside, names, strict=True)]
+    for path, there in zip(beside, paths, strict=True):
+        if not there.exists():
             near = closest(path.name, files_in(path.parent, {path.suffix}))
             help_text = f"did you mean '{near}'?" if near else ""
             message = f"against: no file '{path.name}': there is no such file"
             mistakes.append(file.diagnostic("FZ904", ("against",), message, help=help_text))
     if mistakes:
         raise DiagnosticError(mistakes)
-    return tuple(file.path.parent / name for name in names)
+    return tuple(paths)

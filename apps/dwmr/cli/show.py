@@ -56,9 +56,9 @@ def _list(style: str) -> None:
 
     from dwmr.config.shipped import SHIPPED, shipped_names
     from dwmr.control import laws
-    from fuzzyctl.support.shipped import rules_folder
+    from fuzzyctl.support.shipped import first_sentence, rules_folder
 
-    first = {name: _first_sentence(SHIPPED / f"{name}.toml") for name in shipped_names()}
+    first = {name: first_sentence(SHIPPED / f"{name}.toml") for name in shipped_names()}
     files = {name: laws.shipped_file(name) for name in laws.names()}
     if style == "json":
         write_json({"scenarios": first, "laws": files})
@@ -71,16 +71,8 @@ def _list(style: str) -> None:
     say("Control laws")
     for name, file in files.items():
         part = laws.zeroed(name)
-        said = f"with {part} = 0" if part else _first_sentence(rules_folder() / file)
+        said = f"with {part} = 0" if part else first_sentence(rules_folder() / file)
         say(f"  {name:{width}}  {file:{max(map(len, files.values()))}}  {said}")
-
-
-def _first_sentence(path: Path) -> str:
-    lines = path.read_text(encoding="utf-8").splitlines()
-    comment = next((k for k, line in enumerate(lines) if not line.startswith("# ")), len(lines))
-    text = " ".join(line.removeprefix("# ") for line in lines[:comment])
-    end = text.find(". ")
-    return text[: end + 1] if end >= 0 else text
 
 
 def _page(found: Mapping[str, Any]) -> Iterator[str]:

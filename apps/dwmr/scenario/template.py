@@ -9,9 +9,12 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 from dwmr.config.shipped import SHIPPED, shipped_names
+from dwmr.control.rule_files import LAWS
 from dwmr.scenario.file import UnknownScenarioError, read
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 from fuzzyctl.diagnostics.suggestions import did_you_mean
+from fuzzyctl.loading.assembly import files_read
+from fuzzyctl.support.shipped import rules_folder
 
 
 def files(name: str, base: str, path: Path, extends: bool) -> dict[Path, bytes]:
@@ -26,10 +29,7 @@ def files(name: str, base: str, path: Path, extends: bool) -> dict[Path, bytes]:
     Raises:
         UnknownScenarioError: When there is no such shipped scenario.
     """
-    if base not in shipped_names():
-        hint = did_you_mean(base, shipped_names())
-        message = f"no shipped scenario {base[:200]!r}; there are {', '.join(shipped_names())}"
-        raise UnknownScenarioError(message + (f"; {hint}" if hint else ""))
+    _require_shipped(base)
     if extends:
         return {path: _EXTENDING.format(base=base, name=name).encode()}
     text = (SHIPPED / f"{base}.toml").read_text(encoding="utf-8")
@@ -42,6 +42,26 @@ def files(name: str, base: str, path: Path, extends: bool) -> dict[Path, bytes]:
     if beside is not None:
         found[path.with_suffix(".csv")] = (SHIPPED / beside).read_bytes()
     return found
+
+
+def rule_files(base: str, folder: Path) -> dict[Path, bytes]:
+    """Return copies of the rule files that a shipped scenario and the control laws use, by their path in a folder.
+
+    Raises:
+        UnknownScenarioError: When there is no such shipped scenario.
+    """
+    _require_shipped(base)
+    named = read(SHIPPED / f"{base}.toml").scenario.rules.values()
+    paths = {rules_folder() / name for name in (*(rule.file for rule in named), *LAWS.values())}
+    paths |= {used for path in paths for used in files_read(path)}
+    return {folder / path.name: path.read_bytes() for path in sorted(paths)}
+
+
+def _require_shipped(base: str) -> None:
+    if base not in shipped_names():
+        hint = did_you_mean(base, shipped_names())
+        message = f"no shipped scenario {base[:200]!r}; there are {', '.join(shipped_names())}"
+        raise UnknownScenarioError(message + (f"; {hint}" if hint else ""))
 
 
 _EXTENDING = """\

@@ -41,6 +41,18 @@ class TestNew:
         assert dwmr("new", "mine", "--from", "csv-path", "--force")[0] == 0
         assert sorted(p.name for p in tmp_path.iterdir()) == ["mine.csv", "mine.toml"]
 
+    @pytest.mark.parametrize("base", ["paper", "ackermann"])
+    def test_copies_the_rule_files_that_other_commands_take(self, dwmr, tmp_path, base):
+        status, said, _ = dwmr("new", "--rules", "mine", "--from", base)
+        assert (status, said.count("wrote mine/")) == (0, len(list((tmp_path / "mine").iterdir())))
+        for path in (tmp_path / "mine").iterdir():
+            assert path.read_bytes() == (rules_folder() / path.name).read_bytes()
+        assert dwmr("check", base, "--rules", "mine")[0] == 0
+        status, _, said = dwmr("new", "other", "--rules", "mine")
+        assert (status, "smc.fz exists" in said, (tmp_path / "other.toml").exists()) == (1, True, False)
+        assert dwmr("new", "other", "--rules", "mine", "--force")[0] == 0
+        assert (tmp_path / "other.toml").is_file()
+
     def test_files_are_readable_by_all_whom_the_mask_allows(self, dwmr, tmp_path):
         before = os.umask(0o027)
         try:
@@ -61,7 +73,8 @@ class TestNew:
             (["x" * 101], "up to 100"),
             (["paper"], "name of a shipped scenario"),
             (["mine", "--from", "papr"], "did you mean 'paper'?"),
-            ([], "Missing argument"),
+            ([], "NAME is missing"),
+            (["--rules", "mine", "--extends"], "NAME is missing"),
         ],
     )
     def test_wrong_usage_is_answered(self, dwmr, tmp_path, arguments, words):

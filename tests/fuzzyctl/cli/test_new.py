@@ -2,6 +2,7 @@ import pytest
 
 import fuzzyctl
 from fuzzyctl.cli.new import starter
+from fuzzyctl.support.shipped import shipped_files
 from tests.commands import runner
 
 
@@ -69,3 +70,32 @@ class TestNew:
         result = run("new", "ö" * 200)
         assert result.exit_code == 1
         assert "FZ005" in result.output
+
+
+class TestCopies:
+    def test_a_shipped_file_is_copied_under_a_new_name(self, folder):
+        assert run("new", "tip", "--from", "tipper").output == "wrote tip.fz\n"
+        assert fuzzyctl.load("tip.fz").name == "tip"
+        assert fuzzyctl.load("tip")(service=7, food=8) == fuzzyctl.load("tipper")(service=7, food=8)
+
+    @pytest.mark.parametrize("base", sorted(shipped_files()))
+    def test_a_copy_is_whole(self, base, folder):
+        assert run("new", "copy", "--from", base).exit_code == 0
+        assert set(shipped_files()[base].parent.glob("*")) >= {
+            shipped_files()[base].parent / p.name for p in folder.iterdir() if p.name != "copy.fz"
+        }
+        result = run("check", "copy.fz")
+        assert result.exit_code == 0, result.output
+
+    def test_used_files_of_the_same_text_may_be_there(self, folder):
+        run("new", "one", "--from", "aifqsmc")
+        assert run("new", "two", "--from", "aifqsmc").output == "wrote two.fz\n"
+        (folder / "immune_channel.fz").write_text("mine")
+        result = run("new", "three", "--from", "aifqsmc")
+        assert (result.exit_code, (folder / "three.fz").exists()) == (1, False)
+        assert "immune_channel.fz: error[FZ005]: three.fz uses a file of this name" in result.output
+
+    def test_mistakes_are_said_and_nothing_is_written(self, folder):
+        assert "did you mean 'tipper'?" in run("new", "x", "--from", "tiper").output
+        assert run("new", "immune_channel", "--from", "aifqsmc").exit_code == 2
+        assert list(folder.iterdir()) == []

@@ -1,0 +1,130 @@
+"""Shipped files are found by name; a file of the folder hides one."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+import fuzzyctl
+from fuzzyctl.support.shipped import rules_folder, shipped_groups
+from tests.commands import runner
+
+run = runner()
+
+#: Commands that take a file, with further words, by what they print or write of the shipped file of a name.
+COMMANDS = [
+    ("check tipper", "tipper: tipper: 3 rules, no errors"),
+    ("eval tipper service=7 food=8", "tip = 20.344474774540"),
+    ("why tipper service=7 food=8", "tip = 20.34"),
+    ("show tipper", "tipper: Tip for service and food"),
+    ("show aifqsmc", "aifqsmc: Adaptive immune"),
+    ("show --plan tipper", "tipper"),
+    ("prove tipper", "bounded(tip, 0, 30)"),
+    ("bounds tipper", "tip"),
+    ("fmt --check tipper zhao_1993", ""),
+    ("plot-surface tipper -o out.svg", "wrote out.svg"),
+    ("plot-terms tipper -o out.svg", "wrote out.svg"),
+    ("page tipper", "wrote tipper.html"),
+    ("codegen tipper --target python", "wrote tipper.py"),
+    ("codegen aifqsmc --target c -o build", "wrote build"),
+    ("convert tipper tip.md", "wrote tip.md"),
+    ("diff tipper tipper", "nothing was changed"),
+    ("compare tipper tipper --points 50", "tipper"),
+    ("compare --loops water_tank water_tank", "fill"),
+    ("simulate water_tank --against water_tank", "water_tank.fill"),
+    ("simulate upa_motor exact_motor", "exact_motor"),
+]
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+class TestNames:
+    def test_each_names_one_file_and_all_are_listed(self):
+        names = [name for files in shipped_groups().values() for name in files]
+        assert len(names) == len(set(names)) > 25
+        assert {"tipper", "water_tank", "zhao_1993"} < set(names)
+        listed = run("show").output
+        assert all(f"\n  {name} " in listed for name in names)
+        assert [*json.loads(run("show", "--format", "json").output)] == [*shipped_groups()]
+
+    @pytest.mark.parametrize(("command", "text"), COMMANDS, ids=[c for c, _ in COMMANDS])
+    def test_every_command_takes_them(self, command, text, folder):
+        result = run(*command.split())
+        assert result.exit_code == 0, result.output
+        assert text in result.output
+        assert str(rules_folder()) not in result.output
+
+    def test_python_takes_them(self):
+        assert fuzzyctl.load("tipper") == fuzzyctl.load(rules_folder() / "tipper.fz")
+        assert [s.name for s in fuzzyctl.load_all("matlab_pid")] == ["plane", "curved"]
+        assert fuzzyctl.load_controller(Path("aifqsmc")).name == "aifqsmc"
+        assert fuzzyctl.load_loop("water_tank").name == "fill"
+
+    def test_a_sweep_takes_them(self, folder):
+        (folder / "spec.toml").write_text('scenario = "water_tank"\nagainst = ["pendulum"]\nruns = 1\n')
+        result = run("sweep", "spec.toml", "--jobs", "1")
+        assert result.exit_code == 0, result.output
+
+
+class TestAFileOfTheFolder:
+    def test_it_wins_and_one_line_names_it(self, folder):
+        text = (rules_folder() / "tipper.fz").read_text(encoding="utf-8")
+        (folder / "tipper.fz").write_text(text, encoding="utf-8")
+        result = run("check", "tipper")
+        assert result.output.splitlines()[0] == (
+            "note: 'tipper.fz' of this folder is read in place of the shipped 'tipper'"
+        )
+        assert run("check", "tipper").stdout == run("check", "tipper.fz").stdout.replace("tipper.fz:", "tipper:")
+        assert "note" not in run("show", "-q", "tipper").stderr
+        assert "note" not in run("check", "tipper.fz").output
+
+    def test_a_file_without_suffix_comes_first_and_a_folder_does_not_count(self, folder):
+        (folder / "tipper").mkdir()
+        assert run("check", "tipper").exit_code == 0
+        (folder / "smc").write_text("nothing", encoding="utf-8")
+        assert run("check", "smc").stderr.startswith("note: 'smc' of this folder is read")
+
+    def test_a_name_that_is_not_shipped_is_a_file_of_the_folder_too(self, folder):
+        run("new", "heater")
+        result = run("check", "heater")
+        assert (result.exit_code, result.stderr) == (0, "")
+
+    def test_used_files_are_never_names(self, folder):
+        (folder / "a.fz").write_text('use "tipper"\ncontroller c\ninput x in [0, 1]\noutput y = x\n', encoding="utf-8")
+        assert "cannot be used" in run("check", "a.fz").output
+
+
+class TestMistakes:
+    @pytest.mark.parametrize(
+        ("name", "help_text"),
+        [
+            ("tiper", "did you mean the shipped 'tipper'? 'fuzzyctl show' lists the shipped files"),
+            ("zhao1993", "did you mean the shipped 'zhao_1993'? 'fuzzyctl show' lists the shipped files"),
+            ("qqq", "'fuzzyctl show' lists the shipped files"),
+            ("tipper.fz", "did you mean the shipped 'tipper'? 'fuzzyctl show' lists the shipped files"),
+            ("rules/tipper.fz", "did you mean the shipped 'tipper'? 'fuzzyctl show' lists the shipped files"),
+        ],
+    )
+    def test_an_unknown_name_is_a_diagnostic_with_the_closest_one(self, name, help_text):
+        result = run("eval", name, "service=7")
+        assert (result.exit_code, result.output) == (
+            1,
+            f"{name}: error[FZ001]: there is no such file\n = help: {help_text}\n",
+        )
+
+    @pytest.mark.parametrize("words", [("fmt",), ("check", "--fix"), ("check", "--fix", "likely")])
+    def test_a_shipped_file_is_not_written(self, words):
+        before = (rules_folder() / "tipper.fz").read_bytes()
+        result = run(*words, "tipper")
+        assert result.exit_code == 1
+        assert "tipper: error[FZ005]: a shipped file is not changed" in result.output
+        assert "fuzzyctl new NAME --from tipper" in result.output
+        assert (rules_folder() / "tipper.fz").read_bytes() == before
+
+    def test_what_needs_a_file_does_not_list(self):
+        assert run("show", "--plan").exit_code == 2
+        assert run("show", "--set", "a=1").exit_code == 2
