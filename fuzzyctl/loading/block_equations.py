@@ -146,9 +146,10 @@ def loop_parts(loop: Loop) -> int:
     except DiagnosticError as error:
         raise DiagnosticError([_in_loop(d) for d in error.diagnostics]) from None
     if loop.step is not None or any(c.period is not None for c in loop.controllers):
-        from fuzzyctl.simulation.sample_times import sample_times  # which controllers need not
+        # Which controllers need not.
+        from fuzzyctl.simulation.sample_times import require_dead_times, sample_times
 
-        sample_times(loop)
+        require_dead_times(loop, sample_times(loop)[0])
     return equations.parts
 
 

@@ -1,60 +1,151 @@
-"""Dead times of a run: what is kept of each delayed signal, and how it is looked up between samples."""
+"""Dead times of a run: where steps of integration end, and where delayed signals are looked up."""
 
 from __future__ import annotations
 
 import math
+from bisect import bisect_right
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
 from typing import Final
 
 from fuzzyctl.diagnostics.diagnostic import ArgumentError
-from fuzzyctl.simulation.equations import DeadTime
-from fuzzyctl.simulation.source import LAGS, WEIGHTS
+from fuzzyctl.kernels.plan.algebraic_loops import feedthrough
+from fuzzyctl.kernels.plan.equations import Equation, Equations
+from fuzzyctl.model.signals import TIME
+from fuzzyctl.simulation.equations import LoopEquations
+from fuzzyctl.simulation.sample_times import MOST_KEPT
 
-#: Most numbers that a dead time keeps.
-MOST_KEPT: Final = 10_000_000
+#: Parts of a step at which delayed signals are looked up: begin, middle, end, and a quarter. Signals that vary within
+#: a step are kept there, too, and are cubic in between.
+PARTS: Final = (0.0, 0.5, 1.0, 0.25)
+_END: Final = 2
+#: Steps end at jumps of a delayed signal and of this many of its derivatives; RK4 keeps its order at later ones.
+_DERIVATIVES: Final = 2
+#: Most jumps between two samples that are followed through several dead times.
+_MOST_JUMPS: Final = 100
+#: Times so near to each other, in sample times, are the same; digits of it, and for dead times of many sample times.
+_SAME: Final = 1e-9
+_DIGITS: Final = 8
+_SAME_LONG: Final = 1e-15
 
 
-def enough(delays: tuple[DeadTime, ...], step: float, substeps: int) -> int:
-    """Return how many steps of integration there are between two samples: none is longer than a dead time.
+@dataclass(frozen=True)
+class DeadTimes:
+    """Steps of integration of a run, and its dead times.
 
     Args:
-        delays: The dead times.
-        step: Time between two samples [s].
-        substeps: The fewest steps.
+        steps: Steps of integration between two samples.
+        size: How many numbers dead times keep.
+        integers: Offset and length for each dead time; then the lag in steps for each dead time, step and part.
+        weights: The start for each dead time; begin, in steps, and length [s] of each step; then the weights of what is
+            kept for each dead time, step and part, if it varies.
     """
-    shortest = min((d.time for d in delays), default=math.inf)
-    return max(substeps, math.ceil(step / shortest * (1.0 - 1e-9)))
+
+    steps: int
+    size: int
+    integers: list[int]
+    weights: list[float]
 
 
-def dead_times(delays: tuple[DeadTime, ...], step: float) -> tuple[int, list[int], list[float]]:
-    """Return how many numbers are kept, positions and lags, and weights of the interpolation.
+def dead_times(equations: LoopEquations, substeps: int) -> DeadTimes:
+    """Return the steps of integration, and how delayed signals are looked up at each.
 
-    Of each step of integration a signal is kept at its begin, middle and end; between them it is a parabola.
+    A step ends where a delayed signal jumps, and none is longer than the shortest dead time.
 
     Args:
-        delays: The dead times.
-        step: Of the integration [s].
+        equations: The loop.
+        substeps: The fewest steps between two samples.
 
     Raises:
-        ArgumentError: For one that keeps more than `MOST_KEPT` numbers.
+        ArgumentError: For more than `MOST_KEPT` numbers, and a number of substeps that is no positive integer.
     """
-    integers = [0] * (LAGS * len(delays))
-    weights = [0.0] * (WEIGHTS * len(delays))
-    offset = 0
-    for k, delay in enumerate(delays):
-        ratio = delay.time / step
-        whole = round(ratio) if abs(ratio - round(ratio)) < 1e-9 * max(ratio, 1.0) else math.ceil(ratio)
-        rest = max(whole - ratio, 0.0) if abs(whole - ratio) > 1e-9 * max(ratio, 1.0) else 0.0
-        length = whole + 2
-        if offset + 3 * length > MOST_KEPT:
-            raise ArgumentError(f"a dead time of {delay.time:g} s is too long for steps of {step:g} s")
-        integers[LAGS * k : LAGS * k + 2] = offset, length
-        weights[WEIGHTS * k] = delay.start
-        for part in range(3):
-            share = 0.5 * part + rest
-            lag = whole - (1 if share > 1.0 else 0)
-            share -= whole - lag
-            integers[LAGS * k + 2 + part] = lag
-            at = WEIGHTS * k + 1 + 3 * part
-            weights[at : at + 3] = (2 * share - 1) * (share - 1), 4 * share * (1 - share), share * (2 * share - 1)
-        offset += 3 * length
-    return max(offset, 1), integers, weights
+    if not (type(substeps) is int and substeps >= 1):
+        raise ArgumentError(f"'substeps' must be a positive integer, got {substeps!r}")
+    delays, step = equations.delays, equations.step
+    if not delays:
+        return DeadTimes(substeps, 1, [], [])
+    ratios, nodes = [d.time / step for d in delays], len(PARTS) if varies(equations) else 1
+    density = max(substeps, 1.0 / min(ratios)) * (1.0 - _SAME)
+    begins, lengths, mesh = [], [], []
+    for begin, end in pairwise([*_jumps(equations, ratios), 1.0]):
+        count = max(math.ceil((end - begin) * density), 1)
+        length = (end - begin) / count
+        begins += [begin + k * length for k in range(count)]
+        lengths += [length] * count
+        for k in range(count):
+            mesh += [begin / length + k, step * (end - begin) / count]
+    integers, lags, weights, offset = [], [], [], 0
+    for ratio in ratios:
+        lookups = list(_lags(ratio, begins, lengths))
+        length = max(lag for lag, _ in lookups) + 1
+        integers += [offset, length]
+        lags += [lag for lag, _ in lookups]
+        weights += [w for _, share in lookups for w in _cubic(share)] if nodes > 1 else []
+        offset += nodes * length
+        if offset + len(weights) > MOST_KEPT:
+            raise ArgumentError(f"a dead time of {ratio * step:g} s is too long for steps of {step / len(begins):g} s")
+    return DeadTimes(len(begins), offset, integers + lags, [d.start for d in delays] + mesh + weights)
+
+
+def varies(equations: LoopEquations) -> bool:
+    """Return whether some delayed signal may vary between two samples other than by jumps."""
+    names = {d.name for d in equations.delays}
+    return any(not names.issuperset(read) for read in _reads(equations))
+
+
+def _reads(equations: LoopEquations) -> list[Sequence[str]]:
+    """Return the states, delayed values and other varying signals that each delayed signal reads."""
+    outputs = [n for e in equations.externals for n in e.outputs]
+    states, delayed = [s.name for s in equations.plant_states], [d.name for d in equations.delays]
+    body = tuple(i for i in equations.body if not (isinstance(i, Equation) and i.name in equations.held))
+    signals = tuple((d.name, d.signal) for d in equations.delays)
+    reads = feedthrough(Equations((TIME, *states, *outputs, *delayed), (), body, signals, (), None, 0))
+    return [reads[name] for name in delayed]
+
+
+def _jumps(equations: LoopEquations, ratios: Sequence[float]) -> list[float]:
+    """Return where delayed signals jump between two samples, in sample times: the sample first.
+
+    Held signals jump at samples, and a delayed signal does at the begin; states have a jump one derivative later.
+    """
+    names, reads = [d.name for d in equations.delays], _reads(equations)
+    direct = [[i for i, read in enumerate(reads) if name in read] for name in names]
+    later = [i for i, read in enumerate(reads) if not {TIME, *names}.issuperset(read)]
+    level = [(j, ratio % 1.0) for j, ratio in enumerate(ratios)]
+    jumps = {0.0: 0.0} | {round(at, _DIGITS) % 1.0: at for _, at in level if round(at, _DIGITS) % 1.0}
+    most, seen = len(jumps) + _MOST_JUMPS, set[tuple[int, float]]()
+    for _ in range(_DERIVATIVES + 1):
+        following = []
+        for j, at in level:  # which grows
+            key = round(at, _DIGITS) % 1.0
+            if (j, key) in seen or len(jumps) > most:
+                continue
+            seen.add((j, key))
+            jumps.setdefault(key, at)
+            level += [(i, (at + ratios[i]) % 1.0) for i in direct[j]]
+            following += [(i, (at + ratios[i]) % 1.0) for i in later]
+        level = following
+    return sorted(jumps.values())
+
+
+def _lags(ratio: float, begins: Sequence[float], lengths: Sequence[float]) -> Iterator[tuple[int, float]]:
+    """Yield for each step and part how many steps ago a dead time began, and the part of that step.
+
+    At the end of a step a delayed signal has not jumped yet.
+    """
+    same = _SAME + _SAME_LONG * ratio
+    for s, (begin, length) in enumerate(zip(begins, lengths, strict=True)):
+        for part, own in enumerate(PARTS):
+            at = begin + own * length - ratio
+            beside = at - same if part == _END else at + same
+            sample = math.floor(beside)
+            n = bisect_right(begins, beside - sample) - 1
+            share = (at - sample - begins[n]) / lengths[n]
+            share = next((p for p in PARTS if abs(share - p) * lengths[n] <= same), share)
+            yield s - n - sample * len(begins), share
+
+
+def _cubic(share: float) -> list[float]:
+    """Return the weights of values at `PARTS` in the cubic polynomial through them."""
+    return [math.prod((share - b) / (a - b) for b in PARTS if b != a) for a in PARTS]

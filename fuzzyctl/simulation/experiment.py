@@ -24,7 +24,7 @@ from fuzzyctl.kernels.compile import AlgorithmName, numba_is_missing
 from fuzzyctl.model.instance_params import with_instance_params
 from fuzzyctl.model.loop import Loop
 from fuzzyctl.simulation.columns import columns
-from fuzzyctl.simulation.dead_times import dead_times, enough
+from fuzzyctl.simulation.dead_times import DeadTimes, dead_times
 from fuzzyctl.simulation.equations import LoopEquations, with_calls
 from fuzzyctl.simulation.expansion import loop_equations
 from fuzzyctl.simulation.fmu_plant import FmuPlant, require_fixed
@@ -103,6 +103,7 @@ class Experiment(Displayed):
         if backend == "auto" and _takes_long(self.equations, self.programs):
             self.backend = "python"
         self.step, self.samples = self.equations.step, self.equations.samples
+        self._lags: dict[int, DeadTimes] = {}
         #: Columns of the record by name.
         self.positions = {name: k for k, name in enumerate(self.equations.signals)}
         plants = {p.name: p.results for p in loop.plants}
@@ -163,16 +164,14 @@ class Experiment(Displayed):
                 that is negative or no integer.
             ValueOutOfBoundsError: For a value that is not finite, or outside the range of its param.
         """
-        if not (type(substeps) is int and substeps >= 1):
-            raise ArgumentError(f"'substeps' must be a positive integer, got {substeps!r}")
+        lags = self._dead_times(substeps)
         if seed is not None and not (type(seed) is int and seed >= 0):
             raise ArgumentError(f"'seed' must be an integer >= 0, got {seed!r}")
         given = self.given if seed is None else self._columns(seed)
         free = self._values(values)
-        substeps = enough(self.equations.delays, self.step, substeps)
         record = np.empty((self.samples, len(self.positions)))
-        done, stopped = self._advance(record, free, given, substeps, progress)
-        return self.result(record[:done], free, substeps, stopped)
+        done, stopped = self._advance(record, free, given, lags, progress)
+        return self.result(record[:done], free, lags.steps, stopped)
 
     def result(
         self, record: FloatArray, free: FloatArray, substeps: int, stopped: Diagnostic | None, solver: str = "RK4"
@@ -199,14 +198,15 @@ class Experiment(Displayed):
         return writable(found)
 
     def _advance(
-        self, record: FloatArray, free: FloatArray, given: FloatArray, substeps: int, progress: Progress | None
+        self, record: FloatArray, free: FloatArray, given: FloatArray, lags: DeadTimes, progress: Progress | None
     ) -> tuple[int, Diagnostic | None]:
         """Fill the record and return how many samples it has, and why the run was stopped."""
+        substeps = lags.steps
         chunk = max((CHUNK if self.backend == "numba" else FEW) // substeps, 1)
         kernel = self._kernel
         if self.equations.externals:
             chunk = 1  # so that all samples before a mistake are kept
-        x, c, known, (kept, integers, weights) = self._state(given, substeps)
+        x, c, known, (kept, integers, weights) = self._state(given, lags)
         done = 0
         try:
             while done < self.samples:
@@ -229,15 +229,22 @@ class Experiment(Displayed):
             return done, interrupted(self.loop, done * self.step)
         return done, None
 
-    def _state(self, given: FloatArray, substeps: int) -> tuple[Any, Any, Any, tuple[Any, Any, Any]]:
+    def _dead_times(self, substeps: int) -> DeadTimes:
+        """Return the steps of integration and the lags of dead times, computed once."""
+        if substeps not in self._lags:
+            self._lags[substeps] = dead_times(self.equations, substeps)
+        return self._lags[substeps]
+
+    def _state(self, given: FloatArray, lags: DeadTimes) -> tuple[Any, Any, Any, tuple[Any, Any, Any]]:
         """Return what a run begins with: arrays, and lists for generated Python."""
         equations = self.equations
         x = np.array([s.start for s in equations.plant_states], dtype=np.float64)
         c = np.array([s.start for s in equations.states] * 2, dtype=np.float64)
-        kept, integers, weights = dead_times(equations.delays, self.step / substeps)
         if self.backend == "numba":
-            return x, c, given.reshape(-1), (np.zeros(kept), np.array(integers, dtype=np.int64), np.array(weights))
-        return x.tolist(), c.tolist(), given.reshape(-1).tolist(), ([0.0] * kept, integers, weights)
+            integers, weights = np.array(lags.integers, dtype=np.int64), np.array(lags.weights, dtype=np.float64)
+            return x, c, given.reshape(-1), (np.zeros(lags.size), integers, weights)
+        buffers = ([0.0] * lags.size, lags.integers, lags.weights)
+        return x.tolist(), c.tolist(), given.reshape(-1).tolist(), buffers
 
     def _stopped(self, code: int, x: Any, record: FloatArray) -> tuple[int, Diagnostic]:
         states = self.equations.plant_states
@@ -276,9 +283,10 @@ class Stepper:
         start: Mapping[str, float] | None = None,
     ) -> None:
         self.experiment, self.sample = experiment, 0
-        self._substeps = enough(experiment.equations.delays, experiment.step, substeps)
+        lags = experiment._dead_times(substeps)
+        self._substeps = lags.steps
         given = experiment.given if seed is None else experiment._columns(seed)
-        self._x, self._c, self._given, self._lags = experiment._state(given, self._substeps)
+        self._x, self._c, self._given, self._lags = experiment._state(given, lags)
         self._before = np.zeros(len(experiment.positions))
         names = [s.name for s in experiment.equations.plant_states]
         for name, value in (start or {}).items():

@@ -17,7 +17,7 @@ from fuzzyctl.diagnostics.diagnostic import FuzzyctlError
 from fuzzyctl.expr import Expr, Name, evaluate
 from fuzzyctl.kernels.backends.numba.compile_cost import operations
 from fuzzyctl.model.loop import Loop
-from fuzzyctl.simulation.dead_times import dead_times, enough
+from fuzzyctl.simulation.dead_times import dead_times
 from fuzzyctl.simulation.equations import LoopEquations, with_calls
 from fuzzyctl.simulation.expansion import loop_equations
 from fuzzyctl.simulation.judgement import Judgement, Requirement
@@ -97,15 +97,15 @@ def plain_run(loop: Loop, most: int = MOST, *, record_calls: bool = False) -> Pl
         raise PlainRunError(f"plant '{external.plant.name}' is {'in Python' if external.plant.python else 'an FMU'}")
     equations = with_calls(equations) if record_calls else equations
     written = programs(equations)
-    substeps = enough(equations.delays, equations.step, 1)
+    delayed = dead_times(equations, 1)
+    substeps = delayed.steps
     cost = operations(written.sample) + 4 * substeps * operations(written.derivative)
     if cost * equations.samples > most:
         raise PlainRunError(f"the run takes {cost * equations.samples:.2g} operations, more than {most:.2g}")
-    kept, integers, weights = dead_times(equations.delays, equations.step / substeps)
     given = _given(equations, loop)
     x, c = [s.start for s in equations.plant_states], [s.start for s in equations.states] * 2
     count, width = equations.samples, len(equations.signals)
-    record, lags = [0.0] * (count * width), ([0.0] * kept, integers, weights)
+    record, lags = [0.0] * (count * width), ([0.0] * delayed.size, delayed.integers, delayed.weights)
     kernel = interpreted(equations, written)
     code = kernel(0, count, count, substeps, equations.step, x, c, [], given, record, *lags)
     done, stopped = (count, "") if code < 0 else _stopped(code, equations, written)

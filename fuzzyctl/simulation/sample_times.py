@@ -7,10 +7,19 @@ from collections.abc import Iterable, Iterator
 from typing import Final
 
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
-from fuzzyctl.expr import evaluate, span_of
+from fuzzyctl.expr import Call, evaluate, span_of, walk
+from fuzzyctl.model.controller import Definition, Instance, Result
+from fuzzyctl.model.forms import bound
 from fuzzyctl.model.loop import Loop
+from fuzzyctl.model.plant import Plant
+from fuzzyctl.model.plant_forms import PLANT_FUNCTIONS
 from fuzzyctl.simulation.settings import block_params
 
+#: Most steps of integration between two samples, and of a run, that dead times may demand.
+MOST_BETWEEN: Final = 10_000
+MOST_STEPS: Final = 20_000_000
+#: Most numbers that dead times keep.
+MOST_KEPT: Final = 20_000_000
 #: Sample times are multiples of the step, and durations, up to this part of a step.
 ALIGNED: Final = 1e-6
 
@@ -69,3 +78,42 @@ def samples_of(loop: Loop) -> int:
 def samples_at(loop: Loop, step: float) -> int:
     """Return how many samples a run has, one each `step` seconds."""
     return math.floor(evaluate(loop.duration, loop.param_values.values) / step + ALIGNED) + 1
+
+
+def require_dead_times(loop: Loop, step: float) -> None:
+    """Refuse dead times that are too short, or too long, for the step of a loop.
+
+    Raises:
+        DiagnosticError: For one that takes too many steps of integration, or keeps too many numbers.
+    """
+    samples, numbers, plants = samples_at(loop, step), 0.0, {p.name: p for p in loop.plants}
+    mistakes: dict[str, Diagnostic] = {}
+    for instance in loop.instances:
+        for call, time in _dead_times(loop, instance, plants.get(instance.controller)):
+            count, numbers = math.ceil(step / time * (1.0 - 1e-9)), numbers + 4.0 * time / step
+            message = help_text = ""
+            if count > MOST_BETWEEN or (count > 1 and count * samples > MOST_STEPS):
+                message = f"a dead time of {time:g} s takes {count:,} steps of integration a sample, "
+                message += f"{count * samples:,} in all"
+                help_text = f"expected at most {MOST_BETWEEN:,} a sample and {MOST_STEPS:,} in all: "
+                help_text += "leave the dead time out, or make the run or its step shorter"
+            elif numbers > MOST_KEPT:
+                message = f"a dead time of {time:g} s keeps {4.0 * time / step:.3g} numbers at steps of {step:g} s"
+                help_text = f"expected at most {MOST_KEPT:,} for all dead times: make the step longer"
+            if message:
+                mistakes.setdefault(message, Diagnostic("FZ703", message, call.span or instance.span, help=help_text))
+    if mistakes:
+        raise DiagnosticError(list(mistakes.values()))
+
+
+def _dead_times(loop: Loop, instance: Instance, plant: Plant | None) -> Iterator[tuple[Call, float]]:
+    """Yield the calls of `delay` in a plant of a loop with positive dead times [s]."""
+    items: tuple[Definition | Result, ...] = (
+        () if plant is None else (*plant.definitions, *plant.results, *plant.derivatives)
+    )
+    calls = dict.fromkeys(e for i in items for e in walk(i.value) if isinstance(e, Call) and e.function == "delay")
+    params = block_params(loop, instance) if calls else {}
+    for call in calls:
+        time = evaluate(bound(PLANT_FUNCTIONS["delay"], call)["time"], params)
+        if 0.0 < time < math.inf:
+            yield call, time

@@ -9,9 +9,9 @@ import numpy as np
 
 from fuzzyctl.diagnostics.diagnostic import ArgumentError, Diagnostic, UnknownNameError
 from fuzzyctl.model.loop import Loop
+from fuzzyctl.simulation.dead_times import dead_times
 from fuzzyctl.simulation.experiment import Experiment, LoopBackend, Progress
 from fuzzyctl.simulation.run import Run
-from fuzzyctl.simulation.sample_times import samples_of
 from fuzzyctl.simulation.settings import with_settings
 from fuzzyctl.simulation.stops import signals_without_value
 
@@ -60,8 +60,6 @@ def simulate(
     if not isinstance(loop, Loop):
         raise ArgumentError(f"expected a Loop, got {type(loop).__name__}")
     loop = with_settings(loop, params) if params else loop
-    if backend == "auto" and type(substeps) is int and samples_of(loop) * substeps <= SHORT:
-        backend = "python"  # which is done before numba has compiled
     experiment = Experiment(loop, backend, record_calls=record_calls)
     if solver != RK4:
         from fuzzyctl.simulation.solvers import SOLVERS, solved
@@ -71,6 +69,8 @@ def simulate(
         if substeps != 1:
             raise ArgumentError(f"'substeps' are steps of RK4: the solver {solver} chooses its own")
         return solved(experiment, solver, progress=progress)
+    if backend == "auto" and experiment.samples * dead_times(experiment.equations, substeps).steps <= SHORT:
+        experiment.backend = "python"  # which is done before numba has compiled
     run = experiment.run(substeps=substeps, progress=progress)
     if run.stopped is not None:
         return run

@@ -10,6 +10,7 @@ from fuzzyctl.kernels.program.printer import IEEE_SCALAR, INDENT, Dialect, block
 from fuzzyctl.kernels.program.program import Program, Refuse
 from fuzzyctl.kernels.program.scalar import RUNTIME, execute
 from fuzzyctl.kernels.program.stores import store_lines
+from fuzzyctl.simulation.dead_times import PARTS, varies
 from fuzzyctl.simulation.equations import LARGEST, LoopEquations, PlantState
 from fuzzyctl.simulation.fmu_plant import FmuPlant
 from fuzzyctl.simulation.programs import LoopPrograms
@@ -23,9 +24,10 @@ _SIGNATURE: Final = (
 )
 #: Stages of a step end within the step: a signal that jumps at the next sample has not jumped yet.
 BEFORE: Final = 1.0 - 1e-15
-#: Numbers in `I` and `W` for each dead time: offset, length and three lags; the start and three times three weights.
-LAGS: Final = 5
-WEIGHTS: Final = 10
+#: Parts of a step, by their positions in `PARTS`, that the stages are at: after those of RK4 delayed signals that vary
+#: are computed anew from states at the end and from cubic ones in between.
+_STAGES: Final = (0, 1, 1, 2)
+_STAGES_OF_DELAYS: Final = (*_STAGES, 2, 1, 3)
 
 
 class RunSource:
@@ -41,6 +43,8 @@ class RunSource:
         self.equations, self.programs, self.dialect = equations, programs, dialect
         self.states = range(len(equations.plant_states))
         self.outputs = refused(programs)
+        #: How many values are kept of each delayed signal in a step.
+        self.nodes = len(PARTS) if varies(equations) else 1
         #: How many ways there are to stop: each state, each output that says `else error`.
         self.kinds = max(len(equations.plant_states) + len(self.outputs), 1)
 
@@ -55,7 +59,7 @@ class RunSource:
         lines += _in(1, ["step = h / substeps", "for k in range(first, first + count):"])
         lines += _in(2, self._sample())
         lines += _in(2, ["if k == total - 1:", f"{INDENT}break"])
-        if self.states:
+        if self.states or self.equations.delays:
             lines += _in(2, ["for s in range(substeps):"])
             lines += _in(3, self._step())
         lines += _in(2, self._advances())
@@ -77,7 +81,7 @@ class RunSource:
         yield "t = k * h"
         for position, state in enumerate(equations.plant_states):
             yield from [f"if not ({_inside(state, f'x{position}')}):", *_in(1, self._stop(position))]
-        yield from self._delayed("k * substeps", "0")
+        yield from self._delayed("0", "0")
         yield from self._external("t", "x")
         values = ["t", *(f"x{k}" for k in self.states), *self._shared(), *given, *flags]
         yield from (f"{a} = {v}" for a, v in zip(program.arguments, values, strict=True))
@@ -94,18 +98,22 @@ class RunSource:
 
     def _step(self) -> Iterator[str]:
         """Yield a step of the classical method of fourth order; its stages are a loop, so they are printed once."""
-        equations, program = self.equations, self.programs.derivative
+        program, count = self.programs.derivative, len(self.equations.delays)
+        stages = _STAGES_OF_DELAYS if self.nodes > 1 else _STAGES
+        begin = "s"
+        if count:
+            begin = "c"
+            yield from (f"c = W[{count} + 2 * s]", f"step = W[{count + 1} + 2 * s]", "m = k * substeps + s")
         yield from (f"y{k} = x{k}" for k in self.states)
         yield from (f"z{k} = x{k}" for k in self.states)
-        yield "for stage in range(4):"
+        yield f"for stage in range({len(stages)}):"
         inner: list[str] = [
-            "p = (stage + 1) // 2",
-            "u = t + (s + 0.5 * p) * step",
+            f"p = {stages}[stage]" if self.nodes > 1 else "p = (stage + 1) // 2",
+            f"u = t + ({begin} + {f'{PARTS}[p]' if self.nodes > 1 else '0.5 * p'}) * step",
             "if p == 2:",
             f"{INDENT}u = u * {BEFORE!r}",
+            *self._delayed("s", "p"),
         ]
-        if equations.delays:
-            inner += ["m = k * substeps + s", *self._delayed("m", "p")]
         inner += self._external("u", "y")
         values = ["u", *(f"y{k}" for k in self.states), *self._shared()]
         values += [f"h{j}" for j in range(len(self.programs.held))]
@@ -113,13 +121,25 @@ class RunSource:
         inner += self._block(program)
         results = [text(r, self.dialect) for r in program.results]
         inner += self._derivatives(results)
-        for j, value in enumerate(results[len(results) - len(equations.delays) :]):
-            inner.append(f"D[I[{LAGS * j}] + 3 * (m % I[{LAGS * j + 1}]) + p] = {value}")
-        inner += ["w = step / 6.0 if p != 1 else step / 3.0", "v = 0.5 * step if stage < 2 else step"]
-        inner += [f"z{k} = z{k} + w * d{k}" for k in self.states]
-        inner += [f"y{k} = x{k} + v * d{k}" for k in self.states]
+        for j, value in enumerate(results[len(results) - count :]):
+            part = " + p" if self.nodes > 1 else ""
+            inner.append(f"D[I[{2 * j}] + {self.nodes} * (m % I[{2 * j + 1}]){part}] = {value}")
+        advance = ["w = step / 6.0 if p != 1 else step / 3.0", "v = 0.5 * step if stage < 2 else step"]
+        advance += [f"z{k} = z{k} + w * d{k}" for k in self.states]
+        advance += [f"y{k} = x{k} + v * d{k}" for k in self.states]
+        inner += self._between(advance) if self.nodes > 1 else advance
         yield from _in(1, inner)
         yield from (f"x{k} = z{k}" for k in self.states)
+
+    def _between(self, advance: list[str]) -> Iterator[str]:
+        """Yield lines behind a stage: after those of RK4 states are on the cubic polynomial through both ends."""
+        yield from ("if stage == 0:", *_in(1, [f"e{k} = d{k}" for k in self.states] or ["pass"]))
+        yield from ("if stage < 4:", *_in(1, advance))
+        yield from ("if stage == 3:", *_in(1, [f"y{k} = z{k}" for k in self.states] or ["pass"]))
+        yield from ("if stage == 4:", *_in(1, [f"g{k} = d{k}" for k in self.states] or ["pass"]))
+        yield from ("if stage > 3:", f"{INDENT}v = 0.5 if stage == 4 else 0.25")
+        cubic = "x{0} + v * v * (3.0 - 2.0 * v) * (z{0} - x{0}) + step * v * (1.0 - v) * ((1.0 - v) * e{0} - v * g{0})"
+        yield from _in(1, [f"y{k} = {cubic.format(k)}" for k in self.states])
 
     def _derivatives(self, results: Sequence[str]) -> Iterator[str]:
         """Yield lines that give each state its derivative; those of plants in Python come from calls."""
@@ -156,16 +176,19 @@ class RunSource:
         delayed = [f"q{k}" for k in range(len(equations.delays))]
         return [*delayed, *(f"f{k}" for k in range(len(equations.free))), *outputs]
 
-    def _delayed(self, interval: str, part: str) -> Iterator[str]:
-        """Yield lines that look up each delayed signal at the begin, middle or end of an interval."""
-        for j in range(len(self.equations.delays)):
-            at, w = LAGS * j, WEIGHTS * j
-            yield f"i = {interval} - I[{at + 2} + {part}]"
-            yield f"q{j} = W[{w}]"
+    def _delayed(self, step: str, part: str) -> Iterator[str]:
+        """Yield lines that look up each delayed signal at a part of a step between two samples."""
+        count = len(self.equations.delays)
+        for j in range(count):
+            row = f"4 * ({j} * substeps + {step}) + {part}"
+            yield f"i = k * substeps + {step} - I[{2 * count} + {row}]"
+            yield f"q{j} = W[{j}]"
             yield "if i >= 0:"
-            yield f"{INDENT}o = I[{at}] + 3 * (i % I[{at + 1}])"
-            weights = [f"W[{w + 1 + r} + 3 * {part}] * D[o + {r}]" for r in range(3)]
-            yield f"{INDENT}q{j} = {' + '.join(weights)}"
+            yield f"{INDENT}i = I[{2 * j}] + {self.nodes} * (i % I[{2 * j + 1}])"
+            weights = [f"W[o + {r}] * D[i + {r}]" for r in range(self.nodes)]
+            if self.nodes > 1:
+                yield f"{INDENT}o = {count} + 2 * substeps + 4 * ({row})"
+            yield f"{INDENT}q{j} = {' + '.join(weights) if self.nodes > 1 else 'D[i]'}"
 
     def _block(self, program: Program) -> Iterator[str]:
         return block(program.body, self.dialect, self._refusal, 0)

@@ -330,15 +330,11 @@ class TestLackingInputs:
 
 class TestDeadTime:
     @pytest.mark.parametrize("backend", BACKENDS)
-    @pytest.mark.parametrize("time", ["0.3 s", "0.25 s", "37 ms", "50 ms", "0 s", "5 s"])
+    @pytest.mark.parametrize("time", ["0.3 s", "0.25 s", "0.237 s", "37 ms", "50 ms", "0 s", "5 s"])
     def test_a_delayed_step_is_integrated_exactly(self, loop, backend, time):
         run = Experiment(loop(driven(PURE.format(time=time), "steps(0: 2)", "1 s step 0.1 s")), backend).run()
         seconds = float(time.split()[0]) * (1e-3 if "ms" in time else 1)
-        substep = 0.1 / run.substeps
-        expected = 2 * np.maximum(run.t - seconds, 0)
-        # Between the stages of a step of integration a jump is a parabola.
-        allowed = 1e-13 if abs(seconds / substep - round(seconds / substep)) < 1e-9 else 2 * substep
-        assert run["p.x"] == pytest.approx(expected, abs=allowed)
+        assert run["p.x"] == pytest.approx(2 * np.maximum(run.t - seconds, 0), abs=1e-13)
 
     def test_a_delayed_sine_is_accurate(self, loop):
         text = driven(PURE.format(time="0.137 s"), "t * sine(0.2)", "4 s step 20 ms")
@@ -347,13 +343,66 @@ class TestDeadTime:
         exact = np.sin(w * t) / w**2 - t * np.cos(w * t) / w
         assert run["p.x"] == pytest.approx(exact, abs=2e-6)
 
-    def test_a_state_is_delayed_in_its_own_equation(self, loop):
-        """x' = -x(t - 1) with x = 1 before: a polynomial on each second (method of steps)."""
-        text = driven("input u\nstate x = 1\nder x = -delay(x, 1 s, start=1)\noutput y = x", "0", "2 s step 50 ms")
-        run = Experiment(loop(text), "numba").run()
-        t = run.t
-        exact = np.where(t <= 1, 1 - t, 1 - t + np.maximum(t - 1, 0) ** 2 / 2)
-        assert run["p.x"] == pytest.approx(exact, abs=1e-10)
+    @pytest.mark.parametrize("backend", BACKENDS)
+    def test_a_state_is_delayed_in_its_own_equation_with_order_four(self, loop, backend):
+        """x' = -x(t - 1) with x = 1 before: a polynomial on each second (method of steps), beyond 4 s of order > 4."""
+        text = driven("input u\nstate x = 1\nder x = -delay(x, 1 s, start=1)\noutput y = x", "0", "12 s step 50 ms")
+        experiment = Experiment(loop(text), backend)
+        runs = [experiment.run(substeps=n) for n in (1, 2, 4)]
+        t = runs[0].t
+        exact = sum((-1) ** k * np.maximum(t - k + 1, 0) ** k / math.factorial(k) for k in range(1, 14)) + 1
+        early, late = ([np.abs(r["p.x"] - exact)[part].max() for r in runs] for part in (t <= 3, t > 3))
+        assert max(early) < 1e-13
+        assert late[0] < 2e-8
+        assert np.log2(np.array(late[:2]) / late[1:]).min() > 3.9
+
+    @pytest.mark.parametrize(
+        ("plant", "signal"),
+        [
+            ("state x = 1\nder x = -2 * delay(x, 0.537 s, start=0.3) + u\noutput y = x", "sine(0.7)"),
+            (
+                "state x = 1\nstate z = 0\nder x = delay(z, 0.237 s) - 2 * delay(x, 0.537 s)\n"
+                "der z = delay(u * x, 0.337 s) - z^2\noutput y = x",
+                "steps(0: 1, 2 s: -1)",
+            ),
+            (
+                "state x = 1\nlet a = delay(x + u, 0.33 s)\nlet b = delay(a^2, 0.21 s)\nder x = a - sin(b) - x\n"
+                "output y = x",
+                "steps(0: 1, 1 s: 2, 3 s: -1)",
+            ),
+        ],
+        ids=["beside samples", "of two states", "of one another"],
+    )
+    def test_dead_times_of_states_beside_samples_keep_the_order(self, loop, plant, signal):
+        experiment = Experiment(loop(driven(f"input u\n{plant}", signal, "6 s step 0.5 s")), "numba")
+        exact = experiment.run(substeps=640)["p.x"]
+        errors = [np.abs(experiment.run(substeps=n)["p.x"] - exact).max() for n in (40, 160)]
+        assert errors[0] < 1e-5
+        assert math.log(errors[0] / errors[1], 4) > 3.7
+
+    def test_the_disturbance_of_a_distillation_column_is_met_by_default(self, loop):
+        """The feed of Wood and Berry's column acts after 8.1 minutes, beside the samples of one minute."""
+        text = "plant top = tf(num=[3.8], den=[14.9, 1], delay=8.1 min)\nloop l\nblock top = top(feed)\n"
+        text = text.replace("den=[14.9, 1]", "den=[14.9 * 60, 1]")
+        text += "let feed = steps(5 min: 0.34)\nrun 60 min step 1 min\n"
+        run = Experiment(loop(text), "python").run()
+        exact = 0.34 * 3.8 * (1 - np.exp(-np.maximum(run.t / 60 - 13.1, 0) / 14.9))
+        assert run["top.y"] == pytest.approx(exact, abs=1e-6)
+
+    def test_a_plant_without_states_has_dead_time(self, loop):
+        run = Experiment(loop(driven("input u\noutput y = delay(u, 0.25 s, start=-1)", "t", "1 s step 0.1 s"))).run()
+        assert run["p.y"] == pytest.approx([-1, -1, -1, *(np.arange(3, 11) / 10 - 0.25)])
+
+    def test_dead_times_of_too_many_steps_or_numbers_are_named_by_check(self):
+        plant = "plant {0}\ninput u\nstate x = 0\nder x = delay(u, {1} s)\noutput y = x\n"
+        text = plant.format("a", "1e-7") + plant.format("b", "1e7")
+        _, found = check_source(
+            SourceText("l.fz", f"{text}loop l\nblock a = a(1)\nblock b = b(1)\nrun 10 s step 1 ms\n")
+        )
+        assert [(d.code, d.span.line, d.message) for d in found] == [
+            ("FZ703", 4, "a dead time of 1e-07 s takes 10,000 steps of integration a sample, 100,010,000 in all"),
+            ("FZ703", 9, "a dead time of 1e+07 s keeps 4e+10 numbers at steps of 0.001 s"),
+        ]
 
     def test_a_dead_time_below_a_sample_takes_more_steps_of_integration(self, loop):
         assert Experiment(loop(driven(PURE.format(time="30 ms"), "1", "1 s step 0.1 s")), "python").run().substeps == 4

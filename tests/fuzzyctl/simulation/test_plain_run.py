@@ -55,7 +55,7 @@ def test_a_run_has_the_bits_of_simulate(tmp_path):
 
 
 def test_dead_times_shorter_than_a_sample_are_kept(tmp_path):
-    assert same(written(tmp_path, flow="delay(q, 15 ms)")).substeps == 2
+    assert same(written(tmp_path, flow="delay(q, 15 ms)")).substeps == 4
 
 
 def test_a_run_that_ends_early_says_why(tmp_path):
