@@ -287,7 +287,7 @@ def _rounding(output: OutputPlan, terms: Sequence[int]) -> float:
     else:
         own = [output.terms[e.term] for e in output.implied]
         pieces = 64 * (len(output.terms) + 1) ** 2 if closed_form(output, own) else 15 * MOST
-        count = output.resolution or pieces
+        count = (output.resolution or pieces) * (len(own) + 1 if output.rule == "polygon" else 1)
         values = [abs(output.lower), abs(output.upper)]
     return 4.0 * (count + 4) * 2.0**-53 * max(values, default=0.0)
 

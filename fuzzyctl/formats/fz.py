@@ -191,7 +191,7 @@ def _defuzzifier_in(profile: Profile, d: Defuzzifier) -> str:
     if base == Defuzzifier(kind=d.kind):
         return defuzzifier_text(d)
     options = []
-    if d.resolution is None and base.resolution is not None:
+    if d.resolution is None and (base.resolution is not None or d.grid != base.grid):
         base, options = Defuzzifier(kind=d.kind), [f"resolution={UNSET['resolution']}"]
     for name in ("resolution", "grid", "rule", "tolerance", "by"):
         value = getattr(d, name)

@@ -47,7 +47,9 @@ Grid = Literal["midpoint", "endpoints", "left"]
 #: `nearest`, the mean of all samples up to which the sum is nearest to half; `walk`, from the left by trapezoids while
 #: the left part is the smaller one, then the nearer end; `two_sided`, from both ends, always on the smaller side;
 #: `between`, the same with all samples, then between the two where they stop, by their sums. Maxima: `all` samples that
-#: are largest; `running`, a largest degree so far from left to right, which `tolerance` more exceeds.
+#: are largest; `running`, a largest degree so far from left to right, which `tolerance` more exceeds. Centroid and
+#: bisector: `polygon`, whose corners are the samples, without a resolution the corners of the terms, and the places
+#: where terms meet their activations; where two terms cross between corners it has none.
 Rule = Literal[
     "plain",
     "trapezoid",
@@ -59,6 +61,7 @@ Rule = Literal[
     "between",
     "all",
     "running",
+    "polygon",
 ]
 
 

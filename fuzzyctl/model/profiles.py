@@ -306,14 +306,16 @@ PROFILES: Final[Mapping[str, Profile]] = MappingProxyType(
                 "measured with 0.5.0",
                 Semantics(profile="scikit_fuzzy", sigmoid_difference="clamped"),
                 MappingProxyType(
-                    {kind: Defuzzifier(kind=kind, tolerance=0.0 if kind in MAXIMA else None) for kind in OVER_SETS}
+                    {kind: Defuzzifier(kind=kind, grid="endpoints", rule="polygon") for kind in OVER_SETS[:2]}
+                    | {kind: Defuzzifier(kind=kind, tolerance=0.0) for kind in MAXIMA}
                 ),
                 otherwise="nan",
                 evaluates=OVER_SETS,
                 not_imitated=(
-                    "terms are polygons over the samples of a universe that the program gives; here they are the "
-                    "functions themselves",
-                    "where terms cross between samples the crossing is left out; here it is not",
+                    "terms are polygons over the samples of a universe that the program gives; here those of outputs "
+                    "are if the file says how many samples there are, and others are the functions themselves",
+                    "maxima are those of degrees that are equal to the last digit, which rounding decides; here they "
+                    "are those of the set",
                     "a difference of sigmoids may be below 0; here it is 0 there",
                     "its bisector forgets the area before a gap in the set; here it counts",
                     "smallest and largest of maxima of a set that is 0 everywhere are the ends of the universe; here "

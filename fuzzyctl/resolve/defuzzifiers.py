@@ -19,11 +19,11 @@ _MEASURED: Final = {**_MAXIMA, "by": ("value", "magnitude")}
 
 #: Options of the defuzzifiers that look at a set, with the words that each of them takes; none for a number.
 OPTIONS: Final[dict[str, dict[str, tuple[str, ...]]]] = {
-    "centroid": {"resolution": (), "grid": _GRIDS, "rule": ("plain", "trapezoid")},
+    "centroid": {"resolution": (), "grid": _GRIDS, "rule": ("plain", "trapezoid", "polygon")},
     "bisector": {
         "resolution": (),
         "grid": _GRIDS,
-        "rule": ("interpolated", "first", "nearest", "walk", "two_sided", "between"),
+        "rule": ("interpolated", "first", "nearest", "walk", "two_sided", "between", "polygon"),
         "tolerance": (),
     },
     "som": _MEASURED,
@@ -83,7 +83,7 @@ def _number(text: str) -> float:
 
 def _require_samples(context: Context, kind: str, given: dict[str, sx.Option]) -> None:
     for name in ("grid", "rule"):
-        if name in given and "resolution" not in given:
+        if name in given and "resolution" not in given and given[name].value.text != "polygon":
             what = "has no grid" if name == "grid" else "needs no rule"
             example = f"{kind}(resolution=1000, {name}={given[name].value.text})"
             message = f"'{name}' needs 'resolution': the exact {kind} {what}"

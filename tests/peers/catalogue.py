@@ -135,6 +135,7 @@ _SCIKIT_FUZZY = Abilities(
     negates=True,
     jumps=False,
     extrapolates=False,
+    resolutions=(None, None, 11, 26, 101),
 )
 
 PEERS = {

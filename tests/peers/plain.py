@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from typing import Any
 
+from fuzzyctl.expr import to_text
 from fuzzyctl.model.rule import And, Antecedent, Is, Not, Or
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import LinguisticVariable
@@ -14,8 +15,8 @@ def text(system: FuzzySystem) -> str:
     """Return a system as JSON."""
     return json.dumps(
         {
-            "inputs": [_variable(v) for v in system.inputs],
-            "outputs": [_variable(v) for v in system.outputs],
+            "inputs": [_variable(system, v) for v in system.inputs],
+            "outputs": [_variable(system, v) for v in system.outputs],
             "conjunction": system.method.conjunction,
             "aggregation": system.method.aggregation,
             "defuzzifier": system.method.defuzzifier.kind,
@@ -32,9 +33,13 @@ def text(system: FuzzySystem) -> str:
     )
 
 
-def _variable(variable: LinguisticVariable) -> dict[str, Any]:
-    terms = [(t.name, t.membership.kind, [a.value for a in t.membership.arguments]) for t in variable.terms]
-    return {"name": variable.name, "range": [variable.lower.value, variable.upper.value], "terms": terms}
+def _variable(system: FuzzySystem, variable: LinguisticVariable) -> dict[str, Any]:
+    terms = []
+    for term in variable.terms:
+        kind, arguments = term.membership.kind, term.membership.arguments
+        terms.append((term.name, kind, [to_text(a) if kind == "function" else system.number(a) for a in arguments]))
+    ends = [system.number(variable.lower), system.number(variable.upper)]
+    return {"name": variable.name, "range": ends, "terms": terms}
 
 
 def _antecedent(antecedent: Antecedent) -> list[Any]:

@@ -268,7 +268,9 @@ class Trace:
 
     def refusal(self, needs: NeedsNumberError) -> ArgumentError:
         """Return why a number cannot be free: what is computed from it before the program is written."""
-        reason = "exact bisectors, exact maxima and integrals of curved sets are worked out from the corners themselves"
+        reason = (
+            "exact bisectors, maxima, polygons and integrals of curved sets are worked out from the corners themselves"
+        )
         return ArgumentError(f"{self._listed(needs.traced)} cannot be free: {reason}")
 
     def _listed(self, number: Traced) -> str:

@@ -56,6 +56,8 @@ def build(described: dict) -> sf.FuzzySystem:
         for name, kind, numbers in variable["terms"]:
             if kind == "constant":
                 system.set_crisp_output_value(name, numbers[0])
+            elif kind == "function":
+                system.set_output_function(name, numbers[0].replace("^", "**"))
             else:
                 names = [v["name"] for v in described["inputs"]]
                 factors = [f"({a!r})*{n}" for a, n in zip(numbers, names, strict=False)]

@@ -119,11 +119,12 @@ def has_many_pieces(output: OutputPlan, heights: Sequence[Height], most_pairs: i
 
 
 def pieces(output: OutputPlan, heights: Sequence[Height]) -> list[Piece]:
-    """Cut the output range at the corners of the terms."""
+    """Cut the output range at the corners of the terms; a polygon has corners at those of terms without a rule, too."""
     middle = exact(0.5 * output.lower + 0.5 * output.upper)
     lower, upper = exact(output.lower), exact(output.upper)
     shapes = [output.terms[term].vertices for term, _, _ in heights]
-    corners = {lower, upper} | {exact(x) for shape in shapes for x, _ in shape}
+    others = [term.vertices for term in output.terms] if output.rule == "polygon" else []
+    corners = {lower, upper} | {exact(x) for shape in (*shapes, *others) for x, _ in shape}
     cuts = sorted(c for c in corners if lower <= c <= upper)
     found: list[Piece] = []
     for a, b in pairwise(cuts):

@@ -14,8 +14,13 @@ from fuzzyctl.kernels.inference.defuzzify.centroid import Height, exact_centroid
 from fuzzyctl.kernels.inference.defuzzify.curved_sets import adaptive
 from fuzzyctl.kernels.inference.defuzzify.envelope import size_of
 from fuzzyctl.kernels.inference.defuzzify.maxima import sampled_maximum
-from fuzzyctl.kernels.inference.defuzzify.piecewise_linear import straight_bisector, straight_maximum
+from fuzzyctl.kernels.inference.defuzzify.piecewise_linear import (
+    straight_bisector,
+    straight_centroid,
+    straight_maximum,
+)
 from fuzzyctl.kernels.inference.defuzzify.sampled_bisector import sampled_bisector
+from fuzzyctl.kernels.inference.defuzzify.sampled_polygon import sampled_polygon
 from fuzzyctl.kernels.inference.defuzzify.sampling import Samples, sample_points, sampled_degrees, sampled_moments
 from fuzzyctl.kernels.plan.build import OutputPlan, SetPlan
 from fuzzyctl.kernels.plan.traced import greatest, is_free, least
@@ -135,6 +140,8 @@ def _of_set(builder: Builder, output: OutputPlan, active: Sequence[Activation]) 
     if output.resolution is None:
         return _exact(builder, output, heights)
     samples = Samples.of(builder, output, heights)
+    if output.rule == "polygon":
+        return sampled_polygon(samples, middle(output))
     if output.kind in MAXIMA:
         return sampled_maximum(samples, middle(output))
     if output.kind == "bisector":
@@ -147,6 +154,8 @@ def _exact(builder: Builder, output: OutputPlan, heights: Sequence[Height]) -> t
     """Write the same without samples: in closed form where there is one, else by adaptive integrals."""
     form = closed_form(output, [output.terms[t] for t, _, _ in heights])
     match output.kind, form:
+        case "centroid", True if output.rule == "polygon":
+            return straight_centroid(builder, output, heights)
         case "centroid", True if not has_many_pieces(output, heights, builder.most_pairs):
             return exact_centroid(builder, output, heights)
         case "bisector", True if size_of(output, heights) <= LARGEST:
@@ -239,7 +248,8 @@ def support_hull(output: OutputPlan, terms: Sequence[int]) -> tuple[float, float
     if not inside or output.rule in ("nearest", "two_sided", "between", "running"):
         return whole
     # What lies between samples may be a step away from those above 0.
-    beyond = (output.upper - output.lower) / max(len(points) - 1, 1) if output.kind == "bisector" else 0.0
+    between = output.kind == "bisector" or output.rule == "polygon"
+    beyond = (output.upper - output.lower) / max(len(points) - 1, 1) if between else 0.0
     return max(min(inside) - beyond, output.lower), min(max(inside) + beyond, output.upper)
 
 

@@ -38,26 +38,31 @@ def outline(builder: Builder, output: OutputPlan, heights: Sequence[Height]) -> 
         For each piece of the range where the set is not 0, from left to right, its knots from left to right. The set
         may jump between pieces.
     """
-    clipped, largest = output.implication == "min", output.aggregation == "max"
+    clipped, bends = output.implication == "min", _bends_at_crossings(output)
     found: list[list[Knot]] = []
     for piece in pieces(output, heights):
-        if clipped and largest and is_handover(piece):
+        if clipped and bends and is_handover(piece):
             found.append(_knots(builder, output, piece, _handover_places(builder, piece)))
             continue
-        for part in uncrossed(piece) if clipped and largest else [piece]:
-            places = _levels(builder, part, union=largest) if clipped else _crossings(builder, part) if largest else []
+        for part in uncrossed(piece) if clipped and bends else [piece]:
+            places = _levels(builder, part, union=bends) if clipped else _crossings(builder, part) if bends else []
             found.append(_knots(builder, output, part, [ZERO, *_sorted(builder, places), ONE]))
     return found
 
 
+def _bends_at_crossings(output: OutputPlan) -> bool:
+    """Return whether a set bends where two of its terms cross."""
+    return output.aggregation == "max" and output.rule != "polygon"
+
+
 def size_of(output: OutputPlan, heights: Sequence[Height]) -> int:
     """Return about how many statements an outline takes."""
-    clipped, largest = output.implication == "min", output.aggregation == "max"
+    clipped, bends = output.implication == "min", _bends_at_crossings(output)
     count = 0
     for piece in pieces(output, heights):
-        for part in uncrossed(piece) if clipped and largest else [piece]:
+        for part in uncrossed(piece) if clipped and bends else [piece]:
             lines = len(part.lines)
-            own = 2 * lines if clipped else lines * (lines - 1) // 2 if largest else 0
+            own = 2 * lines if clipped else lines * (lines - 1) // 2 if bends else 0
             count += (own + 2) * (2 * lines + 8) + own * own // 4
     return count
 

@@ -10,12 +10,20 @@ from fuzzyctl.kernels.inference.defuzzify.centroid import Height
 from fuzzyctl.kernels.inference.defuzzify.envelope import Knot, joints, largest_of, outline, segments
 from fuzzyctl.kernels.inference.defuzzify.maxima import Hits, place_of, tolerance
 from fuzzyctl.kernels.inference.defuzzify.sampled_bisector import SLACK, past_gap, share_of
+from fuzzyctl.kernels.inference.defuzzify.sampled_polygon import moments_of
 from fuzzyctl.kernels.plan.build import OutputPlan
 from fuzzyctl.kernels.program.builder import Builder, minus, plus, times
 
 _HALF: Final = Number(0.5)
 #: Degrees that are the same but for rounding.
 _ROUNDING: Final = 1e-12
+
+
+def straight_centroid(builder: Builder, output: OutputPlan, heights: Sequence[Height]) -> tuple[Expr, Expr]:
+    """Write the centroid of an outline, counted from the middle of the range, and its area, as an atom."""
+    parts = [moments_of(builder, (a.x, b.x), (a.y, b.y)) for a, b in segments(outline(builder, output, heights))]
+    area = builder.total(own for own, _ in parts)
+    return builder.total(own for _, own in parts) / area, area
 
 
 def straight_bisector(builder: Builder, output: OutputPlan, heights: Sequence[Height]) -> tuple[Expr, Expr]:

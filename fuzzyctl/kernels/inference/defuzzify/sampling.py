@@ -125,15 +125,15 @@ class Samples:
 
     def joined(self, inner: Builder, own: Sequence[int], begin: int, end: int, counter: str) -> Expr:
         """Return the aggregated degree at the sample that a loop over a stretch is at."""
+        return self.join(inner, {k: self.degree(k, inner, begin, end, counter) for k in own})
 
-        def degree(k: int) -> Expr:
-            known = self.degrees[k]
-            if known is None:
-                place = Item(self.builder.table(self.points[begin:end]), counter)
-                return inner.let(self._term(k).degree(place))
-            return Item(self.builder.table(known[begin:end]), counter)
-
-        return self.join(inner, {k: degree(k) for k in own})
+    def degree(self, k: int, inner: Builder, begin: int, end: int, counter: str) -> Expr:
+        """Return the degree of the set at a position at the sample that a loop over a stretch is at."""
+        known = self.degrees[k]
+        if known is None:
+            place = Item(self.builder.table(self.points[begin:end]), counter)
+            return inner.let(self._term(k).degree(place))
+        return Item(self.builder.table(known[begin:end]), counter)
 
     def _term(self, height: int) -> SetPlan:
         return self.output.terms[self.heights[height][0]]
@@ -156,7 +156,7 @@ class Samples:
             first: The first sample that counts.
             gaps: Whether samples count where no set is above 0.
         """
-        carried = dict(start)
+        carried: Carried = dict(start)
         for own, begin, end in self.stretches(first):
             if not own and not gaps:
                 continue
@@ -164,14 +164,26 @@ class Samples:
             names = {what: Name(self.builder.fresh()) for what in carried}
             value = self.joined(inner, own, begin, end, counter)
             items = [inner.let(Item(self.builder.table(t[begin:end]), counter)) for t in tables]
-            new = {what: inner.let(v) for what, v in step(inner, inner.let(value), items, names).items()}
-            body = tuple(s for s in inner.statements if isinstance(s, Assign))
-            before = tuple(Assign(names[what].name, carried[what]) for what in names)
-            self.builder.statements.append(
-                Fold(end - begin, counter, before, body, tuple(Assign(names[what].name, new[what]) for what in names))
-            )
-            carried = dict(names)
+            new = step(inner, inner.let(value), items, names)
+            carried = carry(self.builder, inner, end - begin, counter, carried, names, new)
         return carried
+
+
+def carry(
+    builder: Builder,
+    inner: Builder,
+    count: int,
+    counter: str,
+    carried: Carried,
+    names: Mapping[str, Name],
+    new: Carried,
+) -> Carried:
+    """Write a loop that carries values along by name, from the first ones to the new ones of each entry."""
+    then = {what: inner.let(v) for what, v in new.items()}
+    body = tuple(s for s in inner.statements if isinstance(s, Assign))
+    first, last = (tuple(Assign(names[k].name, values[k]) for k in names) for values in (carried, then))
+    builder.statements.append(Fold(count, counter, first, body, last))
+    return dict(names)
 
 
 def sampled_moments(samples: Samples, middle: float) -> tuple[Expr, Expr]:

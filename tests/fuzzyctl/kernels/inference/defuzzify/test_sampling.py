@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 
-from fuzzyctl import loads
+from fuzzyctl import loads, output_bounds
 from tests.fuzzyctl.kernels.joined import LOWER, UPPER, build, evaluated
 from tests.properties.running import quick
 
@@ -195,6 +195,78 @@ class TestRules:
             count = 41 if kind == "endpoints" else 40
             system = joined(chosen, f"bisector(resolution={count}, grid={kind})")
             assert value(system, 0.7, 0.7) == pytest.approx(1.0, abs=1e-12)
+
+
+class TestPolygons:
+    """Corners at the samples and where a term meets its activation, and none where terms cross in between."""
+
+    @given(SETS, ACTIVATIONS, ACTIVATIONS)
+    @quick(80)
+    def test_the_centroid_is_that_of_the_polygon(self, chosen, x, y):
+        system = joined(chosen, f"centroid(resolution={chosen['count']}, grid={chosen['grid']}, rule=polygon)")
+        corners, degrees = polygon(chosen, x, y)
+        expected = centroid_of(corners, degrees) if max(degrees) > 0.0 else 77
+        assert value(system, x, y) == pytest.approx(expected, abs=1e-12)
+
+    @given(SETS, ACTIVATIONS, ACTIVATIONS)
+    @quick(40)
+    def test_the_bisector_halves_its_area(self, chosen, x, y):
+        system = joined(chosen, f"bisector(resolution={chosen['count']}, grid={chosen['grid']}, rule=polygon)")
+        corners, degrees = polygon(chosen, x, y)
+        if max(degrees) == 0.0:
+            assert value(system, x, y) == 77
+            return
+        at = np.union1d(np.linspace(corners[0], corners[-1], 200_001), corners)
+        density = np.interp(at, corners, degrees)
+        area = np.concatenate(([0.0], np.cumsum(0.5 * (density[1:] + density[:-1]) * np.diff(at))))
+        found = value(system, x, y)
+        assert np.interp(found, at, area) == pytest.approx(0.5 * area[-1], abs=1e-6)
+
+    @pytest.mark.parametrize("kind", ["centroid", "bisector"])
+    def test_samples_at_the_corners_give_what_the_corners_give(self, kind):
+        chosen = {"a": "triangle(-3, -1, 1)", "b": "triangle(-1, 1, 3)", "implication": "min", "aggregation": "max"}
+        sampled = joined(chosen, f"{kind}(resolution=5, grid=endpoints, rule=polygon)")
+        corners = joined(chosen, f"{kind}(rule=polygon)")
+        exact = joined(chosen, kind)
+        for x, y in ((0.9, 0.75), (0.3, 1.0), (0.25, 0.25), (1.0, 0.0)):
+            assert value(corners, x, y) == pytest.approx(value(sampled, x, y), abs=1e-12)
+        assert abs(value(corners, 0.9, 0.75) - value(exact, 0.9, 0.75)) > 1e-3
+
+    def test_compiled_code_gives_the_same(self):
+        chosen = {"a": "triangle(-4, -2, 1)", "b": "gaussian(1, 1.25)", "implication": "min", "aggregation": "max"}
+        system = joined(chosen, "centroid(resolution=30, grid=endpoints, rule=polygon)")
+        for x, y in ((0.3, 0.9), (0.0, 0.4), (1.0, 0.0)):
+            value(system, x, y, BACKENDS)
+
+    def test_values_lie_within_proved_bounds(self):
+        chosen = {"a": "triangle(-1, 0, 1)", "b": "triangle(0, 2, 5)", "implication": "min", "aggregation": "max"}
+        for kind in ("centroid(rule=polygon)", "centroid(resolution=4, grid=endpoints, rule=polygon)"):
+            bounds = output_bounds(joined(chosen, kind))["u"]
+            found = [value(joined(chosen, kind), x, y) for x in (0.0, 0.1, 1.0) for y in (0.2, 1.0)]
+            assert bounds.lo <= min(found) <= max(found) <= bounds.hi
+
+
+def polygon(chosen, x, y):
+    """Return the corners of a polygon and the degrees there."""
+    points, _ = grid(chosen["grid"], chosen["count"])
+    sampled = {h: [TERMS[term](p) for p in points] for h, term in ((("a", x), chosen["a"]), (("b", y), chosen["b"]))}
+    corners = set(points)
+    for (_, h), v in sampled.items():
+        for p, q, y0, y1 in zip(points, points[1:], v, v[1:], strict=False):
+            if chosen["implication"] == "min" and min(y0, y1) < h < max(y0, y1):
+                corners.add(p + (q - p) * (h - y0) / (y1 - y0))
+    corners = sorted(corners)
+    imply, join = IMPLICATIONS[chosen["implication"]], AGGREGATIONS[chosen["aggregation"]]
+    implied = [[imply(h, d) for d in np.interp(corners, points, v).tolist()] for (_, h), v in sampled.items()]
+    return corners, [join(*pair) for pair in zip(*implied, strict=True)]
+
+
+def centroid_of(corners, degrees):
+    area = moment = 0.0
+    for a, b, y0, y1 in zip(corners, corners[1:], degrees, degrees[1:], strict=False):
+        area += (b - a) * (y0 + y1) / 2
+        moment += (b - a) * (a * (2 * y0 + y1) + b * (y0 + 2 * y1)) / 6
+    return moment / area
 
 
 def is_tie(values):
