@@ -32,7 +32,7 @@ class Checked:
     """One system of a source, and what is found of it.
 
     Args:
-        system: None when there are errors.
+        system: None when there are errors, those of claims apart, which stop nothing.
         verdicts: What quick methods say of its guarantees.
         diagnostics: All of them, sorted by location.
     """
@@ -133,7 +133,7 @@ def check_changed(
     changed = change(chosen)
     verdicts, found = _analysed(changed, guarantees=True)
     diagnostics = examined.reported([*examined.diagnostics, *found])
-    return Checked(None if _has_errors(diagnostics) else changed, tuple(verdicts), diagnostics)
+    return Checked(None if any(d.stops for d in diagnostics) else changed, tuple(verdicts), diagnostics)
 
 
 def _under(

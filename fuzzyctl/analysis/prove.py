@@ -59,6 +59,9 @@ _GUARANTEE: Final = 60
 #: Seconds spent on points at which a guarantee divides by 0 where no time is given.
 LOOKED: Final = 1.0
 
+#: Seconds that a claim may take in a command that does more than prove.
+CLAIM_SECONDS: Final = 1.0
+
 #: What is said where a claim depends on a state.
 _AT_FIRST: Final = "no point is found that breaks the claim with what is at first"
 
@@ -233,7 +236,7 @@ class Prover:
         if isinstance(culprit, Binary) and culprit.op == "/":
             culprit, help_text = culprit.right, f"{help_text}, or multiply both sides"
         message = f"the guarantee {_lacks(*part)}"
-        return Diagnostic("FZ307", message, span_of(culprit) or guarantee.span, help=help_text)
+        return Diagnostic("FZ307", message, span_of(culprit) or guarantee.span, help=help_text, witness=part[1])
 
     def _part_without_value(self, guarantee: Guarantee, claim: Claim) -> tuple[Expr, dict[str, float]] | None:
         return sampling.without_value(inlined(self.system, guarantee), claim, self.plan, self.judge)
@@ -354,14 +357,19 @@ def quickly(system: FuzzySystem, work: Work | None = None) -> tuple[list[Verdict
         lacking = prover.without_value(guarantee)
         if lacking is not None:
             found.append(lacking)
-            continue
         verdict = prover.verdict(guarantee)
         verdicts.append(verdict)
-        if isinstance(verdict, Refuted):
-            message = f"the guarantee '{verdict.claim}' does not hold"
-            help_text = "change the rules, or claim what holds"
-            found.append(Diagnostic("FZ402", message, guarantee.span, facts=(str(verdict.witness),), help=help_text))
+        if isinstance(verdict, Refuted) and lacking is None:
+            found.append(refutation(verdict))
     return verdicts, found
+
+
+def refutation(verdict: Refuted) -> Diagnostic:
+    """Report a claim that does not hold, with the point that shows it."""
+    message, witness = f"the guarantee '{verdict.claim}' does not hold", verdict.witness
+    help_text = "change the rules, or claim what holds"
+    facts = (str(witness), *([verdict.note] if verdict.note else []))
+    return Diagnostic("FZ402", message, verdict.span, facts=facts, help=help_text, witness=witness.point)
 
 
 def _lacks(part: Expr, point: Mapping[str, float]) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, TypeVar
 
@@ -24,14 +25,14 @@ def checked_system(examined: Examined, choice: Choice) -> tuple[FuzzySystem, tup
     """Return a system with what is known of its guarantees; warnings are printed.
 
     Raises:
-        DiagnosticError: With all that `fuzzyctl check` finds, if some of it is an error.
+        DiagnosticError: With all that `fuzzyctl check` finds, if some of it is an error, see `_require_claims`.
     """
     from fuzzyctl.analysis.check import check_changed
 
     checked = check_changed(examined, choice.changed, system=choice.name)
     if checked.system is None:
         raise DiagnosticError(checked.diagnostics)
-    show([*checked.diagnostics, *undecided(checked.verdicts)])
+    _require_claims([*checked.diagnostics, *claim_reports(checked.verdicts, checked.diagnostics)], choice)
     return checked.system, checked.verdicts
 
 
@@ -39,15 +40,31 @@ def checked_block(examined: Examined, block: _Block, choice: Choice) -> _Block:
     """Return a controller or plant; warnings are printed.
 
     Raises:
-        DiagnosticError: With all that `fuzzyctl check` finds, if some of it is an error.
+        DiagnosticError: With all that `fuzzyctl check` finds, if some of it is an error, see `_require_claims`.
     """
     from fuzzyctl.analysis.check import check_examined
+    from fuzzyctl.analysis.prove import CLAIM_SECONDS, prove
+    from fuzzyctl.model.controller import Controller
 
     _, diagnostics = check_examined(examined, profile=choice.profile)
-    if any(d.severity == "error" for d in diagnostics):
+    if any(d.stops for d in diagnostics):
         raise DiagnosticError(diagnostics)
+    chosen = block_under(choice.with_settings(block), choice.profile)
+    verdicts = prove(chosen, timeout=CLAIM_SECONDS) if isinstance(chosen, Controller) else ()
+    _require_claims([*diagnostics, *claim_reports(verdicts)], choice)
+    return chosen
+
+
+def _require_claims(diagnostics: list[Diagnostic], choice: Choice) -> None:
+    """Print diagnostics; refuse claims that do not hold, unless the choice takes them.
+
+    Raises:
+        DiagnosticError: With all of them, if a claim fails.
+    """
+    if not choice.unproved and any(d.severity == "error" for d in diagnostics):
+        unless = "change the rules, claim what holds, or write it all the same with --unproved"
+        raise DiagnosticError([replace(d, help=unless) if d.witness is not None else d for d in diagnostics])
     show(diagnostics)
-    return block_under(choice.with_settings(block), choice.profile)
 
 
 def block_under(block: _Block, profile: ProfileName | None) -> _Block:
@@ -60,13 +77,20 @@ def block_under(block: _Block, profile: ProfileName | None) -> _Block:
     return replace(block, systems=systems)
 
 
-def undecided(verdicts: tuple[Verdict, ...]) -> list[Diagnostic]:
-    """Warn of guarantees that quick methods leave open."""
-    from fuzzyctl.analysis.verdicts import Undecided
+def claim_reports(verdicts: Sequence[Verdict], reported: Sequence[Diagnostic] = ()) -> list[Diagnostic]:
+    """Report the claims that are refuted or undecided, but for those that are reported already."""
+    from fuzzyctl.analysis.prove import refutation
+    from fuzzyctl.analysis.verdicts import Refuted, Undecided
 
+    known = [d.span for d in reported if d.witness is not None and d.span is not None]
     help_text = "'fuzzyctl prove' takes the time to decide more"
-    return [
-        Diagnostic("FZ402", f"the guarantee '{v.claim}' is undecided", v.span, "warning", (v.reason,), help_text)
-        for v in verdicts
-        if isinstance(v, Undecided)
-    ]
+    found = []
+    for v in verdicts:
+        if v.span is not None and any(v.span.start <= s.start < v.span.end for s in known):
+            continue
+        if isinstance(v, Refuted):
+            found.append(refutation(v))
+        elif isinstance(v, Undecided):
+            message = f"the guarantee '{v.claim}' is undecided"
+            found.append(Diagnostic("FZ402", message, v.span, "warning", (v.reason,), help_text))
+    return found

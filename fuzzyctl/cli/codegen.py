@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -59,6 +60,7 @@ LANGUAGES: Final = {"c": "C", "st": "Structured Text", "python": "Python", "java
     multiple=True,
     help="A number of a controller that its caller gives; may be repeated.",
 )
+@click.option("--unproved", is_flag=True, help="Write it although a guarantee of it does not hold.")
 @FORMAT
 @chooses
 @QUIET
@@ -73,6 +75,7 @@ def codegen(
     fixed: str | None,
     table: int | None,
     free: tuple[str, ...],
+    unproved: bool,
     form: str,
     choice: Choice,
 ) -> int:
@@ -88,7 +91,8 @@ def codegen(
     fuzzyctl codegen tipper --target fmu -o tipper.fmu
 
     C comes with a self-test to compile and run on the target. Errors of fixed point and of tables are proved, and stand
-    at the head of the file; where none can be proved the system is refused.
+    at the head of the file; where none can be proved the system is refused. So is a
+    block whose guarantee is refuted, unless '--unproved' is given.
     """
     chosen = _format(fixed, target, precision)
     if target in ("python", "javascript") and precision == "float":
@@ -96,6 +100,7 @@ def codegen(
     if fmi is not None and target != "fmu":
         raise click.BadParameter(f"an FMU is written with --target fmu, not {target}", param_hint="--fmi")
     examined = examined_file(file)
+    choice = replace(choice, unproved=unproved)
     numbers: Precision = "float" if precision == "float" else "double"
     if target == "fmu":
         from fuzzyctl.cli.fmu import write_fmu

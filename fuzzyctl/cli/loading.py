@@ -34,11 +34,13 @@ class Choice:
         settings: `NAME=VALUE` for params.
         name: The system, where the file holds several; None for the only one, or for all.
         profile: The profile to compute by; None for what the file says.
+        unproved: Whether to write a block although a claim of it does not hold.
     """
 
     settings: tuple[str, ...] = ()
     name: str | None = None
     profile: ProfileName | None = None
+    unproved: bool = False
 
     def changed(self, system: FuzzySystem) -> FuzzySystem:
         """Return a system with the params set, under the profile.

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 
 import click
 
-from fuzzyctl.cli.checked import block_under, undecided
-from fuzzyctl.cli.common import DONE, QUIET, answers_with_diagnostics, assignments, show
+from fuzzyctl.cli.checked import block_under, claim_reports
+from fuzzyctl.cli.common import DONE, FAILED, QUIET, UNDECIDED, answers_with_diagnostics, assignments, show
 from fuzzyctl.cli.loading import Choice, chooses, examined_file, params_of
 from fuzzyctl.cli.loops import settings_of
 from fuzzyctl.cli.streams import say
@@ -36,11 +36,13 @@ def page(file: str, loop: str | None, out: str | None, choice: Choice) -> int:
 
     It has sliders for the inputs, terms with their degrees, the rules that act, surfaces, and what is proved; steps of
     controllers; loops over time, which are run before. Its numbers come from JavaScript as 'fuzzyctl codegen' writes
-    it.
+    it. The page of a file whose guarantee is refuted begins at the point that shows it.
 
     \b
     fuzzyctl page tipper -o tipper.html
     fuzzyctl page water_tank fill -o tank.html
+
+    Exit code 1 if a guarantee is refuted, 3 if one is undecided; the page is written.
     """
     from fuzzyctl.page.document import document, page_title
     from fuzzyctl.support.writing import write_together
@@ -65,7 +67,9 @@ def page(file: str, loop: str | None, out: str | None, choice: Choice) -> int:
     title = page_title(blocks, target.stem if file == "-" else Path(file).stem)
     write_together({target: document(title, sections, diagnostics)})
     say(f"wrote {target}")
-    return DONE
+    if any(d.severity == "error" and d.witness is not None for d in diagnostics):
+        return FAILED
+    return UNDECIDED if any(d.code == "FZ402" for d in diagnostics) else DONE
 
 
 def _loops(examined: Examined, choice: Choice, loop: str | None) -> list[Loop]:
@@ -107,9 +111,11 @@ def _systems(examined: Examined, choice: Choice, diagnostics: list[Diagnostic]) 
         DiagnosticError: For a system with errors, and one that JavaScript cannot compute.
     """
     from fuzzyctl.analysis.check import check_changed
+    from fuzzyctl.analysis.prove import CLAIM_SECONDS
     from fuzzyctl.codegen.errors import CodegenError
     from fuzzyctl.codegen.unit import prepare
     from fuzzyctl.page.document import system_section
+    from fuzzyctl.page.proofs import decided
     from fuzzyctl.page.systems import SystemFacts
 
     for system in examined.systems:
@@ -119,12 +125,13 @@ def _systems(examined: Examined, choice: Choice, diagnostics: list[Diagnostic]) 
         checked = check_changed(examined, own.changed, system=system.name)
         if checked.system is None:
             raise DiagnosticError(checked.diagnostics)
-        found = [*checked.diagnostics, *undecided(checked.verdicts)]
+        verdicts = decided(checked.system, checked.verdicts, CLAIM_SECONDS)
+        found = [*checked.diagnostics, *claim_reports(verdicts, checked.diagnostics)]
         diagnostics += [d for d in found if d not in diagnostics]
         settings = assignments(own.settings, [p.name for p in system.params], "param")
         try:
-            unit = prepare(checked.system, examined.source.text, settings=settings, verdicts=checked.verdicts)
-            yield system_section(SystemFacts(unit, checked.verdicts))
+            unit = prepare(checked.system, examined.source.text, settings=settings, verdicts=verdicts)
+            yield system_section(SystemFacts(unit, verdicts))
         except CodegenError as error:
             raise DiagnosticError([_refused(system.name, system.span, error)]) from None
 
@@ -132,17 +139,19 @@ def _systems(examined: Examined, choice: Choice, diagnostics: list[Diagnostic]) 
 def _controllers(examined: Examined, choice: Choice, diagnostics: list[Diagnostic]) -> Iterator[Section]:
     """Yield the sections of controllers; see `_systems`."""
     from fuzzyctl.analysis.check import check_examined
+    from fuzzyctl.analysis.prove import CLAIM_SECONDS, prove
     from fuzzyctl.codegen.errors import CodegenError
     from fuzzyctl.codegen.steps.unit import prepare_step
     from fuzzyctl.model.controller import Controller
     from fuzzyctl.page.blocks import controller_data
     from fuzzyctl.page.document import controller_section
+    from fuzzyctl.page.proofs import controller_proofs
 
     chosen = [b for b in examined.blocks if isinstance(b, Controller) and choice.name in (None, b.name)]
     if not chosen:
         return
     _, found = check_examined(examined, profile=choice.profile)
-    if any(d.severity == "error" for d in found):
+    if any(d.stops for d in found):
         raise DiagnosticError(found)
     diagnostics += [d for d in found if d not in diagnostics]
     for controller in chosen:
@@ -151,7 +160,9 @@ def _controllers(examined: Examined, choice: Choice, diagnostics: list[Diagnosti
         settings = assignments(own.settings, params_of(controller), "param")
         try:
             unit = prepare_step(changed, examined.source.text, settings=settings)
-            yield controller_section(controller_data(unit, proofs=True), unit)
+            verdicts = prove(changed, timeout=CLAIM_SECONDS)
+            diagnostics += claim_reports(verdicts)
+            yield controller_section(controller_data(unit) | controller_proofs(changed, verdicts), unit)
         except CodegenError as error:
             raise DiagnosticError([_refused(controller.name, controller.span, error)]) from None
 

@@ -35,8 +35,8 @@ def watch(file: str, values: tuple[str, ...], out: str | None, loop: str | None)
     fuzzyctl watch tipper service=7 food=8 -o tip.png
     fuzzyctl watch water_tank --loop fill -o fill
 
-    A save of a file that it uses counts, too. After a file with mistakes the picture is that of the last one without.
-    Ctrl-C ends it.
+    A save of a file that it uses counts, too. After a file with mistakes the picture is that of the last one without;
+    guarantees that do not hold stop no picture. Ctrl-C ends it.
     """
     path = place_of(file).path
     if not path.is_file():
@@ -50,7 +50,7 @@ def watch(file: str, values: tuple[str, ...], out: str | None, loop: str | None)
                 click.clear()
             say(f"{file}, {time.strftime('%H:%M:%S')}")
             for command in commands:
-                if _run(command) != DONE:
+                if _run(command) != DONE and (command[0] != "check" or _is_stopped(path)):
                     break
     except KeyboardInterrupt:
         say("", err=True)
@@ -68,6 +68,17 @@ def _commands(file: str, values: tuple[str, ...], out: str | None, loop: str | N
         yield ["eval", file, *values]
     if written:
         yield ["plot-surface", file, *written]
+
+
+def _is_stopped(path: Path) -> bool:
+    """Return whether a file has mistakes besides guarantees that do not hold."""
+    from fuzzyctl.analysis.check import check_source
+    from fuzzyctl.support.reading import read_source
+
+    try:
+        return any(d.stops for d in check_source(read_source(path), folder=path.parent)[1])
+    except DiagnosticError:
+        return True
 
 
 def _run(words: list[str]) -> int:

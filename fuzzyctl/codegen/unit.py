@@ -11,7 +11,7 @@ from typing import Final, Literal
 
 from fuzzyctl import __version__
 from fuzzyctl.analysis.bounds import OutputBound, output_bounds
-from fuzzyctl.analysis.verdicts import Proved, Undecided, Verdict
+from fuzzyctl.analysis.verdicts import Proved, Refuted, Undecided, Verdict
 from fuzzyctl.codegen.rounding_text import at_most
 from fuzzyctl.codegen.simplify import lean
 from fuzzyctl.codegen.table import Tabulated, tabulated
@@ -200,8 +200,13 @@ def _guarantees(unit: Unit) -> Iterator[str]:
     if unit.verdicts:
         yield "Guarantees of the rule file, decided for the system itself, before tables and rounding:"
     for verdict in unit.verdicts:
-        note = verdict.note if isinstance(verdict, Proved) else ""
-        note = verdict.reason if isinstance(verdict, Undecided) else note
+        match verdict:
+            case Proved(note=note):
+                pass
+            case Refuted(witness=witness):
+                note = str(witness)
+            case Undecided(reason=reason):
+                note = reason
         yield f"  {type(verdict).__name__.lower()}: {verdict.claim}{f' ({note})' if note else ''}"
 
 

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import unicodedata
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Any, Literal
 
 from fuzzyctl.diagnostics.codes import CODES as CODES
@@ -40,6 +40,7 @@ class Diagnostic:
         notes: Other places that matter.
         file: Shown as the place when there is no span.
         fix: The repair as data, where it is known.
+        witness: Of a claim, values of inputs and states at which it fails.
     """
 
     code: str
@@ -51,6 +52,7 @@ class Diagnostic:
     notes: tuple[Note, ...] = ()
     file: str = ""
     fix: Fix | None = None
+    witness: Mapping[str, float] | None = field(default=None, hash=False)
 
     def __post_init__(self) -> None:
         if self.code not in CODES:
@@ -67,6 +69,11 @@ class Diagnostic:
     def place(self) -> str:
         """`file:line:column`, as far as it is known."""
         return str(self.span) if self.span is not None else self.file
+
+    @property
+    def stops(self) -> bool:
+        """Whether nothing can be drawn, run or written: an error, but for claims, which are verdicts."""
+        return self.severity == "error" and self.witness is None
 
     @property
     def explanations(self) -> tuple[str, ...]:

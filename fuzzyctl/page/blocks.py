@@ -13,7 +13,6 @@ from fuzzyctl.expr import Expr, Name
 from fuzzyctl.kernels.plan.equations import Evaluation
 from fuzzyctl.kernels.plan.expansion import STARTED
 from fuzzyctl.model.loop import Loop
-from fuzzyctl.page.proofs import controller_proofs
 from fuzzyctl.page.samples import Drawn, samples
 from fuzzyctl.simulation.settings import params_of
 
@@ -32,13 +31,8 @@ TIME_DIGITS: Final = 9
 _OPERATOR: Final = re.compile(r"(?:(.+)\.)?\w+#\d+(?:\.(\w+))?")
 
 
-def controller_data(unit: StepUnit, *, proofs: bool = False) -> dict[str, Any]:
-    """Return what is shown of a controller.
-
-    Args:
-        unit: The controller.
-        proofs: Whether bounds and verdicts are among it, which take numpy.
-    """
+def controller_data(unit: StepUnit) -> dict[str, Any]:
+    """Return what is shown of a controller, without proofs, which take numpy."""
     controller = unit.controller
     layout = StepJavaScriptLayout(unit)
     return {
@@ -52,7 +46,9 @@ def controller_data(unit: StepUnit, *, proofs: bool = False) -> dict[str, Any]:
         "state": layout.has_state,
         "states": _states(unit, layout),
         "period": unit.equations.period,
-        **(controller_proofs(controller) if proofs else {"bounds": None, "verdicts": []}),
+        "members": {s.name: own for (own, _), s in zip(layout.members, unit.slots, strict=True) if own != s.name},
+        "bounds": None,
+        "verdicts": [],
     }
 
 

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import math
-from typing import Final
+from collections.abc import Sequence
+from typing import Any, Final
 
 from fuzzyctl.analysis.bounds import OutputBound
+from fuzzyctl.analysis.prove import Prover
 from fuzzyctl.analysis.verdicts import Proved, Refuted, Undecided, Verdict
 from fuzzyctl.model.controller import Controller
+from fuzzyctl.model.system import FuzzySystem
 
-#: Seconds that each bound of a controller, and each of its claims, may take; 'fuzzyctl bounds' and 'prove' take longer.
+#: Seconds that each bound of a controller may take; 'fuzzyctl bounds' takes longer.
 BOUND_SECONDS: Final = 0.02
-CLAIM_SECONDS: Final = 1.0
 
 
 def bound_row(bound: OutputBound, unit: str) -> list[str]:
@@ -27,8 +29,8 @@ def bound_row(bound: OutputBound, unit: str) -> list[str]:
     return [bound.name, f"at least {low}{tail}" if math.isinf(bound.hi) else f"from {low} to {high}{tail}"]
 
 
-def verdict_row(verdict: Verdict) -> list[str]:
-    """Return what is decided, the claim, and what is known besides."""
+def verdict_row(verdict: Verdict) -> list[Any]:
+    """Return the verdict, the claim, a note, and of a refuted claim the values by name that show it."""
     match verdict:
         case Proved(note=found):
             text = found
@@ -36,17 +38,24 @@ def verdict_row(verdict: Verdict) -> list[str]:
             text = "; ".join(filter(None, (str(witness), found)))
         case Undecided(reason=reason):
             text = reason
-    return [type(verdict).__name__.lower(), verdict.claim, text]
+    point = [verdict.witness.point] if isinstance(verdict, Refuted) else []
+    return [type(verdict).__name__.lower(), verdict.claim, text, *point]
 
 
-def controller_proofs(controller: Controller) -> dict[str, list[list[str]]]:
-    """Return bounds of the outputs and states of a controller over every step, and verdicts of its claims."""
+def decided(system: FuzzySystem, verdicts: Sequence[Verdict], seconds: float) -> tuple[Verdict, ...]:
+    """Return verdicts on the claims of a system; those that are open take subdivision, with a time limit each."""
+    prover = Prover(system, timeout=seconds)
+    pairs = zip(system.guarantees, verdicts, strict=True)
+    return tuple(prover.verdict(g) if isinstance(v, Undecided) else v for g, v in pairs)
+
+
+def controller_proofs(controller: Controller, verdicts: Sequence[Verdict]) -> dict[str, list[list[Any]]]:
+    """Return the rows of bounds of the outputs and states of a controller over every step, and of verdicts."""
     from fuzzyctl.analysis.induction.bounds import controller_bounds  # numpy, which the studio does without
-    from fuzzyctl.analysis.induction.prover import verdicts
 
     units = {s.name: s.unit for s in (*controller.results, *controller.states)}
     bounds = controller_bounds(controller, BOUND_SECONDS)
     return {
         "bounds": [bound_row(b, units[name]) for name, b in bounds.items()],
-        "verdicts": [verdict_row(v) for v in verdicts(controller, CLAIM_SECONDS)],
+        "verdicts": list(map(verdict_row, verdicts)),
     }

@@ -12,13 +12,15 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any, Final
 
+from fuzzyctl.analysis.prove import quickly, refutation
+from fuzzyctl.analysis.verdicts import Refuted
 from fuzzyctl.codegen.errors import CodegenError
 from fuzzyctl.codegen.sources import sources
 from fuzzyctl.codegen.steps.sources import step_sources
 from fuzzyctl.codegen.steps.unit import prepare_step
 from fuzzyctl.codegen.unit import prepare
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError, FuzzyctlError
-from fuzzyctl.diagnostics.source import SourceText
+from fuzzyctl.diagnostics.source import SourceText, Span
 from fuzzyctl.diagnostics.suggestions import counted
 from fuzzyctl.editor import actions, completion, hover
 from fuzzyctl.editor.document import Document
@@ -111,7 +113,16 @@ def _diagnostic(d: Diagnostic, document: Document) -> _Data:
     fix = [] if d.fix is None else edits(d.fix.replacements, source.name)
     title = actions.repair_title(d) if fix else ""
     said = {"code": d.code, "severity": d.severity, "message": d.message, "facts": d.explanations, "help": d.help}
-    return {**at, **said, "place": place, "line": line, "fix": fix, "title": title}
+    claim: _Data = {}
+    if d.witness is not None and d.span is not None and own:
+        claim = {"block": _block_of(d.span, document), "point": d.witness}
+    return {**at, **said, "stops": d.stops, **claim, "place": place, "line": line, "fix": fix, "title": title}
+
+
+def _block_of(claim: Span, document: Document) -> str:
+    """Return the name of the block that makes a claim: the last one that begins before it."""
+    spans = {b.name: b.span for b in _blocks(document) if b.span is not None and b.span.source == claim.source}
+    return max((span.start, name) for name, span in spans.items() if span.start <= claim.start)[1]
 
 
 def _complete(document: Document, asked: _Data) -> _Data:
@@ -203,15 +214,18 @@ def _section(block: FuzzySystem | Controller, document: Document, *, decided: bo
     """Return the section of a block; with `decided`, claims that quick methods leave open are decided."""
     if isinstance(block, Controller):
         step = prepare_step(block, document.text)
-        return controller_section(controller_data(step) | (proofs.proofs(block) if decided else {}), step)
-    verdicts = proofs.decided(block) if decided else proofs.at_once(block)
+        return controller_section(controller_data(step) | (proofs.proofs(block)[1] if decided else {}), step)
+    verdicts = proofs.settled(block) if decided else proofs.at_once(block)
     return system_section(SystemFacts(prepare(block, document.text, verdicts=verdicts), verdicts))
 
 
 def _proofs(document: Document, asked: _Data) -> _Data:
-    """Return what the page shows of the claims of a block, by its position among those of the picture."""
+    """Return the verdicts that the page shows of a block, by its position, and the diagnostics that they add."""
     _require_sound(document)
-    return proofs.proofs(_blocks(document)[asked["block"]])
+    verdicts, rows = proofs.proofs(_blocks(document)[asked["block"]])
+    reported = {d.span for d in document.proved if d.witness is not None}
+    added = [refutation(v) for v in verdicts if isinstance(v, Refuted) and v.span not in reported]
+    return {**rows, "diagnostics": [_diagnostic(d, document) for d in document.examined.reported(added)]}
 
 
 def _export(document: Document, asked: _Data) -> _Data:
@@ -233,16 +247,16 @@ def _files(block: FuzzySystem | Controller, text: str, target: str) -> dict[str,
     """Return the files of a block, without the self-tests, whose numbers take numpy."""
     if isinstance(block, Controller):
         return step_sources(prepare_step(block, text), target)
-    return sources(prepare(block, text), target)
+    return sources(prepare(block, text, verdicts=quickly(block)[0]), target)
 
 
 def _require_sound(document: Document) -> None:
-    """Refuse a text with errors.
+    """Refuse a text with errors; claims that fail are none.
 
     Raises:
         DiagnosticError: For one.
     """
-    errors = [d for d in document.proved if d.severity == "error"]
+    errors = [d for d in document.proved if d.stops]
     if errors:
         raise DiagnosticError(errors)
 

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
-from typing import Final
+from typing import Any, Final
 
-from fuzzyctl.analysis.prove import UNDIVIDED, prove, quickly
+from fuzzyctl.analysis.prove import UNDIVIDED, quickly
 from fuzzyctl.analysis.verdicts import Undecided, Verdict
 from fuzzyctl.model.controller import Controller
 from fuzzyctl.model.system import FuzzySystem
-from fuzzyctl.page.proofs import bound_row, verdict_row
+from fuzzyctl.page.proofs import bound_row, decided, verdict_row
 
 #: Seconds that all claims of a block may take together, and most that one of them may.
 BLOCK: Final = 16.0
@@ -20,10 +19,11 @@ CLAIM: Final = 4.0
 FOLLOWS: Final = "it takes subdivision, which is under way"
 
 
-def proofs(block: FuzzySystem | Controller) -> dict[str, list[list[str]]]:
-    """Return what a page shows of the claims of a block: verdicts, of a controller bounds as well."""
+def proofs(block: FuzzySystem | Controller) -> tuple[list[Verdict], dict[str, list[list[Any]]]]:
+    """Return the verdicts on the claims of a block, and rows that a page shows: of a controller bounds as well."""
     if isinstance(block, FuzzySystem):
-        return {"verdicts": list(map(verdict_row, decided(block)))}
+        verdicts = settled(block)
+        return verdicts, {"verdicts": list(map(verdict_row, verdicts))}
     from fuzzyctl.analysis.induction.bounds import bounds_by  # the start does without
     from fuzzyctl.analysis.induction.prover import ControllerProver
 
@@ -31,18 +31,15 @@ def proofs(block: FuzzySystem | Controller) -> dict[str, list[list[str]]]:
     own = prover.claims.own
     prover.timeout = min(CLAIM, BLOCK / max(len(own), 1))
     units = {s.name: s.unit for s in (*block.results, *block.states)}
-    return {
-        "verdicts": [verdict_row(_with_advice(prover.verdict(c))) for c in own],
-        "bounds": [bound_row(b, units[n]) for n, b in bounds_by(prover, 0.0).items()],
-    }
+    verdicts = [_with_advice(prover.verdict(c)) for c in own]
+    bounds = [bound_row(b, units[n]) for n, b in bounds_by(prover, 0.0).items()]
+    return verdicts, {"verdicts": list(map(verdict_row, verdicts)), "bounds": bounds}
 
 
-def decided(system: FuzzySystem) -> list[Verdict]:
-    """Return what is proved of a system; by subdivision only where quick methods leave something open."""
-    verdicts: Sequence[Verdict] = quickly(system)[0]
-    if any(isinstance(v, Undecided) for v in verdicts):
-        verdicts = prove(system, timeout=min(CLAIM, BLOCK / len(system.guarantees)))
-    return list(map(_with_advice, verdicts))
+def settled(system: FuzzySystem) -> list[Verdict]:
+    """Return verdicts on the claims of a system; by subdivision only where quick methods leave something open."""
+    quick = quickly(system)[0]
+    return list(map(_with_advice, decided(system, quick, min(CLAIM, BLOCK / max(len(quick), 1)))))
 
 
 def at_once(system: FuzzySystem) -> list[Verdict]:

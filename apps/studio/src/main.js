@@ -18,6 +18,8 @@ const PATIENCE = 500;
 const PAUSE = 300;
 /** Whether the picture is still that of the file before. */
 let fresh = true;
+/** The diagnostics that are shown. */
+let known = [];
 /** The runs that are shown. */
 let runs = [];
 /** The text as it was opened or saved last: any other one is lost when the tab is closed. */
@@ -66,8 +68,8 @@ async function check() {
   const found = await checked;
   if (!found || own !== version) return;
   if (found.refused) return unchecked(`The text is not checked: ${found.refused}`);
-  show(found.diagnostics);
-  if (found.diagnostics.some((d) => d.severity === "error")) stale("The text has errors: this is the picture before them.");
+  show((known = found.diagnostics));
+  if (found.diagnostics.some((d) => d.stops)) stale("The text has errors: this is the picture before them.");
   else await picture(own, await drawn);
   // What a test waits for.
   if (own === version) document.body.dataset.shown = String(own);
@@ -83,6 +85,12 @@ function show(diagnostics) {
   const others = diagnostics.length - errors;
   const texts = [[errors, "error"], [others, "other remark"]].filter(([n]) => n).map(([n, what]) => `${n} ${what}${n > 1 ? "s" : ""}`);
   at("count").textContent = texts.join(", ") || "No mistakes";
+}
+
+/** Shows the verdicts that proofs have added to the diagnostics of the text. */
+function add(diagnostics) {
+  known = [...known, ...diagnostics].sort((a, b) => a.from - b.from);
+  if (diagnostics.length) show(known);
 }
 
 /** Shows that nothing is known of the text, and why. */
@@ -108,6 +116,11 @@ function entry(d, repair) {
     const fix = button(repairText(view, d), () => repair(d.fix));
     fix.className = "fix";
     item.append(fix);
+  }
+  if (d.point) {
+    const lead = button("Go to the counterexample", () => shown.go(d.block, d.point));
+    lead.className = "fix";
+    item.append(lead);
   }
   return item;
 }
@@ -164,6 +177,7 @@ async function afterwards(own, found) {
     const done = await askSlow("proofs", { block });
     if (own !== version) return;
     const why = done?.refused ?? `it took more than ${slow.limit / 1000} s and was stopped; 'fuzzyctl prove' takes more time`;
+    add(done?.diagnostics ?? []);
     Object.assign(section, done?.verdicts ? done : { verdicts: [["undecided", "what is claimed", why]] });
     proved += 1;
   }

@@ -52,6 +52,11 @@ export class Picture {
     return found;
   }
 
+  /** Moves the sliders of a block to values by name. */
+  go(block, point) {
+    this.frame?.contentWindow.postMessage({ block, point }, "*");
+  }
+
   async #load() {
     this.nonce = crypto.randomUUID();
     const found = await this.page(this.nonce);

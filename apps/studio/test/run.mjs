@@ -79,6 +79,14 @@ async function until(page, holds, argument, seconds = 60) {
   }
 }
 
+/** Waits until a function of the frame holds. */
+async function untilFrame(frame, holds) {
+  for (const end = Date.now() + 20_000; !(await frame().evaluate(holds)); ) {
+    assert.ok(Date.now() < end, `${holds} does not hold`);
+    await new Promise((resolve) => setTimeout(resolve, 20));
+  }
+}
+
 async function opened(context, address) {
   const page = context.pages()[0] ?? (await context.newPage());
   const outside = [];
@@ -212,6 +220,29 @@ async function drive(address) {
   assert.match(await frame().locator(".verdicts").textContent(), /undecided: tip >= 0.5 \(it takes subdivision, which is under way\)/);
   await until(page, () => document.body.dataset.proved === document.body.dataset.shown);
   assert.match(await frame().locator(".verdicts").textContent(), /proved: tip >= 0.5.*undecided: increasing.*'fuzzyctl prove' takes more time/);
+
+  // A claim that does not hold stops neither the picture nor what is saved, and leads to its counterexample; one that subdivision
+  // refutes is marked once it has.
+  await put(page, tipper.replace("bounded(tip, 0, 30)", "bounded(tip, 0, 20)"));
+  assert.match((await mistakes(page))[0], /^line 33: error\[FZ402\]: the guarantee 'bounded\(tip, 0, 20\)' does not hold$/);
+  assert.equal(await page.locator("#stale").textContent(), "");
+  const [service, food] = (await page.locator("#mistakes .facts").textContent()).match(/[\d.]+(?=[,:])/g);
+  const sliders = () => frame().locator(".control > input[type=number]").evaluateAll((fields) => fields.map((f) => f.value));
+  await frame().locator("input[type=number]").first().fill("1");
+  assert.equal((await sliders())[0], "1");
+  await page.getByRole("button", { name: "Go to the counterexample" }).click();
+  await untilFrame(frame, () => document.querySelector(".control > input[type=number]").value !== "1");
+  assert.deepEqual(await sliders(), [service, food]);
+  assert.ok(Number(await frame().locator(".outputs output").first().getAttribute("data-value")) > 20);
+  await picture(page, "refuted");
+  const exported = await page.evaluate(() => studio.engine.ask({ method: "export", file: "/files/t.fz", text: studio.view.state.doc.toString(), target: "c" }));
+  assert.match(exported.files["tipper.h"], /refuted: bounded\(tip, 0, 20\) \(at service = /);
+  await put(page, `${tipper}require tip <= 15 when service >= 4.77 and service <= 4.78 and food >= 7.01 and food <= 7.1\n`);
+  assert.deepEqual(await mistakes(page), []);
+  await until(page, () => document.body.dataset.proved === document.body.dataset.shown);
+  assert.match((await mistakes(page))[0], /^line 34: error\[FZ402\]: the guarantee 'tip <= 15 when .* does not hold$/);
+  await page.getByRole("button", { name: "Go to the counterexample" }).click();
+  await untilFrame(frame, () => document.querySelector(".control > input[type=number]").value === "4.77");
 
   // Loops: runs below the systems, with measures and requirements.
   const gallery = JSON.parse(await (await fetch(`${address.split("#")[0]}examples.json`)).text());

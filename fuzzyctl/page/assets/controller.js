@@ -65,22 +65,30 @@ function controllerSection(controller, kernel) {
         Object.assign(history, { count: 0, rows: [] });
         show();
     }
-    const button = (text, act) => {
-        const made = element("button", { type: "button" }, text);
-        made.addEventListener("click", act);
-        return made;
+    /** Makes one step at the inputs and from the state of a counterexample. */
+    controls.go = (point) => {
+        const at = Object.entries(point);
+        controls.set(at.map(([name, value]) => [named.findIndex((i) => i.name === name), value]).filter(([k]) => k >= 0));
+        reset();
+        for (const [name, value] of at.map(([n, v]) => [controller.members[n] ?? n, v])) {
+            if (state !== null && name in state) {
+                state[name] = value;
+            }
+        }
+        step(1);
     };
     const period = controller.period === null ? "" : `A step is ${shown(controller.period)} s.`;
-    const buttons = element("div", { className: "choices" }, button("Step", () => step(1)), button("10 steps", () => step(10)),
-        button("100 steps", () => step(100)), button("Begin anew", reset));
+    const buttons = element("div", { className: "choices" }, pushButton("Step", () => step(1)), pushButton("10 steps", () => step(10)),
+        pushButton("100 steps", () => step(100)), pushButton("Begin anew", reset));
     const plots = canvases.map((c, k) => element("div", {}, element("h4", {}, withUnit(controller.outputs[k])), c));
     const isSmall = controller.outputs.length > 4;
     const side = [element("section", {}, controls.form, buttons, element("p", { className: "note" }, period, " ", count), numbers.box)];
     const main = [
         element("section", {}, element("h3", {}, "Outputs over the steps"), element("div", { className: isSmall ? "several small" : "stack" }, ...plots)),
-        element("div", { className: "pair" }, element("section", {}, ...proofs("Bounds of outputs and states, at every step", controller)),
+        element("div", { className: "pair" }, element("section", {}, ...proofs("Bounds of outputs and states, at every step", controller, (point) => controls.go(point))),
             ...(controller.facts.length || Object.keys(controller.states).length ? [element("section", {}, element("h3", {}, "State and params"), states,
                 ...(controller.facts.length ? [tableOf("Params", [], controller.facts)] : []))] : [])),
     ];
-    return { side, main, begin: () => { reset(); step(FIRST); } };
+    const first = counterexample(controller);
+    return { side, main, begin: () => { Object.keys(first).length ? controls.go(first) : (reset(), step(FIRST)); } };
 }

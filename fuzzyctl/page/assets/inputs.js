@@ -68,8 +68,8 @@ function inputRow(block, input, ends, read, write) {
     return { row: element("div", { className: "control" }, name, slider, field, ...(isOpen ? [endFields(block, input, ends, refresh)] : [])), refresh };
 }
 
-/** Controls for inputs of a block; `moved` is called after each change. They begin where the first run on the page does. */
-function inputControls(block, inputs, moved) {
+/** Controls for inputs of a block; `moved` is called after each change. They begin at a point, or where the first run on the page does. */
+function inputControls(block, inputs, moved, point = {}) {
     const kept = settings.get(`inputs of ${block}`) ?? {}, calls = callsOf(block), names = [...new Set(calls.map((c) => c.call))];
     const given = inputs.map((_, k) => usual(calls.flatMap((c) => c.values[k] ?? []).filter(Number.isFinite)));
     const ends = inputs.map((input, k) => [...(settings.get(`ends of ${block}, ${input.name}`) ?? sliderEnds(input, given[k]))]);
@@ -78,7 +78,7 @@ function inputControls(block, inputs, moved) {
         if (own >= (input.lower ?? -Infinity) && own <= (input.upper ?? Infinity)) {
             return own;
         }
-        return calls[0]?.values[k]?.[0] ?? input.start ?? (isOpen ? low / 4 + (3 * high) / 4 : low / 2 + high / 2);
+        return point[input.name] ?? calls[0]?.values[k]?.[0] ?? input.start ?? (isOpen ? low / 4 + (3 * high) / 4 : low / 2 + high / 2);
     });
     let followed = names[0];
     function changed() {
@@ -103,6 +103,10 @@ function inputControls(block, inputs, moved) {
                 rows[k].refresh();
             }
             changed();
+        },
+        /** Moves to values by name. */
+        go(point) {
+            this.set(inputs.flatMap(({ name }, k) => (name in point ? [[k, point[name]]] : [])));
         },
         /** Takes what a run gives to the chosen call at a sample; nothing where it has no such call. */
         follow(given, sample) {
@@ -131,6 +135,8 @@ function outputNumbers(outputs) {
         },
     };
 }
+
+const pushButton = (text, act) => element("button", { type: "button", onclick: act }, text);
 
 /** A choice among names. */
 function choice(label, names, chosen, changed) {

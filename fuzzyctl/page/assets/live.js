@@ -1,7 +1,8 @@
 // A page whose text changes, in a frame: a message { id, facts, script, nonce, fresh } brings a new one. The one before stays until all
 // surfaces of the new one are drawn; then the answer is { id }, or { id, failed }. What was set on the page stays set, unless the
 // text is `fresh`, that of another file. A message
-// { id, format, wanted } asks for pictures as files, see `filesOf`; the answer is { id, files }.
+// { id, format, wanted } asks for pictures as files, see `filesOf`; the answer is { id, files }. A message { block, point } moves a
+// block to values by name.
 
 let shownPage = document.getElementById("page"), nextPage = null, pressed = false;
 for (const type of ["pointerdown", "pointermove", "pointerup", "pointercancel", "blur"]) {
@@ -27,6 +28,10 @@ addEventListener("message", ({ source, data }) => {
     const answer = (more = {}) => parent.postMessage({ id: data.id, ...more }, "*");
     if (data.format !== undefined) {
         filesOf(shownPage, data.format, data.wanted).then((files) => answer({ files }));
+        return;
+    }
+    if (data.point !== undefined) {
+        controlled.get(data.block)?.go(data.point);
         return;
     }
     nextPage?.remove();

@@ -1,21 +1,26 @@
 // One system: everything at the point of its sliders.
 
-function verdictList(verdicts) {
+/** The values of inputs and states by name that refute the first claim of a block that fails; nothing where all hold. */
+const counterexample = (block) => block.verdicts.find(([, , , point]) => point)?.[3] ?? {};
+
+/** Verdicts; a refuted one has a button that calls `go` with the point that shows it. */
+function verdictList(verdicts, go) {
     if (verdicts.length === 0) {
         return [];
     }
     const marks = { proved: "✓", met: "✓", refuted: "✗", "not met": "✗", undecided: "?" };
     const kinds = { "✓": "holds", "✗": "fails", "?": "undecided" };
-    const items = verdicts.map(([word, claim, note]) => element("li", {},
+    const leads = (point) => (point ? [" ", pushButton("go to the counterexample", () => go(point))] : []);
+    const items = verdicts.map(([word, claim, note, point]) => element("li", {},
         element("strong", { className: kinds[marks[word]] }, `${marks[word]} ${word}: `),
-        element("code", {}, claim), note ? ` (${note})` : ""));
+        element("code", {}, claim), note ? ` (${note})` : "", ...leads(point)));
     return [element("ul", { className: "verdicts" }, ...items)];
 }
 
 /** What is proved of a block; without bounds it has been shown without proofs. */
-function proofs(caption, block) {
+function proofs(caption, block, go) {
     const bounds = block.bounds ? tableOf(caption, [], block.bounds) : element("p", { className: "note" }, "Not looked for here; 'fuzzyctl prove' and 'fuzzyctl bounds' do.");
-    return [element("h3", {}, "Proved"), bounds, ...verdictList(block.verdicts)];
+    return [element("h3", {}, "Proved"), bounds, ...verdictList(block.verdicts, go)];
 }
 
 function systemSection(system, kernel) {
@@ -36,7 +41,7 @@ function systemSection(system, kernel) {
     }
     const numbers = outputNumbers(system.outputs), viewer = ruleViewer(system, kernel), tables = system.tables.map(ruleTable);
     const terms = [...system.inputs, ...system.outputs].map((v) => (v.terms.length ? termsView(v, kernel.sets[v.variable]) : null));
-    const controls = inputControls(system.name, system.inputs, moved), surface = surfaceView(system, evaluated, controls);
+    const controls = inputControls(system.name, system.inputs, moved, counterexample(system)), surface = surfaceView(system, evaluated, controls);
     controlled.set(system.name, controls);
     function moved() {
         const values = controls.values, missing = values.some(Number.isNaN), before = state === null ? null : copy(state);
@@ -52,7 +57,7 @@ function systemSection(system, kernel) {
     const about = tableOf("Facts", [], [...system.facts]);
     const side = [
         element("section", {}, controls.form, numbers.box),
-        element("section", {}, ...proofs("Bounds of outputs, for all inputs", system),
+        element("section", {}, ...proofs("Bounds of outputs, for all inputs", system, (point) => controls.go(point)),
             element("details", {}, element("summary", {}, "About the system"), about)),
     ];
     const own = [

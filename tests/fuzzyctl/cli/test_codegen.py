@@ -125,7 +125,7 @@ controller first "The first"
 input r
 param K in (0, 10] = 2
 state s in [0, 1] = 0.5 * K / 2
-next s = s + r
+next s = clamp(s + r, 0, 1)
 output y = surface(K * r) + s
 every 10 ms
 
@@ -225,7 +225,9 @@ class TestController:
         assert run(file, "--target", "c", "--table", "9", "--system", "surface").exit_code == 0
 
     def test_fixed_point_is_refused_where_no_error_is_bounded(self, run, file, tmp_path):
-        result = run(file, "--target", "c", "--fixed", "Q3.12")
+        path = tmp_path / file
+        path.write_text(path.read_text().replace("clamp(s + r, 0, 1)", "s + r"))
+        result = run(file, "--target", "c", "--fixed", "Q3.12", "--unproved")
         assert result.exit_code == 1
         assert "error[FZ410]: " in result.output
         assert not list(tmp_path.glob("*.c"))
@@ -258,8 +260,22 @@ class TestController:
         assert "the guarantee 'u >= -1' does not hold" in result.output
         assert names(tmp_path) == ["one.fz", "refuted.fz", "two.fz"]
 
+    @pytest.mark.parametrize("target", ["c", "st", "python", "javascript", "fmu"])
+    def test_whose_guarantee_is_refuted_is_written_if_it_may_be_unproved(self, run, tmp_path, target):
+        (tmp_path / "c.fz").write_text("controller c\ninput e in [0, 1]\noutput u = 2 * e\nevery 1 s\nrequire u <= 1\n")
+        result = run("c.fz", "--target", target, "-q")
+        assert result.exit_code == 1
+        assert "c.fz:5:1: error[FZ402]: the guarantee 'u <= 1' does not hold" in result.output
+        assert "or write it all the same with --unproved" in result.output
+        assert names(tmp_path) == ["c.fz"]
+        result = run("c.fz", "--target", target, "-q", "--unproved")
+        assert (result.exit_code, "the guarantee 'u <= 1' does not hold" in result.output) == (0, True)
+        assert len(names(tmp_path)) > 1
+
     def test_is_not_written_where_the_file_has_errors(self, run, file, tmp_path):
-        (tmp_path / "one.fz").write_text(CONTROLLERS.format(otherwise=0, low=-1).replace("next s = s + r\n", ""))
+        (tmp_path / "one.fz").write_text(
+            CONTROLLERS.format(otherwise=0, low=-1).replace("next s = clamp(s + r, 0, 1)\n", "")
+        )
         result = run(file, "--target", "c")
         assert result.exit_code == 1
         assert "state 's' has no 'next' line" in result.output
@@ -305,6 +321,16 @@ class TestGuarantees:
         assert "own.fz:47:1: error[FZ402]: the guarantee 'k_h_min - k_s * f >= G_min" in result.stderr
         assert "at sigma = 0, dsigma = 0: k_h_min - k_s * f = -0.08" in result.stderr
         assert names(tmp_path) == ["own.fz"]
+
+    @pytest.mark.parametrize("target", ["c", "st", "python", "javascript", "fmu"])
+    def test_that_are_refuted_are_written_with_their_point_if_they_may_be_unproved(self, run, tmp_path, target):
+        result = run(AIS, "--target", target, "--set", "k_s=1", "--unproved")
+        assert result.exit_code == 0
+        assert "error[FZ402]: the guarantee 'k_h_min - k_s * f >= G_min" in result.stderr
+        if target != "fmu":
+            text = (tmp_path / result.stdout.split()[1]).read_text(encoding="utf-8")
+            comment = " ".join(line.strip(" /#(*") for line in text.splitlines())
+            assert "refuted: k_h_min - k_s * f >= G_min within 1e-12 (at sigma = 0, dsigma = 0: k_h_min" in comment
 
     def test_are_those_of_the_profile_that_is_asked_for(self, run, tmp_path):
         # The centroid is 1/30; of MATLAB's 101 samples it is 0.03.

@@ -9,12 +9,16 @@ import random
 import re
 import shutil
 import subprocess
+from pathlib import Path
 
 import pytest
 
 from fuzzyctl import compile, load, load_controller, loads
 from fuzzyctl.diagnostics.diagnostic import NoRuleFiresError
 from fuzzyctl.explain.trace import trace
+from fuzzyctl.loading.load import look_through
+from fuzzyctl.model.controller import Controller
+from fuzzyctl.support.reading import read_source
 from fuzzyctl.support.shipped import rules_folder
 from tests.commands import runner
 from tests.shipped import LAWS, SYSTEMS
@@ -83,10 +87,10 @@ class Tags(html.parser.HTMLParser):
             self.inside = None
 
 
-def written(path, *arguments):
+def written(path, *arguments, code=0):
     """Return the tags of the page that is written, and its facts."""
     done = run(*arguments, "-o", path)
-    assert done.exit_code == 0, done.output
+    assert done.exit_code == code, done.output
     text = path.read_text(encoding="utf-8")
     assert len(text.encode()) <= LARGEST
     tags = Tags(text)
@@ -369,10 +373,10 @@ def test_of_a_controller_is_shown_what_is_refuted_and_what_has_no_bound(tmp_path
         "controller c\ninput e in [0, 1]\nstate s in [0, 1] unit \"m\" = 0\nstate t = 0\nnext s = s + e\n"
         "next t = t - e\noutput u = t\nevery 1 s\nrequire s >= 0\n", encoding="utf-8",
     )  # fmt: skip
-    _, facts = written(tmp_path / "x.html", file)
+    _, facts = written(tmp_path / "x.html", file, code=1)
     (section,) = facts["sections"]
     assert section["bounds"][0][1].startswith("at most")
-    verdicts = {claim: (word, note) for word, claim, note in section["verdicts"]}
+    verdicts = {claim: (word, note) for word, claim, note, *_ in section["verdicts"]}
     assert verdicts["s in [0, 1]"][0] == "refuted"
     assert "reached from the start" in verdicts["s in [0, 1]"][1]
 
@@ -411,3 +415,87 @@ def test_mistakes_are_reported_and_nothing_is_written(words, code, message, tmp_
     done = run(*(w.format(rules=RULES, folder=tmp_path) for w in words), "-o", target)
     assert (done.exit_code, target.exists()) == (code, False)
     assert message in done.output
+
+
+def blocks_of(path):
+    """Return the systems and controllers of a file."""
+    examined = look_through(read_source(path), folder=path.parent)
+    return [*examined.systems, *examined.controllers]
+
+
+#: Systems and controllers of shipped files.
+SHIPPED = [
+    (path, block.name)
+    for folder in (RULES, Path(__file__).parents[3] / "apps" / "gallery")
+    for path in sorted(folder.rglob("*.fz"))
+    for block in blocks_of(path)
+]
+#: What a page computes at a point: outputs of a system, or of one step of a controller.
+AT_POINT = """((section, point, kernel) => {
+    const values = section.inputs.map((i) => point[i.name] ?? 0.5);
+    const state = kernel.start === null ? null : kernel.start();
+    for (const [name, value] of Object.entries(point).map(([n, v]) => [section.members?.[n] ?? n, v])) {
+        if (state !== null && name in state) state[name] = value;
+    }
+    const rest = state === null ? [] : [state], time = section.period === null ? [point.dt ?? 0.01] : [];
+    return kernel.step ? kernel.step(...rest, ...values, ...time) : kernel.evaluate(...values, ...rest);
+})"""
+
+
+def first_outputs(block, count=20):
+    """Return the first output of a block at drawn points, a controller's at its first step."""
+    if not isinstance(block, Controller):
+        kernel = compile(block, backend="python")
+        state = [kernel.initial_state()] if kernel.plan.initial_state else []
+        found = [kernel(*point, *state) for point in points(block, count)]
+    else:
+        step, drawn = compile(block, backend="python"), random.Random(3)
+        time = {} if step.period else {"dt": 0.01}
+        found = [step(*(drawn.uniform(-1, 1) for _ in block.inputs), step.start(), **time)[0] for _ in range(count)]
+    return [own[0] if isinstance(own, tuple) else own for own in found]
+
+
+@pytest.mark.parametrize(("path", "name"), SHIPPED, ids=[f"{p.stem}-{n}" for p, n in SHIPPED])
+def test_the_page_of_a_block_with_a_false_claim_is_written_and_its_point_is_the_witness(path, name, tmp_path):
+    block = next(b for b in blocks_of(path) if b.name == name)
+    output = (block.results if isinstance(block, Controller) else block.outputs)[0].name
+    values = [v for v in first_outputs(block) if math.isfinite(v)]
+    limit = (min(values) + max(values)) / 2 - (min(values) == max(values))
+    text = path.read_text(encoding="utf-8")
+    begin = re.search(rf"^(system|controller) {name}\b", text, flags=re.MULTILINE).end()
+    end = re.compile(r"^(system|controller|plant|loop)\b|\Z", flags=re.MULTILINE).search(text, begin).start()
+    folder = shutil.copytree(path.parent, tmp_path / "files", ignore=lambda *_: ["loops"])
+    claim = f"{output} <= {limit!r}"
+    (folder / path.name).write_text(f"{text[:end]}\nrequire {claim}\n\n{text[end:]}", encoding="utf-8")
+
+    done = run(folder / path.name, "--system", name, "-o", tmp_path / "x.html")
+    assert done.exit_code == 1, done.output
+    assert f"error[FZ402]: the guarantee '{claim}' does not hold" in done.output
+    tags = Tags((tmp_path / "x.html").read_text(encoding="utf-8"))
+    (section,) = json.loads(next(s for own, s in tags.scripts if own == "facts"))["sections"]
+    (point,) = [row[3] for row in section["verdicts"] if row[0] == "refuted"]
+    if shutil.which("node"):
+        own = computed(tmp_path, tags, f"{AT_POINT}({json.dumps(section)}, {json.dumps(point)}, kernels[0])")
+        assert (own[0] if isinstance(own, list) else own) > limit
+
+
+@pytest.mark.parametrize(
+    ("claim", "code", "message"),
+    [
+        ("abs(u + u) == 2 * abs(u)", 3, "warning[FZ402]: the guarantee 'abs(u + u) == 2 * abs(u)' is undecided"),
+        ("u / x >= 0", 1, "error[FZ307]: the guarantee divides by 'x', which is 0 at x = 0"),
+    ],
+)
+def test_the_page_of_a_file_with_an_undecided_claim_is_written_and_says_so(claim, code, message, tmp_path):
+    (tmp_path / "a.fz").write_text(
+        "system a\ninput x in [0, 1]\n  lo = gaussian(0, 0.3)\n  hi = gaussian(1, 0.3)\noutput u in [0, 1]\n"
+        "  p = constant(0)\n  q = constant(1)\ndefuzzifier center_average\nif x is lo then u is p\n"
+        f"if x is hi then u is q\nrequire {claim}\n",
+        encoding="utf-8",
+    )
+    done = run(tmp_path / "a.fz", "-o", tmp_path / "x.html")
+    assert (done.exit_code, done.output.count("[FZ")) == (code, 1)
+    assert message in done.output
+    tags = Tags((tmp_path / "x.html").read_text(encoding="utf-8"))
+    (section,) = json.loads(next(s for own, s in tags.scripts if own == "facts"))["sections"]
+    assert section["verdicts"][0][:2] == ["undecided", claim]

@@ -81,3 +81,13 @@ def test_loops_are_run(saves, tmp_path):
 def test_wrong_usage(path, tmp_path):
     assert run(tmp_path / "none.fz").exit_code == 1
     assert run(path, "service=1", "--loop", "x").exit_code == 2
+
+
+def test_a_guarantee_that_does_not_hold_stops_no_picture(path, saves, tmp_path):
+    picture = tmp_path / "tip.png"
+    path.write_text(path.read_text().replace("bounded(tip, 0, 30)", "bounded(tip, 0, 20)"))
+    saves(lambda: None)
+    result = run(path, "service=7", "food=8", "-o", picture)
+    assert "tip = 20.3" in result.stdout
+    assert result.stderr.count("the guarantee 'bounded(tip, 0, 20)' does not hold") == 1
+    assert picture.is_file()

@@ -217,3 +217,23 @@ def test_a_picture_is_what_the_page_shows():
     assert json.loads(shown[1]) == picture["facts"]
     assert "'nonce-a1-b2'" in frame
     assert "nonce" not in re.search(r'content="(default-src.*?)"', page)[1]
+
+
+def test_a_claim_that_does_not_hold_stops_nothing_and_has_its_point():
+    text = (RULES / "tipper.fz").read_text().replace("bounded(tip, 0, 30)", "bounded(tip, 0, 20)")
+    (one,) = ask("check", text)["diagnostics"]
+    assert (one["stops"], one["block"], set(one["point"])) == (False, "tipper", {"service", "food"})
+    (section,) = ask("picture", text)["facts"]["sections"]
+    assert section["verdicts"][0][3] == one["point"]
+    assert "refuted: bounded(tip, 0, 20) (at service" in ask("export", text, target="c")["files"]["tipper.h"]
+    assert "does not hold" in ask("page", text)["html"]
+
+
+def test_a_claim_that_subdivision_refutes_adds_a_diagnostic_of_its_block():
+    claim = "tip <= 15 when service >= 4.77 and service <= 4.78 and food >= 7.01 and food <= 7.1"
+    text = (RULES / "tipper.fz").read_text() + f"require {claim}\n"
+    assert ask("check", text)["diagnostics"] == []
+    found = ask("proofs", text, block=0)
+    assert [word for word, *_ in found["verdicts"]] == ["proved", "refuted"]
+    (one,) = found["diagnostics"]
+    assert (one["line"], one["stops"], one["block"]) == (34, False, "tipper")
