@@ -68,8 +68,9 @@ require bounded(power, 0, 100)
 @click.argument("name")
 @click.option("-o", "--output", "out", metavar="FILE", help="The file to write.  [default: NAME.fz]")
 @click.option("--from", "base", metavar="SHIPPED", help="Copy a shipped file, with those that it uses.")
+@click.option("--force", is_flag=True, help="Replace files that exist.")
 @answers_with_diagnostics
-def new(name: str, out: str | None, base: str | None) -> int:
+def new(name: str, out: str | None, base: str | None, force: bool) -> int:
     """Write an annotated rule file to begin with, or a copy of a shipped one.
 
     \b
@@ -78,14 +79,15 @@ def new(name: str, out: str | None, base: str | None) -> int:
     fuzzyctl eval heater.fz error=2 change=0
     fuzzyctl new tip --from tipper
 
-    NAME is the name of the system: letters, digits and _. A file that is there is not overwritten. 'fuzzyctl show'
-    lists the shipped files.
+    NAME is the name of the system: letters, digits and _. A file that is there is not overwritten without
+    --force. 'fuzzyctl show' lists the shipped files.
     """
     _require_name(name)
     target = Path(out or f"{name}.fz")
     texts = {target: starter(name)} if base is None else copies(name, base, target)
-    _refuse_to_replace(texts, target)
-    fresh = {path: text for path, text in texts.items() if not os.path.lexists(path)}
+    if not force:
+        _refuse_to_replace(texts, target)
+    fresh = {path: text for path, text in texts.items() if force or not os.path.lexists(path)}
     write_together(fresh)
     say("\n".join(f"wrote {path}" for path in fresh))
     return DONE

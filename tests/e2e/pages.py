@@ -13,9 +13,10 @@ How an example is written:
 - ```toml without a file name must be TOML; ```text and ```json are read by people only.
 - ``` without a language is ```fz where it begins with `system`.
 
-Each page begins in an empty folder with a copy of the shipped rules/. How-tos, tutorials and README are followed twice,
-the second time over what the first one left; those that take seconds only before a release (tests/sizes.py). In the
-test line commands of the project run within the test's process, before a release all are run by a shell.
+Each page begins in an empty folder, the README with a copy of the shipped rules/. How-tos, tutorials and README are
+followed twice, the second time over what the first one left; those that take seconds only before a release
+(tests/sizes.py). In the test line commands of the project run within the test's process, before a release all are run
+by a shell. `follow_pages.py` follows all pages in one folder, with the wheel alone.
 """
 
 from __future__ import annotations
@@ -155,7 +156,7 @@ class Session:
         if not block.text.startswith(">>> "):
             exec(compile(block.text, self.where(block), "exec"), self.names)
             return
-        test = doctest.DocTestParser().get_doctest(block.text, self.names, self.where(block), None, 0)
+        test = doctest.DocTestParser().get_doctest(_with_marks(block.text), self.names, self.where(block), None, 0)
         report: list[str] = []
         runner = doctest.DocTestRunner(optionflags=doctest.ELLIPSIS, verbose=False)
         runner.run(test, out=report.append, clear_globs=False)
@@ -202,6 +203,11 @@ class Session:
     def end(self) -> None:
         """Refuse a last command that failed unseen."""
         assert self.status == 0, f"the last command left with {self.status}; show it with '$ echo $?'"
+
+
+def _with_marks(text: str) -> str:
+    """Mark the empty lines within printed text as doctests want them; those before `>>>` end it."""
+    return re.sub(r"\n(?=\n+(?!>>> |\n|\Z))", "\n<BLANKLINE>", text)
 
 
 def _trimmed(text: str) -> str:
