@@ -83,7 +83,8 @@ def _write(path: Path, text: str) -> None:
 
 
 def fixable(diagnostics: Collection[Any]) -> str:
-    """Return how mistakes are fixed by the command; empty where none can be."""
+    """Return how errors are fixed by the command; empty where none can be."""
+    diagnostics = [d for d in diagnostics if d.severity == "error"]
     number = {a: sum(d.fix is not None and d.fix.applicability == a for d in diagnostics) for a in APPLICABILITIES}
     if number["sure"]:
         return f"'--fix' repairs {number['sure']}"

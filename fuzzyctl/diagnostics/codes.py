@@ -71,6 +71,7 @@ CODES: Final[dict[str, str]] = {
     "FZ408": "an output may leave its range",
     "FZ409": "the accuracy of a defuzzifier is not guaranteed",
     "FZ410": "no error of fixed point is proved",
+    "FZ411": "rules cover a point weakly",
     "FZ501": "a value is missing",
     "FZ502": "a name is not known to the system",
     "FZ503": "a value is not a number",
@@ -112,5 +113,5 @@ CODES: Final[dict[str, str]] = {
 #: Codes of rule files that are warnings or hints, at least in some of their cases; all others are errors always.
 WARNINGS: Final[frozenset[str]] = frozenset(
     {"FZ113", "FZ208", "FZ209", "FZ211", "FZ214", "FZ216", "FZ219", "FZ305", "FZ306", "FZ309", "FZ310", "FZ311"}
-    | {"FZ403", "FZ404", "FZ405", "FZ406", "FZ407", "FZ408", "FZ409"}
+    | {"FZ403", "FZ404", "FZ405", "FZ406", "FZ407", "FZ408", "FZ409", "FZ411"}
 )

@@ -118,7 +118,7 @@ def _actions(ls: FuzzyServer, params: lsp.CodeActionParams) -> list[lsp.CodeActi
     document = ls.document(params.text_document.uri)
     first, last = ls.offset(document, params.range.start), ls.offset(document, params.range.end)
     found = []
-    for d in actions.repairs(diagnostics_of(document, proved=False), first, last):
+    for d in actions.repairs(diagnostics_of(document, proved="proved" in vars(document)), first, last):
         assert d.fix is not None
         found.append(
             lsp.CodeAction(

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 import random
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
 from itertools import islice
 from typing import Final
 
@@ -43,9 +44,32 @@ def silent_point(flat: Plan, silence: Silence, inside: Callable[[Point], bool] |
     except SpentError:
         return None
     try:
-        return None if found is None else search.shortened(found)
+        return None if found is None else search.shortened(found, silence.holds_at)
     except SpentError:
         return found
+
+
+def weakest_point(flat: Plan, silence: Silence, below: float) -> list[float] | None:
+    """Return a point, with few digits, where the strongest rule acts, but below a bound; None if none is found.
+
+    Args:
+        flat: The system.
+        silence: Of an output without states; it also says how much may be computed.
+        below: The bound.
+    """
+    if len(flat.rules) > sampling.RULES:
+        return None
+    search, points = _Search(flat, silence, lambda _: True), [list(p) for p in sampling.points(flat)]
+    ranked = sorted((silence.activation(p), p) for p in points)
+    with suppress(SpentError):
+        more = search.random() if len(points) == sampling.POINTS else ()
+        for start in [*(p for _, p in ranked[:3]), *more] if ranked[0][0] > 0.0 else []:
+            point = search.descended(start)
+            ranked = min(ranked[:1], [(silence.activation(point), point)])
+    lowest, point = ranked[0]
+    if not 0.0 < lowest < below:
+        return None
+    return search.shortened(point, lambda p: 0.0 < silence.activation(p) < min(below, 1.1 * lowest))
 
 
 class _Search:
@@ -64,18 +88,18 @@ class _Search:
         if not guided:
             return None
         grid.sort(key=lambda pair: pair[0])
-        for start in [*(point for _, point in grid[:STARTS]), *self._random()]:
-            point = self._descended(start)
+        for start in [*(point for _, point in grid[:STARTS]), *self.random()]:
+            point = self.descended(start)
             if self.silence.holds_at(point):
                 return point
         return None
 
-    def _random(self) -> Iterator[list[float]]:
+    def random(self) -> Iterator[list[float]]:
         rng = random.Random(0)
         points = ([rng.uniform(v.lower, v.upper) for v in self.flat.inputs] for _ in range(TRIES))
         yield from islice((point for point in points if self.inside(point)), STARTS)
 
-    def _descended(self, point: list[float]) -> list[float]:
+    def descended(self, point: list[float]) -> list[float]:
         """Return a point near which rules fire no less anywhere along an input."""
         lowest = self.silence.activation(point)
         widths = [v.upper - v.lower for v in self.flat.inputs]
@@ -104,11 +128,11 @@ class _Search:
                     return activation, moved
         return None
 
-    def shortened(self, point: list[float]) -> list[float]:
-        """Return the point with as few digits as it needs to be one."""
+    def shortened(self, point: list[float], holds: Callable[[Point], bool]) -> list[float]:
+        """Return the point with as few digits as it needs for a condition to hold."""
         for digits in range(1, 17):
             short = [float(f"{x:.{digits}g}") for x in point]
-            if self._is_in_range(short) and self.inside(short) and self.silence.holds_at(short):
+            if self._is_in_range(short) and self.inside(short) and holds(short):
                 return short
         return point
 
