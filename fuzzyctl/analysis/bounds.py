@@ -27,6 +27,8 @@ from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Hold, Output
 from fuzzyctl.support import arguments
 
+#: What is noted of a bound whose search ended for lack of time.
+SPENT: Final = "the time is spent; with more of it the bound may be tighter"
 #: Points tried when looking for one where a bound is attained.
 TRIES: Final = 20_000
 
@@ -44,6 +46,7 @@ class OutputBound:
         hi_span: The same for `hi`.
         lo_at: A point where `lo` is attained, if one is known.
         hi_at: The same for `hi`.
+        note: Why an end is open, and for which inputs the bound is proved if not for all.
     """
 
     name: str
@@ -54,6 +57,7 @@ class OutputBound:
     hi_span: Span | None = field(default=None, repr=False)
     lo_at: dict[str, float] | None = None
     hi_at: dict[str, float] | None = None
+    note: str = field(default="", repr=False)
 
 
 def output_bounds(system: FuzzySystem) -> dict[str, OutputBound]:

@@ -3,21 +3,20 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from fractions import Fraction
 from typing import Any, Final
 
-from fuzzyctl.analysis.bounds import OutputBound, output_bounds
+from fuzzyctl.analysis.bounds import SPENT, OutputBound, output_bounds
 from fuzzyctl.analysis.multilinear.slopes import steepest
 from fuzzyctl.analysis.multilinear.surface import Surface, surface_of
 from fuzzyctl.analysis.witnesses import Judge
-from fuzzyctl.analysis.work import SECOND, Work
+from fuzzyctl.analysis.work import SECOND, Work, evaluation
 from fuzzyctl.kernels.plan.build import Plan, plan
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.records import record
 from fuzzyctl.support import arguments
 
-#: Seconds that one end of one output may take, see `extents`.
+#: Seconds that all ends and slopes may take, see `extents`.
 TIMEOUT: Final = 5.0
 #: How near a bound must come to an attained value, as a part of the bounds of the consequents: of the values that are
 #: attained, which are fewer, it is about one percent.
@@ -34,6 +33,7 @@ class Extent:
         lo_at, hi_at: Points where kernels come nearest to them, as far as found.
         lo_found, hi_found: What the output is there.
         steepness: A bound of the slope along each input by name, in exact arithmetic; infinite where none is known.
+        note: Why bounds are not as tight as they may be; empty if they are.
     """
 
     name: str
@@ -44,6 +44,7 @@ class Extent:
     lo_found: float
     hi_found: float
     steepness: dict[str, float]
+    note: str = ""
 
 
 def extents(system: FuzzySystem, *, timeout: float = TIMEOUT) -> tuple[Extent, ...]:
@@ -51,8 +52,8 @@ def extents(system: FuzzySystem, *, timeout: float = TIMEOUT) -> tuple[Extent, .
 
     Args:
         system: A well-formed system.
-        timeout: Seconds that one end of one output, and each slope, may take on a usual machine. Operations are
-            counted, no clock is read, so that bounds are the same in every run.
+        timeout: Seconds that all ends and slopes may take together on a usual machine. Operations are counted, so that
+            bounds are the same in every run, no clock is read; ends come before slopes.
 
     Returns:
         One for each output, in order.
@@ -68,12 +69,17 @@ def extents(system: FuzzySystem, *, timeout: float = TIMEOUT) -> tuple[Extent, .
     known = output_bounds(system)
     finder = _AtCorners(system, surface) if surface is not None else _BySubdivision(system, flat, timeout)
     judge = Judge(system)
-    return tuple(_extent(system, k, known[o.name], finder, judge) for k, o in enumerate(system.outputs))
+    ends = [_ends(system, k, known[o.name], finder, judge) for k, o in enumerate(system.outputs)]
+    return tuple(_extent(system, k, own, finder) for k, own in enumerate(ends))
 
 
-def _extent(system: FuzzySystem, position: int, known: OutputBound, finder: Any, judge: Judge) -> Extent:
-    """Take the tighter of what the consequents and what the whole system say."""
-    ends: list[tuple[float, dict[str, float] | None, float]] = []
+#: An end: its value, a point that comes near it, and the value there.
+_End = tuple[float, dict[str, float] | None, float]
+
+
+def _ends(system: FuzzySystem, position: int, known: OutputBound, finder: Any, judge: Judge) -> list[_End]:
+    """Return both ends of an output: the tighter of what the consequents and what the whole system say."""
+    ends: list[_End] = []
     for sign, value, at in ((1, known.lo, known.lo_at), (-1, known.hi, known.hi_at)):
         if known.exact and at is None:
             # Some state of an adaptive output attains it; there is no point to look for.
@@ -85,9 +91,14 @@ def _extent(system: FuzzySystem, position: int, known: OutputBound, finder: Any,
             bound, point = finder.least(position, sign)
             bound, found = max(value, bound) if sign > 0 else min(value, bound), _found(judge, known.name, point)
         ends.append((bound, dict(zip(judge.inputs, point, strict=True)) if point is not None else None, found))
+    return ends
+
+
+def _extent(system: FuzzySystem, position: int, ends: list[_End], finder: Any) -> Extent:
     (lo, lo_at, lo_found), (hi, hi_at, hi_found) = ends
     steepness = {v.name: finder.steepest(position, i) for i, v in enumerate(system.inputs)}
-    return Extent(known.name, lo, hi, lo_at, hi_at, lo_found, hi_found, steepness)
+    note = SPENT if position in finder.spent else ""
+    return Extent(system.outputs[position].name, lo, hi, lo_at, hi_at, lo_found, hi_found, steepness, note)
 
 
 def _found(judge: Judge, output: str, point: list[float] | None) -> float:
@@ -100,6 +111,7 @@ class _AtCorners:
 
     def __init__(self, system: FuzzySystem, surface: Surface) -> None:
         self.system, self.surface = system, surface
+        self.spent: set[int] = set()
 
     def least(self, output: int, sign: int) -> tuple[float, list[float]]:
         """Return the least (sign 1) or the largest value (-1), rounding included, and where it is."""
@@ -130,7 +142,12 @@ class _BySubdivision:
     def __init__(self, system: FuzzySystem, flat: Plan, timeout: float) -> None:
         from fuzzyctl.analysis.branch_and_bound.boxed_system import System
 
-        self.boxed, self.most = System(system, flat), SECOND * timeout
+        self.boxed, self.work = System(system, flat), Work(SECOND * timeout)
+        #: How many ends, and slopes, are still to come.
+        self.ends, self.slopes = 2 * len(self.boxed.outputs), len(self.boxed.outputs) * len(self.boxed.inputs)
+        #: Outputs whose bounds may be tighter with more work.
+        self.spent: set[int] = set()
+        self.units = evaluation(flat)
         self.judge = Judge(system)
 
     def least(self, output: int, sign: int) -> tuple[float, list[float] | None]:
@@ -140,15 +157,28 @@ class _BySubdivision:
         known = self.boxed.bounds[self.boxed.outputs[output]]
         span = known.hi - known.lo
         gap = GAP * span if math.isfinite(span) and span else GAP
-        bound, point = least(self.boxed, output, sign, gap, self._value(output, sign), Work(self.most))
+        work = self.work.part(self.work.left / self.ends)
+        self.ends -= 1
+
+        def value(point: list[float]) -> float:
+            work.takes(self.units)
+            return sign * self.judge.outputs(point)[name]
+
+        name = self.boxed.outputs[output]
+        bound, point = least(self.boxed, output, sign, gap, value, work)
+        self._note_spent(output, work)
         return sign * bound, point
 
     def steepest(self, output: int, position: int) -> float:
         """Return a bound of the slope along an input."""
         from fuzzyctl.analysis.branch_and_bound.minimum import steepest
 
-        return steepest(self.boxed, output, position, Work(self.most))
+        work = self.work.part(self.work.left / self.slopes)
+        self.slopes -= 1
+        bound = steepest(self.boxed, output, position, work)
+        self._note_spent(output, work)
+        return bound
 
-    def _value(self, output: int, sign: int) -> Callable[[list[float]], float]:
-        name = self.boxed.outputs[output]
-        return lambda point: sign * self.judge.outputs(point)[name]
+    def _note_spent(self, output: int, work: Work) -> None:
+        if work.left <= 0.0:
+            self.spent.add(output)

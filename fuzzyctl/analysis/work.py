@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from typing import Final
 
-from fuzzyctl.expr import Expr, walk
+from fuzzyctl.expr import Binary, Call, Expr, walk
 from fuzzyctl.kernels.plan.build import OutputPlan, Plan
 from fuzzyctl.kernels.program.program import Accumulate, Assign, Program
 
@@ -33,6 +33,9 @@ _COMPILED: Final = 20
 _EVALUATED: Final = 0.2
 #: Units for a node of a program over many boxes, and for each number of its arrays: ends of values and slopes.
 _NODE, _NUMBER = 8, 0.0023
+#: Units for each box of an operation that is enclosed box by box, and the functions that are.
+_SCALAR: Final = 8
+_BY_SCALARS: Final = frozenset({"log", "sin", "cos", "tan", "atan2", "floor", "ceil", "round", "mod", "fmod"})
 #: Samples that stand for those of an adaptive integral, whose intervals begin at the breakpoints of its terms: in all,
 #: and for each term where there are many.
 _ADAPTIVE: Final = 500
@@ -83,14 +86,21 @@ def units_of(expr: Expr) -> float:
 
 def enclosing(program: Program, inputs: int, boxes: int) -> float:
     """Return what it takes to enclose a program and its slopes along the inputs over some boxes, all at once."""
-    nodes = entries = 0
+    nodes = entries = scalars = 0
     for statement in program.body:
         if isinstance(statement, Assign | Accumulate):
             own = [statement] if isinstance(statement, Assign) else [*statement.body, *statement.sums]
             count = sum(1 for part in own for _ in walk(part.value))
+            times = 1 if isinstance(statement, Assign) else statement.count
             nodes += count
-            entries += count if isinstance(statement, Assign) else count * statement.count
-    return _NODE * nodes + _NUMBER * entries * boxes * (1 + 2 * inputs)
+            entries += count * times
+            scalars += times * sum(1 for part in own for e in walk(part.value) if _is_scalar(e))
+    return _NODE * nodes + (_NUMBER * entries * (1 + 2 * inputs) + _SCALAR * scalars) * boxes
+
+
+def _is_scalar(expr: Expr) -> bool:
+    """Return whether an operation is enclosed box by box."""
+    return (isinstance(expr, Binary) and expr.op == "^") or (isinstance(expr, Call) and expr.function in _BY_SCALARS)
 
 
 def sampling(output: OutputPlan, terms: int) -> float:

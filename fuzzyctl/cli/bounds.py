@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 @click.command()
 @click.argument("file")
 @chooses
-@timeout_option(5.0, "How long each end of an output, and each slope, may take.")
+@timeout_option(5.0, "How long all bounds may take together.")
 @FORMAT
 @QUIET
 @answers_with_diagnostics
@@ -38,7 +38,8 @@ def bounds(file: str, choice: Choice, timeout: float, form: str) -> int:
 
     No number that a kernel returns lies outside, for any inputs. Points where the output comes nearest are evaluated.
     Slopes are bounds of how much an output changes per unit of each input. Of a file with a controller they are the
-    bounds of its outputs and states over every step that a run may come to.
+    bounds of its outputs and states over every step that a run may come to, with a line that says why an end is open
+    or for which inputs it is proved.
 
     \b
     fuzzyctl bounds ais_reaction
@@ -86,13 +87,18 @@ def _show_controller(controller: Controller, timeout: float, form: str) -> None:
     states = {s.name for s in controller.states}
     found = controller_bounds(controller, timeout)
     if form == "json":
-        data = {n: {"name": n, "low": end_of_range(b.lo), "high": end_of_range(b.hi)} for n, b in found.items()}
+        data = {
+            n: {"name": n, "low": end_of_range(b.lo), "high": end_of_range(b.hi), "note": b.note or None}
+            for n, b in found.items()
+        }
         outputs, kept = ([d for n, d in data.items() if (n in states) == wanted] for wanted in (False, True))
         write_json({"controller": controller.name, "outputs": outputs, "states": kept})
         return
     for name, bound in found.items():
         unit, what = units[name], "state " if name in states else ""
         say(f"{what}{name}: from {bound.lo + 0.0:.9g} to {bound.hi + 0.0:.9g}{' ' + unit if unit else ''}")
+        if bound.note:
+            say(f"  {bound.note}")
 
 
 def _lines(system: FuzzySystem, extent: Extent) -> Iterator[str]:
@@ -107,6 +113,8 @@ def _lines(system: FuzzySystem, extent: Extent) -> Iterator[str]:
     unknown = [n for n, s in extent.steepness.items() if not math.isfinite(s)]
     if unknown:
         yield f"  no bound of the slope is known along {', '.join(unknown)}"
+    if extent.note:
+        yield f"  {extent.note}"
 
 
 def _as_data(extent: Extent) -> dict[str, Any]:
@@ -119,4 +127,5 @@ def _as_data(extent: Extent) -> dict[str, Any]:
         "high_found": end_of_range(extent.hi_found),
         "high_at": extent.hi_at,
         "slopes": {n: end_of_range(s) for n, s in extent.steepness.items()},
+        "note": extent.note or None,
     }

@@ -100,7 +100,7 @@ FUNCTIONS = {
     "loads": (fuzzyctl.loads, {"text": fuzzyctl.dumps(SYSTEM), "name": "<text>", "system": None}),
     "check": (fuzzyctl.check, {"path": SYSTEM, "system": None, "max_bytes": 100, "guarantees": True}),
     "prove": (fuzzyctl.prove, {"path": SYSTEM, "system": None, "timeout": 1, "progress": None}),
-    "output_bounds": (fuzzyctl.output_bounds, {"system": SYSTEM}),
+    "output_bounds": (fuzzyctl.output_bounds, {"system": SYSTEM, "timeout": 1}),
     "extents": (extents, {"system": SYSTEM, "timeout": 0.1}),
     "uncovered": (uncovered, {"system": SYSTEM}),
     "trace": (trace, {"system": SYSTEM, "values": {"x": 0.5}}),

@@ -35,7 +35,13 @@ class Measured(Enclosed, Protocol):
 
 
 def least(
-    system: Measured, output: int, sign: int, gap: float, value: Callable[[list[float]], float], work: Work
+    system: Measured,
+    output: int,
+    sign: int,
+    gap: float,
+    value: Callable[[list[float]], float],
+    work: Work,
+    deadline: float = math.inf,
 ) -> tuple[float, list[float] | None]:
     """Bound sign · output from below.
 
@@ -46,6 +52,7 @@ def least(
         gap: How far the bound may be below an attained value.
         value: What a kernel gives for sign · output at a point; NaN for none.
         work: What may be computed.
+        deadline: When to stop in any case.
 
     Returns:
         The bound, and a point that comes near it, None if none was found.
@@ -54,7 +61,7 @@ def least(
     if cells is None:
         return -math.inf, None
     with np.errstate(all="ignore"):
-        return _Least(system, output, sign, value).run(*cells, gap, work)
+        return _Least(system, output, sign, value).run(*cells, gap, work, deadline)
 
 
 class _Least:
@@ -64,11 +71,11 @@ class _Least:
         self.best = math.inf
         self.point: list[float] | None = None
 
-    def run(self, lo: Array, hi: Array, gap: float, work: Work) -> tuple[float, list[float] | None]:
-        search = Search(self.system, lo, hi, math.inf, None)
+    def run(self, lo: Array, hi: Array, gap: float, work: Work, deadline: float) -> tuple[float, list[float] | None]:
+        search = Search(self.system, lo, hi, deadline, None)
         bounds = np.full(lo.shape[1], -np.inf)
         settled = math.inf
-        while search.lo.shape[1] and not search.is_full and work.takes(_units(self.system, search, self.output)):
+        while search.lo.shape[1] and not self._is_over(search) and work.takes(_units(self.system, search, self.output)):
             # The lowest bounds stand last, where the next batch is taken from.
             order = np.argsort(-bounds, kind="stable")
             search.lo, search.hi, bounds = search.lo[:, order], search.hi[:, order], bounds[order]
@@ -85,6 +92,11 @@ class _Least:
             settled = min(settled, float(own[keep][~halved].min(initial=math.inf)))
             bounds = np.concatenate([bounds, own[keep][halved], own[keep][halved]])
         return min(settled, float(bounds.min(initial=math.inf)), self.best), self.point
+
+    @staticmethod
+    def _is_over(search: Search) -> bool:
+        """Return whether room or time is used up; without a deadline no clock is read."""
+        return search.is_over if search.deadline < math.inf else search.is_full
 
     def _lower(self, lo: Array, hi: Array) -> tuple[Array, Array, Array]:
         """Return lower bounds over boxes, slopes, and points where the value is low."""

@@ -3,25 +3,35 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from fractions import Fraction
+from itertools import product
 from typing import Final
 
 import numpy as np
 
-from fuzzyctl.analysis.bounds import OutputBound
+from fuzzyctl.analysis import clock
+from fuzzyctl.analysis.bounds import SPENT, OutputBound
 from fuzzyctl.analysis.branch_and_bound.minimum import least
+from fuzzyctl.analysis.claims import ALWAYS, Bound, Claim, Every
 from fuzzyctl.analysis.induction.boxed_step import BoxedStep
+from fuzzyctl.analysis.induction.claims import NEXT
 from fuzzyctl.analysis.induction.prover import ControllerProver
 from fuzzyctl.analysis.induction.replay import Judge
-from fuzzyctl.analysis.induction.step_model import FAR
+from fuzzyctl.analysis.induction.step_model import ABSORBED, FAR
 from fuzzyctl.analysis.work import SECOND, Work
-from fuzzyctl.expr import Name
+from fuzzyctl.expr import Name, Number
 from fuzzyctl.model.controller import Controller
 
 #: How near a bound should come to a value that is attained, as a part of what a first look leaves open.
 _GAP: Final = 0.002
-#: Another magnitude up to which numbers without an end are taken: an end that it moves by a larger part is none.
-_NEARER: Final = 1e24
-_SAME: Final = 0.05
+#: Two magnitudes of arguments without an end; an output that grows by a larger part between them has none, either.
+_NEARER, _SAME = 1e24, 0.05
+#: Most arguments without an end whose signs are tried in all combinations.
+_SIGNS: Final = 6
+#: An end this near 0, on the side of the other end, is 0.
+_NOTHING: Final = 1e-20
 
 
 def controller_bounds(controller: Controller, timeout: float) -> dict[str, OutputBound]:
@@ -29,12 +39,12 @@ def controller_bounds(controller: Controller, timeout: float) -> dict[str, Outpu
 
     Args:
         controller: The controller.
-        timeout: Seconds that the proof of the range of a state, and each end of an output, may take.
+        timeout: Seconds that all bounds may take together.
 
     Returns:
         A bound for each output, then for each state, by name; infinite where none is known.
     """
-    return bounds_by(ControllerProver(controller, timeout), timeout)
+    return bounds_by(ControllerProver(controller, timeout, until=clock.now() + timeout), timeout)
 
 
 def bounds_by(prover: ControllerProver, seconds: float) -> dict[str, OutputBound]:
@@ -42,70 +52,112 @@ def bounds_by(prover: ControllerProver, seconds: float) -> dict[str, OutputBound
 
     Args:
         prover: Of the controller.
-        seconds: How long each end of an output may take; 0 for no subdivision.
+        seconds: How long all ends may take; 0 for no subdivision.
     """
-    controller = prover.controller
-    found = {r.name: _bound(prover, r.name, seconds) for r in controller.results}
-    for state in controller.states:
+    prover.until = min(prover.until, clock.now() + seconds) if seconds else math.inf
+    outputs = [_Output(prover, r.name, bool(seconds)) for r in prover.controller.results]
+    waiting = [(o, side) for o in outputs for side in (0, 1) if seconds and not o.is_endless[side]]
+    work = Work(SECOND * seconds)
+    while waiting:
+        output, side = waiting[0]
+        output.search(side, work.part(work.left / len(waiting)))
+        waiting = waiting[1:]
+    bounds = {o.name: o.bound() for o in outputs}
+    for state in prover.controller.states:
         low, high = prover.ranges[state.name]
-        found[state.name] = OutputBound(state.name, *_ends(low, high), exact=False)
-    return found
+        ends = (-math.inf if not low > -ABSORBED else low), (math.inf if not high < ABSORBED else high)
+        note = _assumption(prover, NEXT + state.name, ends)
+        bounds[state.name] = OutputBound(state.name, *ends, exact=False, note=note)
+    return bounds
 
 
-def _bound(prover: ControllerProver, name: str, seconds: float) -> OutputBound:
-    first, nearer = (BoxedStep(prover.model, prover.ranges, [name], far) for far in (FAR, _NEARER))
-    found = _ends(*_ends_of(prover, first, seconds))
-    if any(map(math.isfinite, found)) and not _same(*(_at_first(b, seconds) for b in (first, nearer))):
-        pairs = zip(found, _ends_of(prover, nearer, seconds), (-1.0, 1.0), strict=True)
-        low, high = (_settled(*ends) for ends in pairs)
-        found = low, high
-    return OutputBound(name, *found, exact=False)
-
-
-def _same(ends: tuple[float, float], others: tuple[float, float]) -> bool:
-    return all(a == b or abs(a - b) <= _SAME * max(abs(a), abs(b)) for a, b in zip(ends, others, strict=True))
-
-
-def _settled(end: float, nearer: float, side: float) -> float:
-    """Return an end that does not depend on how far numbers without an end are taken: it, 0, or an infinite one.
+@dataclass
+class _Output:
+    """An output whose ends are searched.
 
     Args:
-        end: What is proved with numbers up to `FAR`.
-        nearer: The same with numbers up to `_NEARER`.
-        side: -1 of a lower end, 1 of an upper one.
+        prover: Of its controller.
+        name: The output.
+        over_cells: Whether its first ends are those over cells, not over all arguments at once.
+
+    Attributes:
+        ends: The ends that are proved so far.
+        is_endless: Whether values that are attained show that an end is infinite.
+        is_spent: Whether a search has ended for lack of time.
     """
-    if math.isinf(end) or _same((end, end), (nearer, nearer)):
-        return end
-    return 0.0 if abs(end) < abs(nearer) and end * side < 0.0 else side * math.inf
+
+    prover: ControllerProver
+    name: str
+    over_cells: bool
+    ends: list[float] = field(init=False)
+    is_endless: list[bool] = field(init=False)
+    is_spent: bool = field(default=False, init=False)
+
+    def __post_init__(self) -> None:
+        self.boxed = BoxedStep(self.prover.model, self.prover.ranges, [self.name])
+        self.judge = Judge(self.prover.replay, self.boxed.inputs)
+        self.open = [k for k, ends in enumerate(self.boxed.ends) if np.abs(ends).max() >= ABSORBED]
+        cells = self.boxed.cells([]) if self.over_cells else None
+        with np.errstate(all="ignore"):
+            (found,), _ = self.boxed.enclose([Name(self.name)], *(cells or self.boxed.box), sloped=False)
+        self.ends = [float(found.lo.min()), float(found.hi.max())]
+        far, nearer = (list(self._values(size)) for size in (FAR, _NEARER)) if self.open else ([], [])
+        self.is_endless = [_grows([s * v for v in far], [s * v for v in nearer]) for s in (-1.0, 1.0)]
+
+    def _values(self, size: float) -> Iterator[float]:
+        """Yield values of the output for arguments without an end of some size, and the others in their middles."""
+        low, high = self.boxed.ends.T
+        with np.errstate(over="ignore"):
+            point = low + 0.5 * (high - low)
+        for signs in product((-1.0, 1.0), repeat=min(len(self.open), _SIGNS)):
+            point[self.open] = 0.0
+            point[self.open[: len(signs)]] = [size * sign for sign in signs]
+            yield self._value(np.clip(point, low, high).tolist())
+
+    def _value(self, point: list[float]) -> float:
+        values = self.judge.values(point)
+        return math.nan if values is None else values[self.name]
+
+    def search(self, side: int, work: Work) -> None:
+        """Improve an end by subdivision, as far as there is time."""
+        sign, (low, high) = 1 - 2 * side, self.ends
+        gap = _GAP * (high - low) if math.isfinite(high - low) and high > low else _GAP
+
+        def value(point: list[float]) -> float:
+            return sign * self._value(point)
+
+        bound, _ = least(self.boxed, 0, sign, gap, value, work, deadline=self.prover.until)
+        self.ends[side] = sign * max(sign * self.ends[side], bound)
+        self.is_spent = self.is_spent or work.left <= 0.0 or clock.now() > self.prover.until
+
+    def bound(self) -> OutputBound:
+        """Return both ends; an end that only the size of arguments keeps from being 0 or infinite is that."""
+        low, high = self.ends
+        low = -math.inf if self.is_endless[0] or low <= -ABSORBED else 0.0 if 0.0 < low <= _NOTHING else low
+        high = math.inf if self.is_endless[1] or high >= ABSORBED else 0.0 if 0.0 > high >= -_NOTHING else high
+        notes = [self._why_open() if math.isinf(low) or math.isinf(high) else ""]
+        notes += [SPENT if self.is_spent else "", _assumption(self.prover, self.name, (low, high))]
+        return OutputBound(self.name, low, high, exact=False, note="; ".join(filter(None, notes)))
+
+    def _why_open(self) -> str:
+        """Return why an end is infinite."""
+        names = ", ".join(self.boxed.inputs[k] for k in self.open)
+        if any(self.is_endless) and names:
+            return f"it grows with {names}"
+        if self.boxed.lost:
+            return f"no range of {', '.join(self.boxed.lost)} is proved"
+        return f"no bound is proved for large {names}" if names else "no bound is proved"
 
 
-def _ends_of(prover: ControllerProver, boxed: BoxedStep, seconds: float) -> tuple[float, float]:
-    """Return both ends of an output, for what its boxed step takes in place of numbers without an end."""
-    (name,) = boxed.outputs
-    judge = Judge(prover.replay, boxed.inputs)
-    low, high = _at_first(boxed, seconds)
-    gap = _GAP * (high - low) if math.isfinite(high - low) and high > low else _GAP
-    ends = []
-    for sign, known in ((1, low), (-1, -high)):
-
-        def value(point: list[float], sign: int = sign) -> float:
-            found = judge.values(point)
-            return math.nan if found is None else sign * found[name]
-
-        ends.append(sign * max(known, least(boxed, 0, sign, gap, value, Work(SECOND * seconds))[0]))
-    return ends[0], ends[1]
+def _grows(far: list[float], nearer: list[float]) -> bool:
+    """Return whether the largest of some values is infinite, or larger than those of nearer arguments."""
+    most, less = (max((v for v in values if not math.isnan(v)), default=-math.inf) for values in (far, nearer))
+    return most >= ABSORBED or (most > 0.0 and most - less > _SAME * most)
 
 
-def _at_first(boxed: BoxedStep, seconds: float) -> tuple[float, float]:
-    """Return bounds of the output of a boxed step without subdivision; over cells if there is time."""
-    cells = boxed.cells([]) if seconds else boxed.box
-    if cells is None:
-        return -math.inf, math.inf
-    with np.errstate(all="ignore"):
-        (found,), _ = boxed.enclose([Name(boxed.outputs[0])], *cells, sloped=False)
-    return float(found.lo.min()), float(found.hi.max())
-
-
-def _ends(low: float, high: float) -> tuple[float, float]:
-    """Return two ends; what is as far as numbers without an end are taken is no bound."""
-    return (-math.inf if low <= -FAR else low), (math.inf if high >= FAR else high)
+def _assumption(prover: ControllerProver, name: str, ends: tuple[float, float]) -> str:
+    """Return up to which inputs the finite ones of two ends are proved; an empty text for all."""
+    sides = ((Number(ends[0]), Name(name)), (Name(name), Number(ends[1])))
+    parts = [Bound(b, a, Fraction(0), False, Name(name)) for a, b in sides]
+    finite = tuple(p for p, end in zip(parts, ends, strict=True) if math.isfinite(end))
+    return prover.assumption(Claim(name, Every(finite), ALWAYS)) if finite else ""

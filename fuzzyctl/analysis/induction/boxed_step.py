@@ -21,6 +21,8 @@ from fuzzyctl.kernels.plan.equations import Equation, Evaluation
 
 #: Most arguments along which slopes are computed.
 _MOST_SLOPES: Final = 60
+#: Most states without ends whose values below and above 0 are enclosed apart.
+_SPLIT: Final = 4
 #: Units of work for a node of an expression over many boxes, and for each number of its arrays.
 _NODE, _NUMBER = 8, 0.0023
 
@@ -40,16 +42,18 @@ class BoxedStep:
         model: The step.
         ranges: The least and the largest value of each input, state and `dt`.
         names: What is asked of; the sides of boxes are the arguments that these depend on.
-        far: Numbers without an end are taken up to this magnitude.
+        far: Boxes reach up to this magnitude.
     """
 
-    def __init__(self, model: StepModel, ranges: Mapping[str, Ends], names: Sequence[str], far: float = FAR) -> None:
-        self.model, self.ranges, self.outputs, self.far = model, ranges, list(names), far
+    def __init__(self, model: StepModel, ranges: Mapping[str, Ends], names: Sequence[str], far: float = inf) -> None:
+        self.model, self.ranges, self.outputs = model, ranges, list(names)
         self.slice: Slice = model.slice(names)
         #: States that may be no number.
-        self.lost = [a for a in self.slice.arguments if ranges[a] == (-inf, inf)]
+        self.lost = [a for a in self.slice.arguments if math.isnan(ranges[a][0])]
         # A box has one side at least.
         self.inputs = [a for a in self.slice.arguments if a not in self.lost] or ["#"]
+        ends = np.array([ranges.get(n, (0.0, 0.0)) for n in self.inputs])
+        self.ends = np.clip(ends, -far, far)
 
     @property
     def batch(self) -> int:
@@ -62,11 +66,13 @@ class BoxedStep:
 
         With slopes the ends enclose what kernels compute, without them the real values as well.
         """
-        sides = boxes(np.clip(lo, -self.far, self.far), np.clip(hi, -self.far, self.far))
-        flat = [Enclosure(e.lo, e.hi, None, e.error) for e in sides]
-        unknown = len(sides) > _MOST_SLOPES
-        if sloped and unknown:
-            sides = [Enclosure(e.lo, e.hi, _UNKNOWN, e.error) for e in sides]
+        least, most = self.ends[:, :1], self.ends[:, 1:]
+        lo, hi = np.clip(lo, least, most), np.clip(hi, least, most)
+        flat = [Enclosure(a, b, None, np.array(0.0)) for a, b in zip(lo, hi, strict=True)]
+        if len(flat) > _MOST_SLOPES:
+            sides = [Enclosure(e.lo, e.hi, _UNKNOWN, e.error) for e in flat]
+        else:
+            sides = boxes(lo, hi)
         found = self._enclosed(exprs, sides if sloped else flat, nearest=False)
         if sloped:
             floats = self._enclosed(exprs, flat, nearest=True)
@@ -83,7 +89,7 @@ class BoxedStep:
 
     def cells(self, truths: Sequence[Truth]) -> tuple[Array, Array] | None:
         """Cut the arguments where terms bend and where conditions change; None for too many cells."""
-        cuts: dict[str, set[float]] = {name: set() for name in self.inputs}
+        cuts = {name: {0.0} if k in self._endless else set() for k, name in enumerate(self.inputs)}
         bends = [bend for item in self.slice.body for bend in self._bends(item)]
         bends += [bend for t in truths for b in bounds_in(t) for bend in self._pairs(b.left, b.right)]
         for expr, values in bends:
@@ -94,9 +100,18 @@ class BoxedStep:
 
     @property
     def box(self) -> tuple[Array, Array]:
-        """All that the arguments may be as one box, shape (inputs, 1) each."""
-        lo, hi = zip(*(self.whole(n) for n in self.inputs), strict=True)
-        return np.array(lo)[:, None], np.array(hi)[:, None]
+        """All that the arguments may be, shape (inputs, boxes) each; in one box, but for states without ends."""
+        lo, hi = (ends[:, None] for ends in self.ends.T)
+        for side in self._endless:
+            lo, hi = np.hstack([lo, lo]), np.hstack([hi, hi])
+            half = lo.shape[1] // 2
+            lo[side, half:] = hi[side, :half] = 0.0
+        return lo, hi
+
+    @cached_property
+    def _endless(self) -> list[int]:
+        """Sides whose values below and above 0 are enclosed apart: a box that holds all numbers may hold NaN."""
+        return [k for k, ends in enumerate(self.ends) if np.isinf(ends).all()][:_SPLIT]
 
     def whole(self, name: str) -> Ends:
         """Return the ends of a side; those that lie far away are infinite, so that boxes are halved near 0 first."""

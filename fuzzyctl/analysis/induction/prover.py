@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+import math
+import sys
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property, partial
+from itertools import product
 from typing import Final
 
 from fuzzyctl.analysis import clock
@@ -22,6 +25,14 @@ from fuzzyctl.kernels.plan.equations import DT
 from fuzzyctl.model.controller import Controller
 from fuzzyctl.model.guarantee import Bounds
 
+#: Least and longest time between two steps that proofs begin with, for a controller without period [s].
+_TIMES: Final = (1e-30, FAR)
+#: The least positive and the largest number.
+_LEAST, _MOST = math.ulp(0.0), sys.float_info.max
+#: Sizes of inputs that may break a claim which is proved up to `FAR`.
+_FAR_OUT: Final = (1e32, 1e100, 1e300)
+#: Most cells of a proof without subdivision.
+_CELLS: Final = 2_000
 #: Seconds that runs from the start may take, as a part of the time of a claim.
 _RUNS: Final = 0.2
 #: What is noted of a witness in the state at the start, and of a range that is kept up to rounding only.
@@ -39,16 +50,23 @@ class ControllerProver:
         timeout: Seconds that one claim may take.
         progress: Called now and then.
         free: Params that may have any value in their ranges; no system, start or range depends on them.
+        until: When all proofs end, on the clock of proofs [s].
     """
 
     def __init__(
-        self, controller: Controller, timeout: float, progress: Progress | None = None, free: Sequence[str] = ()
+        self,
+        controller: Controller,
+        timeout: float,
+        progress: Progress | None = None,
+        free: Sequence[str] = (),
+        until: float = math.inf,
     ) -> None:
-        self.controller, self.timeout, self.progress = controller, timeout, progress
+        self.controller, self.timeout, self.progress, self.until = controller, timeout, progress, until
         self.claims = Claims(controller, tuple(free))
         self.model = StepModel(self.claims.equations)
-        self.inputs = {s.name: ends_of(self._computed(s.bounds)) for s in controller.inputs}
-        self.inputs |= {p.name: ends_of(self._computed(p.bounds)) for p in controller.params if p.name in free}
+        #: Ranges of the inputs; those without an end are first taken up to `FAR`.
+        self.inputs = {s.name: ends_of(self._computed(s.bounds), FAR) for s in controller.inputs}
+        self.inputs |= {p.name: ends_of(self._computed(p.bounds), FAR) for p in controller.params if p.name in free}
         every = [*self.claims.own, *self.claims.inner]
         bounds = [b for c in every for b in bounds_in(c.claim.truth) if not b.tolerance]
         self.replay = Replay(self.claims, frozenset(b for b in bounds if not self.model.is_limit(b)))
@@ -68,6 +86,10 @@ class ControllerProver:
             found = self._verdicts[claim.state]
         else:
             found = self._of_step(claim)
+        if isinstance(found, Proved):
+            tried = _as_proved(claim, found).claim
+            if assumption := self.assumption(tried):
+                found = self._far_out(tried) or replace(found, note="; ".join(filter(None, (found.note, assumption))))
         return replace(found, span=claim.span)
 
     @cached_property
@@ -75,7 +97,7 @@ class ControllerProver:
         """Steps of runs from the start at which claims are false, by position among the own ones."""
         ranges = self.inputs | {DT: (1e-6, 1.0)}
         own = [loosened(c) if c.is_range else c for c in self.claims.own]
-        return Runs(self.replay, ranges, clock.now() + _RUNS * self.timeout).search(own)
+        return Runs(self.replay, ranges, min(clock.now() + _RUNS * self.timeout, self.until)).search(own)
 
     @cached_property
     def ranges(self) -> dict[str, Ends]:
@@ -83,7 +105,7 @@ class ControllerProver:
         held = {c.state: c for c in (*self.claims.own, *self.claims.inner) if c.state}
         tried: dict[str, Verdict] = {}
         while True:
-            ranges = self._ranges_with(held.values())
+            ranges = self._ranges_with(held.values(), self._times(*_TIMES))
             failed = {n: v for n, c in held.items() if not isinstance(v := self._range(c, ranges), Proved)}
             if not failed:
                 break
@@ -99,20 +121,69 @@ class ControllerProver:
             self._verdicts[name] = Proved(claim.claim.text, note=_ROUNDED if tolerance_of(claim) else "")
         return ranges
 
-    def _ranges_with(self, held: Iterable[StepClaim]) -> dict[str, Ends]:
+    def _ranges_with(self, held: Iterable[StepClaim], inputs: Mapping[str, Ends]) -> dict[str, Ends]:
         """Return ranges of all arguments where some states keep their ranges."""
         caps = {}
         declared = {s.name: s.bounds for s in self.model.equations.states}
         for claim in held:
             bounds = declared[claim.state]
             assert bounds is not None
-            low, high = ends_of(bounds)
+            low, high = ends_of(bounds, math.inf)
             slack = 1.001 * tolerance_of(claim)
-            caps[claim.state] = (
-                low if bounds.without_lower else max(low - slack, -FAR),
-                high if bounds.without_upper else min(high + slack, FAR),
-            )
-        return ranges_of(self.model, self.inputs, caps)
+            if low > -math.inf or high < math.inf:
+                caps[claim.state] = (
+                    low if bounds.without_lower else low - slack,
+                    high if bounds.without_upper else high + slack,
+                )
+        return ranges_of(self.model, inputs, caps, self.until)
+
+    def _times(self, shortest: float, longest: float) -> dict[str, Ends]:
+        """Return the ranges of the inputs, with that of `dt` for a controller without period."""
+        return self.inputs | ({DT: (shortest, longest)} if self.model.equations.period is None else {})
+
+    @cached_property
+    def widest(self) -> dict[str, Ends]:
+        """Ranges as `ranges` for inputs without an end, and a `dt`, of any size."""
+        ends = {n: (-_MOST if a == -FAR else a, _MOST if b == FAR else b) for n, (a, b) in self.inputs.items()}
+        _ = self.ranges
+        claims = [c for c in (*self.claims.own, *self.claims.inner) if c.state and self._is_kept(c.state)]
+        held = [_as_proved(c, self._verdicts[c.state]) for c in claims]
+        while True:
+            ranges = self._ranges_with(held, self._times(_LEAST, _MOST) | ends)
+            kept = [c for c in held if clock.now() <= self.until and self.holds_at_once(c.claim, ranges)]
+            if len(kept) == len(held):
+                return ranges
+            held = kept
+
+    def _far_out(self, claim: Claim) -> Refuted | None:
+        """Return a refutation in the first step by inputs beyond those of a proof, if one is found."""
+        names = self.model.slice(names_in_claim(claim)).arguments
+        ends = [self.inputs.get(n, (1.0, 1.0)) for n in self.replay.arguments]
+        shown = [a for a in self.model.arguments if a in names]
+        for size, sign in product(_FAR_OUT, (1.0, -1.0)):
+            given = [sign * size if abs(e) == FAR else e for e in (high if sign > 0 else low for low, high in ends)]
+            witness = self.replay.witness(claim, given, self.replay.start, shown)
+            if witness is not None:
+                return Refuted(claim.text, witness, note=_FIRST if set(shown) & set(self.replay.states) else "")
+        return None
+
+    def holds_at_once(self, claim: Claim, ranges: Mapping[str, Ends]) -> bool:
+        """Return whether enclosures over all values, or over cells, show a claim."""
+        boxed = BoxedStep(self.model, ranges, list(dict.fromkeys(names_in_claim(claim))))
+        if holds_in(boxed, claim, *boxed.box):
+            return True
+        cells = boxed.cells([claim.truth, claim.region])
+        return cells is not None and cells[0].shape[1] <= _CELLS and holds_in(boxed, claim, *cells)
+
+    def assumption(self, claim: Claim) -> str:
+        """Return up to which inputs and `dt` a claim is proved; an empty text for all."""
+        names = self.model.origins(names_in_claim(claim))
+        large = [n for n, (low, high) in self.inputs.items() if n in names and (low == -FAR or high == FAR)]
+        if not (large or DT in names) or self.holds_at_once(claim, self.widest):
+            return ""
+        parts = [f"{', '.join(large)} up to {_text(FAR)} in magnitude"] if large else []
+        parts += ["dt from {} s to {} s".format(*map(_text, _TIMES))] if DT in names else []
+        return f"for {' and '.join(parts)}"
 
     def _range(self, claim: StepClaim, ranges: dict[str, Ends]) -> Verdict:
         """Return whether a step keeps a value in its range; a range that is left by rounding only is not refuted."""
@@ -175,6 +246,7 @@ class ControllerProver:
         if timeout > 0.0 and holds_in(boxed, claim, *boxed.box):  # as most ranges do
             return Proved(claim.text)
         progress = None if self.progress is None else partial(self.progress, claim.text)
+        timeout = min(timeout, max(self.until - clock.now(), 0.0))
         found = decide(boxed, claim, Judge(self.replay, boxed.inputs, broken), timeout, progress)
         if not isinstance(found, Refuted):
             return found
@@ -192,6 +264,15 @@ class ControllerProver:
     @cached_property
     def _start(self) -> dict[str, float]:
         return {s.name: s.start for s in self.model.equations.states}
+
+
+def _as_proved(claim: StepClaim, verdict: Verdict) -> StepClaim:
+    """Return a claim with room for rounding where it is proved with that only."""
+    return loosened(claim) if isinstance(verdict, Proved) and verdict.note == _ROUNDED else claim
+
+
+def _text(number: float) -> str:
+    return f"{number:g}".replace("e+", "e")
 
 
 def verdicts(

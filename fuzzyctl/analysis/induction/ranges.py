@@ -3,7 +3,8 @@
 A range begins at the start and grows by what a step makes of it, until no step leaves it. Ends that keep growing jump
 ahead: to where they seem to converge, then to the numbers that the equations name, then by a factor. Ends that
 jumped too far are pulled back. A range counts only
-when a last step has been seen not to leave it, so that a jump may go wrong without harm.
+when a last step has been seen not to leave it, so that a jump may go wrong without harm. An end that no jump settles is
+infinite, and overflow leads there: to an infinite value, and to NaN where two such values cancel.
 """
 
 from __future__ import annotations
@@ -15,23 +16,30 @@ from typing import Final
 
 import numpy as np
 
+from fuzzyctl.analysis import clock
 from fuzzyctl.analysis.induction.boxed_step import ANYTHING, Ends
-from fuzzyctl.analysis.induction.step_model import FAR, StepModel, parted
+from fuzzyctl.analysis.induction.step_model import ABSORBED, StepModel, parted
 from fuzzyctl.expr import Number, names_in, walk
+from fuzzyctl.kernels.interval.narrowing import may_be_nan
 from fuzzyctl.kernels.interval.vector import Enclosure, constant
-from fuzzyctl.kernels.plan.equations import DT, Equation
+from fuzzyctl.kernels.plan.equations import Equation
 from fuzzyctl.model.guarantee import Bounds
 
-#: The shortest time between two steps of a controller without period [s].
-SHORTEST: Final = 1e-30
 #: Steps before an end jumps; jumps by extrapolation; jumps before an end has none.
 _PATIENCE, _GUESSES, _JUMPS = 3, 4, 32
-#: Ends that grow beyond it have none, although sums of floats stay where they are from about 1e16 on.
+#: Ends that grow beyond it jump from rung to rung: from about 1e16 times a step on, sums of floats stay where they are.
 _LARGE: Final = 1e9
+_RUNGS: Final = (ABSORBED, 1e40, 1e80, 1e120, 1e160, 1e200, math.inf)
+#: Most states without ends whose values below and above 0 are enclosed apart.
+_SPLIT: Final = 4
 #: Halvings of the way that an end has jumped; most states whose ends are pulled back.
 _PULLS, _PULLED = 12, 40
 #: Steps after which ends that grow have none.
 _MOST: Final = 150
+
+_ENDLESS: Final = (-math.inf, math.inf)
+#: Stands for the range of a state that may be no number.
+LOST: Final = (math.nan, math.nan)
 
 
 @dataclass
@@ -51,45 +59,49 @@ class _End:
         # What passes a number of the equations may come to rest behind it.
         self.moves = [] if passed else [*self.moves, abs(value - self.value)]
         self.value = self.inside = value
-        if len(self.moves) >= _PATIENCE:
+        if len(self.moves) >= (_PATIENCE if abs(value) < _LARGE else 1):
             self.value = sign * min(self._jump(sign * value, marks), sign * cap)
             self.moves, self.jumps = [], self.jumps + 1
 
     def _jump(self, value: float, marks: list[float]) -> float:
         """Return where to go from a value; outwards is upwards here."""
-        before, last = self.moves[-2:]
+        before, last = self.moves[-2] if len(self.moves) > 1 else 0.0, self.moves[-1]
         if self.jumps < _GUESSES and last < 0.999 * before:
             rest = last * last / (before - last)
             return value + rest + 1e-9 * (abs(value) + rest)
         if self.jumps >= _JUMPS:
             return math.inf
         further = max(4.0 * value, 0.25 * value)
-        return min([m for m in marks if m > value], default=further if abs(further) < _LARGE else math.inf)
+        further = further if abs(further) < _LARGE else next(r for r in _RUNGS if r > value or r == math.inf)
+        return min([m for m in marks if m > value], default=further)
 
 
-def ends_of(bounds: Bounds | None) -> Ends:
-    """Return the least and the largest number of a range whose ends are numbers."""
+def ends_of(bounds: Bounds | None, far: float) -> Ends:
+    """Return the least and the largest number of a range whose ends are numbers; `far` in place of infinite ends."""
     if bounds is None:
-        return -FAR, FAR
+        return -far, far
     low, high = (e.value if isinstance(e, Number) else math.nan for e in (bounds.lower, bounds.upper))
     low = math.nextafter(low, math.inf) if bounds.without_lower and math.isfinite(low) else low
     high = math.nextafter(high, -math.inf) if bounds.without_upper and math.isfinite(high) else high
-    return max(low, -FAR), min(high, FAR)
+    return (-far if low == -math.inf else low), (far if high == math.inf else high)
 
 
-def ranges_of(model: StepModel, inputs: Mapping[str, Ends], caps: Mapping[str, Ends]) -> dict[str, Ends]:
-    """Return ranges of all arguments of a step; (-inf, inf) for a state that may be no number.
+def ranges_of(
+    model: StepModel, inputs: Mapping[str, Ends], caps: Mapping[str, Ends], deadline: float = math.inf
+) -> dict[str, Ends]:
+    """Return ranges of all arguments of a step.
 
     Args:
         model: The step.
-        inputs: Ranges of the inputs.
+        inputs: Ranges of the inputs, and of `dt` for a controller without period.
         caps: Ranges that are known of some states.
+        deadline: When to stop, on the clock of proofs [s].
+
+    Returns:
+        The inputs' ranges and the states'; (NaN, NaN) for a state that may be no number.
     """
-    given = dict(inputs)
-    if model.equations.period is None:
-        given[DT] = (SHORTEST, FAR)
     with np.errstate(all="ignore"):
-        return given | _Growth(model, given, caps).run()
+        return dict(inputs) | _Growth(model, inputs, caps).run(deadline)
 
 
 class _Growth:
@@ -105,16 +117,18 @@ class _Growth:
         self.fixed = model.evaluate(still, {n: _box(e) for n, e in inputs.items()}).names
         exprs = [*updates, *(i.value for i in part.body if isinstance(i, Equation))]
         numbers = {n.value for e in exprs for n in walk(e) if isinstance(n, Number) and math.isfinite(n.value)}
-        numbers |= {x for e in (*inputs.values(), *caps.values()) for x in e if abs(x) < FAR}
+        numbers |= {x for e in (*inputs.values(), *caps.values()) for x in e if math.isfinite(x)}
         self.marks = sorted({0.0, *numbers, *(-x for x in numbers)})
 
-    def run(self) -> dict[str, Ends]:
+    def run(self, deadline: float) -> dict[str, Ends]:
         steps = 0
         while self._step(is_last=steps >= _MOST):
             steps += 1
+            if clock.now() > deadline:
+                return {s.name: self.caps.get(s.name, LOST) for s in self.states}
         if len(self.states) <= _PULLED:
             self._pull()
-        return {n: (-math.inf, math.inf) if n in self.lost else (e[0].value, e[1].value) for n, e in self.ends.items()}
+        return {n: LOST if n in self.lost else (low.value, high.value) for n, (low, high) in self.ends.items()}
 
     def _pull(self) -> None:
         """Pull ends that jumped back, as far as no step leaves the ranges then."""
@@ -124,7 +138,7 @@ class _Growth:
                     continue
                 for _ in range(_PULLS):
                     before = end.value
-                    end.value = 0.5 * (before + end.inside) if abs(before) < FAR else 4.0 * end.inside
+                    end.value = 0.5 * (before + end.inside) if abs(before) < _LARGE else 4.0 * end.inside
                     if abs(end.value) >= _LARGE or not self._is_kept():
                         end.inside, end.value = end.value, before
 
@@ -135,13 +149,25 @@ class _Growth:
             if state.name in self.lost:
                 continue
             found, (low, high) = names.enclose(update), self.ends[state.name]
-            cap = self.caps.get(state.name, (-FAR, FAR))
+            cap = self.caps.get(state.name, _ENDLESS)
             if max(float(found.lo.min()), cap[0]) < low.value or min(float(found.hi.max()), cap[1]) > high.value:
                 return False
         return True
 
     def _known(self) -> dict[str, Enclosure]:
-        return {n: ANYTHING if n in self.lost else _box((e[0].value, e[1].value)) for n, e in self.ends.items()}
+        """Enclose the states; those without ends are below 0 in some boxes, above it in others."""
+        known = {n: ANYTHING if n in self.lost else _box((e[0].value, e[1].value)) for n, e in self.ends.items()}
+        endless = [n for n in known if self._is_endless(n)][:_SPLIT]
+        boxes = np.arange(1 << len(endless))
+        for k, name in enumerate(endless):
+            above = (boxes >> k & 1).astype(np.bool_)
+            ends = np.where(above, 0.0, -math.inf), np.where(above, math.inf, 0.0)
+            known[name] = Enclosure(*ends, None, np.array(0.0))
+        return known
+
+    def _is_endless(self, name: str) -> bool:
+        low, high = self.ends[name]
+        return name not in self.lost and (low.value, high.value) == _ENDLESS
 
     def _step(self, *, is_last: bool) -> bool:
         """Let ranges grow by a step; return whether some did."""
@@ -149,26 +175,28 @@ class _Growth:
         grew = False
         for state, update in zip(self.states, self.model.equations.updates, strict=True):
             found = names.enclose(update)
-            low, high = float(found.lo.min()), float(found.hi.max())
-            if self._grow(state.name, low, high, is_last=is_last):
+            if state.name not in self.lost and self._grow(state.name, found, is_last=is_last):
                 grew = True
                 own = self.ends[state.name]
-                names.names[state.name] = ANYTHING if state.name in self.lost else _box((own[0].value, own[1].value))
+                if state.name in self.lost:
+                    names.names[state.name] = ANYTHING
+                elif not self._is_endless(state.name):
+                    names.names[state.name] = _box((own[0].value, own[1].value))
         return grew
 
-    def _grow(self, name: str, low: float, high: float, *, is_last: bool) -> bool:
-        if name in self.lost:
-            return False
-        cap = self.caps.get(name, (-FAR, FAR))
-        if low == -math.inf and high == math.inf and name not in self.caps:
+    def _grow(self, name: str, found: Enclosure, *, is_last: bool) -> bool:
+        if name not in self.caps and may_be_nan(found).any():
             self.lost.add(name)
             return True
         grew = False
-        for end, value, sign, most in zip(self.ends[name], (low, high), (-1.0, 1.0), cap, strict=True):
-            value = sign * min(sign * value, sign * most)
+        least, most = float(found.lo.min()), float(found.hi.max())
+        for end, value, sign, cap in zip(
+            self.ends[name], (least, most), (-1.0, 1.0), self.caps.get(name, _ENDLESS), strict=True
+        ):
+            value = sign * min(sign * value, sign * cap)
             if sign * value > sign * end.value:
                 grew = True
-                end.move(most if is_last else value, sign, self.marks, most)
+                end.move(cap if is_last else value, sign, self.marks, cap)
         return grew
 
 

@@ -129,7 +129,7 @@ class Judge:
 
     def broken(self, truth: Truth, region: Truth, point: Sequence[float]) -> Witness | None:
         """Return a point as a witness if it lies in the region and the claim is false there."""
-        if any(abs(x) > FAR for x in point):
+        if not all(map(math.isfinite, point)):
             return None
         claim = self.claim or Claim("", truth, region)
         return self.replay.witness(claim, *self._arguments(point), self.names)
@@ -184,6 +184,8 @@ class Runs:
         state = self.replay.start
         self._state = state
         for steps, given in enumerate(moves):
+            if not all(map(math.isfinite, state)):
+                return
             values = self.replay.values(given, state)
             if values is None or clock.now() > self.deadline:
                 return

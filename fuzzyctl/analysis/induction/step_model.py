@@ -22,8 +22,10 @@ from fuzzyctl.kernels.steps.program import numeric
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.records import record
 
-#: Numbers without an end are taken up to this magnitude, so that nothing overflows where they are multiplied.
+#: Inputs without an end are first taken up to this magnitude, so that nothing overflows where they are multiplied.
 FAR: Final = 1e30
+#: The least magnitude at which only rounding keeps an end of a range, since sums of floats stay where they are there.
+ABSORBED: Final = 1e20
 
 Item = Equation | Evaluation
 
@@ -124,6 +126,18 @@ class StepModel:
                 kept.add(position)
                 waiting += read(self.body[position])
         return Slice(tuple(self.body[k] for k in sorted(kept)), tuple(a for a in self.arguments if a in seen))
+
+    def origins(self, names: Iterable[str]) -> set[str]:
+        """Return all names that some names depend on, in this step or in earlier ones."""
+        found: set[str] = set()
+        waiting = list(names)
+        while waiting:
+            name = waiting.pop()
+            if name not in found:
+                found.add(name)
+                position = self._makers.get(name, self._makers.get(NEXT + name))
+                waiting += [] if position is None else read(self.body[position])
+        return found
 
     def is_limit(self, bound: Bound) -> bool:
         """Return whether one side of a comparison is the same in all steps."""

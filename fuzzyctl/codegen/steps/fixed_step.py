@@ -14,7 +14,7 @@ from typing import Final
 import numpy as np
 
 from fuzzyctl.analysis.induction.prover import ControllerProver
-from fuzzyctl.analysis.induction.step_model import FAR
+from fuzzyctl.analysis.induction.step_model import ABSORBED, FAR
 from fuzzyctl.codegen.errors import CodegenError
 from fuzzyctl.codegen.fixed import finest
 from fuzzyctl.codegen.fixed_format import Format
@@ -204,7 +204,7 @@ class _Bound:
         for slot in self.unit.slots:
             state = self.states[place]
             low, high = prover.ranges[state.name]
-            if not (low > -FAR and high < FAR):
+            if not (low > -ABSORBED and high < ABSORBED):
                 message = f"no range of {state_words(slot.name)} is proved that holds over all steps"
                 raise refused(
                     message, state.span, facts=self._reason(slot.name, low, high), help_text=range_help(slot.name)
@@ -215,7 +215,7 @@ class _Bound:
 
     @staticmethod
     def _reason(name: str, low: float, high: float) -> list[str]:
-        ends = [w for w, is_open in (("least", low <= -FAR), ("largest", high >= FAR)) if is_open]
+        ends = [w for w, is_open in (("least", not low > -ABSORBED), ("largest", not high < ABSORBED)) if is_open]
         found = [f"no bound is found of its {' and its '.join(ends)} value"]
         return [*found, KEEPS_ERROR] if operator_of(name) == "integral" else found
 

@@ -285,6 +285,18 @@ class TestNumbers:
         same = text.replace("where(s >= 0, 0, where(s < 0, 0, 5))", "where(s == s, 0, 5)")
         assert not isinstance(verdicts(same)[0], Proved)
 
+    def test_inputs_up_to_which_a_claim_is_proved_are_said(self):
+        text = "controller c\ninput x\ninput z\noutput y in [-1, 1] = clamp(2 * x - 2 * z, -1, 1)\n"
+        (found,) = verdicts(text)
+        assert found.note == "for x, z up to 1e30 in magnitude"
+        (found,) = verdicts(text.replace("x\n", "x in [-1e40, 1e40]\n").replace("z\n", "z in [0, 1]\n", 1))
+        assert (type(found), found.note) == (Proved, "")
+
+    def test_an_input_without_a_range_may_be_any_number(self):
+        assert not isinstance(
+            verdicts("controller c\ninput x\noutput y in [0, 1] = where(x > 1e32, 2, 0)\n")[0], Proved
+        )
+
     def test_no_region_is_said(self):
         (found,) = verdicts(HEAD + OUT + "require x > 2 when x > 3\n")
         assert "nothing is claimed" in found.note

@@ -1,6 +1,7 @@
 """`fuzzyctl bounds` as a user types it."""
 
 import json
+import time
 
 import pytest
 
@@ -82,8 +83,16 @@ class TestControllers:
     def test_json_holds_the_same(self, path):
         data = json.loads(run(path, "--format", "json").stdout)
         assert data["controller"] == "c"
-        assert data["states"] == [{"name": "k", "low": 0.0, "high": "inf"}]
+        assert data["states"] == [{"name": "k", "low": 0.0, "high": "inf", "note": None}]
         assert [o["name"] for o in data["outputs"]] == ["y"]
+
+    def test_why_an_end_is_infinite_is_said_at_once(self, path):
+        path.write_text("controller c\ninput x\noutput y = where(x > 0, x, 1)\n", encoding="utf-8")
+        assert run(path).stdout == "y: from 0 to inf\n  it grows with x\n"
+
+    def test_inputs_up_to_which_a_bound_is_proved_are_said(self, path):
+        path.write_text("controller c\ninput x\ninput z\noutput y = clamp(2 * x - 2 * z, -1, 1)\n", encoding="utf-8")
+        assert run(path).stdout.splitlines()[1].startswith("  for x, z up to 1e30 in magnitude")
 
     def test_a_system_may_be_named(self, path):
         assert run(path, "--system", "s").stdout.startswith("u: from -1 to 1\n")
@@ -105,3 +114,48 @@ class TestControllers:
         path.write_text("controller c\ninput x in [0, 1]\noutput y = -0 * x\noutput z = -x\n", encoding="utf-8")
         assert run(path).stdout == "y: from 0 to 0\nz: from -1 to 0\n"
         assert '"high": 0.0' in run(path, "--format", "json").stdout
+
+
+BELLS = """
+system bell
+and product
+implication min
+aggregation max
+defuzzifier centroid
+input e in [-1, 1]
+  N = bell(-1, 0.4, 2)
+  P = bell(1, 0.4, 2)
+output u in [-1, 1]
+  N = bell(-0.5, 0.3, 2)
+  P = bell(0.5, 0.3, 2)
+if e is N then u is N
+if e is P then u is P
+"""
+
+
+def test_time_is_for_all_bounds_together_and_the_lack_of_it_is_said(tmp_path):
+    path = tmp_path / "s.fz"
+    path.write_text(BELLS, encoding="utf-8")
+    result = run(path, "--timeout", "0.5")
+    assert result.stdout.startswith("u: from -1 to 1\n")
+    assert result.stdout.endswith("  the time is spent; with more of it the bound may be tighter\n")
+    assert (
+        "the time is spent"
+        in json.loads(run(path, "--timeout", "0.5", "--format", "json").stdout)["outputs"][0]["note"]
+    )
+
+
+@pytest.mark.parametrize(
+    "lines",
+    [
+        "let d = delay(x, 10000)\n",
+        "let d = lowpass(x, 0.3 s)\n"
+        + "".join(f"let d{k} = lowpass(d{k - 1 if k else ''}, 0.3 s)\n" for k in range(500)),
+    ],
+)
+def test_controllers_with_many_states_keep_their_time(lines, tmp_path):
+    path = tmp_path / "c.fz"
+    path.write_text(f"controller c\ninput x in [-1, 1]\n{lines}every 10 ms\noutput y = d\n", encoding="utf-8")
+    before = time.process_time()
+    assert run(path, "--timeout", "1").stdout.startswith("y: from -1 to 1\n")
+    assert time.process_time() - before < 10
