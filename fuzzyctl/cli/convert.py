@@ -67,7 +67,8 @@ def convert(
     be '-' for standard output, together with --to. The report goes to standard error then.
 
     What is written is read back, and both are compared at corners of terms, on an even grid and at random points. What
-    the format cannot express is listed; where that changes numbers nothing is written without --lossy.
+    the format cannot express is listed; if that changes an output by more than 0.1 % of its range nothing is written
+    without --lossy.
     """
     to = _target(target, wanted)
     if target != "-":
@@ -85,7 +86,8 @@ def convert(
     except NoRuleFiresError as error:
         raise _uncovered(system, error) from None
     conversion = replace(conversion, losses=(*lost, *conversion.losses))
-    refused = bool(conversion.lossy) and not lossy
+    is_slight = conversion.slight and all(loss.exact for loss in lost)
+    refused = bool(conversion.lossy) and not lossy and not is_slight
     if not refused:
         _write(system, conversion, target)
     if form == "json" and target != "-":

@@ -20,6 +20,7 @@ from fuzzyctl.formats.losses import Loss
 from fuzzyctl.formats.registry import FORMATS
 from fuzzyctl.loading.load import examine
 from fuzzyctl.model.system import FuzzySystem
+from fuzzyctl.model.variable import Hold
 from fuzzyctl.support import arguments
 
 #: What a system can be written as, besides the formats of other tools; Markdown and Python are not read back.
@@ -34,6 +35,9 @@ TARGETS: Final[dict[str, tuple[str, ...]]] = {
     **{name: f.suffixes for name, f in FORMATS.items()},
 }
 
+#: Part of an output's range by which a file may be off and is written with a report all the same.
+SLIGHT: Final = 1e-3
+
 
 @dataclass(frozen=True)
 class Conversion:
@@ -46,6 +50,7 @@ class Conversion:
         read_back: The system that the text is read as; None for formats that are not read back.
         differences: Between the original and what is read back, one for each output; empty for formats that are not.
         explanations: What explains each of them.
+        slight: Whether no output changes by more than `SLIGHT` of its range, within the ranges of the inputs.
     """
 
     target: str
@@ -54,6 +59,7 @@ class Conversion:
     read_back: FuzzySystem | None
     differences: tuple[Difference, ...]
     explanations: tuple[Explanation, ...]
+    slight: bool = False
 
     @property
     def lossy(self) -> tuple[Loss, ...]:
@@ -86,7 +92,10 @@ def convert(system: FuzzySystem, target: str, *, points: int = POINTS, progress:
     if not any(not loss.exact for loss in losses):
         losses = [*losses, *_unexplained(system, found)]
     explained = tuple(explanation(system, back, d, progress=progress) for d in found)
-    return Conversion(target, text, tuple(losses), back, found, explained)
+    holds = any(isinstance(o.otherwise, Hold) for o in system.outputs)  # which points apart from each other do not show
+    widths = [system.number(o.upper) - system.number(o.lower) for o in system.outputs]
+    slight = not holds and all(d.within(SLIGHT * w) for d, w in zip(found, widths, strict=True))
+    return Conversion(target, text, tuple(losses), back, found, explained, slight)
 
 
 def _compared(

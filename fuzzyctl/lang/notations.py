@@ -349,7 +349,6 @@ STATEMENTS: Final[tuple[Repair, ...]] = (
         rf"^(?P<x>(\s*)(?!(?:{'|'.join(STATEMENT_KEYWORDS)})\b)({NAME})\s*=\s*({NUMBER}))\s*$",
         _declaration,
         "a value alone declares nothing",
-        sure=False,
     ),
 )
 

@@ -6,7 +6,7 @@ What each says was measured by running the tool, or read in its sources or its m
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import Any, Final, Literal
 
@@ -85,6 +85,13 @@ def _sampled(
     return MappingProxyType(found)
 
 
+_OCTAVE: Final = Semantics(
+    merge="places",
+    consequent_hedges="undone",
+    extremely="cube",
+    sigmoid_difference="clamped",
+    none_active="range",
+)
 _OCTAVE_BUGS: Final = (
     "its bisector is the index of a sample instead of its place; here it is the first sample up to which the sum is "
     "half or more",
@@ -146,14 +153,7 @@ PROFILES: Final[Mapping[str, Profile]] = MappingProxyType(
                 "octave",
                 "Octave fuzzy-logic-toolkit 0.6",
                 "its sources",
-                Semantics(
-                    profile="octave",
-                    merge="places",
-                    consequent_hedges="undone",
-                    extremely="cube",
-                    sigmoid_difference="clamped",
-                    none_active="range",
-                ),
+                replace(_OCTAVE, profile="octave"),
                 _sampled(101, "endpoints", bisector="first"),
                 otherwise="nan",
                 evaluates=("centroid", "bisector", *MAXIMA, *_SUMS),
@@ -163,14 +163,7 @@ PROFILES: Final[Mapping[str, Profile]] = MappingProxyType(
                 "octave_0_4",
                 "Octave fuzzy-logic-toolkit 0.4",
                 "measured with 0.4.6",
-                Semantics(
-                    profile="octave_0_4",
-                    merge="places",
-                    consequent_hedges="undone",
-                    extremely="cube",
-                    sigmoid_difference="clamped",
-                    none_active="range",
-                ),
+                replace(_OCTAVE, profile="octave_0_4"),
                 _sampled(101, "endpoints", centroid="trapezoid", bisector="first"),
                 otherwise="nan",
                 evaluates=("centroid", "bisector", *MAXIMA, *_SUMS),

@@ -1,6 +1,7 @@
 """`fuzzyctl convert` as a user types it."""
 
 import json
+from pathlib import Path
 
 import pytest
 
@@ -217,3 +218,22 @@ def test_a_point_where_no_rule_fires_is_reported_as_check_does(tmp_path):
     assert result.exit_code == 1
     assert "gap.fz:8:8: error[FZ401]: no rule fires for output 'u'" in result.stderr
     assert not (tmp_path / "gap.fll").exists()
+
+
+def test_a_slight_loss_is_reported_and_a_larger_one_refused(tmp_path):
+    sampled = tmp_path / "tip.fis"
+    result = run("rules/tipper.fz", str(sampled))
+    assert (result.exit_code, sampled.exists()) == (0, True)
+    assert "becomes centroid(resolution=101, grid=endpoints, rule=plain)" in result.output
+    narrow = tmp_path / "narrow.fz"
+    narrow.write_text(Path("rules/tipper.fz").read_text().replace("triangle(0, 5, 10)", "triangle(4.9, 5, 5.2)"))
+    refused = run(str(narrow), str(tmp_path / "narrow.fis"))
+    assert refused.exit_code == 1
+    assert "nothing was written" in refused.output
+
+
+def test_a_loss_of_an_output_that_holds_its_value_is_refused(tmp_path):
+    held = tmp_path / "held.fz"
+    held.write_text(Path("rules/tipper.fz").read_text().replace('unit "%"', 'unit "%" else hold'))
+    refused = run(str(held), str(tmp_path / "held.fis"))
+    assert (refused.exit_code, (tmp_path / "held.fis").exists()) == (1, False)

@@ -74,3 +74,13 @@ def test_data_and_code_scanning_carry_the_edits(path):
     (change,) = result["fixes"][0]["artifactChanges"]
     region = {"startLine": 1, "startColumn": 9, "endLine": 1, "endColumn": 10}
     assert change["replacements"] == [{"deletedRegion": region, "insertedContent": {"text": ""}}]
+
+
+def test_a_value_alone_becomes_the_param_that_is_printed(tmp_path):
+    path = tmp_path / "b.fz"
+    rules = "input x in [0, 1]\n  terms a c\noutput y in [0, 1]\n  terms l h\ntable y = x\n    a c\n  | l h\n"
+    path.write_text(f"system s\nb = 0.8\n{rules}require y <= b + 1\n")
+    assert "'--fix' repairs 1" in run(path).output
+    result = run("--fix", path)
+    assert result.exit_code == 0, result.output
+    assert path.read_text().splitlines()[1] == "param b = 0.8"
