@@ -36,14 +36,16 @@ class Witness:
         point: Values of the inputs.
         sides: What is compared there: texts with their values.
         other: A second point, for claims that compare two, such as `increasing`.
+        in_full: Whether numbers with fewer digits do not break it.
     """
 
     point: dict[str, float]
     sides: tuple[tuple[str, float], ...]
     other: dict[str, float] | None = None
+    in_full: bool = field(default=False, compare=False, repr=False)
 
     def __str__(self) -> str:
-        point = ", ".join(f"{n} = {_digits(v)}" for n, v in self.point.items())
+        point = ", ".join(f"{n} = {v!r}" if self.in_full else f"{n} = {_digits(v)}" for n, v in self.point.items())
         values = ", ".join(f"{text} {'is' if ' = ' in text else '='} {v:.12g}" for text, v in self.sides)
         return f"at {point}: {values}"
 

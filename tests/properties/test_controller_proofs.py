@@ -26,7 +26,21 @@ STATES = (
     "state k in [-1, 1] = 0\nnext k = where(k > 0.5 and {a} > 0 or k < 0 and {a} < 0, k, k + 0.1 * clamp({a}, -1, 1))",
     "state k in [0, 4] = 0\nnext k = where(k >= 3, 0, k + 1)",
     "state k in [0, 9] = 1\nnext k = sqrt({a} + 2)",
+    "state k in [-1, 1] = 0\nnext k = clamp(2 * learned({a}), -1, 1)",
+    "state k in [-5, 5] = 0\nnext k = 0.9 * k + learned({a} - k)",
 )
+#: A system with states of its own.
+LEARNED = """system learned
+and product
+defuzzifier weighted_average
+input e in [-1, 1]
+  terms N Z P
+output u in [-0.5, 0.5] adaptive rate 3 * e
+  terms N=-0.1 Z=0 P=0.1
+table u = e
+    N Z P
+  | N Z P
+"""
 
 
 CLAIMS = (
@@ -52,7 +66,7 @@ def ranged_controllers(draw):
     body = body.replace("param k in [0, 1] = 0.5\n", "")
     body += draw(st.sampled_from(STATES)).format(a=draw(st.sampled_from([*names, "x"]))) + "\n"
     body += draw(st.sampled_from(["", "every 50 ms\n"]))
-    text = head + "controller drawn\n" + body
+    text = head + LEARNED + "controller drawn\n" + body
     seen = seen_in(text, [*names, "k", "z"])
     for name in draw(st.lists(st.sampled_from([*names, "k", "z"]), min_size=3, max_size=6)):
         low, high = seen[name]

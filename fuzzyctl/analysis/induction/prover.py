@@ -90,7 +90,18 @@ class ControllerProver:
             tried = _as_proved(claim, found).claim
             if assumption := self.assumption(tried):
                 found = self._far_out(tried) or replace(found, note="; ".join(filter(None, (found.note, assumption))))
+        elif isinstance(found, Refuted):
+            found = self._replayed(claim, found)
         return replace(found, span=claim.span)
+
+    def _replayed(self, claim: StepClaim, found: Refuted) -> Verdict:
+        """Return a refutation whose witness breaks the claim by what it shows, with as many digits as this takes."""
+        tried = (loosened(claim) if claim.is_range else claim).claim
+        witness = found.witness
+        if not self.replay.breaks(tried, witness.point):
+            return Undecided(found.claim, f"it is false {witness}, but not in a step from these numbers")
+        rounded = {n: float(f"{x:.12g}") for n, x in witness.point.items()}
+        return found if self.replay.breaks(tried, rounded) else replace(found, witness=replace(witness, in_full=True))
 
     @cached_property
     def _reached(self) -> dict[int, Reached]:
@@ -157,9 +168,8 @@ class ControllerProver:
 
     def _far_out(self, claim: Claim) -> Refuted | None:
         """Return a refutation in the first step by inputs beyond those of a proof, if one is found."""
-        names = self.model.slice(names_in_claim(claim)).arguments
+        shown = self.model.slice(names_in_claim(claim)).shown
         ends = [self.inputs.get(n, (1.0, 1.0)) for n in self.replay.arguments]
-        shown = [a for a in self.model.arguments if a in names]
         for size, sign in product(_FAR_OUT, (1.0, -1.0)):
             given = [sign * size if abs(e) == FAR else e for e in (high if sign > 0 else low for low, high in ends)]
             witness = self.replay.witness(claim, given, self.replay.start, shown)
@@ -223,8 +233,7 @@ class ControllerProver:
         if reached is None:
             return None
         tried = loosened(claim) if claim.is_range else claim
-        names = self.model.slice(names_in_claim(claim.claim)).arguments
-        shown = [a for a in self.model.arguments if a in names]
+        shown = self.model.slice(names_in_claim(claim.claim)).shown
         witness = self.replay.witness(tried.claim, reached.given, reached.state, shown)
         if witness is None:
             return None
@@ -247,14 +256,14 @@ class ControllerProver:
             return Proved(claim.text)
         progress = None if self.progress is None else partial(self.progress, claim.text)
         timeout = min(timeout, max(self.until - clock.now(), 0.0))
-        found = decide(boxed, claim, Judge(self.replay, boxed.inputs, broken), timeout, progress)
+        found = decide(boxed, claim, Judge(self.replay, boxed.inputs, boxed.slice.shown, broken), timeout, progress)
         if not isinstance(found, Refuted):
             return found
         declared = {s.name for s in self.model.equations.states if s.bounds is not None}
-        own = [n for n in boxed.inputs if n in self.replay.states]
+        own = [n for n in boxed.slice.shown if n in self.replay.states]
         if all(found.witness.point[n] == self._start[n] for n in own):
             return replace(found, note=_FIRST if own else "")
-        if all(n in declared and self._is_kept(n) for n in own):
+        if all(n in declared and self._is_kept(n) for n in own if found.witness.point[n] != self._start[n]):
             return replace(found, note="the state is in its range; no run that reaches it was found")
         return Undecided(found.claim, f"it is false {found.witness}, but no run was found that reaches this state")
 

@@ -55,6 +55,12 @@ class Replay:
         """The step; what is proved without a witness needs none."""
         return Step(self.claims.equations, "python")
 
+    def breaks(self, claim: Claim, point: Mapping[str, float]) -> bool:
+        """Return whether a claim is false at a point; other inputs are 0, `dt` 1 s, other states at their start."""
+        given = [point.get(n, 1.0 if n == DT else 0.0) for n in self.arguments]
+        state = [point.get(n, x) for n, x in zip(self.states, self.start, strict=True)]
+        return self.witness(claim, given, state, ()) is not None
+
     def values(self, given: Sequence[float], state: Sequence[float]) -> dict[str, float] | None:
         """Return the outputs and the next state by name; None where no rule fires of a system that must have one."""
         found = [0.0] * len(self.names)
@@ -121,18 +127,21 @@ class Judge:
     Args:
         replay: The step.
         names: The sides of a box.
+        shown: What a witness shows: all that the claim depends on.
         claim: What counts as broken, of a range with room for rounding; None for the claim that is asked of.
     """
 
-    def __init__(self, replay: Replay, names: Sequence[str], claim: Claim | None = None) -> None:
-        self.replay, self.names, self.claim = replay, names, claim
+    def __init__(
+        self, replay: Replay, names: Sequence[str], shown: Sequence[str] = (), claim: Claim | None = None
+    ) -> None:
+        self.replay, self.names, self.shown, self.claim = replay, names, shown, claim
 
     def broken(self, truth: Truth, region: Truth, point: Sequence[float]) -> Witness | None:
         """Return a point as a witness if it lies in the region and the claim is false there."""
         if not all(map(math.isfinite, point)):
             return None
         claim = self.claim or Claim("", truth, region)
-        return self.replay.witness(claim, *self._arguments(point), self.names)
+        return self.replay.witness(claim, *self._arguments(point), self.shown)
 
     def values(self, point: Sequence[float]) -> dict[str, float] | None:
         """Return the values of a step by name; None where it has none."""

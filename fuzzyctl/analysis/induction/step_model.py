@@ -42,6 +42,11 @@ class Slice:
     body: tuple[Item, ...]
     arguments: tuple[str, ...]
 
+    @property
+    def shown(self) -> tuple[str, ...]:
+        """The arguments and the states of systems that it calls, which are enclosed by their ranges."""
+        return (*self.arguments, *(n for item in self.body if isinstance(item, Evaluation) for n in item.states))
+
 
 class CalledSystem:
     """A fuzzy system that a step calls."""

@@ -224,6 +224,12 @@ class TestInduction:
         assert isinstance(verdicts(text)[0], Proved)
 
 
+def printed(witness):
+    """Return the numbers that the text of a witness shows."""
+    parts = str(witness).removeprefix("at ").split(": ")[0].split(", ")
+    return {name: float(value) for name, value in (part.split(" = ") for part in parts)}
+
+
 class TestRefuted:
     def test_the_kernel_breaks_the_claim_at_the_witness(self):
         text = (
@@ -237,6 +243,24 @@ class TestRefuted:
         y, after = step(claim.witness.point["x"], [claim.witness.point["s"]])
         assert y > 5
         assert ("y", y) in claim.witness.sides
+
+    @pytest.mark.parametrize(
+        "claim",
+        ["a <= 0.2", "a >= -0.3", "a + s <= 3", "b < 1", "a * b <= 0.1 when x > 0.3", "s - 10 * a <= 1"],
+    )
+    def test_a_witness_shows_the_states_of_systems_and_replays_as_printed(self, claim):
+        text = ADAPTIVE + HOLDING + HEAD + "let a = gain(x)\nlet b = pump(x)\noutput u = a\noutput v = b\n"
+        lines = "state s = 0\nnext s = 0.99 * s + a\nevery 10 ms\n"
+        controller = controller_of(text + lines + f"require {claim}\n")
+        (found,) = fuzzyctl.prove(controller, timeout=AMPLE)
+        assert isinstance(found, Refuted)
+        assert any("." in n for n in found.witness.point), found.witness
+        left, *_ = claim.split(" when ")
+        truth = controller_of(text + lines + f"output truth = where({left}, 1, 0)\n")
+        step = fuzzyctl.compile(truth, "python")
+        for point in (found.witness.point, printed(found.witness)):
+            state = [point.get(n, x) for n, x in zip(step.state_names, step.start(), strict=True)]
+            assert step(point.get("x", 0.0), state)[0][2] == 0.0, (point, found)
 
     def test_a_run_from_the_start_is_said(self):
         state, claim = verdicts(HEAD + OUT + "state s in [-1, 1] = 0\nnext s = s + 0.2 * x\nrequire s <= 0.5\n")
