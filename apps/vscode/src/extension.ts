@@ -1,6 +1,7 @@
 // Starts the language server and the preview.
 import * as vscode from "vscode";
 import { ExecuteCommandSignature, LanguageClient, RevealOutputChannelOn, State } from "vscode-languageclient/node";
+import snippets from "../snippets.json";
 import { Preview } from "./preview";
 import { findPython, Search, serverArguments } from "./python";
 
@@ -24,6 +25,7 @@ export function activate(context: vscode.ExtensionContext): void {
       onDidChange: printedAgain.event,
       provideTextDocumentContent: ({ path }) => printed.get(path) ?? "",
     }),
+    vscode.languages.registerCompletionItemProvider("fz", { provideCompletionItems: snippetsAt }),
     vscode.commands.registerCommand("fuzzyctl.restart", restart),
     vscode.commands.registerCommand("fuzzyctl.log", () => log.show()),
     vscode.commands.registerCommand("fuzzyctl.preview", () => preview.open()),
@@ -40,6 +42,19 @@ export function activate(context: vscode.ExtensionContext): void {
 export function deactivate(): Promise<void> {
   turn = turn.then(stop);
   return turn;
+}
+
+/** Snippets are lines, so they are offered for the first word of a line, and not inside a rule. */
+function snippetsAt(document: vscode.TextDocument, position: vscode.Position): vscode.CompletionItem[] {
+  if (!/^\w*$/.test(document.lineAt(position).text.slice(0, position.character))) {
+    return [];
+  }
+  return Object.entries(snippets).map(([name, { prefix, description, body }]) => {
+    const item = new vscode.CompletionItem({ label: prefix, description: name }, vscode.CompletionItemKind.Snippet);
+    item.insertText = new vscode.SnippetString(body.join("\n"));
+    item.documentation = description;
+    return item;
+  });
 }
 
 function restart(): Promise<void> {

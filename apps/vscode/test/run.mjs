@@ -331,6 +331,16 @@ async function drive(address) {
   await page.locator(".view-line", { hasText: /^require.output.>=.0$/ }).waitFor();
   await picture("11-snippet");
   step("a snippet is inserted");
+
+  // None inside of a line, where the server offers what fits.
+  await page.keyboard.press("Escape");
+  await page.keyboard.press("End");
+  await page.keyboard.press("Enter");
+  await page.keyboard.type("if service is p");
+  await page.keyboard.press("Control+Space");
+  await page.locator(".suggest-widget .monaco-list-row", { hasText: "poor" }).first().waitFor();
+  assert.equal(await page.locator(".suggest-widget .monaco-list-row", { hasText: "Plant" }).count(), 0);
+  step("no snippet inside a rule");
 }
 
 try {

@@ -4,6 +4,7 @@ import itertools
 import json
 import re
 import shutil
+import struct
 import subprocess
 from fnmatch import fnmatch
 from pathlib import Path
@@ -116,10 +117,33 @@ def test_packages_come_from_the_public_registry_as_they_were(_package, lock):
 def test_the_package_holds_what_it_names():
     kept = [line[1:] for line in (EXTENSION / ".vscodeignore").read_text().split() if line.startswith("!")]
     contributed = PACKAGE["contributes"]
-    named = [PACKAGE["main"], *(e["path"] for kind in ("grammars", "snippets") for e in contributed[kind])]
+    named = [PACKAGE["main"], *(e["path"] for kind in ("grammars",) for e in contributed[kind])]
+    named += [f"./{PACKAGE['icon']}", *re.findall(r"\]\((media/[^)]+)\)", (EXTENSION / "README.md").read_text())]
     named += [language["configuration"] for language in contributed["languages"]]
     for path in [*named, "./NOTICES.txt", "./LICENSE.txt"]:
-        assert any(fnmatch(path[2:], pattern) for pattern in kept), path
+        assert any(fnmatch(path.removeprefix("./"), pattern) for pattern in kept), path
+        assert not path.removeprefix("./").startswith("media/") or (EXTENSION / path).exists()
+
+
+def test_snippets_are_offered_by_the_program_at_the_beginning_of_a_line():
+    assert "snippets" not in PACKAGE["contributes"]
+    program = (EXTENSION / "src" / "extension.ts").read_text()
+    assert 'import snippets from "../snippets.json"' in program
+    assert 'registerCompletionItemProvider("fz"' in program
+
+
+def test_the_package_shows_itself():
+    width, height = struct.unpack(">II", (EXTENSION / PACKAGE["icon"]).read_bytes()[16:24])
+    assert width == height >= 128
+    assert {"fuzzy logic", "fuzzy control"} <= set(PACKAGE["keywords"])
+    # The one marked place: the address of the repository once there is one.
+    assert PACKAGE["repository"]["url"] == "https://REPOSITORY.invalid/fuzzyctl.git"
+
+
+def test_greek_letters_have_no_boxes():
+    assert (
+        PACKAGE["contributes"]["configurationDefaults"]["[fz]"]["editor.unicodeHighlight.ambiguousCharacters"] is False
+    )
 
 
 class TestJob:
