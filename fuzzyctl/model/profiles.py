@@ -85,12 +85,9 @@ def _sampled(
     return MappingProxyType(found)
 
 
+_FUZZYLITE: Final = Semantics(chained="degree", consequent_hedges="carried", places="free")
 _OCTAVE: Final = Semantics(
-    merge="places",
-    consequent_hedges="undone",
-    extremely="cube",
-    sigmoid_difference="clamped",
-    none_active="range",
+    merge="places", consequent_hedges="undone", extremely="cube", sigmoid_difference="clamped", none_active="range"
 )
 _OCTAVE_BUGS: Final = (
     "its bisector is the index of a sample instead of its place; here it is the first sample up to which the sum is "
@@ -180,16 +177,7 @@ PROFILES: Final[Mapping[str, Profile]] = MappingProxyType(
                 "fuzzylite",
                 "fuzzylite 7 (C++)",
                 "measured",
-                Semantics(
-                    profile="fuzzylite",
-                    merge="terms",
-                    least=1e-6,
-                    equal=1e-6,
-                    chained="degree",
-                    consequent_hedges="carried",
-                    places="free",
-                    none_active="range",
-                ),
+                replace(_FUZZYLITE, profile="fuzzylite", merge="terms", least=1e-6, equal=1e-6, none_active="range"),
                 _sampled(1000, "midpoint", bisector="nearest"),
                 otherwise="nan",
                 keeps_resolution=True,
@@ -201,14 +189,7 @@ PROFILES: Final[Mapping[str, Profile]] = MappingProxyType(
                 "fuzzylite_6",
                 "fuzzylite 6 (C++)",
                 "measured with 6.0",
-                Semantics(
-                    profile="fuzzylite_6",
-                    least=1e-6,
-                    equal=1e-6,
-                    chained="degree",
-                    consequent_hedges="carried",
-                    places="free",
-                ),
+                replace(_FUZZYLITE, profile="fuzzylite_6", least=1e-6, equal=1e-6),
                 _sampled(100, "midpoint", bisector="between", maxima="running", tolerance=1e-6),
                 otherwise="nan",
                 keeps_resolution=True,
@@ -232,15 +213,7 @@ PROFILES: Final[Mapping[str, Profile]] = MappingProxyType(
                 "pyfuzzylite",
                 "pyfuzzylite 8",
                 "measured with 8.0.6",
-                Semantics(
-                    profile="pyfuzzylite",
-                    merge="terms",
-                    least=None,
-                    chained="degree",
-                    consequent_hedges="carried",
-                    places="free",
-                    fallback="undefined",
-                ),
+                replace(_FUZZYLITE, profile="pyfuzzylite", merge="terms", least=None, fallback="undefined"),
                 _sampled(1000, "midpoint", bisector="nearest"),
                 otherwise="nan",
                 keeps_resolution=True,

@@ -50,13 +50,7 @@ def silent_point(flat: Plan, silence: Silence, inside: Callable[[Point], bool] |
 
 
 def weakest_point(flat: Plan, silence: Silence, below: float) -> list[float] | None:
-    """Return a point, with few digits, where the strongest rule acts, but below a bound; None if none is found.
-
-    Args:
-        flat: The system.
-        silence: Of an output without states; it also says how much may be computed.
-        below: The bound.
-    """
+    """Return a point, with few digits, where the strongest rule acts, but below a bound; None if none is found."""
     if len(flat.rules) > sampling.RULES:
         return None
     search, points = _Search(flat, silence, lambda _: True), [list(p) for p in sampling.points(flat)]

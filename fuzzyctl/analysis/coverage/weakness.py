@@ -76,6 +76,5 @@ def _written(system: FuzzySystem, output: Output, claim: str) -> Fix | None:
     source = output.span.source
     spans = [part.span for part in (output, *system.rules, *system.guarantees)]
     last = max(s.end for s in spans if s is not None and s.source is source)
-    end = source.text.find("\n", last)
-    place = Span(source, end, end) if end >= 0 else Span(source, len(source.text), len(source.text))
-    return Fix((Replacement(place, f"\n{claim}"),), "likely")
+    end = last + len(source.text[last:].partition("\n")[0])
+    return Fix((Replacement(Span(source, end, end), f"\n{claim}"),), "likely")

@@ -14,11 +14,7 @@ from fuzzyctl.kernels.inference.defuzzify.centroid import Height, exact_centroid
 from fuzzyctl.kernels.inference.defuzzify.curved_sets import adaptive
 from fuzzyctl.kernels.inference.defuzzify.envelope import size_of
 from fuzzyctl.kernels.inference.defuzzify.maxima import sampled_maximum
-from fuzzyctl.kernels.inference.defuzzify.piecewise_linear import (
-    straight_bisector,
-    straight_centroid,
-    straight_maximum,
-)
+from fuzzyctl.kernels.inference.defuzzify.piecewise_linear import straight_bisector, straight_centroid, straight_maximum
 from fuzzyctl.kernels.inference.defuzzify.sampled_bisector import sampled_bisector
 from fuzzyctl.kernels.inference.defuzzify.sampled_polygon import sampled_polygon
 from fuzzyctl.kernels.inference.defuzzify.sampling import Samples, sample_points, sampled_degrees, sampled_moments
