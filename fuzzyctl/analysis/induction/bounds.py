@@ -30,6 +30,8 @@ _GAP: Final = 0.002
 _NEARER, _SAME = 1e24, 0.05
 #: Most arguments without an end whose signs are tried in all combinations.
 _SIGNS: Final = 6
+#: Most states of a controller that is compiled, since that takes 10 KB for each.
+_COMPILED: Final = 20_000
 #: An end this near 0, on the side of the other end, is 0.
 _NOTHING: Final = 1e-20
 
@@ -115,6 +117,9 @@ class _Output:
             yield self._value(np.clip(point, low, high).tolist())
 
     def _value(self, point: list[float]) -> float:
+        """Return the output at a point; NaN for more states than a kernel is compiled for here."""
+        if len(self.prover.replay.states) > _COMPILED:
+            return math.nan
         values = self.judge.values(point)
         return math.nan if values is None else values[self.name]
 

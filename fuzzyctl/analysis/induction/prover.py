@@ -187,9 +187,10 @@ class ControllerProver:
 
     def assumption(self, claim: Claim) -> str:
         """Return up to which inputs and `dt` a claim is proved; an empty text for all."""
-        names = self.model.origins(names_in_claim(claim))
-        large = [n for n, (low, high) in self.inputs.items() if n in names and (low == -FAR or high == FAR)]
-        if not (large or DT in names) or self.holds_at_once(claim, self.widest):
+        large = [n for n, (low, high) in self.inputs.items() if low == -FAR or high == FAR]
+        names = self.model.origins(names_in_claim(claim)) if large or self.model.equations.period is None else set()
+        large = [n for n in large if n in names]
+        if not (large or DT in names) or (clock.now() <= self.until and self.holds_at_once(claim, self.widest)):
             return ""
         parts = [f"{', '.join(large)} up to {_text(FAR)} in magnitude"] if large else []
         parts += ["dt from {} s to {} s".format(*map(_text, _TIMES))] if DT in names else []
