@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
+import sys
 from collections.abc import Callable, Mapping
 from typing import Final
 
 from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.expr import ONE, ZERO, Call, Compare, Expr, Logic, Name, Number, Text, Where, span_of
+from fuzzyctl.kernels.program.builder import LAST_ENTRY
 from fuzzyctl.model.forms import bound, pairs_of
 from fuzzyctl.model.signals import SIGNALS, TIME
 from fuzzyctl.records import record
@@ -77,11 +79,9 @@ class Signals:
         return round(nearest) * self._step if is_sample else value
 
     def steps(self, call: Call, _arguments: Mapping[str, Expr]) -> Expr:
-        """Return the value of the last time that has come."""
-        value: Expr = ZERO
-        for pair in pairs_of(call):
-            value = Where(_from(self.time(pair.key)), Number(self._constant(pair.value)), value)
-        return value
+        """Return the value of the last time that has come: a table, whatever its length."""
+        values = {-sys.float_info.max: 0.0} | {self.time(p.key): self._constant(p.value) for p in pairs_of(call)}
+        return Call(LAST_ENTRY, (Name(TIME), *(Number(v) for entry in values.items() for v in entry)))
 
     def pulse(self, _call: Call, arguments: Mapping[str, Expr]) -> Expr:
         """Return 1 between two times, else 0."""

@@ -24,10 +24,13 @@ from fuzzyctl.expr import (
     replace,
 )
 from fuzzyctl.kernels.program.lowering import step
-from fuzzyctl.kernels.program.program import Assign, Item, Locate, Program, Statement
+from fuzzyctl.kernels.program.program import Assign, Item, Locate, Place, Program, Statement
 
 #: Deeper expressions are written as several statements, since parsers stop at some depth (CPython's at 200).
 DEEPEST: Final = 40
+#: Function of programs: the value of the last of some places at or below the first argument; behind it places, rising,
+#: each with its value.
+LAST_ENTRY: Final = "last_entry"
 #: Most values added up in one statement.
 SUMMANDS: Final = 32
 
@@ -116,6 +119,10 @@ class Builder:
                     x = self.let(x)
                     negative = Where(Compare("<", x, ZERO), Number(-1.0), times(x, ZERO))
                     return Where(Compare(">", x, ZERO), ONE, negative)
+                case Call(function=function, arguments=(x, *entries)) if function == LAST_ENTRY:
+                    numbers = [e.value for e in entries if isinstance(e, Number)]
+                    place, _ = self.located(self.let(x), tuple(numbers[::2]))
+                    return Item(self.table(numbers[1::2]), Place(place))
                 case Call(function=function, arguments=arguments) if function in SOFT:
                     return step(function, arguments, self.let)
             return node

@@ -710,3 +710,14 @@ def test_recorded_calls_are_what_the_systems_are_given(loop):
     valve = run["law.valve"][::5]  # a step of the controller is five of the run
     expected = np.clip(valve[:-1] + 0.05 * 8 * np.array(moved[5::5]), 0, 10)
     assert valve[1:] == pytest.approx(expected, abs=1e-12)
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_signals_take_as_many_steps_as_a_drive_cycle_has(tmp_path, backend):
+    times = [0.25 + 0.01 * k for k in range(1500)]
+    pairs = ", ".join(f"{t!r}: {k % 7}" for k, t in enumerate(times))
+    text = f"plant lag\ninput u\nstate x = 0\nder x = u - x\noutput y = x\nloop l\nlet r = steps({pairs})\n"
+    (tmp_path / "a.fz").write_text(text + "block lag = lag(r)\nrun 16 s step 50 ms\n", encoding="utf-8")
+    run = Experiment(fuzzyctl.load_loop(tmp_path / "a.fz"), backend).run()
+    last = np.searchsorted(times, run.t + 1e-9, side="right") - 1
+    assert run["r"].tolist() == np.where(last < 0, 0, last % 7).tolist()
