@@ -35,11 +35,10 @@ def _head(run: Run, label: str) -> Iterator[str]:
     yield f"  {end} in {len(run):,} {'sample' if len(run) == 1 else 'samples'}, {how}"
     if run.error:
         name, error = max(run.error.items(), key=lambda item: item[1])
-        yield (
-            f"  half the step changes {name} by {error:.2g}, the other states by no more"
-            if len(run.error) > 1
-            else (f"  half the step changes {name} by {error:.2g}")
-        )
+        finer = "half the step changes" if run.substeps else "a tenth of the tolerances changes"
+        yield f"  {finer} {name} by {error:.2g}{', the other states by no more' if len(run.error) > 1 else ''}"
+    if run.stopped is not None and run.loop.measures:
+        yield "  stopped: the measures are of the samples up to there"
 
 
 def _measures(runs: Sequence[Run], labels: Sequence[str]) -> list[str]:

@@ -85,6 +85,7 @@ def simulate(
     Exit code: 0; 1 where a run is stopped or a requirement is not met.
     """
     from fuzzyctl.simulation.data import require_format
+    from fuzzyctl.simulation.sample_times import measures_without_samples
 
     require_format(data)
     loops = [pair for name in (file, *against) for pair in chosen_loops(name, loop if name == file else None)]
@@ -96,6 +97,9 @@ def simulate(
         files = None if out is None else stack.enter_context(results(Path(out), _names(folders.values())))
         runs = [Labelled(label, _run(own, solver, substeps)) for label, own in zip(labels, changed, strict=True)]
         found = _diagnostics(runs)
+        for (_, own), new in zip(loops, changed, strict=True):  # those of the file were shown when it was read
+            known = {d.span for d in measures_without_samples(own)}
+            found += [d for d in measures_without_samples(new) if d.span not in known]
         if form == "json":
             write_json({"runs": [_summary(r) for r in runs], "diagnostics": [d.as_dict() for d in found]})
         else:

@@ -145,6 +145,10 @@ def loop_parts(loop: Loop) -> int:
         ordered([*equations.body, *through])
     except DiagnosticError as error:
         raise DiagnosticError([_in_loop(d) for d in error.diagnostics]) from None
+    try:
+        ordered([Equation(m.name, m.value, m.span) for m in loop.measures])
+    except DiagnosticError as error:
+        raise DiagnosticError([_of_measures(d) for d in error.diagnostics]) from None
     if loop.step is not None or any(c.period is not None for c in loop.controllers):
         # Which controllers need not.
         from fuzzyctl.simulation.sample_times import require_dead_times, sample_times
@@ -157,6 +161,11 @@ def _in_loop(d: Diagnostic) -> Diagnostic:
     facts = (*d.facts, "each of these outputs depends on the inputs of its block at the same time")
     help_text = "give the plant a state between input and output, or use previous(...) in the controller"
     return dataclasses.replace(d, message=d.message.replace("step", "sample"), facts=facts, help=help_text)
+
+
+def _of_measures(d: Diagnostic) -> Diagnostic:
+    message = d.message.replace("algebraic loop:", "measure").removesuffix(" within one step")
+    return dataclasses.replace(d, message=message, help="compute one of them from signals, such as: maximum(y)")
 
 
 def _arguments(instance: Instance, inputs: list[str]) -> list[Definition]:

@@ -142,6 +142,11 @@ class Blocks:
             found.extend(self._expanded(block))
         if not (failed or _has_errors(found)):
             found.extend(unlike_units(block))
+        if isinstance(block, Loop) and not (failed or _has_errors(found)):
+            from fuzzyctl.simulation.noise import equal_seeds  # which other blocks need not
+            from fuzzyctl.simulation.sample_times import measures_without_samples
+
+            found.extend((*equal_seeds(block), *measures_without_samples(block)))
         self.diagnostics.extend(found)
         return None if failed or _has_errors(found) else block
 

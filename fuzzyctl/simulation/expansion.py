@@ -19,6 +19,7 @@ from fuzzyctl.model.loop import Loop
 from fuzzyctl.model.plant import Plant
 from fuzzyctl.model.signals import SIGNALS, TIME
 from fuzzyctl.simulation.equations import DeadTime, External, LoopEquations, PlantState, block_signals, needs
+from fuzzyctl.simulation.noise import with_streams
 from fuzzyctl.simulation.sample_times import require_dead_times, sample_times, samples_at
 from fuzzyctl.simulation.settings import timing_params
 from fuzzyctl.simulation.signals import Given, Signals
@@ -42,6 +43,7 @@ def loop_equations(loop: Loop, extra: Sequence[Expr] = (), free: Sequence[str] =
     fixed = timing_params(loop).intersection(free)
     if fixed:
         raise ArgumentError(f"'{min(fixed)}' cannot be free: the sample times or the duration depend on it")
+    loop = with_streams(loop)
     step, every = sample_times(loop)
     samples = samples_at(loop, step)
     require_dead_times(loop, step)

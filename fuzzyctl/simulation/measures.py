@@ -79,6 +79,8 @@ def measured(name: str, t: FloatArray, signals: tuple[FloatArray, ...], settings
         Its value; NaN where there are fewer than two samples, or no step that it could be a part of.
     """
     begin, end = settings["begin"], settings["end"]
+    if len(t) == 0:
+        return math.nan
     if begin > t[0] or end < t[-1]:
         beside = BESIDE * float(t[1] - t[0]) if len(t) > 1 else 0.0
         first, last = np.searchsorted(t, [begin - beside, end + beside])

@@ -66,11 +66,9 @@ class PlainRun:
 
     @cached_property
     def measures(self) -> dict[str, float]:
-        """The measures by name; NaN for one that has no value, and for all of a run that was stopped."""
+        """The measures by name, of the samples up to the stop if the run was stopped; NaN for one without a value."""
         import numpy as np
 
-        if self.stopped:
-            return {m.name: math.nan for m in self.loop.measures}
         return Judgement(self.loop).measures(np.array(self.t), lambda e: np.array(self.signal(e)), {})
 
     @cached_property

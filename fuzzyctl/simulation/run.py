@@ -39,7 +39,8 @@ class Run(Displayed):
         substeps: Steps of integration between two samples; 0 for an adaptive solver.
         stopped: Why it ended early, None for a run to the end.
         solver: What integrated the plants.
-        error: Largest difference of each state from a run with half the step of integration; empty if there was none.
+        error: Largest difference of each state from a run with half the step of integration, or a tenth of the
+            tolerances of an adaptive solver; empty if there was none.
     """
 
     loop: Loop = field(repr=False)
@@ -99,9 +100,7 @@ class Run(Displayed):
 
     @cached_property
     def measures(self) -> dict[str, float]:
-        """The measures by name; NaN for one that has no value, and for all of a run that was stopped."""
-        if self.stopped is not None:
-            return {m.name: math.nan for m in self.loop.measures}
+        """The measures by name, of the samples up to the stop if the run was stopped; NaN for one without a value."""
         return self.judgement.measures(self.t, self.signal, self.params)
 
     @cached_property

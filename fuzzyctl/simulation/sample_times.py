@@ -11,6 +11,7 @@ from fuzzyctl.expr import Call, evaluate, span_of, walk
 from fuzzyctl.model.controller import Definition, Instance, Result
 from fuzzyctl.model.forms import bound
 from fuzzyctl.model.loop import Loop
+from fuzzyctl.model.measures import MEASURES
 from fuzzyctl.model.plant import Plant
 from fuzzyctl.model.plant_forms import PLANT_FUNCTIONS
 from fuzzyctl.simulation.settings import block_params
@@ -78,6 +79,28 @@ def samples_of(loop: Loop) -> int:
 def samples_at(loop: Loop, step: float) -> int:
     """Return how many samples a run has, one each `step` seconds."""
     return math.floor(evaluate(loop.duration, loop.param_values.values) / step + ALIGNED) + 1
+
+
+def measures_without_samples(loop: Loop) -> Iterator[Diagnostic]:
+    """Warn of measures between whose begin and end there are fewer than two samples."""
+    if loop.measures and (loop.step is not None or any(_periods(loop))):
+        step = sample_times(loop)[0]
+        count, params = samples_at(loop, step), loop.param_values.values
+        for m in loop.measures:
+            for call in walk(m.value):
+                if isinstance(call, Call) and call.function in MEASURES:
+                    window = bound(MEASURES[call.function], call)
+                    begin, end = (evaluate(window[n], params) for n in ("begin", "end"))
+                    first = max(math.ceil(begin / step - ALIGNED), 0)
+                    last = count - 1 if math.isinf(end) else min(math.floor(end / step + ALIGNED), count - 1)
+                    if last - first < 1:
+                        message = f"measure '{m.name}' has no value: it takes two samples or more"
+                        until = "on" if math.isinf(end) else f"to {end:g} s"
+                        facts = (
+                            f"{call.function}(...) takes those from {begin:g} s {until}",
+                            f"the run has samples from 0 s to {(count - 1) * step:g} s, one each {step:g} s",
+                        )
+                        yield Diagnostic("FZ214", message, call.span, severity="warning", facts=facts)
 
 
 def require_dead_times(loop: Loop, step: float) -> None:

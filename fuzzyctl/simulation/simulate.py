@@ -49,7 +49,8 @@ def simulate(
         params: Values of params of the loop, or of its blocks: `BLOCK.PARAM`, or `PARAM` where no other block has it.
 
     Returns:
-        The run. With RK4 `error` holds the largest difference of each state from a run with half the step.
+        The run; its `error` holds the largest difference of each state from a run with half the step, or a tenth of
+        the tolerances of a solver of scipy.
 
     Raises:
         DiagnosticError: For a loop that cannot be run.
@@ -68,13 +69,17 @@ def simulate(
             raise UnknownNameError("solver", solver, (RK4, *SOLVERS))
         if substeps != 1:
             raise ArgumentError(f"'substeps' are steps of RK4: the solver {solver} chooses its own")
-        return solved(experiment, solver, progress=progress)
+        run = solved(experiment, solver, progress=progress)
+        return run if run.stopped is not None else _with_error(run, solved(experiment, solver, precision=10.0))
     if backend == "auto" and experiment.samples * dead_times(experiment.equations, substeps).steps <= SHORT:
         experiment.backend = "python"  # which is done before numba has compiled
     run = experiment.run(substeps=substeps, progress=progress)
     if run.stopped is not None:
         return run
-    finer = experiment.run(substeps=2 * run.substeps)
+    return _with_error(run, experiment.run(substeps=2 * run.substeps))
+
+
+def _with_error(run: Run, finer: Run) -> Run:
     was_interrupted = finer.stopped is not None and finer.stopped.code == "FZ707"
     return run if was_interrupted else dataclasses.replace(run, error=differences(run, finer))
 
@@ -93,9 +98,11 @@ def warnings(run: Run) -> list[Diagnostic]:
         values = run[name]
         span = float(np.max(values) - np.min(values))
         if error > ACCURATE * span and error > ACCURATE * 1e-9:
-            message = f"state '{name}' changes by {error:.3g} with half the step of integration"
+            finer = "half the step of integration" if run.substeps else "a tenth of the tolerances"
+            message = f"state '{name}' changes by {error:.3g} with {finer}"
             facts = (f"that is {error / span:.2g} of the range that it runs through",) if span else ()
             help_text = f"take more substeps: --substeps {4 * run.substeps}; for a stiff plant: --solver Radau"
+            help_text = help_text if run.substeps else "take another solver, or RK4 with many --substeps"
             found.append(
                 Diagnostic("FZ706", message, severity="warning", facts=facts, help=help_text, file=run.loop.path)
             )

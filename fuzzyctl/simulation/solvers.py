@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final, Literal, get_args
 
 import numpy as np
@@ -42,6 +43,7 @@ def solved(
     *,
     relative: float = RELATIVE,
     absolute: float = ABSOLUTE,
+    precision: float = 1.0,
     progress: Progress | None = None,
 ) -> Run:
     """Simulate a loop with an adaptive solver.
@@ -51,6 +53,7 @@ def solved(
         solver: One of `SOLVERS`.
         relative: Tolerance of a step as a part of the state.
         absolute: Tolerance of a step in the units of the state.
+        precision: What both tolerances are divided by.
         progress: Called now and then.
 
     Raises:
@@ -79,7 +82,12 @@ def solved(
             record[k], inputs, c = found[:width], found[width : width + held], found[width + held :]
             done = k + 1
             if done < experiment.samples:
-                x = _integrated(derivative, solver, t, t + experiment.step, x, [*free, *inputs], relative, absolute)
+                end, tolerances = t + experiment.step, (relative / precision, absolute / precision)
+                following = _integrated(derivative, solver, t, end, x, [*free, *inputs], *tolerances)
+                if isinstance(following, Diagnostic):
+                    stopped = replace(following, span=experiment.loop.span)
+                    break
+                x = following
             if progress is not None and done % 100 == 0:
                 progress(done, experiment.samples)
     except KeyboardInterrupt:
@@ -120,9 +128,9 @@ def _integrated(
     given: list[Any],
     relative: float,
     absolute: float,
-) -> FloatArray:
-    """Return the states at the end of a period; NaN where the solver gives up."""
-    from scipy.integrate import solve_ivp
+) -> FloatArray | Diagnostic:
+    """Return the states at the end of a period, or the diagnostic of a solver that gives up."""
+    from scipy import integrate
 
     if not len(x):
         return x
@@ -131,11 +139,19 @@ def _integrated(
 
     def rates(t: float, y: FloatArray) -> list[float]:
         if next(evaluations) == EVALUATIONS:
-            raise _GaveUpError
+            raise _GaveUpError(f"it computed the derivatives {EVALUATIONS:,} times since the sample before")
         return derivative([min(t, last), *y.tolist(), *given], [])[: len(x)]
 
+    method = getattr(integrate, solver)(rates, begin, x, end, rtol=relative, atol=absolute)
+    reason = None
     try:
-        found = solve_ivp(rates, (begin, end), x, method=solver, rtol=relative, atol=absolute)
-    except _GaveUpError:
-        return np.full(len(x), np.nan)
-    return np.asarray(found.y[:, -1]) if found.success else np.full(len(x), np.nan)
+        while method.status == "running":
+            reason = method.step()
+    except (_GaveUpError, ValueError) as error:  # scipy refuses matrices with numbers that are not finite
+        reason = str(error)
+    if method.status == "finished":
+        return np.asarray(method.y)
+    step = "it made no step" if method.step_size is None else f"its last step was {method.step_size:.3g} s"
+    facts = (f"the sample before was at t = {begin:.6g} s", step, *([reason] if reason else []))
+    help_text = "a state may go to infinity there, or leave the domain of its derivative; RK4 shows its course"
+    return Diagnostic("FZ701", f"solver {solver} gave up at t = {method.t:.6g} s", facts=facts, help=help_text)

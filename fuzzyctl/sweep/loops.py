@@ -186,5 +186,5 @@ def _row(run: Run, wanted: Sequence[str]) -> Iterator[tuple[str, Any]]:
     yield "stop_reason", None if run.stopped is None else run.stopped.message.partition(" at t = ")[0]
     for name, value in run.measures.items():
         if not wanted or name in wanted:
-            yield name, None if math.isnan(value) else value
+            yield name, None if run.stopped is not None or math.isnan(value) else value
     yield from ((f"require {one.text}", one.holds) for one in run.requirements)

@@ -210,7 +210,7 @@ class TestText:
 
     def test_other_solvers_give_the_same(self, small):
         first = run(small()).output.split("\n")[4:]
-        assert run(small(), "--solver", "DOP853").output.split("\n")[3:] == first
+        assert run(small(), "--solver", "DOP853").output.split("\n")[4:] == first
 
     def test_wrong_usage(self, small):
         assert run(small(), "--solver", "euler").exit_code == 2

@@ -63,6 +63,8 @@ MISTAKES = {
         "noise(1",
         "'let'",
     ),
+    "measure m1 = 1 + m2\nmeasure m2 = 2 * m1": ("FZ220", "measure 'm1' depends on itself", "m1", "from signals"),
+    "measure m1 = final(tank.y) - m1": ("FZ220", "measure 'm1' depends on itself", "m1", "from signals"),
     "measure m = tank.y": ("FZ202", "no measure or param 'tank.y'", "tank.y", "such as: maximum(tank.y)"),
     "measure m = iae(tank.y)": ("FZ303", "wrong arguments of 'iae'", "iae(tank.y", "the form is: iae(y, reference)"),
     "measure m = settling(tank.y, r, band=tank.y)": ("FZ202", "no param 'tank.y'", "tank.y", ""),

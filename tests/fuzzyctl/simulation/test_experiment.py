@@ -180,7 +180,9 @@ class TestRun:
         assert len(run) == 1000
         assert (run.stopped.code, run.stopped.message) == ("FZ707", "the run was interrupted at t = 10 s")
         assert not run.passed
-        assert math.isnan(run.measures["iae"])
+        assert run.measures["iae"] == pytest.approx(
+            Experiment(loop(FILL.replace("run 5 s", "run 9.99 s"))).run().measures["iae"]
+        )
 
     @pytest.mark.parametrize("substeps", [0, -1, 1.5, "2"])
     def test_substeps_are_a_positive_integer(self, loop, substeps):
@@ -268,6 +270,21 @@ class TestSampleTimes:
         text = f"{self.SLOW}loop l\nblock slow = slow(t)\nrun 1 s step 15 ms\n"
         _, found = check_source(SourceText("l.fz", text))
         assert [d.code for d in found] == ["FZ702"]
+
+    @pytest.mark.parametrize(
+        ("window", "taken"),
+        [
+            ("begin=20 s", "from 20 s on"),
+            ("begin=1 s", "from 1 s on"),
+            ("begin=1.5 ms, end=8 ms", "from 0.0015 s to 0.008 s"),
+        ],
+    )
+    def test_a_measure_without_samples_is_warned_of_with_the_times_that_exist(self, window, taken):
+        text = f"{LAG_PLANT}loop l\nblock p = p(1)\nmeasure m = maximum(p.y, {window})\nrun 1 s step 10 ms\n"
+        _, found = check_source(SourceText("l.fz", text))
+        message = "measure 'm' has no value: it takes two samples or more"
+        facts = (f"maximum(...) takes those {taken}", "the run has samples from 0 s to 1 s, one each 0.01 s")
+        assert [(d.code, d.severity, d.message, d.facts) for d in found] == [("FZ214", "warning", message, facts)]
 
     def test_a_period_that_is_no_multiple_of_the_step_is_a_mistake(self, loop):
         with pytest.raises(DiagnosticError) as error:
@@ -452,6 +469,44 @@ class TestSignals:
         assert np.std(noise) == pytest.approx(2, rel=0.05)
         assert np.mean(noise) == pytest.approx(0, abs=0.1)
 
+    def noises(self, loop, lets, **settings):
+        text = f"{LAG_PLANT}loop l\nblock p = p(0)\n{lets}run 100 s step 10 ms\n"
+        return Experiment(loop(text), "python").run(**settings)
+
+    @pytest.mark.parametrize("seed", [None, 7])
+    @pytest.mark.parametrize("count", [2, 20])
+    def test_each_noise_draws_its_own_numbers(self, loop, count, seed):
+        """The correlation of independent streams is normal with deviation 1 / sqrt(n): 5 of them for each pair."""
+        run = self.noises(loop, "".join(f"let a{k} = noise(0.1)\n" for k in range(count)), seed=seed)
+        columns = np.array([run[f"a{k}"] for k in range(count)])
+        correlation = np.corrcoef(columns) - np.eye(count)
+        assert np.abs(correlation).max() < 5 / math.sqrt(len(run))
+        assert np.std(columns, axis=1) == pytest.approx(0.1, rel=0.05)
+
+    def test_noises_of_one_line_and_of_inputs_draw_their_own_numbers(self, loop):
+        text = "plant two\ninput u\ninput w\noutput y = u + w\nloop l\nblock p = two(noise(1), w=noise(1) - noise(1))\n"
+        run = Experiment(loop(f"{text}run 100 s step 10 ms\n"), "python").run()
+        assert np.std(run["p.w"]) == pytest.approx(math.sqrt(2), rel=0.05)
+        assert np.std(run["p.y"]) == pytest.approx(math.sqrt(3), rel=0.05)
+
+    def test_noises_depend_on_their_names_and_not_on_the_order_of_lines(self, loop):
+        lines = ["let a = noise(0.1)\n", "let b = noise(0.1)\n"]
+        one, other = self.noises(loop, "".join(lines)), self.noises(loop, "".join(lines[::-1]))
+        assert one["a"].tolist() == other["a"].tolist()
+
+    @pytest.mark.parametrize("others", ["", "let b = noise(0.1, seed=1)\n", "let b = noise(0.1, seed=0)\n"])
+    def test_the_only_noise_without_a_seed_has_the_seed_0_if_no_other_has(self, loop, others):
+        run = self.noises(loop, f"let a = noise(0.1)\n{others}")
+        drawn = 0.1 * np.random.Generator(np.random.PCG64(0)).standard_normal(len(run))
+        assert (run["a"].tolist() == drawn.tolist()) == ("seed=0" not in others)
+        assert "b" not in run.names or abs(np.corrcoef(run["a"], run["b"])[0, 1]) < 5 / math.sqrt(len(run))
+
+    def test_noises_of_one_seed_are_warned_of(self):
+        lets = "let a = noise(0.1, seed=3)\nlet b = noise(0.2, 3)\n"
+        _, found = check_source(SourceText("l.fz", f"{LAG_PLANT}loop l\nblock p = p(0)\n{lets}run 1 s step 10 ms\n"))
+        message = "two noises have the seed 3: they are the same numbers"
+        assert [(d.code, d.severity, d.message, d.span.line) for d in found] == [("FZ214", "warning", message, 10)]
+
     def test_a_table_is_on_straight_lines_between_its_rows(self, loop, tmp_path):
         (tmp_path / "load.csv").write_text("t,a,b\n0.5,1,5\n1.0,2,6\n2.0,4,7\n", encoding="utf-8")
         assert self.signal(loop, 'csv("load.csv", column="a")') == pytest.approx([1, 1, 2, 3, 4])
@@ -478,7 +533,8 @@ class TestSignals:
 
 class TestStops:
     def stopped(self, loop, plant, signal, run="2 s step 0.1 s", backend="python"):
-        return Experiment(loop(driven(plant, signal, run)), backend).run()
+        text = driven(plant, signal, run) + "measure area = integral(p.y)\nmeasure late = mean(p.y, begin=1.5 s)\n"
+        return Experiment(loop(f"{text}require area <= 1\n"), backend).run()
 
     @pytest.mark.parametrize("backend", BACKENDS)
     def test_a_state_that_leaves_its_range_stops_the_run(self, loop, backend):
@@ -486,6 +542,8 @@ class TestStops:
         run = self.stopped(loop, plant, "1", backend=backend)
         assert len(run) == 10
         assert run["p.x"] == pytest.approx(np.arange(10) / 10)
+        assert run.measures == pytest.approx({"area": 0.405, "late": math.nan}, nan_ok=True)
+        assert not any(r.holds for r in run.requirements)
         found = run.stopped
         assert (found.code, found.span.text) == ("FZ701", "x")
         assert found.message.startswith("state 'p.x' left its range at t = 1 s: 1 m is outside of [0, 1)")
@@ -560,6 +618,14 @@ class TestStops:
         run = fuzzyctl.simulate(loop(driven(cubic, "0", "1 s step 10 ms")), solver=solver)
         assert 49 <= len(run) <= 52
         assert run.stopped.code == "FZ701"
+        assert run.stopped.message.startswith(f"solver {solver} gave up at t = 0.5")
+        assert run.stopped.facts[0] == f"the sample before was at t = {run.t[-1]:.6g} s"
+        assert run.stopped.facts[1].startswith("its last step was ")
+
+    @pytest.mark.parametrize("solver", ["DOP853", "BDF"])
+    def test_an_adaptive_solver_estimates_its_error(self, loop, solver):
+        run = fuzzyctl.simulate(loop(driven(LAG, "sine(0.2)", "5 s step 0.1 s")), solver=solver)
+        assert 0 < run.error["p.x"] < 1e-5
 
 
 class TestFree:

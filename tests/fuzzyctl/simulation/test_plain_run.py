@@ -72,6 +72,12 @@ def test_noise_is_drawn_by_another_generator(tmp_path):
     assert 0.08 < math.sqrt(sum(v * v for v in noise) / len(noise)) < 0.12
 
 
+def test_each_noise_draws_its_own_numbers(tmp_path):
+    found = plain_run(written(tmp_path, noise=" + noise(0.1) - noise(0.1)"))
+    noise = [a - b for a, b in zip(found.signals["level"], found.signals["tank.y"], strict=True)]
+    assert 0.11 < math.sqrt(sum(v * v for v in noise) / len(noise)) < 0.17
+
+
 def test_a_table_over_time_has_the_bits_of_simulate(tmp_path):
     (tmp_path / "b.csv").write_text("t,v\n0,1\n1.3,-2\n3,5\n", encoding="utf-8")
     same(written(tmp_path, noise=' + csv("b.csv", column="v")'))
