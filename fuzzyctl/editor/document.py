@@ -17,7 +17,7 @@ from fuzzyctl.lang.parser import parse
 from fuzzyctl.lang.syntax import SyntaxTree, Use
 from fuzzyctl.loading.assembly import bring_in
 from fuzzyctl.loading.load import Examined, look_through
-from fuzzyctl.support.reading import overlaid, read_source
+from fuzzyctl.support.reading import is_below, overlaid, read_source
 
 if TYPE_CHECKING:
     from fuzzyctl.analysis.verdicts import Verdict
@@ -79,7 +79,7 @@ class Document:
             return
         for name in (s.path for s in self.tree.statements if isinstance(s, Use)):
             path = self.folder / name
-            if Path(os.path.realpath(path)).is_relative_to(os.path.realpath(self.folder)):
+            if is_below(path, self.folder):
                 try:
                     yield read_source(path, only_regular=True)
                 except DiagnosticError:

@@ -11,13 +11,16 @@ import gc
 import os
 from collections.abc import Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
+from urllib.parse import unquote
 
 from lsprotocol import types as lsp
 from pygls import uris
 from pygls.lsp.server import LanguageServer
+from pygls.workspace import TextDocument
 
 import fuzzyctl
 from fuzzyctl.diagnostics.diagnostic import CODES, Diagnostic, DiagnosticError, first_of
@@ -28,7 +31,7 @@ from fuzzyctl.editor.document import Document
 from fuzzyctl.editor.lights import Light
 from fuzzyctl.editor.protocol import Protocol, is_of_client, log_in_lines
 from fuzzyctl.editor.workspace import Workspace
-from fuzzyctl.support.reading import MAX_BYTES
+from fuzzyctl.support.reading import MAX_BYTES, is_below, read_source
 
 #: Seconds that a text rests before it is checked, in which a burst of changes arrives, and before its proofs begin.
 BREATH: Final = 0.001
@@ -108,13 +111,13 @@ class FuzzyServer(LanguageServer):
     @property
     def opened(self) -> dict[str, Document]:
         """The documents that are open and stand for files, by absolute path."""
-        paths = {uri: uris.to_fs_path(uri) for uri in self.workspace.text_documents}
+        paths = {text.uri: path_of(text.uri) for text in self.workspace.text_documents.values()}
         return {os.path.abspath(path): self.document(uri) for uri, path in paths.items() if path is not None}
 
     @property
     def folders(self) -> list[Path]:
         """The folders that are open."""
-        found = [uris.to_fs_path(uri) for uri in self.workspace.folders] or [self.workspace.root_path]
+        found = [path_of(uri) for uri in self.workspace.folders] or [self.workspace.root_path]
         return [Path(folder) for folder in found if folder]
 
     @property
@@ -129,29 +132,39 @@ class FuzzyServer(LanguageServer):
 
     def document(self, uri: str) -> Document:
         """Return the text of a document as it is now; an empty one for a text that is too large to be read."""
-        text = self.workspace.get_text_document(uri)
+        text = self._open_text(uri)
+        if text is None:
+            return self._closed_document(uri)
         version, document = self._documents.get(uri, (None, None))
-        if document is None or text.version is None or version != text.version:
-            path = uris.to_fs_path(uri)
-            name = path if path is not None else uri
-            folder = Path(path).parent if path is not None else None
-            try:
-                content = text.source
-            except (OSError, UnicodeDecodeError):  # of a file that is not open, and has vanished
-                content = ""
+        if document is None or version != text.version:
+            path = path_of(uri)
+            content = text.source
             is_large = len(content) > MAX_BYTES
-            source = SourceText(name, "" if is_large else content)
+            source = SourceText(path if path is not None else uri, "" if is_large else content)
+            folder = Path(path).parent if path is not None else None
             document = Document(source, folder, self._buffers(uri), len(content) if is_large else 0)
-            if uri in self.workspace.text_documents:
-                self._documents[uri] = (text.version, document)
+            self._documents[uri] = (text.version, document)
         return document
+
+    def _open_text(self, uri: str) -> TextDocument | None:
+        """Return the text that the client has opened under an address."""
+        text: TextDocument | None = self.workspace.text_documents.get(unquote(uri))
+        return text
+
+    def _closed_document(self, uri: str) -> Document:
+        """Return a document that the client has not opened: a file below an open folder, else an empty text."""
+        path = path_of(uri)
+        if path is not None and any(is_below(path, folder) for folder in self.folders):
+            with suppress(DiagnosticError):
+                return Document(read_source(path, only_regular=True), Path(path).parent, self._buffers(uri))
+        return Document(SourceText(uri, ""))
 
     def _buffers(self, uri: str) -> dict[str, str]:
         """Return the texts of the other open documents by path."""
         found = {}
-        for other, text in self.workspace.text_documents.items():
-            path = uris.to_fs_path(other)
-            if other != uri and path is not None:
+        for text in self.workspace.text_documents.values():
+            path = path_of(text.uri)
+            if text.uri != uri and path is not None:
                 found[os.path.abspath(path)] = text.source
         return found
 
@@ -288,8 +301,7 @@ class FuzzyServer(LanguageServer):
             return
         self.publish(uri, document, proved=False)
         self._proofs[uri] = asyncio.create_task(self._prove(uri, document))
-        path = uris.to_fs_path(uri)
-        if others and path is not None:
+        if others and path_of(uri) is not None:
             await self.files_changed([uri])
 
     async def _prove(self, uri: str, document: Document) -> None:
@@ -317,11 +329,11 @@ class FuzzyServer(LanguageServer):
 
     async def files_changed(self, changed: Sequence[str]) -> None:
         """Check the open documents again that use files whose content is another one now."""
-        paths = {os.path.abspath(p) for p in map(uris.to_fs_path, changed) if p is not None}
+        paths = {os.path.abspath(p) for p in map(path_of, changed) if p is not None}
         for uri, (_, document) in list(self._documents.items()):
             if uri not in changed and not paths.isdisjoint(document.used):
                 self._documents.pop(uri, None)
-                if uri in self.workspace.text_documents:
+                if self._open_text(uri) is not None:
                     await self.check(uri)
 
     async def close(self, uri: str) -> None:
@@ -354,6 +366,15 @@ def diagnostics_of(document: Document, *, proved: bool) -> list[Diagnostic]:
         return document.proved if proved else document.mistakes
     except DiagnosticError as error:
         return list(error.diagnostics)
+
+
+def path_of(uri: str) -> str | None:
+    """Return the path of a document by its address; None for one that no file has."""
+    try:
+        path = uris.to_fs_path(uri)
+    except ValueError:  # of brackets that are no IP address
+        return None
+    return None if path is None or "\0" in path else path
 
 
 def uri_of(name: str) -> str:

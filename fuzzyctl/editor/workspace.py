@@ -10,7 +10,7 @@ from typing import Final
 from fuzzyctl.diagnostics.diagnostic import DiagnosticError
 from fuzzyctl.editor.document import Document
 from fuzzyctl.editor.symbols import Symbol
-from fuzzyctl.support.reading import read_source
+from fuzzyctl.support.reading import is_below, read_source
 
 #: Most files that are looked into, and most names that are returned.
 MAX_FILES: Final = 500
@@ -62,17 +62,17 @@ class Workspace:
 
 
 def rule_files(folders: Iterable[Path]) -> Iterator[Path]:
-    """Yield the rule files below some folders, hidden ones left out."""
+    """Yield the rule files below some folders, without hidden ones and links that lead elsewhere."""
     count = 0
     for top in folders:
         for folder, inside, names in os.walk(top):
             inside[:] = sorted(n for n in inside if n not in _SKIPPED and not n.startswith("."))
-            for name in sorted(names):
-                if name.endswith(".fz"):
+            for path in (os.path.abspath(os.path.join(folder, name)) for name in sorted(names)):
+                if path.endswith(".fz") and is_below(path, top):
                     count += 1
                     if count > MAX_FILES:
                         return
-                    yield Path(os.path.abspath(os.path.join(folder, name)))
+                    yield Path(path)
 
 
 def matches(query: str, name: str) -> bool:

@@ -14,7 +14,7 @@ from fuzzyctl.diagnostics.source import SourceText, Span
 from fuzzyctl.diagnostics.suggestions import closest
 from fuzzyctl.lang import syntax as sx
 from fuzzyctl.lang.parser import parse
-from fuzzyctl.support.reading import files_in, read_source
+from fuzzyctl.support.reading import files_in, is_below, read_source
 
 #: Most files that one file may use, directly and through others.
 MAX_FILES: Final = 64
@@ -125,9 +125,7 @@ def path_below(folder: Path, name: str) -> Path | None:
     A rule file from elsewhere must not be able to show what stands in other folders.
     """
     path = folder / name
-    # Not Path.resolve, which raises for links in a circle.
-    is_below = Path(os.path.realpath(path)).is_relative_to(os.path.realpath(folder))
-    return path if is_below and not Path(name).is_absolute() else None
+    return path if is_below(path, folder) and not Path(name).is_absolute() else None
 
 
 def files_read(path: Path, without: Collection[Path] = ()) -> tuple[Path, ...]:

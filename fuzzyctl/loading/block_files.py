@@ -5,7 +5,6 @@ from __future__ import annotations
 import ast
 import csv
 import dataclasses
-import os
 from collections.abc import Callable
 from pathlib import Path
 from typing import Final
@@ -20,7 +19,7 @@ from fuzzyctl.model.forms import bound
 from fuzzyctl.model.loop import Loop
 from fuzzyctl.model.plant import Plant
 from fuzzyctl.model.signals import SIGNALS
-from fuzzyctl.support.reading import files_in, read_source
+from fuzzyctl.support.reading import files_in, is_below, read_source
 
 #: What a plant in Python assigns, the form of each and an example.
 _INTERFACE: Final = {
@@ -65,7 +64,7 @@ def named_path(name: str, span: Span, folder: Path | None) -> Path:
     path = Path(name) if folder is None else folder / name
     if folder is None:
         why, help_text = "a text that is no file can use no files", "write it to a file and load that"
-    elif Path(name).is_absolute() or not Path(os.path.realpath(path)).is_relative_to(os.path.realpath(folder)):
+    elif Path(name).is_absolute() or not is_below(path, folder):
         why, help_text = f"'{name}' lies outside the folder of this file", "move it there or below"
     if why:
         raise DiagnosticError([Diagnostic("FZ218", why, span, help=help_text)])

@@ -30,7 +30,7 @@ def with_fmu(plant: Plant, head: sx.Head, folder: Path | None) -> tuple[Plant, l
         return plant, list(error.diagnostics)
     except FmuError as error:
         message = f"{span.text} cannot be used: {error.message}"
-        near = None if path.exists() else closest(path.name, files_in(path.parent, {".fmu"}))
+        near = None if os.path.exists(path) else closest(path.name, files_in(path.parent, {".fmu"}))
         help_text = f"did you mean '{Path(text.text).with_name(near)}'?" if near else error.help_text
         return plant, [Diagnostic("FZ218", message, span, facts=error.facts, help=help_text)]
     found = _unknown_params(plant, fmu)

@@ -53,7 +53,7 @@ def lines_of(table: Table, times: FloatArray, folder: Path) -> list[FloatArray]:
 
 def _read(table: Table, folder: Path) -> tuple[FloatArray, FloatArray]:
     """Return times and values of a table."""
-    text = read_source(folder / table.file).text
+    text = read_source(folder / table.file, only_regular=True).text
     rows = [row for row in csv.reader(io.StringIO(text)) if row]
     header = [name.strip() for name in rows[0]] if rows else []
     time = table.time or (header[0] if header else "")

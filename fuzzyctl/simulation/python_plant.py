@@ -37,7 +37,7 @@ class PythonPlant:
         if plant.calls:
             self._derivative, self._output = plant.calls
             return
-        source = read_source(plant.python)
+        source = read_source(plant.python, only_regular=True)
         namespace: dict[str, Any] = {"__name__": "fuzzyctl_plant", "__file__": plant.python}
         self._guarded(lambda: exec(compile(source.text, plant.python, "exec"), namespace), "the file")  # noqa: S102 - the user's own plant, which simulate says it executes
         for name, arguments in _FORMS.items():

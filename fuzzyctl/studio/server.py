@@ -9,13 +9,14 @@ import re
 import zlib
 from collections.abc import Mapping
 from functools import partial
+from http import HTTPStatus
 from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from typing import Any, Final
-from urllib.parse import quote
+from urllib.parse import quote, unquote
 
 from fuzzyctl.diagnostics.diagnostic import DiagnosticError
-from fuzzyctl.support.reading import read_source
+from fuzzyctl.support.reading import is_below, is_special, read_source
 
 #: Only this machine reaches it.
 ADDRESS: Final = "127.0.0.1"
@@ -32,11 +33,32 @@ _TYPES: Final = {
 }
 
 
+#: Names of this machine in requests: a page of another name that leads here is refused.
+_HOSTS: Final = re.compile(r"(127\.0\.0\.1|localhost)(:\d+)?", re.IGNORECASE)
+
+
 class _Handler(SimpleHTTPRequestHandler):
     """Serves files without a word; browsers ask whether what they have is the newest, but for Pyodide.
 
     Its folder is named after its version, so they keep it, and the machine code that they make of it.
     """
+
+    def send_head(self) -> Any:
+        """Send the headers of a file of the folder, and return the file; refuse other hosts and other files."""
+        path = self.translate_path(self.path)
+        if "\0" in unquote(self.path):
+            self.send_error(HTTPStatus.BAD_REQUEST, "A path has no NUL")
+        elif not _HOSTS.fullmatch(self.headers.get("Host", "")):
+            self.send_error(HTTPStatus.MISDIRECTED_REQUEST, "This is another host")
+        elif not is_below(path, self.directory) or is_special(path):
+            self.send_error(HTTPStatus.NOT_FOUND)
+        else:
+            return super().send_head()
+        return None
+
+    def list_directory(self, path: str | os.PathLike[str]) -> None:
+        """Show no folders."""
+        self.send_error(HTTPStatus.NOT_FOUND)
 
     def guess_type(self, path: str | os.PathLike[str]) -> str:
         """Return the type of a file by its name, the same on every machine."""
@@ -47,6 +69,7 @@ class _Handler(SimpleHTTPRequestHandler):
         kept = getattr(self, "path", "").startswith("/pyodide-")  # a request without sense has none
         self.send_header("Cache-Control", "max-age=31536000, immutable" if kept else "no-cache")
         self.send_header("X-Content-Type-Options", "nosniff")
+        self.send_header("Content-Security-Policy", "frame-ancestors 'none'")
         super().end_headers()
 
     def log_message(self, *_: Any) -> None:
@@ -99,7 +122,7 @@ def used_files(text: str, folder: Path) -> dict[str, str]:
     while waiting:
         for name in re.findall(r'"([^"\n\0]+)"', waiting.pop()):
             path = folder / name
-            if name in found or not Path(os.path.realpath(path)).is_relative_to(os.path.realpath(folder)):
+            if name in found or not is_below(path, folder):
                 continue
             try:
                 found[name] = read_source(path, only_regular=True).text

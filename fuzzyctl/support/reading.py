@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import stat
 from collections.abc import Collection, Iterator, Mapping
 from contextlib import contextmanager
 from contextvars import ContextVar
@@ -85,7 +86,11 @@ def read_place(
     texts = _OVERLAID.get()
     shown = texts.get(os.path.abspath(place.path)) if texts else None
     try:
-        with place.path.open("rb") if shown is None else BytesIO(shown.encode("utf-8", "replace")) as file:
+        # A pipe may have taken the place of the file by now: it is opened without waiting for its writer.
+        way = _at_once if only_regular else None
+        with open(place.path, "rb", opener=way) if shown is None else BytesIO(shown.encode("utf-8", "replace")) as file:
+            if only_regular and shown is None and not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
+                raise DiagnosticError([Diagnostic("FZ001", "this is not a regular file", file=name)])
             content = read_bytes(file, place.name, max_bytes=max_bytes)
     except OSError as error:
         raise DiagnosticError([_unreadable(name, error)]) from None
@@ -93,6 +98,10 @@ def read_place(
     if record is not None:
         record[os.fspath(place.path) if place.is_shipped else place.name] = content
     return content, place
+
+
+def _at_once(path: str, flags: int) -> int:
+    return os.open(path, flags | getattr(os, "O_NONBLOCK", 0))
 
 
 def record_file(path: str | os.PathLike[str]) -> None:
@@ -114,6 +123,16 @@ def read_bytes(stream: BinaryIO, name: str, *, max_bytes: int = MAX_BYTES) -> by
         message = f"the file is larger than {max_bytes:,} bytes"
         raise DiagnosticError([Diagnostic("FZ003", message, file=name, help="a rule file has a few kilobytes")])
     return data
+
+
+def is_below(path: str | os.PathLike[str], folder: str | os.PathLike[str]) -> bool:
+    """Return whether a path leads into a folder, by its name and by its links.
+
+    By its name first: on Windows a look at `//HOST/SHARE` already calls that host.
+    """
+    # Not Path.resolve, which raises for links in a circle.
+    ways = (os.path.abspath, os.path.realpath)
+    return "\0" not in f"{path}{folder}" and all(Path(way(path)).is_relative_to(way(folder)) for way in ways)
 
 
 def is_special(path: str | os.PathLike[str]) -> bool:

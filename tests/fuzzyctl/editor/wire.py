@@ -32,12 +32,12 @@ class Client(LanguageClient):
                 return found
 
 
-async def started(capabilities=None):
+async def started(capabilities=None, folders=()):
     """Return a client whose server runs, and what the server can do."""
     client = Client()
     await client.start_io(sys.executable, "-m", "fuzzyctl", "lsp")
     able = lsp.ClientCapabilities() if capabilities is None else capabilities
-    done = await client.initialize_async(lsp.InitializeParams(capabilities=able))
+    done = await client.initialize_async(lsp.InitializeParams(capabilities=able, workspace_folders=list(folders)))
     client.initialized(lsp.InitializedParams())
     return client, done.capabilities
 

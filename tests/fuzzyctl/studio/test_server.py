@@ -2,6 +2,7 @@
 
 import base64
 import json
+import os
 import threading
 import urllib.error
 import urllib.request
@@ -43,11 +44,40 @@ def test_files_have_their_types_and_only_the_runtime_is_kept(served):
     }
 
 
-def test_nothing_above_the_folder_is_served(served):
+def refusal(request):
     with pytest.raises(urllib.error.HTTPError) as caught:
-        urllib.request.urlopen(f"{served}/../secret")
+        urllib.request.urlopen(request)
     caught.value.close()
-    assert caught.value.code == 404
+    return caught.value.code
+
+
+def test_nothing_outside_of_the_folder_is_served(served, tmp_path):
+    (tmp_path / "in" / "out").symlink_to(tmp_path / "secret")
+    (tmp_path / "in" / "up").symlink_to(tmp_path)
+    (tmp_path / "in" / "circle").symlink_to("circle")
+    (tmp_path / "in" / "long").mkdir()
+    os.mkfifo(tmp_path / "in" / "pipe")
+    for name in ("../secret", "%2e%2e/secret", "out", "up/secret", "circle", "long/", "pipe", "a" * 5000):
+        assert refusal(f"{served}/{name}") == 404, name
+
+
+@pytest.mark.parametrize("name", ["%00", "a%00b", "worker.js%00", "%00/../../secret", "in/%00.html"])
+def test_a_path_with_nul_is_refused_without_a_traceback(served, name, capfd):
+    for method in ("GET", "HEAD"):
+        assert refusal(urllib.request.Request(f"{served}/{name}", method=method)) == 400
+    assert capfd.readouterr().err == ""
+
+
+@pytest.mark.parametrize("host", ["evil.example", "127.0.0.1.evil.example", "", "localhost:80:80", "user@localhost"])
+def test_requests_for_other_hosts_are_refused(served, host):
+    """A name of somebody else may lead to this address: pages from there must not read what is served."""
+    assert refusal(urllib.request.Request(f"{served}/worker.js", headers={"Host": host})) == 421
+
+
+def test_no_page_may_frame_it(served):
+    for host in ("localhost", "LOCALHOST:8000", "127.0.0.1"):
+        with urllib.request.urlopen(urllib.request.Request(f"{served}/", headers={"Host": host})) as answer:
+            assert "frame-ancestors 'none'" in answer.headers["Content-Security-Policy"]
 
 
 def test_only_this_machine_reaches_it(tmp_path):
