@@ -27,6 +27,9 @@ COMPARISONS: Final[dict[str, CompareOp]] = {"lt": "<", "le": "<=", "gt": ">", "g
 
 _NAMES_OF_COMPARISONS: Final = {op: name for name, op in COMPARISONS.items()}
 
+#: Functions that are 1 or 0, and conditions as well.
+TRUTHS: Final = frozenset({*COMPARISONS, "hysteresis", "pulse"})
+
 #: Functions whose names params, inputs and terms may have as well: a parenthesis behind the name tells them apart.
 SOFT: Final = frozenset({"floor", "ceil", "round", "mod", "fmod", *COMPARISONS})
 
@@ -305,6 +308,22 @@ def rebuilt(expr: Expr, parts: Sequence[Expr]) -> Expr:
     return dataclasses.replace(expr, **dict(zip(fields, parts, strict=True)))
 
 
+def is_condition(expr: Expr, value_of: Callable[[Name | Call], Expr | None], path: tuple[str, ...] = ()) -> bool:
+    """Return whether an expression is a condition, or the name or a call of one, which is 1 or 0.
+
+    Args:
+        expr: The expression.
+        value_of: Returns the expression that a name or a call stands for; None for any other.
+        path: The names that led to it.
+    """
+    if isinstance(expr, Name | Call):
+        name = expr.name if isinstance(expr, Name) else expr.function
+        value = None if name in path else value_of(expr)
+        if value is not None:
+            return is_condition(value, value_of, (*path, name))
+    return isinstance(expr, Compare | Logic) or (isinstance(expr, Call) and expr.function in TRUTHS)
+
+
 def as_number(expr: Expr) -> Expr:
     """Return an expression in which each condition is a number: 1 where it holds, else 0; locations stay."""
     match expr:
@@ -491,6 +510,12 @@ def _text(expr: Expr, outer: int) -> str:
         case Compare(op=compare, left=left, right=right):
             own = _PRECEDENCE["compare"]
             return _wrap(f"{_text(left, own + 1)} {compare} {_text(right, own + 1)}", own, outer)
+        case Logic(op="and", operands=(Compare(left=left) as above, Compare(right=right) as below)) if (
+            above.span is not None and above.span is below.span
+        ):  # written as one
+            ends = f"{'[' if above.op == '>=' else '('}{to_text(above.right)}, {to_text(right)}"
+            own = _PRECEDENCE["compare"]
+            return _wrap(f"{_text(left, own + 1)} in {ends}{']' if below.op == '<=' else ')'}", own, outer)
         case Logic(op="not", operands=operands):
             return _wrap(f"not {_text(operands[0], _PRECEDENCE['not'])}", _PRECEDENCE["not"], outer)
         case Logic(op=logic, operands=operands):

@@ -6,7 +6,21 @@ from collections.abc import Iterator, Sequence
 from fractions import Fraction
 from typing import Final
 
-from fuzzyctl.expr import Call, Compare, Expr, Logic, Name, Number, names_in, to_text, walk
+from fuzzyctl.expr import (
+    COMPARISONS,
+    ONE,
+    ZERO,
+    Binary,
+    Call,
+    Compare,
+    Expr,
+    Logic,
+    Name,
+    Number,
+    names_in,
+    to_text,
+    walk,
+)
 from fuzzyctl.model.controller import Controller
 from fuzzyctl.model.guarantee import Guarantee
 from fuzzyctl.model.inlined_lets import inlined
@@ -202,7 +216,16 @@ def _truth(system: FuzzySystem | Controller, expr: Expr, tolerance: Fraction, wa
         case Call(function=word) if word in SLOPES:
             slope = Slope(word, *_two_names(expr), 0.0, tolerance, expr)
             return slope if wanted else Denied(slope)
-    raise TypeError(f"{to_text(expr)} is no claim")
+        case Name(name=name) if isinstance(system, Controller) and name in system.conditions:
+            return _truth(system, system.conditions[name], tolerance, wanted)
+        # A let of a system is a number: `and` is the minimum, `or` the maximum, `not` the difference from 1.
+        case Call(function="min" | "max" as joined, arguments=parts):
+            return _truth(system, Logic("and" if joined == "min" else "or", parts), tolerance, wanted)
+        case Call(function=function, arguments=(left, right)) if function in COMPARISONS:
+            return _comparison(Compare(COMPARISONS[function], left, right), tolerance, wanted)
+        case Binary(op="-", left=left, right=right) if left == ONE:
+            return _truth(system, right, tolerance, not wanted)
+    return _comparison(Compare(">", expr, ZERO), Fraction(0), wanted)
 
 
 def _two_names(call: Call) -> tuple[str, str]:

@@ -14,7 +14,8 @@ from fuzzyctl.comparison.rules import flat_rules, with_blocks
 from fuzzyctl.comparison.settings import defuzzifier_settings, otherwise_text, plain_text, settings
 from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.expr import ExprError, to_text
-from fuzzyctl.formats.fz import block_text, defuzzifier_text, guarantee_text, let_lines, membership_text
+from fuzzyctl.formats.fz import block_text, defuzzifier_text, let_lines, membership_text
+from fuzzyctl.formats.fz_strings import guarantee_text
 from fuzzyctl.model.guarantee import Hedge
 from fuzzyctl.model.method import Method
 from fuzzyctl.model.node import Node

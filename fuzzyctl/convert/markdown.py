@@ -13,10 +13,10 @@ from fuzzyctl.formats.fz import (
     antecedent_text,
     block_settings,
     cell_text,
-    guarantee_text,
     membership_text,
     rule_text,
 )
+from fuzzyctl.formats.fz_strings import guarantee_text
 from fuzzyctl.model.method import Method
 from fuzzyctl.model.rule import Rule, RuleBlock, RuleTable
 from fuzzyctl.model.system import FuzzySystem

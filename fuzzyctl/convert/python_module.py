@@ -13,12 +13,12 @@ from fuzzyctl.formats.fz import (
     cell_text,
     defuzzifier_text,
     dumps,
-    guarantee_text,
     membership_text,
     method_lines,
     otherwise_text,
     rule_text,
 )
+from fuzzyctl.formats.fz_strings import guarantee_text
 from fuzzyctl.loading.load import loads
 from fuzzyctl.model.method import Method
 from fuzzyctl.model.rule import Cell, Rule, RuleBlock, RuleTable

@@ -6,9 +6,8 @@ from typing import Any
 
 from fuzzyctl.diagnostics.suggestions import counted
 from fuzzyctl.expr import Expr, evaluate, to_text
-from fuzzyctl.formats.fz import guarantee_text
 from fuzzyctl.formats.fz_blocks import function_text
-from fuzzyctl.formats.fz_strings import bounds_text
+from fuzzyctl.formats.fz_strings import bounds_text, guarantee_text
 from fuzzyctl.kernels.plan.expansion import equations_of
 from fuzzyctl.loading.block_equations import in_order
 from fuzzyctl.model.controller import Controller, Definition, Instance, Result, Signal, State

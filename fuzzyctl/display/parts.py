@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from fuzzyctl.diagnostics.suggestions import counted
 from fuzzyctl.expr import to_text
-from fuzzyctl.formats.fz import antecedent_text, block_text, guarantee_text, membership_text, method_lines, rule_text
-from fuzzyctl.formats.fz_strings import bounds_text
+from fuzzyctl.formats.fz import antecedent_text, block_text, membership_text, method_lines, rule_text
+from fuzzyctl.formats.fz_strings import bounds_text, guarantee_text
 from fuzzyctl.model.controller import Definition, Signal
 from fuzzyctl.model.guarantee import Guarantee, Hedge, Param
 from fuzzyctl.model.method import Method

@@ -14,9 +14,9 @@ from fuzzyctl.formats.fz import (
     block_settings,
     cell_text,
     defuzzifier_text,
-    guarantee_text,
     rule_text,
 )
+from fuzzyctl.formats.fz_strings import guarantee_text
 from fuzzyctl.model.method import Activation, Defuzzifier, Method
 from fuzzyctl.model.rule import Rule, RuleBlock, RuleTable
 from fuzzyctl.model.semantics import KNOBS, Semantics

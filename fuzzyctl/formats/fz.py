@@ -9,9 +9,8 @@ from typing import TYPE_CHECKING, Final
 
 from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.expr import ONE, Expr, Number, number_text, to_text
-from fuzzyctl.formats.fz_strings import param_text, quoted, require_names
+from fuzzyctl.formats.fz_strings import guarantee_text, param_text, quoted, require_names
 from fuzzyctl.lang.formatter import format_source
-from fuzzyctl.model.guarantee import Guarantee
 from fuzzyctl.model.method import Activation, Defuzzifier, Method
 from fuzzyctl.model.profiles import PROFILES, UNSET, Profile
 from fuzzyctl.model.rule import And, Antecedent, Cell, Is, Not, Or, Rule, RuleBlock, RuleTable
@@ -145,13 +144,6 @@ def block_settings(block: RuleBlock) -> list[tuple[str, str]]:
     norms = [("and", block.conjunction), ("or", block.disjunction), ("implication", block.implication)]
     activation = activation_text(block.activation) if block.activation is not None else None
     return [(keyword, value) for keyword, value in (*norms, ("activation", activation)) if value is not None]
-
-
-def guarantee_text(g: Guarantee) -> str:
-    """Return a guarantee without its keyword."""
-    within = f" within {to_text(g.within)}" if g.within is not None else ""
-    when = f" when {to_text(g.when)}" if g.when is not None else ""
-    return f"{to_text(g.claim)}{within}{when}"
 
 
 def _section(lines: list[str]) -> list[str]:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from fuzzyctl.diagnostics.diagnostic import ArgumentError, ValueOutOfBoundsError
 from fuzzyctl.expr import to_text
-from fuzzyctl.formats.fz_strings import bounds_text, param_text, quoted, require_names
+from fuzzyctl.formats.fz_strings import bounds_text, guarantee_text, param_text, quoted, require_names
 from fuzzyctl.model.controller import Controller, Function, Result, Signal, State
 from fuzzyctl.model.guarantee import Param
 from fuzzyctl.model.loop import Loop
@@ -94,10 +94,7 @@ def _groups(block: Block) -> Iterator[list[str]]:
         ]
         step = "" if block.step is None else f" step {to_text(block.step)}"
         yield [f"run {to_text(block.duration)}{step}"]
-        yield [
-            f"require {to_text(g.claim)}{f' within {to_text(g.within)}' if g.within is not None else ''}"
-            for g in block.requirements
-        ]
+        yield [f"require {guarantee_text(g)}" for g in block.requirements]
         return
     if isinstance(block, Plant) and block.external:
         return
@@ -111,6 +108,7 @@ def _groups(block: Block) -> Iterator[list[str]]:
     yield [signal_text("output", r) for r in block.results]
     if isinstance(block, Controller):
         yield [f"every {to_text(block.period)}"] if block.period is not None else []
+        yield [f"require {guarantee_text(g)}" for g in block.guarantees]
 
 
 def function_text(function: Function) -> str:

@@ -10,7 +10,7 @@ from typing import Final
 from fuzzyctl.diagnostics.diagnostic import ValueOutOfBoundsError
 from fuzzyctl.expr import to_text
 from fuzzyctl.lang.syntax import MAX_NAME
-from fuzzyctl.model.guarantee import Bounds, Param
+from fuzzyctl.model.guarantee import Bounds, Guarantee, Param
 
 #: Characters that no string of a rule file can hold.
 _UNWRITABLE: Final = re.compile('["\\n\\r\\0\\ud800-\\udfff]')
@@ -52,3 +52,10 @@ def bounds_text(bounds: Bounds | None) -> str:
         return ""
     left, right = "(" if bounds.without_lower else "[", ")" if bounds.without_upper else "]"
     return f" in {left}{to_text(bounds.lower)}, {to_text(bounds.upper)}{right}"
+
+
+def guarantee_text(g: Guarantee) -> str:
+    """Return a guarantee without its keyword."""
+    within = f" within {to_text(g.within)}" if g.within is not None else ""
+    when = f" when {to_text(g.when)}" if g.when is not None else ""
+    return f"{to_text(g.claim)}{within}{when}"

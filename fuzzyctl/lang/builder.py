@@ -515,6 +515,14 @@ class Builder(Transformer[Token, Any]):
         op: Any = str(operator)
         return ex.Compare(op, left, right, self._join(left, right))
 
+    def membership(self, value: ex.Expr, _in: Token, bounds: sx.Bounds) -> ex.Logic:
+        """Read `x in [low, high]` as `x >= low and x <= high`."""
+        first = ex.span_of(value)
+        span = None if first is None else first.to(bounds.span)
+        above = ex.Compare(">" if bounds.without_lower else ">=", value, bounds.lower, span)
+        below = ex.Compare("<" if bounds.without_upper else "<=", value, bounds.upper, span)
+        return ex.Logic("and", (above, below), span)
+
     def claim_not(self, keyword: Token, operand: ex.Expr) -> ex.Logic:
         return ex.Logic("not", (operand,), self._at(keyword).to(ex.span_of(operand) or self._at(keyword)))
 

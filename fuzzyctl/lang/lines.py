@@ -33,8 +33,8 @@ _PIECE = re.compile(r'"[^"\n]*"|"[^"\n]*|#[^\n]*|[()\[\]|\n]|[^"#()\[\]|\n]+')
 _CODE = r'[^"#()\[\]|\n]'
 _INNER = rf"\({_CODE}*\)"
 _SIMPLE = re.compile(rf'((?:{_CODE}+|"[^"\n]*"|\((?:{_CODE}++|{_INNER})*+\)|\[{_CODE}*\]|(\|))*+)(#[^\n]*)?(\n|\Z)')
-#: A param with a range, which may be half open.
-_RANGED_PARAM: Final = re.compile(r"param[ \t]+\w+[ \t]+in\b")
+#: Beginnings of lines whose ranges may be half open: the range of a param, and conditions.
+_HALF_OPEN: Final = re.compile(r"[ \t]*(?:param[ \t]+\w+[ \t]+in\b|(?:let|function|require|measure)\b[^#\n]*\bin\b)")
 _WORD = re.compile(rf"\s*({NAME})")
 _TERM = re.compile(rf"\s*{NAME}\s*=")
 _NAMES = re.compile(rf"\s*{NAME}(?:\s+{NAME})*\s*")
@@ -161,8 +161,8 @@ def _take(source: SourceText, current: _Open, piece: str, at: int, *, in_block: 
                 help="give parts a name with 'let', or with 'param' where no input is read",
             )
     elif piece in ")]":
-        is_param = _RANGED_PARAM.match(source.text, current.start) is not None
-        _shut(source, current, piece, at, half_open=bool(in_block) or is_param)
+        half_open = bool(in_block) or _HALF_OPEN.match(source.text, current.start) is not None
+        _shut(source, current, piece, at, half_open=half_open)
     elif piece == "|":
         current.bar = True
     elif piece.startswith('"') and (len(piece) == 1 or not piece.endswith('"')):

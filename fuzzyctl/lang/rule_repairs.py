@@ -302,9 +302,9 @@ RULES: Final[tuple[Repair, ...]] = (
         heads="require",
     ),
     by_pattern(
-        rf"^\s*require\s+(?P<x>({NAME})\s+(?:in\s*\[\s*([^,\]]+)\s*,\s*([^\]]+?)\s*\]|between\s+(\S+)\s+and\s+(\S+)))",
-        lambda g, _: f"bounded({g[2]}, {g[3] or g[5]}, {g[4] or g[6]})",
-        "bounds are written bounded(OUTPUT, LOW, HIGH)",
+        rf"^\s*require\s+(?P<x>({NAME})\s+between\s+(\S+)\s+and\s+(\S+))",
+        "{2} in [{3}, {4}]",
+        "bounds are written OUTPUT in [LOW, HIGH]",
         heads="require",
     ),
 )

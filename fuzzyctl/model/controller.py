@@ -8,7 +8,7 @@ from functools import cached_property
 from fuzzyctl.diagnostics.suggestions import counted
 from fuzzyctl.diagnostics.terminal import printable
 from fuzzyctl.displayed import Printed
-from fuzzyctl.expr import Expr, evaluate
+from fuzzyctl.expr import FUNCTIONS, Call, Compare, Expr, Logic, Name, evaluate, is_condition, walk
 from fuzzyctl.model.guarantee import Bounds, Guarantee, Param
 from fuzzyctl.model.node import Node
 from fuzzyctl.model.params import ParamValues
@@ -140,6 +140,28 @@ class Controller(DynamicBlock):
     controllers: tuple[Controller, ...] = ()
     guarantees: tuple[Guarantee, ...] = ()
 
+    @cached_property
+    def conditions(self) -> dict[str, Expr]:
+        """Return the lets and outputs that are conditions over names, without calls that may keep a state."""
+        items: list[Definition | Result] = [*self.definitions, *self.results]
+        named = {d.name: d.value for d in items if isinstance(d.value, Compare | Logic)}
+        return {name: value for name, value in named.items() if all(map(_is_plain, walk(value)))}
+
     def number(self, expr: Expr) -> float:
         """Compute an expression over the params."""
         return evaluate(expr, self.param_values.values)
+
+
+def _is_plain(part: Expr) -> bool:
+    return not isinstance(part, Call) or part.function in FUNCTIONS
+
+
+def true_or_false(block: DynamicBlock) -> list[str]:
+    """Return the outputs of a block that are conditions, which are 1 or 0."""
+    functions = {f.name: f.expression for f in block.functions}
+    values = {d.name: d.value for d in block.definitions} | {r.name: r.value for r in block.results}
+
+    def value_of(part: Name | Call) -> Expr | None:
+        return values.get(part.name) if isinstance(part, Name) else functions.get(part.function)
+
+    return [r.name for r in block.results if is_condition(r.value, value_of)]

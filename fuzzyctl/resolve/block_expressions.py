@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence, Set
+from typing import Final
 
 from fuzzyctl import expr as ex
-from fuzzyctl.diagnostics.fixes import respelt_as_suggested
-from fuzzyctl.diagnostics.source import Span
+from fuzzyctl.diagnostics.fixes import Fix, Replacement, respelt_as_suggested
 from fuzzyctl.diagnostics.suggestions import a_or_an, counted, did_you_mean, listed
 from fuzzyctl.model.controller import Controller
 from fuzzyctl.model.forms import NEEDED, Form
@@ -20,6 +20,9 @@ from fuzzyctl.resolve.block_names import CALLED, FUNCTIONS, Names
 
 #: Checks a part of an expression, as a condition, as a number, or as either where that is None.
 Inner = Callable[..., bool]
+
+#: Names that functions of a block may use.
+PARAMETERS: Final = "parameter or param"
 
 #: What an argument is that only some functions take.
 _ODD = {ex.Items: "a list", ex.Text: "a text", ex.Pair: "a pair 'a: b'"}
@@ -63,15 +66,14 @@ class Expressions(Names):
             return self.formula(part, truth=truth, names=names, kind=kind, pure=pure)
 
         match expr:
-            case ex.Compare(left=left, right=right, span=span):
-                return all([inner(left), inner(right), self._fits(truth, is_condition=True, span=span)])
-            case ex.Logic(operands=operands, span=span):
-                parts = [inner(o, True) for o in operands]
-                return all([*parts, self._fits(truth, is_condition=True, span=span)])
+            case ex.Compare(left=left, right=right):
+                return all([inner(left), inner(right), self._fits(expr, truth)])
+            case ex.Logic(operands=operands):
+                return all([*(inner(o, True) for o in operands), self._fits(expr, truth)])
             case ex.Name():
-                return self._name(expr, names, kind) and self._fits(truth, is_condition=False, span=expr.span)
+                return self._name(expr, names, kind) and self._fits(expr, truth, named=kind != PARAMETERS)
             case ex.Call():
-                return self._call(expr, inner, pure=pure) and self._fits(truth, is_condition=False, span=expr.span)
+                return self._call(expr, inner, pure=pure) and self._fits(expr, truth)
             case ex.Keyword(name=name, span=span):
                 self.context.report("FZ303", f"unexpected named argument '{name}'", span, help="write the value alone")
                 return False
@@ -80,9 +82,7 @@ class Expressions(Names):
                     "FZ303", f"expected a number, found {_ODD[type(expr)]}", expr.span, help="write one number"
                 )
                 return False
-        return all([inner(part) for part in ex.children(expr)]) and self._fits(
-            truth, is_condition=False, span=ex.span_of(expr)
-        )
+        return all([inner(part) for part in ex.children(expr)]) and self._fits(expr, truth)
 
     def constant(self, expr: ex.Expr) -> bool:
         """Check an expression that may use params only."""
@@ -105,13 +105,18 @@ class Expressions(Names):
             return False
         return True
 
-    def _fits(self, truth: bool | None, *, is_condition: bool, span: Span | None) -> bool:
-        if truth is None or truth == is_condition:
-            return True
-        expected, found = ("a condition", "a number") if truth else ("a number", "a condition")
-        help_text = "compare it, such as: x > 0" if truth else "write where(CONDITION, 1, 0)"
-        self.context.report("FZ307", f"expected {expected}, found {found}", span, help=help_text)
-        return False
+    def _fits(self, expr: ex.Expr, truth: bool | None, *, named: bool = True) -> bool:
+        """Check that an expression is a condition or a number; one that has a name, or is called, may be both."""
+        if truth and not (named and self.context.is_condition(expr)):
+            self.context.no_condition(expr)
+            return False
+        if truth is False and isinstance(expr, ex.Compare | ex.Logic):
+            number, span = f"where({ex.to_text(expr)}, 1, 0)", expr.span
+            fix = None if span is None else Fix((Replacement(span, number),), "likely")
+            message = "expected a number, found a condition"
+            self.context.report("FZ307", message, span, help=f"write {number}", fix=fix)
+            return False
+        return True
 
     def _call(self, call: ex.Call, inner: Inner, *, pure: bool) -> bool:
         function, arguments = call.function, call.arguments
@@ -119,8 +124,9 @@ class Expressions(Names):
             return all([inner(arguments[0], True), inner(arguments[1]), inner(arguments[2])])
         if function in FUNCTIONS:
             return self._counted(call, FUNCTIONS[function]) and all([inner(a) for a in arguments])
-        if function in self.functions:
-            return self._counted(call, [p.text for p in self.functions[function].parameters]) and all(
+        functions = self.context.functions
+        if function in functions:
+            return self._counted(call, [p.text for p in functions[function].parameters]) and all(
                 [inner(a) for a in arguments]
             )
         if function in self.own:
@@ -133,7 +139,7 @@ class Expressions(Names):
         if isinstance(block, Controller | Plant):
             self._refuse_block(call, block)
         else:
-            self.unknown_call(call, "function or system", [*ex.FUNCTIONS, *FUNCTIONS, *self.own, *self.functions])
+            self.unknown_call(call, "function or system", [*ex.FUNCTIONS, *FUNCTIONS, *self.own, *functions])
         return False
 
     def _system(self, call: ex.Call, system: FuzzySystem, inner: Inner, *, pure: bool) -> bool:

@@ -11,7 +11,7 @@ from typing import ClassVar, Final
 from fuzzyctl import expr as ex
 from fuzzyctl.diagnostics.suggestions import a_or_an
 from fuzzyctl.lang import syntax as sx
-from fuzzyctl.model.controller import Controller
+from fuzzyctl.model.controller import Controller, true_or_false
 from fuzzyctl.model.plant import Plant
 from fuzzyctl.model.stateful_operators import OPERATORS
 from fuzzyctl.model.system import FuzzySystem
@@ -59,7 +59,6 @@ class Names:
     context: Context
     head: sx.Head
     find: Find
-    functions: dict[str, sx.Function] = field(default_factory=dict)
     named: dict[str, sx.Signal | sx.Equation] = field(default_factory=dict)
     #: Outputs of instances and of calls with several outputs, as `NAME.OUTPUT`, by the first of these names.
     members: dict[str, tuple[str, ...]] = field(default_factory=dict)
@@ -79,7 +78,7 @@ class Names:
                 case sx.Param(name=name) if self._declared(name, "a param"):
                     self.context.params[name.text] = s
                 case sx.Function(name=name) if self._is_new_function(name):
-                    self.functions[name.text] = s
+                    self.context.functions[name.text] = s
                 case sx.Signal(name=name, keyword=keyword) if self._declared(name, a_or_an(keyword.text)):
                     self.named[name.text] = s
                 case sx.Equation(name=name, keyword=keyword, value=value) if keyword.text in ("let", "block"):
@@ -97,7 +96,7 @@ class Names:
 
     def _is_new_function(self, word: sx.Word) -> bool:
         known = any(word.text in names for names in (ex.FUNCTIONS, self.own, FUNCTIONS, OPERATORS))
-        earlier = self.functions.get(word.text)
+        earlier = self.context.functions.get(word.text)
         if not known and earlier is None:
             return True
         note = (earlier.name.span, "first declared here") if earlier is not None else None
@@ -112,19 +111,21 @@ class Names:
             self.members[name] = tuple(f"{name}.{o.name}" for o in block.outputs)
         elif isinstance(block, Controller | Plant):
             self.members[name] = tuple(f"{name}.{r.name}" for r in block.results)
+            outputs = [f"{name}.{output}" for output in true_or_false(block)]
+            self.context.conditions |= {o: ex.Compare(">", ex.Name(o), ex.ZERO) for o in outputs}
 
     def _is_lost(self, value: ex.Expr) -> bool:
         """Whether a value calls what is not known, or has mistakes of its own."""
         if not isinstance(value, ex.Call) or self.found(value.function) is not None:
             return False
         return not any(
-            value.function in names for names in (ex.FUNCTIONS, self.own, FUNCTIONS, OPERATORS, self.functions)
+            value.function in names for names in (ex.FUNCTIONS, self.own, FUNCTIONS, OPERATORS, self.context.functions)
         )
 
     def found(self, name: str) -> Callee | None:
         """Return the system, controller or plant of a name; None where there is none."""
         if name not in self.blocks:
-            is_function = name in self.functions or name in self.own or name in OPERATORS
+            is_function = name in self.context.functions or name in self.own or name in OPERATORS
             self.blocks[name] = None if is_function else self.find(name)
         return self.blocks[name]
 

@@ -13,7 +13,7 @@ from fuzzyctl.model.guarantee import Param
 from fuzzyctl.model.node import Node
 from fuzzyctl.model.plant import Plant
 from fuzzyctl.model.system import FuzzySystem
-from fuzzyctl.resolve.block_expressions import Expressions
+from fuzzyctl.resolve.block_expressions import PARAMETERS, Expressions
 from fuzzyctl.resolve.variables import resolve_bounds
 
 
@@ -33,7 +33,7 @@ class Statements(Expressions):
             match s:
                 case sx.Param(name=name) if self.context.params.get(name.text) is s:
                     found.setdefault("param", []).append(self._param(s))
-                case sx.Function(name=name) if self.functions.get(name.text) is s:
+                case sx.Function(name=name) if self.context.functions.get(name.text) is s:
                     found.setdefault("function", []).append(self._function(s))
                 case sx.Signal(name=name, keyword=keyword) if self.named.get(name.text) is s:
                     found.setdefault(keyword.text, []).append(self.signal(s))
@@ -80,7 +80,7 @@ class Statements(Expressions):
                 self.context.report("FZ201", f"parameter '{word.text}' is given twice", word.span, help="rename one")
             parameters[word.text] = None
         names = {*parameters, *self.context.params}
-        if not self.formula(s.expression, names=names, kind="parameter or param", pure=True):
+        if not self.formula(s.expression, names=names, kind=PARAMETERS, pure=True):
             return None
         return Function(name=s.name.text, parameters=tuple(parameters), expression=s.expression, span=s.name.span)
 

@@ -56,13 +56,14 @@ def check_claim(context: Context, claim: ex.Expr, *, truth: bool) -> bool:
             return False
         case ex.Call(function=function, span=span):
             parts = all([check_claim(context, p, truth=False) for p in claim.arguments])
-            return _due(context, not truth, "a condition", "a number", span) and _check_call(context, claim) and parts
+            is_due = not truth or context.is_condition(claim)
+            return _due(context, is_due, "a condition", "a number", span) and _check_call(context, claim) and parts
         case ex.Name(name=name, span=span):
             known = context.read
             if name not in known and name not in ex.CONSTANTS and "." not in name:
                 context.unknown("name", claim, known)
                 return False
-            return _due(context, not truth, "a condition", "a number", span)
+            return _due(context, not truth or context.is_condition(claim), "a condition", "a number", span)
     parts = all([check_claim(context, p, truth=False) for p in ex.children(claim)])
     return _due(context, not truth, "a condition", "a number", ex.span_of(claim)) and parts
 

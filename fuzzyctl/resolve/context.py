@@ -61,6 +61,8 @@ class Context:
     lets: dict[str, sx.Variable] = field(default_factory=dict)
     #: What a controller, plant or loop declares besides params.
     named: Mapping[str, sx.Signal | sx.Equation] = field(default_factory=dict)
+    #: Outputs of the blocks inside of it that are conditions, 1 or 0, as comparisons.
+    conditions: dict[str, ex.Expr] = field(default_factory=dict)
     hedges: dict[str, sx.Hedge] = field(default_factory=dict)
     functions: dict[str, sx.Function] = field(default_factory=dict)
     #: Names of the terms of a variable, by the identity of its statement, which lives as long as the tree.
@@ -205,6 +207,20 @@ class Context:
                     return False
         return True
 
+    def value_of(self, part: ex.Name | ex.Call) -> ex.Expr | None:
+        """Return the expression of a let, an output, a measure or a function; None for any other name."""
+        if isinstance(part, ex.Call):
+            return self.functions[part.function].expression if part.function in self.functions else None
+        if part.name in self.conditions:
+            return self.conditions[part.name]
+        statement = self.named.get(part.name) or self.read.get(part.name)
+        is_state = isinstance(statement, sx.Signal) and statement.keyword.text == "state"
+        return None if is_state else getattr(statement, "value", None)
+
+    def is_condition(self, expr: ex.Expr) -> bool:
+        """Return whether an expression is a condition, or the name or a call of one."""
+        return ex.is_condition(expr, self.value_of)
+
     def check_names(self, expr: ex.Expr, known: Collection[str], kind: str) -> bool:
         """Check that an expression uses only known names and functions, each with the right number of arguments."""
         if type(expr) is ex.Number:  # nearly all are
@@ -230,12 +246,17 @@ class Context:
         ok = True
         for node in ex.walk(expr):
             for operand in node.operands if isinstance(node, ex.Logic) else ():
-                if not isinstance(operand, ex.Compare | ex.Logic):
-                    help_text = "compare it, such as: x > 0"
-                    self.report("FZ307", "expected a condition, found a number", ex.span_of(operand), help=help_text)
+                if not self.is_condition(operand):
+                    self.no_condition(operand)
                     ok = False
         number = ex.as_number(expr)
         return number if self.check_names(number, known, kind) and ok else None
+
+    def no_condition(self, expr: ex.Expr) -> None:
+        """Report a number in place of a condition."""
+        shown = ex.to_text(expr) if isinstance(expr, ex.Name) else "x"
+        help_text = f"compare it, such as: {shown} > 0"
+        self.report("FZ307", "expected a condition, found a number", ex.span_of(expr), help=help_text)
 
     def check_call(self, call: ex.Call) -> bool:
         """Check the name of a function and the number of its arguments."""

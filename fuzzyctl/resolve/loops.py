@@ -117,7 +117,7 @@ class _Loop(Statements):
         """Resolve a `measure` line."""
         assert s.value is not None, "only inputs have none"
         self.line = "measure"
-        fine = self.formula(s.value, truth=False, names=self._measures_and_params, kind="measure or param")
+        fine = self.formula(s.value, names=self._measures_and_params, kind="measure or param")
         self.line = "let"
         if not fine:
             return None

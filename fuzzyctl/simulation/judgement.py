@@ -118,6 +118,9 @@ def _settings_of(call: Call) -> dict[str, Expr]:
 
 
 def _number(expr: Expr, names: Mapping[str, float]) -> float:
+    if isinstance(expr, Compare | Logic):
+        holds = _truth(expr, names, 0.0)
+        return math.nan if holds is None else float(holds)
     try:
         return evaluate(expr, names)
     except ExprError:

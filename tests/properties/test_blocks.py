@@ -25,6 +25,7 @@ FORMS = (
     "delay({a}, 0.2 s)",
     "delay({b}, k, start=-1e-3)",
     "k + sin({a} * t)",
+    "where(near and not {b} in (0, 1], {a}, near)",
 )
 RANGES = ("", " in [-inf, inf]", " in (k - 2, 1e3)", " in [-5, inf)")
 EXTRAS = ("", ' unit "m/s"')
@@ -58,7 +59,13 @@ def plants(draw):
         numbers = {"n": draw(st.sampled_from(["1", "2.5", "0.1 + k"])), "d": draw(st.sampled_from(["3", "1e-3", "k"]))}
         return f"plant drawn = {draw(st.sampled_from(LINEAR)).format(**numbers)}\nparam k = 2\n"
     extra = draw(st.sampled_from(RANGES)) + draw(st.sampled_from(EXTRAS))
-    lines = ['input u "force"', f"state x{extra} = 0.5", "param k in [0, 1] = 0.5", "der x = 2 * (u - x)"]
+    lines = [
+        'input u "force"',
+        f"state x{extra} = 0.5",
+        "param k in [0, 1] = 0.5",
+        "let near = u > x",
+        "der x = 2 * (u - x)",
+    ]
     names = ["u", "x"]
     for number in range(draw(st.integers(1, 6))):
         a, b = draw(st.sampled_from(names)), draw(st.sampled_from(names))
@@ -75,7 +82,8 @@ def loops(draw):
     lines = ["block law = law(r - p.y, k=k)", "block p = lag(law.v + d)", "param k in [0, 10] = 2", "run 1 s"]
     lines += [f"let {name} = {draw(st.sampled_from(SIGNALS))}" for name in "rd"]
     lines += [f"measure m{i} = {draw(st.sampled_from(MEASURES))}" for i in range(draw(st.integers(0, 3)))]
-    lines += ["require m0 <= 2 or m0 > k within 1e-6"] if any("m0" in line for line in lines) else []
+    if any("m0" in line for line in lines):
+        lines += ["measure small = m0 <= 2 and m0 > k", "require small or m0 in [0, k] within 1e-6"]
     lines = draw(st.permutations(lines))
     head = "controller law\ninput e\nparam k in [0, 10] = 1\noutput v = k * e\nplant lag = tf(num=[1], den=[1, 1])\n"
     return head + "loop drawn\n" + "\n".join(lines) + "\n"

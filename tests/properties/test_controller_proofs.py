@@ -50,6 +50,8 @@ CLAIMS = (
     "require {n} + k >= {low} or {n} > k",
     "require {n} <= z + {high}",
     "require {n} >= {low} when x * y >= 0",
+    "require {n} <= {high} when near and not inside(y)",
+    "require near or {n} >= {low}",
 )
 #: Copies of a step that are attacked side by side.
 ROWS = 250

@@ -63,23 +63,47 @@ FORMS = (
     "delay({a}, 3)",
     "limit.y + {a}",
     "k + {a}",
+    "where({c}, {a}, {b})",
+    "where(not {c} or {a} == {b}, {b}, -{a})",
+    "integral({a}, hold={c})",
+    "{c} - {a}",
+)
+#: Forms of conditions, over another one as well.
+CONDITIONS = (
+    "{a} > {b}",
+    "{a} in [-0.5, {b})",
+    "not {c}",
+    "{c} and {a} < 1",
+    "{c} or inside({b})",
+    "inside({a})",
+    "limit.held",
+    "hysteresis({a}, -0.2, 0.2)",
+    "ge({a}, {b}) or {c}",
 )
 
 
 @st.composite
 def controllers(draw):
     """Draw the text of a controller of two inputs; the order of its lines is drawn, too."""
-    names = ["x", "y"]
-    lines = ["input x", "input y", "param k in [0, 1] = 0.5", "block limit = inner(x, k=2)"]
+    names, conditions = ["x", "y"], ["near", "inside(x)"]
+    lines = ["input x", "input y", "param k in [0, 1] = 0.5", "block limit = inner(x, k=2)", "let near = x in [-1, y]"]
     for number in range(draw(st.integers(2, 10))):
         a, b = draw(st.sampled_from(names)), draw(st.sampled_from(names))
-        lines.append(f"let v{number} = {draw(st.sampled_from(FORMS)).format(a=a, b=b)}")
+        if draw(st.booleans()):
+            c = draw(st.sampled_from(conditions))
+            lines.append(f"let c{number} = {draw(st.sampled_from(CONDITIONS)).format(a=a, b=b, c=c)}")
+            conditions.append(f"c{number}")
+        c = draw(st.sampled_from(conditions))
+        lines.append(f"let v{number} = {draw(st.sampled_from(FORMS)).format(a=a, b=b, c=c)}")
         names.append(f"v{number}")
     lines += [f"state s = 1\nnext s = 0.9 * s + 0.1 * {draw(st.sampled_from(names))}", f"output z = {names[-1]} + s"]
     lines += [f"output w = {draw(st.sampled_from(names))}"]
     inner = "controller inner\ninput x\nparam k = 1\nlet y = clamp(k * previous(x), -1, 1)\noutput o = y\n"
+    inner += "output held = y > 0.1\n"
     head = (
-        "function twice(a) = a + a\n" + RULE + inner.replace("let y", "let m").replace("output o = y", "output y = m")
+        "function twice(a) = a + a\nfunction inside(a) = a > -0.5 and a < 1\n"
+        + RULE
+        + inner.replace("let y", "let m").replace("output o = y", "output y = m")
     )
     return head + "controller drawn\n" + "\n".join(draw(st.permutations(lines))) + "\n"
 
@@ -188,6 +212,8 @@ FIXED_FORMS = (
     "clamp({a}, -1, abs({b}))",
     "where({a} > {b}, {b}, -{a})",
     "where({a} > 0.1 and not {b} < 0.5 or {b} == {a}, 1, {b})",
+    "where(near, {a}, -{b})",
+    "where(not near or hysteresis(y, -0.2, 0.2), {a}, near)",
     "rule({a}, {b})",
     "rule(d={a}, e=0.5)",
     "previous({a}, start=0.25)",
@@ -203,7 +229,7 @@ FIXED_FORMS = (
 @st.composite
 def fixed_steps(draw):
     """Draw a controller with its fixed-point step, None where no bound is proved."""
-    names, lines = ["x", "y"], ["input x in [-2, 2]", "input y in [-1, 1.5]"]
+    names, lines = ["x", "y"], ["input x in [-2, 2]", "input y in [-1, 1.5]", "let near = x > 0.25 and y <= 1"]
     for number in range(draw(st.integers(2, 7))):
         a, b = draw(st.sampled_from(names)), draw(st.sampled_from(names))
         lines.append(f"let v{number} = {draw(st.sampled_from(FIXED_FORMS)).format(a=a, b=b)}")

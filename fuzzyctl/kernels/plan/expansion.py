@@ -17,6 +17,7 @@ from fuzzyctl.expr import (
     Compare,
     Expr,
     Keyword,
+    Logic,
     Name,
     Number,
     Where,
@@ -43,6 +44,8 @@ MOST_PARTS: Final = 50_000
 DEEPEST: Final = 200
 #: Most levels of controllers inside controllers.
 DEEPEST_INSTANCES: Final = 20
+#: Most levels of named conditions inside each other that are written out in a choice.
+DEEPEST_CONDITIONS: Final = 8
 #: Name of the state that says whether a step was made.
 STARTED: Final = "#started"
 #: Most steps that `delay` keeps, and that all delays of a controller do.
@@ -113,6 +116,7 @@ class Scope:
         self.names[DT] = Name(DT) if self.period is None else Number(self.period)
         self.functions = {f.name: f for f in controller.functions}
         self.systems = {s.name: s for s in controller.systems}
+        self.conditions = controller.conditions
         self.names |= {name: Name(self.prefix + name) for name in self._members()}
 
     def _members(self) -> Iterator[str]:
@@ -270,15 +274,34 @@ class Expansion:
             case Call(function=function) if function in OPERATORS:
                 return self._operator(expr, scope)
             case Call(function=function, arguments=arguments) if function in scope.functions:
-                return self._applied(scope.functions[function], arguments, scope, expr.span)
+                value = self._applied(scope.functions[function], arguments, scope, expr.span)
+                return Where(value, ONE, ZERO) if isinstance(value, Compare | Logic) else value
             case Call(function=function) if function in scope.systems:
                 return Name(self._evaluation(expr, scope)[0])
             case Call(function="where", arguments=(condition, then, otherwise)):
-                return Where(*(self.expanded(e, scope) for e in (condition, then, otherwise)))
+                choices = (self.expanded(e, scope) for e in (then, otherwise))
+                return Where(self.condition(condition, scope), *choices)
+            case Logic(op=op, operands=operands, span=span):
+                return Logic(op, tuple(self.condition(o, scope) for o in operands), span)
             case Call(function="clamp", arguments=arguments):
                 x, low, high = (self.expanded(a, scope) for a in arguments)
                 return Call("min", (Call("max", (x, low)), high))
         return rebuilt(expr, [self.expanded(e, scope) for e in children(expr)])
+
+    def condition(self, expr: Expr, scope: Scope, levels: int = DEEPEST_CONDITIONS) -> Expr:
+        """Return a condition, those that it names written out; what is 1 or 0 holds if it is above 0."""
+        match expr:
+            case Logic(op=op, operands=operands, span=span):
+                return Logic(op, tuple(self.condition(o, scope, levels) for o in operands), span)
+            case Name(name=name) if levels and name in scope.conditions:
+                return self.condition(scope.conditions[name], scope, levels - 1)
+        match self.expanded(expr, scope):
+            case Compare() as compare:
+                return compare
+            case Where(condition=condition, then=Number(value=1.0), otherwise=Number(value=0.0)):
+                return condition
+            case value:
+                return Compare(">", value, ZERO)
 
     def _applied(self, function: Function, arguments: tuple[Expr, ...], scope: Scope, span: Span | None) -> Expr:
         if function.name in self._functions:
@@ -290,6 +313,7 @@ class Expansion:
         values = [self.named(self.expanded(a, scope), function.name) for a in arguments]
         inner = Scope(scope.controller, scope.prefix, {}, scope.period, scope.symbolic, scope.written)
         inner.names |= dict(zip(function.parameters, values, strict=True))
+        inner.conditions = {}
         self._functions.append(function.name)
         value = self.expanded(function.expression, inner)
         self._functions.pop()
@@ -440,7 +464,7 @@ def _integral(use: _Use, x: Expr) -> Expr:
     name, value = f"{use.name}.sum", use.value(x)
     moved: Expr = Name(name) + use.dt * value
     if "hold" in use.settings:
-        moved = Where(use.value(use.settings["hold"]), Name(name), moved)
+        moved = Where(use.expansion.condition(use.settings["hold"], use.scope), Name(name), moved)
     return use.expansion.keep(name, use.start(), moved, use.call.span)
 
 

@@ -82,3 +82,8 @@ def test_what_a_file_cannot_hold_is_refused():
             fuzzyctl.dumps(wrong)
     with pytest.raises(ArgumentError, match="a FuzzySystem, Controller, Plant or Loop"):
         fuzzyctl.dumps("loop l")
+
+
+def test_claims_of_a_controller_are_written():
+    text = "controller c\n\ninput x in [0, 1]\n\noutput y = x\n\nrequire y in [0, 1] within 1e-9 when x > 0.5\n"
+    assert fuzzyctl.dumps(blocks_of(text)["c"]) == text
