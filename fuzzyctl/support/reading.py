@@ -196,13 +196,17 @@ def _neighbours(name: str) -> str:
     """Name the rule file that was most likely meant."""
     folder, stem = Path(name).parent, Path(name).stem
     suffixes = FOREIGN | {".fz"} if Path(name).suffix.lower() in FOREIGN else {".fz"}
-    near = closest(Path(name).name, files_in(folder, suffixes))
+    files = files_in(folder, suffixes)
+    if is_name(name):
+        near = closest(name, [*(Path(file).stem for file in files), *shipped_files()])
+        if near is None:
+            return LIST
+        return f"did you mean '{near}.fz'?" if f"{near}.fz" in files else f"did you mean the shipped '{near}'? {LIST}"
+    near = closest(Path(name).name, files)
     if near:
         return f"did you mean '{folder / near}'?"
-    if not is_name(name) and Path(name).suffix.lower() != ".fz":
-        return ""
-    shipped = closest(stem, shipped_files())
-    return f"did you mean the shipped '{shipped}'? {LIST}" if shipped else LIST if is_name(name) else ""
+    near = closest(stem, shipped_files()) if Path(name).suffix.lower() == ".fz" else None
+    return f"did you mean the shipped '{near}'? {LIST}" if near else ""
 
 
 def files_in(folder: Path, suffixes: Collection[str]) -> list[str]:

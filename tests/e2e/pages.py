@@ -37,7 +37,6 @@ from fuzzyctl.diagnostics import diagnostic
 from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.lang import syntax
 from fuzzyctl.lang.parser import parse
-from tests import sizes
 from tests.e2e.commands import run_here
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -102,11 +101,27 @@ def follow(page: Path, folder: Path, times: int = 1) -> None:
         session.end()
 
 
-class Session:
-    """Runs the blocks of one page in one folder; remark stands behind their places."""
+def needs(page: Path) -> tuple[str, ...]:
+    """Return the extras of the package that the first line below the title of a page names."""
+    line = page.read_text(encoding="utf-8").split("\n", 3)[2]
+    return tuple(re.findall(r"fuzzyctl\[(\w+)\]", line))
 
-    def __init__(self, page: Path, folder: Path, remark: str = "") -> None:
+
+def _in_process() -> bool:
+    from tests import sizes  # it imports pytest, which followers of pages do not have
+
+    return not sizes.LONG
+
+
+class Session:
+    """Runs the blocks of one page in one folder; remark stands behind their places.
+
+    Commands of the project run within this process, if `in_process` is set, or in the test line if it is None.
+    """
+
+    def __init__(self, page: Path, folder: Path, remark: str = "", in_process: bool | None = None) -> None:
         self.page, self.folder, self.remark = page, folder, remark
+        self.in_process = _in_process() if in_process is None else in_process
         self.names: dict[str, Any] = {"__name__": "__docs__"}
         self.status = 0
 
@@ -183,7 +198,7 @@ class Session:
         environment = {k: v for k, v in os.environ.items() if k not in ("PYTHONWARNINGS", "FORCE_COLOR")}
         scripts = os.pathsep.join([sysconfig.get_path("scripts"), os.environ.get("PATH", "")])
         shown = {"NO_COLOR": "1", "COLUMNS": "160", "MPLBACKEND": "Agg", "PYTHONUTF8": "1"}
-        if not sizes.LONG and (found := run_here(command, shown)):
+        if self.in_process and (found := run_here(command, shown)):
             self.status, printed = found
             return printed
         environment |= {"PATH": scripts, **shown}
