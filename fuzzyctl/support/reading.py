@@ -88,7 +88,11 @@ def read_place(
     try:
         # A pipe may have taken the place of the file by now: it is opened without waiting for its writer.
         way = _at_once if only_regular else None
-        with open(place.path, "rb", opener=way) if shown is None else BytesIO(shown.encode("utf-8", "replace")) as file:
+        with (
+            open(name if only_regular else place.path, "rb", opener=way)
+            if shown is None
+            else BytesIO(shown.encode("utf-8", "replace")) as file
+        ):
             if only_regular and shown is None and not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
                 raise DiagnosticError([Diagnostic("FZ001", "this is not a regular file", file=name)])
             content = read_bytes(file, place.name, max_bytes=max_bytes)
