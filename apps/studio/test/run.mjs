@@ -38,6 +38,28 @@ output v in [-1e9, 1e9] = 1 / (x0 - 0.5)
 if x0 is lo and x1 is lo and x2 is not hi then u is p
 if x0 is hi and x1 is hi and x2 is not hi then u is q
 `;
+/** What README shows first: one of its claims does not hold. */
+const BRAKE = `system brake "Braking force"
+
+and         product
+defuzzifier center_average
+
+input gap in [0, 100] unit "m"
+  terms near mid far
+input speed in [0, 30] unit "m/s"
+  terms slow fast
+output force in [0, 1]
+  terms none=0 soft=0.4 hard=0.9
+
+table force = gap x speed
+         slow  fast
+  near | soft  hard
+  mid  | none  soft
+  far  | none  none
+
+require decreasing(force, gap)
+require force >= 0.8 when gap <= 5 and speed >= 25
+`;
 const tipper = readFileSync(join(ROOT, "rules", "tipper.fz"), "utf8");
 const profile = mkdtempSync(join(tmpdir(), "fuzzyctl-studio-"));
 const server = spawn(PYTHON, ["-m", "fuzzyctl", "studio", "--no-browser", join(ROOT, "rules", "smc.fz")], { cwd: ROOT });
@@ -243,6 +265,16 @@ async function drive(address) {
   assert.match((await mistakes(page))[0], /^line 34: error\[FZ402\]: the guarantee 'tip <= 15 when .* does not hold$/);
   await page.getByRole("button", { name: "Go to the counterexample" }).click();
   await untilFrame(frame, () => document.querySelector(".control > input[type=number]").value === "4.77");
+
+  // The picture of README: a claim is proved, the other one refuted, at the point that the sliders show.
+  const last = Number(await shown(page));
+  await openFile("brake.fz", BRAKE);
+  await until(page, (n) => Number(document.body.dataset.shown) > n && document.body.dataset.proved === document.body.dataset.shown, last);
+  assert.match(await frame().locator(".verdicts").textContent(), /proved: decreasing\(force, gap\).*refuted: force >= 0.8/);
+  await page.getByRole("button", { name: "Go to the counterexample" }).click();
+  await untilFrame(frame, () => Number(document.querySelector(".control > input[type=number]").value) <= 5);
+  assert.ok(Number(await frame().locator(".outputs output").first().getAttribute("data-value")) < 0.8);
+  await picture(page, "brake");
 
   // Loops: runs below the systems, with measures and requirements.
   const gallery = JSON.parse(await (await fetch(`${address.split("#")[0]}examples.json`)).text());
