@@ -75,6 +75,7 @@ class Step(Displayed):
         Raises:
             UnknownNameError: For a name that is not free.
             ValueOutOfBoundsError: For values outside the bounds of their params, or that a system cannot have.
+            ArgumentError: For values under which a param or a let has no value, such as a division by 0.
         """
         import numpy as np
 

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Container, Mapping
 from typing import Any
 
-from fuzzyctl.diagnostics.diagnostic import ValueOutOfBoundsError
-from fuzzyctl.expr import evaluate, names_in
+from fuzzyctl.diagnostics.diagnostic import ArgumentError, ValueOutOfBoundsError
+from fuzzyctl.expr import Compare, Expr, ExprError, Logic, Name, Where, evaluate, walk
 from fuzzyctl.kernels.free_values import FreeValues, changed_values, require_bounds
 from fuzzyctl.kernels.plan.equations import Equation, Equations, Evaluation
 from fuzzyctl.kernels.plan.expansion import equations_of, with_values
@@ -32,7 +32,7 @@ class StepValues:
         known = set(equations.free)
         self._params: list[Equation] = []
         for item in equations.body:
-            if isinstance(item, Equation) and all(n.name in known for n in names_in(item.value)):
+            if isinstance(item, Equation) and _is_arithmetic(item.value, known):
                 self._params.append(item)
                 known.add(item.name)
         calls = [item for item in equations.body if isinstance(item, Evaluation) and item.free]
@@ -49,6 +49,7 @@ class StepValues:
         Raises:
             UnknownNameError: For a name that is not free.
             ValueOutOfBoundsError: For values outside the bounds of their params, or that a system cannot have.
+            ArgumentError: For values under which a param or a let has no value, such as a division by 0.
         """
         names, first = self._equations.free, len(self._start) - len(self._equations.free)
         values = changed_values(names, self._start[first:], changed).tolist()
@@ -73,6 +74,18 @@ class StepValues:
         for o in outside_ranges(self._changed(known), {}) if self._others else ():
             raise ValueOutOfBoundsError(f"{o.what} under these free numbers", o.value, f"in {o.text}")
         for equation in self._params:
-            known[equation.name] = evaluate(equation.value, known)
+            try:
+                known[equation.name] = evaluate(equation.value, known)
+            except ExprError as error:
+                message = f"'{equation.name}' has no value under these free numbers: {error.message}"
+                raise ArgumentError(message) from None
         for call, values in self._systems:
             values.of([evaluate(value, known) for _, value in call.free])
+
+
+def _is_arithmetic(expr: Expr, known: Container[str]) -> bool:
+    """Return whether an expression computes with known names alone, without conditions."""
+    return all(
+        part.name in known if isinstance(part, Name) else not isinstance(part, Where | Compare | Logic)
+        for part in walk(expr)
+    )

@@ -184,3 +184,33 @@ def test_it_cannot_be_free_where_a_system_with_a_state_reads_it(controller):
     text = WRITTEN_ONCE.replace("rate x", "rate K * x")
     with pytest.raises(ArgumentError, match=r"'other\.K' cannot be free: the system has a state"):
         fuzzyctl.compile(controller(text), "python", free=["K"])
+
+
+CONDITIONS = """
+controller law
+input r
+param k in [0, 5] = 0.5
+let high = k > 1
+let both = high and r > 0
+let gain = where(high, 2 * k, k)
+state s = 0
+next s = s + where(both, r, 0)
+output u = where(not high, gain * r, s) / (1 + high)
+output is_high = high
+every 1 s
+"""
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_conditions_on_free_numbers_have_names(controller, backend):
+    step = fuzzyctl.compile(controller(CONDITIONS), backend, free=["k"])
+    for k in (0.5, 3.0):
+        expected, _ = fuzzyctl.compile(controller(CONDITIONS.replace("= 0.5", f"= {k}")), "python").run(INPUTS)
+        assert step.run(INPUTS, step.start(k=k))[0] == pytest.approx(expected, abs=1e-12)
+
+
+def test_a_let_without_a_value_under_free_numbers_is_refused(controller):
+    text = CONDITIONS.replace("let gain =", "let inverse = 1 / (k - 2)\nlet gain = inverse *")
+    step = fuzzyctl.compile(controller(text), "python", free=["k"])
+    with pytest.raises(ArgumentError, match="'inverse' has no value under these free numbers: division by zero"):
+        step.start(k=2)
