@@ -12,8 +12,8 @@ from fuzzyctl.analysis.verdicts import Proved, Refuted, Undecided, Verdict
 from fuzzyctl.model.controller import Controller
 from fuzzyctl.model.system import FuzzySystem
 
-#: Seconds that each bound of a controller may take; 'fuzzyctl bounds' takes longer.
-BOUND_SECONDS: Final = 0.02
+#: Seconds that all bounds of a controller may take; 'fuzzyctl bounds' takes longer.
+BOUND_SECONDS: Final = 1.0
 
 
 def bound_row(bound: OutputBound, unit: str) -> list[str]:

@@ -49,14 +49,16 @@ def test_a_system_whose_guarantee_is_broken_is_not_sound():
     source = SourceText("s.fz", TEXT.format(method=CURVED, claim="u <= 0.5"))
     systems, found = check_source(source)
     assert systems == ()
-    assert [d.code for d in found] == ["FZ402"]
+    assert [d.code for d in found] == ["FZ411", "FZ402"]
     assert len(check_source(source, guarantees=False)[0]) == 1
 
 
 def test_check_from_python_sees_what_the_command_sees_unless_asked_not_to():
     system = fuzzyctl.loads(TEXT.format(method=CURVED, claim="u <= 0.5"))
-    assert [d.code for d in fuzzyctl.check(system)[1]] == ["FZ402"]
-    assert fuzzyctl.check(system, guarantees=False) == (system, [])
+    assert [d.code for d in fuzzyctl.check(system)[1]] == ["FZ411", "FZ402"]
+    unchanged, warnings = fuzzyctl.check(system, guarantees=False)
+    assert unchanged == system
+    assert [d.code for d in warnings] == ["FZ411"]
 
 
 def test_the_shipped_files_take_no_time(rules):

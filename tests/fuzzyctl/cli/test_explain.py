@@ -13,7 +13,7 @@ class TestExplain:
     def test_a_code_has_its_meaning_mistake_message_and_repair(self):
         output = run("FZ203").output
         assert output.startswith("FZ203: a variable has no such term\n\nA rule or a cell names a term")
-        assert "\n    fan.fz:11:12: error[FZ203]: output 'speed' has no term 'hihg'\n" in output
+        assert "\n    fz203.fz:11:12: error[FZ203]: output 'speed' has no term 'hihg'\n" in output
         assert output.index("The mistake") < output.index("error[FZ203]") < output.index("The repair")
 
     def test_marks_of_the_page_are_left_out(self):

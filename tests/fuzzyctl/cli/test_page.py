@@ -243,7 +243,7 @@ def test_a_page_of_a_file_with_a_loop_holds_its_blocks_and_its_run(tmp_path):
     assert [v[0] for v in loop["verdicts"]] == ["met", "met"]
     controller = facts["sections"][1]
     assert controller["bounds"] == [["valve", "from 0 to 10 V"]]
-    assert controller["verdicts"] == [["proved", "valve in [0, 10]", ""]]
+    assert controller["verdicts"] == [["proved", "valve in [0, 10]", "for reference, level up to 1e30 in magnitude"]]
 
 
 def test_a_signal_of_period_two_does_not_look_constant(tmp_path):

@@ -121,7 +121,9 @@ def test_proofs_bounds_and_generated_code_set_them(tmp_path, monkeypatch):
         for given in ((), ("--set", "one.a.k=7"))
     )
     assert plain != changed
-    result = runner("codegen")("c.fz", "--system", "top", "--target", "python", "--set", "one.a.k=7", "-o", "out")
+    result = runner("codegen")(
+        "c.fz", "--system", "top", "--target", "python", "--set", "one.a.k=7", "-o", "out", "--unproved"
+    )
     assert result.exit_code == 0, result.output
     assert "Param set: one.a.k = 7" in Path("out/top.py").read_text(encoding="utf-8")
     result = runner("prove")("c.fz", "--set", "one.a.k=70")
