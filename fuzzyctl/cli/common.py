@@ -107,6 +107,7 @@ QUIET = click.option(
     callback=_be_quiet,
     help="Print errors only, no warnings and no hints.",
 )
+SVG_TEXT = click.option("--svg-text", is_flag=True, help="Keep the texts of an SVG as text, not as outlines.")
 #: Where a command keeps whether it is quiet, the warnings that it has printed, and whether it has read standard input.
 _QUIET: Final = "fuzzyctl.quiet"
 _PRINTED: Final = "fuzzyctl.printed"

@@ -10,6 +10,7 @@ import click
 
 from fuzzyctl.cli.common import (
     QUIET,
+    SVG_TEXT,
     answers_with_diagnostics,
     assignments,
     outside_range,
@@ -35,6 +36,7 @@ SUFFIXES = (".png", ".svg", ".pdf")
     "--resolution", type=click.IntRange(2, 2001), default=121, show_default=True, help="Points along an axis."
 )
 @click.option("-o", "--output", "out", metavar="FILE", help="PNG, SVG or PDF.  [default: SYSTEM-OUTPUT.png]")
+@SVG_TEXT
 @chooses
 @QUIET
 @answers_with_diagnostics
@@ -46,6 +48,7 @@ def plot_surface(
     output: str | None,
     resolution: int,
     out: str | None,
+    svg_text: bool,
     choice: Choice,
 ) -> None:
     """Draw an output over one or two inputs.
@@ -81,7 +84,7 @@ def plot_surface(
     from fuzzyctl.plot.style import saved
     from fuzzyctl.plot.surfaces import draw_surface
 
-    with saved(target) as figure:
+    with saved(target, svg_text=svg_text) as figure:
         draw_surface(figure, system, axes, fixed, chosen, resolution)
     say(f"wrote {target}")
 
@@ -89,10 +92,11 @@ def plot_surface(
 @click.command("plot-terms")
 @click.argument("file")
 @click.option("-o", "--output", "out", metavar="FILE", help="PNG, SVG or PDF.  [default: SYSTEM-terms.png]")
+@SVG_TEXT
 @chooses
 @QUIET
 @answers_with_diagnostics
-def plot_terms(file: str, out: str | None, choice: Choice) -> None:
+def plot_terms(file: str, out: str | None, svg_text: bool, choice: Choice) -> None:
     """Draw the terms of all inputs and outputs."""
     system = load_checked(file, choice)
     from fuzzyctl.plot.names import file_part
@@ -101,7 +105,7 @@ def plot_terms(file: str, out: str | None, choice: Choice) -> None:
     from fuzzyctl.plot.memberships import draw_terms
     from fuzzyctl.plot.style import saved
 
-    with saved(target) as figure:
+    with saved(target, svg_text=svg_text) as figure:
         draw_terms(figure, system)
     say(f"wrote {target}")
 

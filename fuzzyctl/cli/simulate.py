@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import click
 
-from fuzzyctl.cli.common import DONE, FAILED, FORMAT, QUIET, answers_with_diagnostics, show
+from fuzzyctl.cli.common import DONE, FAILED, FORMAT, QUIET, SVG_TEXT, answers_with_diagnostics, show
 from fuzzyctl.cli.loops import chosen_loops, settings_of
 from fuzzyctl.cli.progress import progress
 from fuzzyctl.cli.streams import say, write_json
@@ -57,6 +57,7 @@ class Labelled:
 )
 @click.option("--data", type=click.Choice(DATA), default="csv", show_default=True, help="Format of the data.")
 @click.option("--picture", type=click.Choice(PICTURES), default="png", show_default=True, help="Its format.")
+@SVG_TEXT
 @FORMAT
 @QUIET
 @answers_with_diagnostics
@@ -70,6 +71,7 @@ def simulate(
     substeps: int,
     data: str,
     picture: str,
+    svg_text: bool,
     form: str,
 ) -> int:
     """Run loops: controllers and plants over time.
@@ -108,7 +110,7 @@ def simulate(
             say(text_of([r.run for r in runs], labels))
             show(found)
         if files is not None:
-            written = _write(files, runs, folders, data, picture)
+            written = _write(files, runs, folders, data, picture, svg_text)
             if form == "text":
                 say("\n".join(f"wrote {path}" for path in written))
     return DONE if all(r.run.passed for r in runs) else FAILED
@@ -165,7 +167,14 @@ def _names(folders: Iterable[str]) -> list[str]:
     return [f"{folder}{name}" for folder in folders for name in own] + [f"loop.{form}" for form in PICTURES]
 
 
-def _write(files: Results, runs: Sequence[Labelled], folders: Mapping[str, str], data: str, picture: str) -> list[Path]:
+def _write(
+    files: Results,
+    runs: Sequence[Labelled],
+    folders: Mapping[str, str],
+    data: str,
+    picture: str,
+    svg_text: bool,
+) -> list[Path]:
     """Write what is known of runs, and one picture of all of them, and return the files."""
     from fuzzyctl.experiments.results.summary import write_summary
     from fuzzyctl.plot.style import saved
@@ -180,7 +189,7 @@ def _write(files: Results, runs: Sequence[Labelled], folders: Mapping[str, str],
         written += [own, f"{folders[labelled.label]}summary.json"]
 
     def draw(path: Path) -> None:
-        with saved(path) as figure:
+        with saved(path, svg_text=svg_text) as figure:
             draw_runs(figure, [r.run for r in runs], [r.label for r in runs])
 
     files.write(f"loop.{picture}", draw)

@@ -10,6 +10,7 @@ from fuzzyctl.cli.common import (
     DONE,
     FORMAT,
     QUIET,
+    SVG_TEXT,
     answers_with_diagnostics,
     outside_range,
     plain,
@@ -28,6 +29,7 @@ if TYPE_CHECKING:
 @click.argument("file")
 @click.argument("values", nargs=-1, metavar="INPUT=VALUE...")
 @click.option("-o", "--output", "out", metavar="FILE", help="Draw the rules that act, their sets cut: PNG, SVG or PDF.")
+@SVG_TEXT
 @click.option("--rules", "most", type=click.IntRange(1, 100), default=12, show_default=True, help="Most rules to show.")
 @FORMAT
 @chooses
@@ -37,6 +39,7 @@ def why(
     file: str,
     values: tuple[str, ...],
     out: str | None,
+    svg_text: bool,
     most: int,
     form: str,
     choice: Choice,
@@ -68,15 +71,15 @@ def why(
         show(warnings)
         say(text(found, most))
     if out is not None:
-        _draw(system, found, out, most)
+        _draw(system, found, out, svg_text, most)
         say(f"wrote {out}", err=form == "json")
     return DONE
 
 
-def _draw(system: FuzzySystem, found: Trace, out: str, most: int) -> None:
+def _draw(system: FuzzySystem, found: Trace, out: str, svg_text: bool, most: int) -> None:
     from fuzzyctl.cli.plot import picture_file
     from fuzzyctl.plot.rule_viewer import draw_rules
     from fuzzyctl.plot.style import saved
 
-    with saved(picture_file(out, out)) as figure:
+    with saved(picture_file(out, out), svg_text=svg_text) as figure:
         draw_rules(figure, system, found, most)

@@ -19,6 +19,9 @@ STYLE: Final[dict[str, Any]] = {
     "figure.constrained_layout.use": True,
     "font.size": 10,
     "grid.alpha": 0.3,
+    # TrueType fonts: publishers refuse the Type 3 fonts that matplotlib embeds otherwise.
+    "pdf.fonttype": 42,
+    "ps.fonttype": 42,
     "savefig.dpi": 150,
     "svg.hashsalt": "fuzzyctl",
     # Labels are texts of the user's, in which a dollar sign is a dollar sign.
@@ -34,7 +37,7 @@ DARK: Final[dict[str, Any]] = {
 
 
 @contextmanager
-def saved(target: Path, dpi: float | None = None) -> Iterator[Any]:
+def saved(target: Path, dpi: float | None = None, *, svg_text: bool = False) -> Iterator[Any]:
     """Give an empty figure, and save it to a file when the block ends well.
 
     The same picture gives the same bytes: no date is written, and SVG identifiers do not vary.
@@ -42,6 +45,7 @@ def saved(target: Path, dpi: float | None = None) -> Iterator[Any]:
     Args:
         target: The file; its suffix says the format.
         dpi: Pixels per inch of a PNG; None for those of the style.
+        svg_text: Whether an SVG holds its texts as text in place of outlines.
     """
     import matplotlib as mpl
     import numpy as np
@@ -49,7 +53,7 @@ def saved(target: Path, dpi: float | None = None) -> Iterator[Any]:
 
     from fuzzyctl.support.writing import written_whole
 
-    with mpl.rc_context(STYLE):
+    with mpl.rc_context(STYLE | ({"svg.fonttype": "none"} if svg_text else {})):
         # A Figure of its own, not pyplot's: no window system, no process-wide state.
         figure = Figure()
         yield figure

@@ -9,22 +9,23 @@ from contextlib import contextmanager
 import numpy as np
 
 from fuzzyctl.plot.style import COLORS
+from fuzzyctl.plot.style import STYLE as PLOTS
 
 #: Told apart with any colour vision; widths and dashes tell them apart without colour.
 COLOURS = COLORS[:6]
 DASHES = ("-", (0, (5, 1.5)), (0, (1.5, 1)), (0, (6, 1.5, 1.5, 1.5)))
 
-STYLE = {
+STYLE = PLOTS | {
     "font.size": 9,
     "axes.titlesize": 10,
-    "axes.grid": True,
+    "grid.alpha": 1.0,
     "grid.color": "#dddddd",
     "grid.linewidth": 0.6,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
     "axes.axisbelow": True,
     "legend.frameon": False,
-    "savefig.dpi": 150,
+    # Each figure chooses its layout, and labels hold formulas.
+    "figure.constrained_layout.use": False,
+    "text.parse_math": True,
 }
 
 TITLES = {"smc": "SMC", "aifqsmc": "AIFQSMC", "fcafsmc": "FCAFSMC"}

@@ -75,6 +75,37 @@ class TestPlotSurface:
             assert run(command, path, "-o", tmp_path / "a.png").exit_code == 0
 
 
+PICTURES = [
+    ("plot-surface", "tipper", "--resolution", "5", "-o", "out.{}"),
+    ("plot-terms", "tipper", "-o", "out.{}"),
+    ("why", "tipper", "service=7", "food=8", "-o", "out.{}"),
+    ("simulate", "water_tank", "--picture", "{}", "-o", "out"),
+]
+
+
+class TestPrintedPictures:
+    @pytest.fixture
+    def picture(self, tmp_path, monkeypatch):
+        monkeypatch.chdir(tmp_path)
+
+        def drawn(words, suffix, *more):
+            result = run(*(word.format(suffix) for word in words), *more)
+            assert result.exit_code == 0, result.output
+            (path,) = tmp_path.rglob(f"*.{suffix}")
+            return path.read_bytes()
+
+        return drawn
+
+    @pytest.mark.parametrize("words", PICTURES, ids=lambda words: words[0])
+    def test_no_font_of_a_pdf_is_of_type_3(self, picture, words):
+        assert b"/Type3" not in picture(words, "pdf")
+
+    @pytest.mark.parametrize("words", PICTURES, ids=lambda words: words[0])
+    def test_an_svg_holds_text_if_it_is_wanted(self, picture, words):
+        assert b"<text" not in picture(words, "svg")
+        assert b"<text" in picture(words, "svg", "--svg-text")
+
+
 class TestAxes:
     @pytest.mark.parametrize(
         ("inputs", "x", "y", "fixed", "axes"),
