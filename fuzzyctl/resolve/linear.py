@@ -10,10 +10,14 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import Final
 
 from fuzzyctl.expr import ONE, ZERO, Binary, Call, Expr, Name, Number, walk
 from fuzzyctl.model.controller import Definition, Result, Signal, State
 from fuzzyctl.model.params import ParamValues
+
+#: Most terms of a sum that is one expression.
+LONGEST: Final = 80
 
 
 @dataclass
@@ -85,9 +89,22 @@ class LinearPlant:
         for following in own[1:]:
             self.adds(times(Number(speed), following))
         if own:
-            back = total([(times(ak, scale), x) for ak, scale, x in zip(a, scales, own, strict=True)])
+            back = self.total([(times(ak, scale), x) for ak, scale, x in zip(a, scales, own, strict=True)])
             self.adds(times(Number(speed), minus(u, back)))
-        return total([*((times(bk, s), x) for bk, s, x in zip(b, scales, own, strict=True)), (direct, u)])
+        return self.total([*((times(bk, s), x) for bk, s, x in zip(b, scales, own, strict=True)), (direct, u)])
+
+    def total(self, terms: Sequence[tuple[Expr, Expr]]) -> Expr:
+        """Return the sum of products, those that are 0 left out; partial sums of many terms have names."""
+        result: Expr | None = None
+        for number, (factor, x) in enumerate((f, x) for f, x in terms if f != ZERO):
+            if number and number % LONGEST == 0 and result is not None:
+                result = self.defines(f"sum{len(self.definitions) + 1}", result)
+            if isinstance(factor, Number) and factor.value < 0 and result is not None:
+                result = Binary("-", result, times(Number(-factor.value), x))
+            else:
+                term = times(factor, x)
+                result = term if result is None else Binary("+", result, term)
+        return ZERO if result is None else result
 
     def _speed(self, coefficients: Sequence[Expr]) -> float:
         """Return a power of two near the largest bound of a root that one coefficient gives."""
@@ -124,18 +141,6 @@ def minus(a: Expr, b: Expr) -> Expr:
     if isinstance(a, Number) and isinstance(b, Number):
         return Number(a.value - b.value)
     return a if b == ZERO else Binary("-", a, b)
-
-
-def total(terms: Sequence[tuple[Expr, Expr]]) -> Expr:
-    """Return the sum of products; those that are 0 are left out."""
-    found: Expr | None = None
-    for factor, x in terms:
-        if isinstance(factor, Number) and factor.value < 0 and found is not None:
-            found = Binary("-", found, times(Number(-factor.value), x))
-        elif factor != ZERO:
-            term = times(factor, x)
-            found = term if found is None else Binary("+", found, term)
-    return ZERO if found is None else found
 
 
 def sections(zeros: Sequence[Root], poles: Sequence[Root]) -> list[tuple[list[Expr], list[Expr]]]:

@@ -15,7 +15,7 @@ from fuzzyctl.model.guarantee import Param
 from fuzzyctl.model.params import ParamValues
 from fuzzyctl.model.plant_forms import PLANTS
 from fuzzyctl.resolve.block_expressions import Expressions
-from fuzzyctl.resolve.linear import LinearPlant, Root, is_finite, sections, times, total
+from fuzzyctl.resolve.linear import LinearPlant, Root, is_finite, sections, times
 
 
 def one_line_plant(names: Expressions, call: ex.Call, params: Sequence[Param]) -> dict[str, Any] | None:
@@ -158,9 +158,9 @@ class _OneLine:
         inputs = plant.takes(_numbered("u", count), given["delay"])
         states: list[Expr] = [Name(plant.state(k + 1)) for k in range(order)]
         for of_states, of_inputs in zip(a, b, strict=True):
-            plant.adds(total([*zip(of_states, states, strict=True), *zip(of_inputs, inputs, strict=True)]))
+            plant.adds(plant.total([*zip(of_states, states, strict=True), *zip(of_inputs, inputs, strict=True)]))
         for name, of_states, of_inputs in zip(_numbered("y", outputs), c, d, strict=True):
-            plant.gives(name, total([*zip(of_states, states, strict=True), *zip(of_inputs, inputs, strict=True)]))
+            plant.gives(name, plant.total([*zip(of_states, states, strict=True), *zip(of_inputs, inputs, strict=True)]))
         return plant
 
     def _matrix(self, name: str, items: Expr) -> list[list[Expr]] | None:

@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.expr import Call, evaluate
 from fuzzyctl.loading.load import look_through
+from fuzzyctl.simulation.experiment import Experiment
 from tests.properties.running import quick
 
 #: Where transfer functions are compared.
@@ -116,3 +117,16 @@ def test_params_change_the_plant():
 def test_a_gain_has_no_state():
     plant = plant_of("plant p = tf(num=[3], den=[2])\n")
     assert (plant.states, response(plant, 1j).tolist()) == ((), [[1.5]])
+
+
+@pytest.mark.parametrize("order", [100, 499])
+def test_coefficients_have_no_limit_of_their_own(order):
+    rng = np.random.default_rng(order)
+    num, den = (rng.uniform(1, 2, n).round(3).tolist() for n in (order, order + 1))
+    text = f"plant p = tf(num={written(num)}, den={written(den)})\n"
+    plant = plant_of(text)
+    expected = np.polyval(num, 0.9j) / np.polyval(den, 0.9j)
+    np.testing.assert_allclose(response(plant, 0.9j), [[expected]], rtol=1e-9)
+    loop = plant_of(text + "loop l\nblock b = p(1)\nrun 20 ms step 10 ms\n")
+    run = Experiment(loop, "python").run()
+    assert run["b.y"][-1] == pytest.approx(0.02 * num[0] / den[0], rel=0.05)
