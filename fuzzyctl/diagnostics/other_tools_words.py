@@ -96,6 +96,7 @@ PEER_WORDS: Final[dict[str, tuple[str, ...]]] = {
     "arctan2": ("atan2",),
     "neq": ("ne",),
     "ceiling": ("ceil",),
+    **dict.fromkeys(("if", "iff", "ifelse", "ite", "case", "select"), ("where",)),
     "rint": ("round",),
     "remainder": ("mod",),
     "modulo": ("mod",),

@@ -95,6 +95,10 @@ _IN_PLACE: Final[dict[tuple[str, str], str]] = {
     ("run", "plant"): "put it into a loop",
 }
 
+#: How an equation chooses between two values, and what other languages write in its place.
+CHOICE: Final = "a choice is written: where(CONDITION, VALUE, OTHER_VALUE)"
+_CHOOSES: Final = re.compile(r"(?<![<>=!])=(?!=)[^#\n]*?(?:\b(?:if|when)\b|\?)")
+
 _BELOW: Final[dict[str, str]] = {
     "term_line": "NAME = triangle(left, peak, right)",
     "header": "the terms of the columns, separated by blanks",
@@ -155,7 +159,7 @@ def describe(source: SourceText, line: LogicalLine, error: UnexpectedInput) -> D
     if place is not None:
         help_text = "leave it out: the header line holds the terms of the columns and nothing else"
         return Diagnostic("FZ102", "a table of a rule file has no corner", Span(source, *place), help=help_text)
-    help_text = form_of(line)
+    help_text = CHOICE if line.in_block and _CHOOSES.search(source.text, line.start, line.end) else form_of(line)
     from lark.exceptions import UnexpectedCharacters, UnexpectedToken  # here, since only broken lines need them
 
     if isinstance(error, UnexpectedCharacters):
@@ -336,6 +340,9 @@ def describe_unknown_line(source: SourceText, line: LogicalLine, block: str) -> 
         return capital_keyword(line.word, place, "FZ101")
     assigned = bool(line.in_block and re.match(r"\s*\w+\s*=", text))  # no keyword stands before '='
     near = None if assigned else _meant(line.word, keywords)
+    if line.in_block and line.word in ("if", "when", "elif", "else") and not re.search(r"\bis\b", text):
+        help_text = f"{CHOICE}, as the value of a 'let', 'next' or 'output'"
+        return Diagnostic("FZ101", f"'{line.word}' begins no statement", place, help=help_text)
     if line.word in ("then", "is", "not") or (near != "if" and _THEN.search(text)):
         help_text = "a rule is one line, which goes on in the next only inside parentheses"
         return Diagnostic("FZ101", f"'{line.word}' begins no statement", place, help=help_text)

@@ -139,7 +139,10 @@ def loop_parts(loop: Loop) -> int:
         systems=loop.systems,
         span=loop.span,
     )
-    equations = equations_of(view)
+    try:
+        equations = equations_of(view)
+    except DiagnosticError as error:
+        raise DiagnosticError([_of_lets(d) for d in error.diagnostics]) from None
     through = [e for i in loop.instances for e in _through(i, direct.get(i.controller, {}))]
     try:
         ordered([*equations.body, *through])
@@ -161,6 +164,13 @@ def _in_loop(d: Diagnostic) -> Diagnostic:
     facts = (*d.facts, "each of these outputs depends on the inputs of its block at the same time")
     help_text = "give the plant a state between input and output, or use previous(...) in the controller"
     return dataclasses.replace(d, message=d.message.replace("step", "sample"), facts=facts, help=help_text)
+
+
+def _of_lets(d: Diagnostic) -> Diagnostic:
+    if d.code != "FZ220":
+        return d
+    help_text = "compute one of them from the outputs of blocks or the time; a controller or plant keeps earlier values"
+    return dataclasses.replace(d, message=d.message.replace("step", "sample"), help=help_text)
 
 
 def _of_measures(d: Diagnostic) -> Diagnostic:

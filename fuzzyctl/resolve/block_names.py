@@ -91,6 +91,7 @@ class Names:
         if word.text in self.given or word.text in self.reserved or word.text in FUNCTIONS:
             message = f"'{word.text}' is a word of {self.kind}s and cannot name {what}"
             self.context.report("FZ201", message, word.span, help="rename it")
+            self.context.unread |= {word.text}
             return False
         return self.context.declare(word, what, _SHARED[self.kind])
 

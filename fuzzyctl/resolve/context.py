@@ -21,6 +21,9 @@ MAX_SUGGESTIONS: Final = 500
 #: Words with a meaning of their own in guarantees.
 CLAIM_FUNCTIONS: Final = ("total", "bounded", "increasing", "decreasing", "lipschitz")
 
+#: Blocks, which may be called `pi`: they are called with parentheses, the number is not.
+_BLOCKS: Final = ("a system", "a controller", "a plant", "a loop")
+
 
 def is_function(name: str, *, output: bool) -> bool:
     """Whether a function of the language has this name, so that no input, param or, with `output`, output may."""
@@ -108,7 +111,8 @@ class Context:
 
     def declare(self, word: sx.Word, what: str, shared: str = "params, inputs and outputs") -> bool:
         """Enter a name; report and return False when it is reserved or taken; `shared` says what has such names."""
-        if word.text in sx.RESERVED or is_function(word.text, output=what == "an output"):
+        is_clear = what == "a measure" and word.text in CLAIM_FUNCTIONS  # loops make no such claims
+        if word.text in sx.RESERVED or (is_function(word.text, output=what == "an output") and not is_clear):
             self._reserved(word, what)
             if word.text not in self.unread:
                 self.unread |= {word.text}
@@ -141,7 +145,8 @@ class Context:
     def is_free(self, word: sx.Word, what: str) -> bool:
         """Report a name that is a word of the language."""
         # `not` is a hedge already, which has a message of its own.
-        if word.text in sx.RESERVED and not (word.text == "not" and what == "a hedge"):
+        is_clear = (word.text == "not" and what == "a hedge") or (word.text == "pi" and what in _BLOCKS)
+        if word.text in sx.RESERVED and not is_clear:
             self._reserved(word, what)
             return False
         return True

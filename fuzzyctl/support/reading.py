@@ -125,7 +125,10 @@ def read_bytes(stream: BinaryIO, name: str, *, max_bytes: int = MAX_BYTES) -> by
     data = stream.read(max_bytes + 1)
     if len(data) > max_bytes:
         message = f"the file is larger than {max_bytes:,} bytes"
-        raise DiagnosticError([Diagnostic("FZ003", message, file=name, help="a rule file has a few kilobytes")])
+        help_text = (
+            "in a .fz file, write rules as tables; those of a third input as slices, 'with INPUT is TERM' above each"
+        )
+        raise DiagnosticError([Diagnostic("FZ003", message, file=name, help=help_text)])
     return data
 
 

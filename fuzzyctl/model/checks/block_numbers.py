@@ -342,4 +342,6 @@ def _settings(call: Call, params: ParamValues) -> Iterator[Diagnostic]:
     first, last = _ASCENDING.get(name, ("begin", "end"))
     if first in values and last in values and not values[first] < values[last]:
         message = f"'{last}' of '{name}' is {values[last]:g}, not above '{first}', {values[first]:g}"
-        yield Diagnostic("FZ304", message, span_of(given[last]) or call.span, help="put the smaller one first")
+        is_swapped = span_of(given[first]) is not None and values[first] > values[last]
+        help_text = "put the smaller one first" if is_swapped else f"give '{last}' a value above {values[first]:g}"
+        yield Diagnostic("FZ304", message, span_of(given[last]) or call.span, help=help_text)

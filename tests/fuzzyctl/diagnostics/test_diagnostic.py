@@ -235,7 +235,7 @@ class TestPeerWords:
 
     def test_every_word_means_something_of_the_language(self):
         words = {*MEMBERSHIP, *CONJUNCTIONS, *AGGREGATIONS, *DEFUZZIFIERS, *ACTIVATIONS, *STATEMENT_KEYWORDS}
-        words |= {*FUNCTIONS, *CLAIM_FUNCTIONS}
+        words |= {*FUNCTIONS, *CLAIM_FUNCTIONS, "where"}
         assert {w for meant in PEER_WORDS.values() for w in meant} <= words
         assert all(word == word.casefold() and "_" not in word for word in PEER_WORDS)
 

@@ -270,3 +270,24 @@ def test_a_signal_in_a_param_of_a_call_is_answered_with_what_to_write(lines, rep
     text = f"{SYSTEM}{HEAD}{lines}\noutput y = rule(x, k=1/z)\n"
     (found,) = (d for d in look_through(SourceText("c.fz", text)).diagnostics if d.severity == "error")
     assert (found.message, found.span.text, found.help) == ("no param 'z'", "z", repair)
+
+
+@pytest.mark.parametrize(
+    ("line", "mistake"),
+    {
+        "let a = if x > 0 then 1 else 2": ("FZ102", "unexpected 'x'", "x"),
+        "let a = 1 if x > 0 else 2": ("FZ102", "unexpected 'if'", "if"),
+        "let a = x > 0 ? 1 : 2": ("FZ105", "unexpected '?'", "?"),
+        "let a = 1 when x > 0": ("FZ102", "unexpected 'when'", "when"),
+        "if x > 0 then y = 1": ("FZ101", "'if' begins no statement", "if"),
+        "when x > 0 y = 1": ("FZ101", "'when' begins no statement", "when"),
+    }.items(),
+)
+def test_a_choice_in_the_words_of_other_languages_is_shown_as_where(line, mistake):
+    require_one(f"controller c\ninput x\n{line}\noutput y = x\n", (*mistake, "where(CONDITION, VALUE, OTHER_VALUE)"))
+
+
+@pytest.mark.parametrize("function", ["if", "iff", "ifelse", "case", "select"])
+def test_a_choice_as_a_function_of_another_name_is_shown_as_where(function):
+    text = f"controller c\ninput x\noutput y = {function}(x > 0, 1, 2)\n"
+    require_one(text, ("FZ202", f"no function or system '{function}'", function, "did you mean 'where'?"))

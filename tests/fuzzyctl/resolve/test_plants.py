@@ -217,6 +217,12 @@ class TestMistakes:
 
 
 def test_a_word_of_the_language_as_a_name_is_repaired():
-    text = "controller pi\ninput e\noutput u = e\n"
-    assert errors_in(text) == [("FZ201", "'pi' is a word of the language and cannot name a controller", "pi")]
-    assert repairs_in(text) == ["rename it, such as: pi_1"]
+    text = "controller weight\ninput e\noutput u = e\n"
+    assert errors_in(text) == [("FZ201", "'weight' is a word of the language and cannot name a controller", "weight")]
+    assert repairs_in(text) == ["rename it, such as: weight_1"]
+
+
+@pytest.mark.parametrize("head", ["controller pi\ninput e", "plant pi\ninput e"])
+def test_pi_is_the_name_of_blocks_and_a_number_in_expressions(head):
+    loop = "loop l\nblock b = pi(cos(pi))\nrun 1 s step 10 ms\nmeasure total = final(b.u)\nrequire total < 0\n"
+    assert errors_in(f"{head}\noutput u = e / pi\n{loop}") == []
