@@ -13,7 +13,7 @@ from fuzzyctl.model.controller import Controller
 from fuzzyctl.model.system import FuzzySystem
 
 #: Seconds that all bounds of a controller may take; 'fuzzyctl bounds' takes longer.
-BOUND_SECONDS: Final = 1.0
+BOUND_SECONDS: Final = 0.5
 
 
 def bound_row(bound: OutputBound, unit: str) -> list[str]:
