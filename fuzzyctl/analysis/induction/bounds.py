@@ -109,7 +109,7 @@ class _Output:
     def _values(self, size: float) -> Iterator[float]:
         """Yield values of the output for arguments without an end of some size, and the others in their middles."""
         low, high = self.boxed.ends.T
-        with np.errstate(over="ignore"):
+        with np.errstate(all="ignore"):
             point = low + 0.5 * (high - low)
         for signs in product((-1.0, 1.0), repeat=min(len(self.open), _SIGNS)):
             point[self.open] = 0.0

@@ -159,3 +159,12 @@ def test_controllers_with_many_states_keep_their_time(lines, tmp_path):
     before = time.process_time()
     assert run(path, "--timeout", "1").stdout.startswith("y: from -1 to 1\n")
     assert time.process_time() - before < 10
+
+
+def test_a_state_without_ends_is_bounded_without_a_warning_of_numpy(tmp_path):
+    path = tmp_path / "c.fz"
+    lines = "input e in [-1, 1]\nstate i = 0\nnext i = i + dt * (e + 50 * i)\nevery 20 ms\noutput y = min(1, i)\n"
+    path.write_text(f"controller c\n{lines}", encoding="utf-8")
+    result = run(path)
+    assert result.stdout == "y: from -inf to 1\n  it grows with i\nstate i: from -inf to inf\n"
+    assert result.stderr == ""
