@@ -2,7 +2,7 @@
 
 It builds the wheel, installs it into an empty environment, and follows the pages one after the other in one folder that
 is empty at first, then once more. Each difference between what a page says and what comes out ends it with exit code 1,
-and so does a file that two pages write with different contents. A page whose first line names an extra of the package
+and so does a file that two pages write with different contents. A page whose first line says `pip install PACKAGE`
 is followed once that is installed; `--pages WORD` follows those with the word in their paths.
 """
 
@@ -68,9 +68,9 @@ def inside(wheel: Path, word: str) -> int:
     owners: dict[Path, Path] = {}
     for time in range(2):
         for page in pages:
-            if time == 0 and (extras := needs(page)):
-                packages = f"{wheel}[{','.join(extras)}]"
-                subprocess.run([sys.executable, "-m", "pip", "install", "-q", packages], check=True)
+            if time == 0 and (packages := needs(page)):
+                packages = tuple(re.sub(r"^fuzzyctl(?=\[)", str(wheel), name) for name in packages)
+                subprocess.run([sys.executable, "-m", "pip", "install", "-q", *packages], check=True)
             before = contents(folder)
             differences = list(followed(page, folder, time))
             after = contents(folder)

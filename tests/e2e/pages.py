@@ -25,6 +25,7 @@ import doctest
 import os
 import re
 import subprocess
+import sys
 import sysconfig
 import tomllib
 from collections.abc import Iterator
@@ -102,9 +103,23 @@ def follow(page: Path, folder: Path, times: int = 1) -> None:
 
 
 def needs(page: Path) -> tuple[str, ...]:
-    """Return the extras of the package that the first line below the title of a page names."""
+    """Return the packages that the first line below the title of a page installs, such as `fuzzyctl[data]`."""
     line = page.read_text(encoding="utf-8").split("\n", 3)[2]
-    return tuple(re.findall(r"fuzzyctl\[(\w+)\]", line))
+    return tuple(re.findall(r"`pip install '?([\w\[\]]+)'?`", line))
+
+
+def written(page: Path) -> Iterator[tuple[str, str]]:
+    """Yield the names of the files and folders that a page writes, each with its text or the command that writes it."""
+    for block in blocks(page):
+        if block.file:
+            yield block.file, block.text
+        if block.language == "console":
+            for part in re.split(r"^\$ ", block.text.replace("\\\n> ", ""), flags=re.MULTILINE)[1:]:
+                command, _, printed = part.partition("\n")
+                for name in re.findall(r"(?: -o| >) (\S+)", command) + re.findall(
+                    r"(?m)^wrote (\S+?):?(?= |$)", printed
+                ):
+                    yield name, command
 
 
 def _in_process() -> bool:
@@ -201,7 +216,7 @@ class Session:
         if self.in_process and (found := run_here(command, shown)):
             self.status, printed = found
             return printed
-        environment |= {"PATH": scripts, **shown}
+        environment |= {"PATH": scripts, "VIRTUAL_ENV": sys.prefix, **shown}
         done = subprocess.run(
             ["/bin/sh", "-c", f"(exit {self.status}); {command}"],
             cwd=self.folder,

@@ -14,7 +14,7 @@ import pytest
 
 from fuzzyctl.codegen.fmu.binary import compiler
 from tests import sizes
-from tests.e2e.pages import DOCS, FOLLOWED, PAGES, ROOT, Session, anchors, follow, without_code
+from tests.e2e.pages import DOCS, FOLLOWED, PAGES, ROOT, Session, anchors, follow, without_code, written
 from tests.e2e.pictures import excess, pictures
 from tests.own_files import own_files
 from tests.physics import require_renderer
@@ -106,6 +106,16 @@ def test_the_javascript_of_the_how_to_prints_what_the_page_says(
     for file, text in [*printed, ("web/page.mjs", "tip = 16.82 % 10\n")]:
         done = subprocess.run(["node", file], capture_output=True, text=True, check=True)
         assert done.stdout.endswith(text), file
+
+
+def test_no_two_pages_write_a_file_of_one_name_with_other_contents() -> None:
+    pages = [page for page in PAGES if page.is_relative_to(DOCS)]
+    origins: dict[str, dict[str, Path]] = {}
+    for page in pages:
+        for name, origin in written(page):
+            origins.setdefault(name, {}).setdefault(origin, page)
+    shared = {name: set(by_origin.values()) for name, by_origin in origins.items()}
+    assert not [(name, *map(str, owners)) for name, owners in shared.items() if len(owners) > 1]
 
 
 class TestTheRunnerItself:
