@@ -19,7 +19,7 @@ from fuzzyctl.diagnostics.diagnostic import (
 from fuzzyctl.diagnostics.terminal import printable
 from fuzzyctl.displayed import Displayed
 from fuzzyctl.kernels.backends.arguments import float_array, writable
-from fuzzyctl.kernels.backends.numba.compile_cost import MOST_OPERATIONS, operations
+from fuzzyctl.kernels.backends.numba.compile_cost import MOST_BRANCHES, MOST_OPERATIONS, branches, operations
 from fuzzyctl.kernels.compile import AlgorithmName, numba_is_missing
 from fuzzyctl.model.instance_params import with_instance_params
 from fuzzyctl.model.loop import Loop
@@ -131,7 +131,11 @@ class Experiment(Displayed):
     @cached_property
     def _kernel(self) -> Callable[..., int]:
         if self.backend == "numba":
-            return compiled(self.equations, self.programs)
+            try:
+                return compiled(self.equations, self.programs)
+            except RecursionError:
+                message = f"loop '{self.loop.name}' has too many branches for numba"
+                raise ArgumentError(f"{message}: take backend 'python', or 'auto', which chooses it") from None
         return interpreted(self.equations, self.programs, self.external_plants)
 
     @cached_property
@@ -350,4 +354,5 @@ def _backend(name: str, loop: Loop) -> str:
 def _takes_long(equations: LoopEquations, programs: LoopPrograms) -> bool:
     """Return whether numba takes so long over a loop that "auto" leaves it alone."""
     count = operations(programs.sample) + operations(programs.derivative)
-    return len(equations.states) > MOST_STATES or count > MOST_OPERATIONS
+    choices = branches(programs.sample) + branches(programs.derivative) + len(equations.plant_states)
+    return len(equations.states) > MOST_STATES or count > MOST_OPERATIONS or choices > MOST_BRANCHES

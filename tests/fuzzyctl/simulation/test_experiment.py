@@ -9,6 +9,7 @@ import fuzzyctl
 from fuzzyctl import ArgumentError, DiagnosticError, Experiment, UnknownNameError, ValueOutOfBoundsError
 from fuzzyctl.analysis.check import check_source
 from fuzzyctl.diagnostics.source import SourceText
+from fuzzyctl.loading.load import look_through
 from fuzzyctl.simulation.solvers import solved
 from fuzzyctl.support.shipped import rules_folder
 
@@ -787,3 +788,27 @@ def test_signals_take_as_many_steps_as_a_drive_cycle_has(tmp_path, backend):
     run = Experiment(fuzzyctl.load_loop(tmp_path / "a.fz"), backend).run()
     last = np.searchsorted(times, run.t + 1e-9, side="right") - 1
     assert run["r"].tolist() == np.where(last < 0, 0, last % 7).tolist()
+
+
+def coupled(tanks):
+    """Return the loop of a row of tanks, each with a branch."""
+    plant = "plant tank\ninput q\nstate h in [0, inf) = 0.1\nlet out = where(h > 0, sqrt(h), 0)\n"
+    plant += "der h = q - out\noutput y = out\n"
+    blocks = "".join(f"block t{k} = tank({f't{k - 1}.y' if k else '0.2'})\n" for k in range(tanks))
+    return look_through(SourceText("tanks.fz", f"{plant}loop row\n{blocks}run 1 s step 100 ms\n")).blocks[-1]
+
+
+def test_many_branches_are_not_compiled():
+    assert Experiment(coupled(10)).backend == "numba"
+    many = Experiment(coupled(80))
+    assert many.backend == "python"
+    assert many.run().stopped is None
+
+
+def test_more_branches_than_numba_can_take_are_refused(monkeypatch):
+    def compiled(*_):
+        raise RecursionError
+
+    monkeypatch.setattr("fuzzyctl.simulation.experiment.compiled", compiled)
+    with pytest.raises(ArgumentError, match="loop 'row' has too many branches for numba: take backend 'python'"):
+        Experiment(coupled(2), "numba").run()

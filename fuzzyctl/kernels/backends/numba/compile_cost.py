@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Final
 
-from fuzzyctl.expr import walk
+from fuzzyctl.expr import Logic, Where, walk
 from fuzzyctl.kernels.program.printer import MOST_COUNTED
 from fuzzyctl.kernels.program.program import (
     Accumulate,
@@ -13,13 +13,16 @@ from fuzzyctl.kernels.program.program import (
     Locate,
     Program,
     Quadrature,
+    Refuse,
     Statement,
 )
-from fuzzyctl.kernels.program.traversal import parts, statements
+from fuzzyctl.kernels.program.traversal import expressions, parts, statements
 
 #: More operations than this take numba longer than most programs run: it compiles about a thousand in a second, and as
 #: many again for arrays.
 MOST_OPERATIONS: Final = 20_000
+#: More branches than this take numba longer, too: 120 about 10 seconds, 240 45, and more than about 300 none at all.
+MOST_BRANCHES: Final = 100
 #: Operations for each knot that is compared: it is read, compared and counted.
 _COUNTED: Final = 12
 #: Operations of a search among more knots, and of a loop that integrates.
@@ -32,6 +35,12 @@ def operations(program: Program) -> int:
     Loops count once, however often they run; so do constant tables, which stand in memory.
     """
     return sum(map(_own, statements(program.body))) + sum(1 for value in program.results for _ in walk(value))
+
+
+def branches(program: Program) -> int:
+    """Return how many branches a compiler sees in a program."""
+    choices = sum(isinstance(node, Where | Logic) for value in expressions(program) for node in walk(value))
+    return choices + sum(isinstance(statement, Refuse) for statement in statements(program.body))
 
 
 def _own(statement: Statement) -> int:
