@@ -12,6 +12,7 @@ from fuzzyctl.lang import syntax as sx
 from fuzzyctl.loading.assembly import Part
 from fuzzyctl.loading.block_equations import loop_parts, parts_of
 from fuzzyctl.model.checks.block_numbers import numbers
+from fuzzyctl.model.checks.block_reads import unread_names
 from fuzzyctl.model.checks.block_units import unlike_units
 from fuzzyctl.model.controller import Controller
 from fuzzyctl.model.loop import Loop
@@ -142,6 +143,7 @@ class Blocks:
             found.extend(self._expanded(block))
         if not (failed or _has_errors(found)):
             found.extend(unlike_units(block))
+            found.extend(d for d in unread_names(block) if not part.is_shared(d.span))
         if isinstance(block, Loop) and not (failed or _has_errors(found)):
             from fuzzyctl.simulation.noise import equal_seeds  # which other blocks need not
             from fuzzyctl.simulation.sample_times import measures_without_samples

@@ -117,8 +117,8 @@ def _constants(block: Controller | Plant | Loop, params: ParamValues) -> Iterato
     values = ParamValues([*block.params, *lets], partial=True)
     names = {*CONSTANTS, *values.values}
     systems = {s.name: s for s in block.systems}
-    for expr, own in _expressions(block):
-        is_known = (names - own).__contains__
+    for _, expr, parameters in expressions(block):
+        is_known = (names - parameters).__contains__
         for constant in constants(expr, is_known):
             value = _computed(constant, values)
             yield from [value] if isinstance(value, Diagnostic) else []
@@ -130,24 +130,29 @@ def _constants(block: Controller | Plant | Loop, params: ParamValues) -> Iterato
                 yield from _called(call, systems[call.function], params)
 
 
-def _expressions(block: Controller | Plant | Loop) -> Iterator[tuple[Expr, set[str]]]:
-    """Yield the expressions of a block, with the names that are parameters of a function there."""
-    yield from ((f.expression, set(f.parameters)) for f in block.functions)
-    found = [d.value for d in block.definitions]
+def expressions(block: Controller | Plant | Loop) -> Iterator[tuple[str, Expr, set[str]]]:
+    """Yield the expressions of a block, each with the name that it defines and the parameters of its function.
+
+    The name is that of a let or of a state; other expressions, such as those of outputs and claims, have none.
+    """
+    yield from (("", f.expression, set(f.parameters)) for f in block.functions)
+    named: list[Definition] = list(block.definitions)
+    nameless: list[Expr] = []
     if not isinstance(block, Plant):
-        found += [a for i in block.instances for a in i.arguments]
+        nameless += [a for i in block.instances for a in i.arguments]
     if isinstance(block, Loop):
-        found += [m.value for m in block.measures]
+        nameless += [m.value for m in block.measures]
     else:
-        found += [r.value for r in block.results]
+        nameless += [r.value for r in block.results]
     if isinstance(block, Plant):
-        found += [d.value for d in block.derivatives]
+        named += block.derivatives
     else:
         claims = block.requirements if isinstance(block, Loop) else block.guarantees
-        found += [e for c in claims for e in (c.claim, c.when) if e is not None]
+        nameless += [e for c in claims for e in (c.claim, c.when) if e is not None]
     if isinstance(block, Controller):
-        found += [u.value for u in block.updates]
-    yield from ((expr, set()) for expr in found)
+        named += block.updates
+    yield from ((d.name, d.value, set()) for d in named)
+    yield from (("", expr, set()) for expr in nameless)
 
 
 def _positive(what: str, expr: Expr | None, params: ParamValues, help_text: str) -> Iterator[Diagnostic]:

@@ -6,6 +6,7 @@ import fuzzyctl
 from fuzzyctl import DiagnosticError
 from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.loading.load import look_through
+from tests.commands import runner
 
 HEAD = "controller c\ninput x\n"
 PLANT = "plant p\ninput x\n"
@@ -129,3 +130,103 @@ class TestFiles:
         (tmp_path / "one.fz").write_text(RULE, encoding="utf-8")
         with pytest.raises(DiagnosticError, match="holds no controller"):
             fuzzyctl.load_controller(tmp_path / "one.fz")
+
+
+CART = """plant cart
+param mass = 2
+param friction = 0.5
+input force
+state x = 0
+state v = 0
+let drag = friction * v
+der x = v
+der v = (force - drag) / mass
+output y = x
+"""
+PI = """controller c
+param limit = 2
+param T = 10 ms
+param low = -1
+input e in [low, 1]
+state i = 0
+state sum in [-5, 5] = 0
+let u = i + e
+let near = abs(e) < 0.5
+next i = i + dt * e
+next sum = clamp(sum + e, -5, 5)
+output y = u
+every T
+require y <= 1e9 when near
+"""
+LOOP = """loop l
+param size = 1
+param length = 5
+let wanted = steps(0: size)
+block a = cart(wanted)
+measure error = rms(wanted - a.y)
+run length step 10 ms
+"""
+
+
+class TestUnreadNames:
+    def unread(self, text):
+        """Return the codes and names of the warnings of a text, which has no mistakes."""
+        diagnostics = found_in(text)
+        assert {d.severity for d in diagnostics} <= {"warning"}
+        return {(d.code, d.span.text) for d in diagnostics}
+
+    @pytest.mark.parametrize("text", [CART, PI.replace("param limit = 2\n", ""), CART + LOOP])
+    def test_names_with_an_effect_give_no_warning(self, text):
+        assert self.unread(text) == set()
+
+    @pytest.mark.parametrize(
+        ("text", "old", "new", "names"),
+        [
+            (CART, " / mass", "", "mass"),
+            (CART, " - drag", "", "friction drag"),
+            (CART, "(force - drag)", "(1 - drag)", "force"),
+            (CART, "y = x", "y = v", "x"),
+            (CART, "friction * v", "friction * v + 0 * x", ""),
+            (PI, "u = i + e", "u = e", "limit i"),
+            (PI, " when near", "", "limit near"),
+            (PI, "sum in [-5, 5]", "sum", "limit sum"),
+            (PI, "every T", "every 10 ms", "limit T"),
+            (PI, "e in [low, 1]", "e in [-1, 1]", "limit low"),
+            (PI, "y <= 1e9", "y <= limit", ""),
+            (CART + LOOP, "steps(0: size)", "steps(0: 1)", "size"),
+            (CART + LOOP, "run length", "run 5 s", "length"),
+            (CART + LOOP, "cart(wanted)", "cart(2, mass=size)", ""),
+            (CART + LOOP, "run length", "let gust = pulse(1 s, 2 s)\nrun length", "gust"),
+        ],
+    )
+    def test_names_without_an_effect_are_warned_of(self, text, old, new, names):
+        assert old in text
+        expected = {("FZ211" if name == "force" else "FZ216", name) for name in names.split()}
+        assert self.unread(text.replace(old, new)) == expected
+
+    def test_a_chain_of_unused_lets_names_its_reader(self):
+        diagnostics = found_in(CART.replace(" - drag", ""))
+        assert [d.facts for d in diagnostics] == [("read only by 'drag', without effect on an output",), ()]
+
+    def test_parameters_of_functions_are_other_names(self):
+        text = "param k = 1\nfunction double(k) = 2 * k\noutput y = double(x)\n"
+        assert self.unread(HEAD + text) == {("FZ216", "k")}
+
+    def test_outputs_of_a_system_are_read_through_their_let(self):
+        assert self.unread(RULE + HEAD + "let r = rule(x)\noutput y = r\n") == set()
+
+    def test_states_of_transfer_functions_are_not_written(self):
+        assert self.unread("plant p = zpk(zeros=[-1], poles=[-1, -2], gain=1)\n") == set()
+
+    def test_params_that_blocks_share_need_not_be_used_by_each(self):
+        assert self.unread("param k = 1\n" + CART + PI.replace("limit", "k").replace("param k = 2\n", "")) == set()
+
+    def test_a_mistake_hides_the_warnings(self):
+        assert [d.code for d in found_in(CART.replace(" / mass", " / mas"))] == ["FZ202"]
+        assert "FZ216" not in [d.code for d in found_in(CART.replace(" / mass", " / "))]
+
+    def test_the_repairs_delete_no_name(self, tmp_path):
+        path = tmp_path / "cart.fz"
+        path.write_text(CART.replace(" / mass", ""), encoding="utf-8")
+        assert runner("check")(path, "--fix").exit_code == 0
+        assert path.read_text(encoding="utf-8") == CART.replace(" / mass", "")
