@@ -6,12 +6,14 @@ import signal
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 
-from fuzzyctl.cli.streams import say
+import click
+
+from fuzzyctl.cli.streams import OUTLIVED, say
 
 
 @contextmanager
 def interrupts_wait() -> Iterator[None]:
-    """Let Ctrl-C wait while results are written, which takes a second or two."""
+    """Let Ctrl-C wait while results are written, which takes a second or two; the command exits with `INTERRUPTED`."""
     asked: list[int] = []
     before = {}
     for number in (signal.SIGINT, signal.SIGTERM):
@@ -24,6 +26,14 @@ def interrupts_wait() -> Iterator[None]:
             signal.signal(number, handler)
         if asked:
             say("interrupted while the results were written; they are whole", err=True)
+            outlive()
+
+
+def outlive() -> None:
+    """Let the command finish its output after an interruption, and then exit with `INTERRUPTED`."""
+    context = click.get_current_context(silent=True)
+    if context is not None:
+        context.meta[OUTLIVED] = True
 
 
 @contextmanager

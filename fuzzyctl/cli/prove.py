@@ -24,7 +24,7 @@ from fuzzyctl.cli.common import (
 )
 from fuzzyctl.cli.loading import Choice, Opened, chooses, controllers_of, open_blocks
 from fuzzyctl.cli.progress import progress
-from fuzzyctl.cli.streams import say, write_json
+from fuzzyctl.cli.streams import INTERRUPTED, say, write_json
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 
 if TYPE_CHECKING:
@@ -88,7 +88,7 @@ def prove(files: tuple[str, ...], choice: Choice, timeout: float, form: str) -> 
     except KeyboardInterrupt:
         show(mistakes)
         say(f"interrupted{': ' if proofs else ''}{_summary(proofs)}", err=True)
-        sys.exit(FAILED)
+        sys.exit(INTERRUPTED)
     if form == "json":
         write_json(_as_data(proofs, mistakes))
     else:

@@ -18,6 +18,12 @@ from fuzzyctl.diagnostics.terminal import SPELT, printable
 #: Characters that JSON may hold as they are, and that a terminal acts on or UTF-8 lacks.
 _ESCAPED: Final = re.compile("[\\x7f-\\x9f\\u202a-\\u202e\\u2066-\\u2069\\ud800-\\udfff]")
 
+#: Exit code of an interrupted command, by Ctrl-C or SIGTERM: 128 and the number of SIGINT, as shells count.
+INTERRUPTED: Final = 130
+
+#: Key of `click.Context.meta` that is present after an interruption that the command outlived.
+OUTLIVED: Final = "fuzzyctl.interrupted"
+
 #: New objects between two collections of garbage. A command makes large trees and hardly any cycles; with Python's 700
 #: the collector takes half of the time that a large file does.
 _COLLECTED: Final = 400_000
@@ -80,13 +86,19 @@ class Program(click.Group):
     def invoke(self, ctx: click.Context) -> Any:
         """Run the command; messages about wrong usage repeat names of files, and an interruption is a single line."""
         try:
-            return super().invoke(ctx)
+            result = super().invoke(ctx)
         except click.ClickException as error:
             error.message = _lines(error.message)  # type: ignore[misc]  # final in its annotation only
             raise
         except KeyboardInterrupt:
             say("interrupted", err=True)
-            sys.exit(1)
+            sys.exit(INTERRUPTED)
+        except SystemExit:
+            if OUTLIVED not in ctx.meta:
+                raise
+        if OUTLIVED in ctx.meta:
+            sys.exit(INTERRUPTED)
+        return result
 
 
 def _say_warning(message: Warning | str, *_: object, **__: object) -> None:

@@ -13,7 +13,7 @@ import click
 from fuzzyctl.cli import worker_options
 from fuzzyctl.cli.common import show
 from fuzzyctl.cli.interruptions import interrupts_wait, terminated_as_interrupted
-from fuzzyctl.cli.streams import say
+from fuzzyctl.cli.streams import INTERRUPTED, say
 
 if TYPE_CHECKING:
     from fuzzyctl.experiments.runnable import Runnable
@@ -89,7 +89,7 @@ def swept(
 
 @contextmanager
 def failures() -> Iterator[None]:
-    """Print why a sweep cannot go on, in one line, and leave with status 1."""
+    """Print why a sweep cannot go on, in one line, and leave with status 1, or `INTERRUPTED`."""
     from fuzzyctl.experiments.sweep.run import InterruptedSweepError
     from fuzzyctl.experiments.sweep.worker import SweepError
 
@@ -97,7 +97,7 @@ def failures() -> Iterator[None]:
         yield
     except InterruptedSweepError as error:
         say(str(error), err=True)
-        sys.exit(1)
+        sys.exit(INTERRUPTED)
     except SweepError as error:
         raise click.ClickException(str(error)) from error
 

@@ -92,4 +92,4 @@ def interrupted_by_a_worker_that_starts(folder, *arguments):
     """
     (folder / "sitecustomize.py").write_text(INTERRUPTS, encoding="utf-8")
     environment = {"PYTHONPATH": str(folder), "INTERRUPTED": str(folder / "interrupted")}
-    return dwmr(*arguments, status=1, start_new_session=True, **environment)
+    return dwmr(*arguments, status=130, start_new_session=True, **environment)

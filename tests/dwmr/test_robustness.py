@@ -301,7 +301,7 @@ class TestInterruption:
         arguments = ["run", "paper", "--controller", "all", "--set", "run.horizon=0.1", "-o", str(tmp_path)]
         with pytest.raises(SystemExit) as stop:
             main(arguments)
-        assert stop.value.code == 1
+        assert stop.value.code == 130
         assert list(json.loads((tmp_path / "summary.json").read_text())["controllers"]) == ["aifqsmc"]
         assert "fcafsmc was not run: interrupted" in capsys.readouterr().err
 
@@ -312,7 +312,7 @@ class TestInterruption:
         monkeypatch.setattr(simulate, "run", run)
         with pytest.raises(SystemExit) as stop:
             main(["run", "paper", "-o", str(tmp_path / "out")])
-        assert stop.value.code == 1
+        assert stop.value.code == 130
         assert list(tmp_path.iterdir()) == []
 
     @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
@@ -328,7 +328,7 @@ class TestInterruption:
         monkeypatch.setattr(outputs, "write_trajectories", interrupted)
         with pytest.raises(SystemExit) as stop:
             main(["run", "paper", "--set", "run.horizon=0.1", "-o", str(tmp_path)])
-        assert stop.value.code == 0
+        assert stop.value.code == 130
         assert sorted(p.name for p in tmp_path.iterdir()) == FILES
 
     @pytest.mark.parametrize("number", [signal.SIGINT, pytest.param(signal.SIGTERM, marks=pytest.mark.long)])
@@ -349,7 +349,7 @@ class TestInterruption:
         done = subprocess.run(
             [sys.executable, "-c", code, *arguments], capture_output=True, text=True, timeout=LONG, check=False
         )
-        assert done.returncode == 1, done.stderr
+        assert done.returncode == 130, done.stderr
         assert "Traceback" not in done.stderr
         # A single line: not another period is computed after the signal.
         (reached,) = re.findall(r"^interrupted at (\d+)$", done.stdout, flags=re.MULTILINE)

@@ -12,7 +12,7 @@ from dwmr.cli import run_options
 from dwmr.cli.common import mistakes_as_diagnostics
 from fuzzyctl.cli.bars import progress
 from fuzzyctl.cli.interruptions import interrupts_wait, terminated_as_interrupted
-from fuzzyctl.cli.streams import say, write_json
+from fuzzyctl.cli.streams import INTERRUPTED, say, write_json
 from fuzzyctl.support.cores import cores
 
 if TYPE_CHECKING:
@@ -77,7 +77,7 @@ def calibrate(
         with interrupts_wait():
             _report(task, found, path, style)
     if found.interrupted:
-        sys.exit(1)
+        sys.exit(INTERRUPTED)
 
 
 def _parameters(names: str | None) -> tuple[str, ...]:

@@ -12,7 +12,7 @@ import click
 from dwmr.cli import run_options
 from dwmr.cli.common import mistakes_as_diagnostics
 from fuzzyctl.cli.bars import progress
-from fuzzyctl.cli.interruptions import terminated_as_interrupted
+from fuzzyctl.cli.interruptions import interrupts_wait, terminated_as_interrupted
 from fuzzyctl.cli.streams import say
 
 if TYPE_CHECKING:
@@ -101,7 +101,8 @@ def _draw(
         made = [f.number for f in wanted if f.number not in left_out]
         text = index(made, left_out, suffix, scenario)
         files.write(INDEX, lambda path: _write(path, text))
-        files.publish()
+        with interrupts_wait():
+            files.publish()
     run_options.say_stops(trajectories.values())
     say(f"{len(made)} figure{'s' if len(made) != 1 else ''} in {folder}, described in {folder / INDEX}")
     return all(t.stop is None for t in trajectories.values()) and len(made) == len(wanted)

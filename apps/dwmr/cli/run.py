@@ -14,7 +14,7 @@ from dwmr.cli import run_options
 from dwmr.cli.common import mistakes_as_diagnostics
 from fuzzyctl.cli import data_formats
 from fuzzyctl.cli.bars import Begin, stages
-from fuzzyctl.cli.interruptions import interrupts_wait, terminated_as_interrupted
+from fuzzyctl.cli.interruptions import interrupts_wait, outlive, terminated_as_interrupted
 from fuzzyctl.cli.streams import say, write_json
 
 if TYPE_CHECKING:
@@ -59,6 +59,9 @@ def run(
             names = run_options.laws_of(task, controller)
             _require_bag(bag, folder, names, task)
             summary, written = _run(task, names, folder, formats, bag, begin)
+        if len(summary["controllers"]) < len(names) or any(map(_is_interrupted, summary["controllers"].values())):
+            say(f"interrupted: the results of {', '.join(summary['controllers'])} until then are in {folder}", err=True)
+            outlive()
         if style == "text":
             _say(task, summary, names, folder, written)
             if bag is not None:
@@ -68,8 +71,12 @@ def run(
         from fuzzyctl.experiments.results.summary import finite
 
         write_json(finite(summary))
-    if not all(finished) or len(finished) < len(names):
+    if not all(finished):
         sys.exit(1)
+
+
+def _is_interrupted(run: Mapping[str, Any]) -> bool:
+    return run["stopped"] is not None and run["stopped"]["reason"] == "interrupted"
 
 
 def _require_bag(bag: Path | None, folder: Path, names: Sequence[str], task: run_options.Task) -> None:

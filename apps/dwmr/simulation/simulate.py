@@ -199,8 +199,7 @@ def _computed(
     except KeyboardInterrupt:
         if reached == 0:
             raise
-        if reached < samples:
-            return reached, wall_s, Stop((reached - 1) * dt, "", "interrupted")
+        return reached, wall_s, Stop((reached - 1) * dt, "", "interrupted")
     except LawError as error:
         if error.period == 0:
             raise

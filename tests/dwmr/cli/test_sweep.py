@@ -208,7 +208,7 @@ class TestResume:
         options = ("-o", tmp_path / "out", "--data", "csv,parquet")
         with monkeypatch.context() as patched:
             patched.setattr(pool, "wait", interrupted)
-            done = here("sweep", long[0], *options, "--jobs", "2", status=1)
+            done = here("sweep", long[0], *options, "--jobs", "2", status=130)
         assert done.stdout == ""
         assert "of 30 runs are kept" in done.stderr
         assert "--resume" in done.stderr
@@ -220,7 +220,7 @@ class TestResume:
         process = held(long[0], tmp_path / "out")
         os.killpg(process.pid, signal.SIGINT)
         out, err = process.communicate(timeout=LONG)
-        assert process.returncode == 1
+        assert process.returncode == 130
         assert out == ""
         assert "Traceback" not in err
         assert "of 30 runs are kept" in err

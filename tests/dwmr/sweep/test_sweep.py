@@ -341,4 +341,4 @@ def test_a_sweep_that_is_terminated_while_it_checks_says_so(dwmr, tmp_path, monk
 
     (tmp_path / "spec.toml").write_text(SPEC, encoding="utf-8")
     monkeypatch.setattr("fuzzyctl.experiments.sweep.plan.make", terminated)
-    assert dwmr("sweep", tmp_path / "spec.toml") == (1, "", "interrupted\n")
+    assert dwmr("sweep", tmp_path / "spec.toml") == (130, "", "interrupted\n")

@@ -107,7 +107,7 @@ def test_ctrl_c_keeps_what_was_reported_and_counts_what_is_left(written, monkeyp
 
     monkeypatch.setattr(Prover, "verdict", interrupted)
     result = run(path)
-    assert result.exit_code == 1
+    assert result.exit_code == 130
     assert result.stdout == f"{path}:11: proved: u <= 1\n"
     assert result.stderr == "interrupted: 1 proved, 2 left\n"
     assert run(path, "--format", "json").stdout == ""

@@ -97,7 +97,7 @@ def test_an_interruption_is_a_single_line():
 
     program = Program("program", [endless])
     done = CliRunner().invoke(program, ["endless"])
-    assert (done.exit_code, done.stdout, done.stderr) == (1, "", "interrupted\n")
+    assert (done.exit_code, done.stdout, done.stderr) == (130, "", "interrupted\n")
 
 
 @pytest.mark.filterwarnings("default")
