@@ -127,7 +127,7 @@ def _limits(t: list[float], panel: Panel, signal: Callable[[Expr], list[float]])
     """Return the ends of the axis of a panel, which peaks do not crush."""
     import numpy as np
 
-    from fuzzyctl.page import limits
+    from fuzzyctl.plot import limits
 
     times = np.array(t)
     lines = [limits.Line(panel.label, times, np.array(signal(Name(panel.signal))))]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Mapping, Sequence
 from typing import Any, Final
 
@@ -9,6 +10,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from fuzzyctl.diagnostics.diagnostic import ArgumentError
+from fuzzyctl.plot import limits
 from fuzzyctl.plot.figures import Panels, place, sized, styled
 from fuzzyctl.plot.figures import panels as panels_of
 from fuzzyctl.plot.labels import shortened
@@ -26,6 +28,8 @@ GIVEN: Final = "#444444"
 WIDTH: Final = 8.0
 PANEL: Final = 1.6
 REST: Final = 1.1
+#: Letters of a line of a remark below a panel.
+LETTERS: Final = 120
 
 
 def runs(*runs: Run, labels: Sequence[str] | None = None, ax: Axes | None = None) -> Panels:
@@ -81,8 +85,11 @@ def draw_runs(figure: Any, runs: Sequence[Run], labels: Sequence[str]) -> None:
         _draw_given(ax, runs, references, {"lw": 1.0, "ls": "--", "zorder": 1.5, "label": "reference"})
         ax.set_ylabel(panel.label)
         ax.margins(x=0, y=0.08)
+        names_of_lines = {k: labels[k] if len(having) > 1 else panel.label for k in having}
+        lines = [limits.Line(names_of_lines[k], runs[k].t, np.asarray(runs[k][panel.signal])) for k in having]
+        _cut_peaks(ax, [*lines, *(limits.Line("reference", runs[k].t, v) for k, v in references.items())])
     figure.align_ylabels(axes)
-    axes[-1].set_xlabel("time [s]")
+    axes[-1].set_xlabel("\n".join(filter(None, ("time [s]", axes[-1].get_xlabel()))))
     titles = {run.loop.title or run.loop.name for run in runs}
     if len(titles) == 1:
         axes[0].set_title(*titles)
@@ -103,6 +110,14 @@ def _draw_given(ax: Any, runs: Sequence[Run], values: Mapping[int, Any], style: 
     alike = all(np.array_equal(v, values[longest][: len(v)]) for v in values.values())
     for k in [longest] if alike and values else values:
         ax.plot(*_drawn(runs[k], values[k]), color=GIVEN if alike else COLORS[k % len(COLORS)], **style)
+
+
+def _cut_peaks(ax: Any, lines: Sequence[limits.Line]) -> None:
+    """Limit the axis of a panel as a page does; a remark below it names the peaks that are cut off."""
+    found = limits.of(lines)
+    if found.note:
+        ax.set_ylim(found.shown)
+        ax.set_xlabel(textwrap.fill(found.note, LETTERS), fontsize="x-small")
 
 
 def _legend(figure: Any, axes: Any) -> None:

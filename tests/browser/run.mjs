@@ -124,6 +124,9 @@ async function look(browser, name, scheme) {
             fail(`wider than a window of ${PHONE} pixels`);
         }
     }
+    await page.emulateMedia({ media: "print" });
+    const places = await page.evaluate(() => [...document.querySelectorAll(".side, .times")].map((e) => getComputedStyle(e).position));
+    places.includes("sticky") && fail("on paper a bar lies over the text");
     await context.close();
     const points = expected[name].reduce((sum, asked) => sum + asked.length, 0);
     console.log(`${name}, ${scheme}: ${points} points, first paint after ${Math.round(paint)} ms`);

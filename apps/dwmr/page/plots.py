@@ -19,7 +19,7 @@ from dwmr.results.metrics import errors, printed_frame
 from dwmr.scenario.model import Scenario
 from dwmr.scenario.moving import centres, is_moving, largest_speed
 from dwmr.simulation.simulate import Trajectory
-from fuzzyctl.page import limits
+from fuzzyctl.plot import limits
 
 #: Dashes of lines [pixels].
 DASHES = ("", "7 3", "2 2", "8 3 2 3")

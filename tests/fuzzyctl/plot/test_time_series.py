@@ -134,3 +134,13 @@ def test_signals_that_only_one_run_has_have_panels_too(run):
     pendulum = fuzzyctl.simulate(fuzzyctl.load_loop(FOLDER / "pendulum.fz"), backend="python")
     figure = drawn([pendulum, run], ["pendulum", "tank"])
     assert [len(ax.lines) for ax in figure.axes] == [2, 1, 1, 1, 2, 1, 1, 1]  # outputs of both plants first
+
+
+def test_peaks_are_cut_off_as_on_a_page_and_named_below_the_panel():
+    run = fuzzyctl.simulate(fuzzyctl.load_loop(FOLDER / "pendulum.fz"), backend="python")
+    figure = drawn([run], ["balanced"])
+    force = next(ax for ax in figure.axes if ax.get_ylabel() == "force [N]")
+    assert run["law.force"].max() == 32.0
+    assert force.get_ylim()[1] < 10.0
+    assert "Peaks cut off: force [N] 32 at 0.00 s" in force.get_xlabel()
+    assert [ax.get_xlabel() for ax in figure.axes if ax is not force][-1] == "time [s]"

@@ -4,7 +4,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fuzzyctl.page import limits
+from fuzzyctl.plot import limits
 
 T = np.linspace(0.0, 10.0, 1001)
 
