@@ -125,13 +125,17 @@ class System:
 
     def _state(self, item: Item) -> Enclosure:
         assert not isinstance(item.index, str | Place)
-        states = self.plan.states
-        if item.index < len(states):
-            output = self.plan.outputs[states[item.index][0]]
-            return constant(output.lower, output.upper)
-        output = self.plan.outputs[self.plan.held[item.index - len(states)]]
-        known = self.bounds[output.name]
-        return constant(known.lo, known.hi)
+        return self._states[item.index]
+
+    @cached_property
+    def _states(self) -> list[Enclosure]:
+        """Enclosures of the adaptive consequents, then of the outputs that are held."""
+        outputs = self.plan.outputs
+        held = [self.bounds[outputs[o].name] for o in self.plan.held]
+        return [
+            *(constant(outputs[o].lower, outputs[o].upper) for o, _ in self.plan.states),
+            *(constant(b.lo, b.hi) for b in held),
+        ]
 
     def enclose(self, exprs: Sequence[Expr], lo: Array, hi: Array, *, sloped: bool) -> tuple[list[Enclosure], Mask]:
         """Enclose expressions over inputs, params and outputs.

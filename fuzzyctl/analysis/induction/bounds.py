@@ -32,6 +32,8 @@ _NEARER, _SAME = 1e24, 0.05
 _SIGNS: Final = 6
 #: Most states of a controller that is compiled, since that takes 10 KB for each.
 _COMPILED: Final = 20_000
+#: Most units of work of an output that is enclosed once even if the time is spent.
+_QUICK: Final = 100_000
 #: An end this near 0, on the side of the other end, is 0.
 _NOTHING: Final = 1e-20
 
@@ -58,7 +60,7 @@ def bounds_by(prover: ControllerProver, seconds: float) -> dict[str, OutputBound
     """
     prover.until = min(prover.until, clock.now() + seconds) if seconds else math.inf
     outputs = [_Output(prover, r.name, bool(seconds)) for r in prover.controller.results]
-    waiting = [(o, side) for o in outputs for side in (0, 1) if seconds and not o.is_endless[side]]
+    waiting = [(o, side) for o in outputs for side in (0, 1) if seconds and not (o.is_endless[side] or o.is_spent)]
     work = Work(SECOND * seconds)
     while waiting:
         output, side = waiting[0]
@@ -98,7 +100,11 @@ class _Output:
     def __post_init__(self) -> None:
         self.boxed = BoxedStep(self.prover.model, self.prover.ranges, [self.name])
         self.judge = Judge(self.prover.replay, self.boxed.inputs)
+        self.ends, self.is_endless = [-math.inf, math.inf], [False, False]
+        self.is_spent = clock.now() > self.prover.until and self.boxed.units(0, 1) > _QUICK
         self.open = [k for k, ends in enumerate(self.boxed.ends) if np.abs(ends).max() >= ABSORBED]
+        if self.is_spent:
+            return
         cells = self.boxed.cells([]) if self.over_cells else None
         with np.errstate(all="ignore"):
             (found,), _ = self.boxed.enclose([Name(self.name)], *(cells or self.boxed.box), sloped=False)

@@ -11,6 +11,7 @@ from itertools import product
 from typing import Final
 
 from fuzzyctl.analysis import clock
+from fuzzyctl.analysis.bounds import SPENT
 from fuzzyctl.analysis.branch_and_bound.pointwise import decide, holds_in
 from fuzzyctl.analysis.claims import Claim, bounds_in
 from fuzzyctl.analysis.induction.boxed_step import BoxedStep, Ends
@@ -123,7 +124,8 @@ class ControllerProver:
             for name, verdict in failed.items():
                 wider = loosened(held[name])
                 first = tried.setdefault(name, self._by_run(held[name]) or verdict)
-                if isinstance(first, Refuted) or tolerance_of(wider) == tolerance_of(held[name]):
+                is_last = clock.now() > self.until or tolerance_of(wider) == tolerance_of(held[name])
+                if isinstance(first, Refuted) or is_last:
                     self._verdicts[name] = first
                     del held[name]
                 else:
@@ -252,6 +254,8 @@ class ControllerProver:
             timeout: Seconds that it may take.
             broken: What refutes it where it is false; None for the claim itself.
         """
+        if clock.now() > self.until:
+            return Undecided(claim.text, SPENT)
         boxed = BoxedStep(self.model, ranges, list(dict.fromkeys(names_in_claim(claim))))
         if timeout > 0.0 and holds_in(boxed, claim, *boxed.box):  # as most ranges do
             return Proved(claim.text)

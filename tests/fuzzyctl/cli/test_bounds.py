@@ -168,3 +168,21 @@ def test_a_state_without_ends_is_bounded_without_a_warning_of_numpy(tmp_path):
     result = run(path)
     assert result.stdout == "y: from -inf to 1\n  it grows with i\nstate i: from -inf to inf\n"
     assert result.stderr == ""
+
+
+def test_a_controller_that_calls_a_large_adaptive_system_keeps_its_time(tmp_path):
+    names = [f"t{k}" for k in range(80)]
+    terms, singletons = " ".join(names), " ".join(f"{n}={k / 100}" for k, n in enumerate(names))
+    rows = "".join(f"{n} | {terms}\n" for n in names)
+    path = tmp_path / "c.fz"
+    path.write_text(
+        f"system adaptive\ndefuzzifier weighted_average\ninput x, z in [-1, 1]\n  terms {terms}\n"
+        f"output k in [-1, 1] adaptive rate x\n  terms {singletons}\ntable k = x x z\n  {terms}\n{rows}"
+        "controller c\ninput e in [-1, 1]\nevery 10 ms\noutput v = adaptive(e, -e)\n",
+        encoding="utf-8",
+    )
+    before = time.process_time()
+    result = run(path, "--timeout", "1")
+    assert result.stdout.startswith("v: from "), result.output
+    assert "the time is spent; with more of it the bound may be tighter" in result.stdout
+    assert time.process_time() - before < 10
