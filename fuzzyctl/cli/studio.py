@@ -18,22 +18,24 @@ from fuzzyctl.support.shipped import place_of
 @click.command()
 @click.argument("file", required=False)
 @click.option("--folder", metavar="FOLDER", help="The studio that was built.  [default: apps/studio/dist]")
-@click.option("--port", type=click.IntRange(0, 65535), default=0, help="Port.  [default: one that is free]")
+@click.option(
+    "--port", type=click.IntRange(0, 65535), help="Port; 0: one that is free.  [default: 8617, else one that is free]"
+)
 @click.option("--no-browser", is_flag=True, help="Print the address only.")
 @answers_with_diagnostics
-def studio(file: str | None, folder: str | None, port: int, no_browser: bool) -> int:
+def studio(file: str | None, folder: str | None, port: int | None, no_browser: bool) -> int:
     """Edit rule files in the browser, with their mistakes, repairs and pictures.
 
     \b
     fuzzyctl studio tipper
 
     fuzzyctl itself runs in the browser; nothing leaves this machine, and no network is needed. The file is opened as a
-    copy, with the files that it uses: 'Save as' in the studio writes it. A server on the loopback address hands the
+    copy, with the files that it uses: 'Save' in the studio writes it. A server on the loopback address hands the
     studio to the browser, since browsers start no workers from files. Ctrl-C ends it.
 
     The studio is built once, from a checkout: cd apps/studio && npm ci && node build.mjs
     """
-    from fuzzyctl.studio.server import address, server, used_files
+    from fuzzyctl.studio.server import PORT, address, server, used_files
 
     built = Path(folder) if folder is not None else Path(fuzzyctl.__file__).parents[1] / "apps" / "studio" / "dist"
     if not (built / "index.html").is_file():
@@ -44,9 +46,12 @@ def studio(file: str | None, folder: str | None, port: int, no_browser: bool) ->
     text = source_of(file).text if file is not None else None
     used = used_files(text, folder_of(file)) if text is not None and file not in (None, "-") else {}
     try:
-        serving = server(built, port)
+        serving = server(built, PORT if port is None else port)
     except OSError as error:
-        raise click.UsageError(f"port {port} cannot be served: {error.strerror}; leave '--port' out") from None
+        if port is not None:
+            raise click.UsageError(f"port {port} cannot be served: {error.strerror}; leave '--port' out") from None
+        say(f"port {PORT} cannot be served: {error.strerror}; drafts of the studio there are not seen here", err=True)
+        serving = server(built)
     place = address(
         serving.server_port, place_of(file).path.name if file not in (None, "-") else "stdin.fz", text, used
     )

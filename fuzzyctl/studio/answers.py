@@ -25,6 +25,7 @@ from fuzzyctl.diagnostics.suggestions import counted
 from fuzzyctl.editor import actions, completion, hover
 from fuzzyctl.editor.document import Document
 from fuzzyctl.lang.formatter import format_source
+from fuzzyctl.loading.load import look_through
 from fuzzyctl.model.controller import Controller
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.page.blocks import controller_data, plain_loop_data, refused_loop_data
@@ -157,6 +158,22 @@ def _format(document: Document, _: _Data) -> _Data:
     return {"text": format_source(document.source)}
 
 
+def _convert(document: Document, _: _Data) -> _Data:
+    """Return a file of another tool as a rule file, with the losses and warnings in a line each."""
+    from fuzzyctl.convert.convert import written  # the start does without
+
+    examined = look_through(document.source)
+    reported = examined.reported(examined.diagnostics)
+    if any(d.severity == "error" for d in reported):
+        raise DiagnosticError(reported)
+    texts, notes = [], [f"{d.severity}[{d.code}]: {d.message}" for d in reported]
+    for system in examined.systems:
+        text, losses = written(system, "fz")
+        texts.append(text)
+        notes += [f"{loss.where}: {loss.what} ({loss.why})" for loss in losses]
+    return {"name": f"{Path(document.source.name).stem}.fz", "text": "\n".join(texts), "notes": notes}
+
+
 def _frame(_: Document, asked: _Data) -> _Data:
     """Return the page that pictures are shown on."""
     return {"html": live_document(asked["nonce"])}
@@ -268,6 +285,7 @@ METHODS: Final[dict[str, Callable[[Document, _Data], _Data]]] = {
     "hover": _hover,
     "actions": _actions,
     "format": _format,
+    "convert": _convert,
     "frame": _frame,
     "picture": _picture,
     "runs": _runs,

@@ -20,6 +20,8 @@ from fuzzyctl.support.reading import is_below, is_special, read_source
 
 #: Only this machine reaches it.
 ADDRESS: Final = "127.0.0.1"
+#: The port unless another one is named: browsers keep drafts for each address and port.
+PORT: Final = 8617
 #: What files are, by the end of their names.
 _TYPES: Final = {
     ".html": "text/html; charset=utf-8",
@@ -76,6 +78,12 @@ class _Handler(SimpleHTTPRequestHandler):
         """Write nothing."""
 
 
+class _Server(ThreadingHTTPServer):
+    """A server that shares its port with no other one, which Windows would let it."""
+
+    allow_reuse_address = os.name == "posix"
+
+
 def server(folder: Path, port: int = 0) -> ThreadingHTTPServer:
     """Return a server of a folder, which `serve_forever` starts.
 
@@ -86,7 +94,7 @@ def server(folder: Path, port: int = 0) -> ThreadingHTTPServer:
     Raises:
         OSError: For a port that is taken.
     """
-    return ThreadingHTTPServer((ADDRESS, port), partial(_Handler, directory=str(folder)))
+    return _Server((ADDRESS, port), partial(_Handler, directory=str(folder)))
 
 
 def address(port: int, name: str = "", text: str | None = None, files: Mapping[str, str] | None = None) -> str:

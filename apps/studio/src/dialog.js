@@ -41,7 +41,7 @@ function entry([text, act]) {
   else {
     item.append(text, ...act.map(([label, own]) => {
       const made = chosen(label, own);
-      made.setAttribute("aria-label", `${text} as ${label}`);
+      made.setAttribute("aria-label", `${text}: ${label}`);
       return made;
     }));
   }

@@ -1,6 +1,6 @@
 // The text: CodeMirror with colours, completion, hovers and repairs, all answered by fuzzyctl in the worker.
 import { acceptCompletion, autocompletion, closeBrackets, completionKeymap, snippet } from "@codemirror/autocomplete";
-import { defaultKeymap, history, historyKeymap } from "@codemirror/commands";
+import { defaultKeymap, history, historyField, historyKeymap } from "@codemirror/commands";
 import { HighlightStyle, syntaxHighlighting } from "@codemirror/language";
 import { lintGutter, lintKeymap, setDiagnostics } from "@codemirror/lint";
 import { highlightSelectionMatches, searchKeymap } from "@codemirror/search";
@@ -27,8 +27,12 @@ const theme = EditorView.theme({
 });
 const KINDS = { keyword: "keyword", term: "enum", param: "constant", function: "function", system: "namespace", hedge: "keyword" };
 
+/** What is kept of a text beside itself. */
+const KEPT = { history: historyField };
+
 /**
- * Returns an editor.
+ * Returns an editor: its view, `begin`, which makes the state of a text, and `kept` and `resumed`, which make data of the
+ * state that is shown, with its history, and a state of such data.
  * @param parent Its element.
  * @param ask Asks fuzzyctl about the text: a method and what it takes; a promise of the answer, null for none.
  * @param changed Hears of each new text.
@@ -52,31 +56,28 @@ export function editor(parent, ask, changed, here) {
     const found = await ask("hover", { offset: pos });
     return found?.markdown ? { pos: found.from, end: found.to, above: true, create: () => ({ dom: shownMarkdown(found.markdown) }) } : null;
   });
-  const view = new EditorView({
-    parent,
-    state: EditorState.create({
-      extensions: [
-        lineNumbers(),
-        lintGutter(),
-        history(),
-        drawSelection(),
-        highlightActiveLine(),
-        highlightSelectionMatches(),
-        closeBrackets(),
-        fz,
-        syntaxHighlighting(colours),
-        theme,
-        autocompletion({ override: [complete] }),
-        hover,
-        // Tab leaves the text, so that the keyboard reaches the rest of the page.
-        keymap.of([{ key: "Mod-Enter", run: acceptCompletion }, { key: "Mod-.", run: () => (here(), true) }, ...completionKeymap, ...lintKeymap, ...searchKeymap, ...historyKeymap, ...defaultKeymap]),
-        EditorView.contentAttributes.of({ "aria-label": "Rule file", spellcheck: "false" }),
-        EditorView.updateListener.of((update) => update.docChanged && changed()),
-      ],
-    }),
-  });
+  const extensions = [
+    lineNumbers(),
+    lintGutter(),
+    history(),
+    drawSelection(),
+    highlightActiveLine(),
+    highlightSelectionMatches(),
+    closeBrackets(),
+    fz,
+    syntaxHighlighting(colours),
+    theme,
+    autocompletion({ override: [complete] }),
+    hover,
+    // Tab leaves the text, so that the keyboard reaches the rest of the page.
+    keymap.of([{ key: "Mod-Enter", run: acceptCompletion }, { key: "Mod-.", run: () => (here(), true) }, ...completionKeymap, ...lintKeymap, ...searchKeymap, ...historyKeymap, ...defaultKeymap]),
+    EditorView.contentAttributes.of({ "aria-label": "Rule file", spellcheck: "false" }),
+    EditorView.updateListener.of((update) => update.docChanged && changed()),
+  ];
+  const begin = (doc) => EditorState.create({ doc, extensions });
+  const view = new EditorView({ parent, state: begin("") });
   view.scrollDOM.tabIndex = 0; // the keyboard scrolls it
-  return view;
+  return { view, begin, kept: () => view.state.toJSON(KEPT), resumed: (data) => EditorState.fromJSON(data, { extensions }, KEPT) };
 }
 
 /** Returns what a repair does: what is replaced, where that is short, and else what the diagnostic advises. */

@@ -1,5 +1,6 @@
 // The studio: a text on the left, what fuzzyctl says of it below, the page of its systems on the right.
 import { button, offer } from "./dialog.js";
+import { drafts, isChanged, isLost, keep, remove } from "./drafts.js";
 import { editor, mark, repairText, shownMarkdown } from "./editor.js";
 import { Engine } from "./engine.js";
 import { link, linked } from "./link.js";
@@ -12,6 +13,8 @@ let name = "untitled.fz";
 let files = {};
 /** Most bytes of a file that is opened. */
 const LARGEST = 5e6;
+/** Names of files of other tools, which are opened as rule files. */
+const FOREIGN = /\.(fis|fll|fcl|fml)$/i;
 /** Milliseconds until a picture that is not complete is said to be an older one. */
 const PATIENCE = 500;
 /** Milliseconds that the text stays the same before its loops are run and its claims proved. */
@@ -22,8 +25,10 @@ let fresh = true;
 let known = [];
 /** The runs that are shown. */
 let runs = [];
-/** The text as it was opened or saved last: any other one is lost when the tab is closed. */
-let kept = "";
+/** The text as it was opened or saved last. */
+let base = "";
+/** What the draft of the text is kept under. */
+let key = "";
 /** Most milliseconds of runs of loops, and of proofs of a block. */
 const LONGEST = 30_000;
 /** Counts texts, so that no answer is shown that is about an older one. */
@@ -42,10 +47,11 @@ const engine = new Engine((state, detail) => {
 /** What runs loops and proves claims, apart, so that keys never wait for it; it starts when it is first asked. */
 let slow = null;
 const shown = new Picture(at("frames"), (nonce) => ask("frame", { nonce }));
-const view = editor(at("editor"), (method, more) => ask(method, more), () => {
+const { view, begin, kept, resumed } = editor(at("editor"), (method, more) => ask(method, more), () => {
   version += 1;
   if (engine.ready) status("");
   check();
+  remember();
 }, () => here());
 
 function ask(method, more = {}) {
@@ -189,21 +195,53 @@ const together = ({ facts, script }, sections) => ({ facts: { ...facts, sections
 
 // -- texts in and out
 
+/** Opens a text, with the changes that were made to it before. */
 function open(title, text, others = {}) {
-  name = fileName(title).slice(-100) || "untitled.fz";
-  files = others;
-  runs = [];
-  fresh = true;
+  const own = fileName(title).slice(-100) || "untitled.fz", state = begin(text), before = state.doc.toString();
+  const draft = drafts().find(([, d]) => d.name === own && d.base === before);
+  if (draft) resume(draft, others);
+  else put(own, before, others, state);
+}
+
+/** Shows the state of a text, which no other text is undone in. */
+function put(own, before, others, state) {
+  [name, base, files, key, runs, fresh] = [own, before, others, crypto.randomUUID(), [], true];
+  version += 1;
   engine.place(files);
   at("name").textContent = name;
   document.title = `${name} - fuzzyctl studio`;
-  const lost = isLost();
-  view.dispatch({ changes: { from: 0, to: view.state.doc.length, insert: text }, selection: { anchor: 0 } });
-  kept = view.state.doc.toString();
-  if (lost) status(`${name} is open; Ctrl-Z in the text brings the one before back`);
+  view.setState(state);
+  status("");
+  check();
 }
 
-const isLost = () => view.state.doc.toString() !== kept;
+/** Goes on with a draft, under a key of this page: another one may be going on with it, too. */
+function resume([old, draft], others = {}) {
+  let state, lost = "";
+  try {
+    state = resumed(draft.state);
+  } catch (error) {
+    [state, lost] = [begin(draft.state.doc), `, without its undo, which cannot be read: ${error.message}`];
+  }
+  put(draft.name, draft.base, { ...draft.files, ...others }, state);
+  remove(old);
+  remember();
+  if (isChanged(draft)) status(`the draft of ${name} is open${lost}; 'Examples and drafts' removes it`);
+}
+
+/** Keeps the text as a draft. */
+function remember() {
+  const line = keep(key, { name, base, files, state: kept(), time: Date.now() });
+  if (line && view.state.doc.toString() !== base) status(line);
+}
+
+/** Takes a draft away, and shows its file as it was opened, if it is the text that is shown. */
+function discard(old, draft) {
+  remove(old);
+  if (old === key) put(draft.name, draft.base, draft.files, begin(draft.base));
+  status(`the draft of ${draft.name} is removed`);
+}
+
 addEventListener("beforeunload", (event) => isLost() && event.preventDefault());
 
 /** Returns a name without what no file name has, or what is not seen in one. */
@@ -221,6 +259,15 @@ async function drop(list) {
       return status(`${own} is not opened: ${error instanceof TypeError ? "it is no text in UTF-8" : error.message}`);
     }
   }
+  const notes = [];
+  for (const own of Object.keys(texts).filter((n) => FOREIGN.test(n))) {
+    const found = await engine.ask({ method: "convert", file: `/files/${own}`, text: texts[own] });
+    if (!found || found.refused) return status(`${own} is not opened: ${found?.refused ?? "it took too long and was stopped"}`);
+    if (found.name in texts) return status(`${own} is not opened: ${found.name} is among the files, too`);
+    delete texts[own];
+    texts[found.name] = found.text;
+    notes.push(`${found.name} is made of ${[own, ...found.notes].join("; ")}`);
+  }
   const uses = (text, n) => text.includes(`"${n}"`);
   const free = Object.keys(texts).filter((n) => n.endsWith(".fz") && !uses(view.state.doc.toString(), n));
   const main = free.find((n) => !free.some((other) => other !== n && uses(texts[other], n))) ?? free[0];
@@ -231,6 +278,7 @@ async function drop(list) {
     return status(`the text may use ${Object.keys(texts).join(", ")}`);
   }
   open(main, texts[main], { ...files, ...texts });
+  if (notes.length) status(notes.join("; "));
 }
 
 function save(file, text) {
@@ -271,8 +319,9 @@ function note(text) {
 
 async function saveAs(format) {
   if (format === "fz") {
-    save(name, (kept = view.state.doc.toString()));
-    return status(`saved ${name}`);
+    save(name, (base = view.state.doc.toString()));
+    status(`saved ${name}`);
+    return remember();
   }
   if (format === "page") status("the page is made, with runs and proofs …");
   const found = await (format === "page" ? askSlow("page") : ask("export", { target: format }));
@@ -324,7 +373,8 @@ at("share").onclick = async () => {
     return status(`there is no link: ${error.message}`);
   }
   history.replaceState(null, "", url);
-  kept = view.state.doc.toString();
+  base = view.state.doc.toString();
+  remember();
   const copied = await navigator.clipboard.writeText(url).then(() => true, () => false);
   status(copied ? `the link is copied, ${url.length} characters` : "the link stands in the address bar");
 };
@@ -345,19 +395,28 @@ const titleOf = (text) => /^(?:system|controller|plant|loop)\s+\S+\s+"([^"]+)"/m
 async function start() {
   const examples = await (await fetch("examples.json")).json();
   const groups = Object.entries(Object.groupBy(examples, (e) => e.group));
-  at("examples").onclick = () => offer("Examples", groups.map(([group, own]) => [group, own.map((e) => [`${e.name}: ${titleOf(e.text)}`, () => open(e.name, e.text, e.files)])]));
-  const tipper = examples.find((e) => e.name === "tipper.fz");
-  open(tipper.name, tipper.text, tipper.files);
-  await follow();
+  const shipped = groups.map(([group, own]) => [group, own.map((e) => [`${e.name}: ${titleOf(e.text)}`, () => open(e.name, e.text, e.files)])]);
+  at("examples").onclick = () => offer("Examples and drafts", [["Drafts", drafts().filter(([, d]) => isChanged(d)).map(choices)], ...shipped]);
+  const tipper = examples.find((e) => e.name === "tipper.fz"), [last] = drafts();
+  if (await follow()) return;
+  const line = at("status").textContent;
+  if (last) resume(last);
+  else open(tipper.name, tipper.text, tipper.files);
+  if (line.startsWith("the link")) status(line);
 }
 
-/** Opens the text of the address, if it has one. */
+/** Returns what can be done with a draft. */
+const choices = ([old, draft]) => [`${draft.name}, ${new Date(draft.time).toLocaleString()}`, [["Open", () => resume([old, draft])], ["Remove", () => discard(old, draft)]]];
+
+/** Opens the text of the address, if it has one, and returns whether it has. */
 async function follow() {
   try {
     const found = await linked(location.hash);
     if (found) open(found.name, found.text, found.files);
+    return found !== null;
   } catch (error) {
     status(`the link holds no text that can be read: ${error.message}`);
+    return false;
   }
 }
 addEventListener("hashchange", follow);

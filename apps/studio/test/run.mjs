@@ -147,6 +147,142 @@ async function picture(page, name) {
   await page.screenshot({ path: join(process.env.PICTURES, `${name}.png`) });
 }
 
+/** Types at the end of the text. */
+async function type(page, text) {
+  await page.locator(".cm-content").focus();
+  await page.keyboard.press("Control+End");
+  await page.keyboard.type(text);
+}
+
+/** Undoes all that can be undone. */
+async function undo(page) {
+  await page.locator(".cm-content").focus();
+  for (let k = 0; k < 20; k += 1) await page.keyboard.press("Control+z");
+}
+
+const text = (page) => page.evaluate(() => studio.view.state.doc.toString());
+const nameOf = (page) => page.locator("#name").textContent();
+const says = (page, id, pattern) => until(page, ([own, source]) => new RegExp(source).test(document.getElementById(own).textContent), [id, pattern]);
+const openFile = (page, name, content) => page.locator("#open").setInputFiles([{ name, mimeType: "text/plain", buffer: Buffer.from(content) }]);
+
+/** Ends the process of a tab, as a crash does. */
+async function kill(page) {
+  const ended = new Promise((resolve) => page.once("crash", resolve));
+  (await page.context().newCDPSession(page)).send("Page.crash").catch(() => {}); // which the process does not answer
+  await ended;
+}
+
+/** Drafts: no key is lost with the tab, each file has its own undo, and what the storage does not take is said. */
+async function drafts(context, address) {
+  const fresh = async () => {
+    const page = await context.newPage();
+    await page.goto(address);
+    await until(page, () => globalThis.studio?.view.state.doc.length > 0);
+    return page;
+  };
+  let page = await fresh();
+  await page.evaluate(() => localStorage.clear());
+  await page.close();
+  page = await fresh();
+  assert.equal(await nameOf(page), "tipper.fz");
+  await undo(page);
+  assert.equal(await text(page), tipper);
+
+  const second = tipper.replace("system tipper", "system second");
+  await openFile(page, "second.fz", second);
+  await says(page, "name", "^second.fz$");
+  await type(page, "# é 𝑥 [kept");
+  const typed = await text(page);
+  assert.ok(typed.length > second.length + 8);
+  await kill(page);
+  await page.close();
+  page = await fresh();
+  assert.equal(await nameOf(page), "second.fz");
+  assert.equal(await text(page), typed);
+  await undo(page);
+  assert.equal(await text(page), second);
+  for (let k = 0; k < 20; k += 1) await page.keyboard.press("Control+y");
+  assert.equal(await text(page), typed);
+
+  // Two files in turn, and the draft that is removed.
+  await example(page, "tipper.fz");
+  assert.equal(await text(page), tipper);
+  await type(page, "# other");
+  const choose = async (label) => {
+    await page.locator("#examples").click();
+    await page.locator("#offered").getByRole("button", { name: label }).click();
+  };
+  await choose(/^second.fz.*: Open$/);
+  assert.equal(await text(page), typed);
+  await type(page, " more");
+  await example(page, "tipper.fz");
+  assert.match(await text(page), /# other$/);
+  assert.match(await page.locator("#status").textContent(), /^the draft of tipper.fz is open/);
+  await undo(page);
+  assert.equal(await text(page), tipper);
+  await choose(/^second.fz.*: Open$/);
+  assert.equal(await text(page), `${typed} more`);
+  await page.locator("#examples").click();
+  await picture(page, "drafts");
+  await page.evaluate(readFileSync(join(HERE, "node_modules", "axe-core", "axe.min.js"), "utf8"));
+  check("violations of axe-core, drafts", (await page.evaluate(() => axe.run(document, { iframes: false }))).violations.length, 0);
+  await page.locator("#offered").getByRole("button", { name: /^second.fz.*: Remove$/ }).click();
+  assert.equal(await text(page), second);
+
+  // Files of other tools are opened as rule files; one that is broken is answered.
+  const samples = join(ROOT, "tests", "fuzzyctl", "formats");
+  for (const [path, line] of [["samples/tipper.fis", /^tipper.fz is made of tipper.fis; warning/], ["samples/old.fll", /^old.fz is made/], ["fcl/standard.fcl", /made of standard.fcl/], ["fml/mamdani.fml", /it is called/]]) {
+    await openFile(page, path.split("/")[1], readFileSync(join(samples, path)));
+    await says(page, "name", `^${path.replace(/.*\/|\..*/g, "")}.fz$`);
+    await says(page, "status", line.source);
+  }
+  const last = await text(page);
+  await openFile(page, "broken.fml", "<a");
+  await says(page, "status", "^broken.fml is not opened: error.FZ601.: the XML is broken: unclosed token$");
+  assert.equal(await text(page), last);
+
+  // A storage that is full: the undo goes first, then it is said, and closing asks.
+  await type(page, "# long enough for a history");
+  for (const _ of ["takes the undo of saved texts", "takes its own"]) {
+    await page.evaluate(() => {
+      for (let size = 4_000_000; size >= 1; ) {
+        try {
+          localStorage.setItem(crypto.randomUUID(), "x".repeat(size));
+        } catch {
+          size = Math.floor(size / 2);
+        }
+      }
+    });
+    await type(page, "#");
+  }
+  await says(page, "status", "^the storage of the browser is full: undo of mamdani.fz lasts as long as this page$");
+  await openFile(page, "third.fz", second);
+  await says(page, "name", "^third.fz$");
+  await type(page, "#");
+  await says(page, "status", "^the storage of the browser is full: third.fz lasts as long as this page; 'Save' keeps it$");
+  await example(page, "tipper.fz");
+  await choose(/^third.fz.*: Open$/);
+  assert.equal(await text(page), `${second}#`);
+  const asked = new Promise((resolve) => page.once("dialog", resolve));
+  await page.close({ runBeforeUnload: true });
+  const question = await asked;
+  assert.equal(question.type(), "beforeunload");
+  await question.accept();
+
+  // One that the browser refuses: said, and the text stays as long as the page.
+  page = await context.newPage();
+  await page.addInitScript(() => Object.defineProperty(globalThis, "localStorage", { get: () => { throw new DOMException("", "SecurityError"); } }));
+  await page.goto(address);
+  await until(page, () => globalThis.studio?.view.state.doc.length > 0);
+  await type(page, "#");
+  await says(page, "status", "^the browser refuses storage .SecurityError.: tipper.fz lasts as long as this page");
+  await openFile(page, "second.fz", second);
+  await says(page, "name", "^second.fz$");
+  await example(page, "tipper.fz");
+  assert.equal(await text(page), `${tipper}#`);
+  await page.close();
+}
+
 async function drive(address) {
   const launch = () => chromium.launchPersistentContext(profile, {
     executablePath: process.env.CHROMIUM ?? "/usr/bin/chromium",
@@ -215,18 +351,16 @@ async function drive(address) {
   assert.equal(await frame().locator(".outputs output").first().textContent(), tip);
 
   // Files that are none, names with controls, a used file that is missing, a text that is too large: said, and nothing is lost.
-  const openFile = (name, content) => page.locator("#open").setInputFiles([{ name, mimeType: "text/plain", buffer: Buffer.from(content) }]);
-  const says = (id, pattern) => until(page, ([own, source]) => new RegExp(source).test(document.getElementById(own).textContent), [id, pattern]);
-  await openFile("a.fz", new Uint8Array([0xff, 0xfe, 0, 1]));
-  await says("status", "a.fz is not opened: it is no text in UTF-8");
-  await openFile('"><img onerror=alert(1)>\u202e.fz', `use "beside.fz"\n${tipper}`);
-  await says("name", '^"><img onerror=alert\\(1\\)>_.fz$');
-  await says("mistakes", "there is no such file'Open' takes the files");
-  await openFile("beside.fz", "system beside\ninput x in [0, 1]\n  terms lo hi\noutput y in [0, 1]\n  terms p q\nif x is lo then y is p\nif x is hi then y is q\n");
-  await says("status", "^the text may use beside.fz$");
-  await says("count", "No mistakes");
+  await openFile(page, "a.fz", new Uint8Array([0xff, 0xfe, 0, 1]));
+  await says(page, "status", "a.fz is not opened: it is no text in UTF-8");
+  await openFile(page, '"><img onerror=alert(1)>\u202e.fz', `use "beside.fz"\n${tipper}`);
+  await says(page, "name", '^"><img onerror=alert\\(1\\)>_.fz$');
+  await says(page, "mistakes", "there is no such file'Open' takes the files");
+  await openFile(page, "beside.fz", "system beside\ninput x in [0, 1]\n  terms lo hi\noutput y in [0, 1]\n  terms p q\nif x is lo then y is p\nif x is hi then y is q\n");
+  await says(page, "status", "^the text may use beside.fz$");
+  await says(page, "count", "No mistakes");
   await page.evaluate((insert) => studio.view.dispatch({ changes: { from: 0, to: studio.view.state.doc.length, insert } }), `${tipper}${`# ${"x".repeat(98)}\n`.repeat(11_000)}`);
-  await says("stale", "The text is not checked: .* more than 1048576");
+  await says(page, "stale", "The text is not checked: .* more than 1048576");
   assert.equal(await page.locator("#count").textContent(), "Not checked");
 
   // Nine inputs, an output that has no value in places, one without any value at the point.
@@ -268,7 +402,7 @@ async function drive(address) {
 
   // The picture of README: a claim is proved, the other one refuted, at the point that the sliders show.
   const last = Number(await shown(page));
-  await openFile("brake.fz", BRAKE);
+  await openFile(page, "brake.fz", BRAKE);
   await until(page, (n) => Number(document.body.dataset.shown) > n && document.body.dataset.proved === document.body.dataset.shown, last);
   assert.match(await frame().locator(".verdicts").textContent(), /proved: decreasing\(force, gap\).*refuted: force >= 0.8/);
   await page.getByRole("button", { name: "Go to the counterexample" }).click();
@@ -340,7 +474,7 @@ async function drive(address) {
   const pictures = ["map", "surface", "terms-of-service", "terms-of-food", "terms-of-tip", "rule-viewer"];
   for (const [group, choice, files] of [
     ...[["rule file (.fz)", 1], ["page (.html)", 1], ["C", 2], ["JavaScript", 1], ["Python", 1], ["Structured Text", 1]].map((c) => ["name", ...c]),
-    ...["SVG", "PNG"].map((format) => ["all", `all of them as ${format}`, pictures.map((p) => `tipper-${p}.${format.toLowerCase()}`)]),
+    ...["SVG", "PNG"].map((format) => ["all", `all of them: ${format}`, pictures.map((p) => `tipper-${p}.${format.toLowerCase()}`)]),
   ]) {
     const saved = [];
     const listen = (download) => saved.push(download.suggestedFilename()) && keep(download);
@@ -431,6 +565,7 @@ async function drive(address) {
   await put(page, tipper);
   assert.equal(await page.locator("#count").textContent(), "No mistakes");
   outside.splice(known);
+  await drafts(browser, address.split("#")[0]);
   check("requests elsewhere and errors of the console", outside.length, 0);
   for (const line of outside) console.log("  ", line);
 }

@@ -57,3 +57,17 @@ def test_a_port_that_is_taken_is_named(built):
     taken.server_close()
     assert found.exit_code == 2
     assert f"port {taken.server_port} cannot be served" in " ".join(found.output.split())
+
+
+def test_the_port_is_the_same_at_each_start(built, monkeypatch):
+    taken = ThreadingHTTPServer(("127.0.0.1", 0), None)
+    free = taken.server_port
+    monkeypatch.setattr("fuzzyctl.studio.server.PORT", free)
+    first = run("--folder", built, "--no-browser")
+    taken.server_close()
+    second = run("--folder", built, "--no-browser")
+    assert first.exit_code == second.exit_code == 0
+    assert f"port {free} cannot be served" in first.stderr
+    assert f":{free}/" not in first.stdout
+    assert "cannot be served" not in second.stderr
+    assert second.stdout == f"the studio: http://127.0.0.1:{free}/\n"

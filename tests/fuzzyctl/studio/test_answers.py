@@ -19,6 +19,9 @@ RULES = rules_folder()
 FILES = ("tipper.fz", "fcafsmc_law.fz", "loops/water_tank.fz")
 #: A mistake each.
 MISTAKES = sorted((Path(__file__).parents[2] / "golden" / "diagnostics").glob("*.fz"))
+#: Files of other tools, one of each format.
+SAMPLES = Path(__file__).parents[1] / "formats"
+FOREIGN = [SAMPLES / n for n in ("samples/tipper.fis", "samples/old.fll", "fcl/standard.fcl", "fml/mamdani.fml")]
 TARGETS = ("c", "javascript", "python", "st")
 #: What Pyodide does not have beside the studio.
 ABSENT = "numpy scipy matplotlib numba pydantic pygls lsprotocol rich click pygments".split()
@@ -51,9 +54,12 @@ def requests():
         text = path.read_text()
         common = {"file": str(path), "text": text, "offset": text.index(" = ") - 1, "nonce": "a1-b2", "block": 0}
         yield from (
-            {"method": m, **common} for m in METHODS if m not in ("export", "page" if path.stem != "tipper" else "")
+            {"method": m, **common}
+            for m in METHODS
+            if m not in ("export", "convert", "page" if path.stem != "tipper" else "")
         )
         yield from ({"method": "export", "target": target, **common} for target in TARGETS)
+    yield from ({"method": "convert", "file": str(path), "text": path.read_text()} for path in FOREIGN)
     yield from ({"method": "check", "file": str(path), "text": path.read_text()} for path in MISTAKES)
 
 
@@ -237,3 +243,13 @@ def test_a_claim_that_subdivision_refutes_adds_a_diagnostic_of_its_block():
     assert [word for word, *_ in found["verdicts"]] == ["proved", "refuted"]
     (one,) = found["diagnostics"]
     assert (one["line"], one["stops"], one["block"]) == (34, False, "tipper")
+
+
+def test_files_of_other_tools_are_opened_as_convert_writes_them(tmp_path):
+    for path in FOREIGN:
+        found = ask("convert", path.read_text(), f"/files/{path.name}")
+        done = runner("convert")(path, tmp_path / found["name"])
+        assert done.exit_code == 0, done.output
+        assert found["text"] == (tmp_path / found["name"]).read_text(encoding="utf-8")
+    assert any("'brake - MAMDANI' (it is called 'brake_MAMDANI')" in note for note in found["notes"])
+    assert ask("convert", "<a", "/files/a.fml")["refused"] == "error[FZ601]: the XML is broken: unclosed token"
