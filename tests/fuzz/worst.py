@@ -1,12 +1,13 @@
-"""Run a command on rule files at the limits of the language, and print how much processor time each takes.
+"""Run commands on rule files at the limits of the language, and print how much processor time each takes.
 
     python tests/fuzz/worst.py
     python tests/fuzz/worst.py --size 0.1 piecewise systems
     python tests/fuzz/worst.py --limit 20 --command "diff FILE FILE"
+    python tests/fuzz/worst.py --command bounds --command "page FILE -o page.html" --command "simulate FILE -o run"
 
-Prints seconds, exit code, memory and name of each worst case of worst_files/, or of those whose name contains one of
-the words given; exit code 1 if one takes longer than --limit or more than --memory, or ends in a traceback. A case that
-takes much longer is stopped. Not part of the test suite, which checks smaller files.
+Prints seconds, exit code, memory, command and name of each worst case of worst_files/, or of those whose name contains
+one of the words given; exit code 1 if one takes longer than --limit or more than --memory, or ends in a
+traceback. A case that takes much longer is stopped. Not part of the test suite, which checks smaller files.
 """
 
 import argparse
@@ -30,6 +31,8 @@ sys.argv = ["fuzzyctl", *sys.argv[2:]]
 main()
 """
 
+#: The commands that run by default.
+COMMANDS = ("check", "bounds", "simulate FILE -o run", "page FILE -o page.html")
 #: Stands for an exit code where a command ends in a traceback.
 TRACEBACK = -1
 
@@ -65,21 +68,25 @@ def main():
     parser.add_argument("--size", type=float, default=1.0, help="1 for files at the limits")
     parser.add_argument("--limit", type=float, default=5.0, help="processor seconds that a case may take")
     parser.add_argument("--jobs", type=int, default=2)
-    parser.add_argument("--memory", type=int, default=1536, help="MiB that a case may take")
-    parser.add_argument("--command", default="check", help="with FILE and INPUTS where they are not at the end")
+    parser.add_argument("--memory", type=int, default=1024, help="MiB that a case may take")
+    help_text = (
+        f"with FILE and INPUTS where they are not at the end; may be repeated; without it: {', '.join(COMMANDS)}"
+    )
+    parser.add_argument("--command", action="append", dest="commands", help=help_text)
     parser.add_argument("words", nargs="*", help="parts of names of cases")
     arguments = parser.parse_args()
     chosen = [name for name in CASES if not arguments.words or any(w in name for w in arguments.words)]
     stop = int(2 * arguments.limit) + 1
     slow = []
     with ThreadPoolExecutor(arguments.jobs) as pool:
-        runs = [pool.submit(measured, n, arguments.size, arguments.command, stop) for n in chosen]
-        for name, run in zip(chosen, runs, strict=True):
+        cases = [(command, name) for command in arguments.commands or COMMANDS for name in chosen]
+        runs = [pool.submit(measured, name, arguments.size, command, stop) for command, name in cases]
+        for (command, name), run in zip(cases, runs, strict=True):
             seconds, code, memory = run.result()
-            print(f"{seconds:7.2f} s {code:4d} {memory:5d} MiB  {name}", flush=True)
+            print(f"{seconds:7.2f} s {code:4d} {memory:5d} MiB  {command.split()[0]} {name}", flush=True)
             if seconds > arguments.limit or memory > arguments.memory or code not in (0, 1, 2, 3):
-                slow.append(name)
-    print(f"{len(chosen)} cases, {len(slow)} above the limits: {', '.join(slow) or 'none'}")
+                slow.append(f"{command.split()[0]} {name}")
+    print(f"{len(cases)} cases, {len(slow)} above the limits: {', '.join(slow) or 'none'}")
     sys.exit(bool(slow))
 
 
