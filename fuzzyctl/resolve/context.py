@@ -175,6 +175,8 @@ class Context:
             return
         constant = text.lower() if text.lower() in ex.CONSTANTS and "param" in kind else None
         near = constant or self.near(text, known)
+        if near is not None and self._is_other(near, word):
+            near = self.near(text, [n for n in known if not self._is_other(n, word)])
         if " nor " in kind:
             message, listing = f"'{text}' is neither {kind}", "known here"
         else:
@@ -185,6 +187,8 @@ class Context:
         if constant is not None and word.span is not None:
             # It is declared nowhere, so that the slip is here, however often each spelling stands in the text.
             fix = Fix((Replacement(word.span, constant),), "sure")
+        if text == "t" and "dt" in known and near is None:
+            help_text = "count the time in a state, such as: next time = time + dt"
         if text in self.lets:
             fix = None
             help_text = f"a let is no {kind}; a constant begins with 'param'"
@@ -192,6 +196,13 @@ class Context:
             fix = None
             help_text = self._no_constant(text, self.named[text])
         self.report(code, message, word.span, facts=facts, help=help_text, fix=fix)
+
+    def _is_other(self, name: str, word: sx.Word | ex.Name) -> bool:
+        """Whether a name is no slip of a word: defined in the line of the word, or the time, which nothing is like."""
+        text = word.text if isinstance(word, sx.Word) else word.name
+        place = self.where.get(name)
+        is_defined = place is not None and word.span is not None and place.line == word.span.line
+        return is_defined or (name in ("t", "dt") and name != text.lower())
 
     def _no_constant(self, name: str, statement: sx.Signal | sx.Equation) -> str:
         """Return what to do where a signal of a controller, plant or loop stands in place of a param."""

@@ -1,7 +1,7 @@
 import pytest
 
 from fuzzyctl.diagnostics.source import SourceText
-from fuzzyctl.loading.fixing import fix_source
+from fuzzyctl.loading.fixing import errors_of, fix_source
 
 FOREIGN = """system t;
 and product
@@ -133,3 +133,49 @@ def test_index_rules_are_likely():
         f"{text}if x is a or z is not q then y is hi weight 0.5\nif z is p then y is lo\n"
     )
     assert text_of(f"{text}1 -2, 2 (0.5) : 2\n") == f"{text}1 -2, 2 (0.5) : 2\n"
+
+
+BLOCKS = """controller law
+input e
+every 10 ms
+state s = 0
+next s = s + e
+let bend = 2 * e
+let more = bend + 1
+output u = s + more
+require u <= 1e9
+
+plant tank
+input u
+state h = 0
+der h = u - h
+output y = h
+
+loop l
+block c = law(1 - p.y)
+block p = tank(c.u)
+run 1 s
+measure f0 = final(p.y)
+"""
+
+
+@pytest.mark.parametrize(
+    ("line", "guess"),
+    [
+        ("next s = s + e", "next s = s + sin(t)"),
+        ("measure f0 = final(p.y)", "measure f0 = f_at_0"),
+        ("let bend = 2 * e", "let bend = bent"),
+        ("let bend = 2 * e", "let bend = mora"),
+        ("require u <= 1e9", "require u2 <= 1e9"),
+        ("require u <= 1e9", "require u => 1e9 )"),
+    ],
+)
+def test_a_guess_that_changes_the_meaning_is_not_made(line, guess):
+    text = BLOCKS.replace(line, guess)
+    fixed = text_of(text, likely=True)
+    assert fixed.replace("require u >= 1e9 )", "require u => 1e9 )") == text
+
+
+def test_the_time_of_a_controller_is_no_slip_of_its_sample_time():
+    (mistake,) = errors_of(SourceText("t.fz", BLOCKS.replace("next s = s + e", "next s = s + sin(t)")), None)
+    assert mistake.help == "count the time in a state, such as: next time = time + dt"
