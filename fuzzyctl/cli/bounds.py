@@ -14,10 +14,11 @@ from fuzzyctl.cli.common import (
     QUIET,
     answers_with_diagnostics,
     end_of_range,
+    report,
     timeout_option,
 )
 from fuzzyctl.cli.loading import Choice, Opened, chooses, controllers_of, load_checked, open_blocks
-from fuzzyctl.cli.streams import say, write_json
+from fuzzyctl.cli.streams import write_json
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 
 if TYPE_CHECKING:
@@ -61,7 +62,7 @@ def bounds(file: str, choice: Choice, timeout: float, form: str) -> int:
         }
         write_json(data)
     else:
-        say("\n".join(line for e in found for line in _lines(system, e)))
+        report("\n".join(line for e in found for line in _lines(system, e)))
     return DONE
 
 
@@ -96,9 +97,9 @@ def _show_controller(controller: Controller, timeout: float, form: str) -> None:
         return
     for name, bound in found.items():
         unit, what = units[name], "state " if name in states else ""
-        say(f"{what}{name}: from {bound.lo + 0.0:.9g} to {bound.hi + 0.0:.9g}{' ' + unit if unit else ''}")
+        report(f"{what}{name}: from {bound.lo + 0.0:.9g} to {bound.hi + 0.0:.9g}{' ' + unit if unit else ''}")
         if bound.note:
-            say(f"  {bound.note}")
+            report(f"  {bound.note}")
 
 
 def _lines(system: FuzzySystem, extent: Extent) -> Iterator[str]:

@@ -145,6 +145,15 @@ def show(diagnostics: Sequence[Diagnostic], form: str = "text") -> None:
         write_data(f"{text}\n")
 
 
+def report(text: str) -> None:
+    """Print a report on standard output; a terminal gets it in colour, with lines of its width."""
+    from fuzzyctl.cli.terminal_text import painted
+
+    stream = sys.stdout
+    shown = painted(text, color=use_color(stream), width=terminal_width(stream), encoding=stream.encoding)
+    click.echo(shown, file=stream)
+
+
 def remark(text: str) -> None:
     """Print a line on standard error, unless the command is quiet."""
     if not _meta().get(_QUIET):

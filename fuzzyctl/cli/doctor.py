@@ -16,8 +16,8 @@ from typing import Any, Final
 import click
 
 import fuzzyctl
-from fuzzyctl.cli.common import DONE, FAILED, FORMAT, answers_with_diagnostics
-from fuzzyctl.cli.streams import say, write_json
+from fuzzyctl.cli.common import DONE, FAILED, FORMAT, answers_with_diagnostics, report
+from fuzzyctl.cli.streams import write_json
 from fuzzyctl.diagnostics.suggestions import counted
 from fuzzyctl.support import private_folders
 from fuzzyctl.support.cores import cores
@@ -51,7 +51,7 @@ def doctor(clear_cache: bool, form: str) -> int:
     if form == "json":
         write_json(data)
     else:
-        say("\n".join(_lines(data)))
+        report("\n".join(_lines(data)))
     return FAILED if data["problems"] else DONE
 
 

@@ -19,6 +19,7 @@ from fuzzyctl.cli.common import (
     UNDECIDED,
     answers_with_diagnostics,
     end_of_range,
+    report,
     show,
     timeout_option,
 )
@@ -70,7 +71,7 @@ def prove(files: tuple[str, ...], choice: Choice, timeout: float, form: str) -> 
     """
     proofs: list[Proof] = []
     mistakes: list[Diagnostic] = []
-    tell = say if form == "text" else None
+    tell = report if form == "text" else None
     try:
         for file in dict.fromkeys(files):
             try:
@@ -93,7 +94,7 @@ def prove(files: tuple[str, ...], choice: Choice, timeout: float, form: str) -> 
         write_json(_as_data(proofs, mistakes))
     else:
         if proofs:
-            say(_summary(proofs))
+            report(_summary(proofs))
         show(mistakes)
     kinds = {type(v).__name__ for p in proofs for v in p.verdicts}
     if mistakes or "Refuted" in kinds:
@@ -139,8 +140,8 @@ def _prove_all(proof: Proof, claims: Sequence[Any], prover: Any, tell: Callable[
     if tell is not None and not claims:
         tell(f"{proof.file}: {proof.block.name}: no guarantees")
     for claim in claims:
-        with progress() as report:
-            prover.progress = None if report is None else _of_boxes(report)
+        with progress() as shown:
+            prover.progress = None if shown is None else _of_boxes(shown)
             verdict = prover.verdict(claim)
         proof.verdicts.append(verdict)
         if tell is not None:

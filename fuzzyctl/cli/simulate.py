@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import click
 
-from fuzzyctl.cli.common import DONE, FAILED, FORMAT, QUIET, SVG_TEXT, answers_with_diagnostics, show
+from fuzzyctl.cli.common import DONE, FAILED, FORMAT, QUIET, SVG_TEXT, answers_with_diagnostics, report, show
 from fuzzyctl.cli.loops import chosen_loops, settings_of
 from fuzzyctl.cli.progress import progress
 from fuzzyctl.cli.streams import say, write_json
@@ -107,7 +107,7 @@ def simulate(
         else:
             from fuzzyctl.cli.run_tables import text_of
 
-            say(text_of([r.run for r in runs], labels))
+            report(text_of([r.run for r in runs], labels))
             show(found)
         if files is not None:
             written = _write(files, runs, folders, data, picture, svg_text)

@@ -15,6 +15,7 @@ from fuzzyctl.cli.common import (
     outside_range,
     plain,
     point_of,
+    report,
     show,
 )
 from fuzzyctl.cli.loading import Choice, chooses, load_checked
@@ -69,7 +70,7 @@ def why(
         write_json(data)
     else:
         show(warnings)
-        say(text(found, most))
+        report(text(found, most))
     if out is not None:
         _draw(system, found, out, svg_text, most)
         say(f"wrote {out}", err=form == "json")

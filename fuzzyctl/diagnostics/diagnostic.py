@@ -115,25 +115,25 @@ def render(
         width: Columns of the terminal, at which lines are wrapped; None leaves each message on one line.
         encoding: Of where it is printed, for columns and the place of the caret; None for one that has all characters.
     """
-    paint = _paint if color else _plain
+    tint = paint if color else _plain
     tone = _TONES[diagnostic.severity]
     place = f"{printable(diagnostic.place)}: " if diagnostic.place else ""
     kind = f"{diagnostic.severity}[{diagnostic.code}]"
     before = _width(spelt(f"{place}{kind}: ", encoding))
     message = wrapped(spelt(printable(diagnostic.message), encoding), width, first=before, indent=4)
-    lines = [f"{paint(place, 'bold')}{paint(kind, tone)}: {paint(message[0], 'bold')}".rstrip(" ")]
-    lines.extend(f"    {paint(line, 'bold')}" for line in message[1:])
+    lines = [f"{tint(place, 'bold')}{tint(kind, tone)}: {tint(message[0], 'bold')}".rstrip(" ")]
+    lines.extend(f"    {tint(line, 'bold')}" for line in message[1:])
     margin = 1
     if diagnostic.span is not None:
         margin = len(str(diagnostic.span.line)) + 1
-        lines.extend(_excerpt(diagnostic.span, margin, paint, tone, width, encoding))
+        lines.extend(_excerpt(diagnostic.span, margin, tint, tone, width, encoding))
     pad = " " * margin
 
     def add(text: str, label: str = "") -> None:
         colon = ": " if label else ""
         head, *below = (spelt(printable(line), encoding) for line in text.split("\n"))
         first, *rest = wrapped(head, width, first=margin + 2 + len(label + colon), indent=margin + 2)
-        lines.append(f"{pad}= {paint(label, 'cyan')}{colon}{first}")
+        lines.append(f"{pad}= {tint(label, 'cyan')}{colon}{first}")
         lines.extend(f"{pad}  {line}" for line in (*rest, *(f"  {line}" for line in below)))
 
     for text in diagnostic.explanations:
@@ -233,10 +233,11 @@ def _width(text: str) -> int:
 
 
 _TONES: dict[Severity, str] = {"error": "red", "warning": "yellow", "hint": "cyan"}
-_STYLES = {"bold": "1", "red": "1;31", "yellow": "1;33", "cyan": "36", "blue": "34"}
+_STYLES = {"bold": "1", "red": "1;31", "green": "1;32", "yellow": "1;33", "cyan": "36", "blue": "34"}
 
 
-def _paint(text: str, style: str) -> str:
+def paint(text: str, style: str) -> str:
+    """Return a text in a style of `_STYLES` for a terminal."""
     return f"\x1b[{_STYLES[style]}m{text}\x1b[0m" if text else text
 
 

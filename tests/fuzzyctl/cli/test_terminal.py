@@ -1,6 +1,7 @@
 """Diagnostics on a terminal and in a pipe."""
 
 import os
+import re
 import struct
 import subprocess
 import sys
@@ -65,11 +66,13 @@ def test_a_pipe_gets_one_line_for_each_message(mistaken):
     assert len(in_pipe.split("\n")) < len(errors_of(["check", mistaken], 60).split("\n"))
 
 
-def output_of(arguments, text):
-    """Run a command whose standard output is a terminal without colours; return what it prints there."""
+def output_of(arguments, text="", columns=80, **environment):
+    """Run a command whose standard output is a terminal, without colours by default; return what it prints there."""
     master, slave = pty.openpty()
+    fcntl.ioctl(slave, termios.TIOCSWINSZ, struct.pack("HHHH", 24, columns, 0, 0))
     command = [sys.executable, "-c", "from fuzzyctl.cli.main import main; main()", *map(str, arguments)]
-    environment = os.environ | {"NO_COLOR": "1", "PYTHONUTF8": "1"}
+    environment = {"NO_COLOR": "1"} | os.environ | {"PYTHONUTF8": "1"} | environment
+    environment = {name: value for name, value in environment.items() if value}
     with subprocess.Popen(command, env=environment, stdin=subprocess.PIPE, stdout=slave) as running:
         os.close(slave)
         running.stdin.write(text.encode())
@@ -88,6 +91,24 @@ def test_data_does_not_control_a_terminal(base, arguments):
     shown = output_of(arguments, text)
     assert "␛]0;title␇ \ufffd31m" in shown
     assert not {"\x1b", "\x07", "\x9b"} & set(shown)
+
+
+REPORTS = [
+    (["why", "tipper", "service=7", "food=8"], "\x1b[1mtip\x1b[0m = "),
+    (["prove", "tipper"], "\x1b[1;32mproved\x1b[0m: bounded"),
+    (["bounds", "tipper"], "\x1b[1mtip\x1b[0m: from "),
+    (["simulate", "water_tank"], ": \x1b[1;32mmet\x1b[0m"),
+    (["doctor"], "\x1b[1mbackend\x1b[0m: "),
+]
+
+
+@pytest.mark.parametrize(("arguments", "part"), REPORTS, ids=[words[0] for words, _ in REPORTS])
+def test_a_terminal_gets_reports_in_colour_and_of_its_width(arguments, part):
+    shown = output_of(arguments, NO_COLOR="", TERM="xterm")
+    assert part in shown
+    plain = re.sub(r"\x1b\[[0-9;]*m", "", shown)
+    assert "\x1b" not in plain
+    assert [line for line in plain.split("\n") if len(line) > 80 and " " in line.strip()] == []
 
 
 def test_an_interruption_is_a_single_line():
