@@ -83,7 +83,12 @@ def shown() -> dict[str, list[dict[str, Any]]]:
             *cells,
         ]
         owners += [f"pyplot before {name}", *[name] * len(cells)]
-    NotebookClient(together, timeout=300, record_timing=False, resources={"metadata": {"path": str(FOLDER)}}).execute()
+    with pytest.MonkeyPatch.context() as environment:
+        environment.setenv("COLUMNS", "80")  # other tests of the process may have left another width
+        client = NotebookClient(
+            together, timeout=300, record_timing=False, resources={"metadata": {"path": str(FOLDER)}}
+        )
+        client.execute()
     if os.environ.get("FUZZYCTL_UPDATE_GOLDEN"):
         for name in NAMES:
             store(name, [cell for owner, cell in zip(owners, together.cells, strict=True) if owner == name])
