@@ -3,61 +3,44 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from fuzzyctl.diagnostics.diagnostic import ArgumentError
+from fuzzyctl.expr import Number
 from fuzzyctl.kernels.backends import blocks
 from fuzzyctl.kernels.backends.arguments import float_array, point_array
 from fuzzyctl.kernels.backends.labels import labelled
+from fuzzyctl.kernels.batch import fill_of
 from fuzzyctl.kernels.inference import inference
 from fuzzyctl.kernels.plan.build import Plan
 from fuzzyctl.kernels.program.passes.differentiate import differentiated
-from fuzzyctl.kernels.program.program import Program, Refuse
-from fuzzyctl.kernels.promises import Promises
+from fuzzyctl.kernels.program.program import Program
 
 if TYPE_CHECKING:
     import numpy.typing as npt
 
-    from fuzzyctl.kernels.backends.blocks import Fill
-
     FloatArray = npt.NDArray[np.float64]
 
 
-def fill_of(program: Program, backend: str, plan: Plan) -> Fill:
-    """Return what fills the results of a program at many points."""
-    names = tuple(i.name for i in plan.inputs)
-    if backend == "numpy":
-        from fuzzyctl.kernels.backends.numpy import backend as numpy_backend
-
-        return numpy_backend.compile_batch(program, names)
-    from fuzzyctl.kernels.batch import fill_by_loop, fill_by_storing
-
-    if backend == "python":
-        from fuzzyctl.kernels.backends.python import backend as python_backend
-
-        source = python_backend.storing_source(program)
-        return fill_by_storing(python_backend.compile_source(source, program, names))
-    from fuzzyctl.kernels.backends.numba.batch_loop import loop
-
-    refused = [s.output for s in program.body if isinstance(s, Refuse)]
-    return fill_by_loop(loop(program), refused, Promises(plan, known=True))
-
-
 class Arrays:
-    """Evaluates a program at many points.
+    """Evaluates a program at many points; results that are numbers, such as constant derivatives, are not computed.
 
     Args:
         program: The program; its arguments are the inputs.
         backend: "numba", "numpy" or "python".
-        plan: What it belongs to.
+        names: Of the inputs.
     """
 
-    def __init__(self, program: Program, backend: str, plan: Plan) -> None:
-        self._width, self.takes_rows = len(program.results), bool(program.state)
-        self._names = tuple(i.name for i in plan.inputs)
-        self._fill = fill_of(program, backend, plan)
+    def __init__(self, program: Program, backend: str, names: Sequence[str]) -> None:
+        self._names, self.takes_rows = tuple(names), bool(program.state)
+        self._constants = np.array([r.value if isinstance(r, Number) else 0.0 for r in program.results])
+        self._computed = [k for k, r in enumerate(program.results) if not isinstance(r, Number)]
+        computed = replace(program, results=tuple(program.results[k] for k in self._computed))
+        self._fill = fill_of(computed, backend, self._names) if self._computed else None
 
     def __call__(self, points: Any, rows: FloatArray | None = None) -> FloatArray:
         """Evaluate.
@@ -82,9 +65,14 @@ class Arrays:
             rows = np.ascontiguousarray(np.broadcast_to(rows, (*shape, rows.shape[-1]))).reshape(-1, rows.shape[-1])
         count = math.prod(shape)
         flat = np.ascontiguousarray(np.broadcast_to(array, (*shape, array.shape[-1]))).reshape(count, array.shape[-1])
-        results = np.empty((count, self._width))
-        blocks.run(self._fill, flat, rows, results)
-        return results.reshape(*shape, self._width)
+        results = np.empty((count, len(self._computed)))
+        if self._fill is not None:
+            blocks.run(self._fill, flat, rows, results)
+        width = len(self._constants)
+        if len(self._computed) < width:
+            computed, results = results, np.tile(self._constants, (count, 1))
+            results[:, self._computed] = computed
+        return results.reshape(*shape, width)
 
 
 def broadcast(shape: tuple[int, ...], rows: FloatArray) -> tuple[int, ...]:

@@ -12,8 +12,10 @@ from fuzzyctl.diagnostics.diagnostic import ArgumentError, NoRuleFiresError
 from fuzzyctl.kernels.backends import blocks
 from fuzzyctl.kernels.backends import states as sequence
 from fuzzyctl.kernels.backends.arguments import float_array, point_array
+from fuzzyctl.kernels.backends.python import backend as python_backend
 from fuzzyctl.kernels.plan.build import Plan
-from fuzzyctl.kernels.promises import Promises
+from fuzzyctl.kernels.program.program import Program
+from fuzzyctl.kernels.promises import Promises, Refusals
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -81,42 +83,59 @@ class Batch:
         self._promises.check_block(points, states, results)
 
 
-def fill_by_loop(loop: Loop, outputs: Sequence[str], promises: Promises) -> Fill:
-    """Return what fills a block by machine code.
+def fill_of(program: Program, backend: str, names: Sequence[str], promises: Promises | None = None) -> Fill:
+    """Return the function that fills the results of a program at many points.
 
     Args:
-        loop: The machine code.
-        outputs: The output of each kind of refusal.
-        promises: Those of points before one that is refused are checked first.
+        program: The program.
+        backend: "numba", "numpy" or "python".
+        names: Of its arguments.
+        promises: Checked by machine code for the points before one that is refused, so that the first one is named.
     """
+    if backend == "numpy":
+        from fuzzyctl.kernels.backends.numpy import backend as numpy_backend
+
+        return numpy_backend.compile_batch(program, names)
+    if backend == "python":
+        source = python_backend.storing_source(program)
+        return _fill_by_storing(python_backend.compile_source(source, program, names))
+    from fuzzyctl.kernels.backends.numba.batch_loop import loop
+
+    return fill_by_loop(loop(program), program, names, promises)
+
+
+def fill_by_loop(loop: Loop, program: Program, names: Sequence[str], promises: Promises | None = None) -> Fill:
+    """Return the function that fills results by machine code of a program, see `fill_of`."""
+    refusals = Refusals(program, names)
 
     def fill(points: FloatArray, states: FloatArray | None, results: FloatArray) -> None:
-        refused = loop(points, states, results)
-        if refused >= 0:
-            first, kind = divmod(refused, len(outputs))
-            promises.check_block(points[:first], None if states is None else states[:first], results[:first])
-            raise NoRuleFiresError(outputs[kind], promises.text_of(points[first]))
+        code = loop(points, states, results)
+        if code >= 0:
+            first, output = refusals.place(code)
+            if promises is not None:
+                promises.check_block(points[:first], None if states is None else states[:first], results[:first])
+            raise NoRuleFiresError(output, python_backend.point_text(names, points[first]))
 
     return fill
 
 
 def fill_by_calls(function: Callable[..., Any]) -> Fill:
-    """Return what fills a block by calls of a function (x0, ..., C)."""
+    """Return the function that fills results by calls of a function (x0, ..., C)."""
 
     def fill(points: FloatArray, states: FloatArray | None, results: FloatArray) -> None:
-        given = None if states is None else states.tolist()
+        rows = None if states is None else states.tolist()
         for i, point in enumerate(points.tolist()):
-            results[i] = function(*point) if given is None else function(*point, given[i])
+            results[i] = function(*point) if rows is None else function(*point, rows[i])
 
     return fill
 
 
-def fill_by_storing(function: Callable[..., None]) -> Fill:
-    """Return what fills a block by calls of a function (x0, ..., C, result), which stores its results."""
+def _fill_by_storing(function: Callable[..., None]) -> Fill:
+    """Return the function that fills results by calls of a function (x0, ..., C, result), which stores them."""
 
     def fill(points: FloatArray, states: FloatArray | None, results: FloatArray) -> None:
-        given = None if states is None else states.tolist()
+        rows = None if states is None else states.tolist()
         for i, point in enumerate(points.tolist()):
-            function(*point, *(() if given is None else (given[i],)), results[i])
+            function(*point, *(() if rows is None else (rows[i],)), results[i])
 
     return fill

@@ -9,23 +9,23 @@ from typing import TYPE_CHECKING, Any, Literal, final, overload
 
 import numpy as np
 
-from fuzzyctl.diagnostics.diagnostic import ArgumentError, NoRuleFiresError, UnknownNameError
+from fuzzyctl.diagnostics.diagnostic import ArgumentError, UnknownNameError
 from fuzzyctl.diagnostics.terminal import printable
 from fuzzyctl.displayed import Displayed
-from fuzzyctl.kernels.arrays import Arrays, broadcast, by_name, fill_of, jacobian
+from fuzzyctl.kernels.arrays import Arrays, broadcast, by_name, jacobian
 from fuzzyctl.kernels.backends import blocks
-from fuzzyctl.kernels.backends.arguments import float_array, in_order, point_array, writable
+from fuzzyctl.kernels.backends.arguments import float_array, in_order, input_number, point_array, writable
 from fuzzyctl.kernels.backends.labels import labelled
 from fuzzyctl.kernels.backends.python import backend as python_backend
+from fuzzyctl.kernels.batch import fill_of
 from fuzzyctl.kernels.free_values import FreeValues
 from fuzzyctl.kernels.inference import inference
 from fuzzyctl.kernels.inference.free import free_program, with_values_as_array
 from fuzzyctl.kernels.plan.build import Plan
 from fuzzyctl.kernels.plan.free import free_plan
 from fuzzyctl.kernels.program.passes.differentiate import differentiated
-from fuzzyctl.kernels.program.program import Program, Refuse
-from fuzzyctl.kernels.program.scalar import as_number
-from fuzzyctl.kernels.promises import Promises
+from fuzzyctl.kernels.program.program import Program
+from fuzzyctl.kernels.promises import Promises, Refusals
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.support.signatures import InputSignature
 
@@ -70,6 +70,7 @@ class FreeKernel(Displayed):
         self._values = FreeValues(self._free)
         self._promises = Promises(self.plan, known=False)
         self._program = self._over_values(inference.evaluation)
+        self._refusals = Refusals(self._program, self.input_names)
 
     def __reduce__(self) -> tuple[Any, ...]:
         """A kernel in another process is made anew there."""
@@ -114,21 +115,16 @@ class FreeKernel(Displayed):
             arguments = in_order(names, arguments, named)
         if len(arguments) != len(names):
             raise ArgumentError(f"expected {len(names)} arguments ({', '.join(names)}), got {len(arguments)}")
-        point = [as_number(x) for x in arguments[:-1]]
+        point = [input_number(n, x) for n, x in zip(self.input_names, arguments, strict=False)]
         values = self._values.of(arguments[-1])
         if values.ndim != 1:
             raise ArgumentError(f"the values must have the shape ({len(values)},) here; kernel.batch takes arrays")
         try:
             result: Outputs = self.jit(*point, writable(values) if self.backend == "numba" else values.tolist())
         except ArithmeticError as error:
-            raise self._refused(error, point) from None
+            raise self._refusals.translated(error, point) from None
         self._promises.check(point, result)
         return result
-
-    def _refused(self, error: ArithmeticError, point: list[float]) -> ArithmeticError:
-        """Return the exception for what compiled code raised."""
-        output = {s.message: s.output for s in self._program.body if isinstance(s, Refuse)}.get(str(error))
-        return error if output is None else NoRuleFiresError(output, self._promises.text_of(point))
 
     @overload
     def batch(self, points: Frames, values: Values, *, parallel: bool = True) -> Labelled: ...
@@ -160,7 +156,7 @@ class FreeKernel(Displayed):
         shape = broadcast(array.shape[:-1], given)
         count = math.prod(shape)
         flat = np.ascontiguousarray(np.broadcast_to(array, (*shape, array.shape[-1]))).reshape(count, -1)
-        rows = np.broadcast_to(given, (*shape, given.shape[-1])).reshape(count, -1)
+        rows = np.broadcast_to(given, (*shape, given.shape[-1])).reshape(count, given.shape[-1])
         results = blocks.results_for(out, shape if width == 1 else (*shape, width), flat, rows)
         target = np.asarray(results).reshape(count, width)
         if self.backend == "numba":
@@ -182,7 +178,7 @@ class FreeKernel(Displayed):
 
     @cached_property
     def _fill(self) -> Any:
-        return fill_of(self._program, self.backend, self.plan)
+        return fill_of(self._program, self.backend, self.input_names)
 
     @cached_property
     def jit(self) -> Callable[..., Any]:
@@ -275,4 +271,4 @@ class FreeKernel(Displayed):
         return with_values_as_array(free_program(self._free, write), self._free.trace.arguments)
 
     def _arrays(self, program: Program) -> Arrays:
-        return Arrays(program, self.backend, self.plan)
+        return Arrays(program, self.backend, self.input_names)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -53,7 +54,7 @@ class FreeValues:
         values = np.ascontiguousarray(values)
         key = values.tobytes() if values.ndim == 1 else b""
         if not key or key != self._known:
-            self._require(values.reshape(-1, len(self._names)))
+            self._require(values.reshape(math.prod(values.shape[:-1]), len(self._names)))
             self._known = key
         return values
 

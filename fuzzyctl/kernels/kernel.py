@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Final, final, overload
 
-from fuzzyctl.diagnostics.diagnostic import ArgumentError, FuzzyctlError, NoRuleFiresError, UnknownNameError
+from fuzzyctl.diagnostics.diagnostic import ArgumentError, FuzzyctlError, UnknownNameError
 from fuzzyctl.diagnostics.terminal import printable
 from fuzzyctl.displayed import Displayed
 from fuzzyctl.kernels.algorithms.select import algorithm_of
@@ -17,7 +17,7 @@ from fuzzyctl.kernels.backends.python import backend as python_backend
 from fuzzyctl.kernels.inference import inference
 from fuzzyctl.kernels.plan.build import Plan
 from fuzzyctl.kernels.program.program import Program, Refuse
-from fuzzyctl.kernels.promises import Promises
+from fuzzyctl.kernels.promises import Promises, Refusals
 from fuzzyctl.support.signatures import InputSignature
 
 if TYPE_CHECKING:
@@ -71,7 +71,7 @@ class Kernel(Displayed):
         self.n_states = len(plan.initial_state)
         self.algorithm = algorithm_of(plan, algorithm)
         self._program = self.algorithm.point if backend == "numba" else self.algorithm.interpreted
-        self._refusals = {s.message: s.output for s in self._program.body if isinstance(s, Refuse)}
+        self._refusals = Refusals(self._program, self.input_names)
         self._promises = Promises(plan, known=self.algorithm.is_defined)
         self._n_arguments = len(plan.inputs) + (1 if self.n_states else 0)
         #: What calls from Python call.
@@ -126,16 +126,10 @@ class Kernel(Displayed):
             if result != result or len(self.output_names) > 1:
                 self._promises.check(arguments, result)
             return result
-        except NoRuleFiresError:
-            raise
+        except OverflowError:
+            raise too_large(self.input_names, arguments) from None
         except ArithmeticError as error:
-            if isinstance(error, OverflowError):
-                raise too_large(self.input_names, arguments) from None
-            output = self._refusals.get(str(error))
-            if output is None:
-                raise
-            point = self._promises.text_of(arguments[: len(self.input_names)])
-            raise NoRuleFiresError(output, point) from None
+            raise self._refusals.translated(error, arguments[: len(self.input_names)]) from None
         except (TypeError, ValueError) as error:
             # Compiled code refuses integers beyond 64 bits in its own words.
             if len(arguments) == self._n_arguments and any(overflows(a) for a in arguments):
@@ -191,18 +185,13 @@ class Kernel(Displayed):
 
     @cached_property
     def _fill(self) -> Fill:
-        """What fills the results of a block of points."""
-        if self.backend == "numpy":
-            from fuzzyctl.kernels.backends.numpy import backend as numpy_backend
-
-            return numpy_backend.compile_batch(self.algorithm.arrays, self.input_names)
-        from fuzzyctl.kernels.batch import fill_by_calls, fill_by_loop
+        """Fill the results of a block of points."""
+        from fuzzyctl.kernels.batch import fill_by_calls, fill_of
 
         if self.backend == "python":
             return fill_by_calls(self.jit)
-        from fuzzyctl.kernels.backends.numba.batch_loop import loop
-
-        return fill_by_loop(loop(self.algorithm.many), list(self._refusals.values()), self._promises)
+        program = self.algorithm.arrays if self.backend == "numpy" else self.algorithm.many
+        return fill_of(program, self.backend, self.input_names, self._promises)
 
     @overload
     def degrees(self, points: Frames, state: Numbers | None = None) -> dict[str, dict[str, pd.Series[float]]]: ...
@@ -273,7 +262,7 @@ class Kernel(Displayed):
 
         if what not in self._views:
             write = {"degrees": inference.degrees, "activations": inference.activations, "gradient": input_gradient}
-            self._views[what] = Arrays(write[what](self.plan), self.backend, self.plan)
+            self._views[what] = Arrays(write[what](self.plan), self.backend, self.input_names)
         view = self._views[what]
         if state is not None and not self.plan.initial_state:
             raise ArgumentError(states.NO_STATE)
@@ -364,7 +353,7 @@ class Kernel(Displayed):
     @property
     def raises(self) -> bool:
         """Whether its function raises where no rule fires."""
-        return bool(self._refusals)
+        return any(isinstance(s, Refuse) for s in self._program.body)
 
     @cached_property
     def jit(self) -> Callable[..., Any]:

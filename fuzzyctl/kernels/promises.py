@@ -1,4 +1,4 @@
-"""Runtime check of outputs without `else`: NaN for numeric inputs is an error."""
+"""Errors at points where no rule fires: refusals of compiled code, and outputs without `else` that are NaN."""
 
 from __future__ import annotations
 
@@ -9,12 +9,37 @@ from fuzzyctl.diagnostics.diagnostic import NoRuleFiresError
 from fuzzyctl.kernels.backends.python.backend import point_text
 from fuzzyctl.kernels.known_values import known_at
 from fuzzyctl.kernels.plan.build import Plan
+from fuzzyctl.kernels.program.program import Program, Refuse
 
 if TYPE_CHECKING:
     import numpy as np
     import numpy.typing as npt
 
     FloatArray = npt.NDArray[np.float64]
+
+
+class Refusals:
+    """Points that a program refuses, as exceptions that name the output and the point.
+
+    Args:
+        program: The program.
+        names: Of its arguments.
+    """
+
+    def __init__(self, program: Program, names: Sequence[str]) -> None:
+        refusals = [s for s in program.body if isinstance(s, Refuse)]
+        self._outputs = {s.message: s.output for s in refusals}
+        self._kinds, self._names = [s.output for s in refusals], tuple(names)
+
+    def translated(self, error: ArithmeticError, point: Sequence[Any]) -> ArithmeticError:
+        """Return the exception for an error of compiled code at a point; the error itself if it is none of these."""
+        output = self._outputs.get(str(error))
+        return error if output is None else NoRuleFiresError(output, point_text(self._names, point))
+
+    def place(self, code: int) -> tuple[int, str]:
+        """Return the index of the point and the output of the code that a compiled loop returned for a refusal."""
+        point, kind = divmod(code, len(self._kinds))
+        return point, self._kinds[kind]
 
 
 class Promises:

@@ -119,13 +119,13 @@ def writable(array: FloatArray) -> FloatArray:
 
 
 def row_array(names: Sequence[str], rows: Any, what: str) -> FloatArray:
-    """Return rows as an array of floats, shape (..., names); a data frame's columns are put in the order of the names.
+    """Return rows as an array of floats, shape (..., names); columns by name are put in the order of the names.
 
     Raises:
         ArgumentError: For columns of other names, and for what is no array of real numbers.
     """
-    is_frame = getattr(rows, "ndim", 0) == 2 and hasattr(rows, "columns")
-    columns = columns_by_name(names, rows, what) if is_frame and len(names) else None
+    has_names = isinstance(rows, Mapping) or (getattr(rows, "ndim", 0) == 2 and hasattr(rows, "columns"))
+    columns = columns_by_name(names, rows, what) if has_names and len(names) else None
     return float_array(rows, what) if columns is None else stacked(names, columns)
 
 

@@ -7,16 +7,16 @@ from collections.abc import Mapping
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Final, final, overload
 
-from fuzzyctl.diagnostics.diagnostic import ArgumentError, NoRuleFiresError, UnknownNameError, ValueOutOfBoundsError
+from fuzzyctl.diagnostics.diagnostic import ArgumentError, UnknownNameError, ValueOutOfBoundsError
 from fuzzyctl.diagnostics.terminal import printable
 from fuzzyctl.displayed import Displayed
-from fuzzyctl.kernels.backends.arguments import float_array, row_array, writable
+from fuzzyctl.kernels.backends.arguments import float_array, in_order, input_number, row_array, writable
 from fuzzyctl.kernels.backends.columns import require_same_index
 from fuzzyctl.kernels.backends.labels import labelled
 from fuzzyctl.kernels.backends.python import backend as python_backend
 from fuzzyctl.kernels.plan.equations import DT, Equations
-from fuzzyctl.kernels.program.program import Program, Refuse
 from fuzzyctl.kernels.program.scalar import as_number
+from fuzzyctl.kernels.promises import Refusals
 from fuzzyctl.kernels.steps.program import step_program
 from fuzzyctl.support.signatures import InputSignature
 
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from fuzzyctl.annotations import FloatArray, Frame, Labelled, Numbers, Outputs, Scalar, Vector
-    from fuzzyctl.kernels.steps.gradient import StepGradient
+    from fuzzyctl.kernels.arrays import Arrays
     from fuzzyctl.kernels.steps.values import StepValues
 
 #: What the time since the step before is.
@@ -60,7 +60,11 @@ class Step(Displayed):
         self.output_names = tuple(name for name, _ in equations.outputs)
         self.state_names = tuple(s.name for s in equations.states)
         self.period = equations.period
-        self._program = step_program(equations, algorithm)
+        self._algorithm, self._program = algorithm, step_program(equations, algorithm)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Compile the step again in another process."""
+        return Step, (self.equations, self.backend, self._algorithm, self._values)
 
     def __repr__(self) -> str:
         return printable(f"Step({', '.join(self.input_names)} -> {', '.join(self.output_names)}; {self.backend})")
@@ -86,23 +90,29 @@ class Step(Displayed):
             raise UnknownNameError("free number", name, self.free_names)
         return np.array([s.start for s in self.equations.states], dtype=np.float64)
 
-    def __call__(self, *arguments: Scalar | Vector, dt: float | None = None) -> tuple[Outputs, FloatArray]:
+    def __call__(
+        self, *arguments: Scalar | Vector, dt: float | None = None, **named: Scalar | Vector
+    ) -> tuple[Outputs, FloatArray]:
         """Make one step.
 
         Args:
             arguments: The inputs in order, then the state, shape (states,).
             dt: Time since the step before [s], for a controller without period.
+            named: Inputs by their names, and the state, which is called `state`.
 
         Returns:
             The outputs, a float or a tuple of floats, and the next state, shape (states,).
 
         Raises:
-            ArgumentError: For a wrong number of arguments, or one of another type.
+            ArgumentError: For a wrong number of arguments, one given twice, or one of another type.
+            UnknownNameError: For a name that is no input.
             ValueOutOfBoundsError: For a `dt` that is not positive and finite.
-            NoRuleFiresError: Where no rule of a system fires whose output says `else error`.
+            NoRuleFiresError: If no rule of a system fires whose output says `else error`.
         """
         import numpy as np
 
+        if named:
+            arguments = in_order((*self.input_names, "state"), arguments, named)
         if len(arguments) != len(self.input_names) + 1:
             names = ", ".join((*self.input_names, "state"))
             raise ArgumentError(f"expected {len(self.input_names) + 1} arguments ({names}), got {len(arguments)}")
@@ -110,16 +120,13 @@ class Step(Displayed):
         kept = float_array(state, "state")
         self._require_states(kept, ())
         results = np.empty(len(self.output_names) + len(self.state_names))
-        given = [as_number(x) for x in inputs] + self._times(dt)
+        point = [input_number(n, x) for n, x in zip(self.input_names, inputs, strict=True)] + self._times(dt)
         # Python warns of overflows of numpy's numbers, not of its own.
         before = writable(kept) if self.backend == "numba" else kept.tolist()
         try:
-            self.jit(*given, *([before] if self.state_names else []), results)
+            self.jit(*point, *([before] if self.state_names else []), results)
         except ArithmeticError as error:
-            output = {s.message: s.output for s in self._program.body if isinstance(s, Refuse)}.get(str(error))
-            if output is None:
-                raise
-            raise NoRuleFiresError(output, python_backend.point_text(self._argument_names(), given)) from None
+            raise Refusals(self._program, self._argument_names()).translated(error, point) from None
         values = results[: len(self.output_names)].tolist()
         outputs: Any = values[0] if len(values) == 1 else tuple(values)
         return outputs, results[len(self.output_names) :]
@@ -228,41 +235,19 @@ class Step(Displayed):
             ValueOutOfBoundsError: For a `dt` that is not positive and finite.
             NoRuleFiresError: For the first copy where no rule of a system fires whose output says `else error`.
         """
-        import numpy as np
-
         points, rows, shape = self._copies(inputs, states, dt)
-        outputs = len(self.output_names)
-        gradient, fill = self._gradient
-        computed = np.empty((len(points), len(gradient.places)))
-        if len(gradient.places):
-            fill(points, rows, computed)
-        found = np.tile(gradient.known.reshape(-1), (len(points), 1))
-        found[:, gradient.places] = computed
-        found = found.reshape(*shape, *gradient.known.shape)
-        return (found[..., 0, :] if outputs == 1 else found[..., :outputs, :]), found[..., outputs:, :]
+        outputs, kept = len(self.output_names), len(self.state_names)
+        derivatives = self._gradient(points, rows).reshape(*shape, outputs + kept, len(self.input_names) + kept)
+        return (derivatives[..., 0, :] if outputs == 1 else derivatives[..., :outputs, :]), derivatives[
+            ..., outputs:, :
+        ]
 
     @cached_property
-    def _gradient(self) -> tuple[StepGradient, Any]:
-        """The derivatives, and what fills those that are computed."""
+    def _gradient(self) -> Arrays:
+        from fuzzyctl.kernels.arrays import Arrays
         from fuzzyctl.kernels.steps.gradient import step_gradient
 
-        gradient = step_gradient(self.equations)
-        return gradient, self._filled(gradient.program)
-
-    def _filled(self, program: Program) -> Any:
-        """Return what fills the results of a program that takes what a step takes."""
-        if self.backend == "numpy":
-            from fuzzyctl.kernels.backends.numpy import backend as numpy_backend
-
-            return numpy_backend.compile_batch(program, self._argument_names())
-        if self.backend == "python":
-            from fuzzyctl.kernels.batch import fill_by_storing
-
-            source = python_backend.storing_source(program)
-            return fill_by_storing(python_backend.compile_source(source, program, self._argument_names()))
-        from fuzzyctl.kernels.backends.numba.batch_loop import loop
-
-        return self._checked(loop(program))
+        return Arrays(step_gradient(self.equations), self.backend, self._argument_names())
 
     def _copies(self, inputs: Any, states: Any, dt: Any) -> tuple[FloatArray, FloatArray | None, tuple[int, ...]]:
         """Return inputs and states of many copies, one in each row, and the shape that the copies are in."""
@@ -306,29 +291,20 @@ class Step(Displayed):
 
     @cached_property
     def _fill(self) -> Any:
-        """What fills the results of copies side by side."""
-        return self._filled(self._program)
+        """Fill the results of copies side by side."""
+        from fuzzyctl.kernels.batch import fill_of
+
+        return fill_of(self._program, self.backend, self._argument_names())
 
     @cached_property
     def _run(self) -> Any:
-        """What makes steps along time; the state is left in its second argument."""
+        """Fill the results of steps along time, and leave the state in the second argument."""
         if self.backend != "numba":
             return self._run_by_calls
         from fuzzyctl.kernels.backends.numba.batch_loop import sequence
+        from fuzzyctl.kernels.batch import fill_by_loop
 
-        return self._checked(sequence(self._program, len(self.output_names)))
-
-    def _checked(self, loop: Any) -> Any:
-        """Return what fills results by machine code, and raises where no rule fires."""
-        refused = [s.output for s in self._program.body if isinstance(s, Refuse)]
-
-        def fill(points: FloatArray, states: FloatArray | None, results: FloatArray) -> None:
-            found = loop(points, states, results)
-            if found >= 0:
-                first, kind = divmod(found, len(refused))
-                raise NoRuleFiresError(refused[kind], python_backend.point_text(self._argument_names(), points[first]))
-
-        return fill
+        return fill_by_loop(sequence(self._program, len(self.output_names)), self._program, self._argument_names())
 
     def _run_by_calls(self, points: FloatArray, state: FloatArray, results: FloatArray) -> None:
         outputs, kept = len(self.output_names), state.tolist()

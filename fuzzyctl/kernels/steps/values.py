@@ -40,6 +40,10 @@ class StepValues:
             (c, FreeValues(free_plan(c.system, [n for n, _ in c.free]), f"{c.system.name}.")) for c in calls
         ]
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Make the values anew in another process: functions that were compiled stay behind."""
+        return StepValues, (self._controller, self._equations)
+
     def state(self, changed: Mapping[str, Any]) -> list[float]:
         """Return the state before the first step.
 

@@ -251,6 +251,13 @@ def test_wrong_arguments_are_named(system):
         kernel.gradient(POINTS, [1], by="value")
 
 
+@pytest.mark.parametrize("backend", ["python", "numba"])
+def test_an_integer_beyond_all_floats_is_named(system, backend):
+    kernel = compile_system(system, backend, free=["g"])
+    with pytest.raises(ValueOutOfBoundsError, match="input 'd' must be within the range of floats"):
+        kernel(0.1, 10**400, [1])
+
+
 def test_a_kernel_of_free_numbers_can_be_sent_to_another_process(system):
     kernel = compile_system(system, "python", free=NAMES)
     other = pickle.loads(pickle.dumps(kernel))

@@ -1,12 +1,13 @@
 """Steps of controllers beside plain loops, and the same numbers from every backend."""
 
 import math
+import pickle
 
 import numpy as np
 import pytest
 
 import fuzzyctl
-from fuzzyctl import ArgumentError, NoRuleFiresError, ValueOutOfBoundsError
+from fuzzyctl import ArgumentError, NoRuleFiresError, UnknownNameError, ValueOutOfBoundsError
 
 BACKENDS = ("python", "numpy", "numba")
 
@@ -299,3 +300,43 @@ class TestStep:
         step(0.3, 0.2, state)
         step.run([[0.3, 0.2]] * 5, state)
         assert state.tolist() == step.start().tolist()
+
+    def test_arguments_may_be_given_by_their_names(self, controller):
+        step = fuzzyctl.compile(controller(PID), "python")
+        e, y = step.input_names
+        by_position = step(0.3, 0.2, step.start())
+        by_name = step(0.3, **{y: 0.2, "state": step.start()})
+        assert by_name[0] == by_position[0]
+        assert by_name[1].tolist() == by_position[1].tolist()
+        with pytest.raises(UnknownNameError, match="no input 'q'"):
+            step(0.3, 0.2, step.start(), q=1)
+        with pytest.raises(ArgumentError, match="a value is missing for: state"):
+            step(**{e: 0.3, y: 0.2})
+
+    @pytest.mark.parametrize("backend", BACKENDS)
+    def test_columns_may_be_given_by_their_names(self, controller, backend):
+        step = fuzzyctl.compile(controller(PID), backend)
+        e, y = step.input_names
+        rows = np.array([[0.3, 0.2], [-0.1, 0.4], [0.0, 1.0]])
+        columns = {y: rows[:, 1], e: rows[:, 0]}
+        assert step.run(columns)[0].tolist() == step.run(rows)[0].tolist()
+        states = np.tile(step.start(), (3, 1))
+        assert step.batch(columns, states)[0].tolist() == step.batch(rows, states)[0].tolist()
+        with pytest.raises(ArgumentError, match=f"a column is missing for: '{y}'"):
+            step.run({e: [0.3]})
+
+    @pytest.mark.parametrize("backend", BACKENDS)
+    def test_a_step_that_was_used_can_be_sent_to_another_process(self, controller, backend):
+        step = fuzzyctl.compile(controller(PID), backend, free=["Kp"])
+        used = step(0.3, 0.2, step.start(Kp=2))
+        step.run([[0.3, 0.2]] * 5)
+        step.gradient([0.3, 0.2], step.start())
+        copy = pickle.loads(pickle.dumps(step))
+        again = copy(0.3, 0.2, copy.start(Kp=2))
+        assert (again[0], again[1].tolist()) == (used[0], used[1].tolist())
+
+    @pytest.mark.parametrize("backend", ["python", "numba"])
+    def test_an_integer_beyond_all_floats_is_named(self, controller, backend):
+        step = fuzzyctl.compile(controller(PID), backend)
+        with pytest.raises(ValueOutOfBoundsError, match=rf"input '{step.input_names[1]}' must be within the range"):
+            step(0.3, 10**400, step.start())
