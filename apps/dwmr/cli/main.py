@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-import os
-import sys
-from contextlib import suppress
-from typing import Any, Final
+from typing import Final
 
 import click
 
-from fuzzyctl.cli import streams
+from fuzzyctl.cli.streams import Program
 
 #: By name of a command its module, its function there, and its line in the list of commands.
 COMMANDS: Final = {
@@ -24,24 +21,6 @@ COMMANDS: Final = {
     "compare": ("dwmr.cli.compare", "compare", "Put control laws side by side, with confidence intervals."),
     "sweep": ("dwmr.cli.sweep", "sweep", "Run a scenario many times with values that vary."),
 }
-
-
-class Program(streams.Program):
-    """The command line program; a standard output that cannot be written to is a message, no traceback."""
-
-    def main(self, *args: Any, **kwargs: Any) -> Any:
-        """Run the command that the arguments name."""
-        try:
-            try:
-                return super().main(*args, **kwargs)
-            finally:
-                sys.stdout.flush()
-        except OSError as error:
-            with suppress(OSError, ValueError):  # Python would complain again when it closes the stream
-                os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-            if not isinstance(error, BrokenPipeError):
-                streams.say(f"error: {error}", err=True)
-            sys.exit(1)
 
 
 @click.group(cls=Program, deferred=COMMANDS, context_settings={"help_option_names": ["-h", "--help"]})
