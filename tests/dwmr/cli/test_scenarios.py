@@ -63,7 +63,13 @@ class TestNew:
 
     def test_says_what_cannot_be_written(self, dwmr, tmp_path):
         status, _, said = dwmr("new", "mine", "-o", tmp_path / "no" / "such" / "x.toml")
-        assert (status, "cannot be written" in said, "Traceback" in said) == (1, True, False)
+        assert (status, "there is no folder" in said, "Traceback" in said) == (1, True, False)
+
+    def test_writes_all_files_or_none(self, dwmr, tmp_path):
+        (tmp_path / "mine.csv").mkdir()
+        status, _, said = dwmr("new", "mine", "--from", "csv-path", "--force")
+        assert (status, said.splitlines()[0]) == (1, "mine.csv: error[FZ005]: this is a folder")
+        assert [p.name for p in tmp_path.iterdir()] == ["mine.csv"]
 
     @pytest.mark.parametrize(
         ("arguments", "words"),
