@@ -91,7 +91,8 @@ def chosen_block(source: SourceText, blocks: Sequence[_Block], kind: str, name: 
 def not_chosen(source: SourceText, names: Sequence[str], kind: str, name: str | None) -> Diagnostic:
     """Return why none of the systems or other blocks of a file is chosen."""
     if not names:
-        message, help_text = f"the file holds no {kind}", ""
+        message = f"the file holds no {kind}"
+        help_text = "a 'loop' joins controllers and plants, as in 'fuzzyctl show water_tank'" if kind == "loop" else ""
     elif name is None:
         message, help_text = f"the file holds several {kind}s, and none is chosen", f"name one, such as '{names[0]}'"
     else:

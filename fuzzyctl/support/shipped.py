@@ -88,7 +88,7 @@ def place_of(file: str | os.PathLike[str]) -> Place:
     if not is_name(name) or (os.path.exists(name) and not os.path.isdir(name)):
         return Place(Path(name), name, False)
     beside = f"{name}.fz"
-    if os.path.exists(beside):
+    if os.path.exists(beside) and not os.path.isdir(beside):
         return Place(Path(beside), beside, False)
     path = shipped_files().get(name)
     return Place(path or Path(name), name, path is not None)

@@ -116,6 +116,14 @@ class TestMistakes:
             f"{name}: error[FZ001]: there is no such file\n = help: {help_text}\n",
         )
 
+    def test_a_shipped_file_of_this_name_comes_before_similar_files(self, folder):
+        (folder / "smc.fz").mkdir()
+        (folder / "ais_reactions.fz").touch()
+        assert run("show", "smc").exit_code == 0
+        for command in (("show",), ("watch",)):
+            help_text = "did you mean the shipped 'ais_reaction'? 'fuzzyctl show' lists the shipped files"
+            assert run(*command, "ais_reaction.fz").output.endswith(f"there is no such file\n = help: {help_text}\n")
+
     @pytest.mark.parametrize("words", [("fmt",), ("check", "--fix"), ("check", "--fix", "likely")])
     def test_a_shipped_file_is_not_written(self, words):
         before = (rules_folder() / "tipper.fz").read_bytes()
