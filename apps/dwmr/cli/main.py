@@ -35,7 +35,8 @@ def main() -> None:
     dwmr check mine.toml                 its mistakes
     dwmr run paper                       the paper's run
     dwmr run paper --controller all      all control laws beside Table 12
-    dwmr run paper --rules my-rules      the same with your own rule files
+    dwmr new --rules my-rules            rule files of your own
+    dwmr run paper --rules my-rules      the same with those
     dwmr run paper --set rules.ais_reaction.k_s=0.5 --set run.horizon=60
     dwmr figures paper -o figures        counterparts of Figs. 8 to 28
     dwmr figures experiment -o figures   those of Figs. 29 to 39
