@@ -167,6 +167,12 @@ class TestCheck:
         assert status == 1
         assert "error[FZ907]" in said
 
+    def test_a_file_of_the_folder_with_the_name_of_a_shipped_scenario_is_named(self, dwmr, tmp_path):
+        (tmp_path / "undisturbed.toml").write_text('extends = "undisturbed"\n', encoding="utf-8")
+        note = "note: the shipped 'undisturbed' is read, not 'undisturbed.toml' of this folder\n"
+        assert dwmr("check", "undisturbed")[2] == note
+        assert "note" not in dwmr("check", "undisturbed.toml")[2]
+
     def test_knows_no_scenario_of_that_name(self, dwmr):
         assert dwmr("check", "papr")[0] == 2
         assert dwmr("check")[0] == 2

@@ -67,7 +67,10 @@ class TestNames:
     def test_a_sweep_takes_them(self, folder):
         (folder / "spec.toml").write_text('scenario = "water_tank"\nagainst = ["pendulum"]\nruns = 1\n')
         result = run("sweep", "spec.toml", "--jobs", "1")
-        assert result.exit_code == 0, result.output
+        assert (result.exit_code, result.stderr) == (0, "")
+        run("new", "pendulum", "--from", "pendulum")
+        note = "note: 'pendulum.fz' of this folder is read in place of the shipped 'pendulum'"
+        assert run("sweep", "spec.toml", "--jobs", "1", "-o", "again").stderr.splitlines() == [note]
 
 
 class TestAFileOfTheFolder:
