@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from fuzzyctl.model.controller import Controller
     from fuzzyctl.model.loop import Loop
     from fuzzyctl.page.document import Section
+    from fuzzyctl.simulation.run import Run
 
 
 @click.command()
@@ -42,7 +43,8 @@ def page(file: str, loop: str | None, out: str | None, choice: Choice) -> int:
     fuzzyctl page tipper -o tipper.html
     fuzzyctl page water_tank fill -o tank.html
 
-    Exit code 1 if a guarantee is refuted, 3 if one is undecided; the page is written.
+    Exit code 1 if a guarantee is refuted, a requirement of a loop is not met or its run is stopped, 3 if a guarantee is
+    undecided; the page is written.
     """
     from fuzzyctl.page.document import document, page_title
     from fuzzyctl.support.writing import write_together
@@ -67,7 +69,7 @@ def page(file: str, loop: str | None, out: str | None, choice: Choice) -> int:
     title = page_title(blocks, target.stem if file == "-" else Path(file).stem)
     write_together({target: document(title, sections, diagnostics)})
     say(f"wrote {target}")
-    if any(d.severity == "error" and d.witness is not None for d in diagnostics):
+    if any(d.severity == "error" for d in diagnostics):
         return FAILED
     return UNDECIDED if any(d.code == "FZ402" for d in diagnostics) else DONE
 
@@ -180,8 +182,16 @@ def _runs(loops: list[Loop], choice: Choice, diagnostics: list[Diagnostic]) -> I
     for loop in loops:
         own = choice.of_params([*short_names(loop), *instance_params(loop)])
         run = simulate(settings_of(own.settings, [loop])[0], record_calls=True)
-        diagnostics += [*([run.stopped] if run.stopped is not None else []), *warnings(run)]
+        diagnostics += [*(_unmet(run) if run.stopped is None else [run.stopped]), *warnings(run)]
         yield Section(loop_data(run, len(loops)))
+
+
+def _unmet(run: Run) -> Iterator[Diagnostic]:
+    """Yield an error for each requirement that a run does not meet."""
+    for written, r in zip(run.loop.requirements, run.requirements, strict=True):
+        if not r.holds:
+            message, help_text = f"the run does not meet the requirement '{r.text}'", "change the loop, or require less"
+            yield Diagnostic("FZ402", message, written.span, facts=r.facts, help=help_text, witness={})
 
 
 def _refused(name: str, span: object, error: Exception) -> Diagnostic:

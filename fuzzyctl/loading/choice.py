@@ -37,11 +37,11 @@ def choose(
     system: str | None,
     blocks: Sequence[Block] = (),
 ) -> tuple[FuzzySystem | None, list[Diagnostic]]:
-    """Pick the one system of a file, or the one named; None when there are errors.
+    """Pick the one system of a file, or the one named.
 
-    Where there is none, the other blocks of the file are named.
+    It is None if there are errors other than claims that do not hold. Of a file without systems the blocks are named.
     """
-    if any(d.severity == "error" for d in diagnostics):
+    if any(d.stops for d in diagnostics):
         return None, diagnostics
     found = chosen_block(source, systems, "system", system)
     if isinstance(found, Diagnostic) and blocks and not systems:
