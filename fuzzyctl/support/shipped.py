@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import re
 from functools import lru_cache
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Final, NamedTuple
 
@@ -51,6 +52,12 @@ def rules_folder() -> Path:
 def explanations_folder() -> Path | None:
     """Return the folder of the pages that explain diagnostic codes, or None when the installation has none."""
     return _folder(("explanations", "../docs/reference/diagnostics"))
+
+
+def studio_folder() -> Path | None:
+    """Return the folder of the studio that a checkout or the package `fuzzyctl-studio` has, or None."""
+    spec = find_spec("fuzzyctl_studio")
+    return _folder(("../apps/studio/dist", *((spec and spec.submodule_search_locations) or ())))
 
 
 def _folder(places: tuple[str, ...]) -> Path | None:
