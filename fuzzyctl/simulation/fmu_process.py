@@ -120,10 +120,11 @@ class IsolatedKernel:
         self.done, self._crash = 0, None
         if self._process is not None and self._process.usable:
             return
-        kept = [p for p in _idle if p.usable and p.files == self._files and p.own.poll() is None]
-        _idle[:] = [p for p in _idle if p not in kept[-1:]]
+        kept = next((p for p in _idle if p.usable and p.files == self._files and p.own.poll() is None), None)
+        if kept is not None:
+            _idle.remove(kept)
         try:
-            process = kept[-1] if kept else _Process(self._files)
+            process = kept or _Process(self._files)
             path = process.folder / "record"
             path.unlink(missing_ok=True)  # the one of the loop before is still mapped
             path.write_bytes(bytes(8 * (1 + 2 * len(self._plants) + _SAMPLES * self._width)))
@@ -132,7 +133,7 @@ class IsolatedKernel:
         self._process = process
         self._sent: Sequence[Any] = ()
         weakref.finalize(self, _put_back, process)
-        #: The samples that are done of a request; two numbers for each FMU, see there; the record of the samples.
+        #: How many samples of a request are done; `FmuPlant.state` of each plant; the record of the samples.
         self._shared = _mapped(path)
         self._record = self._shared[1 + 2 * len(self._plants) :]
         self._request("load", *self._loaded, str(path), os.getcwd())
@@ -297,6 +298,9 @@ def serve(folder: str) -> None:
             connection.send(answer)
         except OSError:  # nobody waits for it any more
             break
+    with suppress(DiagnosticError):
+        server.free()
+    shutil.rmtree(folder, ignore_errors=True)
 
 
 def _receive(connection: Connection, requests: SimpleQueue[Any], folder: str) -> None:

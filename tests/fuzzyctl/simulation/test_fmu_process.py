@@ -10,7 +10,7 @@ import time
 import numpy as np
 import pytest
 
-from fuzzyctl import Experiment, simulate
+from fuzzyctl import DiagnosticError, Experiment, simulate
 from fuzzyctl.codegen.fmu.archive import fmu, sources
 from fuzzyctl.codegen.fmu.binary import compiler
 from fuzzyctl.interop.gymnasium import environment
@@ -172,6 +172,19 @@ class TestInterrupts:
         assert gone(child)
         assert not list(tmp_path.glob("fuzzyctl-*"))
 
+    def test_a_program_that_ends_without_cleaning_up_leaves_no_files(self, fmu_loop, tmp_path):
+        fmu_loop()
+        script = "import os, fuzzyctl\nrun = fuzzyctl.Experiment(fuzzyctl.load_loop('loop.fz', 'l')).run()\n"
+        script += f"print(len(os.listdir({str(tmp_path / 'own')!r})), run.stopped, flush=True)\nos._exit(0)"
+        (tmp_path / "own").mkdir()
+        environ = os.environ | {"TMPDIR": str(tmp_path / "own")}
+        found = subprocess.run([sys.executable, "-c", script], cwd=tmp_path, env=environ, stdout=-1, check=True)
+        assert found.stdout == b"1 None\n"
+        ends = time.monotonic() + 20
+        while list((tmp_path / "own").iterdir()) and time.monotonic() < ends:
+            time.sleep(0.05)
+        assert not list((tmp_path / "own").iterdir())
+
 
 def gone(process):
     ends = time.monotonic() + 20
@@ -199,6 +212,12 @@ class TestProcesses:
         del experiment
         assert processes == {p.own.pid for p in fmu_process._idle}
         assert len(own_processes()) == 1
+
+    def test_one_that_cannot_be_started_is_a_diagnostic(self, fmu_loop, monkeypatch):
+        monkeypatch.setattr(sys, "executable", "/nowhere/python")
+        monkeypatch.setattr(fmu_process, "_idle", [])
+        with pytest.raises(DiagnosticError, match=r"\[FZ713\]: the process for FMUs cannot be started"):
+            Experiment(fmu_loop()).run()
 
     def test_loops_side_by_side_have_their_own(self, fmu_loop):
         loop = fmu_loop()
