@@ -25,11 +25,15 @@ _T = TypeVar("_T")
 class _Once(list[_T], Generic[_T]):
     """A list that holds each entry once."""
 
+    def __init__(self) -> None:
+        self._places: dict[_T, int] = {}
+
     def place(self, entry: _T) -> int:
         """Return where an entry stands."""
-        if entry not in self:
+        place = self._places.setdefault(entry, len(self))
+        if place == len(self):
             self.append(entry)
-        return self.index(entry)
+        return place
 
 
 @dataclass
