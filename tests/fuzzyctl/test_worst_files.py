@@ -19,9 +19,13 @@ from fuzzyctl.analysis.coverage.box_search import BUDGET, Search
 from fuzzyctl.analysis.coverage.coverage import uncovered_of
 from fuzzyctl.analysis.degrees import Truths
 from fuzzyctl.analysis.induction.prover import ControllerProver
+from fuzzyctl.analysis.verdicts import Refuted, Witness
 from fuzzyctl.analysis.work import COVERAGE, SpentError, Work
+from fuzzyctl.cli.checked import claim_reports
 from fuzzyctl.cli.main import main
-from fuzzyctl.diagnostics.source import SourceText
+from fuzzyctl.codegen.unit import prepare
+from fuzzyctl.diagnostics.diagnostic import Diagnostic
+from fuzzyctl.diagnostics.source import SourceText, Span
 from fuzzyctl.explain.trace import _Contributions
 from fuzzyctl.expr import Name
 from fuzzyctl.kernels.plan.build import degree_name, plan
@@ -37,6 +41,7 @@ from fuzzyctl.model.checks.partitions import spoilt_partitions
 from fuzzyctl.model.computed_numbers import Numbers
 from fuzzyctl.model.guarantee import Param
 from fuzzyctl.model.params import ParamValues
+from fuzzyctl.page.systems import SystemFacts
 from fuzzyctl.resolve.block_expressions import Expressions
 from fuzzyctl.resolve.context import Context
 from fuzzyctl.resolve.rules import resolve_antecedent, resolve_rule
@@ -399,6 +404,30 @@ def test_runs_end_with_the_time_however_many_claims_there_are(monkeypatch):
     calls = counted_calls(monkeypatch, "fuzzyctl.analysis.induction.replay.Runs._run")
     assert not prover._reached
     assert len(calls) < 50
+
+
+def test_what_a_page_says_of_rules_grows_with_their_number():
+    def work(count):
+        text = f"system s\n{HEAD}" + RULE * count
+        unit = prepare(loads(text), text)
+        return lines_of(lambda: SystemFacts(unit, ()).data())
+
+    assert work(200) < 2.3 * work(100)
+
+
+def test_claims_that_are_reported_are_not_compared_with_all_others():
+    text = SourceText("worst.fz", "require u <= 1\n" * 400)
+
+    def work(count):
+        spans = [Span(text, 15 * k, 15 * k + 14) for k in range(count)]
+        verdicts = [Refuted("u <= 1", Witness({}, ()), span=span) for span in spans]
+        known = [Diagnostic("FZ404", "", span, witness={}) for span in spans[::2]]
+        found = []
+        return lines_of(lambda: found.extend(claim_reports(verdicts, known))), found
+
+    (small, _), (large, found) = work(200), work(400)
+    assert len(found) == 200
+    assert large < 2.3 * small
 
 
 def counted_calls(monkeypatch, target):
