@@ -14,6 +14,7 @@ import pytest
 from click.testing import CliRunner
 
 from fuzzyctl.analysis import effects
+from fuzzyctl.analysis.branch_and_bound.boxed_system import System
 from fuzzyctl.analysis.check import check_source
 from fuzzyctl.analysis.coverage.box_search import BUDGET, Search
 from fuzzyctl.analysis.coverage.coverage import uncovered_of
@@ -428,6 +429,16 @@ def test_claims_that_are_reported_are_not_compared_with_all_others():
     (small, _), (large, found) = work(200), work(400)
     assert len(found) == 200
     assert large < 2.3 * small
+
+
+def test_params_are_enclosed_once_for_all_boxes(monkeypatch):
+    system = loads(f"system s\n{HEAD}{RULE}" + "".join(f"param p{k} = 1\n" for k in range(50)))
+    boxed = System(system, plan(system))
+    calls = counted_calls(monkeypatch, "fuzzyctl.analysis.branch_and_bound.boxed_system.constant")
+    with np.errstate(all="ignore"):
+        for _ in range(10):
+            boxed.enclose([Name("y")], np.zeros((1, 1)), np.ones((1, 1)), sloped=True)
+    assert len(calls) < 10 * 50
 
 
 def counted_calls(monkeypatch, target):
