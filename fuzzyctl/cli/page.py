@@ -46,7 +46,9 @@ def page(file: str, loop: str | None, out: str | None, choice: Choice) -> int:
     Exit code 1 if a guarantee is refuted, a requirement of a loop is not met or its run is stopped, 3 if a guarantee is
     undecided; the page is written.
     """
+    from fuzzyctl.analysis import clock
     from fuzzyctl.page.document import document, page_title
+    from fuzzyctl.page.proofs import PAGE_SECONDS
     from fuzzyctl.support.writing import write_together
 
     examined = examined_file(file, loop=loop)
@@ -56,9 +58,10 @@ def page(file: str, loop: str | None, out: str | None, choice: Choice) -> int:
     loops = _loops(examined, choice, loop)
     _known_settings(examined, loops, choice)
     diagnostics = list(reported)
+    until = clock.now() + PAGE_SECONDS
     sections = [
-        *_systems(examined, choice, diagnostics),
-        *_controllers(examined, choice, diagnostics),
+        *_systems(examined, choice, diagnostics, until),
+        *_controllers(examined, choice, diagnostics, until),
         *_runs(loops, choice, diagnostics),
     ]
     if not sections:
@@ -106,7 +109,7 @@ def _known_settings(examined: Examined, loops: list[Loop], choice: Choice) -> No
     assignments(choice.settings, list(dict.fromkeys([*chain.from_iterable(own), *of_loops])), "param")
 
 
-def _systems(examined: Examined, choice: Choice, diagnostics: list[Diagnostic]) -> Iterator[Section]:
+def _systems(examined: Examined, choice: Choice, diagnostics: list[Diagnostic], until: float) -> Iterator[Section]:
     """Yield the sections of systems, and add what their checks find.
 
     Raises:
@@ -127,7 +130,7 @@ def _systems(examined: Examined, choice: Choice, diagnostics: list[Diagnostic]) 
         checked = check_changed(examined, own.changed, system=system.name)
         if checked.system is None:
             raise DiagnosticError(checked.diagnostics)
-        verdicts = decided(checked.system, checked.verdicts, CLAIM_SECONDS)
+        verdicts = decided(checked.system, checked.verdicts, CLAIM_SECONDS, until)
         found = [*checked.diagnostics, *claim_reports(verdicts, checked.diagnostics)]
         diagnostics += [d for d in found if d not in diagnostics]
         settings = assignments(own.settings, [p.name for p in system.params], "param")
@@ -138,10 +141,10 @@ def _systems(examined: Examined, choice: Choice, diagnostics: list[Diagnostic]) 
             raise DiagnosticError([_refused(system.name, system.span, error)]) from None
 
 
-def _controllers(examined: Examined, choice: Choice, diagnostics: list[Diagnostic]) -> Iterator[Section]:
+def _controllers(examined: Examined, choice: Choice, diagnostics: list[Diagnostic], until: float) -> Iterator[Section]:
     """Yield the sections of controllers; see `_systems`."""
     from fuzzyctl.analysis.check import check_examined
-    from fuzzyctl.analysis.prove import CLAIM_SECONDS, prove
+    from fuzzyctl.analysis.prove import CLAIM_SECONDS
     from fuzzyctl.codegen.errors import CodegenError
     from fuzzyctl.codegen.steps.unit import prepare_step
     from fuzzyctl.model.controller import Controller
@@ -162,9 +165,9 @@ def _controllers(examined: Examined, choice: Choice, diagnostics: list[Diagnosti
         settings = assignments(own.settings, params_of(controller), "param")
         try:
             unit = prepare_step(changed, examined.source.text, settings=settings)
-            verdicts = prove(changed, timeout=CLAIM_SECONDS)
+            verdicts, rows = controller_proofs(changed, CLAIM_SECONDS, until)
             diagnostics += claim_reports(verdicts)
-            yield controller_section(controller_data(unit) | controller_proofs(changed, verdicts), unit)
+            yield controller_section(controller_data(unit) | rows, unit)
         except CodegenError as error:
             raise DiagnosticError([_refused(controller.name, controller.span, error)]) from None
 

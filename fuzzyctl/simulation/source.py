@@ -54,7 +54,7 @@ class RunSource:
         """Return the function `kernel`.
 
         It returns -1 at the end; else `kinds` times the sample where it stopped plus the position of the state that
-        left its range, or of the output that has no value behind the states.
+        left its range, which `X` then holds, or of the output that has no value behind the states.
         """
         lines = [f"def kernel({ARGUMENTS}):", *_in(1, [f"x{k} = X[{k}]" for k in self.states])]
         lines += _in(1, [f"f{k} = F[{k}]" for k in range(len(self.equations.free))])
@@ -70,10 +70,7 @@ class RunSource:
 
     def _refusal(self, condition: str, output: str) -> list[str]:
         kind = len(self.states) + self.outputs.index(output)
-        return [f"if {condition}:", *_in(1, self._stop(kind))]
-
-    def _stop(self, kind: int) -> list[str]:
-        return [*(f"X[{k}] = x{k}" for k in self.states), f"return {self.kinds} * k + {kind}"]
+        return [f"if {condition}:", f"{INDENT}return {self.kinds} * k + {kind}"]
 
     def _sample(self) -> Iterator[str]:
         equations, program = self.equations, self.programs.sample
@@ -82,7 +79,8 @@ class RunSource:
         flags = [f"(1.0 if k % {n} == 0 else 0.0)" for n in equations.rates.values()]
         yield "t = k * h"
         for position, state in enumerate(equations.plant_states):
-            yield from [f"if not ({_inside(state, f'x{position}')}):", *_in(1, self._stop(position))]
+            yield f"if not ({_inside(state, f'x{position}')}):"
+            yield from _in(1, [f"X[{position}] = x{position}", f"return {self.kinds} * k + {position}"])
         yield from self._delayed("0", "0")
         yield from self._external("t", "x")
         values = ["t", *(f"x{k}" for k in self.states), *self._shared(), *given, *flags]

@@ -13,11 +13,12 @@ from pathlib import Path
 
 import pytest
 
-from fuzzyctl import compile, load, load_controller, loads
+from fuzzyctl import Undecided, compile, load, load_controller, loads
 from fuzzyctl.diagnostics.diagnostic import NoRuleFiresError
 from fuzzyctl.explain.trace import trace
 from fuzzyctl.loading.load import look_through
 from fuzzyctl.model.controller import Controller
+from fuzzyctl.page.proofs import decided
 from fuzzyctl.support.reading import read_source
 from fuzzyctl.support.shipped import rules_folder
 from tests.commands import runner
@@ -530,3 +531,10 @@ def test_the_page_of_a_file_with_an_undecided_claim_is_written_and_says_so(claim
     tags = Tags((tmp_path / "x.html").read_text(encoding="utf-8"))
     (section,) = json.loads(next(s for own, s in tags.scripts if own == "facts"))["sections"]
     assert section["verdicts"][0][:2] == ["undecided", claim]
+
+
+def test_no_other_claim_is_begun_when_the_time_of_a_page_is_spent(monkeypatch):
+    system = loads(MIXED + "require u <= 9\n" * 3)
+    monkeypatch.setattr("fuzzyctl.analysis.prove.Prover.verdict", lambda *_: pytest.fail("one is begun"))
+    quick = [Undecided("u <= 9", "it takes subdivision")] * len(system.guarantees)
+    assert decided(system, quick, 1.0, until=-math.inf) == tuple(quick)
