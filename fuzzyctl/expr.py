@@ -321,6 +321,11 @@ def is_condition(expr: Expr, value_of: Callable[[Name | Call], Expr | None], pat
         value = None if name in path else value_of(expr)
         if value is not None:
             return is_condition(value, value_of, (*path, name))
+    match expr:  # `and`, `or` and `not` as numbers, see `as_number`
+        case Call(function="min" | "max", arguments=parts):
+            return all(is_condition(p, value_of, path) for p in parts)
+        case Binary(op="-", left=Number(value=1.0), right=right):
+            return is_condition(right, value_of, path)
     return isinstance(expr, Compare | Logic) or (isinstance(expr, Call) and expr.function in TRUTHS)
 
 

@@ -1,7 +1,7 @@
 // Makes the studio's folder: npm ci && node build.mjs [FOLDER], `dist` where none is named. PYTHON (default: python3) is
 // a Python that has fuzzyctl's parser, lark, installed; everything else is of this repository and of npm.
 //
-// The folder holds the page, Pyodide, the bytecode of fuzzyctl and lark in one archive, examples, and licences.
+// The folder holds the page, Pyodide, the bytecode of fuzzyctl and lark in one archive, examples, its version, and licences.
 import { execFileSync } from "node:child_process";
 import { copyFileSync, mkdirSync, readdirSync, readFileSync, rmSync, statSync, writeFileSync } from "node:fs";
 import { dirname, join, relative, resolve } from "node:path";
@@ -126,6 +126,7 @@ for (const name of PYODIDE) copyFileSync(join(HERE, "node_modules", "pyodide", n
 const { zip, lark } = await archive();
 writeFileSync(join(OUT, "fuzzyctl.zip"), zip);
 writeFileSync(join(OUT, "examples.json"), JSON.stringify(examples()));
+writeFileSync(join(OUT, "version.txt"), readFileSync(join(ROOT, "fuzzyctl", "__init__.py"), "utf8").match(/^__version__ = "(.+)"$/m)[1]);
 writeFileSync(join(OUT, "NOTICES.txt"), notices(metafile, lark));
 const size = readdirSync(OUT, { recursive: true }).reduce((sum, name) => sum + statSync(join(OUT, name)).size, 0);
 console.log(`wrote ${relative(process.cwd(), OUT) || OUT}: ${(size / 1e6).toFixed(1)} MB`);

@@ -59,7 +59,7 @@ def check(
             given params; who sets params afterwards may leave it out here and prove them then.
 
     Returns:
-        The system, None when there are errors, and all diagnostics sorted by location.
+        The system, None if there are errors other than claims that do not hold, and all diagnostics sorted by location.
 
     Raises:
         DiagnosticError: When the file cannot be read as text at all.
@@ -71,7 +71,7 @@ def check(
         diagnostics = check_model(path)
         if not _has_errors(diagnostics):
             diagnostics = [*diagnostics, *_analysed(path, guarantees=guarantees)[1]]
-        return (None if _has_errors(diagnostics) else path), diagnostics
+        return (None if any(d.stops for d in diagnostics) else path), diagnostics
     path = arguments.path(path, "; 'loads' takes texts")
     source = read_source(path, max_bytes=max_bytes)
     found, diagnostics = check_source(source, folder=place_of(path).path.parent, guarantees=guarantees)
@@ -92,7 +92,7 @@ def check_source(
             checked as the file is.
 
     Returns:
-        The blocks without errors, and all diagnostics sorted by location.
+        The blocks without errors other than claims that do not hold, and all diagnostics sorted by location.
     """
     return check_examined(look_through(source, folder=folder), guarantees=guarantees, profile=profile)
 
@@ -108,7 +108,7 @@ def check_examined(
         system, found = _under(system, profile, examined.source)
         found = found if _has_errors(found) else [*found, *_analysed(system, work, guarantees=guarantees)[1]]
         diagnostics = [*diagnostics, *found]
-        if not _has_errors(found):
+        if not any(d.stops for d in found):
             sound.append(system)
     return (*sound, *examined.blocks), examined.reported(diagnostics)
 

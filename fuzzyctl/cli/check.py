@@ -81,7 +81,8 @@ def check(
     they are denied. Exit code 3 if there is none, but it is not decided whether some rule always fires.
 
     \b
-    fuzzyctl check --deny warnings --allow FZ208 *.fz
+    fuzzyctl check tipper
+    fuzzyctl check --deny warnings --allow FZ208 tipper ais_reaction
 
     '--fix' makes the repairs that diagnostics carry, in the files themselves; of standard input the text goes to
     standard output. '--fix --diff' prints them as a diff, with exit code 1 if there are any.

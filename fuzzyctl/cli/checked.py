@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, TypeVar
@@ -82,11 +83,11 @@ def claim_reports(verdicts: Sequence[Verdict], reported: Sequence[Diagnostic] = 
     from fuzzyctl.analysis.prove import refutation
     from fuzzyctl.analysis.verdicts import Refuted, Undecided
 
-    known = [d.span for d in reported if d.witness is not None and d.span is not None]
+    known = sorted(d.span.start for d in reported if d.witness is not None and d.span is not None)
     help_text = "'fuzzyctl prove' takes the time to decide more"
     found = []
     for v in verdicts:
-        if v.span is not None and any(v.span.start <= s.start < v.span.end for s in known):
+        if v.span is not None and bisect_left(known, v.span.start) < bisect_left(known, v.span.end):
             continue
         if isinstance(v, Refuted):
             found.append(refutation(v))

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, BinaryIO, Final, ParamSpec
 
 import click
 
-from fuzzyctl.cli.streams import say, write_data, write_json
+from fuzzyctl.cli.streams import say, writable_output, write_data, write_json
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError, FuzzyctlError, UnknownNameError, render_all
 from fuzzyctl.diagnostics.suggestions import closest
 from fuzzyctl.support.numerals import to_number
@@ -185,8 +185,8 @@ def answers_with_diagnostics(command: Callable[P, int | None]) -> Callable[P, No
     @wraps(command)
     def run(*args: P.args, **kwargs: P.kwargs) -> None:
         try:
-            code = command(*args, **kwargs)
-            sys.stdout.flush()
+            with writable_output():
+                code = command(*args, **kwargs)
         except DiagnosticError as error:
             show(error.diagnostics, str(kwargs.get("form", "text")))
             code = _code_of(error.diagnostics)
@@ -195,14 +195,6 @@ def answers_with_diagnostics(command: Callable[P, int | None]) -> Callable[P, No
                 write_json({"error": str(error)})
             say(f"error: {error}", err=True)
             code = USAGE if isinstance(error, UnknownNameError) else FAILED
-        except BrokenPipeError:
-            # The reader, such as `head`, has seen enough.
-            _silence()
-            code = DONE
-        except OSError as error:
-            _silence()
-            say(f"error: the output cannot be written: {error.strerror}", err=True)
-            code = FAILED
         sys.exit(code or DONE)
 
     return run
@@ -212,11 +204,6 @@ def _code_of(diagnostics: Iterable[Diagnostic]) -> int:
     """Return the exit code of a command that gives up: wrong usage where all mistakes are in the command line."""
     errors = [d for d in diagnostics if d.severity == "error"]
     return USAGE if errors and all(d.code in _OF_ARGUMENTS for d in errors) else FAILED
-
-
-def _silence() -> None:
-    """Send what is left to nowhere, else Python complains again when it closes the stream."""
-    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def standard_input() -> BinaryIO:

@@ -85,9 +85,9 @@ def compare(
     """Compare the numbers of two files or tools.
 
     \b
-    fuzzyctl compare old.fz new.fz
-    fuzzyctl compare tipper.fis --as matlab,pyfuzzylite,exact
-    fuzzyctl compare tipper.fis tipper.fll --as exact
+    fuzzyctl compare tipper --as matlab,pyfuzzylite,exact
+    fuzzyctl new tip --from tipper
+    fuzzyctl compare tipper tip.fz --within 1e-9
 
     One file is compared as several tools compute it. Outputs are compared at corners of terms, on an even grid and at
     random points; around the worst of them it is looked for a worse one. Then settings of the second are put into the

@@ -58,10 +58,10 @@ def convert(
     """Write a system in another format.
 
     \b
-    fuzzyctl convert tipper.fis tipper.fz
     fuzzyctl convert tipper tipper.fis
-    fuzzyctl convert tipper.fll tipper.md      a page with tables and pictures
-    fuzzyctl convert tipper.fcl - --to python  a module that builds it
+    fuzzyctl convert tipper.fis tip.fz
+    fuzzyctl convert tipper tipper.md        a page with tables and pictures
+    fuzzyctl convert tipper - --to python    a module that builds it
 
     The suffix of OUT says the format: .fz .fll .fis .fcl .fml .xml, and .py and .md, which are not read back. OUT may
     be '-' for standard output, together with --to. The report goes to standard error then.

@@ -31,9 +31,9 @@ def diff(first: str, second: str, form: str, name: str | None) -> int:
     """Show what was changed from one rule file to another.
 
     \b
-    fuzzyctl diff old.fz new.fz
+    fuzzyctl new tip --from tipper
+    fuzzyctl diff tipper tip.fz
     git show HEAD:tip.fz | fuzzyctl diff - tip.fz
-    fuzzyctl diff tipper.fis tipper.fll
 
     Settings, params, terms, rules, cells of tables, guarantees, and the diagnostics that a file allows or denies are
     compared, not lines of text: layout, comments and the order of the parts of a rule do not count, and a term that was

@@ -42,7 +42,7 @@ def evaluate(
 
     \b
     fuzzyctl eval tipper service=7 food=8
-    fuzzyctl eval tipper --points visits.csv > tips.csv
+    printf "service,food\\n7,8\\n" | fuzzyctl eval tipper --points -
 
     FILE may be '-', standard input. The CSV has a header with the names of the inputs, in any order; other columns are
     kept, the outputs are appended. A value outside an input's range is clamped to it, with a warning. An adaptive

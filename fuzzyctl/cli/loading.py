@@ -140,9 +140,14 @@ def content_of(file: str) -> tuple[bytes, Place]:
     if file == "-":
         return read_bytes(standard_input(), STDIN), Place(Path(), STDIN, False)
     data, place = read_place(file)
+    remark_hidden(file, place)
+    return data, place
+
+
+def remark_hidden(file: str, place: Place) -> None:
+    """Note on standard error that a file of the folder hides a shipped one."""
     if not place.is_shipped and is_name(file) and file in shipped_files():
         remark(f"note: '{place.name}' of this folder is read in place of the shipped '{file}'")
-    return data, place
 
 
 def folder_of(file: str) -> Path:

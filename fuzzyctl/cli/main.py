@@ -52,6 +52,7 @@ A rule file, tip.fz:
     table tip = service
          poor  good  excellent
       |  low   fair  high
+    require bounded(tip, 0, 30)
 
 \b
 What to do with it:
@@ -61,21 +62,20 @@ What to do with it:
   fuzzyctl prove tip.fz                   prove its guarantees, or refute them
   fuzzyctl bounds tip.fz                  bound its outputs and their slopes
   fuzzyctl eval tip.fz service=7          evaluate one point
-  fuzzyctl eval tip.fz --points in.csv    evaluate all rows of a CSV
   fuzzyctl why tip.fz service=7           which rules act there, and how much
   fuzzyctl plot-terms tip.fz              draw the terms
-  fuzzyctl plot-surface tip.fz -o tip.png draw what it computes
+  fuzzyctl plot-surface tip.fz -o t.png   draw what it computes
   fuzzyctl page tip.fz -o tip.html        sliders, surface, rules to share
-  fuzzyctl simulate loop.fz -o out        run a controller on a plant
-  fuzzyctl sweep spec.toml                run loops many times
   fuzzyctl fmt tip.fz                     lay it out
-  fuzzyctl watch tip.fz -o tip.png        check and draw again at every save
+  fuzzyctl watch tip.fz -o t.png          check and draw again at every save
   fuzzyctl codegen tip.fz --target c      write it as C99, or st, python ...
-  fuzzyctl convert tip.fis tip.fz         from and to .fis, .fll, .fcl, .fml
-  fuzzyctl diff old.fz new.fz             what was changed: terms, rules
-  fuzzyctl compare old.fz new.fz          where their numbers differ, and why
+  fuzzyctl convert tip.fz tip.fis         from and to .fis, .fll, .fcl, .fml
+  fuzzyctl diff tip.fz tip.fis            what was changed: terms, rules
+  fuzzyctl compare tip.fz tip.fis         where their numbers differ, and why
+  fuzzyctl simulate water_tank -o out     run a controller on a plant
+  fuzzyctl sweep --help                   run loops many times
   fuzzyctl new heater                     write another file to begin with
-  fuzzyctl new tip --from tipper          copy a shipped file
+  fuzzyctl new mine --from tipper         copy a shipped file
   fuzzyctl show                           list the shipped files
   fuzzyctl doctor                         what is installed and in use
 

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from fuzzyctl.model.controller import Controller
     from fuzzyctl.model.loop import Loop
     from fuzzyctl.page.document import Section
+    from fuzzyctl.simulation.run import Run
 
 
 @click.command()
@@ -42,9 +43,12 @@ def page(file: str, loop: str | None, out: str | None, choice: Choice) -> int:
     fuzzyctl page tipper -o tipper.html
     fuzzyctl page water_tank fill -o tank.html
 
-    Exit code 1 if a guarantee is refuted, 3 if one is undecided; the page is written.
+    Exit code 1 if a guarantee is refuted, a requirement of a loop is not met or its run is stopped, 3 if a guarantee is
+    undecided; the page is written.
     """
+    from fuzzyctl.analysis import clock
     from fuzzyctl.page.document import document, page_title
+    from fuzzyctl.page.proofs import PAGE_SECONDS
     from fuzzyctl.support.writing import write_together
 
     examined = examined_file(file, loop=loop)
@@ -54,9 +58,10 @@ def page(file: str, loop: str | None, out: str | None, choice: Choice) -> int:
     loops = _loops(examined, choice, loop)
     _known_settings(examined, loops, choice)
     diagnostics = list(reported)
+    until = clock.now() + PAGE_SECONDS
     sections = [
-        *_systems(examined, choice, diagnostics),
-        *_controllers(examined, choice, diagnostics),
+        *_systems(examined, choice, diagnostics, until),
+        *_controllers(examined, choice, diagnostics, until),
         *_runs(loops, choice, diagnostics),
     ]
     if not sections:
@@ -67,7 +72,7 @@ def page(file: str, loop: str | None, out: str | None, choice: Choice) -> int:
     title = page_title(blocks, target.stem if file == "-" else Path(file).stem)
     write_together({target: document(title, sections, diagnostics)})
     say(f"wrote {target}")
-    if any(d.severity == "error" and d.witness is not None for d in diagnostics):
+    if any(d.severity == "error" for d in diagnostics):
         return FAILED
     return UNDECIDED if any(d.code == "FZ402" for d in diagnostics) else DONE
 
@@ -104,7 +109,7 @@ def _known_settings(examined: Examined, loops: list[Loop], choice: Choice) -> No
     assignments(choice.settings, list(dict.fromkeys([*chain.from_iterable(own), *of_loops])), "param")
 
 
-def _systems(examined: Examined, choice: Choice, diagnostics: list[Diagnostic]) -> Iterator[Section]:
+def _systems(examined: Examined, choice: Choice, diagnostics: list[Diagnostic], until: float) -> Iterator[Section]:
     """Yield the sections of systems, and add what their checks find.
 
     Raises:
@@ -125,7 +130,7 @@ def _systems(examined: Examined, choice: Choice, diagnostics: list[Diagnostic]) 
         checked = check_changed(examined, own.changed, system=system.name)
         if checked.system is None:
             raise DiagnosticError(checked.diagnostics)
-        verdicts = decided(checked.system, checked.verdicts, CLAIM_SECONDS)
+        verdicts = decided(checked.system, checked.verdicts, CLAIM_SECONDS, until)
         found = [*checked.diagnostics, *claim_reports(verdicts, checked.diagnostics)]
         diagnostics += [d for d in found if d not in diagnostics]
         settings = assignments(own.settings, [p.name for p in system.params], "param")
@@ -136,10 +141,10 @@ def _systems(examined: Examined, choice: Choice, diagnostics: list[Diagnostic]) 
             raise DiagnosticError([_refused(system.name, system.span, error)]) from None
 
 
-def _controllers(examined: Examined, choice: Choice, diagnostics: list[Diagnostic]) -> Iterator[Section]:
+def _controllers(examined: Examined, choice: Choice, diagnostics: list[Diagnostic], until: float) -> Iterator[Section]:
     """Yield the sections of controllers; see `_systems`."""
     from fuzzyctl.analysis.check import check_examined
-    from fuzzyctl.analysis.prove import CLAIM_SECONDS, prove
+    from fuzzyctl.analysis.prove import CLAIM_SECONDS
     from fuzzyctl.codegen.errors import CodegenError
     from fuzzyctl.codegen.steps.unit import prepare_step
     from fuzzyctl.model.controller import Controller
@@ -160,9 +165,9 @@ def _controllers(examined: Examined, choice: Choice, diagnostics: list[Diagnosti
         settings = assignments(own.settings, params_of(controller), "param")
         try:
             unit = prepare_step(changed, examined.source.text, settings=settings)
-            verdicts = prove(changed, timeout=CLAIM_SECONDS)
+            verdicts, rows = controller_proofs(changed, CLAIM_SECONDS, until)
             diagnostics += claim_reports(verdicts)
-            yield controller_section(controller_data(unit) | controller_proofs(changed, verdicts), unit)
+            yield controller_section(controller_data(unit) | rows, unit)
         except CodegenError as error:
             raise DiagnosticError([_refused(controller.name, controller.span, error)]) from None
 
@@ -180,8 +185,16 @@ def _runs(loops: list[Loop], choice: Choice, diagnostics: list[Diagnostic]) -> I
     for loop in loops:
         own = choice.of_params([*short_names(loop), *instance_params(loop)])
         run = simulate(settings_of(own.settings, [loop])[0], record_calls=True)
-        diagnostics += [*([run.stopped] if run.stopped is not None else []), *warnings(run)]
+        diagnostics += [*(_unmet(run) if run.stopped is None else [run.stopped]), *warnings(run)]
         yield Section(loop_data(run, len(loops)))
+
+
+def _unmet(run: Run) -> Iterator[Diagnostic]:
+    """Yield an error for each requirement that a run does not meet."""
+    for written, r in zip(run.loop.requirements, run.requirements, strict=True):
+        if not r.holds:
+            message, help_text = f"the run does not meet the requirement '{r.text}'", "change the loop, or require less"
+            yield Diagnostic("FZ402", message, written.span, facts=r.facts, help=help_text, witness={})
 
 
 def _refused(name: str, span: object, error: Exception) -> Diagnostic:

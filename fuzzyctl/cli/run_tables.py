@@ -10,15 +10,16 @@ if TYPE_CHECKING:
     from fuzzyctl.simulation.run import Run
 
 
-def text_of(runs: Sequence[Run], labels: Sequence[str]) -> str:
+def text_of(runs: Sequence[Run], labels: Sequence[str], width: int | None = None) -> str:
     """Return what people read of runs.
 
     Args:
         runs: The runs.
         labels: What they are called, one for each.
+        width: Columns of the terminal, None for a pipe; a wider table is printed in several parts.
     """
     lines = [line for run, label in zip(runs, labels, strict=True) for line in _head(run, label)]
-    table = _measures(runs, labels)
+    table = _measures(runs, labels, width)
     table += _own(runs, labels)
     claims = [line for run, label in zip(runs, labels, strict=True) for line in _requirements(run, label, len(runs))]
     return "\n".join([*lines, *([""] if table else []), *table, *([""] if claims else []), *claims])
@@ -41,7 +42,7 @@ def _head(run: Run, label: str) -> Iterator[str]:
         yield "  stopped: the measures are of the samples up to there"
 
 
-def _measures(runs: Sequence[Run], labels: Sequence[str]) -> list[str]:
+def _measures(runs: Sequence[Run], labels: Sequence[str], width: int | None) -> list[str]:
     """Return a table: a row for each measure of any run, a column for each run."""
     measures = {m.name: m for run in runs for m in run.loop.measures}
     rows = [[_title(m.name, m.label), *(_value(run, m.name, m.unit) for run in runs)] for m in measures.values()]
@@ -49,10 +50,14 @@ def _measures(runs: Sequence[Run], labels: Sequence[str]) -> list[str]:
         return []
     header = [["measure", *labels]] if len(runs) > 1 else []
     widths = [max(len(row[k]) for row in (*header, *rows)) for k in range(len(runs) + 1)]
-    return [
-        "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip()
-        for row in (*header, *rows)
-    ]
+    parts: list[list[int]] = []
+    for k in range(1, len(widths)):
+        if parts and (width is None or sum(widths[j] + 2 for j in (*parts[-1], k)) - 2 <= width):
+            parts[-1].append(k)
+        else:
+            parts.append([0, k])
+    lines = [["  ".join(row[k].ljust(widths[k]) for k in part).rstrip() for row in (*header, *rows)] for part in parts]
+    return [line for part in lines for line in ("", *part)][1:]
 
 
 def _own(runs: Sequence[Run], labels: Sequence[str]) -> Iterator[str]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
@@ -11,6 +12,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import click
 
+from fuzzyctl.cli import common
 from fuzzyctl.cli.common import DONE, FAILED, FORMAT, QUIET, SVG_TEXT, answers_with_diagnostics, report, show
 from fuzzyctl.cli.loops import chosen_loops, settings_of
 from fuzzyctl.cli.progress import progress
@@ -79,7 +81,7 @@ def simulate(
     \b
     fuzzyctl simulate water_tank
     fuzzyctl simulate water_tank --set law.GU=2 -o out
-    fuzzyctl simulate water_tank fill --against other.fz
+    fuzzyctl simulate water_tank --against mathworks_tank
 
     All loops of a file are run side by side, or the one that is named. A plant in Python is executed, and so
     is the native code of an FMU.
@@ -107,7 +109,7 @@ def simulate(
         else:
             from fuzzyctl.cli.run_tables import text_of
 
-            report(text_of([r.run for r in runs], labels))
+            report(text_of([r.run for r in runs], labels, common.terminal_width(sys.stdout)))
             show(found)
         if files is not None:
             written = _write(files, runs, folders, data, picture, svg_text)

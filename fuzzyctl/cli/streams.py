@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import gc
 import io
+import os
 import re
 import sys
 import warnings
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, suppress
 from importlib import import_module
 from typing import Any, Final
 
@@ -79,7 +81,7 @@ class Program(click.Group):
         for stream in (sys.stdout, sys.stderr):
             if isinstance(stream, io.TextIOWrapper):
                 stream.reconfigure(errors=SPELT)
-        with warnings.catch_warnings():
+        with warnings.catch_warnings(), writable_output():
             warnings.showwarning = _say_warning
             return super().main(*args, **kwargs)
 
@@ -99,6 +101,24 @@ class Program(click.Group):
         if OUTLIVED in ctx.meta:
             sys.exit(INTERRUPTED)
         return result
+
+
+@contextmanager
+def writable_output() -> Iterator[None]:
+    """End the program with one line if standard output cannot be written; a reader such as `head` may leave."""
+    try:
+        try:
+            yield
+        finally:
+            sys.stdout.flush()
+    except OSError as error:
+        with suppress(OSError, ValueError):  # Python would complain again when it closes the stream
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        if isinstance(error, BrokenPipeError):
+            sys.exit(0)
+        place = f"'{error.filename}'" if error.filename else "the output"
+        say(f"error: {place} cannot be written: {error.strerror or error}", err=True)
+        sys.exit(1)
 
 
 def _say_warning(message: Warning | str, *_: object, **__: object) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 import webbrowser
 from pathlib import Path
+from typing import Final
 
 import click
 
@@ -12,12 +13,19 @@ import fuzzyctl
 from fuzzyctl.cli.common import DONE, answers_with_diagnostics
 from fuzzyctl.cli.loading import folder_of, source_of
 from fuzzyctl.cli.streams import say
-from fuzzyctl.support.shipped import place_of
+from fuzzyctl.support.shipped import place_of, studio_folder
+
+#: What installs the studio, or the one of this version.
+REPAIR: Final = "pip install 'fuzzyctl[studio]', or in a clone: pip install ./apps/studio"
 
 
 @click.command()
 @click.argument("file", required=False)
-@click.option("--folder", metavar="FOLDER", help="The studio that was built.  [default: apps/studio/dist]")
+@click.option(
+    "--folder",
+    metavar="FOLDER",
+    help="The studio that was built.  [default: the checkout's, else the installed one]",
+)
 @click.option(
     "--port", type=click.IntRange(0, 65535), help="Port; 0: one that is free.  [default: 8617, else one that is free]"
 )
@@ -33,16 +41,19 @@ def studio(file: str | None, folder: str | None, port: int | None, no_browser: b
     copy, with the files that it uses: 'Save' in the studio writes it. A server on the loopback address hands the
     studio to the browser, since browsers start no workers from files. Ctrl-C ends it.
 
-    The studio is built once, from a checkout: cd apps/studio && npm ci && node build.mjs
+    The studio is an extra: pip install "fuzzyctl[studio]", or in a clone, with Node 20: pip install ./apps/studio
     """
     from fuzzyctl.studio.server import PORT, address, server, used_files
 
-    built = Path(folder) if folder is not None else Path(fuzzyctl.__file__).parents[1] / "apps" / "studio" / "dist"
+    built = Path(folder) if folder is not None else studio_folder()
+    if built is None:
+        raise click.ClickException(f"the studio is not installed: {REPAIR}")
     if not (built / "index.html").is_file():
-        raise click.UsageError(
-            f"there is no studio in '{built}'; 'cd apps/studio && npm ci && node build.mjs' builds it, "
-            "'--folder' says where it is"
-        )
+        raise click.UsageError(f"there is no studio in '{built}': {REPAIR}")
+    version = built / "version.txt"
+    other = version.read_text("utf-8", "replace").strip() if version.is_file() else "of an unknown version"
+    if other != fuzzyctl.__version__:
+        say(f"the studio in '{built}' has fuzzyctl {other}, this is {fuzzyctl.__version__}: {REPAIR}", err=True)
     text = source_of(file).text if file is not None else None
     used = used_files(text, folder_of(file)) if text is not None and file not in (None, "-") else {}
     try:

@@ -8,6 +8,7 @@ import click
 
 from fuzzyctl.cli import data_formats, worker_options
 from fuzzyctl.cli.common import DONE, FORMAT, QUIET, answers_with_diagnostics
+from fuzzyctl.cli.loading import remark_hidden
 from fuzzyctl.cli.streams import say, write_json
 from fuzzyctl.cli.sweeps import planned, sentence, swept
 
@@ -61,10 +62,13 @@ def sweep(
     """
     worker_options.require_one(jobs, cluster)
     data_formats.require(formats)
+    from fuzzyctl.support.shipped import place_of
     from fuzzyctl.sweep.loops import Loops
     from fuzzyctl.sweep.spec import against, read
 
     file, plan = planned(spec, read, lambda found: Loops(against(found)), overrides)
+    for name in (file.spec.scenario, *getattr(file.spec, "against", ())):
+        remark_hidden(name, place_of(name))
     finished = swept(file, plan, overrides, folder, formats, (jobs, cluster), resume)
     if form == "json":
         write_json(finished.summary)

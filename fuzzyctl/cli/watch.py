@@ -13,8 +13,8 @@ import click
 
 from fuzzyctl.cli.common import DONE, answers_with_diagnostics
 from fuzzyctl.cli.streams import say
-from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
-from fuzzyctl.support.shipped import place_of
+from fuzzyctl.diagnostics.diagnostic import DiagnosticError
+from fuzzyctl.support.reading import read_place
 
 #: Seconds between two looks at the files.
 _INTERVAL: Final = 0.2
@@ -38,9 +38,7 @@ def watch(file: str, values: tuple[str, ...], out: str | None, loop: str | None)
     A save of a file that it uses counts, too. After a file with mistakes the picture is that of the last one without;
     guarantees that do not hold stop no picture. Ctrl-C ends it.
     """
-    path = place_of(file).path
-    if not path.is_file():
-        raise DiagnosticError([Diagnostic("FZ001", f"there is no file '{file}'", file=file, help="name a rule file")])
+    path = read_place(file)[1].path
     if loop is not None and values:
         raise click.UsageError("values of inputs belong to a system, and '--loop' runs a loop")
     commands = list(_commands(file, values, out, loop))

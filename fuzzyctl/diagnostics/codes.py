@@ -98,6 +98,7 @@ CODES: Final[dict[str, str]] = {
     "FZ708": "a signal is not a number",
     "FZ711": "an FMU cannot be used",
     "FZ712": "an FMU has no binary for this machine",
+    "FZ713": "an FMU crashed",
     "FZ901": "a scenario file is malformed",
     "FZ902": "a scenario has an unknown key",
     "FZ903": "a scenario value is missing",

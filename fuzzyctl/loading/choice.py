@@ -37,11 +37,11 @@ def choose(
     system: str | None,
     blocks: Sequence[Block] = (),
 ) -> tuple[FuzzySystem | None, list[Diagnostic]]:
-    """Pick the one system of a file, or the one named; None when there are errors.
+    """Pick the one system of a file, or the one named.
 
-    Where there is none, the other blocks of the file are named.
+    It is None if there are errors other than claims that do not hold. Of a file without systems the blocks are named.
     """
-    if any(d.severity == "error" for d in diagnostics):
+    if any(d.stops for d in diagnostics):
         return None, diagnostics
     found = chosen_block(source, systems, "system", system)
     if isinstance(found, Diagnostic) and blocks and not systems:
@@ -91,7 +91,8 @@ def chosen_block(source: SourceText, blocks: Sequence[_Block], kind: str, name: 
 def not_chosen(source: SourceText, names: Sequence[str], kind: str, name: str | None) -> Diagnostic:
     """Return why none of the systems or other blocks of a file is chosen."""
     if not names:
-        message, help_text = f"the file holds no {kind}", ""
+        message = f"the file holds no {kind}"
+        help_text = "a 'loop' joins controllers and plants, as in 'fuzzyctl show water_tank'" if kind == "loop" else ""
     elif name is None:
         message, help_text = f"the file holds several {kind}s, and none is chosen", f"name one, such as '{names[0]}'"
     else:

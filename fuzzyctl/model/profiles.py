@@ -273,7 +273,7 @@ PROFILES: Final[Mapping[str, Profile]] = MappingProxyType(
                 Semantics(profile="scikit_fuzzy", sigmoid_difference="clamped"),
                 MappingProxyType(
                     {kind: Defuzzifier(kind=kind, grid="endpoints", rule="polygon") for kind in OVER_SETS[:2]}
-                    | {kind: Defuzzifier(kind=kind, tolerance=0.0) for kind in MAXIMA}
+                    | {kind: Defuzzifier(kind=kind, grid="endpoints", tolerance=0.0) for kind in MAXIMA}
                 ),
                 otherwise="nan",
                 evaluates=OVER_SETS,

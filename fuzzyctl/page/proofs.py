@@ -6,6 +6,7 @@ import math
 from collections.abc import Sequence
 from typing import Any, Final
 
+from fuzzyctl.analysis import clock
 from fuzzyctl.analysis.bounds import OutputBound
 from fuzzyctl.analysis.prove import Prover
 from fuzzyctl.analysis.verdicts import Proved, Refuted, Undecided, Verdict
@@ -14,6 +15,8 @@ from fuzzyctl.model.system import FuzzySystem
 
 #: Seconds that all bounds of a controller may take; 'fuzzyctl bounds' takes longer.
 BOUND_SECONDS: Final = 0.5
+#: Seconds that all claims and bounds of a page may take together.
+PAGE_SECONDS: Final = 2.0
 
 
 def bound_row(bound: OutputBound, unit: str) -> list[str]:
@@ -42,20 +45,31 @@ def verdict_row(verdict: Verdict) -> list[Any]:
     return [type(verdict).__name__.lower(), verdict.claim, text, *point]
 
 
-def decided(system: FuzzySystem, verdicts: Sequence[Verdict], seconds: float) -> tuple[Verdict, ...]:
-    """Return verdicts on the claims of a system; those that are open take subdivision, with a time limit each."""
+def decided(
+    system: FuzzySystem, verdicts: Sequence[Verdict], seconds: float, until: float = math.inf
+) -> tuple[Verdict, ...]:
+    """Return verdicts on the claims of a system; those that are open take subdivision, with a time limit each.
+
+    Args:
+        system: The system.
+        verdicts: What quick methods say.
+        seconds: How long one claim may take.
+        until: When no other claim is begun, on the clock of proofs [s].
+    """
     prover = Prover(system, timeout=seconds)
     pairs = zip(system.guarantees, verdicts, strict=True)
-    return tuple(prover.verdict(g) if isinstance(v, Undecided) else v for g, v in pairs)
+    return tuple(prover.verdict(g) if isinstance(v, Undecided) and clock.now() <= until else v for g, v in pairs)
 
 
-def controller_proofs(controller: Controller, verdicts: Sequence[Verdict]) -> dict[str, list[list[Any]]]:
-    """Return the rows of bounds of the outputs and states of a controller over every step, and of verdicts."""
-    from fuzzyctl.analysis.induction.bounds import controller_bounds  # numpy, which the studio does without
+def controller_proofs(
+    controller: Controller, seconds: float, until: float
+) -> tuple[list[Verdict], dict[str, list[list[Any]]]]:
+    """Return the verdicts on a controller, and rows of them and of bounds of outputs and states over every step."""
+    from fuzzyctl.analysis.induction.bounds import bounds_by  # numpy, which the studio does without
+    from fuzzyctl.analysis.induction.prover import ControllerProver
 
+    prover = ControllerProver(controller, seconds, until=until)
+    verdicts = [prover.verdict(c) for c in prover.claims.own]
     units = {s.name: s.unit for s in (*controller.results, *controller.states)}
-    bounds = controller_bounds(controller, BOUND_SECONDS)
-    return {
-        "bounds": [bound_row(b, units[name]) for name, b in bounds.items()],
-        "verdicts": list(map(verdict_row, verdicts)),
-    }
+    bounds = [bound_row(b, units[name]) for name, b in bounds_by(prover, BOUND_SECONDS).items()]
+    return verdicts, {"bounds": bounds, "verdicts": list(map(verdict_row, verdicts))}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any, Generic, TypeVar
 
 from fuzzyctl.analysis.verdicts import Verdict
@@ -13,7 +14,7 @@ from fuzzyctl.explain.implied_sets import antecedent_set
 from fuzzyctl.expr import Expr, names_in
 from fuzzyctl.formats.fz import antecedent_text, cell_text, membership_text, rule_text, semantics_text
 from fuzzyctl.kernels.inference.defuzzify.defuzzify import consequent_hull
-from fuzzyctl.kernels.plan.build import OutputPlan, SetPlan, planned_set
+from fuzzyctl.kernels.plan.build import ImpliedPlan, OutputPlan, SetPlan, planned_set
 from fuzzyctl.model.method import TSUKAMOTO
 from fuzzyctl.model.rule import Consequent, Rule, RuleTable, literals
 from fuzzyctl.model.variable import Input, LinguisticVariable
@@ -25,11 +26,15 @@ _T = TypeVar("_T")
 class _Once(list[_T], Generic[_T]):
     """A list that holds each entry once."""
 
+    def __init__(self) -> None:
+        self._places: dict[_T, int] = {}
+
     def place(self, entry: _T) -> int:
         """Return where an entry stands."""
-        if entry not in self:
+        place = self._places.setdefault(entry, len(self))
+        if place == len(self):
             self.append(entry)
-        return self.index(entry)
+        return place
 
 
 @dataclass
@@ -51,6 +56,16 @@ class SystemFacts:
         self.variables: list[LinguisticVariable] = [*system.inputs, *system.lets, *system.outputs]
         self.names = [v.name for v in self.variables]
         self.sets: list[_Once[SetPlan]] = [_Once() for _ in self.variables]
+
+    @cached_property
+    def _entries(self) -> list[dict[int, list[tuple[int, ImpliedPlan]]]]:
+        """What each rule does to each output, with its place among the effects on the output."""
+        found: list[dict[int, list[tuple[int, ImpliedPlan]]]] = []
+        for output in self.unit.plan.outputs:
+            found.append({})
+            for k, entry in enumerate(output.implied):
+                found[-1].setdefault(entry.rule, []).append((k, entry))
+        return found
 
     @property
     def shown(self) -> Shown:
@@ -115,8 +130,7 @@ class SystemFacts:
         before = 0
         for o, output in enumerate(self.unit.plan.outputs):
             named: list[Consequent] = [c for c in written.consequents if c.output == output.name]
-            entries = [(k, e) for k, e in enumerate(output.implied) if e.rule == rule]
-            for (k, entry), consequent in zip(entries, named, strict=True):
+            for (k, entry), consequent in zip(self._entries[o].get(rule, []), named, strict=True):
                 text = consequent.term if isinstance(consequent.term, str) else membership_text(consequent.term)
                 found = {"output": o, "name": " ".join((*consequent.hedges, text)), "effect": before + k}
                 yield found | self._acting(o, output, entry.term, k)

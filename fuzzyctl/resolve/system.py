@@ -150,7 +150,7 @@ def _check_heads(context: Context, tree: sx.SyntaxTree, heads: list[sx.System], 
     if not heads:
         start = Span(tree.source, 0, 0)
         message = "the file declares no system" if tree.statements else "the file holds no statement"
-        help_text = "begin with: system NAME \"title\"; 'docs/reference/language.md' shows a whole file"
+        help_text = "begin with: system NAME \"title\"; 'fuzzyctl new NAME' writes a whole file"
         context.report("FZ004", message, start, help=help_text)
     else:
         declared = {s.keyword.text for s in tree.statements if isinstance(s, sx.Variable)}

@@ -18,12 +18,18 @@ def inputs_of_time(loop: Loop) -> list[str]:
     reads = {d.name: {n.name for n in names_in(d.value)} for d in loop.definitions}
     drawn = {d.name for d in loop.definitions for c in walk(d.value) if isinstance(c, Call) and c.function == "noise"}
     blocks = {i.name for i in loop.instances}
-    free = {n for n in reads if n not in drawn}
-    while left := {
-        n for n in free if any(r.partition(".")[0] in blocks or (r in reads and r not in free) for r in reads[n])
-    }:
-        free -= left
-    return [n for n in reads if n in free]
+    readers: dict[str, list[str]] = {}
+    for name, read in reads.items():
+        for other in read:
+            readers.setdefault(other, []).append(name)
+    tied: set[str] = set()
+    waiting = [n for n in reads if n in drawn or any(r.partition(".")[0] in blocks for r in reads[n])]
+    while waiting:
+        name = waiting.pop()
+        if name not in tied:
+            tied.add(name)
+            waiting += readers.get(name, ())
+    return [n for n in reads if n not in tied]
 
 
 def references(loop: Loop) -> dict[str, Expr]:

@@ -159,12 +159,15 @@ class _LoopExpansion(Expansion):
                 self.states_of_plants[name] = PlantState(
                     name, start, Name(name), *ends, unit=state.unit, span=state.span
                 )
+        known = len(self.body)
         super().enter(scope)
         if block in self.plants:
             outputs = {f"{scope.prefix}{r.name}" for r in scope.controller.results}
             # The value of an output of a plant in Python is its own name.
-            self.body = [
-                i for i in self.body if not (isinstance(i, Equation) and i.name in outputs and i.value == Name(i.name))
+            self.body[known:] = [
+                i
+                for i in self.body[known:]
+                if not (isinstance(i, Equation) and i.name in outputs and i.value == Name(i.name))
             ]
             return
         if scope.controller.period is not None:

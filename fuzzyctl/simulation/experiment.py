@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import sys
 from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
@@ -33,7 +35,7 @@ from fuzzyctl.simulation.programs import LoopPrograms, programs
 from fuzzyctl.simulation.python_plant import PythonPlant
 from fuzzyctl.simulation.run import Run
 from fuzzyctl.simulation.settings import Ranges, block_params, params_of
-from fuzzyctl.simulation.source import compiled, interpreted, refused
+from fuzzyctl.simulation.source import External, compiled, external_plant, interpreted, printed, refused
 from fuzzyctl.simulation.stops import first_without_value, interrupted, left, without_value
 
 if TYPE_CHECKING:
@@ -136,18 +138,29 @@ class Experiment(Displayed):
             except RecursionError:
                 message = f"loop '{self.loop.name}' has too many branches for numba"
                 raise ArgumentError(f"{message}: take backend 'python', or 'auto', which chooses it") from None
-        return interpreted(self.equations, self.programs, self.external_plants)
+        text, tables = printed(self.equations, self.programs)
+        if self._isolated:
+            from fuzzyctl.simulation.fmu_process import IsolatedKernel
+
+            return IsolatedKernel(text, tables, self._externals, len(self.positions))
+        return interpreted(text, tables, self.external_plants)
+
+    @property
+    def _externals(self) -> list[External]:
+        params = {i.name: block_params(self.loop, i) for i in self.loop.instances}
+        return [(e.plant, e.block, e.span, params[e.block]) for e in self.equations.externals]
 
     @cached_property
     def external_plants(self) -> list[PythonPlant | FmuPlant]:
-        """The plants in Python, and FMUs; their code is executed."""
-        params = {i.name: block_params(self.loop, i) for i in self.loop.instances}
-        return [
-            PythonPlant(e.plant, e.block, e.span)
-            if e.plant.python
-            else FmuPlant(e.plant, e.block, e.span, params[e.block])
-            for e in self.equations.externals
-        ]
+        """The plants in Python, and FMUs, in this process; their code is executed."""
+        return [external_plant(*e) for e in self._externals]
+
+    @cached_property
+    def _isolated(self) -> bool:
+        """Whether runs are in a process of their own, as for FMUs; functions of the caller are in his process only."""
+        plants = [e.plant for e in self.equations.externals]
+        can_start = os.name == "posix" and sys.executable and not getattr(sys, "frozen", False)
+        return bool(can_start) and any(p.fmu for p in plants) and not any(p.calls for p in plants)
 
     def run(
         self, values: Any = None, *, substeps: int = 1, progress: Progress | None = None, seed: int | None = None
@@ -175,6 +188,13 @@ class Experiment(Displayed):
         free = self._values(values)
         record = np.empty((self.samples, len(self.positions)))
         done, stopped = self._advance(record, free, given, lags, progress)
+        if self._isolated:
+            kernel: Any = self._kernel
+            try:
+                freed = kernel.free()
+            except KeyboardInterrupt:
+                freed = interrupted(self.loop, done * self.step)
+            stopped = stopped or freed
         return self.result(record[:done], free, lags.steps, stopped)
 
     def result(
@@ -207,8 +227,10 @@ class Experiment(Displayed):
         """Fill the record and return how many samples it has, and why the run was stopped."""
         substeps = lags.steps
         chunk = max((CHUNK if self.backend == "numba" else FEW) // substeps, 1)
-        kernel = self._kernel
-        if self.equations.externals:
+        kernel: Any = self._kernel
+        if self._isolated:
+            kernel.start()
+        elif self.equations.externals:
             chunk = 1  # so that all samples before a mistake are kept
         x, c, known, (kept, integers, weights) = self._state(given, lags)
         done = 0
@@ -216,7 +238,7 @@ class Experiment(Displayed):
             while done < self.samples:
                 count = min(chunk, self.samples - done)
                 part = record[done : done + count].reshape(-1)
-                target: Any = part if self.backend == "numba" else [0.0] * len(part)
+                target: Any = part if self.backend == "numba" or self._isolated else [0.0] * len(part)
                 code = kernel(
                     done, count, self.samples, substeps, self.step, x, c, free, known, target, kept, integers, weights
                 )
@@ -224,12 +246,13 @@ class Experiment(Displayed):
                     part[:] = target
                 if code >= 0:
                     return self._stopped(code, x, record)
-                done += count
+                done = kernel.done if self._isolated else done + count
                 if progress is not None:
                     progress(done, self.samples)
         except DiagnosticError as error:  # of a plant in Python, or an FMU
-            return done, error.diagnostics[0]
+            return kernel.done if self._isolated else done, error.diagnostics[0]
         except KeyboardInterrupt:
+            done = kernel.done if self._isolated else done
             return done, interrupted(self.loop, done * self.step)
         return done, None
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import shutil
 import tempfile
 import weakref
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import chdir
 from importlib import import_module
 from pathlib import Path
@@ -18,7 +18,9 @@ from fuzzyctl.model.plant import Plant
 from fuzzyctl.simulation.fmu_archive import FmuDescription, FmuError, read_description, unpack
 
 #: Most messages of an FMU that are kept to explain an error.
-_MESSAGES: Final = 3
+MESSAGES: Final = 3
+#: Calls of native code, as messages name them.
+CALLS: Final = ("", "begin", "make a step", "give its outputs", "be freed")
 
 
 @final
@@ -50,6 +52,10 @@ class FmuPlant:
         self._params = {v.reference: params[v.identifier] for v in self._fmu.params if v.identifier in params}
         self._instance: _Instance | None = None
         self._messages: list[str] = []
+        #: The call that its native code is in, as its position in `CALLS`, and the time of the last one [s].
+        self.state: Any = [0.0, 0.0]
+        #: Takes each message besides.
+        self.listener: Callable[[str], None] | None = None
         self._broken: DiagnosticError | None = None
         self._sample = -1
         self._values: tuple[float, ...] = ()
@@ -57,6 +63,7 @@ class FmuPlant:
     def output(self, t: float, x: tuple[float, ...]) -> Sequence[float]:
         """Return the outputs as they are since the last step; at the time 0 the FMU begins anew."""
         if t == 0.0 and self._sample != 0:
+            self.free()
             self._guarded(self._begin, "begin", t)
         if self._broken is not None:
             raise self._broken
@@ -74,11 +81,9 @@ class FmuPlant:
             self._broken = error
 
     def _begin(self) -> None:
-        if self._instance is not None:
-            self._instance.close()
         self._messages.clear()
         self._broken = None
-        self._instance = _Instance(self._fmu, self._folder, self._messages)
+        self._instance = _Instance(self._fmu, self._folder, self._log)
         weakref.finalize(self, self._instance.close)
         self._instance.begin(self._params)
         self._sample = 0
@@ -98,6 +103,7 @@ class FmuPlant:
 
     def _guarded(self, call: Any, what: str, t: float) -> Any:
         """Return what a call of the FMU returns; what FMPy raises is a diagnostic."""
+        self.state[1], self.state[0] = t, CALLS.index(what)
         try:
             return call()
         except (DiagnosticError, KeyboardInterrupt):
@@ -105,6 +111,22 @@ class FmuPlant:
         except Exception as error:  # noqa: BLE001 - FMPy raises plain exceptions; what it raised is reported
             message = f"FMU '{self._plant.name}' cannot {what} at t = {t:.6g} s"
             raise self._mistake(message, (str(error), *self._messages), "see what the tool that made it says") from None
+        finally:
+            self.state[0] = 0
+
+    def _log(self, *arguments: Any) -> None:
+        """Keep a message; of FMI 2 the name of the instance comes before the status."""
+        text = f"it says: {(arguments[-1] or b'').decode('utf-8', 'replace')}"
+        self._messages.append(text)
+        del self._messages[:-MESSAGES]
+        if self.listener is not None:
+            self.listener(text)
+
+    def free(self) -> None:
+        """Free the instance; the next run begins with another one."""
+        if self._instance is not None:
+            instance, self._instance, self._sample = self._instance, None, -1
+            self._guarded(instance.close, "be freed", self.state[1])
 
     def _mistake(self, message: str, facts: tuple[str, ...], help_text: str = "") -> DiagnosticError:
         facts = (*facts, f"it is block '{self._block}', {self._plant.fmu}")
@@ -117,26 +139,19 @@ class _Instance:
     Args:
         fmu: Its description.
         folder: Where it is unpacked.
-        messages: Where its last messages go.
+        log: Takes its messages.
     """
 
-    def __init__(self, fmu: FmuDescription, folder: str, messages: list[str]) -> None:
+    def __init__(self, fmu: FmuDescription, folder: str, log: Callable[..., None]) -> None:
         fmpy = _fmpy()
-        self._messages = messages
         description = fmpy.read_model_description(folder, validate=False)
         self._fmu, self._open = fmu, False
         with chdir(folder):  # FMPy goes elsewhere to load the library, and stays there where that fails
             make = import_module("fmpy.simulation").instantiate_fmu
-            self._own: Any = make(folder, description, fmi_type="CoSimulation", logger=self._log)
+            self._own: Any = make(folder, description, fmi_type="CoSimulation", logger=log)
         self._open = True
         self._inputs = [v.reference for v in fmu.inputs]
         self._outputs = [v.reference for v in fmu.outputs]
-
-    def _log(self, *arguments: Any) -> None:
-        """Keep a message; of FMI 2 the name of the instance comes before the status."""
-        text = (arguments[-1] or b"").decode("utf-8", "replace")
-        self._messages.append(f"it says: {text}")
-        del self._messages[:-_MESSAGES]
 
     def begin(self, params: Mapping[int, float]) -> None:
         """Initialize at the time 0, with some params set."""

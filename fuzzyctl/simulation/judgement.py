@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from dataclasses import replace as replaced
+from graphlib import TopologicalSorter
 from typing import TYPE_CHECKING
 
 from fuzzyctl.expr import Call, Compare, Expr, ExprError, Logic, Name, Number, evaluate, names_in, replace
@@ -74,13 +75,12 @@ class Judgement:
             settings = {n: evaluate(e, params) for n, e in _settings_of(node).items()}
             return Number(measured(node.function, t, tuple(map(signal, _signals_of(node))), settings))
 
-        found: dict[str, float] = {}
-        waiting = {m.name: m.value for m in self._loop.measures}
-        while waiting:
-            ready = [n for n, e in waiting.items() if not any(name.name in waiting for name in names_in(e))]
-            for name in ready or list(waiting):
-                found[name] = _number(replace(waiting.pop(name), value), params | found)
-        return {m.name: found[m.name] for m in self._loop.measures}
+        written = {m.name: m.value for m in self._loop.measures}
+        reads = {n: [r.name for r in names_in(e) if r.name in written] for n, e in written.items()}
+        known = dict(params)
+        for name in TopologicalSorter(reads).static_order():
+            known[name] = _number(replace(written[name], value), known)
+        return {n: known[n] for n in written}
 
     def requirements(self, measures: Mapping[str, float], free: Mapping[str, float]) -> tuple[Requirement, ...]:
         """Return whether each requirement holds."""

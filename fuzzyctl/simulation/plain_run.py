@@ -23,7 +23,7 @@ from fuzzyctl.simulation.expansion import loop_equations
 from fuzzyctl.simulation.judgement import Judgement, Requirement
 from fuzzyctl.simulation.programs import LoopPrograms, programs
 from fuzzyctl.simulation.signals import Noise, Table
-from fuzzyctl.simulation.source import interpreted, refused
+from fuzzyctl.simulation.source import interpreted, printed, refused
 
 #: Most operations of a run: CPython takes about a second for them, in a browser a few.
 MOST: Final = 30_000_000
@@ -104,7 +104,7 @@ def plain_run(loop: Loop, most: int = MOST, *, record_calls: bool = False) -> Pl
     x, c = [s.start for s in equations.plant_states], [s.start for s in equations.states] * 2
     count, width = equations.samples, len(equations.signals)
     record, lags = [0.0] * (count * width), ([0.0] * delayed.size, delayed.integers, delayed.weights)
-    kernel = interpreted(equations, written)
+    kernel = interpreted(*printed(equations, written))
     code = kernel(0, count, count, substeps, equations.step, x, c, [], given, record, *lags)
     done, stopped = (count, "") if code < 0 else _stopped(code, equations, written)
     signals = {name: record[k : done * width : width] for k, name in enumerate(equations.signals)}

@@ -74,14 +74,16 @@ def simulate(
     if backend == "auto" and experiment.samples * dead_times(experiment.equations, substeps).steps <= SHORT:
         experiment.backend = "python"  # which is done before numba has compiled
     run = experiment.run(substeps=substeps, progress=progress)
-    if run.stopped is not None:
+    if run.stopped is not None or not run.plant_states:
         return run
     return _with_error(run, experiment.run(substeps=2 * run.substeps))
 
 
 def _with_error(run: Run, finer: Run) -> Run:
-    was_interrupted = finer.stopped is not None and finer.stopped.code == "FZ707"
-    return run if was_interrupted else dataclasses.replace(run, error=differences(run, finer))
+    code = "" if finer.stopped is None else finer.stopped.code
+    if code == "FZ713":  # an FMU that does not survive a second run
+        return dataclasses.replace(run, stopped=finer.stopped)
+    return run if code == "FZ707" else dataclasses.replace(run, error=differences(run, finer))
 
 
 def differences(run: Run, finer: Run) -> dict[str, float]:

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, Final
 
+from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.kernels.program.printer import IEEE_SCALAR, INDENT, Dialect, block, number, text
 from fuzzyctl.kernels.program.program import Program, Refuse
 from fuzzyctl.kernels.program.scalar import RUNTIME, execute
 from fuzzyctl.kernels.program.stores import store_lines
+from fuzzyctl.model.plant import Plant
 from fuzzyctl.simulation.dead_times import PARTS, varies
 from fuzzyctl.simulation.equations import LARGEST, LoopEquations, PlantState
 from fuzzyctl.simulation.fmu_plant import FmuPlant
@@ -52,7 +54,7 @@ class RunSource:
         """Return the function `kernel`.
 
         It returns -1 at the end; else `kinds` times the sample where it stopped plus the position of the state that
-        left its range, or of the output that has no value behind the states.
+        left its range, which `X` then holds, or of the output that has no value behind the states.
         """
         lines = [f"def kernel({ARGUMENTS}):", *_in(1, [f"x{k} = X[{k}]" for k in self.states])]
         lines += _in(1, [f"f{k} = F[{k}]" for k in range(len(self.equations.free))])
@@ -68,10 +70,7 @@ class RunSource:
 
     def _refusal(self, condition: str, output: str) -> list[str]:
         kind = len(self.states) + self.outputs.index(output)
-        return [f"if {condition}:", *_in(1, self._stop(kind))]
-
-    def _stop(self, kind: int) -> list[str]:
-        return [*(f"X[{k}] = x{k}" for k in self.states), f"return {self.kinds} * k + {kind}"]
+        return [f"if {condition}:", f"{INDENT}return {self.kinds} * k + {kind}"]
 
     def _sample(self) -> Iterator[str]:
         equations, program = self.equations, self.programs.sample
@@ -80,7 +79,8 @@ class RunSource:
         flags = [f"(1.0 if k % {n} == 0 else 0.0)" for n in equations.rates.values()]
         yield "t = k * h"
         for position, state in enumerate(equations.plant_states):
-            yield from [f"if not ({_inside(state, f'x{position}')}):", *_in(1, self._stop(position))]
+            yield f"if not ({_inside(state, f'x{position}')}):"
+            yield from _in(1, [f"X[{position}] = x{position}", f"return {self.kinds} * k + {position}"])
         yield from self._delayed("0", "0")
         yield from self._external("t", "x")
         values = ["t", *(f"x{k}" for k in self.states), *self._shared(), *given, *flags]
@@ -231,20 +231,34 @@ def compiled(equations: LoopEquations, programs: LoopPrograms) -> Callable[..., 
     """Return the run as machine code."""
     from fuzzyctl.kernels.backends.numba import source as numba_backend
 
-    printed = RunSource(equations, programs, numba_backend.COMPILED)
-    text_of = numba_backend.module_source(joined(programs), _SIGNATURE, printed.lines())
+    lines = RunSource(equations, programs, numba_backend.COMPILED).lines()
+    text_of = numba_backend.module_source(joined(programs), _SIGNATURE, lines)
     return numba_backend.compile_source(text_of)
 
 
+def printed(equations: LoopEquations, programs: LoopPrograms) -> tuple[str, dict[str, Any]]:
+    """Return the run as text in Python, which takes lists in place of arrays, and the tables that it reads."""
+    lines = RunSource(equations, programs, IEEE_SCALAR).lines()
+    return "\n".join(lines) + "\n", dict(joined(programs).tables)
+
+
+#: Arguments of `external_plant`: a plant, its block and where that is, and the values of its params.
+External = tuple[Plant, str, Span | None, Mapping[str, float]]
+
+
+def external_plant(plant: Plant, block: str, span: Span | None, params: Mapping[str, float]) -> PythonPlant | FmuPlant:
+    """Return the code of a plant in Python, or of an FMU, ready to be called."""
+    return PythonPlant(plant, block, span) if plant.python else FmuPlant(plant, block, span, params)
+
+
 def interpreted(
-    equations: LoopEquations, programs: LoopPrograms, plants: Sequence[PythonPlant | FmuPlant] = ()
+    text: str, tables: Mapping[str, Any], plants: Sequence[PythonPlant | FmuPlant] = ()
 ) -> Callable[..., int]:
-    """Return the run as generated Python, which takes lists in place of arrays."""
-    printed = RunSource(equations, programs, IEEE_SCALAR)
-    namespace: dict[str, Any] = {**RUNTIME, **dict(joined(programs).tables)}
+    """Return the function of a text that `printed` returned."""
+    namespace: dict[str, Any] = {**RUNTIME, **tables}
     for k, plant in enumerate(plants):
         namespace[f"output{k}"] = plant.output
         namespace |= (
             {f"advance{k}": plant.advance} if isinstance(plant, FmuPlant) else {f"derivative{k}": plant.derivative}
         )
-    return execute("\n".join(printed.lines()) + "\n", namespace)
+    return execute(text, namespace)

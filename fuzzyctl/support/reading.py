@@ -209,10 +209,11 @@ def _neighbours(name: str) -> str:
         if near is None:
             return LIST
         return f"did you mean '{near}.fz'?" if f"{near}.fz" in files else f"did you mean the shipped '{near}'? {LIST}"
-    near = closest(Path(name).name, files)
+    shipped = shipped_files() if Path(name).suffix.lower() in ("", ".fz") else {}
+    near = None if stem in shipped else closest(Path(name).name, files)
     if near:
         return f"did you mean '{folder / near}'?"
-    near = closest(stem, shipped_files()) if Path(name).suffix.lower() == ".fz" else None
+    near = closest(stem, shipped)
     return f"did you mean the shipped '{near}'? {LIST}" if near else ""
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import re
 from functools import lru_cache
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Final, NamedTuple
 
@@ -53,6 +54,12 @@ def explanations_folder() -> Path | None:
     return _folder(("explanations", "../docs/reference/diagnostics"))
 
 
+def studio_folder() -> Path | None:
+    """Return the folder of the studio that a checkout or the package `fuzzyctl-studio` has, or None."""
+    spec = find_spec("fuzzyctl_studio")
+    return _folder(("../apps/studio/dist", *((spec and spec.submodule_search_locations) or ())))
+
+
 def _folder(places: tuple[str, ...]) -> Path | None:
     folders = (Path(os.path.normpath(_PACKAGE / place)) for place in places)
     return next((folder for folder in folders if folder.is_dir()), None)
@@ -88,7 +95,7 @@ def place_of(file: str | os.PathLike[str]) -> Place:
     if not is_name(name) or (os.path.exists(name) and not os.path.isdir(name)):
         return Place(Path(name), name, False)
     beside = f"{name}.fz"
-    if os.path.exists(beside):
+    if os.path.exists(beside) and not os.path.isdir(beside):
         return Place(Path(beside), beside, False)
     path = shipped_files().get(name)
     return Place(path or Path(name), name, path is not None)

@@ -1,8 +1,8 @@
 // Opens the pages of a folder in Chromium: node run.mjs FOLDER, which pages.py has filled.
 //
 // No message in the console, no request, no violation that axe-core finds, the numbers of the kernel at 40 points of each
-// block, nothing beside a window of 400 pixels, inputs that follow the time of a run, no script from names; at most 300 kB of a rule file, and 300 ms to the first paint:
-// the best of some tries counts, as other programs only add to it. CHROMIUM is a Chromium (default: /usr/bin/chromium), PICTURES a folder for pictures (default: none).
+// block, a value at the begin, remarks that are folded below the blocks, nothing beside a window of 400 pixels, inputs that follow the time of a run, no script from names;
+// on paper the light colours and nothing folded; at most 300 kB of a rule file, and 300 ms to the first paint: the best of some tries counts, as other programs only add to it. CHROMIUM is a Chromium (default: /usr/bin/chromium), PICTURES a folder for pictures (default: none).
 // It exits with 1 for a check that failed, and with 77 where Chromium does not start.
 import { mkdirSync, readFileSync, readdirSync, statSync } from "node:fs";
 import { createRequire } from "node:module";
@@ -57,6 +57,31 @@ function followed() {
     });
 }
 
+/** What is wrong with the remarks, whose link has the keyboard; nothing without remarks. */
+function remarked() {
+    const link = document.querySelector("nav a[href='#remarks']"), list = document.querySelector("#remarks details"), said = document.querySelector("#remarks summary")?.textContent;
+    const wanted = JSON.parse(document.getElementById("facts").textContent).diagnostics?.length ?? 0;
+    if (!wanted) {
+        return list === null ? [] : ["remarks on nothing"];
+    }
+    const last = [...document.querySelectorAll("article")].at(-1).getBoundingClientRect(), isFolded = !list.open;
+    const isBelow = list.getBoundingClientRect().top >= last.bottom, counts = said.match(/\d+/g).map(Number);
+    link.click();
+    return [[isFolded, "unfolded at the begin"], [isBelow, "not below the blocks"], [list.open, "not unfolded by the link"],
+        [counts.reduce((a, b) => a + b) === wanted, `${said}, not ${wanted}`], [list.querySelectorAll("li").length === wanted, "not all there"]]
+        .flatMap(([holds, text]) => (holds ? [] : [`remarks: ${text}`]));
+}
+
+/** What is wrong with the page between the events of printing, and after them. */
+function onPaper() {
+    const state = () => [getComputedStyle(document.body).color, document.querySelectorAll("details:not([open])").length], before = state();
+    dispatchEvent(new Event("beforeprint"));
+    const [ink, folded] = state();
+    dispatchEvent(new Event("afterprint"));
+    return [[ink === "rgb(26, 26, 26)", `${ink} on paper`], [folded === 0, `${folded} folded on paper`], [String(state()) === String(before), "another page after printing"]]
+        .flatMap(([holds, text]) => (holds ? [] : [text]));
+}
+
 const painted = (page) => page.evaluate(() => performance.getEntriesByName("first-contentful-paint")[0]?.startTime ?? Infinity);
 
 /** Asks until a predicate holds: `waitForFunction` evaluates a string, which the policy of the report forbids. */
@@ -85,6 +110,13 @@ async function look(browser, name, scheme) {
         mkdirSync(PICTURES, { recursive: true });
         await becomes(page, () => ![...document.querySelectorAll("[aria-live]")].some((e) => e.textContent.startsWith("Computing")));
         await page.screenshot({ path: join(PICTURES, `${name}-${scheme}.png`), fullPage: true });
+    }
+    for (const output of await page.locator(".outputs output").all()) {
+        const value = await output.getAttribute("data-value");
+        Number.isFinite(Number(value)) || fail(`it begins with ${value}`);
+    }
+    for (const text of [...await page.evaluate(onPaper), ...await page.evaluate(remarked)]) {
+        fail(text);
     }
     if (scheme === "light") {
         for (const [k, asked] of expected[name].entries()) {

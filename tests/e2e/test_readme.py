@@ -96,6 +96,9 @@ def test_versions_and_names_agree() -> None:
     citation = (ROOT / "CITATION.cff").read_text(encoding="utf-8")
     assert f"\nversion: {fuzzyctl.__version__}\n" in citation
     assert project["version"] == fuzzyctl.__version__
+    studio = tomllib.loads((ROOT / "apps" / "studio" / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    assert project["optional-dependencies"]["studio"] == [f"{studio['name']}=={fuzzyctl.__version__}"]
+    assert studio["version"] == fuzzyctl.__version__
     assert f"\nlicense: {project['license']}\n" in citation
     assert f"- name: {project['authors'][0]['name']}\n" in citation
     for page in (ROOT / "README.md", DOCS / "explanation" / "the-paper.md"):

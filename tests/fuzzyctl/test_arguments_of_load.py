@@ -89,3 +89,13 @@ class TestWhatOnlyPlansFound:
         text = CHAIN.replace("ACTIVATION", "").replace("if m is hi then u is b", "if u is b then m is hi")
         text = text.replace("if m is lo then u is a", "if e is P then u is b")
         assert self.codes(text, tmp_path)[-1] == ("FZ214", 17)
+
+
+def test_a_claim_that_does_not_hold_is_an_error_and_the_system_is_returned(tmp_path):
+    rules, claim = GAP.replace("TOP", "9"), "require u <= 0.4\n"
+    (tmp_path / "a.fz").write_text(rules + claim, encoding="utf-8")
+    system, found = check(tmp_path / "a.fz")
+    assert [d.code for d in found if d.severity == "error"] == ["FZ402"]
+    assert system == check(system)[0] == load(tmp_path / "a.fz")
+    (tmp_path / "a.fz").write_text(GAP.replace("TOP", "5") + claim, encoding="utf-8")
+    assert check(tmp_path / "a.fz")[0] is None

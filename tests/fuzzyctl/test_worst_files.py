@@ -1,40 +1,57 @@
 """Work grows no faster than files do: functions called are counted, so that no clock decides."""
 
 import gc
+import math
+import pkgutil
 import re
 import sys
 from dataclasses import replace
 from pathlib import Path
 from unittest.mock import Mock
 
+import numpy as np
 import pytest
 from click.testing import CliRunner
 
 from fuzzyctl.analysis import effects
+from fuzzyctl.analysis.branch_and_bound.boxed_system import System
 from fuzzyctl.analysis.check import check_source
 from fuzzyctl.analysis.coverage.box_search import BUDGET, Search
 from fuzzyctl.analysis.coverage.coverage import uncovered_of
 from fuzzyctl.analysis.degrees import Truths
+from fuzzyctl.analysis.induction.prover import ControllerProver
+from fuzzyctl.analysis.verdicts import Refuted, Witness
 from fuzzyctl.analysis.work import COVERAGE, SpentError, Work
+from fuzzyctl.cli.checked import claim_reports
 from fuzzyctl.cli.main import main
-from fuzzyctl.diagnostics.source import SourceText
+from fuzzyctl.codegen.unit import prepare
+from fuzzyctl.diagnostics.diagnostic import Diagnostic
+from fuzzyctl.diagnostics.source import SourceText, Span
 from fuzzyctl.explain.trace import _Contributions
 from fuzzyctl.expr import Name
 from fuzzyctl.kernels.plan.build import degree_name, plan
+from fuzzyctl.kernels.plan.expansion import equations_of
+from fuzzyctl.kernels.program.printer import IEEE_SCALAR
 from fuzzyctl.lang.csv_table import parse_csv_table
 from fuzzyctl.lang.lines import LogicalLine, split
 from fuzzyctl.lang.parser import MAX_OPERATORS, parse
 from fuzzyctl.loading.assembly import MAX_FILES
 from fuzzyctl.loading.examination import MAX_SYSTEMS
-from fuzzyctl.loading.load import load, loads
+from fuzzyctl.loading.load import load, loads, look_through
 from fuzzyctl.model.checks.partitions import spoilt_partitions
 from fuzzyctl.model.computed_numbers import Numbers
 from fuzzyctl.model.guarantee import Param
 from fuzzyctl.model.params import ParamValues
+from fuzzyctl.page.systems import SystemFacts
 from fuzzyctl.resolve.block_expressions import Expressions
 from fuzzyctl.resolve.context import Context
 from fuzzyctl.resolve.rules import resolve_antecedent, resolve_rule
 from fuzzyctl.resolve.system import MAX_VARIABLES
+from fuzzyctl.simulation.connections import inputs_of_time
+from fuzzyctl.simulation.expansion import loop_equations
+from fuzzyctl.simulation.experiment import Experiment
+from fuzzyctl.simulation.judgement import Judgement
+from fuzzyctl.simulation.source import RunSource
 
 sys.path.insert(0, str(Path(__file__).parent.parent / "fuzz"))
 from worst_files import CASES, HEAD  # its folder is no package
@@ -330,10 +347,104 @@ def test_measures_are_read_without_the_grammar(monkeypatch):
     assert len(parse(SourceText("worst.fz", text))[0].statements) == 3
 
 
+PLANT = "plant p\ninput u\nstate h = 0\nder h = u - h\noutput y = h\n"
+#: Lines of a loop by what they are; '@' is the number of a line, '#' that of the one before.
+CHAINS = {
+    "blocks": "block b@ = p(b#.y)\n",
+    "lets": "let a@ = a# + 1\n",
+    "measures": "measure m@ = m# + 1\n",
+}
+
+
+def loop_of(kind, count):
+    """Return a loop of a chain of blocks, lets or measures."""
+    text = "".join(CHAINS[kind].replace("@", str(k)).replace("#", str(k - 1)) for k in range(1, count))
+    first = "block b0 = p(1)\nlet a0 = b0.y\nmeasure m0 = final(b0.y)\nrun 1 s step 100 ms\n"
+    (loop,) = look_through(SourceText("worst.fz", f"{PLANT}loop l\n{first}{text}")).loops
+    return loop
+
+
+def test_the_text_of_a_run_grows_with_its_plants():
+    def size(count):
+        run = Experiment(loop_of("blocks", count), "python")
+        return len("".join(RunSource(run.equations, run.programs, IEEE_SCALAR).lines()))
+
+    assert size(80) < 2.2 * size(40)
+
+
+@pytest.mark.parametrize(
+    ("kind", "work"),
+    [
+        ("blocks", lambda loop: loop_equations(loop, ())),
+        ("lets", inputs_of_time),
+        ("measures", lambda loop: Judgement(loop).measures(np.zeros(2), lambda _: np.zeros(2), {})),
+    ],
+)
+def test_chains_in_a_loop_are_followed_once(kind, work):
+    loops = [loop_of(kind, count) for count in (100, 200)]
+    small, large = (lines_of(lambda loop=loop: work(loop)) for loop in loops)
+    assert large < 2.3 * small
+
+
+def test_numbers_of_many_states_are_computed_without_a_look_at_all_names():
+    def expanded(count):
+        states = "".join(
+            f"state s{k} in [-1, 1] = 0\nnext s{k} = s{k} / 2 + p{k}\nparam p{k} = 0\n" for k in range(count)
+        )
+        (controller,) = look_through(SourceText("c.fz", f"controller c\ninput e\noutput u = e\n{states}")).controllers
+        return lines_of(lambda: equations_of(controller))
+
+    assert expanded(200) < 2.3 * expanded(100)
+
+
+def test_runs_end_with_the_time_however_many_claims_there_are(monkeypatch):
+    claims = "".join(f"require u <= {k} + 2\n" for k in range(50))
+    text = f"controller c\ninput e in [-1, 1]\nevery 1 s\noutput u = e\n{claims}"
+    (controller,) = look_through(SourceText("c.fz", text)).controllers
+    prover = ControllerProver(controller, 1.0, until=-math.inf)
+    calls = counted_calls(monkeypatch, "fuzzyctl.analysis.induction.replay.Runs._run")
+    assert not prover._reached
+    assert len(calls) < 50
+
+
+def test_what_a_page_says_of_rules_grows_with_their_number():
+    def work(count):
+        text = f"system s\n{HEAD}" + RULE * count
+        unit = prepare(loads(text), text)
+        return lines_of(lambda: SystemFacts(unit, ()).data())
+
+    assert work(200) < 2.3 * work(100)
+
+
+def test_claims_that_are_reported_are_not_compared_with_all_others():
+    text = SourceText("worst.fz", "require u <= 1\n" * 400)
+
+    def work(count):
+        spans = [Span(text, 15 * k, 15 * k + 14) for k in range(count)]
+        verdicts = [Refuted("u <= 1", Witness({}, ()), span=span) for span in spans]
+        known = [Diagnostic("FZ404", "", span, witness={}) for span in spans[::2]]
+        found = []
+        return lines_of(lambda: found.extend(claim_reports(verdicts, known))), found
+
+    (small, _), (large, found) = work(200), work(400)
+    assert len(found) == 200
+    assert large < 2.3 * small
+
+
+def test_params_are_enclosed_once_for_all_boxes(monkeypatch):
+    system = loads(f"system s\n{HEAD}{RULE}" + "".join(f"param p{k} = 1\n" for k in range(50)))
+    boxed = System(system, plan(system))
+    calls = counted_calls(monkeypatch, "fuzzyctl.analysis.branch_and_bound.boxed_system.constant")
+    with np.errstate(all="ignore"):
+        for _ in range(10):
+            boxed.enclose([Name("y")], np.zeros((1, 1)), np.ones((1, 1)), sloped=True)
+    assert len(calls) < 10 * 50
+
+
 def counted_calls(monkeypatch, target):
     """Replace a function by itself, and return a list that grows with each call of it."""
-    module, name = target.rsplit(".", 1)
-    function, calls = getattr(sys.modules[module], name), []
+    owner, name = target.rsplit(".", 1)
+    function, calls = getattr(pkgutil.resolve_name(owner), name), []
     monkeypatch.setattr(target, lambda *a, **k: (calls.append(a), function(*a, **k))[1])
     return calls
 

@@ -60,3 +60,25 @@ if on is yes then x is right weight 0.1
 @pytest.mark.parametrize(("kind", "printed"), [("mom", -5.0), ("som", -2.0), ("lom", -8.0)])
 def test_matlabs_manual_prints_these_maxima(kind, printed):
     assert fuzzyctl.loads(MATLAB.format(kind=kind))(on=1.0) == pytest.approx(printed, abs=1e-12)
+
+
+@pytest.mark.parametrize(("kind", "expected"), [("som", 0.0), ("mom", 6.5), ("lom", 13.0)])
+def test_maxima_of_scikit_fuzzy_are_those_of_its_universe(kind, expected):
+    """As scikit-fuzzy 0.5 gives them for `linspace(0, 25, 26)`, whose ends are samples."""
+    system = fuzzyctl.loads(
+        f"""system s
+semantics scikit_fuzzy
+and min
+implication min
+aggregation max
+defuzzifier {kind}(resolution=26)
+input x in [0, 1]
+  on = rectangle(0, 1)
+output u in [0, 25]
+  low = triangle(0, 0, 13)
+  mid = triangle(4, 13, 21)
+if x is on then u is low
+if x is on then u is mid
+"""
+    )
+    assert system(x=0.5) == expected

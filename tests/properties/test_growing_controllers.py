@@ -136,6 +136,15 @@ def test_most_claims_about_states_that_do_not_grow_are_decided():
         "next i = i + dt * (e + 50 * i)\nevery 20 ms\noutput alarm in [0, 1] = where(i > 1e32, 2, 0)",
         "next i = 2 * i + e\nevery 20 ms\noutput y = i\nrequire i <= 1e31",
         "next i = 2 * i + e\nevery 20 ms\noutput y in [0, 1] = where(i - i == 0, 0, 2)",
+        *(
+            f"next i = 2 * i + e\nevery 20 ms\noutput y in [0, 1] = where({condition}, 0, 2)"
+            for condition in (
+                "(i - i) * (i - i) >= 0",
+                "exp(i - i) >= 0",
+                "sign(i - i) >= -1",
+                "i - i <= exp(abs(i) + 1000)",
+            )
+        ),
     ],
 )
 def test_what_grows_beyond_1e30_proves_nothing(lines):

@@ -141,14 +141,14 @@ def _report(task: run_options.Task, found: Found, path: Path, style: str) -> Non
     from dwmr.calibration import table
     from dwmr.calibration.writing import scenario_text
     from dwmr.output import report
-    from dwmr.scenario import template
     from fuzzyctl.experiments.results.summary import finite
+    from fuzzyctl.support.writing import write_together
 
     head = (
         f"{task.file.scenario.name} with values fitted to Table 12 by `dwmr calibrate`, cost {found.outcome.cost:.2f}."
     )
     text = scenario_text(task.file, found.values, path, head)
-    template.write({path: text.encode()}, force=True)
+    write_together({path: text})
     data: dict[str, Any] = table.as_data(found)
     if style == "json":
         write_json(finite(data))

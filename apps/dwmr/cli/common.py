@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -9,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from fuzzyctl.cli.streams import write_json
+from fuzzyctl.cli.streams import say, write_json
 
 if TYPE_CHECKING:
     from dwmr.scenario.file import ScenarioFile
@@ -18,11 +19,15 @@ if TYPE_CHECKING:
 
 def read_scenario(scenario: str, overrides: Sequence[str]) -> ScenarioFile:
     """Read a scenario given as a shipped name or a path; an unknown name or a malformed override is wrong usage."""
+    from dwmr.config.shipped import SHIPPED
     from dwmr.scenario import file
     from fuzzyctl.experiments.settings import overrides as values
 
     try:
-        return file.read(file.find(scenario), overrides)
+        path = file.find(scenario)
+        if path.is_relative_to(SHIPPED) and os.path.exists(f"{scenario}.toml"):
+            say(f"note: the shipped '{scenario}' is read, not '{scenario}.toml' of this folder", err=True)
+        return file.read(path, overrides)
     except (file.UnknownScenarioError, values.OverrideError) as error:
         raise click.UsageError(str(error)) from error
 

@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-import os
-import sys
-from contextlib import suppress
-from typing import Any, Final
+from typing import Final
 
 import click
 
-from fuzzyctl.cli import streams
+from fuzzyctl.cli.streams import Program
 
 #: By name of a command its module, its function there, and its line in the list of commands.
 COMMANDS: Final = {
@@ -26,24 +23,6 @@ COMMANDS: Final = {
 }
 
 
-class Program(streams.Program):
-    """The command line program; a standard output that cannot be written to is a message, no traceback."""
-
-    def main(self, *args: Any, **kwargs: Any) -> Any:
-        """Run the command that the arguments name."""
-        try:
-            try:
-                return super().main(*args, **kwargs)
-            finally:
-                sys.stdout.flush()
-        except OSError as error:
-            with suppress(OSError, ValueError):  # Python would complain again when it closes the stream
-                os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-            if not isinstance(error, BrokenPipeError):
-                streams.say(f"error: {error}", err=True)
-            sys.exit(1)
-
-
 @click.group(cls=Program, deferred=COMMANDS, context_settings={"help_option_names": ["-h", "--help"]})
 @click.version_option(package_name="fuzzyctl")
 def main() -> None:
@@ -56,7 +35,8 @@ def main() -> None:
     dwmr check mine.toml                 its mistakes
     dwmr run paper                       the paper's run
     dwmr run paper --controller all      all control laws beside Table 12
-    dwmr run paper --rules my-rules      the same with your own rule files
+    dwmr new --rules my-rules            rule files of your own
+    dwmr run paper --rules my-rules      the same with those
     dwmr run paper --set rules.ais_reaction.k_s=0.5 --set run.horizon=60
     dwmr figures paper -o figures        counterparts of Figs. 8 to 28
     dwmr figures experiment -o figures   those of Figs. 29 to 39

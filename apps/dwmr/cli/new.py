@@ -47,7 +47,7 @@ def new(name: str | None, base: str, extends: bool, path: Path | None, folder: P
     from dwmr.config.shipped import shipped_names
     from dwmr.scenario import template
     from dwmr.scenario.file import UnknownScenarioError
-    from fuzzyctl.support.writing import folder_for
+    from fuzzyctl.support.writing import folder_for, write_together
 
     if name is None and (folder is None or path is not None or extends):
         raise click.UsageError("NAME is missing; only --rules DIR works without it")
@@ -63,9 +63,9 @@ def new(name: str | None, base: str, extends: bool, path: Path | None, folder: P
     except UnknownScenarioError as error:
         raise click.BadParameter(str(error), param_hint="'--from'") from error
     with mistakes_as_diagnostics("text"):
+        template.refuse_present(files, force)
         if folder is not None:
-            template.refuse_present(files, force)
             folder_for(folder)
-        template.write(files, force)
+        write_together(files)
     for one in files:
         say(f"wrote {one}")

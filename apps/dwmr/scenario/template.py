@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import os
 import re
-import tempfile
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from pathlib import Path
 
 from dwmr.config.shipped import SHIPPED, shipped_names
@@ -17,7 +15,7 @@ from fuzzyctl.loading.assembly import files_read
 from fuzzyctl.support.shipped import rules_folder
 
 
-def files(name: str, base: str, path: Path, extends: bool) -> dict[Path, bytes]:
+def files(name: str, base: str, path: Path, extends: bool) -> dict[Path, str]:
     """Return what is to be written, by path: the scenario first, then the CSV file that it reads.
 
     Args:
@@ -31,20 +29,20 @@ def files(name: str, base: str, path: Path, extends: bool) -> dict[Path, bytes]:
     """
     _require_shipped(base)
     if extends:
-        return {path: _EXTENDING.format(base=base, name=name).encode()}
+        return {path: _EXTENDING.format(base=base, name=name)}
     text = (SHIPPED / f"{base}.toml").read_text(encoding="utf-8")
     renamed = re.sub(r'^name = ".*"$', f'name = "{name}"', text, count=1, flags=re.MULTILINE)
     beside = getattr(read(SHIPPED / f"{base}.toml").scenario.reference, "file", None)
     if beside is not None:
         renamed = renamed.replace(beside, f"{path.stem}.csv")
     head = f"# Made by `dwmr new` from {base}; `dwmr check {path.name}` finds mistakes.\n#\n"
-    found = {path: (head + renamed).encode()}
+    found = {path: head + renamed}
     if beside is not None:
-        found[path.with_suffix(".csv")] = (SHIPPED / beside).read_bytes()
+        found[path.with_suffix(".csv")] = (SHIPPED / beside).read_text(encoding="utf-8")
     return found
 
 
-def rule_files(base: str, folder: Path) -> dict[Path, bytes]:
+def rule_files(base: str, folder: Path) -> dict[Path, str]:
     """Return copies of the rule files that a shipped scenario and the control laws use, by their path in a folder.
 
     Raises:
@@ -54,7 +52,7 @@ def rule_files(base: str, folder: Path) -> dict[Path, bytes]:
     named = read(SHIPPED / f"{base}.toml").scenario.rules.values()
     paths = {rules_folder() / name for name in (*(rule.file for rule in named), *LAWS.values())}
     paths |= {used for path in paths for used in files_read(path)}
-    return {folder / path.name: path.read_bytes() for path in sorted(paths)}
+    return {folder / path.name: path.read_text(encoding="utf-8") for path in sorted(paths)}
 
 
 def _require_shipped(base: str) -> None:
@@ -88,31 +86,3 @@ def refuse_present(paths: Iterable[Path], force: bool) -> None:
     if present and not force:
         help_text = "name another file with -o FILE, or replace it with --force"
         raise DiagnosticError([Diagnostic("FZ005", f"{p} exists", help=help_text, file=str(p)) for p in present])
-
-
-def write(contents: Mapping[Path, bytes], force: bool) -> None:
-    """Write files whole, each by a temporary one beside it that is then renamed.
-
-    Raises:
-        DiagnosticError: When one of them exists and `force` is not given, or cannot be written.
-    """
-    refuse_present(contents, force)
-    for path, content in contents.items():
-        try:
-            _write(path, content)
-        except OSError as error:
-            message = f"{path} cannot be written: {error.strerror or error}"
-            raise DiagnosticError([Diagnostic("FZ005", message, file=str(path))]) from error
-
-
-def _write(path: Path, content: bytes) -> None:
-    number, part = tempfile.mkstemp(dir=path.parent, prefix=".dwmr-")
-    try:
-        with os.fdopen(number, "wb") as file:
-            file.write(content)
-        mask = os.umask(0)
-        os.umask(mask)
-        Path(part).chmod(0o666 & ~mask)  # as an ordinary file; mkstemp makes private ones
-        Path(part).replace(path)
-    finally:
-        Path(part).unlink(missing_ok=True)

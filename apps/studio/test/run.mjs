@@ -1,7 +1,7 @@
 // Drives the studio in Chromium, and measures it: npm --prefix apps/studio/test ci && npm --prefix apps/studio/test start
 //
 // PYTHON is a Python that has fuzzyctl (default: python3), CHROMIUM a Chromium (default: /usr/bin/chromium), PICTURES a
-// folder for pictures of the window (default: none are kept). The studio has been built: see ../build.mjs.
+// folder for pictures of the window (default: none are kept). The studio is that of the checkout, see ../build.mjs, or of what is on PYTHONPATH.
 import assert from "node:assert/strict";
 import { execFileSync, spawn } from "node:child_process";
 import { mkdirSync, mkdtempSync, readFileSync, rmSync } from "node:fs";
@@ -62,7 +62,7 @@ require force >= 0.8 when gap <= 5 and speed >= 25
 `;
 const tipper = readFileSync(join(ROOT, "rules", "tipper.fz"), "utf8");
 const profile = mkdtempSync(join(tmpdir(), "fuzzyctl-studio-"));
-const server = spawn(PYTHON, ["-m", "fuzzyctl", "studio", "--no-browser", join(ROOT, "rules", "smc.fz")], { cwd: ROOT });
+const server = spawn(PYTHON, ["-m", "fuzzyctl", "studio", "--no-browser", join(ROOT, "rules", "smc.fz")], { cwd: tmpdir() });
 const results = [];
 let browser;
 

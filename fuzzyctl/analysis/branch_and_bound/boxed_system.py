@@ -137,6 +137,11 @@ class System:
             *(constant(b.lo, b.hi) for b in held),
         ]
 
+    @cached_property
+    def _constants(self) -> dict[str, Enclosure]:
+        """The params, made once: a file may have thousands."""
+        return {n: constant(v) for n, v in self.reader_values.items()}
+
     def enclose(self, exprs: Sequence[Expr], lo: Array, hi: Array, *, sloped: bool) -> tuple[list[Enclosure], Mask]:
         """Enclose expressions over inputs, params and outputs.
 
@@ -149,7 +154,7 @@ class System:
             An enclosure for each, and the boxes where an output that they name has no value, shape (boxes,) or ().
         """
         own = self.inputs_of(lo, hi, sloped=sloped)
-        names = {n: constant(v) for n, v in self.reader_values.items()} | own
+        names = self._constants | own
         void = np.array(False)
         for system, wanted in self._named(exprs).items():
             found, quiet = system.evaluate([own[n] for n in system.inputs], [k for k, _ in wanted])

@@ -21,6 +21,7 @@ from fuzzyctl.analysis.induction.prover import ControllerProver
 from fuzzyctl.analysis.induction.replay import Judge
 from fuzzyctl.analysis.induction.step_model import ABSORBED, FAR
 from fuzzyctl.analysis.work import SECOND, Work
+from fuzzyctl.diagnostics.suggestions import listed
 from fuzzyctl.expr import Name, Number
 from fuzzyctl.model.controller import Controller
 
@@ -152,11 +153,11 @@ class _Output:
 
     def _why_open(self) -> str:
         """Return why an end is infinite."""
-        names = ", ".join(self.boxed.inputs[k] for k in self.open)
+        names = listed([self.boxed.inputs[k] for k in self.open])
         if any(self.is_endless) and names:
             return f"it grows with {names}"
         if self.boxed.lost:
-            return f"no range of {', '.join(self.boxed.lost)} is proved"
+            return f"no range of {listed(self.boxed.lost)} is proved"
         return f"no bound is proved for large {names}" if names else "no bound is proved"
 
 

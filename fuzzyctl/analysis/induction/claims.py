@@ -13,6 +13,7 @@ from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.expr import Compare, Expr, Name, Number, to_text
 from fuzzyctl.kernels.plan.equations import Equations
 from fuzzyctl.kernels.plan.expansion import equations_of
+from fuzzyctl.kernels.steps.program import numeric
 from fuzzyctl.model.controller import Controller, Result
 from fuzzyctl.model.guarantee import Bounds
 from fuzzyctl.records import record
@@ -135,7 +136,7 @@ def _with_inputs(equations: Equations) -> Equations:
         equations,
         inputs=(*equations.inputs, *equations.free),
         states=equations.states[:kept],
-        updates=equations.updates[:kept],
+        updates=tuple(map(numeric, equations.updates[:kept])),
         free=(),
     )
 

@@ -105,6 +105,11 @@ class ControllerProver:
         return found if self.replay.breaks(tried, rounded) else replace(found, witness=replace(witness, in_full=True))
 
     @cached_property
+    def _positions(self) -> dict[int, int]:
+        """Positions of the own claims by their identities, as comparing thousands of them takes long."""
+        return {id(c): k for k, c in enumerate(self.claims.own)}
+
+    @cached_property
     def _reached(self) -> dict[int, Reached]:
         """Steps of runs from the start at which claims are false, by position among the own ones."""
         ranges = self.inputs | {DT: (1e-6, 1.0)}
@@ -230,9 +235,8 @@ class ControllerProver:
 
     def _by_run(self, claim: StepClaim) -> Refuted | None:
         """Return a refutation by a run from the start, if one is found."""
-        if claim not in self.claims.own:
-            return None
-        reached = self._reached.get(self.claims.own.index(claim))
+        position = self._positions.get(id(claim))
+        reached = None if position is None else self._reached.get(position)
         if reached is None:
             return None
         tried = loosened(claim) if claim.is_range else claim

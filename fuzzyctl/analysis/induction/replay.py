@@ -182,7 +182,7 @@ class Runs:
         for moves in self._patterns():
             self._run(moves, claims, found)
         for k, claim in enumerate(claims):
-            if k not in found:
+            if k not in found and clock.now() <= self.deadline:
                 own: dict[int, Reached] = {}
                 self._run(self._towards(claim), [claim], own)
                 if own:

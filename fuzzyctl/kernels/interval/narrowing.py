@@ -11,7 +11,7 @@ from typing import Final
 
 import numpy as np
 
-from fuzzyctl.expr import Binary, Call, Compare, Expr, Logic, Name, Negate, Number, Where, names_in, walk
+from fuzzyctl.expr import COMPARISONS, Binary, Call, Compare, Expr, Logic, Name, Negate, Number, Where, names_in, walk
 from fuzzyctl.kernels.interval.program import Interpreter
 from fuzzyctl.kernels.interval.vector import (
     ULPS,
@@ -25,7 +25,7 @@ from fuzzyctl.kernels.interval.vector import (
     sound,
     times,
 )
-from fuzzyctl.kernels.interval.vector_functions import Truths, applied
+from fuzzyctl.kernels.interval.vector_functions import Truths, applied, compared
 
 #: Most conjunctions that a condition is written as.
 _MOST_CASES: Final = 8
@@ -64,10 +64,10 @@ class NarrowingInterpreter(Interpreter):
             case Binary(op=op, left=left, right=right) if self.nearest and op in _NEAREST:
                 a = self.enclose(left)
                 found = _nearest(op, a, a if left == right else self.enclose(right))
-            case Call(function="min" | "max", arguments=arguments):
+            case Call(function=function, arguments=arguments) if function not in COMPARISONS:
                 parts = [self.enclose(a) for a in arguments]
                 lacks = np.logical_or.reduce([*np.broadcast_arrays(*map(may_be_nan, parts))])
-                return _lost(applied(expr.function, parts), lacks)
+                return _lost(applied(function, parts), lacks)
             case _:
                 found = super().enclose(expr)
         match expr:
@@ -95,18 +95,22 @@ class NarrowingInterpreter(Interpreter):
 
         Where the end is above the start, rounding leaves the sum above the start, too; it may pass the end.
         """
-        inside = (part.lo >= 0.0) & (part.hi <= 1.0) & ~may_be_nan(found)
+        inside = (part.lo >= 0.0) & (part.hi <= 1.0) & np.isfinite(found.size)  # no difference overflows
         slack = ULPS * (start.size + end.size)
         lo, hi = np.minimum(start.lo, end.lo - slack), np.maximum(start.hi, end.hi + slack)
         return _held(found, np.where(inside, lo, -np.inf), np.where(inside, hi, np.inf))
 
     def decide(self, condition: Expr) -> Truths:
-        """Return where a condition surely holds, and where it surely does not; NaN differs from itself."""
-        if isinstance(condition, Compare) and condition.left == condition.right:
-            sure = ~may_be_nan(self.enclose(condition.left))
+        """Return where a condition surely holds, and where it surely does not; NaN differs from all numbers."""
+        if not isinstance(condition, Compare):
+            return super().decide(condition)
+        left, right = self.enclose(condition.left), self.enclose(condition.right)
+        sure = ~(may_be_nan(left) | may_be_nan(right))
+        if condition.left == condition.right:
             never = np.zeros_like(sure)
             return (never, sure) if condition.op in ("!=", "<", ">") else (sure, never)
-        return super().decide(condition)
+        yes, no = compared(condition.op, left, right)
+        return yes & (sure | (condition.op == "!=")), no
 
     def _where(self, expr: Where) -> Enclosure:
         yes, no = self.decide(expr.condition)
@@ -257,7 +261,7 @@ def _side(op: str, other: Enclosure) -> Ends:
 def _nearest(op: str, a: Enclosure, b: Enclosure) -> Enclosure:
     """Enclose what floats give, which is monotone in each operand, as rounding is."""
     lo, hi = least_and_largest([_NEAREST[op](x, y) for x in (a.lo, a.hi) for y in (b.lo, b.hi)])
-    bad = np.isnan(lo)  # one of the four is enough
+    bad = np.isnan(lo) | may_be_nan(a)  # one of the four is enough; a square hides it
     if op == "/":
         bad = bad | ((b.lo <= 0.0) & (b.hi >= 0.0))
     if op == "*" and a is b:

@@ -135,10 +135,11 @@ def times(a: Enclosure, b: Enclosure) -> Enclosure:
 
 
 def square(a: Enclosure) -> Enclosure:
-    """Enclose a², which is not negative."""
+    """Enclose a², which is not negative; anything where a may be."""
     ends = a.lo * a.lo, a.hi * a.hi
     inside = (a.lo <= 0.0) & (a.hi >= 0.0)
     lo, hi = outward(np.where(inside, 0.0, np.minimum(*ends)), np.maximum(*ends))
+    lo = np.where(np.isneginf(a.lo) & np.isposinf(a.hi), np.nan, lo)
     slopes = None if a.slopes is None else slope_times((2.0 * a.lo, 2.0 * a.hi), a.slopes)
     return sound(lo, hi, slopes, (2.0 * a.size + a.error) * a.error + hi * ULPS)
 

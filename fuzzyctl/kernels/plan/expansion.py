@@ -136,7 +136,8 @@ class Scope:
             span = span_of(expr)
             at = "" if span is None else f" at {span}"
             raise ArgumentError(f"'{free[0]}' cannot be free: a constant depends on it{at}")
-        return evaluate(expr, {n: e.value for n, e in self.names.items() if isinstance(e, Number)})
+        known = {n.name: self.names.get(n.name) for n in names_in(expr)}
+        return evaluate(expr, {n: e.value for n, e in known.items() if isinstance(e, Number)})
 
     def free_in(self, expr: Expr) -> list[str]:
         """Return the params in an expression that depend on free numbers."""

@@ -77,6 +77,17 @@ function controllerSection(controller, kernel) {
         }
         step(1);
     };
+    /** Whether the first step has outputs. */
+    function hasValue(values) {
+        try {
+            return [kernel.step(...(kernel.start === null ? [] : [kernel.start()]), ...values)].flat().every(Number.isFinite);
+        } catch (error) {
+            if (error.name !== "NoRuleFiresError") {
+                throw error;
+            }
+            return false;
+        }
+    }
     const period = controller.period === null ? "" : `A step is ${shown(controller.period)} s.`;
     const buttons = element("div", { className: "choices" }, pushButton("Step", () => step(1)), pushButton("10 steps", () => step(10)),
         pushButton("100 steps", () => step(100)), pushButton("Begin anew", reset));
@@ -90,5 +101,5 @@ function controllerSection(controller, kernel) {
                 ...(controller.facts.length ? [tableOf("Params", [], controller.facts)] : []))] : [])),
     ];
     const first = counterexample(controller);
-    return { side, main, begin: () => { Object.keys(first).length ? controls.go(first) : (reset(), step(FIRST)); } };
+    return { side, main, begin: () => { Object.keys(first).length ? controls.go(first) : (controls.begin(hasValue), reset(), step(FIRST)); } };
 }

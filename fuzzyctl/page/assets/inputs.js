@@ -26,6 +26,15 @@ function sliderEnds(input, given) {
     return [lower ?? (upper === null || low < upper ? low : upper - 1), upper ?? (lower === null || high > lower ? high : lower + 1)];
 }
 
+/** Points of a grid between ends, and some more of them, the nearest to a start first; no grid of many inputs. */
+function nearestFirst(start, ends, more) {
+    const count = start.length, side = Math.floor(2000 ** (1 / count)), spans = ends.map(([low, high]) => high - low);
+    const grid = Array.from({ length: count < 5 ? side ** count : 0 }, (_, j) =>
+        ends.map(([low], k) => low + (spans[k] * (Math.floor(j / side ** k) % side)) / (side - 1)));
+    return [...more, ...grid].map((point) => ({ point, far: Math.hypot(...point.map((v, k) => (v - start[k]) / spans[k])) }))
+        .sort((a, b) => a.far - b.far).map(({ point }) => point);
+}
+
 /** Fields for the ends of a slider of an input whose range has none. */
 function endFields(block, input, ends, changed) {
     const fields = ["lower", "upper"].map((name, k) => {
@@ -94,15 +103,24 @@ function inputControls(block, inputs, moved, point = {}) {
         followed = names[k];
         followAgain();
     })] : [];
+    function place(changes) {
+        for (const [k, value] of changes) {
+            values[k] = value;
+            rows[k].refresh();
+        }
+    }
     return {
         values,
         form: element("fieldset", {}, element("legend", {}, "Inputs"), ...rows.map((r) => r.row), ...chooser),
         set(changes) {
-            for (const [k, value] of changes) {
-                values[k] = value;
-                rows[k].refresh();
-            }
+            place(changes);
             changed();
+        },
+        /** Begins at the nearest point that has a value, of a grid and of `more`, unless the point was set or none has one. */
+        begin(hasValue, more = () => []) {
+            if (Object.keys({ ...kept, ...point }).length === 0 && !hasValue(values)) {
+                place(nearestFirst(values, ends, more()).find(hasValue)?.entries() ?? []);
+            }
         },
         /** Moves to values by name. */
         go(point) {

@@ -16,7 +16,7 @@ for (const type of ["pointerdown", "pointermove", "pointerup", "pointercancel", 
 /** What the keyboard is at, as a function that finds it on another page. */
 function focused() {
     const reached = "input, select, button, summary, a, [tabindex]", at = document.activeElement;
-    const block = at?.closest("article, section.times"), own = block?.id ? `#${block.id}` : "section.times";
+    const block = at?.closest("article, .remarks, section.times"), own = block?.id ? `#${block.id}` : "section.times";
     const place = block ? [...block.querySelectorAll(reached)].indexOf(at) : -1;
     return (page) => page.querySelector(own)?.querySelectorAll(reached)[place];
 }

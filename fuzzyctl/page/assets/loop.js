@@ -21,7 +21,6 @@ function loopSection(loop) {
             lines: [...(p.reference ? [{ series: 1, ...withPeaks(t, p.reference) }] : []), { series: 0, ...withPeaks(t, p), stepped: p.held }],
         })),
     });
-    redraws.push(() => plot.draw());
     const cells = panels.map(() => element("output", { className: "number" }));
     const now = element("caption", {}, "Signals");
     const signals = tableOf("Signals", [], panels.map((p, n) => [p.label, cells[n]]));

@@ -265,15 +265,17 @@ class PanelPlot {
         this.readout = element("p", { className: "readout" });
         this.say("");
         this.box = element("div", {}, legend, grid, this.readout);
+        redraws.push(() => this.draw());
         new ResizeObserver(() => requestAnimationFrame(() => this.resize(grid.clientWidth))).observe(grid);
     }
 
     entry(legend, series, k) {
         const button = element("button", { type: "button", "aria-pressed": "true" });
         const sample = drawn(button, "svg", { width: 26, height: 8, "aria-hidden": "true" });
-        drawn(sample, "line", {
-            x1: 0, x2: 26, y1: 4, y2: 4, stroke: themed(series.colour) || "currentColor", "stroke-width": 2, "stroke-dasharray": series.dash,
-        });
+        const line = drawn(sample, "line", { x1: 0, x2: 26, y1: 4, y2: 4, "stroke-width": 2, "stroke-dasharray": series.dash });
+        const paint = () => line.setAttribute("stroke", themed(series.colour) || "currentColor");
+        paint();
+        redraws.push(paint);
         button.append(element("span", {}, series.name));
         button.addEventListener("click", () => {
             if (!this.hidden.delete(k)) {

@@ -199,12 +199,13 @@ function endsOf(values, margin = 0.05) {
     return [low - room, high + room];
 }
 
+const even = ({ lower, upper }) => Array.from({ length: 161 }, (_, k) => lower + ((upper - lower) * k) / 160);
+
 /** Places along a range that show each corner of the sets, and both sides of each jump. */
 function places(variable) {
     const { lower, upper, corners } = variable, width = upper - lower;
-    const even = Array.from({ length: 161 }, (_, k) => lower + (width * k) / 160);
     const beside = corners.flatMap((c) => [c - 1e-7 * width, c, c + 1e-7 * width]);
-    return [...even, ...beside].filter((v) => v >= lower && v <= upper).sort((a, b) => a - b);
+    return [...even(variable), ...beside].filter((v) => v >= lower && v <= upper).sort((a, b) => a - b);
 }
 
 const viridis = [
@@ -229,3 +230,22 @@ function tableOf(caption, header, rows) {
     table.append(element("tbody", {}, ...body));
     return element("div", { className: "scroll", tabIndex: 0, role: "group", "aria-label": caption }, table);
 }
+
+/** Draws all pictures again, in the colours and at the sizes that they have now. */
+function redrawn() {
+    known.clear();
+    pictures.forEach((p) => p.measure());
+    redraws.forEach((draw) => draw());
+}
+matchMedia("(prefers-color-scheme: dark)").addEventListener("change", redrawn);
+
+/** Makes the page one for paper: light, as wide as a sheet, nothing folded; or again one for the screen. */
+function onPaper(isPaper) {
+    document.documentElement.classList.toggle("paper", isPaper);
+    for (const own of document.querySelectorAll(isPaper ? "details:not([open])" : "details.unfolded")) {
+        own.open = own.classList.toggle("unfolded", isPaper);
+    }
+    redrawn();
+}
+addEventListener("beforeprint", () => onPaper(true));
+addEventListener("afterprint", () => onPaper(false));

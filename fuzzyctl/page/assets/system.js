@@ -23,6 +23,16 @@ function proofs(caption, block, go) {
     return [element("h3", {}, "Proved"), bounds, ...verdictList(block.verdicts, go)];
 }
 
+/** For each rule two points near a start: the nearest with a degree of each of its terms, and with the highest one. */
+function rulePoints(system, kernel, start) {
+    const near = system.inputs.map((input, k) => [...input.corners, ...even(input)].sort((a, b) => Math.abs(a - start[k]) - Math.abs(b - start[k])).map((at) => [at, kernel.sets[input.variable](at)]));
+    const best = (k, set, degree) => near[k].reduce((found, own) => (degree(own[1][set]) > degree(found[1][set]) ? own : found))[0];
+    return system.rules.flatMap(({ parts }) => [Math.sign, (d) => d].map((degree) => system.inputs.map(({ name }, k) => {
+        const part = parts.find((p) => p.variable === name);
+        return part === undefined ? start[k] : best(k, part.set, degree);
+    })));
+}
+
 function systemSection(system, kernel) {
     const start = () => (kernel.start === null ? null : kernel.start());
     let state = start();
@@ -66,5 +76,9 @@ function systemSection(system, kernel) {
             element("div", { className: "several small" }, ...terms.filter((t) => t !== null).map((t) => t.box))),
         element("section", {}, element("h3", {}, "Rules"), ...tables.map((t) => t.box), ...viewer.boxes),
     ];
-    return { side, main: own, begin: moved };
+    const hasValue = (values) => evaluated(values).values.every(Number.isFinite);
+    return { side, main: own, begin() {
+        controls.begin(hasValue, () => rulePoints(system, kernel, controls.values));
+        moved();
+    } };
 }

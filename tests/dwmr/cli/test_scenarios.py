@@ -63,7 +63,13 @@ class TestNew:
 
     def test_says_what_cannot_be_written(self, dwmr, tmp_path):
         status, _, said = dwmr("new", "mine", "-o", tmp_path / "no" / "such" / "x.toml")
-        assert (status, "cannot be written" in said, "Traceback" in said) == (1, True, False)
+        assert (status, "there is no folder" in said, "Traceback" in said) == (1, True, False)
+
+    def test_writes_all_files_or_none(self, dwmr, tmp_path):
+        (tmp_path / "mine.csv").mkdir()
+        status, _, said = dwmr("new", "mine", "--from", "csv-path", "--force")
+        assert (status, said.splitlines()[0]) == (1, "mine.csv: error[FZ005]: this is a folder")
+        assert [p.name for p in tmp_path.iterdir()] == ["mine.csv"]
 
     @pytest.mark.parametrize(
         ("arguments", "words"),
@@ -160,6 +166,12 @@ class TestCheck:
         status, _, said = dwmr("check", "paper", "--rules", tmp_path)
         assert status == 1
         assert "error[FZ907]" in said
+
+    def test_a_file_of_the_folder_with_the_name_of_a_shipped_scenario_is_named(self, dwmr, tmp_path):
+        (tmp_path / "undisturbed.toml").write_text('extends = "undisturbed"\n', encoding="utf-8")
+        note = "note: the shipped 'undisturbed' is read, not 'undisturbed.toml' of this folder\n"
+        assert dwmr("check", "undisturbed")[2] == note
+        assert "note" not in dwmr("check", "undisturbed.toml")[2]
 
     def test_knows_no_scenario_of_that_name(self, dwmr):
         assert dwmr("check", "papr")[0] == 2

@@ -26,6 +26,8 @@ class Element {
 
 const byId = {};
 const between = (open) => text.split(open)[1].split("</script>")[0];
+globalThis.addEventListener = () => {};
+globalThis.matchMedia = () => ({ addEventListener() {} });
 globalThis.document = {
   body: new Element("body", "html"),
   createElement: (name) => new Element(name, "html"),

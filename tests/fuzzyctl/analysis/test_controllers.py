@@ -53,6 +53,8 @@ TRUTHS = {
     "state s in (0, 10] = 1\nnext s = 0.5 * s + 0.1": "P",
     "state s in [0, inf) = 0\nnext s = s + x * x": "P",
     "state s in [0, 2] = 0\nnext s = where(s >= 1, 0, s + 0.5 + 0.5 * x)": "P",
+    "state s in [0, 1] = 0\nnext s = x > 0 and x < 0.5 or s > 0.5": "P",
+    "state s in [0, 1] = 0\nnext s = x > 0\nrequire s <= 0.5": "R",
     # anti-windup
     "let i = integral(x, hold = i > 1 and x > 0 or i < -1 and x < 0)\nevery 10 ms\nrequire abs(i) <= 1.011": "P",
     "let i = integral(x, hold = i > 1 and x > 0)\nevery 10 ms\nrequire i <= 1.011": "P",

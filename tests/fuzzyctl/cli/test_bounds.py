@@ -186,3 +186,33 @@ def test_a_controller_that_calls_a_large_adaptive_system_keeps_its_time(tmp_path
     assert result.stdout.startswith("v: from "), result.output
     assert "the time is spent; with more of it the bound may be tighter" in result.stdout
     assert time.process_time() - before < 10
+
+
+def test_states_without_a_range_are_named_as_far_as_a_line_holds_them(tmp_path):
+    path = tmp_path / "c.fz"
+    filters = "".join(f"let d{k} = lowpass({f'd{k - 1}' if k else 'x'}, 0.3 s)\n" for k in range(40))
+    path.write_text(f"controller c\ninput x in [-1, 1]\n{filters}every 10 ms\noutput y = d39\n", encoding="utf-8")
+    result = run(path, "--timeout", "1e-9")
+    assert "  no range of #started, lowpass#1.filtered, " in result.stdout
+    assert " and 21 more is proved; the time is spent" in result.stdout
+
+
+@pytest.mark.parametrize(("comment", "least", "most"), [("", 5.0, 5.0), ("# " * 500_000, 0.5, 1.5)])
+def test_reading_a_large_system_is_part_of_the_time(comment, least, most, tmp_path, monkeypatch):
+    path = tmp_path / "s.fz"
+    path.write_text(BELLS + comment, encoding="utf-8")
+    times = []
+    monkeypatch.setattr("fuzzyctl.analysis.extremes.extents", lambda _, timeout: times.append(timeout) or ())
+    assert run(path).exit_code == 0
+    assert least <= times[0] <= most
+
+
+def test_reading_is_part_of_the_time_of_a_controller(tmp_path, monkeypatch):
+    path = tmp_path / "c.fz"
+    path.write_text("controller c\ninput x in [-1, 1]\noutput y = x\n", encoding="utf-8")
+    clock = iter([10.0, 12.5])
+    monkeypatch.setattr("fuzzyctl.analysis.clock.now", lambda: next(clock))
+    times = []
+    monkeypatch.setattr("fuzzyctl.analysis.induction.bounds.controller_bounds", lambda _, t: times.append(t) or {})
+    run(path)
+    assert times == [1.5]

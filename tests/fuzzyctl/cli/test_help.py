@@ -1,5 +1,13 @@
 """Help fits a terminal of 80 columns, and no summary is cut."""
 
+import os
+import re
+import subprocess
+import sys
+from functools import partial
+from pathlib import Path
+from textwrap import dedent
+
 import click
 import pytest
 from click.testing import CliRunner
@@ -46,3 +54,18 @@ def test_an_option_is_no_command():
     result = CliRunner().invoke(main, ["--chek"])
     assert result.exit_code == 2
     assert "No such option" in result.output
+
+
+@pytest.mark.parametrize("name", ["", *sorted({*commands_of(main)} - {"lsp", "studio", "watch"})])
+def test_examples_of_help_run_as_printed_in_an_empty_folder(name, tmp_path):
+    shown = CliRunner().invoke(main, [*([name] if name else []), "--help"], env={"COLUMNS": "80"}).output
+    if not name:
+        text = shown.partition("A rule file, tip.fz:\n")[2].partition("\n\n")[0]
+        (tmp_path / "tip.fz").write_text(dedent(text), encoding="utf-8")
+    path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
+    run = partial(subprocess.run, shell=True, cwd=tmp_path, env={**os.environ, "PATH": path}, text=True)
+    for line in re.findall(r"^  +((?:printf .*\| )?fuzzyctl [a-z-]+ .*?)(?:   .*)?$", shown, re.MULTILINE):
+        if not line.startswith("fuzzyctl watch"):  # until Ctrl-C
+            done = run(line, capture_output=True, check=False)
+            expected = line.startswith("fuzzyctl diff") or "k_s=0.6" in line  # a difference; a refuted claim
+            assert done.returncode == expected, f"{line}\n{done.stderr}"

@@ -13,11 +13,12 @@ from pathlib import Path
 
 import pytest
 
-from fuzzyctl import compile, load, load_controller, loads
+from fuzzyctl import Undecided, compile, load, load_controller, loads
 from fuzzyctl.diagnostics.diagnostic import NoRuleFiresError
 from fuzzyctl.explain.trace import trace
 from fuzzyctl.loading.load import look_through
 from fuzzyctl.model.controller import Controller
+from fuzzyctl.page.proofs import decided
 from fuzzyctl.support.reading import read_source
 from fuzzyctl.support.shipped import rules_folder
 from tests.commands import runner
@@ -430,6 +431,10 @@ SHIPPED = [
     for path in sorted(folder.rglob("*.fz"))
     for block in blocks_of(path)
 ]
+#: Shipped files with loops.
+WITH_LOOPS = sorted(
+    {path for path, _ in SHIPPED if re.search("^loop ", path.read_text(encoding="utf-8"), re.MULTILINE)}
+)
 #: What a page computes at a point: outputs of a system, or of one step of a controller.
 AT_POINT = """((section, point, kernel) => {
     const values = section.inputs.map((i) => point[i.name] ?? 0.5);
@@ -479,6 +484,33 @@ def test_the_page_of_a_block_with_a_false_claim_is_written_and_its_point_is_the_
         assert (own[0] if isinstance(own, list) else own) > limit
 
 
+@pytest.mark.parametrize("path", WITH_LOOPS, ids=lambda p: p.stem)
+def test_the_page_of_loops_with_unmet_requirements_is_written_and_says_so(path, tmp_path):
+    folder = shutil.copytree(path.parent, tmp_path / "files", ignore=lambda *_: ["loops"])
+    text = re.sub(r"(?m)^measure (\w+).*$", r"\g<0>\nrequire \1 < 0 and \1 > 0", path.read_text(encoding="utf-8"))
+    (folder / path.name).write_text(text, encoding="utf-8")
+    for loop in look_through(read_source(folder / path.name), folder=folder).loops:
+        done = run(folder / path.name, "--system", loop.name, "-o", tmp_path / "x.html")
+        assert done.exit_code == 1, done.output
+        tags = Tags((tmp_path / "x.html").read_text(encoding="utf-8"))
+        (section,) = json.loads(next(s for own, s in tags.scripts if own == "facts"))["sections"]
+        broken = [claim for word, claim, _ in section["verdicts"] if word == "not met"]
+        assert broken == [f"{m.name} < 0 and {m.name} > 0" for m in loop.measures]
+        assert all(f"the run does not meet the requirement '{claim}'" in done.output for claim in broken)
+
+
+def test_the_page_of_a_loop_whose_run_is_stopped_is_written_and_exits_1(tmp_path):
+    (tmp_path / "a.fz").write_text(
+        "plant tank\ninput v\nstate h in [0, 2) = 0.5\nder h = v / 4\noutput level = h\n\nloop overflow\n"
+        "block tank = tank(1)\nmeasure highest = maximum(tank.level)\nrun 60 s step 1 s\nrequire highest <= 5\n",
+        encoding="utf-8",
+    )
+    done = run(tmp_path / "a.fz", "-o", tmp_path / "x.html")
+    assert (done.exit_code, done.output.count("[FZ")) == (1, 1)
+    assert "error[FZ701]: state 'tank.h' left its range" in done.output
+    assert (tmp_path / "x.html").exists()
+
+
 @pytest.mark.parametrize(
     ("claim", "code", "message"),
     [
@@ -499,3 +531,10 @@ def test_the_page_of_a_file_with_an_undecided_claim_is_written_and_says_so(claim
     tags = Tags((tmp_path / "x.html").read_text(encoding="utf-8"))
     (section,) = json.loads(next(s for own, s in tags.scripts if own == "facts"))["sections"]
     assert section["verdicts"][0][:2] == ["undecided", claim]
+
+
+def test_no_other_claim_is_begun_when_the_time_of_a_page_is_spent(monkeypatch):
+    system = loads(MIXED + "require u <= 9\n" * 3)
+    monkeypatch.setattr("fuzzyctl.analysis.prove.Prover.verdict", lambda *_: pytest.fail("one is begun"))
+    quick = [Undecided("u <= 9", "it takes subdivision")] * len(system.guarantees)
+    assert decided(system, quick, 1.0, until=-math.inf) == tuple(quick)

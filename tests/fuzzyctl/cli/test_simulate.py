@@ -221,7 +221,8 @@ class TestText:
         plant = run(small(), "p")
         assert plant.exit_code == 2
         assert "'p' is a plant: a loop runs it" in plant.output
-        assert "the file holds no loop" in run(rules_folder() / "tipper.fz").output
+        output = run(rules_folder() / "tipper.fz").output
+        assert "the file holds no loop\n = help: a 'loop' joins controllers and plants, as in" in output
 
 
 class TestSeveral:

@@ -11,6 +11,8 @@ import click
 import pytest
 from click.testing import CliRunner
 
+import fuzzyctl
+from fuzzyctl.cli.run_tables import text_of
 from fuzzyctl.cli.streams import Program
 
 pty = pytest.importorskip("pty", reason="there are no pseudo-terminals on this system")
@@ -133,3 +135,12 @@ def test_a_warning_is_a_single_line_without_the_place_in_the_program():
 
     result = CliRunner().invoke(program, ["slow"])
     assert result.stderr == "warning: it takes longer\n"
+
+
+def test_a_table_of_runs_that_is_wider_than_the_terminal_is_printed_in_parts():
+    runs, labels = [fuzzyctl.simulate(fuzzyctl.load_loop("water_tank"))] * 4, ["first", "second", "third", "fourth"]
+    whole, parts = text_of(runs, labels).split("\n"), text_of(runs, labels, 60).split("\n")
+    assert [line.split() for line in whole if line.startswith("measure")] == [["measure", *labels]]
+    heads = [line.split() for line in parts if line.startswith("measure")]
+    assert heads == [["measure", "first", "second"], ["measure", "third", "fourth"]]
+    assert max(len(line) for line in parts if line.startswith(("measure", "lowest"))) <= 60

@@ -1,4 +1,4 @@
-"""The functions of a page's scripts that need no browser: ends of sliders and axes, texts that fit."""
+"""The functions of a page's scripts that need no browser: ends of sliders and axes, where to begin, texts that fit."""
 
 import json
 import shutil
@@ -10,7 +10,9 @@ import pytest
 import fuzzyctl.page
 
 ASSETS = Path(fuzzyctl.page.__file__).parent / "assets"
-SCRIPTS = ",".join(str(ASSETS / name) for name in ("plots.js", "panels.js", "inputs.js", "loop.js", "files.js"))
+SCRIPTS = ",".join(
+    str(ASSETS / name) for name in ("plots.js", "panels.js", "inputs.js", "system.js", "loop.js", "files.js")
+)
 
 pytestmark = pytest.mark.skipif(shutil.which("node") is None, reason="node is not installed")
 
@@ -47,6 +49,34 @@ def test_sliders_end_where_ranges_do_else_around_what_runs_give_else_at_one():
 def test_a_run_that_diverges_sets_no_ends_by_its_last_values():
     values = [*(k / 100 for k in range(99)), 1e12]
     assert computed([f"roundEnds(usual({values}))"])[0][1] < 2
+
+
+def test_a_point_with_a_value_is_looked_for_from_the_start_on():
+    near = "nearestFirst([0.5, 5], [[0, 1], [0, 10]], [[0.5, 5.1]]).find"
+    asked = [
+        f"{near}(() => true)",
+        f"{near}(([x, y]) => x < 0.1 && y > 6)",
+        f"{near}(() => false) ?? null",
+        "nearestFirst([0, 0, 0, 0, 0], [1, 2, 3, 4, 5].map((k) => [-k, k]), []).length",
+    ]
+    first, corner, none, many = computed(asked)
+    assert (first, none, many) == ([0.5, 5.1], None, 0)
+    assert corner == pytest.approx([0.1, 6], abs=0.25)
+    assert corner[0] < 0.1
+    assert corner[1] > 6
+
+
+#: A system whose one rule fires at low x and high z, at no point near the middle.
+RULE = """rulePoints(
+    { inputs: ["x", "y", "z"].map((name, variable) => ({ name, variable, lower: 0, upper: 10, corners: [] })),
+      rules: [{ parts: [{ variable: "x", set: 0 }, { variable: "z", set: 1 }] }] },
+    { sets: Array(3).fill((v) => [Math.max(0, 1 - v), Math.max(0, v - 9)]) }, [5, 5, 5])"""
+
+
+def test_rules_show_where_they_fire_nearest_to_a_start_and_most():
+    ((nearest, most),) = computed([RULE])
+    assert nearest == [0.9375, 5, 9.0625]
+    assert most == [0, 5, 10]
 
 
 def test_a_constant_has_one_number_on_its_axis():

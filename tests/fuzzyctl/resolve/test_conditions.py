@@ -117,6 +117,11 @@ def test_claims_about_systems_name_conditions(claim, verdict):
     assert type(found).__name__ == verdict
 
 
+def test_systems_whose_claims_name_conditions_are_read_back():
+    system = fuzzyctl.loads(SYSTEM + "require abs(u) <= 0.5 when near\nrequire far or near or alarm\nallow FZ214\n")
+    assert fuzzyctl.loads(fuzzyctl.dumps(system)) == system
+
+
 LOOP = """plant p
 input u
 state h = 0

@@ -1,6 +1,5 @@
 """Plants that are FMUs: the numbers of the same plant in text, and what goes wrong with native code."""
 
-import sys
 import zipfile
 from pathlib import Path
 
@@ -11,6 +10,7 @@ from fuzzyctl import ArgumentError, DiagnosticError, Experiment, simulate
 from fuzzyctl.codegen.fmu.archive import fmu, sources
 from fuzzyctl.codegen.fmu.binary import compiler
 from fuzzyctl.model.plant import Plant
+from fuzzyctl.simulation import fmu_process
 from fuzzyctl.simulation.plant_function import PlantFunction
 from tests.fuzzyctl.codegen.fmu.fmus import controller_fmu, plant_fmu, system_fmu
 
@@ -162,8 +162,10 @@ def test_an_fmu_may_end_the_simulation(fmu_loop, monkeypatch):
     assert len(run) == 13
 
 
-def test_without_fmpy_it_says_what_to_install(fmu_loop, monkeypatch):
-    monkeypatch.setitem(sys.modules, "fmpy", None)
+def test_without_fmpy_it_says_what_to_install(fmu_loop, monkeypatch, tmp_path):
+    (tmp_path / "fmpy.py").write_text("raise ImportError")
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.setattr(fmu_process, "_idle", [])
     found = stopped(fmu_loop())
     assert found.message == "FMUs are run by FMPy, which is not installed"
     assert found.help == "pip install 'fuzzyctl[interop]'"

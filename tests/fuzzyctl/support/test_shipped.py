@@ -67,7 +67,10 @@ class TestNames:
     def test_a_sweep_takes_them(self, folder):
         (folder / "spec.toml").write_text('scenario = "water_tank"\nagainst = ["pendulum"]\nruns = 1\n')
         result = run("sweep", "spec.toml", "--jobs", "1")
-        assert result.exit_code == 0, result.output
+        assert (result.exit_code, result.stderr) == (0, "")
+        run("new", "pendulum", "--from", "pendulum")
+        note = "note: 'pendulum.fz' of this folder is read in place of the shipped 'pendulum'"
+        assert run("sweep", "spec.toml", "--jobs", "1", "-o", "again").stderr.splitlines() == [note]
 
 
 class TestAFileOfTheFolder:
@@ -115,6 +118,14 @@ class TestMistakes:
             1,
             f"{name}: error[FZ001]: there is no such file\n = help: {help_text}\n",
         )
+
+    def test_a_shipped_file_of_this_name_comes_before_similar_files(self, folder):
+        (folder / "smc.fz").mkdir()
+        (folder / "ais_reactions.fz").touch()
+        assert run("show", "smc").exit_code == 0
+        for command in (("show",), ("watch",)):
+            help_text = "did you mean the shipped 'ais_reaction'? 'fuzzyctl show' lists the shipped files"
+            assert run(*command, "ais_reaction.fz").output.endswith(f"there is no such file\n = help: {help_text}\n")
 
     @pytest.mark.parametrize("words", [("fmt",), ("check", "--fix"), ("check", "--fix", "likely")])
     def test_a_shipped_file_is_not_written(self, words):

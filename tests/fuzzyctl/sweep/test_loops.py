@@ -6,15 +6,17 @@ import json
 import math
 import pickle
 import zipfile
+from functools import partial
+from types import SimpleNamespace
 
 import pytest
 
 import fuzzyctl
-from fuzzyctl.codegen.fmu.archive import fmu
+from fuzzyctl.codegen.fmu.archive import fmu, sources
 from fuzzyctl.codegen.fmu.binary import compiler
 from fuzzyctl.diagnostics.diagnostic import DiagnosticError
 from fuzzyctl.experiments.settings.overrides import OverrideError
-from fuzzyctl.experiments.sweep import plan, provenance, run
+from fuzzyctl.experiments.sweep import plan, pool, provenance, run
 from fuzzyctl.experiments.sweep.run import InterruptedSweepError
 from fuzzyctl.experiments.sweep.worker import SweepError, work
 from fuzzyctl.sweep.loops import Loops
@@ -259,6 +261,27 @@ class TestFiles:
         with pytest.raises(DiagnosticError) as caught:
             swept(folder, text, resume=True)
         assert "file p.fmu" in caught.value.diagnostics[0].facts[0]
+
+    def test_an_fmu_that_crashes_is_a_row_and_the_sweep_goes_on(self, folder, monkeypatch):
+        pytest.importorskip("fmpy")
+        if compiler() is None:
+            pytest.skip("there is no C compiler")
+
+        def crashing(model, version):
+            texts, call = sources(model, version), '    static const char call[] = "fmi3DoStep";\n'
+            crash = "    static const fmi3ValueReference first[] = {FMU_FIRST_PARAM};\n    double T;\n"
+            crash += '    fmu_get(instance, "own", first, 1, &T);\n    if (T == 2.0) { abort(); }\n'
+            return texts | {"fmi3.c": texts["fmi3.c"].replace(call, crash + call)}
+
+        monkeypatch.setattr("fuzzyctl.codegen.fmu.archive.sources", crashing)
+        plant = plant_fmu("plant p\ninput u\nparam T = 1\nstate x = 0\nder x = (u - x) / T\noutput y = x\n")
+        (folder / "p.fmu").write_bytes(fmu(plant, 3).data)
+        loop = "loop l\nblock p = p(1)\nmeasure end_value = final(p.y)\nrun 1 s step 0.1 s\n"
+        (folder / "small.fz").write_text(f'plant p = fmu("p.fmu")\nparam T = 3\n\n{loop}', encoding="utf-8")
+        workers = SimpleNamespace(compute=partial(pool.compute, jobs=1))
+        rows = swept(folder, 'scenario = "small.fz"\n[grid]\n"p.T" = [1.0, 2.0, 0.5]\n', workers=workers)
+        assert [row["stop_reason"] for row in rows] == ["", "FMU 'p' crashed when it had to make a step", ""]
+        assert [row["end_value"] != "" for row in rows] == [True, False, True]
 
 
 class TestMistakes:
