@@ -140,9 +140,14 @@ def content_of(file: str) -> tuple[bytes, Place]:
     if file == "-":
         return read_bytes(standard_input(), STDIN), Place(Path(), STDIN, False)
     data, place = read_place(file)
-    if not place.is_shipped and is_name(file) and file in shipped_files():
-        remark(f"note: '{place.name}' of this folder is read in place of the shipped '{file}'")
+    note_hidden(place, file)
     return data, place
+
+
+def note_hidden(place: Place, file: str, suffix: str = ".fz") -> None:
+    """Note on standard error that a file hides a shipped one."""
+    if not place.is_shipped and is_name(file) and file in shipped_files(suffix):
+        remark(f"note: '{place.name}' of this folder is read in place of the shipped '{file}'")
 
 
 def folder_of(file: str) -> Path:
