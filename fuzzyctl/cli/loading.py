@@ -144,9 +144,9 @@ def content_of(file: str) -> tuple[bytes, Place]:
     return data, place
 
 
-def remark_hidden(file: str, place: Place) -> None:
-    """Note on standard error that a file of the folder hides a shipped one."""
-    if not place.is_shipped and is_name(file) and file in shipped_files():
+def remark_hidden(file: str, place: Place, suffix: str = ".fz") -> None:
+    """Note on standard error that a file hides a shipped one."""
+    if not place.is_shipped and is_name(file) and file in shipped_files(suffix):
         remark(f"note: '{place.name}' of this folder is read in place of the shipped '{file}'")
 
 

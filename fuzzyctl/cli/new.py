@@ -13,7 +13,7 @@ import click
 from fuzzyctl.cli.common import DONE, answers_with_diagnostics
 from fuzzyctl.cli.streams import say
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
-from fuzzyctl.support.writing import write_together
+from fuzzyctl.support.writing import holds, write_together
 
 #: Longest name that makes a file name everywhere.
 LONGEST: Final = 200
@@ -106,7 +106,7 @@ def _refuse_to_replace(texts: Mapping[Path, str], target: Path) -> None:
     for path, text in texts.items():
         if path == target or not os.path.lexists(path):
             continue
-        if not path.is_file() or path.read_bytes() != text.encode():
+        if not holds(path, text):
             message = f"{target} uses a file of this name, and the present one differs from the shipped one"
             mistakes.append(Diagnostic("FZ005", message, file=str(path), help="name another folder with -o FILE"))
     if mistakes:

@@ -131,6 +131,14 @@ def refuse_what_is_no_file(target: Path) -> None:
         raise DiagnosticError([Diagnostic("FZ005", message, file=str(target), help=hint)])
 
 
+def holds(path: Path, text: str) -> bool:
+    """Return whether a path is a readable file with this text."""
+    try:
+        return path.is_file() and path.read_bytes() == text.encode()
+    except OSError:
+        return False
+
+
 def _umask() -> int:
     mask = os.umask(0o022)
     os.umask(mask)

@@ -36,6 +36,17 @@ def test_a_file_that_exists_is_not_replaced_without_force(source, tmp_path):
     assert run(source, target, "--force", "--points", "100").exit_code == 0
 
 
+def test_a_conversion_is_repeated_without_force_until_its_file_is_edited(source, tmp_path):
+    target = tmp_path / "copy.fll"
+    for _ in range(2):
+        result = run(source, target, "--points", "100")
+        assert (result.exit_code, result.stdout.partition("\n")[0]) == (0, f"wrote {target}")
+    target.write_text(target.read_text(encoding="utf-8") + "\n", encoding="utf-8")
+    result = run(source, target, "--points", "100")
+    assert (result.exit_code, result.stdout) == (1, "")
+    assert f"{target}: error[FZ005]: the file exists with another text" in result.stderr
+
+
 DISABLED = """Engine: fan
 InputVariable: heat
   range: 0 40

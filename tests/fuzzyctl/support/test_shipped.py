@@ -72,6 +72,15 @@ class TestNames:
         note = "note: 'pendulum.fz' of this folder is read in place of the shipped 'pendulum'"
         assert run("sweep", "spec.toml", "--jobs", "1", "-o", "again").stderr.splitlines() == [note]
 
+    def test_a_shipped_spec_is_swept_by_its_name_and_one_of_the_folder_wins(self, folder):
+        result = run("sweep", "water_tank_gains", "--jobs", "1")
+        assert result.stdout.startswith("15 runs, all to the end\n"), result.output
+        (folder / "water_tank_gains.toml").write_text('scenario = "water_tank"\nruns = 1\n')
+        result = run("sweep", "water_tank_gains", "--jobs", "1")
+        assert "1 run, " in result.stdout
+        note = "note: 'water_tank_gains.toml' of this folder is read in place of the shipped 'water_tank_gains'"
+        assert note in result.stderr
+
 
 class TestAFileOfTheFolder:
     def test_it_wins_and_one_line_names_it(self, folder):
