@@ -23,7 +23,7 @@ def written_whole(path: str | os.PathLike[str]) -> Iterator[Path]:
         A path with the target's suffix to write to.
 
     Raises:
-        DiagnosticError: When the folder does not exist or cannot be written to, or the target is no regular file.
+        DiagnosticError: When the folder does not exist or cannot be written to, or the target is not a regular file.
     """
     target = _place(path)
     refuse_what_is_no_file(target)
@@ -127,7 +127,7 @@ def refuse_what_is_no_file(target: Path) -> None:
     if os.path.isdir(target):
         raise DiagnosticError([Diagnostic("FZ005", "this is a folder", file=str(target), help="name a file in it")])
     if os.path.exists(target) and not os.path.isfile(target):
-        message, hint = "this is no regular file, and is not replaced by one", "name another file"
+        message, hint = "this is not a regular file, and is not replaced", "name another file"
         raise DiagnosticError([Diagnostic("FZ005", message, file=str(target), help=hint)])
 
 

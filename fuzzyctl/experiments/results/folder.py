@@ -130,6 +130,8 @@ def _prepare(folder: Path, names: Sequence[str], help: str) -> None:
         folder.mkdir(parents=True, exist_ok=True)
         with tempfile.NamedTemporaryFile(dir=folder, prefix=".results-"):
             pass
+    except FileExistsError:
+        raise DiagnosticError([_diagnostic(folder, "it is not a folder", help)]) from None
     except OSError as error:
         raise _refused(folder, error, help) from error
     in_the_way = [name for name in names if (folder / name).is_dir()]

@@ -31,6 +31,12 @@ def test_a_folder_that_stays_empty_goes_again(tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
+def test_a_file_in_the_place_of_the_folder_is_reported(tmp_path):
+    (tmp_path / "x").write_text("")
+    with pytest.raises(DiagnosticError, match="x cannot be written: it is not a folder"), results(tmp_path / "x", ()):
+        pass
+
+
 def test_a_folder_in_the_way_of_a_file_is_reported(tmp_path):
     (tmp_path / "a").mkdir()
     with pytest.raises(DiagnosticError, match="a cannot be written: it is a folder"), results(tmp_path, ("a",)):
