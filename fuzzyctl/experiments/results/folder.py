@@ -134,9 +134,10 @@ def _prepare(folder: Path, names: Sequence[str], help: str) -> None:
         raise DiagnosticError([_diagnostic(folder, "it is not a folder", help)]) from None
     except OSError as error:
         raise _refused(folder, error, help) from error
-    in_the_way = [name for name in names if (folder / name).is_dir()]
+    in_the_way = [path for name in names if (path := folder / name).exists() and not path.is_file()]
     if in_the_way:
-        raise DiagnosticError([_diagnostic(folder / name, "it is a folder", help) for name in in_the_way])
+        kinds = {True: "it is a folder", False: "it is not a regular file"}
+        raise DiagnosticError([_diagnostic(path, kinds[path.is_dir()], help) for path in in_the_way])
     inner = dict.fromkeys((folder / name).parent for name in names)
     no_folders = [path for path in inner if path.exists() and not path.is_dir()]
     if no_folders:
