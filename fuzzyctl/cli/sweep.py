@@ -68,7 +68,7 @@ def sweep(
 
     file, plan = planned(spec, read, lambda found: Loops(against(found)), overrides)
     for name in (file.spec.scenario, *getattr(file.spec, "against", ())):
-        remark_hidden(name, place_of(name))
+        remark_hidden(name, place_of(name, spec.parent))
     finished = swept(file, plan, overrides, folder, formats, (jobs, cluster), resume)
     if form == "json":
         write_json(finished.summary)
