@@ -2,7 +2,9 @@ import itertools
 import json
 import os
 import resource
+from html import unescape
 from pathlib import Path
+from zipfile import ZipFile
 
 import pytest
 
@@ -191,6 +193,7 @@ class TestController:
             "algorithms": {"surface": "interpolation"},
             "files": ["first.h", "first.c", "first_selftest.c"],
             "errors": {},
+            "guarantees": {"s in [0, 1]": "proved"},
         }
 
     def test_takes_params_an_algorithm_a_profile_and_single_precision(self, run, file, tmp_path):
@@ -270,7 +273,9 @@ class TestController:
         assert names(tmp_path) == ["c.fz"]
         result = run("c.fz", "--target", target, "-q", "--unproved")
         assert (result.exit_code, "the guarantee 'u <= 1' does not hold" in result.output) == (0, True)
-        assert len(names(tmp_path)) > 1
+        path = tmp_path / result.stdout.split()[1]
+        page = ZipFile(path).read("documentation/index.html") if target == "fmu" else path.read_bytes()
+        assert "refuted: u <= 1 (at e = " in unescape(page.decode())
 
     def test_is_not_written_where_the_file_has_errors(self, run, file, tmp_path):
         (tmp_path / "one.fz").write_text(
