@@ -121,6 +121,5 @@ def _chosen_plant(examined: Examined, name: str | None) -> Plant | None:
 def _write(path: Path, data: bytes) -> None:
     from fuzzyctl.support.writing import folder_for, written_whole
 
-    folder_for(path.parent)
-    with written_whole(path) as temporary:
+    with folder_for(path.parent), written_whole(path) as temporary:
         temporary.write_bytes(data)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import shutil
 import tempfile
 from collections.abc import Callable, Iterator, Sequence
@@ -10,6 +9,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
+from fuzzyctl.support.writing import removed_if_empty
 
 
 class Results:
@@ -89,18 +89,13 @@ def results(folder: Path, names: Sequence[str], help: str = "name another folder
     Raises:
         DiagnosticError: When files cannot be written there.
     """
-    made = _missing(folder)
-    try:
+    with removed_if_empty(folder):
         _prepare(folder, names, help)
         files = Results(folder, names, help)
         try:
             yield files
         finally:
             files.discard()
-    finally:
-        for one in made:  # the innermost first; one that holds something stays
-            with contextlib.suppress(OSError):
-                one.rmdir()
 
 
 @contextmanager
@@ -116,13 +111,6 @@ def one_file(path: Path) -> Iterator[Results]:
 
 def _write_text(path: Path, text: str) -> None:
     path.write_text(text, encoding="utf-8")
-
-
-def _missing(folder: Path) -> list[Path]:
-    """Return the folders that would have to be made, the innermost first."""
-    with contextlib.suppress(OSError):
-        return [p for p in (folder, *folder.parents) if not p.exists()]
-    return []
 
 
 def _prepare(folder: Path, names: Sequence[str], help: str) -> None:

@@ -482,6 +482,16 @@ class TestMistakes:
         assert "ais_reaction.c: error[FZ005]: the file cannot be written: File too large" in result.stderr
         assert {p.name: p.read_text(encoding="utf-8") for p in tmp_path.iterdir()} == before
 
+    def test_a_full_disk_leaves_no_new_folder(self, run, tmp_path):
+        limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+        resource.setrlimit(resource.RLIMIT_FSIZE, (300, limits[1]))
+        try:
+            result = run(AIS, "--target", "c", "-o", "new/build")
+        finally:
+            resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+        assert (result.exit_code, "File too large" in result.stderr) == (1, True)
+        assert names(tmp_path) == []
+
     def test_a_file_that_does_not_exist_is_named(self, run):
         assert "FZ001" in run("none.fz", "--target", "c").output
 
