@@ -160,16 +160,16 @@ def _write(system: FuzzySystem, conversion: Conversion, target: str) -> None:
     if target == "-":
         write_data(conversion.text)
         return
-    from fuzzyctl.support.writing import written_whole
+    from fuzzyctl.support.writing import folder_for, write_together
 
-    text = conversion.text
-    if conversion.target == "markdown":
-        from fuzzyctl.convert.markdown import page
-        from fuzzyctl.convert.pictures import draw
+    path = Path(target)
+    if conversion.target != "markdown":
+        write_together({path: conversion.text})
+        return
+    from fuzzyctl.convert.pictures import page_files, pictures_folder
 
-        text = page(system, draw(system, Path(target)))
-    with written_whole(target) as temporary:
-        temporary.write_text(text, encoding="utf-8", newline="\n")
+    with folder_for(pictures_folder(path)):
+        write_together(page_files(system, path))
 
 
 def _report(source: str, target: str, conversion: Conversion, refused: bool) -> list[str]:

@@ -155,10 +155,10 @@ def _require_name(name: str) -> None:
     from fuzzyctl.lang.syntax import NAME, RESERVED
 
     if not re.fullmatch(NAME, name):
-        reason = "a name has letters, digits and _, and begins with no digit"
+        reason = "a name has letters, digits and _, and does not begin with a digit"
         near = re.sub(r"\W+", "_", name).strip("_")
         hint = f"; '{near}' would do" if re.fullmatch(NAME, near) and near not in RESERVED else ""
-        raise click.BadParameter(f"'{name}' is no name: {reason}{hint}", param_hint="NAME")
+        raise click.BadParameter(f"'{name}' is not a name: {reason}{hint}", param_hint="NAME")
     if name in RESERVED:
         raise click.BadParameter(f"'{name}' is a word of the language", param_hint="NAME")
     if len(name) > LONGEST:

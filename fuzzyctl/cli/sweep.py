@@ -71,7 +71,7 @@ def sweep(
         remark_hidden(spec, place, ".toml")
     file, plan = planned(place.path, read, lambda found: Loops(against(found)), overrides)
     for name in (file.spec.scenario, *getattr(file.spec, "against", ())):
-        remark_hidden(name, place_of(name))
+        remark_hidden(name, place_of(name, folder=place.path.parent))
     finished = swept(file, plan, overrides, folder, formats, (jobs, cluster), resume)
     if form == "json":
         write_json(finished.summary)

@@ -87,20 +87,20 @@ def is_name(text: str) -> bool:
     return _NAME.fullmatch(text) is not None
 
 
-def place_of(file: str | os.PathLike[str], suffix: str = ".fz") -> Place:
+def place_of(file: str | os.PathLike[str], suffix: str = ".fz", folder: Path | None = None) -> Place:
     """Return the file that an argument means.
 
     A name such as `tipper` is the file `tipper` or `tipper.fz` if there is one, else the shipped file of this name and
-    suffix; anything else is a path.
+    suffix; anything else is a path. Both are from a folder; without one from the current one.
     """
     name = os.fspath(file)
-    if not is_name(name) or (os.path.exists(name) and not os.path.isdir(name)):
-        return Place(Path(name), name, False)
-    beside = f"{name}{suffix}"
-    if os.path.exists(beside) and not os.path.isdir(beside):
+    own = name if folder is None else os.fspath(folder / name)
+    if not is_name(name) or (os.path.exists(own) and not os.path.isdir(own)):
+        return Place(Path(own), own, False)
+    beside, path = f"{own}{suffix}", shipped_files(suffix).get(name)
+    if os.path.exists(beside) and not os.path.isdir(beside) and (path is None or not os.path.samefile(beside, path)):
         return Place(Path(beside), beside, False)
-    path = shipped_files(suffix).get(name)
-    return Place(path or Path(name), name, path is not None)
+    return Place(path or Path(own), name, path is not None)
 
 
 def first_sentence(path: Path) -> str:
