@@ -33,7 +33,7 @@ SHAPE = re.compile(
 )
 WITH_FILE = [code for code, page in PAGES.items() if "```fz" in page and "```console" not in page]
 #: Ctrl-C gives it, which no example of a page presses; `tests/fuzzyctl/simulation` does.
-BY_HAND = {"FZ707"}
+BY_HAND = {"FZ707", "FZ713"}
 WITH_COMMAND = [code for code, page in PAGES.items() if "```console" in page]
 
 
