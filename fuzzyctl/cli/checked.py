@@ -37,8 +37,8 @@ def checked_system(examined: Examined, choice: Choice) -> tuple[FuzzySystem, tup
     return checked.system, checked.verdicts
 
 
-def checked_block(examined: Examined, block: _Block, choice: Choice) -> _Block:
-    """Return a controller or plant; warnings are printed.
+def checked_block(examined: Examined, block: _Block, choice: Choice) -> tuple[_Block, tuple[Verdict, ...]]:
+    """Return a controller or plant with what is known of its guarantees; warnings are printed.
 
     Raises:
         DiagnosticError: With all that `fuzzyctl check` finds, if some of it is an error, see `_require_claims`.
@@ -53,7 +53,7 @@ def checked_block(examined: Examined, block: _Block, choice: Choice) -> _Block:
     chosen = block_under(choice.with_settings(block), choice.profile)
     verdicts = prove(chosen, timeout=CLAIM_SECONDS) if isinstance(chosen, Controller) else ()
     _require_claims([*diagnostics, *claim_reports(verdicts)], choice)
-    return chosen
+    return chosen, verdicts
 
 
 def _require_claims(diagnostics: list[Diagnostic], choice: Choice) -> None:

@@ -227,7 +227,7 @@ def _written_controller(
     from fuzzyctl.codegen.steps.fixed_step import fixed_step
     from fuzzyctl.codegen.steps.unit import prepare_step
 
-    controller = checked_block(examined, controller, choice)
+    controller, verdicts = checked_block(examined, controller, choice)
     unit = prepare_step(
         controller,
         examined.source.text,
@@ -237,6 +237,7 @@ def _written_controller(
         small=target not in ("python", "javascript"),
         guarded=target == "st",
         free=free,
+        verdicts=verdicts,
     )
     integers = fixed_step(unit, fixed) if fixed else None
     generated = generate_step(unit, target, integers)
@@ -246,6 +247,7 @@ def _written_controller(
         "algorithms": {u.system.name: u.algorithm.name for u in (integers.unit if integers else unit).systems},
         "files": [str(p) for p in write(generated, out)],
         "errors": dict(generated.errors),
+        "guarantees": {v.claim: type(v).__name__.lower() for v in verdicts},
     }
 
 

@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 @click.argument("target", metavar="OUT")
 @click.option("--to", "wanted", metavar="FORMAT", help="The format, where the suffix of OUT does not say it.")
 @click.option("--lossy", is_flag=True, help="Write it even though the format cannot express all of it.")
-@click.option("--force", is_flag=True, help="Replace OUT, and pictures of a page, where they exist.")
+@click.option("--force", is_flag=True, help="Replace OUT if it has another text, and pictures of a page if they exist.")
 @POINTS
 @FORMAT
 @SET
@@ -72,7 +72,9 @@ def convert(
     """
     to = _target(target, wanted)
     if target != "-":
-        _free(Path(target), force)
+        from fuzzyctl.support.writing import refuse_what_is_no_file
+
+        refuse_what_is_no_file(Path(target))
     system, lost = _loaded(source, settings, name)
     if to == "markdown" and target != "-" and not force:
         from fuzzyctl.convert.pictures import picture_files, refuse_to_replace
@@ -89,6 +91,8 @@ def convert(
     is_slight = conversion.slight and all(loss.exact for loss in lost)
     refused = bool(conversion.lossy) and not lossy and not is_slight
     if not refused:
+        if target != "-" and not force:
+            _refuse_to_replace(Path(target), conversion.text)
         _write(system, conversion, target)
     if form == "json" and target != "-":
         write_json(_data(source, target, conversion, refused))
@@ -105,13 +109,12 @@ def _uncovered(system: FuzzySystem, error: NoRuleFiresError) -> FuzzyctlError:
     return DiagnosticError(found) if found else error
 
 
-def _free(target: Path, force: bool) -> None:
-    """Refuse a target that is no file, or is there and is not to be replaced."""
-    from fuzzyctl.support.writing import refuse_what_is_no_file
+def _refuse_to_replace(target: Path, text: str) -> None:
+    """Refuse a target that exists with another text."""
+    from fuzzyctl.support.writing import holds
 
-    refuse_what_is_no_file(target)
-    if os.path.exists(target) and not force:
-        message, help_text = "the file exists", "name another file, or add --force"
+    if os.path.exists(target) and not holds(target, text):
+        message, help_text = "the file exists with another text", "name another file, or add --force"
         raise DiagnosticError([Diagnostic("FZ005", message, file=str(target), help=help_text)])
 
 
@@ -157,16 +160,16 @@ def _write(system: FuzzySystem, conversion: Conversion, target: str) -> None:
     if target == "-":
         write_data(conversion.text)
         return
-    from fuzzyctl.support.writing import written_whole
+    from fuzzyctl.support.writing import folder_for, write_together
 
-    text = conversion.text
-    if conversion.target == "markdown":
-        from fuzzyctl.convert.markdown import page
-        from fuzzyctl.convert.pictures import draw
+    path = Path(target)
+    if conversion.target != "markdown":
+        write_together({path: conversion.text})
+        return
+    from fuzzyctl.convert.pictures import page_files, pictures_folder
 
-        text = page(system, draw(system, Path(target)))
-    with written_whole(target) as temporary:
-        temporary.write_text(text, encoding="utf-8", newline="\n")
+    with folder_for(pictures_folder(path)):
+        write_together(page_files(system, path))
 
 
 def _report(source: str, target: str, conversion: Conversion, refused: bool) -> list[str]:

@@ -101,7 +101,7 @@ def _backend(numba_version: str | None) -> tuple[str, str]:
     from fuzzyctl.kernels.compile import numba_is_missing
 
     reason = numba_is_missing()
-    return ("numba", "numba can be imported") if reason is None else ("numpy", reason)
+    return ("numba", "it is installed and can be imported") if reason is None else ("numpy", reason)
 
 
 def _cache() -> dict[str, Any]:

@@ -88,12 +88,13 @@ def _model(
     if plant is not None:
         if precision == "float":
             raise click.BadParameter("a plant is integrated in double precision", param_hint="--float")
-        return "plant", plant_model(checked_block(examined, plant, choice), text, free)
+        return "plant", plant_model(checked_block(examined, plant, choice)[0], text, free)
     if controller is not None:
-        controller = checked_block(examined, controller, choice)
+        controller, verdicts = checked_block(examined, controller, choice)
         settings = assignments(choice.settings, [p.name for p in controller.params], "param")
         free = free or tunable(controller)
         options: dict[str, Any] = {"algorithm": algorithm, "precision": precision, "small": True, "free": free}
+        options["verdicts"] = verdicts
         return "controller", controller_model(prepare_step(controller, text, settings=settings, **options))
     if free:
         raise click.BadParameter("only controllers and plants have parameters in an FMU", param_hint="--free")
@@ -120,6 +121,5 @@ def _chosen_plant(examined: Examined, name: str | None) -> Plant | None:
 def _write(path: Path, data: bytes) -> None:
     from fuzzyctl.support.writing import folder_for, written_whole
 
-    folder_for(path.parent)
-    with written_whole(path) as temporary:
+    with folder_for(path.parent), written_whole(path) as temporary:
         temporary.write_bytes(data)

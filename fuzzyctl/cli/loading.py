@@ -144,10 +144,13 @@ def content_of(file: str) -> tuple[bytes, Place]:
     return data, place
 
 
-def remark_hidden(file: str, place: Place) -> None:
-    """Note on standard error that a file of the folder hides a shipped one."""
-    if not place.is_shipped and is_name(file) and file in shipped_files():
-        remark(f"note: '{place.name}' of this folder is read in place of the shipped '{file}'")
+def remark_hidden(file: str, place: Place, suffix: str = ".fz") -> None:
+    """Note on standard error that a file hides a shipped one, or a shipped one a file of the current folder."""
+    if not place.is_shipped and is_name(file) and file in shipped_files(suffix):
+        shown = f"'{place.name}'{' of this folder' if place.path.parent == Path() else ''}"
+        remark(f"note: {shown} is read in place of the shipped '{file}'")
+    elif place.is_shipped and not place_of(file, suffix).is_shipped:
+        remark(f"note: the shipped '{file}' is read, not '{place_of(file, suffix).name}' of this folder")
 
 
 def folder_of(file: str) -> Path:

@@ -13,7 +13,7 @@ import click
 from fuzzyctl.cli.common import DONE, answers_with_diagnostics
 from fuzzyctl.cli.streams import say
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
-from fuzzyctl.support.writing import write_together
+from fuzzyctl.support.writing import holds, write_together
 
 #: Longest name that makes a file name everywhere.
 LONGEST: Final = 200
@@ -106,7 +106,7 @@ def _refuse_to_replace(texts: Mapping[Path, str], target: Path) -> None:
     for path, text in texts.items():
         if path == target or not os.path.lexists(path):
             continue
-        if not path.is_file() or path.read_bytes() != text.encode():
+        if not holds(path, text):
             message = f"{target} uses a file of this name, and the present one differs from the shipped one"
             mistakes.append(Diagnostic("FZ005", message, file=str(path), help="name another folder with -o FILE"))
     if mistakes:
@@ -155,10 +155,10 @@ def _require_name(name: str) -> None:
     from fuzzyctl.lang.syntax import NAME, RESERVED
 
     if not re.fullmatch(NAME, name):
-        reason = "a name has letters, digits and _, and begins with no digit"
+        reason = "a name has letters, digits and _, and does not begin with a digit"
         near = re.sub(r"\W+", "_", name).strip("_")
         hint = f"; '{near}' would do" if re.fullmatch(NAME, near) and near not in RESERVED else ""
-        raise click.BadParameter(f"'{name}' is no name: {reason}{hint}", param_hint="NAME")
+        raise click.BadParameter(f"'{name}' is not a name: {reason}{hint}", param_hint="NAME")
     if name in RESERVED:
         raise click.BadParameter(f"'{name}' is a word of the language", param_hint="NAME")
     if len(name) > LONGEST:

@@ -84,7 +84,8 @@ def _list_shipped(form: str) -> None:
     width = max(len(name) for files in groups.values() for name in files)
     for group, files in groups.items():
         say("\n".join([group, *(f"  {name:{width}}  {text}" for name, text in files.items()), ""]))
-    say("A name stands for the file: fuzzyctl show tipper. A copy to change: fuzzyctl new tip --from tipper.")
+    say("A name stands for the file: fuzzyctl show tipper, fuzzyctl sweep water_tank_gains.")
+    say("A copy to change: fuzzyctl new tip --from tipper.")
 
 
 def _show_plan(systems: Sequence[FuzzySystem], algorithm: str, form: str) -> int:

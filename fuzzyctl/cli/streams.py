@@ -58,12 +58,13 @@ class Program(click.Group):
     def resolve_command(
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
-        """Return the command that the first argument names; an unknown one is reported with the one most like it."""
+        """Return the command that the first argument names; an unknown one is reported with similar ones."""
         known = self.list_commands(ctx)
         if not ctx.resilient_parsing and not args[0].startswith("-") and args[0] not in known:
             from fuzzyctl.diagnostics.suggestions import did_you_mean
 
-            hint = did_you_mean(args[0], known)
+            begun = [f"'{name}'" for name in known if args[0] and name.startswith(args[0])]
+            hint = f"did you mean {' or '.join(begun)}?" if begun else did_you_mean(args[0], known)
             raise click.UsageError(f"No such command {args[0]!r}{f'; {hint}' if hint else '.'}", ctx)
         return super().resolve_command(ctx, args)
 

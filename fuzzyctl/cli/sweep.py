@@ -11,10 +11,11 @@ from fuzzyctl.cli.common import DONE, FORMAT, QUIET, answers_with_diagnostics
 from fuzzyctl.cli.loading import remark_hidden
 from fuzzyctl.cli.streams import say, write_json
 from fuzzyctl.cli.sweeps import planned, sentence, swept
+from fuzzyctl.support.shipped import place_of
 
 
 @click.command()
-@click.argument("spec", type=click.Path(path_type=Path))
+@click.argument("spec")
 @click.option(
     "--set", "overrides", multiple=True, metavar="NAME=VALUE", help="Set a param in all runs: PARAM, or BLOCK.PARAM."
 )
@@ -36,7 +37,7 @@ from fuzzyctl.cli.sweeps import planned, sentence, swept
 @QUIET
 @answers_with_diagnostics
 def sweep(
-    spec: Path,
+    spec: str,
     overrides: tuple[str, ...],
     folder: Path,
     formats: tuple[str, ...],
@@ -45,7 +46,7 @@ def sweep(
     resume: bool,
     form: str,
 ) -> int:
-    """Run loops many times, with values that SPEC, a TOML file, gives or draws.
+    """Run loops many times, with values that SPEC, a TOML file or a shipped name, gives or draws.
 
     \b
     scenario = "water_tank"
@@ -62,13 +63,15 @@ def sweep(
     """
     worker_options.require_one(jobs, cluster)
     data_formats.require(formats)
-    from fuzzyctl.support.shipped import place_of
     from fuzzyctl.sweep.loops import Loops
     from fuzzyctl.sweep.spec import against, read
 
-    file, plan = planned(spec, read, lambda found: Loops(against(found)), overrides)
+    place = place_of(spec, ".toml")
+    if place.path.exists():
+        remark_hidden(spec, place, ".toml")
+    file, plan = planned(place.path, read, lambda found: Loops(against(found)), overrides)
     for name in (file.spec.scenario, *getattr(file.spec, "against", ())):
-        remark_hidden(name, place_of(name))
+        remark_hidden(name, place_of(name, folder=place.path.parent))
     finished = swept(file, plan, overrides, folder, formats, (jobs, cluster), resume)
     if form == "json":
         write_json(finished.summary)

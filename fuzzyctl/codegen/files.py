@@ -15,7 +15,7 @@ from fuzzyctl.codegen.sources import sources
 from fuzzyctl.codegen.unit import Unit
 from fuzzyctl.codegen.vectors import in_parts
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
-from fuzzyctl.support.writing import write_together
+from fuzzyctl.support.writing import folder_for, write_together
 
 #: Longest name of a file, in bytes, with room for that of a temporary one beside it.
 LONGEST: Final = 200
@@ -63,14 +63,10 @@ def write(generated: Generated, folder: Path) -> list[Path]:
     Raises:
         DiagnosticError: Where the folder or a file cannot be written.
     """
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        message = f"the folder cannot be made: {error.strerror}"
-        raise DiagnosticError([Diagnostic("FZ005", message, file=str(folder), help="name another with -o")]) from None
     written = [folder / name for name in generated.files]
     if any(len(path.name.encode()) > LONGEST for path in written):
         message = f"the files would have names of more than {LONGEST} bytes"
         raise DiagnosticError([Diagnostic("FZ005", message, file=str(folder), help="give the system a shorter name")])
-    write_together(dict(zip(written, generated.files.values(), strict=True)))
+    with folder_for(folder):
+        write_together(dict(zip(written, generated.files.values(), strict=True)))
     return written

@@ -186,7 +186,7 @@ def described(unit: Unit) -> list[str]:
             f"  {declared.name}{_titled(declared.label)}: {_range(out.lower, out.upper)}{_unit(declared.unit)}"
         )
         lines[-1] += f"; proved: {bound.lo!r} <= {declared.name} <= {bound.hi!r} for all inputs"
-    lines += _guarantees(unit)
+    lines += guarantees(unit.verdicts, "system itself, before tables and rounding")
     if unit.table is not None:
         lines.append("Proved error of the table, beside rounding of the arithmetic:")
         errors = zip(system.outputs, unit.table.errors, strict=True)
@@ -196,15 +196,16 @@ def described(unit: Unit) -> list[str]:
     return list(folded([printable(line) for line in lines]))
 
 
-def _guarantees(unit: Unit) -> Iterator[str]:
-    if unit.verdicts:
-        yield "Guarantees of the rule file, decided for the system itself, before tables and rounding:"
-    for verdict in unit.verdicts:
+def guarantees(verdicts: Sequence[Verdict], of: str) -> Iterator[str]:
+    """Yield the lines of generated text about guarantees, which are decided for the block that `of` describes."""
+    if verdicts:
+        yield f"Guarantees of the rule file, decided for the {of}:"
+    for verdict in verdicts:
         match verdict:
             case Proved(note=note):
                 pass
-            case Refuted(witness=witness):
-                note = str(witness)
+            case Refuted(witness=witness, note=more):
+                note = "; ".join(filter(None, (str(witness), more)))
             case Undecided(reason=reason):
                 note = reason
         yield f"  {type(verdict).__name__.lower()}: {verdict.claim}{f' ({note})' if note else ''}"

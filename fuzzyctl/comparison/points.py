@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Final
 
@@ -41,8 +42,11 @@ def common_points(a: FuzzySystem, b: FuzzySystem, order: Sequence[int], count: i
         _axis(low[i], high[i], [*_corners(a, v), *_corners(b, b.inputs[order[i]])], _share(count, len(ranges)))
         for i, v in enumerate(a.inputs)
     ]
-    grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, len(axes))
     rng = np.random.default_rng(seed)
+    if math.prod(map(len, axes)) <= count:
+        grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, len(axes))
+    else:  # even two values of each input are too many points
+        grid = np.stack([rng.choice(axis, int(EVEN * count)) for axis in axes], axis=-1)
     random = low + (high - low) * rng.random((max(count - len(grid), 0), len(axes)))
     return np.concatenate([grid, random])
 

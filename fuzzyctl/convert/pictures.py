@@ -2,13 +2,20 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
+from typing import Any
 
 from fuzzyctl.comparison.differences import quiet
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 from fuzzyctl.model.system import FuzzySystem
+from fuzzyctl.model.variable import LinguisticVariable
 from fuzzyctl.plot.names import file_part
-from fuzzyctl.support.writing import refuse_what_is_no_file
+
+
+def pictures_folder(page: Path) -> Path:
+    """Return the folder of the pictures of a page."""
+    return page.with_name(f"{page.stem}-pictures")
 
 
 def picture_files(system: FuzzySystem, page: Path) -> dict[str, Path]:
@@ -18,7 +25,7 @@ def picture_files(system: FuzzySystem, page: Path) -> dict[str, Path]:
         system: The system.
         page: The page's file; pictures go to a folder called after it, such as `tipper-pictures`.
     """
-    folder = page.with_name(f"{page.stem}-pictures")
+    folder = pictures_folder(page)
     parts: dict[str, str] = {}
     for v in system.variables:
         parts[v.name] = file_part(v.name, parts.values())
@@ -39,49 +46,31 @@ def refuse_to_replace(files: dict[str, Path]) -> None:
         raise DiagnosticError([Diagnostic("FZ005", what, file=str(there[0]), help=help_text)])
 
 
-def draw(system: FuzzySystem, page: Path) -> dict[str, str]:
-    """Draw the pictures of a page into a folder beside it.
+def page_files(system: FuzzySystem, page: Path) -> dict[Path, str]:
+    """Return the texts of a Markdown page and of its pictures by file.
 
     Args:
         system: The system.
         page: The page's file.
-
-    Returns:
-        Their paths relative to the page, by what `markdown.page` calls them.
-
-    Raises:
-        DiagnosticError: Where the folder cannot be made, or a picture not written.
     """
+    from fuzzyctl.convert import markdown
     from fuzzyctl.plot.memberships import draw_variable
-    from fuzzyctl.plot.style import saved
+    from fuzzyctl.plot.style import svg
     from fuzzyctl.plot.surfaces import draw_surface
 
-    files = picture_files(system, page)
-    _made(page.with_name(f"{page.stem}-pictures"))
-    for path in files.values():
-        refuse_what_is_no_file(path)
-    for variable in system.variables:
-        if variable.name not in files:
-            continue
-        with saved(files[variable.name]) as figure:
-            figure.set_size_inches(7.5, 2.6)
-            draw_variable(figure.subplots(), system, variable)
+    files, texts = picture_files(system, page), dict[Path, str]()
     # A surface has a hole where no rule fires, whatever calls of the system do there.
     drawn, axes = quiet(system), [v.name for v in system.inputs[:2]]
+
+    def terms(figure: Any, variable: LinguisticVariable) -> None:
+        figure.set_size_inches(7.5, 2.6)
+        draw_variable(figure.subplots(), system, variable)
+
+    for variable in system.variables:
+        if variable.name in files:
+            texts[files[variable.name]] = svg(partial(terms, variable=variable))
     for output in system.outputs:
-        with saved(files[f"surface {output.name}"]) as figure:
-            draw_surface(figure, drawn, axes, {}, output.name, 61)
-    return {key: f"{path.parent.name}/{path.name}" for key, path in files.items()}
-
-
-def _made(folder: Path) -> None:
-    """Make the folder of pictures where it is not there."""
-    try:
-        folder.mkdir(exist_ok=True)
-    except FileExistsError:
-        message = "this is a file; the folder of the page's pictures has this name"
-        help_text = "move it, or name another page"
-        raise DiagnosticError([Diagnostic("FZ005", message, file=str(folder), help=help_text)]) from None
-    except OSError as error:
-        message = f"the folder of the page's pictures cannot be made: {error.strerror}"
-        raise DiagnosticError([Diagnostic("FZ005", message, file=str(folder), help="name another page")]) from None
+        surface = partial(draw_surface, system=drawn, axes=axes, fixed={}, output=output.name, resolution=61)
+        texts[files[f"surface {output.name}"]] = svg(surface)
+    links = {key: f"{path.parent.name}/{path.name}" for key, path in files.items()}
+    return {**texts, page: markdown.page(system, links)}

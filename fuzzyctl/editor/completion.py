@@ -223,7 +223,7 @@ _PLACES: Final[tuple[tuple[re.Pattern[str], _Proposals], ...]] = tuple(
     for pattern, proposals in (
         (rf"\b({NAME})\.{_WORD}$", _members),
         (rf"^\s*(?:{NAME}\s*)?\|", _in_cells),
-        (rf"^(?:\s*{NAME})*\s*$", _in_header),
+        (rf"^\s*(?:{NAME}\s+)*{_WORD}$", _in_header),
         (rf"^\s*{_WORD}$", _at_row),
         (rf"^\s*{_WORD}$", _at_start),
         (rf"\bterms\s+of\s+{_WORD}$", _of_kinds("input", "output", "let")),

@@ -109,8 +109,12 @@ class Runnable(ABC, Generic[S]):
             DiagnosticError: At the first mistake.
         """
 
-    def find(self, name: str) -> Path:
+    def find(self, name: str, folder: Path = Path()) -> Path:
         """Return the file of a scenario given as a shipped name or a path.
+
+        Args:
+            name: The name or path.
+            folder: The folder of the SPEC.
 
         Raises:
             UnknownScenarioError: When it is neither.

@@ -28,8 +28,10 @@ from fuzzyctl.support import arguments
 if TYPE_CHECKING:
     from fuzzyctl.annotations import Axes, Column, Panels
 
-#: Slopes are differences over this part of an input's range.
+#: Slopes are those of parabolas through the point and two beside it, this part of an input's range apart.
 STEP: Final = 1e-6
+#: Smallest change of an output over an input's range, relative to the output: rounding gives smaller ones.
+_FLAT: Final = 1e-8
 #: By so much, as a part of the largest value, an output may differ from the mean of the values of its rules:
 #: far more than by rounding, and less than what is printed.
 _SAME: Final = 1e-9
@@ -336,9 +338,18 @@ def _slopes(flat: Plan, found: _Traced, point: list[float]) -> dict[str, dict[st
         if math.isfinite(x):
             step = max(step, math.ulp(x))
         # Far from 0 the neighbours are rounded, and so is how far they are.
-        points = [(x - step, x - (x - step)), (x + step, (x + step) - x)] if math.isfinite(x) else [(x, step)] * 2
-        left, right = (outputs([*point[:k], x_beside, *point[k + 1 :]]) for x_beside, _ in points)
-        (_, before), (_, after) = points
+        moves = [(x + d) - x if math.isfinite(x) else d for d in (-step, -2 * step, step, 2 * step)]
+        values = [outputs([*point[:k], x + d, *point[k + 1 :]]) for d in moves]
         for o, output in enumerate(flat.outputs):
-            slopes[output.name][variable.name] = ((here[o] - left[o]) / before, (right[o] - here[o]) / after)
+            ends = [abs(end) for end in (output.lower, output.upper) if math.isfinite(end)]
+            flattest = _FLAT * max(abs(here[o]), *ends) / max(variable.upper - variable.lower, step)
+            a, b, c, d = ((value[o] - here[o]) / move for value, move in zip(values, moves, strict=True))
+            pair = [_extrapolated(*of) for of in ((a, b, *moves[:2]), (c, d, *moves[2:]))]
+            left, right = (0.0 if abs(slope) <= flattest else slope for slope in pair)
+            slopes[output.name][variable.name] = (left, right)
     return slopes
+
+
+def _extrapolated(near: float, far: float, step: float, larger: float) -> float:
+    """Return the slope at a point from those of two secants, without their error of first order."""
+    return near + (near - far) * step / (larger - step)

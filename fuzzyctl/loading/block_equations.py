@@ -154,9 +154,12 @@ def loop_parts(loop: Loop) -> int:
         raise DiagnosticError([_of_measures(d) for d in error.diagnostics]) from None
     if loop.step is not None or any(c.period is not None for c in loop.controllers):
         # Which controllers need not.
-        from fuzzyctl.simulation.sample_times import require_dead_times, sample_times
+        from fuzzyctl.simulation.judgement import Judgement
+        from fuzzyctl.simulation.sample_times import require_room
 
-        require_dead_times(loop, sample_times(loop)[0])
+        sizes = {b.name: len(b.inputs) + len(b.states) + len(b.results) for b in callees}
+        recorded = len(loop.definitions) + sum(sizes[i.controller] for i in loop.instances)
+        require_room(loop, recorded + len(Judgement(loop).signals))
     return equations.parts
 
 

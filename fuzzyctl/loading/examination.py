@@ -167,7 +167,7 @@ def _crowded(source: SourceText, parts: Sequence[Part]) -> Diagnostic | None:
     """Report a file with more systems than are read, or with too much that is read for each of them."""
     place = next((s.name.span for s in parts[-1].tree.statements if isinstance(s, sx.System | sx.Head)), None)
     if len(parts) > MAX_SYSTEMS:
-        message = f"the file holds {len(parts)} systems, more than {MAX_SYSTEMS}"
+        message = f"the file holds {len(parts)} systems, controllers, plants and loops, more than {MAX_SYSTEMS}"
         return Diagnostic("FZ112", message, place, help="spread them over several files")
     shared = len(parts) * len(parts[0].shared)
     if len(parts) > 1 and shared > MAX_SHARED:

@@ -76,7 +76,7 @@ def _crowded(tree: sx.SyntaxTree) -> Diagnostic | None:
     variables = [s for s in tree.statements if isinstance(s, sx.Variable)]
     if len(variables) <= MAX_VARIABLES:
         return None
-    message = f"the system has {len(variables)} inputs and outputs, more than {MAX_VARIABLES}"
+    message = f"the system has {len(variables)} inputs, outputs and lets, more than {MAX_VARIABLES}"
     help_text = "spread them over several systems"
     return Diagnostic("FZ112", message, variables[MAX_VARIABLES].name.span, help=help_text)
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Final
 
 from fuzzyctl.diagnostics.diagnostic import ArgumentError, Diagnostic, DiagnosticError
 from fuzzyctl.expr import Call, Compare, Expr, Name, Number, Where, names_in, span_of
@@ -20,12 +19,9 @@ from fuzzyctl.model.plant import Plant
 from fuzzyctl.model.signals import SIGNALS, TIME
 from fuzzyctl.simulation.equations import DeadTime, External, LoopEquations, PlantState, block_signals, needs
 from fuzzyctl.simulation.noise import with_streams
-from fuzzyctl.simulation.sample_times import require_dead_times, sample_times, samples_at
+from fuzzyctl.simulation.sample_times import require_room, sample_times, samples_at
 from fuzzyctl.simulation.settings import timing_params
 from fuzzyctl.simulation.signals import Given, Signals
-
-#: Most numbers that a run records: 0.8 gigabytes.
-MOST_NUMBERS: Final = 100_000_000
 
 
 def loop_equations(loop: Loop, extra: Sequence[Expr] = (), free: Sequence[str] = ()) -> LoopEquations:
@@ -46,13 +42,12 @@ def loop_equations(loop: Loop, extra: Sequence[Expr] = (), free: Sequence[str] =
     loop = with_streams(loop)
     step, every = sample_times(loop)
     samples = samples_at(loop, step)
-    require_dead_times(loop, step)
     expansion = _LoopExpansion(loop, step, every, free)
     scope = Scope(_as_controller(loop), "", {TIME: Name(TIME)}, step)
     expansion.enter(scope)
     signals = dict(_recorded(loop))
     signals |= {f"#{k}": expansion.expanded(e, scope) for k, e in enumerate(extra)}
-    _require_room(loop, samples, len(signals))
+    require_room(loop, len(signals))
     plants = {i.name for i in loop.instances if i.controller in {p.name for p in loop.plants}}
     kept = [s for s in expansion.states if s.name.partition(".")[0] not in plants]
     return LoopEquations(
@@ -71,13 +66,6 @@ def loop_equations(loop: Loop, extra: Sequence[Expr] = (), free: Sequence[str] =
         free=tuple(free),
         externals=tuple(_externals(loop, tuple(expansion.states_of_plants))),
     )
-
-
-def _require_room(loop: Loop, samples: int, signals: int) -> None:
-    if samples * signals > MOST_NUMBERS:
-        message = f"the run records {samples * signals:,} numbers, {signals} signals at {samples:,} samples"
-        help_text = f"expected at most {MOST_NUMBERS:,}: make the run shorter, or its step longer"
-        raise DiagnosticError([Diagnostic("FZ703", message, span_of(loop.duration) or loop.span, help=help_text)])
 
 
 def _externals(loop: Loop, states: tuple[str, ...]) -> Iterator[External]:

@@ -146,7 +146,7 @@ def unpack(path: str, folder: Path) -> None:
 def _opened(path: str) -> zipfile.ZipFile:
     """Open an archive none of whose files would be written elsewhere, or fill the disk."""
     if os.path.exists(path) and not os.path.isfile(path):
-        raise FmuError("this is no regular file")
+        raise FmuError("this is not a regular file")
     try:
         archive = zipfile.ZipFile(path)
     except zipfile.BadZipFile:

@@ -296,7 +296,7 @@ def serve(folder: str) -> None:
         sys.stdout.flush()
         try:
             connection.send(answer)
-        except OSError:  # nobody waits for it any more
+        except OSError:  # the parent has ended
             break
     with suppress(DiagnosticError):
         server.free()

@@ -8,6 +8,7 @@ from typing import Final
 
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 from fuzzyctl.expr import Call, evaluate, span_of, walk
+from fuzzyctl.model.checks.block_numbers import MOST_SAMPLES
 from fuzzyctl.model.controller import Definition, Instance, Result
 from fuzzyctl.model.forms import bound
 from fuzzyctl.model.loop import Loop
@@ -16,6 +17,8 @@ from fuzzyctl.model.plant import Plant
 from fuzzyctl.model.plant_forms import PLANT_FUNCTIONS
 from fuzzyctl.simulation.settings import block_params
 
+#: Most numbers that a run records: 0.8 gigabytes.
+MOST_NUMBERS: Final = 100_000_000
 #: Most steps of integration between two samples, and of a run, that dead times may demand.
 MOST_BETWEEN: Final = 10_000
 MOST_STEPS: Final = 20_000_000
@@ -103,12 +106,34 @@ def measures_without_samples(loop: Loop) -> Iterator[Diagnostic]:
                         yield Diagnostic("FZ214", message, call.span, severity="warning", facts=facts)
 
 
-def require_dead_times(loop: Loop, step: float) -> None:
-    """Refuse dead times that are too short, or too long, for the step of a loop.
+def require_room(loop: Loop, signals: int) -> None:
+    """Refuse a run of too many samples or numbers, and dead times that do not fit its step.
+
+    Args:
+        loop: The loop.
+        signals: How many signals are recorded.
 
     Raises:
-        DiagnosticError: For one that takes too many steps of integration, or keeps too many numbers.
+        DiagnosticError: For such a run, and for sample times that do not fit together.
     """
+    step = sample_times(loop)[0]
+    samples = samples_at(loop, step)
+    if samples - 1 > MOST_SAMPLES:
+        found = f"the run has {samples - 1:,} samples", f"at most {MOST_SAMPLES:,}"
+    elif samples * signals > MOST_NUMBERS:
+        found = (
+            f"the run records {samples * signals:,} numbers, {signals} signals at {samples:,} samples",
+            f"at most {MOST_NUMBERS:,}",
+        )
+    else:
+        return _require_dead_times(loop, step)
+    message, most = found
+    help_text = f"expected {most}: make the run shorter, or its step longer"
+    raise DiagnosticError([Diagnostic("FZ703", message, span_of(loop.duration) or loop.span, help=help_text)])
+
+
+def _require_dead_times(loop: Loop, step: float) -> None:
+    """Refuse dead times that are too short, or too long, for the step of a loop."""
     samples, numbers, plants = samples_at(loop, step), 0.0, {p.name: p for p in loop.plants}
     mistakes: dict[str, Diagnostic] = {}
     for instance in loop.instances:

@@ -10,11 +10,12 @@ from pathlib import Path
 from typing import Final, NamedTuple
 
 _PACKAGE: Final = Path(__file__).resolve().parents[1]
-#: By group of shipped rule files their folder, in a wheel and in a checkout, and the pattern of its files.
+#: By group of shipped rule files and SPECs their folder, in a wheel and in a checkout, and the pattern of its files.
 _GROUPS: Final = {
     "Rule files": (("rules", "../rules"), "*.fz"),
     "Loops": (("rules/loops", "../rules/loops"), "*.fz"),
     "Published loops": (("gallery", "../apps/gallery"), "*/*.fz"),
+    "Sweeps": (("rules/loops", "../rules/loops"), "*.toml"),
 }
 #: A name: a word without separator and suffix.
 _NAME: Final = re.compile(r"\w[\w-]*")
@@ -67,7 +68,7 @@ def _folder(places: tuple[str, ...]) -> Path | None:
 
 @lru_cache(maxsize=1)
 def shipped_groups() -> dict[str, dict[str, Path]]:
-    """Return the shipped rule files by group and name."""
+    """Return the shipped files by group and name."""
     folders = {group: (_folder(places), pattern) for group, (places, pattern) in _GROUPS.items()}
     return {
         group: {path.stem: path for path in sorted(folder.glob(pattern))} if folder is not None else {}
@@ -75,9 +76,10 @@ def shipped_groups() -> dict[str, dict[str, Path]]:
     }
 
 
-def shipped_files() -> dict[str, Path]:
-    """Return the shipped rule files by name."""
-    return {name: path for files in shipped_groups().values() for name, path in files.items()}
+def shipped_files(suffix: str = ".fz") -> dict[str, Path]:
+    """Return the shipped files with a suffix by name."""
+    groups = shipped_groups().values()
+    return {name: path for files in groups for name, path in files.items() if path.suffix == suffix}
 
 
 def is_name(text: str) -> bool:
@@ -85,20 +87,20 @@ def is_name(text: str) -> bool:
     return _NAME.fullmatch(text) is not None
 
 
-def place_of(file: str | os.PathLike[str]) -> Place:
+def place_of(file: str | os.PathLike[str], suffix: str = ".fz", folder: Path | None = None) -> Place:
     """Return the file that an argument means.
 
-    A name such as `tipper` is the file `tipper` or `tipper.fz` if there is one, else the shipped file of this name;
-    anything else is a path.
+    A name such as `tipper` is the file `tipper` or `tipper.fz` if there is one, else the shipped file of this name and
+    suffix; anything else is a path. Both are from a folder; without one from the current one.
     """
     name = os.fspath(file)
-    if not is_name(name) or (os.path.exists(name) and not os.path.isdir(name)):
-        return Place(Path(name), name, False)
-    beside = f"{name}.fz"
-    if os.path.exists(beside) and not os.path.isdir(beside):
+    own = name if folder is None else os.fspath(folder / name)
+    if not is_name(name) or (os.path.exists(own) and not os.path.isdir(own)):
+        return Place(Path(own), own, False)
+    beside, path = f"{own}{suffix}", shipped_files(suffix).get(name)
+    if os.path.exists(beside) and not os.path.isdir(beside) and (path is None or not os.path.samefile(beside, path)):
         return Place(Path(beside), beside, False)
-    path = shipped_files().get(name)
-    return Place(path or Path(name), name, path is not None)
+    return Place(path or Path(own), name, path is not None)
 
 
 def first_sentence(path: Path) -> str:

@@ -23,7 +23,7 @@ def written_whole(path: str | os.PathLike[str]) -> Iterator[Path]:
         A path with the target's suffix to write to.
 
     Raises:
-        DiagnosticError: When the folder does not exist or cannot be written to, or the target is no regular file.
+        DiagnosticError: When the folder does not exist or cannot be written to, or the target is not a regular file.
     """
     target = _place(path)
     refuse_what_is_no_file(target)
@@ -59,18 +59,37 @@ def write_together(texts: Mapping[Path, str]) -> None:
         _exchange(prepared)
 
 
-def folder_for(path: Path) -> Path:
-    """Make a folder for what a command writes, and those around it, and return it.
+@contextmanager
+def folder_for(path: Path) -> Iterator[None]:
+    """Make a folder for the files of a block, and those around it; if they stay empty they go again.
 
     Raises:
         DiagnosticError: When it cannot be made, or is something else.
     """
+    with removed_if_empty(path):
+        try:
+            path.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            message = f"the folder cannot be made: {error.strerror}"
+            if isinstance(error, FileExistsError):
+                message = "this is a file, and a folder is to have this name"
+            help_text = "move it, or name another one"
+            raise DiagnosticError([Diagnostic("FZ005", message, file=str(path), help=help_text)]) from None
+        yield
+
+
+@contextmanager
+def removed_if_empty(folder: Path) -> Iterator[None]:
+    """Remove the folders that a block makes for a folder, and around it, if they are empty at its end."""
+    missing: list[Path] = []
+    with suppress(OSError):
+        missing = [path for path in (folder, *folder.parents) if not path.exists()]
     try:
-        path.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        message = f"the folder cannot be made: {error.strerror}"
-        raise DiagnosticError([Diagnostic("FZ005", message, file=str(path), help="name another one")]) from None
-    return path
+        yield
+    finally:
+        for path in missing:  # the innermost first
+            with suppress(OSError):
+                path.rmdir()
 
 
 def _exchange(prepared: Sequence[tuple[Path, Path, Path | None]]) -> None:
@@ -127,8 +146,16 @@ def refuse_what_is_no_file(target: Path) -> None:
     if os.path.isdir(target):
         raise DiagnosticError([Diagnostic("FZ005", "this is a folder", file=str(target), help="name a file in it")])
     if os.path.exists(target) and not os.path.isfile(target):
-        message, hint = "this is no regular file, and is not replaced by one", "name another file"
+        message, hint = "this is not a regular file, and is not replaced", "name another file"
         raise DiagnosticError([Diagnostic("FZ005", message, file=str(target), help=hint)])
+
+
+def holds(path: Path, text: str) -> bool:
+    """Return whether a path is a readable file with this text."""
+    try:
+        return path.is_file() and path.read_bytes() == text.encode()
+    except OSError:
+        return False
 
 
 def _umask() -> int:

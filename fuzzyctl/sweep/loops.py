@@ -59,9 +59,10 @@ class Loops(Runnable[LoopScenario]):
         """Leave out what this process knows."""
         return type(self), (self.against,)
 
-    def find(self, name: str) -> Path:
-        """Return a file by its path, or by the name of a shipped one."""
-        return super().find(str(place_of(name).path))
+    def find(self, name: str, folder: Path = Path()) -> Path:
+        """Return a file by its path, or by its name: that of the folder of the SPEC, else the shipped one."""
+        path = place_of(name, folder=folder).path
+        return path if path.is_file() else super().find(name)
 
     def read(self, path: Path, overrides: Sequence[str]) -> LoopScenario:
         """Read the files, once in each process, and set params of their loops."""

@@ -42,7 +42,7 @@ def against(file: SpecFile) -> tuple[Path, ...]:
     names = file.spec.against if isinstance(file.spec, LoopSpec) else ()
     mistakes = []
     beside = [file.path.parent / name for name in names]
-    paths = [path if path.exists() else place_of(name).path for path, name in zip(beside, names, strict=True)]
+    paths = [place_of(name, folder=file.path.parent).path for name in names]
     for path, there in zip(beside, paths, strict=True):
         if not there.exists():
             near = closest(path.name, files_in(path.parent, {path.suffix}))

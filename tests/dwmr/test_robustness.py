@@ -89,7 +89,7 @@ class TestOddValues:
         os.mkfifo(tmp_path / "pipe")
         for path in ("/dev/zero", tmp_path / "pipe"):
             done = dwmr("run", path, status=1)
-            assert "no regular file" in done.stderr
+            assert "not a regular file" in done.stderr
 
     @pytest.mark.parametrize(
         "key",

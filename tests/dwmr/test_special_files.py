@@ -21,7 +21,7 @@ pytestmark = pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="the platform 
 def test_a_scenario_that_names_a_pipe_is_refused(tmp_path, name, text):
     os.mkfifo(tmp_path / name)
     (tmp_path / "mine.toml").write_text(text)
-    with pytest.raises(DiagnosticError, match="no regular file"):
+    with pytest.raises(DiagnosticError, match="not a regular file"):
         read(tmp_path / "mine.toml")
 
 

@@ -1,4 +1,4 @@
-"""Follows all pages of docs/ with the wheel alone: `python tests/e2e/follow_pages.py`.
+"""Follows README and all pages of docs/ with the wheel alone: `python tests/e2e/follow_pages.py`.
 
 It builds the wheel, installs it into an empty environment, and follows the pages one after the other in one folder that
 is empty at first, then once more. Each difference between what a page says and what comes out ends it with exit code 1,
@@ -45,6 +45,7 @@ def outside(folder: Path, word: str) -> int:
     # Of the checkout only pages and what follows them.
     for part in ("docs", "tests"):
         shutil.copytree(ROOT / part, folder / "tree" / part)
+    shutil.copy(ROOT / "README.md", folder / "tree")
     (folder / "empty").mkdir()
     environment = {k: v for k, v in os.environ.items() if not k.startswith(("PYTHON", "FUZZYCTL"))}
     environment |= {
@@ -60,9 +61,9 @@ def outside(folder: Path, word: str) -> int:
 def inside(wheel: Path, word: str) -> int:
     """Follow the pages twice in the current folder; return 1 for differences."""
     sys.path.insert(0, str(ROOT))
-    from tests.e2e.pages import DOCS, needs
+    from tests.e2e.pages import PAGES, needs
 
-    pages = [page for page in sorted(DOCS.rglob("*.md")) if word in str(page.relative_to(DOCS))]
+    pages = [page for page in PAGES if word in str(page.relative_to(ROOT))]
     pages.sort(key=lambda page: bool(needs(page)))
     folder, found = Path.cwd(), list[str]()
     owners: dict[Path, Path] = {}
@@ -77,9 +78,9 @@ def inside(wheel: Path, word: str) -> int:
             for path in (p for p in after if before.get(p) != after[p]):
                 other = owners.setdefault(path, page)
                 if other != page and time == 0:
-                    first = other.relative_to(DOCS)
-                    differences.append(f"{page.relative_to(DOCS)}: it writes {path} of {first} with other content")
-            print("\n".join([*differences, f"{page.relative_to(DOCS)}: {len(differences)} differences"]), flush=True)
+                    first = other.relative_to(ROOT)
+                    differences.append(f"{page.relative_to(ROOT)}: it writes {path} of {first} with other content")
+            print("\n".join([*differences, f"{page.relative_to(ROOT)}: {len(differences)} differences"]), flush=True)
             found += differences
     print(f"{len(pages)} pages, followed twice: {len(found)} differences")
     return 1 if found else 0

@@ -109,9 +109,8 @@ def test_the_javascript_of_the_how_to_prints_what_the_page_says(
 
 
 def test_no_two_pages_write_a_file_of_one_name_with_other_contents() -> None:
-    pages = [page for page in PAGES if page.is_relative_to(DOCS)]
     origins: dict[str, dict[str, Path]] = {}
-    for page in pages:
+    for page in PAGES:
         for name, origin in written(page):
             origins.setdefault(name, {}).setdefault(origin, page)
     shared = {name: set(by_origin.values()) for name, by_origin in origins.items()}

@@ -1,49 +1,70 @@
 """Put files that `check` passes through the other commands; each raw exception of Python is a failure.
 
     python tests/fuzz/runs_what_check_passes.py --files 500
+    python tests/fuzz/runs_what_check_passes.py --files 400 --first 100 --jobs 1
     python tests/fuzz/runs_what_check_passes.py --files 0 --size 0.05 steps lets
 
-Files are the worst cases of worst_files/, made smaller by --size, or those whose name contains one of the words given,
-and drawn loops of a controller and a plant: conditions with names, free numbers, delays, tables over time, noise,
-dead times, Greek letters and names of 200 letters. Files that `check` refuses must be refused by name, too. All
-commands run within this process. Prints the command, the exception and its place; exit code 1 if there is one.
+Of four files one is made for a limit of docs/reference (limit_files.py), in turn above it, at it, and at a tenth and
+less of it; one is a drawn loop with a system, a controller and a plant: conditions with names, free numbers, delays,
+tables over time, noise, dead times, Greek letters and names of 190 letters; one is a drawn system (tests/peers), called
+by a controller; one is a small worst case of worst_files/. With words: the worst cases whose names contain one of them.
+
+A file above a limit must be refused by `check` with the number of the limit. Commands run within the processes of a
+pool, which end after some files. Prints the file, the command, the exception and its place, and what takes more than
+5 s of processor time; exit code 1 if there is an exception.
 """
 
 import argparse
+import multiprocessing
 import os
 import random
 import re
+import signal
 import sys
 import tempfile
+import time
 import traceback
+from concurrent.futures import ProcessPoolExecutor
+from contextlib import contextmanager
 from pathlib import Path
 
+sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 
+import click
 from click.testing import CliRunner
+from limit_files import LIMITS
+from lsprotocol import types as lsp
 from worst_files import CASES
 
+from fuzzyctl import dumps
 from fuzzyctl.cli.main import main as fuzzyctl
+from fuzzyctl.editor.server import server
+from tests.frozen.test_verdicts import ABLE
+from tests.fuzzyctl.editor.requests import requests
+from tests.peers.drawing import Draw
 
-#: The commands that take the file as it is; INPUTS are values of its inputs, BLOCK is its last controller or system.
+#: The commands that take the file as it is; INPUTS are values of its inputs, LSP are all requests of an editor. Of the
+#: last two of each line one is drawn for a file.
 COMMANDS = (
     "fmt --check FILE",
     "show FILE",
+    "eval FILE INPUTS",
+    "simulate FILE -o run",
     "prove --timeout 0.2 FILE",
     "bounds --timeout 0.2 FILE",
     "page FILE -o page.html",
-    "simulate FILE -o run",
-    "eval FILE INPUTS",
-    "convert FILE other.py --force --lossy",
-    "convert FILE other.md --force --lossy",
-    "convert FILE other.fll --force --lossy",
-    "codegen FILE --target c -o out --unproved",
-    "codegen FILE --target st -o out --unproved",
-    "codegen FILE --target python -o out --unproved",
-    "codegen FILE --target javascript -o out --unproved",
-    "codegen FILE --target fmu -o out --unproved",
+    "LSP FILE",
+)
+CONVERTED = tuple(f"convert FILE other.{suffix} --force --lossy" for suffix in ("py", "md", "fll", "fis", "fcl", "xml"))
+GENERATED = (
+    *(f"codegen FILE --target {t} -o out --unproved" for t in ("c", "st", "python", "javascript", "fmu")),
     "codegen FILE --target c --free P -o out --unproved",
 )
+#: Seconds of a processor after which a command is listed, and after which it is stopped.
+SLOW, STOP = 5.0, 10
+#: Files after which each process ends and a fresh one begins.
+FRESH_AFTER = 25
 #: Expressions of controllers over values a and b and a condition c.
 EXPRESSIONS = (
     "P * {a} - {b}",
@@ -113,8 +134,8 @@ def drawn(seed):
     controller = ["input e in [-2, 2]", "input d in [-2, 2]", "param P in [0, 5] = 2", "let high = P > 1", *lines]
     controller += [f"output u in [-9, 9] = clamp({names[-1]}, -9, 9)", f"output on = {conditions[-1]}", "every 10 ms"]
     controller += rng.sample(["require u <= 9", "require on in [0, 1] when high"], rng.randint(0, 2))
-    steps = ", ".join(f"{k * 0.01:.2f} s: {k % 3}" for k in range(rng.choice([2, 20, 300])))
-    numbers = ", ".join(str(k % 5 + 1) for k in range(rng.choice([1, 4, 120])))
+    steps = ", ".join(f"{k * 0.01:.2f} s: {k % 3}" for k in range(rng.choice([2, 20, 300, 5000])))
+    numbers = ", ".join(str(k % 5 + 1) for k in range(rng.choice([1, 4, 40, 200])))
     plant = rng.choice(PLANTS).format(numbers=numbers, delay=rng.choice(["0", "0.013", "P"]).replace("P", "0.4"))
     loop = [f"let r = {rng.choice(SIGNALS).format(steps=steps)}", f"let q = {rng.choice(SIGNALS).format(steps=steps)}"]
     loop += ["let early = t < 0.1 s", "block law = law(r - plant.y, where(early, q, 0), P=K)", "param K in [0, 5] = 2"]
@@ -127,24 +148,90 @@ def drawn(seed):
     return {"drawn.fz": text, "data.csv": "t,x\n0,0\n0.1,1\n10,2\n"}
 
 
+def system(seed):
+    """Return the files of a drawn system, and a controller that calls it."""
+    found = Draw(random.Random(seed), "exact", ABLE).system()
+    name, given = found.name, ", ".join(f"e * {k + 1}" for k in range(len(found.inputs)))
+    text = re.sub(r"(?m)^(output [^\]]*\])(?!.* else )", r"\1 else 0", dumps(found))
+    text += f"require {found.outputs[0].name} <= 1e300\n"
+    member = f".{found.outputs[0].name}" if len(found.outputs) > 1 else ""
+    law = f"controller law\ninput e in [-1, 1]\nevery 10 ms\nlet k = {name}({given})\noutput u = k{member} + e\n"
+    return {"drawn.fz": text + law * (seed % 3 > 0)}
+
+
+def files_of(number):
+    """Return a name and the files of a number, and whether `check` must refuse them with a limit."""
+    kind, count = number % 4, number // 4
+    if kind == 0:
+        name = list(LIMITS)[count % len(LIMITS)]
+        part = (2, 1, 0.1, 0.003)[count // len(LIMITS) % 4]
+        return f"{part} of {name}", LIMITS[name].made(part), LIMITS[name].most if part > 1 else 0
+    if kind == 3:
+        name = random.Random(number).choice(list(CASES))
+        return name, CASES[name](random.Random(number).choice((0.001, 0.003, 0.01))), 0
+    return ("a loop", drawn(number), 0) if kind == 1 else ("a system", system(number), 0)
+
+
 def words_of(command, file, text):
     """Return the words of a command."""
     inputs = [f"{name}=0.3" for name in dict.fromkeys(re.findall(r"^\s*input (\w+)", text, re.MULTILINE))]
     return [w for word in command.split() for w in (inputs if word == "INPUTS" else [file if word == "FILE" else word])]
 
 
+@click.command()
+@click.argument("file")
+def answered(file):
+    """Answer all requests of an editor about a file at some places."""
+    uri, text = Path(file).resolve().as_uri(), Path(file).read_text(encoding="utf-8")
+    list(server.protocol.lsp_initialize(lsp.InitializeParams(lsp.ClientCapabilities())))
+    server.workspace.put_text_document(lsp.TextDocumentItem(uri, "fz", time.monotonic_ns() % (1 << 31), text))
+    document = server.document(uri)
+    places = [server.position(document.source, at * len(text) // 5) for at in range(1, 5)]
+    for proved in (False, True):
+        server.diagnostics(document, proved=proved)
+    for method, params in requests(uri, places):
+        server.protocol.fm.features[method](params)
+    server.workspace.remove_text_document(uri)
+
+
+class StoppedError(BaseException):
+    """A command takes too long."""
+
+
+@contextmanager
+def stopped(seconds):
+    """Stop what takes more seconds of a processor."""
+
+    def stop(*_):
+        raise StoppedError
+
+    before = signal.signal(signal.SIGPROF, stop)
+    signal.setitimer(signal.ITIMER_PROF, seconds)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_PROF, 0)
+        signal.signal(signal.SIGPROF, before)
+
+
 def failure(words):
-    """Return the exit code of a command, and its raw exception with the place; an empty text without one."""
-    result = CliRunner().invoke(fuzzyctl, words)
-    error = result.exception
+    """Return exit code and output of a command, and its raw exception with the place; an empty text without one."""
+    command, words = (answered, words[1:]) if words[0] == "LSP" else (fuzzyctl, words)
+    try:
+        with stopped(STOP):
+            result = CliRunner().invoke(command, words)
+    except StoppedError:
+        return 1, "", ""
+    code, output, error = result.exit_code, result.output, result.exception
     if error is None or isinstance(error, SystemExit):
-        return result.exit_code, ""
+        return code, output, ""
     place = traceback.extract_tb(error.__traceback__)[-1]
-    return result.exit_code, f"{type(error).__name__}: {str(error)[:100]} ({Path(place.filename).name}:{place.lineno})"
+    text = f"{type(error).__name__}: {str(error)[:100]} ({Path(place.filename).name}:{place.lineno})"
+    return code, output, text
 
 
-def failures_of(files, commands=COMMANDS):
-    """Yield the commands that raise for some files, each with its exception; only `check` runs if it refuses them."""
+def failures_of(files, commands=COMMANDS, limit=0):
+    """Yield commands with what is wrong with them, and seconds of a processor; only `check` if it refuses the files."""
     before = Path.cwd()
     with tempfile.TemporaryDirectory() as folder:
         for name, text in files.items():
@@ -152,32 +239,56 @@ def failures_of(files, commands=COMMANDS):
         (file, text), *_ = files.items()
         os.chdir(folder)
         try:
-            code, error = failure(["check", file])
-            if error:
-                yield f"check {file}", error
-            for command in commands if code in (0, 3) else ():
-                _, error = failure(words_of(command, file, text))
-                if error:
-                    yield command, error
+            for command in ("check FILE", *commands):
+                began = time.process_time()
+                code, output, error = failure(words_of(command, file, text))
+                took = time.process_time() - began
+                if limit and (code != 1 or str(limit) not in output.replace(",", "")):
+                    error = error or f"the limit of {limit} is not refused"
+                if error or took > SLOW:
+                    yield command, error, took
+                if command == "check FILE" and code not in (0, 3):
+                    return
         finally:
             os.chdir(before)
 
 
+def tried(name, size=0.0):
+    """Return name, failures and seconds of a worst case by its name, or of a drawn file by its number."""
+    began = time.process_time()
+    title, files, limit = files_of(name) if isinstance(name, int) else (name, CASES[name](size), 0)
+    commands = (*COMMANDS, *CONVERTED, *GENERATED)
+    if isinstance(name, int):
+        commands = (*COMMANDS, CONVERTED[name // 4 % len(CONVERTED)], GENERATED[name // 5 % len(GENERATED)])
+    found = list(failures_of(files, commands, limit))
+    return f"{name} {title}" if isinstance(name, int) else title, found, time.process_time() - began
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    parser.add_argument("--files", type=int, default=100, help="how many loops are drawn")
-    parser.add_argument("--seed", type=int, default=0, help="the number of the first of them")
+    parser.add_argument("--files", type=int, default=100, help="how many files are drawn")
+    parser.add_argument("--first", type=int, default=0, help="the number of the first of them")
     parser.add_argument("--size", type=float, default=0.02, help="of the worst cases: 1 for the limits")
+    parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("words", nargs="*", help="parts of names of worst cases")
     arguments = parser.parse_args()
-    chosen = [name for name in CASES if not arguments.words or any(w in name for w in arguments.words)]
-    count = 0
-    for name in [*chosen, *range(arguments.seed, arguments.seed + arguments.files)]:
-        files = drawn(name) if isinstance(name, int) else CASES[name](arguments.size)
-        for command, error in failures_of(files):
-            count += 1
-            print(f"{name}: {command}: {error}", flush=True)
-    print(f"{len(chosen)} worst cases, {arguments.files} drawn files, {count} exceptions")
+    chosen = [name for name in CASES if any(w in name for w in arguments.words)]
+    numbers = range(arguments.first, arguments.first + arguments.files)
+    fresh = multiprocessing.get_context("spawn")
+    count = slow = seconds = 0
+    names, share = [*chosen, *numbers], FRESH_AFTER * arguments.jobs
+    # A pool for each share: one with `max_tasks_per_child` may wait for ever for the next worker.
+    for first in range(0, len(names), share):
+        with ProcessPoolExecutor(arguments.jobs, fresh) as pool:
+            runs = [pool.submit(tried, name, arguments.size) for name in names[first : first + share]]
+            for run in runs:
+                name, found, took = run.result()
+                print(f"{took:6.1f} s  {name}", flush=True)
+                seconds += took
+                for command, error, own in found:
+                    count, slow = count + bool(error), slow + (own > SLOW)
+                    print(f"          {own:.1f} s  {command}: {error or 'slow'}", flush=True)
+    print(f"{len(names)} files, {count} exceptions, {slow} commands above {SLOW:g} s, {seconds:.0f} s in all")
     sys.exit(bool(count))
 
 

@@ -639,7 +639,7 @@ def test_variables_are_counted_before_they_are_resolved(monkeypatch):
     _, diagnostics = checked(text_of("thousands-of-inputs", 0.2))
     (error,) = (d for d in diagnostics if d.severity == "error")
     assert (error.code, error.span.line) == ("FZ112", 2 * MAX_VARIABLES + 3)
-    assert re.fullmatch(r"the system has \d+ inputs and outputs, more than 2000", error.message)
+    assert re.fullmatch(r"the system has \d+ inputs, outputs and lets, more than 2000", error.message)
 
 
 def test_names_of_a_param_are_looked_for_once_to_compute_it():
@@ -694,7 +694,7 @@ class TestSystems:
         from fuzzyctl.diagnostics.diagnostic import DiagnosticError
 
         text = "".join(f"system s{k}\n" for k in range(MAX_SYSTEMS + 1))
-        with pytest.raises(DiagnosticError, match="holds 201 systems, more than 200"):
+        with pytest.raises(DiagnosticError, match="holds 201 systems, controllers, plants and loops"):
             loads(text)
 
 

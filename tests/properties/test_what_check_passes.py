@@ -1,24 +1,25 @@
-"""Drawn loops that `check` passes run through the other commands without a raw exception."""
+"""Files at the documented limits are refused with the number, and what `check` passes runs; the script draws more."""
 
 import pytest
 
-from tests.fuzz.runs_what_check_passes import drawn, failure, failures_of
+from tests.fuzz.runs_what_check_passes import COMMANDS, CONVERTED, LIMITS, drawn, failures_of, system
 
-#: Commands that take no compiler and no long proof; the script has all of them.
-COMMANDS = (
-    "fmt --check FILE",
-    "simulate FILE -o run",
-    "eval FILE INPUTS",
-    "page FILE -o page.html",
-    "codegen FILE --target c --free P -o out --unproved",
-)
+#: Commands that take no long proof; the script has all of them.
+QUICK = [c for c in COMMANDS if not c.startswith(("prove", "bounds"))]
+FREE = "codegen FILE --target c --free P -o out --unproved"
 
 
-@pytest.mark.parametrize("seed", range(2))
-def test_drawn_loops_that_check_passes_run(seed, tmp_path, monkeypatch):
-    files = drawn(seed)
-    monkeypatch.chdir(tmp_path)
-    for name, text in files.items():
-        (tmp_path / name).write_text(text, encoding="utf-8")
-    assert failure(["check", "drawn.fz"]) == (0, "")
-    assert list(failures_of(files, COMMANDS)) == []
+@pytest.mark.parametrize("name", LIMITS)
+def test_a_file_above_a_limit_is_refused_with_its_number(name):
+    limit = LIMITS[name]
+    assert [error for _, error, _ in failures_of(limit.made(2), limit=limit.most) if error] == []
+
+
+@pytest.mark.parametrize("name", list(LIMITS)[::5])
+def test_a_small_file_of_a_limit_runs(name):
+    assert [f for f in failures_of(LIMITS[name].made(0.003), [*QUICK, CONVERTED[0]]) if f[1]] == []
+
+
+@pytest.mark.parametrize("files", [drawn(0), drawn(1), system(1), system(2)], ids=lambda files: "drawn")
+def test_drawn_files_that_check_passes_run(files):
+    assert [f for f in failures_of(files, [*QUICK, FREE]) if f[1]] == []

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from contextlib import nullcontext
 from pathlib import Path
 
 import click
@@ -64,8 +65,7 @@ def new(name: str | None, base: str, extends: bool, path: Path | None, folder: P
         raise click.BadParameter(str(error), param_hint="'--from'") from error
     with mistakes_as_diagnostics("text"):
         template.refuse_present(files, force)
-        if folder is not None:
-            folder_for(folder)
-        write_together(files)
+        with folder_for(folder) if folder is not None else nullcontext():
+            write_together(files)
     for one in files:
         say(f"wrote {one}")

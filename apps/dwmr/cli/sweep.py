@@ -36,6 +36,16 @@ def sweep(
 ) -> None:
     """Run a scenario many times, with the values that SPEC, a TOML file, gives or draws.
 
+    \b
+    scenario = "paper"
+    runs = 3
+    [set]
+    "run.horizon" = 5.0
+    [random]
+    "robots.*.x_0" = { normal = [0.0, 0.2], relative = "offset" }
+
+    `scenario` is a file beside the SPEC, or a shipped name: 'dwmr show' lists these.
+
     The folder receives results.csv or results.parquet with one row a run, sweep.json, which says where they come from,
     and times.csv. A sweep that was interrupted or killed goes on with --resume.
     """

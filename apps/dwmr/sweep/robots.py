@@ -39,7 +39,7 @@ class Robots(Runnable[ScenarioFile]):
         """Leave out what this process knows, but for that it has proved the rule files: workers need not again."""
         return type(self), (self.rules_folder, Known(proved=True))
 
-    def find(self, name: str) -> Path:
+    def find(self, name: str, folder: Path = Path()) -> Path:
         """Return the file of a scenario given as a shipped name or a path."""
         return scenario_file.find(name)
 

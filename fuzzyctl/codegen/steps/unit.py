@@ -9,11 +9,12 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 from fuzzyctl import __version__
+from fuzzyctl.analysis.verdicts import Verdict
 from fuzzyctl.codegen.comments import table_notes
 from fuzzyctl.codegen.errors import CodegenError
 from fuzzyctl.codegen.simplify import lean, quotient
 from fuzzyctl.codegen.steps.slots import Slot, with_slots
-from fuzzyctl.codegen.unit import Precision, Unit, for_small, printable
+from fuzzyctl.codegen.unit import Precision, Unit, for_small, guarantees, printable
 from fuzzyctl.codegen.wrapping import folded
 from fuzzyctl.expr import Binary, Expr, Name, Negate, Number, evaluate, number_text
 from fuzzyctl.expr import replace as replace_in
@@ -50,6 +51,7 @@ class StepUnit:
         systems: The systems that it calls, each with other params on its own, in the order of the calls.
         precision: Type of its numbers.
         values: Names of equations by the names of their values in the program.
+        verdicts: What is known of its guarantees.
     """
 
     controller: Controller
@@ -62,6 +64,7 @@ class StepUnit:
     numbers: tuple[Slot, ...] = ()
     precision: Precision = "double"
     values: Mapping[str, str] = field(default_factory=dict, hash=False)
+    verdicts: Sequence[Verdict] = field(default=(), hash=False)
 
     @property
     def arguments(self) -> tuple[str, ...]:
@@ -99,6 +102,7 @@ def prepare_step(
     small: bool = False,
     guarded: bool = False,
     free: Sequence[str] = (),
+    verdicts: Sequence[Verdict] = (),
 ) -> StepUnit:
     """Expand a controller for code generation.
 
@@ -111,6 +115,7 @@ def prepare_step(
         small: Whether the target has little memory, see `unit.prepare`.
         guarded: Whether quotients of equations are to be functions, which the target calls where they have a value.
         free: Names of the numbers that the caller gives, see `compile`.
+        verdicts: What is known of its guarantees, for the record.
 
     Raises:
         ArgumentError: For an algorithm that a system does not allow, and for a number that cannot be free.
@@ -143,6 +148,7 @@ def prepare_step(
         systems=tuple(systems.values()),
         precision=precision,
         values={v.name: n for n, v in reversed(values.items()) if isinstance(v, Name) and "#" not in n},
+        verdicts=tuple(verdicts),
     )
 
 
@@ -235,6 +241,7 @@ def described_step(unit: StepUnit, taken: str = "neither clamped nor checked") -
     lines += [f"  {s.name}{_noted(signal_note(unit, s))}" for s in controller.results]
     time = "dt seconds after the step before" if equations.period is None else f"every {equations.period!r} s"
     lines.append(f"A step is made {time}.")
+    lines += guarantees(unit.verdicts, "controller with these params, before rounding")
     return list(folded([printable(line) for line in lines]))
 
 

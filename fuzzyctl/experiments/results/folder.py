@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import shutil
 import tempfile
 from collections.abc import Callable, Iterator, Sequence
@@ -10,6 +9,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
+from fuzzyctl.support.writing import removed_if_empty
 
 
 class Results:
@@ -89,18 +89,13 @@ def results(folder: Path, names: Sequence[str], help: str = "name another folder
     Raises:
         DiagnosticError: When files cannot be written there.
     """
-    made = _missing(folder)
-    try:
+    with removed_if_empty(folder):
         _prepare(folder, names, help)
         files = Results(folder, names, help)
         try:
             yield files
         finally:
             files.discard()
-    finally:
-        for one in made:  # the innermost first; one that holds something stays
-            with contextlib.suppress(OSError):
-                one.rmdir()
 
 
 @contextmanager
@@ -118,23 +113,19 @@ def _write_text(path: Path, text: str) -> None:
     path.write_text(text, encoding="utf-8")
 
 
-def _missing(folder: Path) -> list[Path]:
-    """Return the folders that would have to be made, the innermost first."""
-    with contextlib.suppress(OSError):
-        return [p for p in (folder, *folder.parents) if not p.exists()]
-    return []
-
-
 def _prepare(folder: Path, names: Sequence[str], help: str) -> None:
     try:
         folder.mkdir(parents=True, exist_ok=True)
         with tempfile.NamedTemporaryFile(dir=folder, prefix=".results-"):
             pass
+    except FileExistsError:
+        raise DiagnosticError([_diagnostic(folder, "it is not a folder", help)]) from None
     except OSError as error:
         raise _refused(folder, error, help) from error
-    in_the_way = [name for name in names if (folder / name).is_dir()]
+    in_the_way = [path for name in names if (path := folder / name).exists() and not path.is_file()]
     if in_the_way:
-        raise DiagnosticError([_diagnostic(folder / name, "it is a folder", help) for name in in_the_way])
+        kinds = {True: "it is a folder", False: "it is not a regular file"}
+        raise DiagnosticError([_diagnostic(path, kinds[path.is_dir()], help) for path in in_the_way])
     inner = dict.fromkeys((folder / name).parent for name in names)
     no_folders = [path for path in inner if path.exists() and not path.is_dir()]
     if no_folders:

@@ -205,7 +205,7 @@ def read_bytes(path: Path, largest: int, help_text: str) -> bytes:
     try:
         about = path.stat()
         if not stat.S_ISREG(about.st_mode):
-            raise refuse("FZ001", f"{path} is no regular file")
+            raise refuse("FZ001", f"{path} is not a regular file")
         with path.open("rb") as file:
             content = file.read(largest + 1)
     except OSError as error:

@@ -6,7 +6,7 @@ import json
 import os
 import zlib
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -25,17 +25,32 @@ class Journal:
 
     Args:
         file: Open for writing at its end.
+        path: Its name.
         done: Outcomes by number.
     """
 
-    def __init__(self, file: BinaryIO, done: dict[int, Outcome]) -> None:
-        self._file, self.done = file, done
+    def __init__(self, file: BinaryIO, path: Path, done: dict[int, Outcome]) -> None:
+        self._file, self._path, self.done = file, path, done
 
     def add(self, outcome: Outcome) -> None:
         """Keep a run; it survives whatever becomes of this process."""
-        self._file.write(_line([outcome.number, outcome.wall_s, dict(outcome.row)]))
-        self._file.flush()
+        self.write([outcome.number, outcome.wall_s, dict(outcome.row)])
         self.done[outcome.number] = outcome
+
+    def write(self, data: Any) -> None:
+        """Write a line.
+
+        Raises:
+            DiagnosticError: When it cannot be written.
+        """
+        try:
+            self._file.write(_line(data))
+            self._file.flush()
+        except OSError as error:
+            with suppress(OSError):  # closing writes the line once more
+                self._file.close()
+            help_text = "make room, and go on with --resume" if self.done else "name another folder with -o DIR"
+            raise _refused(self._path, f"cannot be written: {error.strerror}", help=help_text) from error
 
 
 @contextmanager
@@ -65,13 +80,13 @@ def journal(folder: Path, about: Mapping[str, Any], resume: bool) -> Iterator[Jo
         if lines:
             _require_same(path, lines[0], about, len(lines) - 1, resume)
         done = {number: Outcome(number, row, wall_s) for number, wall_s, row in lines[1:]}
-        if not lines:
-            file.seek(0)
-            file.truncate()
-            file.write(_line(about))
-            file.flush()
+        kept = Journal(file, path, done)
         try:
-            yield Journal(file, done)
+            if not lines:
+                file.seek(0)
+                file.truncate()
+                kept.write(about)
+            yield kept
         finally:
             if not done:
                 remove(folder)

@@ -56,7 +56,7 @@ class SpecFile:
         """Return a diagnostic about a key of the file."""
         return Diagnostic(code, message, span=self.span(*path), file=self.source.name, **more)
 
-    def scenario_path(self, find: Callable[[str], Path]) -> Path:
+    def scenario_path(self, find: Callable[[str, Path], Path]) -> Path:
         """Return the scenario's file: a path from the folder of the SPEC, or what else the name stands for.
 
         Args:
@@ -67,7 +67,7 @@ class SpecFile:
         """
         beside = self.path.parent / self.spec.scenario
         try:
-            return beside if beside.is_file() else find(self.spec.scenario)
+            return beside if beside.is_file() else find(self.spec.scenario, self.path.parent)
         except (OSError, ValueError):  # a name longer than the file system allows, or one with a null character
             message = f"scenario: {self.spec.scenario[:200]!r} is no name of a file"
         except UnknownScenarioError as error:

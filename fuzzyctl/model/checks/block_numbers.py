@@ -295,7 +295,7 @@ def _run(loop: Loop, params: ParamValues) -> Iterator[Diagnostic]:
         message = f"the step is {step:g} s, longer than the run of {duration:g} s"
         yield Diagnostic("FZ302", message, span_of(loop.step), help="shorten the step, or lengthen the run")
     elif duration / step > MOST_SAMPLES:
-        message = f"the run has {duration / step:.3g} samples, more than {MOST_SAMPLES:,}"
+        message = f"the run has {duration / step:,.0f} samples, more than {MOST_SAMPLES:,}"
         yield Diagnostic("FZ302", message, span_of(loop.step), help="lengthen the step, or shorten the run")
 
 

@@ -2,6 +2,7 @@
 
 import json
 import os
+import resource
 
 import pytest
 
@@ -52,6 +53,16 @@ class TestNew:
         assert (status, "smc.fz exists" in said, (tmp_path / "other.toml").exists()) == (1, True, False)
         assert dwmr("new", "other", "--rules", "mine", "--force")[0] == 0
         assert (tmp_path / "other.toml").is_file()
+
+    def test_a_full_disk_leaves_no_folder_of_rules(self, dwmr, tmp_path):
+        limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+        resource.setrlimit(resource.RLIMIT_FSIZE, (1000, limits[1]))
+        try:
+            status, _, said = dwmr("new", "--rules", "mine/own")
+        finally:
+            resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+        assert (status, "File too large" in said) == (1, True)
+        assert list(tmp_path.iterdir()) == []
 
     def test_files_are_readable_by_all_whom_the_mask_allows(self, dwmr, tmp_path):
         before = os.umask(0o027)

@@ -7,6 +7,7 @@ import signal
 import socket
 import subprocess
 import sys
+from textwrap import dedent
 
 import pytest
 
@@ -280,6 +281,12 @@ class TestBadInput:
         done = here("sweep", *[a.format(spec=path) for a in arguments], status=status)
         assert words in done.stderr
         assert [p.name for p in tmp_path.iterdir()] == ["spec.toml"]
+
+    def test_the_spec_of_its_help_runs_in_an_empty_folder(self, tmp_path):
+        text = here("sweep", "--help").stdout.partition('  scenario = "')
+        spec_text = dedent(f"{text[1]}{text[2].partition(chr(10) * 2)[0]}")
+        (tmp_path / "spec.toml").write_text(spec_text, encoding="utf-8")
+        assert "3 runs, all to the end" in here("sweep", "spec.toml", "--jobs", "1", cwd=tmp_path).stdout
 
 
 class TestRunData:

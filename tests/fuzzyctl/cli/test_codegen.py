@@ -2,7 +2,9 @@ import itertools
 import json
 import os
 import resource
+from html import unescape
 from pathlib import Path
+from zipfile import ZipFile
 
 import pytest
 
@@ -191,6 +193,7 @@ class TestController:
             "algorithms": {"surface": "interpolation"},
             "files": ["first.h", "first.c", "first_selftest.c"],
             "errors": {},
+            "guarantees": {"s in [0, 1]": "proved"},
         }
 
     def test_takes_params_an_algorithm_a_profile_and_single_precision(self, run, file, tmp_path):
@@ -270,7 +273,9 @@ class TestController:
         assert names(tmp_path) == ["c.fz"]
         result = run("c.fz", "--target", target, "-q", "--unproved")
         assert (result.exit_code, "the guarantee 'u <= 1' does not hold" in result.output) == (0, True)
-        assert len(names(tmp_path)) > 1
+        path = tmp_path / result.stdout.split()[1]
+        page = ZipFile(path).read("documentation/index.html") if target == "fmu" else path.read_bytes()
+        assert "refuted: u <= 1 (at e = " in unescape(page.decode())
 
     def test_is_not_written_where_the_file_has_errors(self, run, file, tmp_path):
         (tmp_path / "one.fz").write_text(
@@ -476,6 +481,16 @@ class TestMistakes:
         assert result.exit_code == 1
         assert "ais_reaction.c: error[FZ005]: the file cannot be written: File too large" in result.stderr
         assert {p.name: p.read_text(encoding="utf-8") for p in tmp_path.iterdir()} == before
+
+    def test_a_full_disk_leaves_no_new_folder(self, run, tmp_path):
+        limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+        resource.setrlimit(resource.RLIMIT_FSIZE, (300, limits[1]))
+        try:
+            result = run(AIS, "--target", "c", "-o", "new/build")
+        finally:
+            resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+        assert (result.exit_code, "File too large" in result.stderr) == (1, True)
+        assert names(tmp_path) == []
 
     def test_a_file_that_does_not_exist_is_named(self, run):
         assert "FZ001" in run("none.fz", "--target", "c").output

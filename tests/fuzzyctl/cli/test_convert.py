@@ -1,6 +1,7 @@
 """`fuzzyctl convert` as a user types it."""
 
 import json
+import resource
 from pathlib import Path
 
 import pytest
@@ -34,6 +35,17 @@ def test_a_file_that_exists_is_not_replaced_without_force(source, tmp_path):
     assert "add --force" in result.stderr
     assert target.read_text(encoding="utf-8") == "mine"
     assert run(source, target, "--force", "--points", "100").exit_code == 0
+
+
+def test_a_conversion_is_repeated_without_force_until_its_file_is_edited(source, tmp_path):
+    target = tmp_path / "copy.fll"
+    for _ in range(2):
+        result = run(source, target, "--points", "100")
+        assert (result.exit_code, result.stdout.partition("\n")[0]) == (0, f"wrote {target}")
+    target.write_text(target.read_text(encoding="utf-8") + "\n", encoding="utf-8")
+    result = run(source, target, "--points", "100")
+    assert (result.exit_code, result.stdout) == (1, "")
+    assert f"{target}: error[FZ005]: the file exists with another text" in result.stderr
 
 
 DISABLED = """Engine: fan
@@ -106,6 +118,21 @@ def test_a_file_in_the_place_of_the_folder_of_pictures_is_named(source, tmp_path
         assert f"{tmp_path / 'q-pictures'}: error[FZ005]: this is a file" in result.stderr
         assert "= help: move it" in result.stderr
     assert not (tmp_path / "q.md").exists()
+
+
+@pytest.mark.parametrize("most", [300, 200_000])
+def test_a_full_disk_leaves_neither_a_page_nor_pictures(source, tmp_path, most):
+    """Of the pictures the surface alone is larger than 200 kB."""
+    before = sorted(tmp_path.rglob("*"))
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (most, limits[1]))
+    try:
+        result = run(source, tmp_path / "base.md")
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+    assert result.exit_code == 1
+    assert ".svg: error[FZ005]: the file cannot be written: File too large" in result.stderr
+    assert sorted(tmp_path.rglob("*")) == before
 
 
 def test_names_that_are_the_same_as_parts_of_files_have_pictures_each(tmp_path):

@@ -19,7 +19,7 @@ class TestDoctor:
     def test_says_what_is_in_use_and_why(self):
         result = run("doctor")
         assert result.exit_code == 0
-        assert "backend: numba: numba can be imported" in result.output
+        assert "backend: numba: it is installed and can be imported" in result.output
         assert "lark " in result.output
 
     def test_gives_data_to_programs(self):

@@ -57,6 +57,10 @@ class TestNew:
         assert result.exit_code == 2
         assert list(folder.iterdir()) == []
 
+    def test_the_rules_of_names_are_named(self):
+        said = "'1st' is not a name: a name has letters, digits and _, and does not begin with a digit"
+        assert said in " ".join(run("new", "1st").output.split())
+
     def test_a_name_that_would_do_is_proposed(self):
         assert "'my_heater' would do" in run("new", "my heater").output
 

@@ -6,6 +6,7 @@ import pytest
 
 import fuzzyctl
 from fuzzyctl.comparison.differences import differences
+from fuzzyctl.comparison.points import common_points
 from fuzzyctl.kernels.kernel import Kernel
 
 LINE = """\
@@ -148,3 +149,14 @@ class TestLongWork:
         assert differences(line(), line(peak=1.37), points=1000, progress=reported.append) == expected
         assert reported[:2] == ["comparing at 1,000 points: 0 %", "comparing at 1,000 points: 1 %"]
         assert reported[-1] == "looking for where y differs most: 91 %"
+
+
+@pytest.mark.parametrize("count", [3, 12, 70])
+def test_systems_of_many_inputs_are_compared_at_no_more_points(count):
+    """Two values of each of 70 inputs are more points than memory has, and arrays have no 70 dimensions."""
+    inputs = "".join(f"input x{k} in [0, 1]\n  terms a b\n" for k in range(count))
+    rules = "".join(f"if x{k} is a then y is small\n" for k in range(count))
+    system = fuzzyctl.loads(f"system s\n{inputs}output y in [0, 1] else 0\n  terms small large\n{rules}")
+    points = common_points(system, system, range(count), 1000, 0)
+    assert points.shape == (1000, count)
+    assert {0.0, 1.0} <= set(points[:100].ravel())

@@ -4,7 +4,7 @@ import pytest
 
 import fuzzyctl
 from fuzzyctl.convert.markdown import page
-from fuzzyctl.convert.pictures import draw
+from fuzzyctl.convert.pictures import page_files, picture_files
 from fuzzyctl.support.shipped import rules_folder
 
 
@@ -61,18 +61,17 @@ def test_every_table_has_rows_of_one_length(immune):
 
 
 def test_pictures_are_drawn_beside_the_page_and_linked(immune, tmp_path):
-    found = draw(immune, tmp_path / "immune.md")
-    assert set(found) == {"sigma", "dsigma", "f", "surface f"}
-    text = page(immune, found)
-    for path in found.values():
-        assert (tmp_path / path).read_text(encoding="utf-8").lstrip().startswith("<?xml")
-        assert f"]({path})" in text
+    target = tmp_path / "immune.md"
+    pictures, found = picture_files(immune, target), page_files(immune, target)
+    assert set(pictures) == {"sigma", "dsigma", "f", "surface f"}
+    for path in pictures.values():
+        assert found[path].lstrip().startswith("<?xml")
+        assert f"]({path.relative_to(tmp_path)})" in found[target]
 
 
 def test_a_surface_has_a_hole_where_no_rule_fires(base, changed, tmp_path):
     text = changed(("  Z |  N  P", "  Z |  .  ."), ("[-2, 2]", "[-2, 2] else error"))
-    assert "surface u" in draw(fuzzyctl.loads(text), tmp_path / "base.md")
-    assert (tmp_path / "base-pictures" / "surface-u.svg").exists()
+    assert tmp_path / "base-pictures" / "surface-u.svg" in page_files(fuzzyctl.loads(text), tmp_path / "base.md")
 
 
 def test_no_two_lines_are_blank_where_rule_blocks_begin():

@@ -2,6 +2,7 @@ import pytest
 
 from fuzzyctl.editor.completion import complete
 from fuzzyctl.editor.words import functions, keywords, memberships, snippet
+from tests.effort import at_most
 from tests.fuzzyctl.editor.marked import LOOP, SYSTEM, marked
 
 BASE = SYSTEM.replace("require tip >= 0\n", "")
@@ -50,6 +51,13 @@ CASES = {
     "nothing in a comment": (BASE + "# if service is §", ""),
     "nothing in a text": ('system t "is §', ""),
 }
+
+
+@pytest.mark.parametrize("line", ["@ = clamp(@", "@ = @ + (@"])
+@pytest.mark.parametrize("letter", ["v", "Ω", "a\u0301"])
+def test_long_names_take_no_longer(line, letter):
+    with at_most(1.0):
+        complete(*marked(LOOP + line.replace("@", letter * 25) + "§"))
 
 
 @pytest.mark.parametrize("case", CASES)

@@ -16,8 +16,9 @@ from tests.fuzzyctl.editor.wire import SECONDS, ended, opened, started
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="pipes and devices are files of POSIX")
 
 PLACES = [lsp.Position(0, 0), lsp.Position(3, 2)]
-#: Most memory of the server [kB].
+#: Most memory of the server [kB], and most processor time that it takes for an answer [s].
 MOST_MEMORY = 500_000
+MOST_TIME = 2.0
 DEVICES = ["zero", "random", "urandom", "full", "tty", "stdin", "fd/0", "null"]
 ELSEWHERE = ["/proc/kmsg", "/proc/self/mem", "/proc/self/environ", "/proc/kcore", "/etc/passwd", "/", "/proc/self/root"]
 
@@ -81,10 +82,33 @@ def memory(process):
     return next((int(line.split()[1]) for line in lines if line.startswith("VmHWM:")), 0)
 
 
+def effort(process):
+    """Return the processor time that a process has taken [s]; 0 on a system that does not say it."""
+    status = Path(f"/proc/{process.pid}/stat")
+    fields = status.read_text().rpartition(")")[2].split() if status.exists() else []
+    return sum(map(int, fields[11:13])) / os.sysconf("SC_CLK_TCK")
+
+
+async def answer(client, what, waited):
+    """Return an answer of the server; fail if it takes too much processor time, which no other process makes more."""
+    began = effort(client._server)
+    found = await asyncio.wait_for(waited, SECONDS)
+    took = effort(client._server) - began
+    assert took < MOST_TIME, f"{what} took {took:.2f} s of a processor"
+    return found
+
+
+async def published(client, uri):
+    """Return the diagnostics of a document; what was published of the text before is left out."""
+    while not (found := await client.diagnostics()).diagnostics or found.uri != uri:
+        pass
+    return found.diagnostics
+
+
 async def asked(client, uri):
     """Send all requests about a document; return the names that its outline has."""
     for method, params in requests(uri, PLACES):
-        await asyncio.wait_for(client.protocol.send_request_async(method, params), SECONDS)
+        await answer(client, f"{method} of {uri[:80]}", client.protocol.send_request_async(method, params))
     outline = lsp.DocumentSymbolParams(lsp.TextDocumentIdentifier(uri))
     return [symbol.name for symbol in await client.text_document_document_symbol_async(outline)]
 
@@ -117,9 +141,8 @@ def test_what_is_open_is_answered_under_any_address(folder):
     async def talk(client):
         for uri in [(folder / "a.fz").as_uri(), *addresses(folder)]:
             document = opened(client, text, uri)
-            while not (found := await client.diagnostics()).diagnostics or found.uri != uri:
-                pass  # what was published of the text before
-            assert any(d.severity == 1 for d in found.diagnostics)
+            found = await answer(client, f"diagnostics of {uri[:80]}", published(client, uri))
+            assert any(d.severity == 1 for d in found)
             await asked(client, uri)
             client.text_document_did_close(lsp.DidCloseTextDocumentParams(document))
 

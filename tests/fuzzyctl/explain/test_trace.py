@@ -2,6 +2,8 @@ import math
 
 import pytest
 
+from fuzzyctl import compile, load
+from fuzzyctl.cli.new import starter
 from fuzzyctl.explain.trace import trace
 from fuzzyctl.loading.load import loads
 
@@ -140,6 +142,20 @@ def test_slopes_far_from_0_are_slopes(start):
     )
     slopes = trace(loads(text), {"x": start + 0.25}).slopes["u"]["x"]
     assert slopes == (pytest.approx(1.0, rel=1e-9), pytest.approx(1.0, rel=1e-9))
+
+
+@pytest.mark.parametrize(("error", "change"), [(0.0, 0.0), (5.0, 1.0), (-10.0, -1.0)])
+def test_slopes_that_are_0_are_exactly_0(error, change):
+    """A set that has just begun to be cut has an area of second order, so that its height moves no centroid."""
+    assert trace(loads(starter("tip")), {"error": error, "change": change}).slopes["power"]["error"] == (0.0, 0.0)
+
+
+def test_slopes_of_a_curved_surface_are_those_of_the_kernel():
+    system = load("tipper")
+    slopes = trace(system, {"service": 7.0, "food": 8.0}).slopes["tip"]
+    exact = compile(system).gradient([[7.0, 8.0]])[0]
+    for name, slope in zip(("service", "food"), exact, strict=True):
+        assert slopes[name] == (pytest.approx(slope, rel=1e-8), pytest.approx(slope, rel=1e-8))
 
 
 def test_slopes_at_infinity_are_those_of_an_input_that_is_held():

@@ -183,7 +183,12 @@ RUNS = {
     "run inf": ("FZ302", "the duration is inf s, not finite", "inf", "run 50 s"),
     "run 1 s step 0": ("FZ302", "the step is 0 s, not positive", "0", "step 10 ms"),
     "run 1 s step 2 s": ("FZ302", "the step is 2 s, longer than the run of 1 s", "2 s", "shorten the step"),
-    "run 1 h step 1 us": ("FZ302", "the run has 3.6e+09 samples, more than 10,000,000", "1 us", "lengthen the step"),
+    "run 1 h step 1 us": (
+        "FZ302",
+        "the run has 3,600,000,000 samples, more than 10,000,000",
+        "1 us",
+        "lengthen the step",
+    ),
     "run tank.y": ("FZ202", "no param 'tank.y'", "tank.y", ""),
     "run 1/0": ("FZ307", "division by zero", "1/0", ""),
     "run 10 ms 1 s": ("FZ102", "unexpected '1 s'", "1 s", "run 50 s step 10 ms"),

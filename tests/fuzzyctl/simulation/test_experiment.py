@@ -299,6 +299,17 @@ class TestSampleTimes:
         with pytest.raises(DiagnosticError, match="records 297,000,033 numbers"):
             Experiment(loop(f"{LAG_PLANT}loop l\nblock p = p(t)\n{lets}run 9e6 s step 1 s\n"))
 
+    def test_measured_signals_count(self, loop):
+        measures = "".join(f"measure m{k} = final({k} * p.y)\n" for k in range(30))
+        with pytest.raises(DiagnosticError, match="records 297,000,033 numbers, 33 signals"):
+            loop(f"{LAG_PLANT}loop l\nblock p = p(t)\n{measures}run 9e6 s step 1 s\n")
+
+    def test_a_run_of_too_many_samples_of_a_controller_is_a_mistake(self, loop):
+        text = "controller law\ninput e\noutput u = e\nevery 1 us\nloop l\nblock c = law(t)\nrun 1000 s\n"
+        with pytest.raises(DiagnosticError, match="the run has 1,000,000,000 samples") as error:
+            loop(text)
+        assert error.value.diagnostics[0].help.startswith("expected at most 10,000,000")
+
     def test_a_loop_without_any_sample_time_is_a_mistake(self, loop):
         with pytest.raises(DiagnosticError, match="has no sample time") as error:
             Experiment(loop(driven(LAG, "1", "1 s")))

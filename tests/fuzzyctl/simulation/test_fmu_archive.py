@@ -148,7 +148,7 @@ def test_a_file_that_is_no_archive_or_a_broken_one(archive, tmp_path):
         read_description(str(tmp_path / "n.fmu"))
     with pytest.raises(FmuError, match="there is no such file"):
         read_description(str(tmp_path / "o.fmu"))
-    with pytest.raises(FmuError, match="no regular file"):
+    with pytest.raises(FmuError, match="not a regular file"):
         read_description(str(tmp_path))
     with pytest.raises(FmuError, match=r"no modelDescription.xml"):
         read_description(archive({"a": "b"}, "p.fmu"))
@@ -163,5 +163,5 @@ def test_a_file_that_is_no_archive_or_a_broken_one(archive, tmp_path):
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="there are no pipes")
 def test_a_pipe_is_refused_and_not_waited_for(tmp_path):
     os.mkfifo(tmp_path / "m.fmu")
-    with pytest.raises(FmuError, match="no regular file"):
+    with pytest.raises(FmuError, match="not a regular file"):
         read_description(str(tmp_path / "m.fmu"))

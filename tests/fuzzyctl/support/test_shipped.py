@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 import fuzzyctl
-from fuzzyctl.support.shipped import rules_folder, shipped_groups
+from fuzzyctl.support.shipped import rules_folder, shipped_files, shipped_groups
 from tests.commands import runner
 
 run = runner()
@@ -71,6 +71,32 @@ class TestNames:
         run("new", "pendulum", "--from", "pendulum")
         note = "note: 'pendulum.fz' of this folder is read in place of the shipped 'pendulum'"
         assert run("sweep", "spec.toml", "--jobs", "1", "-o", "again").stderr.splitlines() == [note]
+
+    def test_a_shipped_spec_is_swept_by_its_name_and_one_of_the_folder_wins(self, folder):
+        result = run("sweep", "water_tank_gains", "--jobs", "1")
+        assert result.stdout.startswith("15 runs, all to the end\n"), result.output
+        (folder / "water_tank_gains.toml").write_text('scenario = "water_tank"\nruns = 1\n')
+        result = run("sweep", "water_tank_gains", "--jobs", "1")
+        assert "1 run, " in result.stdout
+        note = "note: 'water_tank_gains.toml' of this folder is read in place of the shipped 'water_tank_gains'"
+        assert note in result.stderr
+
+    def test_a_file_beside_the_spec_comes_before_the_shipped_one(self, folder):
+        (folder / "specs").mkdir()
+        (folder / "specs" / "spec.toml").write_text('scenario = "water_tank"\nagainst = ["pendulum"]\nruns = 1\n')
+        run("new", "water_tank", "--from", "water_tank")
+        said = run("sweep", "specs/spec.toml", "--jobs", "1").stderr.splitlines()
+        assert said == ["note: the shipped 'water_tank' is read, not 'water_tank.fz' of this folder"]
+        for name in ("water_tank", "pendulum"):
+            text = shipped_files()[name].read_text(encoding="utf-8")
+            (folder / "specs" / f"{name}.fz").write_text(f"{text}# mine\n", encoding="utf-8")
+        result = run("sweep", "specs/spec.toml", "--jobs", "1", "-o", "again")
+        assert result.exit_code == 0, result.output
+        assert result.stderr.splitlines() == [
+            f"note: 'specs/{name}.fz' is read in place of the shipped '{name}'" for name in ("water_tank", "pendulum")
+        ]
+        texts = json.loads((folder / "again" / "sweep.json").read_text(encoding="utf-8"))["scenario"]["text"]
+        assert [one["text"].endswith("# mine\n") for one in texts] == [True, True]
 
 
 class TestAFileOfTheFolder:

@@ -58,7 +58,7 @@ class TestWrittenWhole:
         if link:
             target = tmp_path / "link"
             target.symlink_to(pipe)
-        with pytest.raises(DiagnosticError, match="no regular file"), written_whole(target) as temporary:
+        with pytest.raises(DiagnosticError, match="not a regular file"), written_whole(target) as temporary:
             temporary.write_text("new")
         assert stat.S_ISFIFO(pipe.stat().st_mode)
         assert {p.name for p in tmp_path.iterdir()} == {"pipe", target.name}

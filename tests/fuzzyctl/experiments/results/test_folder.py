@@ -1,5 +1,7 @@
 """A folder of results: filled at once, or not at all."""
 
+import os
+
 import pytest
 
 from fuzzyctl.diagnostics.diagnostic import DiagnosticError
@@ -29,6 +31,19 @@ def test_a_folder_that_stays_empty_goes_again(tmp_path):
     with pytest.raises(KeyboardInterrupt), results(tmp_path / "x" / "y", ("a",)):
         raise KeyboardInterrupt
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_file_in_the_place_of_the_folder_is_reported(tmp_path):
+    (tmp_path / "x").write_text("")
+    with pytest.raises(DiagnosticError, match="x cannot be written: it is not a folder"), results(tmp_path / "x", ()):
+        pass
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="there are no pipes")
+def test_a_pipe_in_the_way_of_a_file_is_reported(tmp_path):
+    os.mkfifo(tmp_path / "a")
+    with pytest.raises(DiagnosticError, match="a cannot be written: it is not a reg"), results(tmp_path, ("a",)):
+        pass
 
 
 def test_a_folder_in_the_way_of_a_file_is_reported(tmp_path):

@@ -1,4 +1,5 @@
 import os
+import resource
 
 import pytest
 
@@ -53,6 +54,18 @@ class TestJournal:
         (tmp_path / NAME).write_bytes(header)
         with journal.journal(tmp_path, {"runs": 3}, False):
             assert len((tmp_path / NAME).read_bytes()) < len(header)
+
+    @pytest.mark.parametrize(("room", "kept", "repair"), [(10, [], "-o DIR"), (200, [0], "make room, and go on with")])
+    def test_a_full_disk_is_reported_with_the_file(self, tmp_path, room, kept, repair):
+        limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+        resource.setrlimit(resource.RLIMIT_FSIZE, (room, limits[1]))
+        try:
+            with pytest.raises(DiagnosticError, match=f"{NAME} cannot be written: File too large(?s:.*){repair}"):
+                self.write(tmp_path)
+        finally:
+            resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+        assert (tmp_path / NAME).exists() == bool(kept)
+        assert list(self.resumed(tmp_path).done) == kept
 
     def test_what_changed_is_named(self, tmp_path):
         self.write(tmp_path)
