@@ -203,20 +203,20 @@ def _terms_that_fire(flat: Plan, output: OutputPlan, activations: Sequence[Inter
     return [e.term for e in output.implied if effect_in(flat, e, activations[e.rule])[1] > 0.0]
 
 
-def _hull(flat: Plan, output: OutputPlan, terms: Sequence[int]) -> Interval:
-    """Enclose what an output can be while the rules of some terms act."""
+def _hull(output: OutputPlan, terms: Sequence[int], box: Mapping[str, Interval]) -> Interval:
+    """Enclose what an output can be while the rules of some terms act; `box` encloses what they may read."""
     if not output.over_rules:
         return support_hull(output, terms)
     functions = [t for t in terms if output.terms[t].reads_inputs and output.terms[t].reach is None]
     others = [t for t in terms if t not in functions]
-    values = [_values(flat, output.terms[t]) for t in functions]
+    values = [_values(output.terms[t], box) for t in functions]
     return hull([*values, *([consequent_hull(output, others)] if others or not values else [])])
 
 
-def _values(flat: Plan, term: SetPlan) -> Interval:
+def _values(term: SetPlan, box: Mapping[str, Interval]) -> Interval:
     """Enclose a consequent that is a function of the inputs."""
     assert term.expression is not None
-    return enclose(term.expression, _box(flat))
+    return enclose(term.expression, box)
 
 
 def _box(flat: Plan) -> dict[str, Interval]:
@@ -226,13 +226,13 @@ def _box(flat: Plan) -> dict[str, Interval]:
 
 def _sum_ends(flat: Plan, output: OutputPlan, activations: Sequence[Interval]) -> tuple[_End, _End]:
     """Bound a weighted sum rule by rule."""
-    names = {"w": ANYTHING, "z": ANYTHING}
+    names, box = {"w": ANYTHING, "z": ANYTHING}, _box(flat)
     low = high = size = 0.0
     for entry in output.implied:
         acts = effect_in(flat, entry, activations[entry.rule])
         if output.merge != "rules":  # it may count instead of rules that it is joined with, or they instead of it
             acts = 0.0, 1.0 if acts[1] > 0.0 else 0.0
-        names |= {"w": acts, "z": _hull(flat, output, [entry.term])}
+        names |= {"w": acts, "z": _hull(output, [entry.term], box)}
         least, most = (0.0, 0.0) if names["w"] == (0.0, 0.0) else enclose(_PRODUCT, names)
         low, high, size = low + least, high + most, size + max(abs(least), abs(most))
     margin = 4.0 * (len(output.implied) + 4) * 2.0**-53 * size
@@ -254,10 +254,10 @@ def _ends(
     """Bound the output where some rule fires."""
     if output.sums:
         return _sum_ends(flat, output, activations)
-    planned = [e.term for e in output.implied if flat.rules[e.rule].weight > 0.0]
+    planned, box = [e.term for e in output.implied if flat.rules[e.rule].weight > 0.0], _box(flat)
     # Kernels hold their results within the hull of all rules; with functions of the inputs, of the rules that fire.
-    held = _hull(flat, output, planned)
-    wanted = _hull(flat, output, terms) if terms else held
+    held = _hull(output, planned, box)
+    wanted = _hull(output, terms, box) if terms else held
     if any(output.terms[t].reads_inputs and output.terms[t].reach is None for t in planned):
         held = wanted
     if output.total != "activations":

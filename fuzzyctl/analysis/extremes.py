@@ -67,8 +67,10 @@ def extents(system: FuzzySystem, *, timeout: float = TIMEOUT) -> tuple[Extent, .
     flat = plan(system)
     surface = surface_of(flat)
     known = output_bounds(system)
-    finder = _AtCorners(system, surface) if surface is not None else _BySubdivision(system, flat, timeout)
+    if not timeout and surface is None:
+        return tuple(_consequents_alone(system, known[o.name]) for o in system.outputs)
     judge = Judge(system)
+    finder = _AtCorners(system, surface) if surface is not None else _BySubdivision(system, flat, timeout, judge)
     ends = [_ends(system, k, known[o.name], finder, judge) for k, o in enumerate(system.outputs)]
     return tuple(_extent(system, k, own, finder) for k, own in enumerate(ends))
 
@@ -92,6 +94,12 @@ def _ends(system: FuzzySystem, position: int, known: OutputBound, finder: Any, j
             bound, found = max(value, bound) if sign > 0 else min(value, bound), _found(judge, known.name, point)
         ends.append((bound, dict(zip(judge.inputs, point, strict=True)) if point is not None else None, found))
     return ends
+
+
+def _consequents_alone(system: FuzzySystem, known: OutputBound) -> Extent:
+    """Return what the consequents say of an output, for which no kernel is compiled."""
+    steepness = {v.name: math.inf for v in system.inputs}
+    return Extent(known.name, known.lo, known.hi, None, None, math.nan, math.nan, steepness, SPENT)
 
 
 def _extent(system: FuzzySystem, position: int, ends: list[_End], finder: Any) -> Extent:
@@ -139,7 +147,7 @@ class _AtCorners:
 class _BySubdivision:
     """Any other system: boxes are halved until the bound is near a value that is attained."""
 
-    def __init__(self, system: FuzzySystem, flat: Plan, timeout: float) -> None:
+    def __init__(self, system: FuzzySystem, flat: Plan, timeout: float, judge: Judge) -> None:
         from fuzzyctl.analysis.branch_and_bound.boxed_system import System
 
         self.boxed, self.work = System(system, flat), Work(SECOND * timeout)
@@ -148,7 +156,7 @@ class _BySubdivision:
         #: Outputs whose bounds may be tighter with more work.
         self.spent: set[int] = set()
         self.units = evaluation(flat)
-        self.judge = Judge(system)
+        self.judge = judge
 
     def least(self, output: int, sign: int) -> tuple[float, list[float] | None]:
         """Return a lower bound (sign 1) or an upper one (-1), and a point that comes near it."""

@@ -33,6 +33,9 @@ _COMPILED: Final = 20
 _EVALUATED: Final = 0.2
 #: Units for a node of a program over many boxes, and for each number of its arrays: ends of values and slopes.
 _NODE, _NUMBER = 8, 0.0023
+#: Numbers of tables that take as much of a text as an operation, and operations for a parameter of an exact centroid.
+NUMBERS: Final = 20
+_CORNER: Final = 64
 #: Units for each box of an operation that is enclosed box by box, and the functions that are.
 _SCALAR: Final = 8
 _BY_SCALARS: Final = frozenset({"log", "sin", "cos", "tan", "atan2", "floor", "ceil", "round", "mod", "fmod"})
@@ -117,6 +120,17 @@ def compilation(flat: Plan) -> float:
     """Return what it takes to write and compile a kernel in plain Python."""
     sampled = sum(sampling(o, len(o.terms)) for o in flat.outputs if not o.over_rules)
     return _COMPILED * _operations(flat) + sampled
+
+
+def written(flat: Plan) -> int:
+    """Return about how many operations a program has that is written out, without writing it."""
+    lets = sum(1 for let in flat.lets for _ in walk(let.value))
+    sets = [*(d.set for d in flat.degrees), *(t for o in flat.outputs for t in o.terms)]
+    read = sum(6 * len(s.parameters) + (sum(1 for _ in walk(s.expression)) if s.expression else 0) for s in sets)
+    shapes = [o for o in flat.outputs if not o.over_rules]
+    corners = sum(_CORNER * len(t.parameters) for o in shapes if o.resolution is None for t in o.terms)
+    samples = sum((o.resolution or 0) * len(o.terms) for o in shapes)
+    return _operations(flat) + lets + read + corners + samples // NUMBERS
 
 
 def _operations(flat: Plan) -> int:

@@ -27,6 +27,9 @@ _LEAST: Final = 0.1
 #: Seconds that reading a byte of a system takes, beyond the first ones. Counted, as bounds of systems read no clock.
 _BYTE: Final = 4.5 / (1 << 20)
 _FREE: Final = 1 << 16
+#: The same of an operation of a large system, which is planned, checked and compiled.
+_OPERATION: Final = 5e-5
+_FEW: Final = 10_000
 
 if TYPE_CHECKING:
     from fuzzyctl.analysis.extremes import Extent
@@ -54,6 +57,8 @@ def bounds(file: str, choice: Choice, timeout: float, form: str) -> int:
     """
     from fuzzyctl.analysis import clock
     from fuzzyctl.analysis.extremes import extents
+    from fuzzyctl.analysis.work import written
+    from fuzzyctl.kernels.plan.build import plan
 
     began = clock.now()
     opened = open_blocks(file, choice)
@@ -64,7 +69,8 @@ def bounds(file: str, choice: Choice, timeout: float, form: str) -> int:
         return DONE
     system = load_checked(file, choice, opened.file)
     size = len(opened.file.source.text)
-    found = extents(system, timeout=max(timeout - _BYTE * max(size - _FREE, 0), 0.0))
+    spent = _BYTE * max(size - _FREE, 0) + _OPERATION * max(written(plan(system)) - _FEW, 0)
+    found = extents(system, timeout=max(timeout - spent, 0.0))
     if form == "json":
         data = {
             "system": system.name,

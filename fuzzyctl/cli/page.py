@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from itertools import chain
 from pathlib import Path
@@ -119,20 +119,24 @@ def _systems(examined: Examined, choice: Choice, diagnostics: list[Diagnostic], 
     from fuzzyctl.analysis.prove import CLAIM_SECONDS
     from fuzzyctl.codegen.errors import CodegenError
     from fuzzyctl.codegen.unit import prepare
-    from fuzzyctl.page.document import system_section
+    from fuzzyctl.page.document import require_size, system_section
     from fuzzyctl.page.proofs import decided
     from fuzzyctl.page.systems import SystemFacts
 
     for system in examined.systems:
         if choice.name not in (None, system.name):
             continue
+        try:
+            require_size(system)  # before proofs, which take seconds where there is much to prove
+        except CodegenError as error:
+            raise DiagnosticError([_refused(system.name, system.span, error)]) from None
         own = replace(choice.of_params([p.name for p in system.params]), name=system.name)
         checked = check_changed(examined, own.changed, system=system.name)
         if checked.system is None:
             raise DiagnosticError(checked.diagnostics)
         verdicts = decided(checked.system, checked.verdicts, CLAIM_SECONDS, until)
         found = [*checked.diagnostics, *claim_reports(verdicts, checked.diagnostics)]
-        diagnostics += [d for d in found if d not in diagnostics]
+        _add(diagnostics, found)
         settings = assignments(own.settings, [p.name for p in system.params], "param")
         try:
             unit = prepare(checked.system, examined.source.text, settings=settings, verdicts=verdicts)
@@ -158,7 +162,7 @@ def _controllers(examined: Examined, choice: Choice, diagnostics: list[Diagnosti
     _, found = check_examined(examined, profile=choice.profile)
     if any(d.stops for d in found):
         raise DiagnosticError(found)
-    diagnostics += [d for d in found if d not in diagnostics]
+    _add(diagnostics, found)
     for controller in chosen:
         own = choice.of_params(params_of(controller))
         changed: Controller = block_under(own.with_settings(controller), choice.profile)
@@ -170,6 +174,18 @@ def _controllers(examined: Examined, choice: Choice, diagnostics: list[Diagnosti
             yield controller_section(controller_data(unit) | rows, unit)
         except CodegenError as error:
             raise DiagnosticError([_refused(controller.name, controller.span, error)]) from None
+
+
+def _add(diagnostics: list[Diagnostic], found: Iterable[Diagnostic]) -> None:
+    """Add diagnostics that are not there, of which there may be thousands."""
+    known: dict[tuple[object, ...], list[Diagnostic]] = {}
+    for d in diagnostics:
+        known.setdefault(_key(d), []).append(d)
+    diagnostics += [d for d in found if d not in known.get(_key(d), [])]
+
+
+def _key(d: Diagnostic) -> tuple[object, ...]:
+    return d.code, d.message, d.span and d.span.start
 
 
 def _runs(loops: list[Loop], choice: Choice, diagnostics: list[Diagnostic]) -> Iterator[Section]:

@@ -5,8 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Final
 
+from fuzzyctl.analysis.work import NUMBERS, written
 from fuzzyctl.codegen.comments import table_notes, value_notes
+from fuzzyctl.codegen.errors import CodegenError
 from fuzzyctl.codegen.javascript_text import (
     NO_RULE_FIRES,
     REQUIRE_NUMBER,
@@ -27,8 +30,12 @@ from fuzzyctl.codegen.names import JAVASCRIPT_FUNCTION_RESERVED, JAVASCRIPT_RESE
 from fuzzyctl.codegen.simplify import functions, renamed, with_prefix
 from fuzzyctl.codegen.unit import Unit, described
 from fuzzyctl.codegen.wrapping import broken
+from fuzzyctl.kernels.backends.numba.compile_cost import operations
 from fuzzyctl.kernels.program.printer import INDENT
 from fuzzyctl.kernels.program.program import Program
+
+#: Most operations of a program; a text of more is megabytes, which a browser is slow to read.
+MOST_OPERATIONS: Final = 50_000
 
 
 @dataclass(frozen=True)
@@ -61,6 +68,21 @@ class JavaScriptLayout:
         return (*self.arguments, *(["state"] if self.states else []))
 
 
+def require_size(size: int) -> None:
+    """Refuse a program of too many operations.
+
+    Raises:
+        CodegenError: If there are more than `MOST_OPERATIONS`.
+    """
+    if size > MOST_OPERATIONS:
+        raise CodegenError(f"it takes about {size:,} operations, more than {MOST_OPERATIONS:,}")
+
+
+def size_of(program: Program) -> int:
+    """Return the operations of a program, its tables included."""
+    return operations(program) + sum(len(values) for _, values in program.tables) // NUMBERS
+
+
 def module(unit: Unit) -> str:
     """Return the text of NAME.mjs.
 
@@ -70,6 +92,8 @@ def module(unit: Unit) -> str:
     no rule fires for an output that says `else error`, the function throws NoRuleFiresError.
     """
     layout = JavaScriptLayout(unit)
+    require_size(written(unit.plan) if unit.algorithm.name == "rules" else 0)
+    require_size(size_of(unit.evaluation))
     rates = with_prefix(unit.rates, "r") if unit.rates is not None else None
     programs = [unit.evaluation, *([rates] if rates is not None else [])]
     lines = [*comment(described(unit)), "", *_signals(unit), ""]

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from fuzzyctl import __version__
+from fuzzyctl.analysis.work import written
 from fuzzyctl.codegen import javascript_parts, javascript_source
 from fuzzyctl.codegen.javascript_source import JavaScriptLayout
 from fuzzyctl.codegen.steps import javascript_source as step_source
@@ -22,6 +23,8 @@ from fuzzyctl.codegen.steps.unit import StepUnit
 from fuzzyctl.codegen.unit import Unit
 from fuzzyctl.diagnostics.diagnostic import Diagnostic
 from fuzzyctl.diagnostics.terminal import printable
+from fuzzyctl.kernels.plan.build import plan
+from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.page.systems import SystemFacts
 from fuzzyctl.plot.style import COLORS
 
@@ -35,6 +38,8 @@ PANELS: Final = ("plots.js", "panels.js")
 #: The last ones: of a page that stays as it is, and of one that gets new texts.
 STILL: Final = ("still.js",)
 LIVE: Final = ("files.js", "live.js")
+#: Operations for a term that is shown, with its degree.
+_SHOWN: Final = 6
 #: What would end a script early, or begin another one within it.
 _ENDS: Final = re.compile(r"</script|<script|<!--", re.IGNORECASE)
 
@@ -52,6 +57,16 @@ class Section:
     script: str = "null"
 
 
+def require_size(system: FuzzySystem) -> None:
+    """Refuse a system that takes more operations than a page computes with, before anything is computed.
+
+    Raises:
+        CodegenError: If it is too large.
+    """
+    terms = sum(len(v.terms) for v in (*system.inputs, *system.lets, *system.outputs))
+    javascript_source.require_size(written(plan(system)) + _SHOWN * terms)
+
+
 def system_section(facts: SystemFacts) -> Section:
     """Return the section of a system.
 
@@ -59,6 +74,7 @@ def system_section(facts: SystemFacts) -> Section:
         CodegenError: For a system that JavaScript cannot compute.
     """
     unit: Unit = facts.unit
+    require_size(unit.system)
     data, name = facts.data(), JavaScriptLayout(unit).name
     start = f"system.{name}_init" if data["state"] else "null"
     own = f"evaluate: system.{name}, start: {start}"

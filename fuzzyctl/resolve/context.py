@@ -17,6 +17,8 @@ from fuzzyctl.model.profiles import PROFILES, Profile
 
 #: Misspelt names of a system for which the closest known one is looked for.
 MAX_SUGGESTIONS: Final = 500
+#: Known names that count as one more misspelt one where they are looked through for it alone.
+INDEXED: Final = 64
 
 #: Words with a meaning of their own in guarantees.
 CLAIM_FUNCTIONS: Final = ("total", "bounded", "increasing", "decreasing", "lipschitz")
@@ -176,7 +178,9 @@ class Context:
         constant = text.lower() if text.lower() in ex.CONSTANTS and "param" in kind else None
         near = constant or self.near(text, known)
         if near is not None and self._is_other(near, word):
-            near = self.near(text, [n for n in known if not self._is_other(n, word)])
+            self.suggested += len(known) // INDEXED  # for all names but this one are looked through anew
+            is_left = self.suggested < MAX_SUGGESTIONS
+            near = self.near(text, [n for n in known if not self._is_other(n, word)]) if is_left else None
         if " nor " in kind:
             message, listing = f"'{text}' is neither {kind}", "known here"
         else:

@@ -157,7 +157,7 @@ class Experiment(Displayed):
 
     @cached_property
     def _isolated(self) -> bool:
-        """Whether runs are in a process of their own, as for FMUs; functions of the caller are in his process only."""
+        """Whether runs take another process, as those of FMUs do; functions of the caller exist in this one only."""
         plants = [e.plant for e in self.equations.externals]
         can_start = os.name == "posix" and sys.executable and not getattr(sys, "frozen", False)
         return bool(can_start) and any(p.fmu for p in plants) and not any(p.calls for p in plants)

@@ -63,6 +63,8 @@ GENERATED = (
 )
 #: Seconds of a processor after which a command is listed, and after which it is stopped.
 SLOW, STOP = 5.0, 10
+#: Files after which each process ends and a fresh one begins.
+FRESH_AFTER = 25
 #: Expressions of controllers over values a and b and a condition c.
 EXPRESSIONS = (
     "P * {a} - {b}",
@@ -274,16 +276,19 @@ def main():
     numbers = range(arguments.first, arguments.first + arguments.files)
     fresh = multiprocessing.get_context("spawn")
     count = slow = seconds = 0
-    with ProcessPoolExecutor(arguments.jobs, fresh, max_tasks_per_child=25) as pool:
-        runs = [pool.submit(tried, name, arguments.size) for name in (*chosen, *numbers)]
-        for run in runs:
-            name, found, took = run.result()
-            print(f"{took:6.1f} s  {name}", flush=True)
-            seconds += took
-            for command, error, own in found:
-                count, slow = count + bool(error), slow + (own > SLOW)
-                print(f"          {own:.1f} s  {command}: {error or 'slow'}", flush=True)
-    print(f"{len(runs)} files, {count} exceptions, {slow} commands above {SLOW:g} s, {seconds:.0f} s in all")
+    names, share = [*chosen, *numbers], FRESH_AFTER * arguments.jobs
+    # A pool for each share: one with `max_tasks_per_child` may wait for ever for the next worker.
+    for first in range(0, len(names), share):
+        with ProcessPoolExecutor(arguments.jobs, fresh) as pool:
+            runs = [pool.submit(tried, name, arguments.size) for name in names[first : first + share]]
+            for run in runs:
+                name, found, took = run.result()
+                print(f"{took:6.1f} s  {name}", flush=True)
+                seconds += took
+                for command, error, own in found:
+                    count, slow = count + bool(error), slow + (own > SLOW)
+                    print(f"          {own:.1f} s  {command}: {error or 'slow'}", flush=True)
+    print(f"{len(names)} files, {count} exceptions, {slow} commands above {SLOW:g} s, {seconds:.0f} s in all")
     sys.exit(bool(count))
 
 

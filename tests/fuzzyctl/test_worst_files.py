@@ -14,21 +14,27 @@ import pytest
 from click.testing import CliRunner
 
 from fuzzyctl.analysis import effects
+from fuzzyctl.analysis.bounds import output_bounds
 from fuzzyctl.analysis.branch_and_bound.boxed_system import System
 from fuzzyctl.analysis.check import check_source
 from fuzzyctl.analysis.coverage.box_search import BUDGET, Search
 from fuzzyctl.analysis.coverage.coverage import uncovered_of
 from fuzzyctl.analysis.degrees import Truths
+from fuzzyctl.analysis.extremes import extents
 from fuzzyctl.analysis.induction.prover import ControllerProver
 from fuzzyctl.analysis.verdicts import Refuted, Witness
 from fuzzyctl.analysis.work import COVERAGE, SpentError, Work
 from fuzzyctl.cli.checked import claim_reports
 from fuzzyctl.cli.main import main
+from fuzzyctl.cli.page import _add
+from fuzzyctl.codegen.errors import CodegenError
+from fuzzyctl.codegen.javascript_source import module
 from fuzzyctl.codegen.unit import prepare
 from fuzzyctl.diagnostics.diagnostic import Diagnostic
 from fuzzyctl.diagnostics.source import SourceText, Span
 from fuzzyctl.explain.trace import _Contributions
 from fuzzyctl.expr import Name
+from fuzzyctl.kernels.inference.inference import evaluation
 from fuzzyctl.kernels.plan.build import degree_name, plan
 from fuzzyctl.kernels.plan.expansion import equations_of
 from fuzzyctl.kernels.program.printer import IEEE_SCALAR
@@ -414,6 +420,83 @@ def test_what_a_page_says_of_rules_grows_with_their_number():
         return lines_of(lambda: SystemFacts(unit, ()).data())
 
     assert work(200) < 2.3 * work(100)
+
+
+def test_names_are_not_looked_through_anew_for_each_mistake_of_a_large_file(monkeypatch):
+    calls = counted_calls(monkeypatch, "fuzzyctl.resolve.context.Context._is_other")
+    checked("".join(f"param p{k} = q{k}\n" for k in range(1000)))
+    assert len(calls) < 40 * 1000  # of 1000 names for 500 mistakes
+
+
+def test_coverage_is_looked_for_once_for_the_slopes_along_all_inputs(monkeypatch):
+    calls = counted_calls(monkeypatch, "fuzzyctl.analysis.branch_and_bound.boxed_system.uncovered_of")
+    head = "".join(f"input x{k} in [0, 1]\n  terms low high\n" for k in range(5))
+    rules = "if x0 is low then y is small\nif x1 is high then y is large\n"
+    extents(loads(f"system s\n{head}output y in [0, 1] else 0.5\n  terms small large\n{rules}"))
+    assert len(calls) == 1
+
+
+def test_lets_are_enclosed_once_for_all_consequents(monkeypatch):
+    calls = counted_calls(monkeypatch, "fuzzyctl.analysis.bounds.enclosed")
+    head = HEAD.replace("else 0\n", "else 0 defuzzifier weighted_average\n") + "let a = x * 2\n"
+    rules = "".join(f"if x is low then y is function(sin(a) + {k})\n" for k in range(50))
+    output_bounds(loads(f"system s\n{head}{rules}"))
+    assert len(calls) < 10
+
+
+def test_consequents_are_not_compared_with_all_others():
+    head = HEAD.replace("else 0\n", "else 0 defuzzifier weighted_average\n")
+
+    def work(count):
+        rules = "".join(f"if x is low then y is function({k} * x)\n" for k in range(count))
+        flat = plan(loads(f"system s\n{head}{rules}"))
+        return calls_of(lambda: evaluation(flat), "__eq__")
+
+    assert work(200) < 2.3 * work(100)
+
+
+def test_no_kernel_is_compiled_for_bounds_of_a_system_that_takes_the_time_to_read(tmp_path, monkeypatch):
+    calls = counted_calls(monkeypatch, "fuzzyctl.analysis.extremes.Judge")
+    expr = " + ".join(["sin(x)"] * 40)
+    rules = "".join(f"if x is low then y is function({expr} + {k})\n" for k in range(300))
+    text = "system s\n" + HEAD.replace("else 0\n", "else 0 defuzzifier weighted_average\n") + rules
+    (tmp_path / "s.fz").write_text(text, encoding="utf-8")
+    result = CliRunner().invoke(main, ["bounds", str(tmp_path / "s.fz"), "--timeout", "1"])
+    assert result.exit_code == 0
+    assert "the time is spent" in result.output
+    assert not calls
+
+
+class TestPages:
+    @pytest.mark.parametrize(
+        ("name", "size"),
+        [
+            ("many-rules-of-one-input", 0.6),
+            ("a-long-piecewise", 0.5),
+            ("a-long-piecewise-output", 0.1),
+            ("a-million-samples-of-many-terms", 0.2),
+            ("inputs-of-a-thousand-terms-in-one-rule", 0.15),
+        ],
+    )
+    def test_of_large_systems_are_refused_before_anything_is_proved(self, name, size, tmp_path, monkeypatch):
+        monkeypatch.setattr("fuzzyctl.analysis.check.check_changed", lambda *_, **__: pytest.fail("it is checked"))
+        (tmp_path / "s.fz").write_text(text_of(name, size), encoding="utf-8")
+        result = CliRunner().invoke(main, ["page", str(tmp_path / "s.fz"), "-o", str(tmp_path / "s.html"), "--quiet"])
+        assert result.exit_code == 1
+        assert re.search(r"takes about [\d,]+ operations, more than 50,000", result.output)
+        assert not (tmp_path / "s.html").exists()
+
+    def test_of_programs_that_turn_out_large_are_refused(self):
+        text = text_of("rules-under-an-activation", 0.1)
+        with pytest.raises(CodegenError, match="operations, more than 50,000"):
+            module(prepare(loads(text), text))
+
+    def test_compare_no_diagnostic_with_all_others(self):
+        def work(count):
+            known = [Diagnostic("FZ216", str(k), None) for k in range(count)]
+            return lines_of(lambda: _add(known, list(known)))
+
+        assert work(400) < 2.3 * work(200)
 
 
 def test_claims_that_are_reported_are_not_compared_with_all_others():

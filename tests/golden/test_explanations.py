@@ -32,8 +32,8 @@ SHAPE = re.compile(
     re.VERBOSE | re.DOTALL,
 )
 WITH_FILE = [code for code, page in PAGES.items() if "```fz" in page and "```console" not in page]
-#: Ctrl-C gives it, which no example of a page presses; `tests/fuzzyctl/simulation` does.
-BY_HAND = {"FZ707"}
+#: Ctrl-C, and native code that crashes, give these; `tests/fuzzyctl/simulation` has both, and no example of a page.
+BY_HAND = {"FZ707", "FZ713"}
 WITH_COMMAND = [code for code, page in PAGES.items() if "```console" in page]
 
 

@@ -14,6 +14,7 @@ import numpy as np
 from fuzzyctl.analysis.affine import Reader
 from fuzzyctl.analysis.bounds import OutputBound, output_bounds
 from fuzzyctl.analysis.claims import Bound, Every, Some, Truth, bounds_in, is_limit
+from fuzzyctl.analysis.coverage.box_search import Verdict
 from fuzzyctl.analysis.coverage.coverage import uncovered_of
 from fuzzyctl.analysis.kernel_errors import kernel_errors
 from fuzzyctl.analysis.multilinear.surface import surface_of
@@ -256,7 +257,12 @@ class System:
             return False
         if not all(_is_continuous(d.set.kind, d.set.vertices, d.set.expression) for d in plan.degrees):
             return False
-        return uncovered_of(plan)[own.name] is None
+        return self._uncovered[own.name] is None
+
+    @cached_property
+    def _uncovered(self) -> dict[str, Verdict]:
+        """Where no rule fires, found once for the slopes along all inputs."""
+        return uncovered_of(self.plan)
 
 
 def grid_of_cells(

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
-from fuzzyctl.codegen.javascript_source import refusal, requirements, results_text
+from fuzzyctl.codegen.javascript_source import refusal, require_size, requirements, results_text, size_of
 from fuzzyctl.codegen.javascript_text import (
     NO_RULE_FIRES,
     REQUIRE_NUMBER,
@@ -102,6 +102,7 @@ def module(unit: StepUnit) -> str:
     state stays.
     """
     layout = StepJavaScriptLayout(unit)
+    require_size(size_of(unit.program))
     lines = [*comment(described_step(unit)), "", *_signals(unit)]
     if layout.numbers:
         starts = {key: n.start for key, n in zip(layout.numbers, unit.numbers, strict=True)}

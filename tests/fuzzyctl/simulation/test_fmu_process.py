@@ -203,7 +203,7 @@ def own_processes():
 
 class TestProcesses:
     def test_one_serves_all_runs_of_a_loop_and_then_the_next_loop(self, fmu_loop):
-        loop, processes = fmu_loop(), set()
+        loop, processes, before = fmu_loop(), set(), set(own_processes())
         for _ in range(3):
             experiment = Experiment(loop)
             for _ in range(2):
@@ -211,7 +211,7 @@ class TestProcesses:
                 processes.add(experiment._kernel._process.own.pid)
         del experiment
         assert processes == {p.own.pid for p in fmu_process._idle}
-        assert len(own_processes()) == 1
+        assert len({*own_processes()} - before) <= 1
 
     def test_one_that_cannot_be_started_is_a_diagnostic(self, fmu_loop, monkeypatch):
         monkeypatch.setattr(sys, "executable", "/nowhere/python")

@@ -282,17 +282,17 @@ def _over_rules(
     if output.rate is not None:
         numerator = builder.total(times(a.strength, Item(STATE, a.state or 0)) for a in active)
         return numerator, builder.total(a.strength for a in active), consequent_hull(output, ())
-    by_value: dict[Expr, list[Expr]] = {}
+    by_value: dict[Expr, list[Activation]] = {}
     values = [_consequent(builder, output, output.terms[a.term], a.strength, inputs) for a in active]
     for a, value in zip(active, values, strict=True):
-        by_value.setdefault(value, []).append(a.strength)
-    sums = {value: builder.total(parts) for value, parts in by_value.items()}
+        by_value.setdefault(value, []).append(a)
+    sums = {value: builder.total(a.strength for a in own) for value, own in by_value.items()}
     may_be_infinite = output.inverts and output.places == "free"
     if not may_be_infinite and all(not output.terms[a.term].reads_inputs or output.terms[a.term].reach for a in active):
         numerator = builder.total(times(s, value) for value, s in sums.items() if value != ZERO)
         return numerator, builder.total(sums.values()), consequent_hull(output, [a.term for a in active])
     numerator = builder.total(
-        _part(builder, s, value, _acting(active, values, value)) for value, s in sums.items() if value != ZERO
+        _part(builder, s, value, _acting(by_value[value])) for value, s in sums.items() if value != ZERO
     )
     denominator = builder.total(sums.values())
     least = builder.smallest(_if_firing(builder, s, value, math.inf) for value, s in sums.items())
@@ -317,9 +317,9 @@ def _consequent(
     return builder.let(clip(place, output.lower, output.upper)) if output.places == "clamped" else place
 
 
-def _acting(active: Sequence[Activation], values: Sequence[Expr], value: Expr) -> tuple[Expr, ...] | None:
+def _acting(active: Sequence[Activation]) -> tuple[Expr, ...] | None:
     """Return conditions under which some rule of a consequent acts besides that it fires; None if one always does."""
-    own = [a.acts for a, v in zip(active, values, strict=True) if v == value]
+    own = [a.acts for a in active]
     return None if None in own else tuple(c for conditions in own for c in conditions or ())
 
 
