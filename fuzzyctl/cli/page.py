@@ -177,7 +177,7 @@ def _controllers(examined: Examined, choice: Choice, diagnostics: list[Diagnosti
 
 
 def _add(diagnostics: list[Diagnostic], found: Iterable[Diagnostic]) -> None:
-    """Add diagnostics that are not there, of which there may be thousands."""
+    """Add diagnostics that are not there; there may be thousands."""
     known: dict[tuple[object, ...], list[Diagnostic]] = {}
     for d in diagnostics:
         known.setdefault(_key(d), []).append(d)
