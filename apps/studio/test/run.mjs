@@ -363,10 +363,12 @@ async function drive(address) {
   await says(page, "stale", "The text is not checked: .* more than 1048576");
   assert.equal(await page.locator("#count").textContent(), "Not checked");
 
-  // Nine inputs, an output that has no value in places, one without any value at the point.
+  // Nine inputs, outputs that have no value in places: the page begins where they have one.
   await put(page, NINE);
   assert.deepEqual((await mistakes(page)).filter((m) => m.includes("error")), []);
   assert.equal(await frame().locator("input[type=range][aria-label]").count(), 9);
+  assert.doesNotMatch(await frame().locator(".outputs").textContent(), /no value/);
+  await frame().locator("input[type=number]").first().fill("0.5");
   assert.match(await frame().locator(".outputs").textContent(), /no value \(NaN\)/);
   assert.match(await frame().locator("main").textContent(), /points without a finite value are left out|No point of the picture has a value/);
   await picture(page, "nine");
