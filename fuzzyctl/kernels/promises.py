@@ -32,7 +32,7 @@ class Refusals:
         self._kinds, self._names = [s.output for s in refusals], tuple(names)
 
     def translated(self, error: ArithmeticError, point: Sequence[Any]) -> ArithmeticError:
-        """Return the exception for an error of compiled code at a point; the error itself if it is none of these."""
+        """Return the exception for an error of compiled code at a point; another error is returned unchanged."""
         output = self._outputs.get(str(error))
         return error if output is None else NoRuleFiresError(output, point_text(self._names, point))
 
