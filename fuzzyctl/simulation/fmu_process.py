@@ -112,7 +112,7 @@ class IsolatedKernel:
         self.done = 0
 
     def start(self) -> None:
-        """Begin a run: start the process if there is none.
+        """Begin a run: start the process unless it runs.
 
         Raises:
             DiagnosticError: For a process that cannot be started, and for plants that cannot be used.
