@@ -30,8 +30,6 @@ if TYPE_CHECKING:
     from fuzzyctl.explain.trace import Trace, why
     from fuzzyctl.formats.fz import dump, dumps
     from fuzzyctl.kernels.compile import Kernel, compile
-    from fuzzyctl.kernels.free_kernel import FreeKernel
-    from fuzzyctl.kernels.steps.step import Step
     from fuzzyctl.loading.load import load, load_all, load_controller, load_loop, load_plant, loads
     from fuzzyctl.model.as_profile import as_profile
     from fuzzyctl.model.controller import Controller
@@ -53,7 +51,6 @@ _HOMES = {
     "DiagnosticError": "fuzzyctl.diagnostics.diagnostic",
     "Experiment": "fuzzyctl.simulation.experiment",
     "FuzzyctlError": "fuzzyctl.diagnostics.diagnostic",
-    "FreeKernel": "fuzzyctl.kernels.free_kernel",
     "FuzzySystem": "fuzzyctl.model.system",
     "Kernel": "fuzzyctl.kernels.compile",
     "LinguisticVariable": "fuzzyctl.model.variable",
@@ -64,7 +61,6 @@ _HOMES = {
     "Proved": "fuzzyctl.analysis.verdicts",
     "Refuted": "fuzzyctl.analysis.verdicts",
     "Run": "fuzzyctl.simulation.run",
-    "Step": "fuzzyctl.kernels.steps.step",
     "Trace": "fuzzyctl.explain.trace",
     "Undecided": "fuzzyctl.analysis.verdicts",
     "UnknownNameError": "fuzzyctl.diagnostics.diagnostic",
@@ -95,7 +91,6 @@ __all__ = [
     "Diagnostic",
     "DiagnosticError",
     "Experiment",
-    "FreeKernel",
     "FuzzySystem",
     "FuzzyctlError",
     "Kernel",
@@ -107,7 +102,6 @@ __all__ = [
     "Proved",
     "Refuted",
     "Run",
-    "Step",
     "Trace",
     "Undecided",
     "UnknownNameError",

@@ -5,13 +5,14 @@ serves as the value of one output and as the values of several: see docs/explana
 """
 
 from collections.abc import ItemsView, Iterator, KeysView, Mapping, Sequence, ValuesView
-from typing import Any, Protocol, SupportsIndex, overload
+from typing import Any, Literal, Protocol, SupportsIndex, overload
 
 import numpy as np
 import numpy.typing as npt
 import pandas as pd
 from matplotlib.axes import Axes as Axes
 
+from fuzzyctl.kernels.kernel import Kernel
 from fuzzyctl.plot.figures import Panels as Panels
 
 FloatArray = npt.NDArray[np.float64]
@@ -27,8 +28,13 @@ class Array(Protocol):
 Vector = Array | Sequence[Scalar]
 #: One number, or numbers of any shape; lists have at most two axes.
 Numbers = Scalar | Vector | Sequence[Sequence[Scalar] | Array]
+#: What derivatives are taken by.
+By = Literal["inputs", "state", "all"]
 #: Points of shape (..., inputs), or columns by the names of the inputs.
 Points = Numbers | Mapping[str, Numbers]
+
+#: The state of a block: numbers; of a system with free numbers also values by name.
+State = Numbers | Mapping[str, Numbers]
 
 class Column(Protocol):
     """A Series of pandas."""
@@ -84,3 +90,92 @@ class NamedColumns(pd.Series[float]):
 
     def __getitem__(self, output: Any) -> Any: ...
     def items(self) -> ItemsView[str, pd.Series[float]]: ...
+
+class SystemKernel(Kernel):
+    """The kernel of a system: a call gives the outputs."""
+
+    def __call__(self, *arguments: Scalar | State, **named: Scalar | State | None) -> Outputs: ...
+    @overload
+    def batch(
+        self,
+        points: Frames,
+        state: State | Frames | None = None,
+        *,
+        dt: Numbers | None = None,
+        out: None = None,
+        parallel: bool = True,
+    ) -> Labelled: ...
+    @overload
+    def batch(
+        self,
+        points: Points | Frames,
+        state: State | Frames | None = None,
+        *,
+        dt: Numbers | None = None,
+        out: FloatArray | None = None,
+        parallel: bool = True,
+    ) -> FloatArray: ...
+    @overload
+    def run(
+        self, points: Frames, state: State | None = None, *, dt: Numbers | None = None
+    ) -> tuple[Labelled, FloatArray]: ...
+    @overload
+    def run(
+        self, points: Points, state: State | None = None, *, dt: Numbers | None = None
+    ) -> tuple[FloatArray, FloatArray]: ...
+    @overload
+    def degrees(self, points: Frames, state: State | None = None) -> dict[str, dict[str, pd.Series[float]]]: ...
+    @overload
+    def degrees(self, points: Points, state: State | None = None) -> dict[str, dict[str, FloatArray]]: ...
+    @overload
+    def strengths(self, points: Frames, state: State | None = None) -> pd.DataFrame: ...
+    @overload
+    def strengths(self, points: Points, state: State | None = None) -> FloatArray: ...
+    @overload
+    def gradient(
+        self, points: Frames, state: State | None = None, *, dt: Numbers | None = None, by: By = "inputs"
+    ) -> pd.DataFrame | FloatArray: ...
+    @overload
+    def gradient(
+        self, points: Points, state: State | None = None, *, dt: Numbers | None = None, by: By = "inputs"
+    ) -> FloatArray: ...
+
+class ControllerKernel(Kernel):
+    """The kernel of a controller: a call makes a step, and gives the outputs and the next state."""
+
+    def __call__(self, *arguments: Scalar | State, **named: Scalar | State | None) -> tuple[Outputs, FloatArray]: ...
+    @overload
+    def batch(
+        self, points: Frame, state: Frame, *, dt: Numbers | None = None, out: None = None, parallel: bool = True
+    ) -> tuple[Labelled, pd.DataFrame]: ...
+    @overload
+    def batch(
+        self,
+        points: Frame,
+        state: Numbers | None = None,
+        *,
+        dt: Numbers | None = None,
+        out: None = None,
+        parallel: bool = True,
+    ) -> tuple[Labelled, FloatArray]: ...
+    @overload
+    def batch(
+        self,
+        points: Points | Frames,
+        state: State | Frames | None = None,
+        *,
+        dt: Numbers | None = None,
+        out: FloatArray | None = None,
+        parallel: bool = True,
+    ) -> tuple[FloatArray, FloatArray]: ...
+    @overload
+    def run(
+        self, points: Frames, state: State | None = None, *, dt: Numbers | None = None
+    ) -> tuple[Labelled, FloatArray]: ...
+    @overload
+    def run(
+        self, points: Points, state: State | None = None, *, dt: Numbers | None = None
+    ) -> tuple[FloatArray, FloatArray]: ...
+    def gradient(
+        self, points: Points | Frames, state: State | None = None, *, dt: Numbers | None = None, by: By = "inputs"
+    ) -> tuple[FloatArray, FloatArray]: ...

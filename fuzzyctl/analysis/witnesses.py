@@ -76,7 +76,7 @@ class Judge:
     def outputs(self, point: Sequence[float]) -> dict[str, float]:
         """Return the values of all outputs; NaN where one has none."""
         names = [o.name for o in self.system.outputs]
-        state: list[Any] = [self.kernel.initial_state()] if self.kernel.n_states else []
+        state: list[Any] = [self.kernel.start()] if self.kernel.n_states else []
         try:
             found = self.kernel(*point, *state)
         except NoRuleFiresError:

@@ -174,7 +174,7 @@ def _blocks(
     import numpy as np
 
     done = False
-    state = kernel.initial_state() if kernel.n_states else None
+    state = None
     while not done:
         rows: list[list[str]] = []
         points = np.empty((BLOCK, len(columns)))
@@ -189,10 +189,8 @@ def _blocks(
             rows.append(row)
         points = points[: len(rows)]
         if rows:
-            results = kernel.batch(points, state).reshape(len(rows), -1)
-            if state is not None:
-                state = kernel.next_state(state, results)
-            yield rows, points, results.tolist()
+            results, state = kernel.run(points, state)
+            yield rows, points, results.reshape(len(rows), -1).tolist()
 
 
 def _point(row: list[str], columns: list[int], header: list[str], place: str) -> list[float]:

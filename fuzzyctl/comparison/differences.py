@@ -180,9 +180,7 @@ def _batch(kernel: Kernel, points: FloatArray) -> FloatArray:
     """Return all outputs of a kernel at points, shape (n, outputs)."""
     import numpy as np
 
-    # Each point has the initial state: what is compared is a function, not a sequence.
-    state = np.broadcast_to(kernel.initial_state(), (len(points), kernel.n_states)) if kernel.n_states else None
-    results = np.asarray(kernel.batch(np.ascontiguousarray(points), state))
+    results = np.asarray(kernel.batch(np.ascontiguousarray(points)))
     return results.reshape(len(points), -1)
 
 

@@ -11,7 +11,6 @@ from fuzzyctl.diagnostics.terminal import printable
 _MODULES: Final = {
     "Controller": "blocks",
     "Experiment": "runs",
-    "FreeKernel": "kernels",
     "FuzzySystem": "systems",
     "Kernel": "kernels",
     "Loop": "blocks",
@@ -22,7 +21,6 @@ _MODULES: Final = {
     "Proved": "verdicts",
     "Refuted": "verdicts",
     "Run": "runs",
-    "Step": "kernels",
     "Trace": "traces",
     "Undecided": "verdicts",
     "Verdicts": "verdicts",

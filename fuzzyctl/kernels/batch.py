@@ -9,9 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fuzzyctl.diagnostics.diagnostic import ArgumentError, NoRuleFiresError
-from fuzzyctl.kernels.backends import blocks
-from fuzzyctl.kernels.backends import states as sequence
-from fuzzyctl.kernels.backends.arguments import float_array, point_array
+from fuzzyctl.kernels.backends import blocks, states
 from fuzzyctl.kernels.backends.python import backend as python_backend
 from fuzzyctl.kernels.plan.build import Plan
 from fuzzyctl.kernels.program.program import Program
@@ -21,66 +19,83 @@ if TYPE_CHECKING:
     import numpy.typing as npt
 
     from fuzzyctl.kernels.backends.blocks import Fill
+    from fuzzyctl.kernels.forms import Form
 
     FloatArray = npt.NDArray[np.float64]
     #: Fills results; returns -1, or the number of kinds of refusals · the first point that was refused + the kind.
     Loop = Callable[[FloatArray, FloatArray | None, FloatArray], int]
 
 
-class Batch:
-    """Evaluates a system at many points.
+def evaluated(
+    form: Form, fill: Fill, points: Any, rows: FloatArray | None, out: Any, *, compiled: bool, parallel: bool
+) -> FloatArray:
+    """Evaluate at many points, see `Kernel.batch`.
+
+    Args:
+        form: What to compute.
+        fill: Computes some points.
+        points: Shape (..., arguments), of any type of numbers and any layout.
+        rows: Shape (..., states), which broadcasts with the points; None without a state.
+        out: The array for the results, None for a new one.
+        compiled: Whether `fill` needs no lock of the interpreter.
+        parallel: Whether several threads may share the work then.
+
+    Returns:
+        Shape (...) for one number, (..., numbers) for several.
+    """
+    shape = points.shape[:-1]
+    if rows is not None and rows.ndim > 1 and rows.shape[:-1] != shape:
+        shape = broadcast(shape, rows)
+        points = np.broadcast_to(points, (*shape, points.shape[-1]))
+    count = math.prod(shape)
+    if points.flags.c_contiguous or points.size == 0:
+        points = points.reshape(count, points.shape[-1])
+    if rows is not None and rows.shape[:-1] != (count,):
+        length = rows.shape[-1]
+        whole = (count, length) if rows.ndim == 1 else (*shape, length)
+        rows = np.broadcast_to(rows, whole).reshape(count, length)
+    results = blocks.results_for(out, shape if form.width == 1 else (*shape, form.width), points, rows)
+    target = np.asarray(results).reshape(count, form.width)
+    if compiled:
+        blocks.run_compiled(fill, points, rows, target, parallel=parallel)
+    else:
+        # Threads of plain Python, and of numpy's many short steps, would only wait for each other.
+        blocks.run(fill, points, rows, target)
+    return results
+
+
+def broadcast(shape: tuple[int, ...], rows: FloatArray) -> tuple[int, ...]:
+    """Return the shape of points with states, or raise `ArgumentError`."""
+    try:
+        return np.broadcast_shapes(shape, rows.shape[:-1])
+    except ValueError:
+        raise ArgumentError(f"a state of shape {rows.shape} does not fit points of shape {shape}") from None
+
+
+def fill_in_sequence(
+    plan: Plan, fill: Fill, checked: Fill, points: FloatArray, state: FloatArray, results: FloatArray
+) -> None:
+    """Fill the results of points in sequence; each begins with the state that the last one left.
 
     Args:
         plan: The system.
-        fill: Computes a block of them.
-        promises: Checks the results.
-        is_compiled: Whether `fill` needs no lock of the interpreter.
+        fill: Computes some points.
+        checked: Does so, and checks the promises of the outputs.
+        points: Shape (n, inputs).
+        state: Shape (states,); the state after the last point is left in it.
+        results: Shape (n, outputs).
     """
 
-    def __init__(self, plan: Plan, fill: Fill, promises: Promises, *, is_compiled: bool) -> None:
-        self._plan, self._fill, self._promises, self._is_compiled = plan, fill, promises, is_compiled
+    def some(points: FloatArray, states: FloatArray) -> FloatArray:
+        found = np.empty((len(points), len(plan.outputs)))
+        fill(points, states, found)
+        return found
 
-    def __call__(self, points: Any, state: Any, out: Any, *, parallel: bool) -> FloatArray:
-        """Evaluate, see `Kernel.batch`."""
-        names, width = [i.name for i in self._plan.inputs], len(self._plan.outputs)
-        array = point_array(names, points)
-        if array.ndim == 0 or array.shape[-1] != len(names):
-            wanted = f"(..., {len(names)}) for {', '.join(names)}"
-            raise ArgumentError(f"points must have the shape {wanted}, got {array.shape}")
-        shape = array.shape[:-1]
-        count = math.prod(shape)
-        if array.flags.c_contiguous or array.size == 0:
-            array = array.reshape(count, array.shape[-1])
-        states = sequence.flat_state(self._plan, state, shape)
-        results = blocks.results_for(out, shape if width == 1 else (*shape, width), array, states)
-        flat = np.asarray(results).reshape(count, width)
-        if states is not None and self._plan.held and np.ndim(0.0 if state is None else state) <= 1:
-            self._fill_sequence(array, sequence.first_state(self._plan, state), flat)
-        elif self._is_compiled:
-            blocks.run_compiled(self._checked_fill, array, states, flat, parallel=parallel)
-        else:
-            # Threads of plain Python, and of numpy's many short steps, would only wait for each other.
-            blocks.run(self._checked_fill, array, states, flat)
-        return results
-
-    def _fill_sequence(self, points: Any, state: FloatArray, results: FloatArray) -> None:
-        """Fill the results of points in sequence; each begins with the state that the last one left."""
-        for first in range(0, len(results), blocks.BLOCK):
-            last = min(first + blocks.BLOCK, len(results))
-            block = blocks.plain(float_array(blocks.listed(points, first, last), "points"))
-            states = sequence.states_along(self._plan, self._results, block, state)
-            self._checked_fill(block, states, results[first:last])
-            state = sequence.state_after(self._plan, state, results[first:last])
-
-    def _results(self, points: FloatArray, states: FloatArray) -> FloatArray:
-        """Return the results of some points, promises unchecked."""
-        results = np.empty((len(points), len(self._plan.outputs)))
-        self._fill(points, states, results)
-        return results
-
-    def _checked_fill(self, points: FloatArray, states: FloatArray | None, results: FloatArray) -> None:
-        self._fill(points, states, results)
-        self._promises.check_block(points, states, results)
+    for first in range(0, len(results), blocks.BLOCK):
+        last = min(first + blocks.BLOCK, len(results))
+        rows = states.states_along(plan, some, points[first:last], state)
+        checked(points[first:last], rows, results[first:last])
+        state[:] = states.state_after(plan, state, results[first:last])
 
 
 def fill_of(program: Program, backend: str, names: Sequence[str], promises: Promises | None = None) -> Fill:

@@ -14,6 +14,7 @@ from fuzzyctl.kernels.backends.arguments import float_array, stacked
 from fuzzyctl.kernels.backends.labels import labelled
 from fuzzyctl.kernels.backends.numba.compile_cost import MOST_OPERATIONS, operations
 from fuzzyctl.kernels.backends.python import backend as python_backend
+from fuzzyctl.kernels.forms import FreeForm, SystemForm
 from fuzzyctl.kernels.inference import inference
 from fuzzyctl.kernels.kernel import Kernel
 from fuzzyctl.kernels.plan.build import Plan, plan, planned_set
@@ -24,8 +25,8 @@ if TYPE_CHECKING:
     import numpy as np
     import numpy.typing as npt
 
-    from fuzzyctl.kernels.free_kernel import FreeKernel
-    from fuzzyctl.kernels.steps.step import Step
+    from fuzzyctl.annotations import ControllerKernel, SystemKernel
+    from fuzzyctl.kernels.forms import Form
     from fuzzyctl.model.controller import Controller
 
     FloatArray = npt.NDArray[np.float64]
@@ -49,37 +50,35 @@ BACKENDS: Final = get_args(Backend)
 
 @overload
 def compile(
-    system: FuzzySystem, backend: Backend = "auto", *, algorithm: AlgorithmName = "auto", free: None = None
-) -> Kernel: ...
-
-
-@overload
-def compile(
-    system: FuzzySystem, backend: Backend = "auto", *, algorithm: AlgorithmName = "auto", free: Sequence[str]
-) -> FreeKernel: ...
-
-
-@overload
-def compile(
-    system: Controller,
+    block: FuzzySystem,
     backend: Backend = "auto",
     *,
     algorithm: AlgorithmName = "auto",
     free: Sequence[str] | None = None,
-) -> Step: ...
+) -> SystemKernel: ...
 
 
+@overload
 def compile(
-    system: FuzzySystem | Controller,
+    block: Controller,
     backend: Backend = "auto",
     *,
     algorithm: AlgorithmName = "auto",
     free: Sequence[str] | None = None,
-) -> Kernel | FreeKernel | Step:
-    """Compile a system to a kernel, or a controller to a step.
+) -> ControllerKernel: ...
+
+
+def compile(
+    block: FuzzySystem | Controller,
+    backend: Backend = "auto",
+    *,
+    algorithm: AlgorithmName = "auto",
+    free: Sequence[str] | None = None,
+) -> Kernel:
+    """Compile a system or a controller.
 
     Args:
-        system: A well-formed system or controller.
+        block: A well-formed system or controller.
         backend: "numba"; "numpy", which evaluates arrays with numpy and single points with generated Python; "python",
             which loops over the points of an array with the same Python; or "auto", which is numba where it can be
             imported, else numpy, and a warning says so once. Of systems that numba would take longer over than most
@@ -89,7 +88,8 @@ def compile(
             which takes the fastest that the system allows. For a controller, that of all systems that it calls.
         free: Names of numbers that become arguments, such as params, "e.PS.peak" and "force.weights"; see
             `model.free_numbers`. All rules are then evaluated: no algorithm looks up what depends on numbers. A
-            controller has its params and numbers of its systems, as "SYSTEM.e.PS.peak"; they are the last states.
+            controller has its params and numbers of its systems, as "SYSTEM.e.PS.peak". They are the last entries of
+            the state.
 
     Raises:
         UnknownNameError: For another backend or algorithm, and for a free number that the system does not have.
@@ -104,27 +104,23 @@ def compile(
             raise UnknownNameError(what, given, known)
     if isinstance(free, str) or not isinstance(free, Sequence | None):
         raise ArgumentError(f"free must be a list of names, got {type(free).__name__}")
-    if not isinstance(system, FuzzySystem):
-        return _step(system, _resolve(backend), algorithm, () if free is None else free)
-    if free is not None:
-        return _free(system, backend, algorithm, free)
-    planned, chosen = plan(system), _resolve(backend)
+    chosen = _resolve(backend)
+    if not isinstance(block, FuzzySystem):
+        return Kernel(_controller_form(block, algorithm, free or ()), chosen)
+    if free:
+        if algorithm not in ("auto", "rules"):
+            reason = "tabulates numbers beforehand, so that none of them is free"
+            raise ArgumentError(f"the algorithm '{algorithm}' {reason}")
+        return Kernel(FreeForm(block, free), chosen)
+    planned = plan(block)
     if backend == "auto" and chosen == "numba" and takes_long(planned, algorithm):
         chosen = "numpy"  # which has no wait
-    return Kernel(planned, chosen, algorithm)
+    return Kernel(SystemForm(planned, algorithm), chosen)
 
 
-def _free(system: FuzzySystem, backend: str, algorithm: str, names: Sequence[str]) -> FreeKernel:
-    from fuzzyctl.kernels.free_kernel import FreeKernel
-
-    if algorithm not in ("auto", "rules"):
-        raise ArgumentError(f"the algorithm '{algorithm}' tabulates numbers beforehand, so that none of them is free")
-    return FreeKernel(system, names, _resolve(backend))
-
-
-def _step(controller: Controller, backend: str, algorithm: str, free: Sequence[str]) -> Step:
+def _controller_form(controller: Controller, algorithm: str, free: Sequence[str]) -> Form:
     from fuzzyctl.kernels.plan.expansion import equations_of
-    from fuzzyctl.kernels.steps.step import Step
+    from fuzzyctl.kernels.steps.form import StepForm
     from fuzzyctl.kernels.steps.values import StepValues
     from fuzzyctl.model.controller import Controller
     from fuzzyctl.model.instance_params import with_instance_params
@@ -133,7 +129,7 @@ def _step(controller: Controller, backend: str, algorithm: str, free: Sequence[s
         raise ArgumentError(f"compile takes a FuzzySystem or a Controller, got {type(controller).__name__}")
     controller = with_instance_params(controller, free)
     equations = equations_of(controller, free)
-    return Step(equations, backend, algorithm, StepValues(controller, equations) if free else None)
+    return StepForm(equations, algorithm, StepValues(controller, equations) if free else None)
 
 
 def takes_long(planned: Plan, algorithm: str = "auto") -> bool:
@@ -272,7 +268,7 @@ class ByName:
     def _of_arrays(self, ordered: Sequence[Any]) -> Any:
         kernel = self._arrays
         points = stacked(kernel.input_names, ordered)
-        results = kernel.batch(points, kernel.plan.initial_state if kernel.n_states else None)
+        results = kernel.batch(points)
         names, given = kernel.output_names, dict(zip(kernel.input_names, ordered, strict=True))
         if len(names) == 1:
             return labelled(results, names, given)

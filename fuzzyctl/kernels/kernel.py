@@ -1,99 +1,150 @@
-"""The kernel: a plan printed for a backend, and what its callers need around it."""
+"""The kernel: a form printed for a backend, and what its callers need around it."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Final, final, overload
+from typing import TYPE_CHECKING, Any, Final
 
 from fuzzyctl.diagnostics.diagnostic import ArgumentError, FuzzyctlError, UnknownNameError
 from fuzzyctl.diagnostics.terminal import printable
 from fuzzyctl.displayed import Displayed
-from fuzzyctl.kernels.algorithms.select import algorithm_of
 from fuzzyctl.kernels.backends import states
-from fuzzyctl.kernels.backends.arguments import argument_error, as_floats, float_array, in_order, overflows, too_large
+from fuzzyctl.kernels.backends.arguments import (
+    argument_error,
+    as_floats,
+    float_array,
+    in_order,
+    input_number,
+    overflows,
+    too_large,
+)
+from fuzzyctl.kernels.backends.columns import require_same_index
 from fuzzyctl.kernels.backends.labels import labelled
 from fuzzyctl.kernels.backends.python import backend as python_backend
+from fuzzyctl.kernels.forms import NO_RULES, Form
 from fuzzyctl.kernels.inference import inference
 from fuzzyctl.kernels.plan.build import Plan
+from fuzzyctl.kernels.plan.equations import DT
 from fuzzyctl.kernels.program.program import Program, Refuse
-from fuzzyctl.kernels.promises import Promises, Refusals
+from fuzzyctl.kernels.promises import Refusals
 from fuzzyctl.support.signatures import InputSignature
 
 if TYPE_CHECKING:
-    import pandas as pd
-
-    from fuzzyctl.annotations import FloatArray, Frames, Labelled, Numbers, Outputs, Points, Scalar, Vector
+    from fuzzyctl.annotations import By, FloatArray, Frames, Numbers, Outputs, Points, Scalar, State, Vector
+    from fuzzyctl.kernels.algorithms.select import Algorithm
     from fuzzyctl.kernels.arrays import Arrays
     from fuzzyctl.kernels.backends.blocks import Fill
 
 _BACKENDS: Final = ("numba", "numpy", "python")
 #: What a function raises for arguments that it does not take, and where no rule fires.
 _REFUSALS: Final = (TypeError, ValueError, ArithmeticError)
+#: What `gradient` takes derivatives by.
+_BY: Final = ("inputs", "state", "all")
 
 
-@final
 class Kernel(Displayed):
-    """A compiled system: numbers in, numbers out, and no state of its own.
+    """A compiled block: numbers in, numbers out, and no state of its own.
 
     `kernel(x0, x1, ...)` takes real numbers in the order of the inputs and gives a float, or a tuple for several
-    outputs. A system with a state takes it last, `kernel(x0, ..., C)`: the consequents of adaptive outputs, one for
-    each of their rules, then the previous values of outputs that say `else hold`, in the order they are computed in.
-    The state is the caller's: `initial_state` gives it, `next_state` puts the outputs into it, `jit_rates` tells how
-    the consequents change.
+    outputs. A block with a state takes it last: the state is the caller's, and `start` gives the one to begin with.
 
-    Where an input is NaN all outputs are NaN. Where no rule fires an output is what its `else` says; one without `else`
-    promises that this never happens. Where it happens all the same, calls from Python raise `NoRuleFiresError`, and
-    `jit`, which has no room for the test, gives NaN: check such a system before (`fuzzyctl.check` proves the promise).
+    The state of a system holds the consequents of adaptive outputs, one for each of their rules, then the previous
+    values of outputs that say `else hold`, in the order they are computed in; `next_state` puts the outputs of a call
+    into it, `run` does so along time, and `jit_rates` tells how the consequents change. Free numbers are the state of a
+    system that has them, as an array or a mapping by name.
+
+    The kernel of a controller moves: a call makes a step, and gives the outputs and the next state. A controller
+    without period takes `dt=` [s] as well. Free numbers are the last entries of its state. Without any state it can be
+    called with its inputs alone, and gives the outputs.
+
+    Where an input is NaN all outputs are NaN, and a state stays as it is. Where no rule fires an output is what its
+    `else` says; one without `else` promises that this never happens. Where it happens all the same, calls from Python
+    raise `NoRuleFiresError`, and `jit`, which has no room for the test, gives NaN: check such a system before
+    (`fuzzyctl.check` proves the promise).
 
     Args:
-        plan: What it computes.
+        form: What it computes.
         backend: "numba", "numpy" or "python".
-        algorithm: One of `algorithm.ALGORITHMS`.
 
     Raises:
-        UnknownNameError: For another backend or algorithm.
-        ArgumentError: For interpolation of a system that does not interpolate.
+        UnknownNameError: For another backend.
     """
 
     # What each call reads has a slot, which is found faster than an entry of the dictionary.
     __slots__ = ("__dict__", "__weakref__", "_function", "_is_single")
 
-    __signature__ = InputSignature(lambda kernel: kernel._argument_names())
+    __signature__ = InputSignature(
+        lambda kernel: kernel._argument_names(),
+        named=lambda kernel: [DT] if kernel.form.moves and kernel.period is None else [],
+    )
 
-    def __init__(self, plan: Plan, backend: str, algorithm: str = "auto") -> None:
+    def __init__(self, form: Form, backend: str) -> None:
         if backend not in _BACKENDS:
             raise UnknownNameError("backend", backend, _BACKENDS)
-        self.plan, self.backend, self._wanted = plan, backend, algorithm
-        self.input_names = tuple(i.name for i in plan.inputs)
-        self.output_names = tuple(o.name for o in plan.outputs)
-        self.n_rules = len(plan.rules)
-        self.n_states = len(plan.initial_state)
-        self.algorithm = algorithm_of(plan, algorithm)
-        self._program = self.algorithm.point if backend == "numba" else self.algorithm.interpreted
-        self._refusals = Refusals(self._program, self.input_names)
-        self._promises = Promises(plan, known=self.algorithm.is_defined)
-        self._n_arguments = len(plan.inputs) + (1 if self.n_states else 0)
+        self.form, self.backend = form, backend
+        self.input_names, self.output_names = form.input_names, form.output_names
+        self.state_names, self.free_names = form.state_names, form.free_names
+        self.n_states, self.period = form.n_states, form.period
+        self._program = form.point(backend)
+        self._refusals = Refusals(self._program, form.argument_names)
+        self._n_arguments = len(self._argument_names())
         #: What calls from Python call.
         self._function: Callable[..., Outputs] = self._first_call if backend == "numba" else self.jit
         #: Whether a result that equals itself can be returned as it is, since it is one number.
-        self._is_single = not self.n_states and len(plan.outputs) == 1
+        self._is_single = not self.n_states and not form.moves and len(form.output_names) == 1
 
     def __reduce__(self) -> tuple[Any, ...]:
         """A kernel in another process is made anew there, from the cache where it can be."""
-        return Kernel, (self.plan, self.backend, self._wanted)
+        return Kernel, (self.form, self.backend)
 
     def __repr__(self) -> str:
-        return printable(f"Kernel({', '.join(self.input_names)} -> {', '.join(self.output_names)}; {self.backend})")
+        free = f"{len(self.free_names)} free; " if self.free_names else ""
+        names = f"{', '.join(self.input_names)} -> {', '.join(self.output_names)}"
+        return printable(f"Kernel({names}; {free}{self.backend})")
 
-    def __call__(self, *arguments: Scalar | Vector, **named: Scalar | Vector) -> Outputs:
-        """Evaluate at one point.
+    @property
+    def plan(self) -> Plan:
+        """The rules.
 
-        Arguments may be given by the name of their input, which takes longer; the state is called `state`.
+        Raises:
+            FuzzyctlError: For a controller.
+        """
+        return self.form.plan
+
+    @property
+    def n_rules(self) -> int:
+        """How many rules there are."""
+        return len(self.plan.rules)
+
+    @property
+    def algorithm(self) -> Algorithm:
+        """How the rules that act are found.
+
+        Raises:
+            FuzzyctlError: For a controller.
+        """
+        if self.form.algorithm is None:
+            raise FuzzyctlError(NO_RULES)
+        return self.form.algorithm
+
+    def __call__(self, *arguments: Scalar | State, **named: Scalar | State | None) -> Any:
+        """Evaluate at one point, or make one step.
+
+        Args:
+            arguments: The inputs in order, then the state of a block that has one, shape (states,).
+            named: The same by name, which takes longer; the state is called `state`. And `dt` [s], the time since the
+                step before, for a controller without period.
+
+        Returns:
+            The outputs, a float or a tuple of floats; of a controller a pair of them and the next state, shape
+            (states,).
 
         Raises:
             ArgumentError: For a wrong number of arguments, one given twice, or one that is no real number.
             UnknownNameError: For a name that is no input.
+            ValueOutOfBoundsError: For values of free numbers outside their bounds or that the system cannot have, a
+                `dt` that is not positive and finite, and numbers beyond floats.
             NoRuleFiresError: Where no rule fires for an output that says `else error` or has no `else`.
         """
         if self._is_single and not named:
@@ -103,7 +154,7 @@ class Kernel(Displayed):
                     return result
             except _REFUSALS:
                 pass
-        return self._careful(arguments, named)
+        return self._step(arguments, named) if self.form.moves else self._careful(arguments, named)
 
     def _first_call(self, *arguments: Any) -> Outputs:
         """Compile the function and call it."""
@@ -115,7 +166,7 @@ class Kernel(Displayed):
         if named:
             arguments = in_order(self._argument_names(), arguments, named)
         if self.n_states and len(arguments) == self._n_arguments:  # the function itself refuses another number
-            state = states.argument(arguments[-1], self.n_states, compiled=self.backend == "numba")
+            state = self.form.argument(arguments[-1], compiled=self.backend == "numba")
             arguments = (*arguments[:-1], state)
         try:
             try:
@@ -123,8 +174,8 @@ class Kernel(Displayed):
             except (TypeError, ValueError, OverflowError):
                 # Compiled code takes fewer types of numbers than there are; it never comes here with floats.
                 result = self._function(*as_floats(arguments, len(self.input_names), self._n_arguments))
-            if result != result or len(self.output_names) > 1:
-                self._promises.check(arguments, result)
+            if (result != result or len(self.output_names) > 1) and self.form.promises is not None:
+                self.form.promises.check(arguments, result)
             return result
         except OverflowError:
             raise too_large(self.input_names, arguments) from None
@@ -136,89 +187,203 @@ class Kernel(Displayed):
                 raise too_large(self.input_names, arguments) from None
             raise argument_error(self._argument_names(), self.n_states, arguments, error) from error
 
-    @overload
-    def batch(self, points: Frames, state: Numbers | None = None, *, parallel: bool = True) -> Labelled: ...
-    @overload
-    def batch(
-        self,
-        points: Points | Frames,
-        state: Numbers | None = None,
-        *,
-        out: FloatArray | None = None,
-        parallel: bool = True,
-    ) -> FloatArray: ...
-    def batch(
-        self,
-        points: Points | Frames,
-        state: Numbers | None = None,
-        *,
-        out: FloatArray | None = None,
-        parallel: bool = True,
-    ) -> FloatArray | Labelled:
-        """Evaluate at many points.
+    def _step(self, arguments: tuple[Any, ...], named: dict[str, Any]) -> Any:
+        import numpy as np
+
+        dt, inputs = named.pop(DT, None), len(self.input_names)
+        if named:
+            has_state = self.n_states or "state" in named
+            arguments = in_order((*self.input_names, "state") if has_state else self.input_names, arguments, named)
+        is_short = not self.n_states and len(arguments) == inputs
+        if len(arguments) != inputs + 1 and not is_short:
+            names = ", ".join((*self.input_names, "state"))
+            raise ArgumentError(f"expected {inputs + 1} arguments ({names}), got {len(arguments)}")
+        numbers = zip(self.input_names, arguments, strict=False)
+        point = [input_number(name, x) for name, x in numbers] + self.form.times(dt)
+        before = [] if is_short else self.form.argument(arguments[-1], compiled=self.backend == "numba")
+        results = np.empty(self.form.width)
+        try:
+            self._function(*point, *([before] if self.n_states else []), results)
+        except ArithmeticError as error:
+            raise self._refusals.translated(error, point) from None
+        values = results[: len(self.output_names)].tolist()
+        outputs = values[0] if len(values) == 1 else tuple(values)
+        return outputs if is_short else (outputs, results[len(self.output_names) :])
+
+    def start(self, values: Mapping[str, Numbers] | None = None, /, **named: Numbers) -> FloatArray:
+        """Return the state to begin with, shape (states,).
+
+        It holds the peak of the term of each adaptive rule, what is held at first, the start of each state of a
+        controller, and the free numbers.
 
         Args:
-            points: Shape (..., inputs), in the order of the inputs; or what has named columns, such as a data frame, a
-                structured array or a dict of arrays, or what has labels along its last axis, such as a DataArray of
-                xarray. The names must be exactly those of the inputs, in any order.
-            state: The state, shape (..., states), for each point its own. Of shape (states,) it is the state before
-                the first point: adaptive consequents stay as they are, and an output that says `else hold` holds, point
-                after point in the order of indices, the last value before that is no NaN. Left out, it is the initial
-                state of a system without adaptive outputs.
-            out: A contiguous array of float64 of the result's shape to write to; None for a new one.
+            values: Values of free numbers by name; the others are those of the block. `OUTPUT.weights` stands for all
+                of them, one number or an array.
+            named: The same for names that Python can write.
+
+        Raises:
+            UnknownNameError: For a name that is not free.
+            ValueOutOfBoundsError: For values outside the bounds of their params, or that a system cannot have.
+            ArgumentError: For values under which a param or a let has no value, such as a division by 0.
+        """
+        import numpy as np
+
+        return np.array(self.form.start({**(values or {}), **named}), dtype=np.float64)
+
+    def batch(
+        self,
+        points: Points | Frames,
+        state: State | Frames | None = None,
+        *,
+        dt: Numbers | None = None,
+        out: FloatArray | None = None,
+        parallel: bool = True,
+    ) -> Any:
+        """Evaluate at many points, or make one step of many copies of a controller.
+
+        Args:
+            points: Shape (..., inputs), in the order of the inputs, for one input also without that axis; or what has
+                named columns, such as a data frame, a structured array or a dict of arrays, or what has labels along
+                its last axis, such as a DataArray of xarray. The names must be exactly those of the inputs, in any
+                order.
+            state: The state, shape (..., states), which broadcasts with the points: for each its own, or of shape
+                (states,) the same for all. None for that of `start`.
+            dt: Time since the step before [s], one number or shape (...), for a controller without period.
+            out: A contiguous array of float64 to write to, of the shape of all results, the next states of a controller
+                after its outputs; None for a new one.
             parallel: Whether all cores may be used; they are where the work is worth it.
 
         Returns:
-            Shape (...) for one output, (..., outputs) for several. Of a data frame of pandas, or a dict of Series, the
-            results are a Series, for several outputs a DataFrame, with the same index, unless `out` is given.
+            Shape (...) for one output, (..., outputs) for several; of a controller a pair of them and the next states,
+            shape (..., states). Of a data frame of pandas, or a dict of Series, the results are a Series, for several
+            outputs a DataFrame, with the same index, unless `out` is given; next states have the index of the states.
 
         Raises:
-            ArgumentError: For arrays of another shape or not of numbers, and for columns of other names.
+            ArgumentError: For arrays of another shape or not of numbers, columns of other names, and points and states
+                with different row labels.
+            ValueOutOfBoundsError: As for one point.
             NoRuleFiresError: For the first point where no rule fires for an output that says `else error` or has no
                 `else`.
         """
-        from fuzzyctl.kernels.batch import Batch
+        from fuzzyctl.kernels.batch import evaluated
 
-        run = Batch(self.plan, self._fill, self._promises, is_compiled=self.backend == "numba")
-        results: FloatArray | Labelled = run(points, state, out, parallel=parallel)
-        return results if out is not None else labelled(results, self.output_names, points)
+        array, rows = self._given(points, state, dt)
+        compiled = self.backend == "numba"
+        results = evaluated(self.form, self._checked, array, rows, out, compiled=compiled, parallel=parallel)
+        outputs = len(self.output_names)
+        if not self.form.moves:
+            return results if out is not None else labelled(results, self.output_names, points)
+        shape = results.shape if self.form.width == 1 else results.shape[:-1]
+        results = results.reshape(*shape, self.form.width)
+        first = results[..., 0] if outputs == 1 else results[..., :outputs]
+        return labelled(first, self.output_names, points), labelled(results[..., outputs:], self.state_names, state)
+
+    def _given(self, points: Any, state: Any, dt: Any) -> tuple[Any, FloatArray | None]:
+        """Return points of shape (..., arguments) and states of shape (..., states)."""
+        if self.form.moves:
+            require_same_index(("points", "state", DT), (points, state, dt))
+        return self.form.points(points, dt), self.form.rows(state)
 
     @cached_property
     def _fill(self) -> Fill:
         """Fill the results of a block of points."""
         from fuzzyctl.kernels.batch import fill_by_calls, fill_of
 
-        if self.backend == "python":
+        if self.backend == "python" and not self.form.moves:
             return fill_by_calls(self.jit)
-        program = self.algorithm.arrays if self.backend == "numpy" else self.algorithm.many
-        return fill_of(program, self.backend, self.input_names, self._promises)
+        return fill_of(self.form.many(self.backend), self.backend, self.form.argument_names, self.form.promises)
 
-    @overload
-    def degrees(self, points: Frames, state: Numbers | None = None) -> dict[str, dict[str, pd.Series[float]]]: ...
-    @overload
-    def degrees(self, points: Points, state: Numbers | None = None) -> dict[str, dict[str, FloatArray]]: ...
-    def degrees(
-        self, points: Points | Frames, state: Numbers | None = None
-    ) -> dict[str, dict[str, FloatArray]] | dict[str, dict[str, pd.Series[float]]]:
+    @property
+    def _checked(self) -> Fill:
+        """Fill the results of a block of points, and check what the outputs promise."""
+        fill, promises = self._fill, self.form.promises
+        if promises is None:
+            return fill
+
+        def checked(points: FloatArray, states: FloatArray | None, results: FloatArray) -> None:
+            fill(points, states, results)
+            promises.check_block(points, states, results)
+
+        return checked
+
+    def run(
+        self, points: Points | Frames, state: State | None = None, *, dt: Numbers | None = None
+    ) -> tuple[Any, FloatArray]:
+        """Evaluate along time: for each row of the points, with the state that the row before left.
+
+        Args:
+            points: Shape (n, inputs), for one input also (n,); or columns by name, as `batch` takes them.
+            state: The state before the first row, shape (states,); None for that of `start`. Adaptive consequents stay
+                as they are; an output that says `else hold` holds the last value before that is no NaN.
+            dt: Times since the step before [s], one number or shape (n,), for a controller without period.
+
+        Returns:
+            The outputs, shape (n,) for one, (n, outputs) for several, of pandas with the index of the points, and the
+            state after the last row.
+
+        Raises:
+            ArgumentError: For arrays of another shape or not of numbers.
+            ValueOutOfBoundsError: As for one point.
+            NoRuleFiresError: At the first row where no rule fires for an output that says `else error` or has no
+                `else`.
+        """
+        import numpy as np
+
+        array = np.ascontiguousarray(float_array(self.form.points(points, dt, in_rows=True), "points"))
+        rows = self.form.rows(state)
+        kept = np.zeros(0) if rows is None else rows.copy()
+        if kept.ndim != 1:
+            raise ArgumentError(f"the state must have the shape ({self.n_states},), got {kept.shape}")
+        if self.form.moves or self.plan.held:
+            results = np.empty((len(array), len(self.output_names)))
+            self._run(array, kept, results)
+            outputs = results[:, 0] if results.shape[1] == 1 else results
+        else:
+            outputs = self.batch(array, rows)
+        return labelled(outputs, self.output_names, points), kept
+
+    @cached_property
+    def _run(self) -> Callable[[Any, FloatArray, FloatArray], None]:
+        """Fill the results of points along time, and leave the state in the second argument."""
+        from fuzzyctl.kernels import batch
+
+        if not self.form.moves:
+            fill, checked, plan = self._fill, self._checked, self.plan
+            return lambda points, state, results: batch.fill_in_sequence(plan, fill, checked, points, state, results)
+        if self.backend != "numba":
+            return self._run_by_calls
+        from fuzzyctl.kernels.backends.numba.batch_loop import sequence
+
+        loop = sequence(self._program, len(self.output_names))
+        return batch.fill_by_loop(loop, self._program, self.form.argument_names)
+
+    def _run_by_calls(self, points: FloatArray, state: FloatArray, results: FloatArray) -> None:
+        outputs, kept = len(self.output_names), state.tolist()
+        row = [0.0] * self.form.width
+        for k, point in enumerate(points.tolist()):
+            self.jit(*point, *((kept,) if kept else ()), row)
+            results[k], kept = row[:outputs], row[outputs:]
+        state[:] = kept
+
+    def degrees(self, points: Points | Frames, state: State | None = None) -> dict[str, dict[str, Any]]:
         """Compute the degrees of all terms that rules read.
 
         Args:
             points: Shape (..., inputs), as `batch` takes them.
-            state: As for `batch`; only outputs that rules read may need it.
+            state: As for `batch`; only outputs that rules read, and free numbers, may need it.
 
         Returns:
             By variable and term, each of shape (...); NaN where the variable is NaN. Of pandas each is a Series with
             the index of the points.
+
+        Raises:
+            FuzzyctlError: For a controller, which has no rules of its own.
         """
         from fuzzyctl.kernels.arrays import by_name
 
         return by_name(self.plan, self._view("degrees", points, state), points)
 
-    @overload
-    def strengths(self, points: Frames, state: Numbers | None = None) -> pd.DataFrame: ...
-    @overload
-    def strengths(self, points: Points, state: Numbers | None = None) -> FloatArray: ...
-    def strengths(self, points: Points | Frames, state: Numbers | None = None) -> FloatArray | pd.DataFrame:
+    def strengths(self, points: Points | Frames, state: State | None = None) -> Any:
         """Compute how far each rule is active: its firing strength times its weight, after the activation method.
 
         Args:
@@ -228,76 +393,83 @@ class Kernel(Displayed):
         Returns:
             Shape (..., rules), in the order of `FuzzySystem.rules`; NaN where an input is NaN. Of pandas a DataFrame
             with the index of the points and a column for each rule, from 0.
+
+        Raises:
+            FuzzyctlError: For a controller, which has no rules of its own.
         """
         return labelled(self._view("activations", points, state), range(self.n_rules), points)
 
-    @overload
-    def gradient(self, points: Frames, state: Numbers | None = None) -> pd.DataFrame | FloatArray: ...
-    @overload
-    def gradient(self, points: Points, state: Numbers | None = None) -> FloatArray: ...
-    def gradient(self, points: Points | Frames, state: Numbers | None = None) -> FloatArray | pd.DataFrame:
-        """Compute the derivatives of the outputs by the inputs, exact but for rounding.
+    def gradient(
+        self,
+        points: Points | Frames,
+        state: State | None = None,
+        *,
+        dt: Numbers | None = None,
+        by: By = "inputs",
+    ) -> Any:
+        """Compute the derivatives of the outputs, and of the next state of a controller; exact but for rounding.
 
         Args:
             points: Shape (..., inputs), as `batch` takes them.
-            state: Shape (states,) or (..., states), for a system with a state.
+            state: As for `batch`.
+            dt: As for `batch`.
+            by: What the derivatives are taken by: "inputs"; "state", whose last entries are the free numbers; or "all",
+                the inputs, then the state.
 
         Returns:
-            Shape (..., inputs) for one output, (..., outputs, inputs) for several. At a kink it is the derivative of
-            the branches that the program takes there; where several kinks meet it need not lie between the slopes of
-            both sides. Beyond the range of an input, which is clamped, it is 0. That of a bisector in a gap between
-            sets, where it jumps, is NaN. For one output of pandas a DataFrame with the index of the points.
+            Shape (..., arguments) for one output, (..., outputs, arguments) for several; of a controller a pair of them
+            and those of the next state, shape (..., states, arguments). At a kink or a jump it is the derivative of the
+            branches that the program takes there; where several kinks meet it need not lie between the slopes of both
+            sides. Beyond the range of an input, which is clamped, it is 0. That of a bisector in a gap between sets,
+            where it jumps, is NaN. For one output of pandas a DataFrame with the index of the points.
 
         Raises:
+            UnknownNameError: For another `by`.
             ArgumentError: For arrays of another shape.
         """
-        from fuzzyctl.kernels.arrays import jacobian
+        if by not in _BY:
+            raise UnknownNameError("derivative by", by, _BY)
+        names = {"inputs": self.input_names, "state": self.state_names}
+        names["all"] = (*names["inputs"], *names["state"])
+        rows = self._view(by, points, state, dt)
+        outputs = len(self.output_names)
+        rows = rows.reshape(*rows.shape[:-1], self.form.width, len(names[by]))
+        first = rows[..., 0, :] if outputs == 1 else rows[..., :outputs, :]
+        if self.form.moves:
+            return first, rows[..., outputs:, :]
+        return labelled(first, names[by], points)
 
-        found = jacobian(self._view("gradient", points, state), len(self.output_names))
-        return labelled(found, self.input_names, points)
-
-    def _view(self, what: str, points: Any, state: Any) -> FloatArray:
+    def _view(self, what: str, points: Any, state: Any, dt: Any = None) -> FloatArray:
         """Evaluate one of the programs that show what is behind the outputs."""
-        from fuzzyctl.kernels.arrays import Arrays, input_gradient
-
         if what not in self._views:
-            write = {"degrees": inference.degrees, "activations": inference.activations, "gradient": input_gradient}
-            self._views[what] = Arrays(write[what](self.plan), self.backend, self.input_names)
-        view = self._views[what]
-        if state is not None and not self.plan.initial_state:
-            raise ArgumentError(states.NO_STATE)
-        if not view.takes_rows:
-            return view(points)
-        return view(points, states.last_axis(self.plan, state))
+            from fuzzyctl.kernels.arrays import Arrays, derivatives
+
+            program = derivatives(self.form, what) if what in _BY else self.form.view(what)
+            self._views[what] = Arrays(program, self.backend, self.form.argument_names)
+        return self._views[what](*self._given(points, state, dt))
 
     @cached_property
     def _views(self) -> dict[str, Arrays]:
         return {}
 
-    def initial_state(self) -> FloatArray:
-        """Return the state to begin with: the peak of the term of each adaptive rule, then what is held at first."""
-        import numpy as np
-
-        return np.array(self.plan.initial_state, dtype=np.float64)
-
     def next_state(self, state: Vector, results: Outputs | Numbers) -> FloatArray:
-        """Return the state after an evaluation: outputs that say `else hold` put in, those that are NaN left out.
+        """Return the state of a system after an evaluation: outputs that say `else hold` put in, unless they are NaN.
 
         Args:
             state: The state before, shape (states,).
-            results: What `kernel(...)` or `kernel.batch(...)` gave.
+            results: What `kernel(...)` gave.
 
         Raises:
-            FuzzyctlError: For a system without a state.
+            FuzzyctlError: For a system without a state, and for a controller, whose calls give the next state.
             ArgumentError: For a state or results of another shape.
         """
-        if not self.n_states:
+        plan, before = self.plan, self.form.rows(state) if self.n_states else None
+        if before is None:
             raise FuzzyctlError(states.NO_STATE)
-        before = states.first_state(self.plan, state)
         outputs = float_array(results, "results")
         if outputs.size % len(self.output_names):
             raise ArgumentError(f"the results must have the shape (..., {len(self.output_names)}), got {outputs.shape}")
-        return states.state_after(self.plan, before, outputs.reshape(-1, len(self.output_names)))
+        return states.state_after(plan, before, outputs.reshape(-1, len(self.output_names)))
 
     @cached_property
     def value(self) -> Callable[..., Any]:
@@ -330,7 +502,7 @@ class Kernel(Displayed):
         It is zero where C_k would leave the range; the rate takes the inputs as they are, ξ the clamped ones.
         """
         self._require_adaptive()
-        return self._storing(inference.rates(self.plan))
+        return self._compiled(inference.rates(self.plan), storing=True)
 
     def _rates(self, *arguments: Any) -> None:
         self.jit_rates(*arguments)
@@ -339,16 +511,12 @@ class Kernel(Displayed):
     def jit_strengths(self) -> Callable[..., Any]:
         """The function (x0, ..., xi) that writes the normalised firing strengths, 0 where no rule fires."""
         self._require_adaptive()
-        return self._storing(inference.strengths(self.plan))
+        return self._compiled(inference.strengths(self.plan), storing=True)
 
     @property
     def source(self) -> str:
-        """The text of the function as this backend prints it."""
-        if self.backend == "numba":
-            from fuzzyctl.kernels.backends.numba import source as numba_backend
-
-            return numba_backend.evaluation_source(self._program)
-        return python_backend.evaluation_source(self._program)
+        """The text of `jit` as this backend prints it."""
+        return self._text(self._program, storing=self.form.moves)
 
     @property
     def raises(self) -> bool:
@@ -359,23 +527,30 @@ class Kernel(Displayed):
     def jit(self) -> Callable[..., Any]:
         """The function itself: plain Python, or compiled for use inside other compiled code.
 
-        numba's is float64(float64, ...), with a last float64[::1] for the state; several outputs come as a tuple of
-        float64. It raises ArithmeticError where no rule fires for an output that says `else error`, and does not check
-        the length of the state.
+        Of a system it is (x0, ..., state) -> outputs; numba's is float64(float64, ...), with a last float64[::1] for a
+        state, and several outputs come as a tuple of float64. It raises ArithmeticError where no rule fires for an
+        output that says `else error`, and checks neither the length of the state nor values of free numbers.
+
+        Of a controller it is (x0, ..., dt, state, results), which stores the outputs, then the next state, into
+        `results`, shape (outputs + states,); `dt` is left out for a controller with a period, and `state` for one
+        without states.
         """
+        return self._compiled(self._program, storing=self.form.moves)
+
+    def _compiled(self, program: Program, *, storing: bool) -> Callable[..., Any]:
+        text = self._text(program, storing=storing)
         if self.backend == "numba":
-            from fuzzyctl.kernels.backends.numba import source as numba_backend
+            from fuzzyctl.kernels.backends.numba.source import compile_source
 
-            return numba_backend.compile_source(numba_backend.evaluation_source(self._program))
-        source = python_backend.evaluation_source(self._program)
-        return python_backend.compile_source(source, self._program, self.input_names)
+            return compile_source(text)
+        return python_backend.compile_source(text, program, self.form.argument_names)
 
-    def _storing(self, program: Program) -> Callable[..., Any]:
+    def _text(self, program: Program, *, storing: bool) -> str:
         if self.backend == "numba":
-            from fuzzyctl.kernels.backends.numba import source as numba_backend
+            from fuzzyctl.kernels.backends.numba.source import evaluation_source, storing_source
 
-            return numba_backend.compile_source(numba_backend.storing_source(program))
-        return python_backend.compile_source(python_backend.storing_source(program), program, self.input_names)
+            return storing_source(program) if storing else evaluation_source(program)
+        return python_backend.storing_source(program) if storing else python_backend.evaluation_source(program)
 
     def _require_adaptive(self) -> None:
         if not self.plan.states:

@@ -39,11 +39,7 @@ def lead(system: FuzzySystem, output: str, rule: int, points: Any) -> Any:
 
 def rule_strengths(system: FuzzySystem, points: Any) -> Any:
     """Compute how far each rule is active, shape (..., rules), at points of shape (..., inputs)."""
-    kernel = compile_system(system, backend="numpy")
-    # Each point has the initial state: a grid is no sequence.
-    shape = (*points.shape[:-1], kernel.n_states)
-    state = np.broadcast_to(kernel.initial_state(), shape) if kernel.n_states else None
-    return kernel.strengths(points, state)
+    return compile_system(system, backend="numpy").strengths(points)
 
 
 def mark_rule(ax: Any, grids: Sequence[Any], leads: Any) -> None:

@@ -56,7 +56,7 @@ class Sampled:
         """Return a system or a kernel as what is drawn; a kernel knows the names of its variables only."""
         if isinstance(drawn, Kernel):
             names = {n: n for n in (*drawn.input_names, *drawn.output_names)}
-            return cls(Kernel(drawn.plan, "numpy"), "", names, names)
+            return cls(Kernel(drawn.form, "numpy"), "", names, names)
         variables = (*drawn.inputs, *drawn.outputs)
         kernel = compile_system(drawn, backend="numpy")
         axis_labels = {v.name: v.axis_label for v in variables}
@@ -246,9 +246,7 @@ def _sample(
 ) -> tuple[list[Any], Any]:
     kernel = drawn.kernel
     grids, points = grid_points(drawn, axes, fixed, resolution)
-    # Each point has the initial state: a grid is no sequence, and nothing is held from one point to the next.
-    state = np.broadcast_to(kernel.initial_state(), (*points.shape[:-1], kernel.n_states)) if kernel.n_states else None
-    values = kernel.batch(points, state)
+    values = kernel.batch(points)
     if len(kernel.output_names) > 1:
         values = values[..., kernel.output_names.index(output)]
     # An infinite value has no place in a picture.

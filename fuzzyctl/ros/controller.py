@@ -17,7 +17,7 @@ from fuzzyctl.analysis.prove import prove
 from fuzzyctl.analysis.verdicts import Proved
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError, FuzzyctlError
 from fuzzyctl.kernels.compile import compile
-from fuzzyctl.kernels.steps.step import Step
+from fuzzyctl.kernels.kernel import Kernel
 from fuzzyctl.loading.load import load_controller
 from fuzzyctl.model.controller import Controller
 from fuzzyctl.ros.connections import Connection, connections, put, value_of
@@ -101,7 +101,7 @@ class ControllerNode:
     def __init__(
         self,
         node: Any,
-        step: Step,
+        step: Kernel,
         period: float,
         inputs: Sequence[Connection],
         outputs: Sequence[Connection],

@@ -102,7 +102,7 @@ def costs() -> dict[str, Callable[[float], float]]:
         return float(loop_of_value(changed.value, 2.0))
 
     def closed_loop(peak: float) -> float:
-        return float(loop(kernel.jit, kernel.initial_values({"error.PS.peak": peak}), 2.0))
+        return float(loop(kernel.jit, kernel.start({"error.PS.peak": peak}), 2.0))
 
     def recorded(peak: float) -> float:
         outputs, _ = step.run(inputs, step.start({"surface.error.PS.peak": peak}))

@@ -90,7 +90,7 @@ def compiled(text: str, uses: Collection[str]) -> tuple[dict[str, Run], float]:
     low, high = ([float(system.number(getattr(v, end))) for v in system.inputs] for end in ("lower", "upper"))
     points = np.random.default_rng(1).uniform(low, high, (MANY, len(low)))
     python = fuzzyctl.compile(system, "python")
-    state = [python.initial_state()] if python.n_states else []
+    state = [python.start()] if python.n_states else []
     out = np.empty((MANY, len(python.output_names)))
     out = out[:, 0] if out.shape[1] == 1 else out
     runs: dict[str, Run] = {}

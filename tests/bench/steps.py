@@ -18,7 +18,6 @@ sys.path.insert(0, str(Path(__file__).parents[2]))
 import fuzzyctl
 from fuzzyctl.kernels.backends.numba.batch_loop import sequence
 from fuzzyctl.kernels.program import stores
-from fuzzyctl.kernels.steps.program import step_program
 
 CURVED = """system curved
 defuzzifier centroid
@@ -49,7 +48,7 @@ def step_of(lines: str) -> Any:
 def compiling(step: Any) -> float:
     """Return the time of the processor to compile the loop over steps [s]."""
     begin = process_time()
-    sequence(step_program(step.equations), 1)
+    sequence(step.form.point("numba"), 1)
     return process_time() - begin
 
 

@@ -82,7 +82,7 @@ def expected(source: Path, section: dict) -> list:
         kernel = compile(load(source, system=section["name"]), backend="python")
         if kernel.plan.held:  # which go from point to point
             return []
-        state = [kernel.initial_state()] if kernel.plan.initial_state else []
+        state = [kernel.start()] if kernel.plan.initial_state else []
         found = [[point, kernel(*point, *state)] for point in points]
     else:
         return []

@@ -105,7 +105,7 @@ FUNCTIONS = {
     "uncovered": (uncovered, {"system": SYSTEM}),
     "trace": (trace, {"system": SYSTEM, "values": {"x": 0.5}}),
     "dumps": (fuzzyctl.dumps, {"system": SYSTEM}),
-    "compile": (fuzzyctl.compile, {"system": SYSTEM, "backend": "python", "algorithm": "auto"}),
+    "compile": (fuzzyctl.compile, {"block": SYSTEM, "backend": "python", "algorithm": "auto"}),
 }  # fmt: skip
 
 RELAXED = settings(deadline=None, max_examples=examples(60), suppress_health_check=[HealthCheck.too_slow])

@@ -50,7 +50,7 @@ def arrays(points: Array) -> Array:
 
 
 def states() -> Array:
-    state = kernel.initial_state()
+    state = kernel.start()
     y = kernel(1.0, state)
     state = kernel.next_state(state, y)
     step = fuzzyctl.compile(fuzzyctl.load_controller("rules/loops/water_tank.fz"))
@@ -64,8 +64,8 @@ def states() -> Array:
 
 def free_numbers() -> float:
     free = fuzzyctl.compile(system, free=["food.good.peak"])
-    values: Array = free.initial_values({"food.good.peak": 8})
-    free.gradient([1.0, 2.0], values, by="values")
+    values: Array = free.start({"food.good.peak": 8})
+    free.gradient([1.0, 2.0], values, by="state")
     free.gradient([1.0, 2.0], values, by="numbers")  # type: ignore[call-overload]
     several: Array = free.batch([[1.0, 2.0]], {"food.good.peak": 8})
     return free(7.0, 8.0, {"food.good.peak": 8.5}) + float(several[0]) + free(1, 2, values)

@@ -119,7 +119,7 @@ def _kernel(case: Case) -> fuzzyctl.Kernel:
 
 def evaluated(case: Case) -> np.ndarray:
     """Return our outputs, shape (points, outputs); points are a sequence."""
-    return np.reshape(_kernel(case).batch(np.array(case.points)), (len(case.points), len(case.system.outputs)))
+    return np.reshape(_kernel(case).run(np.array(case.points))[0], (len(case.points), len(case.system.outputs)))
 
 
 @lru_cache(maxsize=1)
@@ -217,10 +217,9 @@ def reaches(kernel: fuzzyctl.Kernel, case: Case, row: int, output: int, value: f
     ]
     state = None
     if kernel.n_states:
-        state = kernel.initial_state()
+        state = kernel.start()
         if row:
-            state = kernel.next_state(state, kernel.batch(np.array(case.points[:row])))
-        state = np.tile(state, (len(points), 1))
+            _, state = kernel.run(np.array(case.points[:row]))
     ours = np.reshape(kernel.batch(np.array(points), state), (len(points), -1))[:, output]
     if (differences(ours, np.full(len(points), value), np.array(width)) <= AGREEMENT).any():
         return True
@@ -241,7 +240,7 @@ def _leaves_nothing(case: Case, row: int, output: int, *, empties: bool) -> bool
     changed = {"defuzzifier": own.model_copy(update=other), "otherwise": "nan", "clamped": False}
     outputs[output] = outputs[output].model_copy(update=changed)
     kernel = fuzzyctl.compile(case.system.model_copy(update={"outputs": tuple(outputs)}), backend="numpy")
-    return bool(np.isnan(np.reshape(kernel.batch(np.array(case.points)), (len(case.points), -1))[row, output]))
+    return bool(np.isnan(np.reshape(kernel.run(np.array(case.points))[0], (len(case.points), -1))[row, output]))
 
 
 def _tied(case: Case, row: int, output: int, value: float, width: float) -> bool:
@@ -304,14 +303,14 @@ def among_maxima(case: Case, row: int, output: int, value: float, width: float) 
         method = own.model_copy(update={"kind": kind, "by": "value", "tolerance": 1e-12})
         outputs[output] = outputs[output].model_copy(update={"defuzzifier": method})
         kernel = fuzzyctl.compile(case.system.model_copy(update={"outputs": tuple(outputs)}), backend="numpy")
-        ends.append(np.reshape(kernel.batch(np.array(case.points)), (len(case.points), -1))[row, output])
+        ends.append(np.reshape(kernel.run(np.array(case.points))[0], (len(case.points), -1))[row, output])
     slack = AGREEMENT * max(width, abs(value))
     return bool(ends[0] < ends[1] and ends[0] - slack <= value <= ends[1] + slack)
 
 
 def noisy(case: Case, row: int, output: int, ours: np.ndarray) -> bool:
     """Return whether our number changes when norms are written as the peers write them, that is by their rounding."""
-    literal = np.reshape(_literal_kernel(case).batch(np.array(case.points)), ours.shape)
+    literal = np.reshape(_literal_kernel(case).run(np.array(case.points))[0], ours.shape)
     return bool(differences(literal, ours, widths_of(case.system))[row, output] > AGREEMENT)
 
 

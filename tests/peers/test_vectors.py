@@ -37,7 +37,7 @@ def test_the_numbers_are_the_peers(profile, case):
     if system.method.semantics.profile != profile:
         system = as_profile(system, profile)
     theirs = rows(case["outputs"])
-    ours = fuzzyctl.compile(system, backend="numpy").batch(rows(case["points"])).reshape(theirs.shape)
+    ours = fuzzyctl.compile(system, backend="numpy").run(rows(case["points"]))[0].reshape(theirs.shape)
     widths = [system.number(o.upper) - system.number(o.lower) for o in system.outputs]
     for row, (a, b) in enumerate(zip(ours, theirs, strict=True)):
         for x, y, width in zip(a.tolist(), b.tolist(), widths, strict=True):

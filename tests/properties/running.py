@@ -25,7 +25,7 @@ def quick(everything, some=None):
 def evaluated(kernel, point, *, batch=False):
     """The numbers of all outputs, or "error" where no rule fires."""
     try:
-        state = (kernel.initial_state(),) if kernel.n_states else ()
+        state = (kernel.start(),) if kernel.n_states else ()
         result = kernel.batch(np.array(point)) if batch else kernel(*point, *state)
     except NoRuleFiresError:
         return "error"

@@ -67,7 +67,7 @@ def states(kernel, flat, count, rng):
     """States for a batch: consequents anywhere in the range of their output, previous values as they are at first."""
     if not kernel.n_states:
         return ()
-    given_at_first = np.broadcast_to(kernel.initial_state(), (count, kernel.n_states)).copy()
+    given_at_first = np.broadcast_to(kernel.start(), (count, kernel.n_states)).copy()
     for k, (o, _) in enumerate(flat.states):
         own = flat.outputs[o]
         given_at_first[:, k] = rng.uniform(own.lower, own.upper, count)

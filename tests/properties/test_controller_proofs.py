@@ -11,7 +11,8 @@ from fuzzyctl.analysis.induction.claims import NEXT, loosened
 from fuzzyctl.analysis.induction.prover import ControllerProver
 from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.expr import Number
-from fuzzyctl.kernels.steps.step import Step
+from fuzzyctl.kernels.kernel import Kernel
+from fuzzyctl.kernels.steps.form import StepForm
 from fuzzyctl.loading.load import look_through
 from tests import sizes
 from tests.properties.running import quick
@@ -181,7 +182,7 @@ def require_sound(text, steps):
         own = [c.claim for c in proved] or [nothing]
         return np.stack([np.broadcast_to(margin_in_region(c, values), values["w"].shape) for c in own])
 
-    attack = Attack(Step(claims.equations, "numpy"), margins)
+    attack = Attack(Kernel(StepForm(claims.equations), "numpy"), margins)
     for values in attack.run(steps):
         for claim, margin in zip(proved, margins(values), strict=False):
             fine = margin >= (-1e-9 * (1 + np.abs(values["z"])) if is_exact(verdicts, claim) else 0.0)
@@ -199,7 +200,7 @@ def is_exact(verdicts, claim):
 
 def is_broken(claims, claim, verdict):
     """Whether the step at a witness breaks a claim."""
-    step = Step(claims.equations, "python")
+    step = Kernel(StepForm(claims.equations), "python")
     point = verdict.witness.point
     state = [point.get(n, x) for n, x in zip(step.state_names, step.start(), strict=True)]
     outputs, after = step(*(point.get(n, 0.0) for n in step.input_names), state, **dt_of(step, point))

@@ -144,9 +144,9 @@ def test_derivatives_are_those_of_differences_and_alike_on_backends(text):
     rows = np.random.default_rng(len(text)).uniform(-2, 2, (8, 2))
     _, state = step.run(rows, dt=0.05)
     point = np.concatenate([rows[3], state])
-    outputs, after = step.gradient(point[:2], point[2:], dt=0.05)
+    outputs, after = step.gradient(point[:2], point[2:], dt=0.05, by="all")
     found = np.concatenate([outputs, after])
-    for own, same in zip(other.gradient(point[:2], point[2:], dt=0.05), (outputs, after), strict=True):
+    for own, same in zip(other.gradient(point[:2], point[2:], dt=0.05, by="all"), (outputs, after), strict=True):
         np.testing.assert_allclose(own, same, rtol=1e-12, atol=1e-12)
 
     def results(at):

@@ -38,7 +38,7 @@ def candidates(system):
 @st.composite
 def values_of(draw, kernel):
     """Values near those of the system."""
-    start = kernel.initial_values()
+    start = kernel.start()
     moved = [draw(st.sampled_from([0.0, 0.0, 0.01, -0.03, 0.1])) for _ in start]
     return start + np.array(moved) * np.where(start == 0.0, 1.0, np.abs(start))
 
@@ -71,7 +71,7 @@ def test_free_numbers_are_those_of_the_system(kind, data):
     arrays = compile_system(system, "numpy", free=names)
     rows = np.array(data.draw(points(system)))
     changed, _ = parametrised(system, names)
-    for values in (kernel.initial_values(), data.draw(values_of(kernel))):
+    for values in (kernel.start(), data.draw(values_of(kernel))):
         note(f"values {values}")
         params = tuple(
             replace(p, expression=Number(values[list(kernel.free_names).index(p.name)])) for p in changed.params
@@ -80,7 +80,7 @@ def test_free_numbers_are_those_of_the_system(kind, data):
         try:
             found = kernel.batch(rows, values)
         except ValueOutOfBoundsError:
-            assert not np.array_equal(values, kernel.initial_values())
+            assert not np.array_equal(values, kernel.start())
             continue
         expected = own.batch(rows)
         assert alike(found, expected), (found, expected)
@@ -111,16 +111,16 @@ def test_gradients_are_the_limits_of_differences(kind, data):
     # Corners are drawn on a grid, and at a kink branches may have other slopes than the whole.
     rows = np.array(data.draw(points(system))) + 0.00137 * widths
     kernel = allowed(lambda: compile_system(system, "numpy", free=names))
-    by_inputs = kernel and allowed(lambda: kernel.gradient(rows, kernel.initial_values()))
+    by_inputs = kernel and allowed(lambda: kernel.gradient(rows, kernel.start()))
     if by_inputs is None:
         return
     plain = compile_system(system, "numpy")
     assert np.allclose(plain.gradient(rows), by_inputs, rtol=1e-9, atol=1e-9, equal_nan=True)
-    by_values = kernel.gradient(rows, kernel.initial_values(), by="values")
+    by_values = kernel.gradient(rows, kernel.start(), by="state")
     for row, own in zip(rows, by_inputs, strict=True):
         differences = slopes(plain.batch, row, 1e-6 * widths)
         assert close(own, differences, widths), (row, own, differences)
-    values = kernel.initial_values()
+    values = kernel.start()
     sizes = 1e-6 * np.maximum(np.abs(values), 1e-3)
     try:
         differences = slopes(lambda v: kernel.batch(rows, v), values, sizes)

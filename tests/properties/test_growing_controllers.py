@@ -7,7 +7,8 @@ from hypothesis import strategies as st
 
 from fuzzyctl import Proved, Undecided
 from fuzzyctl.analysis.induction.prover import ControllerProver
-from fuzzyctl.kernels.steps.step import Step
+from fuzzyctl.kernels.kernel import Kernel
+from fuzzyctl.kernels.steps.form import StepForm
 from tests import sizes
 from tests.properties.running import quick
 from tests.properties.test_controller_proofs import controller_of, margin_in_region
@@ -91,7 +92,7 @@ def runs(prover, steps, is_limited):
 def require_kept(text, steps):
     found, prover = proofs_of(text)
     proved = [(c, v) for c, v in found if isinstance(v, Proved)]
-    step = Step(prover.claims.equations, "python")
+    step = Kernel(StepForm(prover.claims.equations), "python")
     for claim, verdict in proved:
         for rows in runs(prover, steps, is_limited="1e30 in magnitude" in verdict.note):
             with np.errstate(all="ignore"):

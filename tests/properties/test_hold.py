@@ -71,23 +71,23 @@ def stepped(kernel, points, state):
 @given(points=POINTS)
 @settings(max_examples=examples(150), deadline=None)
 @pytest.mark.parametrize("backend", BACKENDS)
-def test_a_batch_is_the_sequence_of_its_points(kernels, backend, points):
+def test_a_run_is_the_sequence_of_its_points(kernels, backend, points):
     kernel = kernels[backend]
-    state = kernel.initial_state()
+    state = kernel.start()
     expected, last = stepped(kernels["python"], points, state)
-    found = kernel.batch(np.array(points, dtype=float).reshape(len(points), 2))
+    found, after = kernel.run(np.array(points, dtype=float).reshape(len(points), 2))
     np.testing.assert_allclose(found, expected, rtol=1e-12, atol=1e-12, equal_nan=True)
-    np.testing.assert_allclose(kernel.next_state(state, found), last, rtol=1e-12)
+    np.testing.assert_allclose(after, last, rtol=1e-12)
 
 
 @given(points=POINTS, cut=st.integers(0, 12))
 @settings(max_examples=examples(50), deadline=None)
 def test_a_sequence_may_be_cut_anywhere(kernels, points, cut):
     kernel = kernels["numba"]
-    whole = kernel.batch(np.array(points, dtype=float).reshape(len(points), 2))
+    whole, _ = kernel.run(np.array(points, dtype=float).reshape(len(points), 2))
     first, second = (np.array(p, dtype=float).reshape(len(p), 2) for p in (points[:cut], points[cut:]))
-    begun = kernel.batch(first)
-    rest = kernel.batch(second, kernel.next_state(kernel.initial_state(), begun))
+    begun, state = kernel.run(first)
+    rest, _ = kernel.run(second, state)
     np.testing.assert_array_equal(whole, np.concatenate([begun, rest]))
 
 
@@ -95,17 +95,17 @@ def test_a_sequence_may_be_cut_anywhere(kernels, points, cut):
 class TestHold:
     def test_begins_with_the_value_given_or_the_middle_of_the_range(self, kernels, backend):
         kernel = kernels[backend]
-        outputs = dict(zip(kernel.output_names, kernel(4.5, 1.0, kernel.initial_state()), strict=True))
+        outputs = dict(zip(kernel.output_names, kernel(4.5, 1.0, kernel.start()), strict=True))
         assert (outputs["u"], outputs["v"], outputs["z"]) == (-1.5, 0.5, 3.0)
 
     def test_a_read_output_counts_as_it_is_held(self, kernels, backend):
-        outputs = kernels[backend].batch([[7.0, 1.0], [4.5, 1.0]])
+        outputs, _ = kernels[backend].run([[7.0, 1.0], [4.5, 1.0]])
         v = kernels[backend].output_names.index("v")
         assert outputs[:, v].tolist() == [0.9, 0.9]
 
     def test_states_of_single_points_are_no_sequence(self, kernels, backend):
         kernel = kernels[backend]
-        state = np.array([kernel.initial_state(), kernel.initial_state() + 0.25])
+        state = np.array([kernel.start(), kernel.start() + 0.25])
         u = kernel.output_names.index("u")
         assert kernel.batch([[7.0, 1.0], [4.5, 1.0]], state)[:, u].tolist() == [5.0, -1.25]
 
@@ -120,11 +120,11 @@ class TestHold:
         from fractions import Fraction
 
         kernel = kernels[backend]
-        expected = kernel(4.5, 1.0, kernel.initial_state())
-        strided = np.repeat(kernel.initial_state(), 2)[::2]
-        frozen = kernel.initial_state()
+        expected = kernel(4.5, 1.0, kernel.start())
+        strided = np.repeat(kernel.start(), 2)[::2]
+        frozen = kernel.start()
         frozen.flags.writeable = False
-        for state in (kernel.initial_state().tolist(), tuple(kernel.initial_state()), strided, frozen):
+        for state in (kernel.start().tolist(), tuple(kernel.start()), strided, frozen):
             found = kernel(Fraction(9, 2), np.array(1), state)
             assert found == expected
             assert all(type(x) is float for x in found)
@@ -154,7 +154,7 @@ class TestPromisesBesideAHeldNaN:
     def test_a_broken_one_is_an_error_not_a_nan(self, backend):
         kernel = compile_system(loads(PROMISED), backend)
         with pytest.raises(NoRuleFiresError, match="'v' at x = 4"):
-            kernel(4.0, kernel.initial_state())
+            kernel(4.0, kernel.start())
         with pytest.raises(NoRuleFiresError, match="'v' at x = 4"):
             kernel.batch([[7.0], [4.0], [1.0]])
         with pytest.raises(NoRuleFiresError, match="'v' at x = 4"):
@@ -162,9 +162,9 @@ class TestPromisesBesideAHeldNaN:
 
     def test_what_reads_it_has_no_value_and_broke_none(self, backend):
         kernel = compile_system(loads(PROMISED), backend)
-        np.testing.assert_array_equal(kernel(7.0, kernel.initial_state()), [math.nan, 0.25, math.nan])
+        np.testing.assert_array_equal(kernel(7.0, kernel.start()), [math.nan, 0.25, math.nan])
         np.testing.assert_array_equal(
-            kernel.batch([[7.0], [1.0], [7.0]]), [[math.nan, 0.25, math.nan], [-4.0, 0.25, 0.5], [-4.0, 0.25, 0.5]]
+            kernel.run([[7.0], [1.0], [7.0]])[0], [[math.nan, 0.25, math.nan], [-4.0, 0.25, 0.5], [-4.0, 0.25, 0.5]]
         )
 
 

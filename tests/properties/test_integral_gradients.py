@@ -87,7 +87,7 @@ def test_are_those_of_central_differences(defuzzifier, pair, hedge, semantics, p
     values = np.array([0.1, 0.45, 0.8])
     expected = difference(lambda v: free.batch(x, v), values, 2e-4)
     assume(np.isfinite(expected).all())
-    np.testing.assert_allclose(free.gradient(x, values, by="values"), expected, rtol=1e-6, atol=1e-8)
+    np.testing.assert_allclose(free.gradient(x, values, by="state"), expected, rtol=1e-6, atol=1e-8)
 
 
 def test_a_part_of_a_set_between_two_nodes_counts():
@@ -102,4 +102,4 @@ def test_a_part_of_a_set_between_two_nodes_counts():
     x, values = np.array([0.6546361566920957, 0.031787743967468085]), np.array([0.1, 0.9, 0.8, 0.9, 0.7, 0.8, 0.9])
     expected = difference(lambda v: free.batch(x, v), values, 2e-4)
     assert abs(expected[2]) > 1e-3
-    np.testing.assert_allclose(free.gradient(x, values, by="values"), expected, rtol=1e-6, atol=1e-8)
+    np.testing.assert_allclose(free.gradient(x, values, by="state"), expected, rtol=1e-6, atol=1e-8)

@@ -63,7 +63,7 @@ class TestAdaptiveGain:
     @given(st.lists(st.floats(-5, 5) | anything, min_size=1, max_size=40), st.floats(1e-4, 10.0))
     def test_never_leaves_its_range_under_euler_steps_with_projection(self, gain, sigmas, dt):
         limit = 2.0
-        state, rates, xi = gain.initial_state(), np.empty(gain.n_rules), np.empty(gain.n_rules)
+        state, rates, xi = gain.start(), np.empty(gain.n_rules), np.empty(gain.n_rules)
         for sigma in sigmas:
             assert abs(gain(sigma, state)) <= limit
             gain.jit_strengths(sigma, xi)

@@ -82,7 +82,7 @@ def check_enclosures(system, seed, *, count=12, straight=True):
     if cells is None:
         return
     kernels = kernels_of(system)
-    state = kernels[0].initial_state() if kernels[0].n_states else None
+    state = kernels[0].start() if kernels[0].n_states else None
     low, high, inside = random_boxes(*cells, np.random.default_rng(seed), count)
     wanted = list(range(len(system.outputs)))
     with np.errstate(all="ignore"):

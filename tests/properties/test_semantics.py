@@ -113,7 +113,7 @@ def expected(system, points=POINTS):
 
 
 def found(system, backend, points=POINTS):
-    return fuzzyctl.compile(system, backend).batch(points).reshape(len(points), -1)
+    return fuzzyctl.compile(system, backend).run(points)[0].reshape(len(points), -1)
 
 
 @settings(max_examples=examples(80), deadline=None)

@@ -231,7 +231,7 @@ class Rules:
         system = self.prove_adaptive_gain()
         bound = self._bounds("fcafsmc", system)["F"]
         kernel = self.kernel("fcafsmc", system)
-        return kernel.value, kernel.rates_value, kernel.initial_state(), bound.lo, bound.hi
+        return kernel.value, kernel.rates_value, kernel.start(), bound.lo, bound.hi
 
     def gain(self, role: str) -> Any:
         """Return the proved and compiled system of a role of one's own, for a law in Python."""

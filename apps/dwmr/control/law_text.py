@@ -23,7 +23,7 @@ from fuzzyctl.support.reading import read_source
 if TYPE_CHECKING:
     from dwmr.core.arrays import FloatArray
     from fuzzyctl.analysis.verdicts import Verdict
-    from fuzzyctl.kernels.steps.step import Step
+    from fuzzyctl.kernels.kernel import Kernel
     from fuzzyctl.model.system import FuzzySystem
 
 #: What the formation offers as inputs, and their units: the fields of `TrackingError`, in their order.
@@ -95,7 +95,7 @@ class Assembled:
         self._verdicts: dict[tuple[float, ...], tuple[Verdict, ...]] = {}
         self._starts: dict[tuple[float, ...], FloatArray] = {}
         self._values: dict[tuple[tuple[str, float], ...], tuple[Mapping[str, float], Mapping[str, str]]] = {}
-        self._step: Step | None = None
+        self._step: Kernel | None = None
 
     def values(self, gains: Mapping[str, float]) -> tuple[Mapping[str, float], Mapping[str, str]]:
         """Return the values of all params with some gains, and what is wrong with which."""
@@ -130,7 +130,7 @@ class Assembled:
             self._verdicts[whole] = verdicts(with_values(self.controller, values), TIMEOUT)
         return self._verdicts[whole]
 
-    def step(self, backend: str) -> Step:
+    def step(self, backend: str) -> Kernel:
         """Return the compiled step: one for all values of the params; see `compiled`."""
         if self._step is None:
             self._step = compiled(self.controller, backend)
@@ -300,7 +300,7 @@ def _known(controller: Controller) -> set[str]:
     return {n.name for e in parts for n in names_in(e)}
 
 
-def compiled(controller: Controller, backend: str) -> Step:
+def compiled(controller: Controller, backend: str) -> Kernel:
     """Compile a control law to a step that takes `OFFERED` and dt, and gives `COMMANDS` first.
 
     Its params are states, so that one machine code serves all gains.
@@ -309,7 +309,8 @@ def compiled(controller: Controller, backend: str) -> Step:
         controller: The law, called with the systems it shall have.
         backend: "numba" or "python".
     """
-    from fuzzyctl.kernels.steps.step import Step
+    from fuzzyctl.kernels.kernel import Kernel
+    from fuzzyctl.kernels.steps.form import StepForm
     from fuzzyctl.kernels.steps.values import StepValues
 
     equations = _with_free_params(controller)
@@ -317,7 +318,8 @@ def compiled(controller: Controller, backend: str) -> Step:
     changed = replace(equations, inputs=tuple(OFFERED), outputs=tuple(outputs), period=None)
     if not equations.states:
         changed = replace(changed, states=(KeptState("none", 0.0),), updates=(Name("none"),))
-    return Step(changed, backend, values=StepValues(controller, equations) if equations.free else None)
+    values = StepValues(controller, equations) if equations.free else None
+    return Kernel(StepForm(changed, values=values), backend)
 
 
 def _with_free_params(controller: Controller) -> Equations:

@@ -15,8 +15,9 @@ from fuzzyctl.analysis.induction.claims import NEXT, Claims, StepClaim
 from fuzzyctl.analysis.induction.step_model import FAR
 from fuzzyctl.analysis.verdicts import Witness
 from fuzzyctl.expr import Expr, Name, Number
+from fuzzyctl.kernels.kernel import Kernel
 from fuzzyctl.kernels.plan.equations import DT
-from fuzzyctl.kernels.steps.step import Step
+from fuzzyctl.kernels.steps.form import StepForm
 from fuzzyctl.records import record
 
 #: What two expressions that differ may owe to rounding, relative to them, where a claim is about exact arithmetic.
@@ -51,9 +52,9 @@ class Replay:
         self.start = [float(s.start) for s in equations.states]
 
     @cached_property
-    def step(self) -> Step:
+    def step(self) -> Kernel:
         """The step; what is proved without a witness needs none."""
-        return Step(self.claims.equations, "python")
+        return Kernel(StepForm(self.claims.equations), "python")
 
     def breaks(self, claim: Claim, point: Mapping[str, float]) -> bool:
         """Return whether a claim is false at a point; other inputs are 0, `dt` 1 s, other states at their start."""

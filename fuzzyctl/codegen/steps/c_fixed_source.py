@@ -22,7 +22,8 @@ from fuzzyctl.codegen.steps.sequence import sequence_of_points
 from fuzzyctl.codegen.steps.unit import described_step, signal_note
 from fuzzyctl.codegen.unit import printable
 from fuzzyctl.codegen.wrapping import broken, folded
-from fuzzyctl.kernels.steps.step import Step
+from fuzzyctl.kernels.kernel import Kernel
+from fuzzyctl.kernels.steps.form import StepForm
 
 #: Steps of the self-test.
 STEPS: Final = 200
@@ -308,7 +309,7 @@ class _FixedText:
 
     def _sequence(self) -> tuple[list[list[int]], list[list[tuple[int, int]]]]:
         """Return the inputs of a sequence, and between which integers the outputs lie."""
-        form, step = self.fixed.form, Step(self.unit.equations, "python")
+        form, step = self.fixed.form, Kernel(StepForm(self.unit.equations), "python")
         one, state = 1 << form.fraction, step.start()
         points, expected = [], []
         for point in sequence_of_points(self.unit, self.fixed.inputs, STEPS):

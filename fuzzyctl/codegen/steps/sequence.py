@@ -19,9 +19,10 @@ from fuzzyctl.codegen.vectors import Vector, rounded
 from fuzzyctl.diagnostics.diagnostic import NoRuleFiresError
 from fuzzyctl.expr import Name
 from fuzzyctl.kernels.backends.python import backend as python_backend
+from fuzzyctl.kernels.kernel import Kernel
 from fuzzyctl.kernels.program.program import STATE, Item
 from fuzzyctl.kernels.program.traversal import map_expressions
-from fuzzyctl.kernels.steps.step import Step
+from fuzzyctl.kernels.steps.form import StepForm
 
 #: Steps of a sequence.
 STEPS: Final = 200
@@ -96,7 +97,7 @@ def _steps(unit: StepUnit, rng: random.Random, least: float) -> Steps:
         rng: Draws the inputs.
         least: What errors are relative to at least.
     """
-    kernel = Step(unit.equations, "python")
+    kernel = Kernel(StepForm(unit.equations), "python")
     state = kernel.start()
     copies = _Single(unit) if unit.precision == "float" else _Double(unit, rng)
     steps = Steps([least] * len(unit.program.results))
@@ -120,11 +121,11 @@ def _steps(unit: StepUnit, rng: random.Random, least: float) -> Steps:
     return steps
 
 
-def _made(kernel: Step, unit: StepUnit, point: tuple[float, ...], state: Numbers) -> tuple[Vector, Numbers]:
+def _made(kernel: Kernel, unit: StepUnit, point: tuple[float, ...], state: Numbers) -> tuple[Vector, Numbers]:
     """Make a step of the kernel; where it refuses the state stays."""
     inputs, time = point[: len(unit.equations.inputs)], point[len(unit.equations.inputs) :]
     try:
-        outputs, after = kernel(*inputs, state, **({"dt": time[0]} if time else {}))
+        outputs, after = kernel(*inputs, state, dt=time[0] if time else None)
     except NoRuleFiresError as error:
         return Vector(point, (math.nan,) * len(unit.outputs), error.output), state
     return Vector(point, (outputs,) if len(unit.outputs) == 1 else tuple(outputs)), after

@@ -132,14 +132,26 @@ def row_array(names: Sequence[str], rows: Any, what: str) -> FloatArray:
 def point_array(names: Sequence[str], points: Any) -> Any:
     """Return points as an array of shape (..., inputs); columns with names are put in the order of the inputs.
 
+    Args:
+        names: Of the inputs.
+        points: What a caller gives; for one input also without the last axis.
+
     Raises:
-        ArgumentError: For columns that are not those of the inputs, and for what is no array of real numbers.
+        ArgumentError: For columns that are not those of the inputs, for an array of another shape, and for what is no
+            array of real numbers.
     """
     import numpy as np
 
     plain = type(points) is np.ndarray and points.dtype.names is None  # the usual case, without a search
-    columns = None if plain else columns_by_name(names, points)
-    return number_array(points, "points") if columns is None else stacked(names, columns)
+    is_series = len(names) == 1 and getattr(points, "ndim", 0) == 1 and hasattr(points, "iloc")
+    columns = None if plain or is_series or not names else columns_by_name(names, points)
+    array = number_array(points, "points") if columns is None else stacked(names, columns)
+    if len(names) == 1 and (array.ndim == 0 or array.shape[-1] != 1):
+        array = array[..., np.newaxis]
+    if array.ndim == 0 or array.shape[-1] != len(names):
+        wanted = f"(..., {len(names)}) for {', '.join(names)}"
+        raise ArgumentError(f"points must have the shape {wanted}, got {array.shape}")
+    return array
 
 
 def stacked(names: Sequence[str], columns: Sequence[Any]) -> FloatArray:

@@ -59,7 +59,10 @@ def run(fill: Fill, points: Any, states: FloatArray | None, results: FloatArray)
         states: Shape (n, states), perhaps one row repeated; None without a state.
         results: Shape (n, outputs), contiguous.
     """
-    _work(fill, points, states, results, 1)(0, len(results))
+    if len(results) <= TRIED and _are_plain(points, states):
+        fill(points, states, results)
+    else:
+        _work(fill, points, states, results, 1)(0, len(results))
 
 
 def run_compiled(
@@ -78,6 +81,9 @@ def run_compiled(
         parallel: Whether several threads may share the work.
     """
     count = len(results)
+    if count <= TRIED and _are_plain(points, states):
+        fill(points, states, results)
+        return
     done, pace = _try(_work(fill, points, states, results, 1), count)
     if done < count:
         workers = max(min(cores(), int((count - done) * pace / ENOUGH)), 1) if parallel else 1
@@ -100,7 +106,7 @@ def _try(work: Work, count: int) -> tuple[int, float]:
 def _work(fill: Fill, points: Any, states: FloatArray | None, results: FloatArray, workers: int) -> Work:
     """Return what fills a part of the results, in blocks of bounded memory where arrays are converted."""
     size = len(results)
-    if not (is_plain(points) and (states is None or is_plain(states))):
+    if not _are_plain(points, states):
         numbers = points.shape[-1] + (0 if states is None else states.shape[-1])
         size = min(BLOCK, CONVERTED // (8 * max(numbers, 1) * workers))
 
@@ -121,6 +127,10 @@ def plain(array: FloatArray) -> FloatArray:
 def is_plain(array: npt.NDArray[Any]) -> bool:
     """Return whether compiled code can read an array as it is."""
     return array.ndim == 2 and array.dtype == np.float64 and array.flags.c_contiguous and array.flags.aligned
+
+
+def _are_plain(points: npt.NDArray[Any], states: FloatArray | None) -> bool:
+    return is_plain(points) and (states is None or is_plain(states))
 
 
 def listed(points: npt.NDArray[Any], first: int, last: int) -> npt.NDArray[Any]:

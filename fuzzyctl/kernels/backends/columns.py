@@ -47,7 +47,7 @@ def axis_names(inputs: Sequence[str], values: Any) -> list[Any] | None:
 
 
 def _has_named_axes(values: Any) -> bool:
-    return all(hasattr(values, attribute) for attribute in ("dims", "indexes", "shape"))
+    return hasattr(values, "dims") and hasattr(values, "indexes") and hasattr(values, "shape")
 
 
 def columns_by_name(inputs: Sequence[str], values: Any, what: str = "points") -> list[Any] | None:

@@ -19,23 +19,6 @@ if TYPE_CHECKING:
 NO_STATE: Final = "the system has no state: no output is adaptive or says 'else hold'"
 
 
-def first_state(plan: Plan, state: Any) -> FloatArray:
-    """Return a state of shape (states,), the initial one for None where nothing adapts.
-
-    Raises:
-        ArgumentError: For a state of another shape, and for none where consequents adapt.
-    """
-    import numpy as np
-
-    count = len(plan.initial_state)
-    if state is None and plan.states:
-        raise ArgumentError(f"the state is missing: {count} adaptive consequents")
-    array = np.array(plan.initial_state, dtype=np.float64) if state is None else float_array(state, "state")
-    if array.shape != (count,):
-        raise ArgumentError(f"the state must have the shape ({count},), got {array.shape}")
-    return array
-
-
 def argument(state: Any, count: int, *, compiled: bool) -> Any:
     """Return a state as the function of a backend takes it; compiled code would read beyond a short one.
 
@@ -52,44 +35,6 @@ def argument(state: Any, count: int, *, compiled: bool) -> Any:
     if len(plain) != count:
         raise ArgumentError(f"the state must have {count} entries, got {len(plain)}")
     return plain
-
-
-def flat_state(plan: Plan, state: Any, shape: tuple[int, ...]) -> FloatArray | None:
-    """Return the state of each of the points of a batch, shape (n, states); None for a system without a state.
-
-    Args:
-        plan: The system.
-        state: What the caller gives.
-        shape: The shape of the points, without that of each.
-
-    Raises:
-        ArgumentError: For a state that does not fit.
-    """
-    import numpy as np
-
-    count = len(plan.initial_state)
-    if not count:
-        if state is not None:
-            raise ArgumentError(f"{NO_STATE}, so batch takes none")
-        return None
-    array = last_axis(plan, state)
-    try:
-        return np.broadcast_to(array, (*shape, count)).reshape(-1, count)
-    except ValueError:
-        raise ArgumentError(f"a state of shape {array.shape} does not fit points of shape {shape}") from None
-
-
-def last_axis(plan: Plan, state: Any) -> FloatArray:
-    """Return a state of shape (..., states), the initial one for None where nothing adapts.
-
-    Raises:
-        ArgumentError: As `first_state` does.
-    """
-    array = first_state(plan, None) if state is None else float_array(state, "state")
-    count = len(plan.initial_state)
-    if array.ndim == 0 or array.shape[-1] != count:
-        raise ArgumentError(f"the state must have the shape (..., {count}), got {array.shape}")
-    return array
 
 
 def states_along(

@@ -49,15 +49,28 @@ def condition_program(free: FreePlan) -> Program:
     return builder.program(free.trace.arguments, results)
 
 
-def with_values_as_array(program: Program, values: Sequence[Name]) -> Program:
-    """Return a program that takes its free numbers as an array instead of arguments."""
-    items: dict[str, Expr] = {v.name: Item(STATE, k) for k, v in enumerate(values)}
+def with_values_as_array(program: Program, values: Sequence[str]) -> Program:
+    """Return a program that takes some of its arguments as an array, its state."""
+    items: dict[str, Expr] = {name: Item(STATE, k) for k, name in enumerate(values)}
 
     def change(node: Expr) -> Expr:
         return items.get(node.name, node) if isinstance(node, Name) else node
 
     arguments = tuple(a for a in program.arguments if a not in items)
     return replace(map_expressions(program, change), arguments=arguments, state=len(values))
+
+
+def with_named_state(program: Program) -> tuple[Program, tuple[str, ...]]:
+    """Return a program that takes its state as its last arguments, and their names; see `with_values_as_array`."""
+    names = tuple(f"s{k}" for k in range(program.state))
+
+    def change(node: Expr) -> Expr:
+        if isinstance(node, Item) and node.array == STATE:
+            assert isinstance(node.index, int), "states are read one by one"
+            return Name(names[node.index])
+        return node
+
+    return replace(map_expressions(program, change), arguments=(*program.arguments, *names), state=0), names
 
 
 def _named(node: Expr) -> Expr:

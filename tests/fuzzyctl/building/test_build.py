@@ -276,17 +276,17 @@ class TestFragments:
         assert self.output(otherwise=" nan ").otherwise == "nan"
         assert self.output(otherwise="k + 1").otherwise == build.expression("k + 1")
 
-    def test_what_is_held_goes_on_in_the_order_of_indices(self):
+    def test_what_is_held_goes_on_in_the_order_of_rows(self):
         gap = {"L": "triangle(-inf, 0, 0.1)", "H": "triangle(0.9, 1, inf)"}
         held = build.output_variable("u", 0, 1, {"A": 0, "B": 1}, otherwise=build.Hold(0.5))
         rules = ["if x is L then u is A", "if x is H then u is B"]
         system = build.system("s", [build.input_variable("x", 0, 1, gap), held], rules, defuzzifier="weighted_average")
-        points = np.array([[0.5, 1.0, 0.5], [0.0, 0.5, 1.0]])[..., None]
+        points = np.array([0.5, 1.0, 0.5, 0.0, 0.5, 1.0])
         for backend in ("numba", "numpy", "python"):
             kernel = compile(system, backend)
-            assert kernel.batch(points).tolist() == [[0.5, 1, 1], [0, 0, 1]]
-            assert kernel.batch(np.asfortranarray(points)).tolist() == [[0.5, 1, 1], [0, 0, 1]]
-            assert kernel.batch(points[::-1, ::-1]).tolist() == [[1, 1, 0], [0, 1, 1]]
+            assert kernel.run(points)[0].tolist() == [0.5, 1, 1, 0, 0, 1]
+            assert kernel.run(points[::-1])[0].tolist() == [1, 1, 0, 0, 1, 1]
+            assert kernel.batch(points).tolist() == [0.5, 1, 0.5, 0, 0.5, 1]
 
     def test_activation_is_what_a_file_says(self):
         for text in ("highest(count=1)", "threshold(>= 0.1)", "first(count=2, threshold=(k))"):

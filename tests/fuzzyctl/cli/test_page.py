@@ -133,7 +133,7 @@ def test_a_page_computes_what_the_kernel_and_the_trace_compute(path, tmp_path):
     start = ", kernels[0].start()" * section["state"]
     call = f"[kernels[0].evaluate(...p{start}), kernels[0].activity(...p{start})]"
     own = f"{json.dumps(asked)}.map((p) => {call})"
-    state = [kernel.initial_state()] if section["state"] else []
+    state = [kernel.start()] if section["state"] else []
     for point, (output, activity) in zip(asked, computed(tmp_path, tags, own), strict=True):
         outputs = output if isinstance(output, list) else [output]
         expected = kernel(*point, *state)
@@ -177,9 +177,9 @@ def test_functions_states_hedges_and_refusals_are_computed(tmp_path):
         given = dict(zip(("x", "y"), point, strict=True))
         if isinstance(output, str):
             with pytest.raises(NoRuleFiresError, match=output):
-                kernel(*point, list(kernel.initial_state()))
+                kernel(*point, list(kernel.start()))
             continue
-        assert beside(output, kernel(*point, list(kernel.initial_state())), 10.0)
+        assert beside(output, kernel(*point, list(kernel.start())), 10.0)
         found = trace(system, given)
         for rule in found.rules:
             parts = section["rules"][rule.number - 1]["consequents"]
@@ -451,7 +451,7 @@ def first_outputs(block, count=20):
     """Return the first output of a block at drawn points, a controller's at its first step."""
     if not isinstance(block, Controller):
         kernel = compile(block, backend="python")
-        state = [kernel.initial_state()] if kernel.plan.initial_state else []
+        state = [kernel.start()] if kernel.plan.initial_state else []
         found = [kernel(*point, *state) for point in points(block, count)]
     else:
         step, drawn = compile(block, backend="python"), random.Random(3)

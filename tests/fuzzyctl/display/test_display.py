@@ -62,8 +62,6 @@ def shown(tipper, loop, run):
     things = [
         tipper,
         fuzzyctl.compile(tipper, "numpy"),
-        fuzzyctl.compile(fragile, "python", free=["k_s"]),
-        fuzzyctl.compile(loop.controllers[0], "python"),
         *(loop, loop.controllers[0], loop.plants[0], run),
         fuzzyctl.Experiment(loop, "python", free=["law.GE"]),
         fuzzyctl.why(tipper, service=7, food=8),
@@ -122,6 +120,15 @@ def test_plots_are_turned_in_the_dark_unless_their_colours_are_values(shown):
 
 def test_a_plan_is_one_line_too(shown):
     assert repr(shown["Kernel"].plan) == "Plan(service, food -> tip; 3 rules)"
+
+
+def test_a_kernel_says_what_it_takes(tipper, loop):
+    free = fuzzyctl.compile(tipper, "python", free=["tip.cheap.peak"])._repr_html_()
+    assert ">tip.cheap.peak<" in free
+    assert "<img" not in free
+    step = fuzzyctl.compile(loop.controllers[0], "python")._repr_html_()
+    assert ">period<" in step
+    assert ">rules<" not in step
 
 
 def test_an_experiment_says_what_is_compiled(shown):

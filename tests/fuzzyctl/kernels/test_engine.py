@@ -359,7 +359,7 @@ class TestChains:
             rule(is_("u", "large"), ("v", "p")),
         ]
         kernel = compile_system(build(rules, outputs), "numpy")
-        assert kernel(0.25, 0.0, kernel.initial_state())[1] == pytest.approx(-0.5)
+        assert kernel(0.25, 0.0, kernel.start())[1] == pytest.approx(-0.5)
         xi = np.empty(2)
         kernel.jit_strengths(0.25, 0.0, xi)
         assert xi == pytest.approx([0.75, 0.25])

@@ -9,7 +9,7 @@ import pytest
 import fuzzyctl
 from fuzzyctl import ArgumentError, NoRuleFiresError, UnknownNameError, ValueOutOfBoundsError, loads
 from fuzzyctl.kernels.compile import compile as compile_system
-from fuzzyctl.kernels.free_kernel import FreeKernel
+from fuzzyctl.kernels.kernel import Kernel
 from tests import sizes
 
 BACKENDS = ("python", "numpy", "numba")
@@ -54,11 +54,11 @@ def test_a_kernel_of_free_numbers_computes_what_typed_numbers_do(system, backend
     kernel = compile_system(system, backend, free=NAMES)
     assert kernel.free_names == ("g", "e.Z.peak", "u.P.peak", *(f"u.weights[{k}]" for k in range(9)))
     typed = compile_system(retyped(peak="0.3", z="0.1", p="0.8", weight="0.5"), "python")
-    values = kernel.initial_values({"g": 0.5, "e.Z.peak": 0.3, "u.P.peak": 0.8, "u.weights[0]": 0.5})
+    values = kernel.start({"g": 0.5, "e.Z.peak": 0.3, "u.P.peak": 0.8, "u.weights[0]": 0.5})
     assert kernel.batch(POINTS, values) == pytest.approx(typed.batch(POINTS), abs=1e-12)
     assert [kernel(*p, values) for p in POINTS] == pytest.approx(typed.batch(POINTS), abs=1e-12)
     assert kernel.jit(0.25, -0.4, values) == pytest.approx(typed(0.25, -0.4), abs=1e-12)
-    assert kernel(e=0.25, d=-0.4, values=values) == kernel(0.25, -0.4, values)
+    assert kernel(e=0.25, d=-0.4, state=values) == kernel(0.25, -0.4, values)
 
 
 @pytest.mark.parametrize("backend", BACKENDS)
@@ -70,19 +70,19 @@ def test_values_broadcast_with_the_points(system, backend):
     for k, own in enumerate(values):
         assert np.array_equal(found[:, k], kernel.batch(POINTS, own))
     assert np.array_equal(kernel.batch(POINTS[0], values), found[0])
-    with pytest.raises(ArgumentError, match=r"values of shape \(2, 2\) do not broadcast with points of shape \(3,\)"):
+    with pytest.raises(ArgumentError, match=r"a state of shape \(2, 2\) does not fit points of shape \(3,\)"):
         kernel.batch(POINTS, values)
 
 
 def test_a_mapping_leaves_other_numbers_as_they_are(system):
     kernel = compile_system(system, "python", free=["u.weights", "g"])
-    assert kernel.initial_values({"u.weights": 0.5}).tolist() == [*[0.5] * 9, 1.0]
-    assert kernel.initial_values({"u.weights": np.arange(9) / 9, "g": 2}).tolist() == [*(np.arange(9) / 9), 2.0]
-    assert kernel(0.1, 0.2, {"g": 2}) == kernel(0.1, 0.2, kernel.initial_values({"g": 2}))
+    assert kernel.start({"u.weights": 0.5}).tolist() == [*[0.5] * 9, 1.0]
+    assert kernel.start({"u.weights": np.arange(9) / 9, "g": 2}).tolist() == [*(np.arange(9) / 9), 2.0]
+    assert kernel(0.1, 0.2, {"g": 2}) == kernel(0.1, 0.2, kernel.start({"g": 2}))
     with pytest.raises(UnknownNameError, match="no free number 'k'; there are"):
-        kernel.initial_values({"k": 1})
+        kernel.start({"k": 1})
     with pytest.raises(ArgumentError, match=r"free number 'u.weights' has 9 values, got the shape \(3,\)"):
-        kernel.initial_values({"u.weights": [1, 1, 1]})
+        kernel.start({"u.weights": [1, 1, 1]})
 
 
 def test_the_peak_of_a_terms_line_moves_the_feet_beside_it():
@@ -187,8 +187,8 @@ def test_a_system_with_a_state_has_no_free_numbers(adaptive):
 def test_values_that_the_system_cannot_have_are_refused(system, backend, changed, message):
     kernel = compile_system(system, backend, free=NAMES)
     with pytest.raises(ValueOutOfBoundsError, match=message):
-        kernel.initial_values(changed)
-    good = kernel.initial_values()
+        kernel.start(changed)
+    good = kernel.start()
     bad = good.copy()
     for name, value in changed.items():
         bad[kernel.free_names.index(name)] = value
@@ -239,7 +239,7 @@ def test_where_no_rule_fires_a_kernel_of_free_numbers_says_so(backend):
 
 def test_wrong_arguments_are_named(system):
     kernel = compile_system(system, "python", free=["g"])
-    with pytest.raises(ArgumentError, match=r"expected 3 arguments \(e, d, values\), got 2"):
+    with pytest.raises(ArgumentError, match=r"takes 3 arguments \(e, d, state\), got 2"):
         kernel(0.1, 0.2)
     with pytest.raises(ArgumentError, match=r"the values must have the shape \(..., 1\), got \(2,\)"):
         kernel(0.1, 0.2, [1, 2])
@@ -261,10 +261,10 @@ def test_an_integer_beyond_all_floats_is_named(system, backend):
 def test_a_kernel_of_free_numbers_can_be_sent_to_another_process(system):
     kernel = compile_system(system, "python", free=NAMES)
     other = pickle.loads(pickle.dumps(kernel))
-    assert isinstance(other, FreeKernel)
+    assert isinstance(other, Kernel)
     assert other.free_names == kernel.free_names
     assert other(0.1, 0.2, {"g": 2}) == kernel(0.1, 0.2, {"g": 2})
-    assert repr(kernel) == "FreeKernel(e, d -> u; 12 free; python)"
+    assert repr(kernel) == "Kernel(e, d -> u; 12 free; python)"
 
 
 # --- degrees, strengths, gradients -----------------------------------------------------------------------------------
@@ -317,7 +317,7 @@ table u = z
     # z = 0.75, u = (z - 0.5) / 2.5
     slopes = kernel.gradient([[0.5, 0.0]], values)[0]
     assert slopes == pytest.approx(np.array([[0.6, 0.4], [2.4, 1.6]]), abs=1e-12)
-    by_slope = kernel.gradient([[0.5, 0.0]], values, by="values")[0, :, 0]
+    by_slope = kernel.gradient([[0.5, 0.0]], values, by="state")[0, :, 0]
     assert by_slope == pytest.approx([0.2, 0.1 + 1.5 * 0.2 + 0.5], abs=1e-12)
 
 
@@ -353,7 +353,7 @@ def test_gradients_are_exact(backend):
     assert np.isnan(kernel.gradient([[np.nan, d]])).all()
     free = compile_system(loads(TEXT.replace("Z@(0.1 * h)", "Z@0")), backend, free=["u.P.peak", "u.Z.peak"])
     strengths = free.strengths([[e, d]], [1, 0])[0]
-    by_values = free.gradient([[e, d]], [1, 0], by="values")[0]
+    by_values = free.gradient([[e, d]], [1, 0], by="state")[0]
     assert by_values == pytest.approx([strengths[[5, 7, 8]].sum(), strengths[[2, 4, 6]].sum()], abs=1e-15)
 
 
@@ -430,7 +430,7 @@ if x is H then u is R
 
 def test_a_system_with_a_state_has_degrees_strengths_and_gradients(adaptive):
     kernel = compile_system(adaptive, "numpy")
-    state = kernel.initial_state()
+    state = kernel.start()
     assert kernel.strengths([[0.1]]).shape == (1, 7)
     assert kernel.degrees([[0.1]])
     step = 1e-7
@@ -440,7 +440,7 @@ def test_a_system_with_a_state_has_degrees_strengths_and_gradients(adaptive):
 
 def test_compile_is_public():
     kernel = fuzzyctl.compile(loads(TEXT), "python", free=["g"])
-    assert isinstance(kernel, fuzzyctl.FreeKernel)
+    assert isinstance(kernel, fuzzyctl.Kernel)
 
 
 WORST = """system s
@@ -489,7 +489,7 @@ def by_hand(points):
 def test_degrees_strengths_and_gradients_are_those_by_hand_at_the_worst_places(backend):
     system = fuzzyctl.loads(WORST)
     kernel, free = fuzzyctl.compile(system, backend), fuzzyctl.compile(system, backend, free=["k"])
-    values = free.initial_values()
+    values = free.start()
     degrees, strengths = by_hand(CORNERS)
     for found in (kernel.degrees(CORNERS), free.degrees(CORNERS, values)):
         for variable, terms in degrees.items():
@@ -501,7 +501,7 @@ def test_degrees_strengths_and_gradients_are_those_by_hand_at_the_worst_places(b
         outputs = strengths @ [-1, 0.5, 2, 0.5] / strengths.sum(axis=-1)
         by_k = strengths @ [0, 1, 0, 1] / strengths.sum(axis=-1)
     np.testing.assert_allclose(kernel.batch(CORNERS), outputs, atol=1e-14)
-    np.testing.assert_allclose(free.gradient(CORNERS, values, by="values")[:, 0], by_k, atol=1e-14)
+    np.testing.assert_allclose(free.gradient(CORNERS, values, by="state")[:, 0], by_k, atol=1e-14)
     slopes = kernel.gradient(CORNERS)
     assert (np.isnan(slopes).all(axis=-1) == np.isnan(outputs)).all(), "no value, no derivative"
     for k in range(2):

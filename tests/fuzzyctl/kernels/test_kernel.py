@@ -124,3 +124,37 @@ def test_what_one_caller_compiles_changes_nothing_for_others() -> None:
     assert (system(a=0.1, b=0.3), fuzzyctl.compile(other, "numba").batch([[0.1, 0.3]])) == before
     assert type(kernel) is type(PLAIN) is fuzzyctl.Kernel
     assert system(a=0.1, b=0.3) == PLAIN(0.1, 0.3)
+
+
+@pytest.mark.parametrize("backend", ["python", "numpy", "numba"])
+class TestOneClassForAllBlocks:
+    STATELESS = "controller twice\ninput x\ninput y\noutput u = 2 * x + y\nevery 1 s\n"
+    ADAPTIVE = (
+        "system gain\ndefuzzifier weighted_average\ninput s in [-1, 1]\n  low = triangle(-inf, -1, 1)\n"
+        "  high = triangle(-1, 1, inf)\noutput F in [-9, 9] adaptive rate s\n  terms C=0 D=2\n"
+        "if s is low then F is C\nif s is high then F is D\n"
+    )
+
+    def test_a_controller_without_state_is_called_with_its_inputs_alone(self, backend, tmp_path):
+        path = tmp_path / "twice.fz"
+        path.write_text(self.STATELESS)
+        kernel = fuzzyctl.compile(fuzzyctl.load_controller(path), backend)
+        assert kernel(1.0, 0.5) == kernel(y=0.5, x=1.0) == 2.5
+        outputs, state = kernel(1.0, 0.5, [])
+        assert (outputs, state.shape) == (2.5, (0,))
+        assert [x.tolist() for x in kernel.batch([[1.0, 0.5]])] == [[2.5], [[]]]
+
+    def test_derivatives_by_consequents_are_normalised_strengths(self, backend):
+        kernel = fuzzyctl.compile(fuzzyctl.loads(self.ADAPTIVE), backend)
+        assert kernel.state_names == ("F[1]", "F[2]")
+        assert kernel.gradient([[0.5], [-1.0]], by="state") == pytest.approx(np.array([[0.25, 0.75], [1.0, 0.0]]))
+        assert kernel.gradient([[0.5]], [1.0, 3.0], by="all") == pytest.approx(np.array([[1.0, 0.25, 0.75]]))
+
+    def test_states_broadcast_with_points(self, backend):
+        kernel = fuzzyctl.compile(fuzzyctl.loads(self.ADAPTIVE), backend)
+        states = np.array([[[0.0, 2.0]], [[4.0, 4.0]]])
+        assert kernel.batch([-1.0, 1.0], states).tolist() == [[0.0, 2.0], [4.0, 4.0]]
+
+    def test_no_free_number_is_a_plain_kernel(self, backend):
+        kernel = fuzzyctl.compile(fuzzyctl.loads(self.ADAPTIVE), backend, free=[])
+        assert kernel(1.0, kernel.start()) == 2.0

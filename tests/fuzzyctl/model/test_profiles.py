@@ -59,7 +59,7 @@ class TestMeasuredNumbers:
         )
         for backend in ("python", "numpy", "numba"):
             kernel = fuzzyctl.compile(system, backend)
-            found = kernel.batch([[0.0], [1.0], [0.0], [2.0], [0.0], [0.0], [1.0], [0.0]])
+            found, _ = kernel.run([[0.0], [1.0], [0.0], [2.0], [0.0], [0.0], [1.0], [0.0]])
             assert found.tolist() == [9, 1, 1, 2, 2, 2, 1, 1]
 
     def test_simpful_leaves_weights_out_of_what_it_divides_by(self):

@@ -53,7 +53,7 @@ def test_a_name_is_the_condition_written_out(named, backend):
     (found, state), (expected, same) = (step.run(rows) for step in steps)
     assert np.array_equal(found, expected)
     assert np.array_equal(state, same)
-    slopes = [step.gradient(rows, np.tile(step.start(), (len(rows), 1))) for step in steps]
+    slopes = [step.gradient(rows, step.start(), by="all") for step in steps]
     for a, b in zip(*slopes, strict=True):
         assert np.array_equal(a, b)
 

@@ -35,7 +35,7 @@ def test_a_system_takes_its_inputs_by_name(tipper):
 def test_kernels_take_them_by_position_too(tipper):
     assert str(inspect.signature(fuzzyctl.compile(tipper, "python"))) == "(service, food)"
     free = fuzzyctl.compile(tipper, "python", free=["tip.cheap.peak"])
-    assert str(inspect.signature(free)) == "(service, food, values)"
+    assert str(inspect.signature(free)) == "(service, food, state)"
     held = fuzzyctl.compile(fuzzyctl.loads(TEXT.format(name="x")), "python")
     assert str(inspect.signature(held)) == "(x, state)"
 
@@ -53,6 +53,6 @@ def test_names_that_python_cannot_write_leave_that_of_the_call(name):
     assert [n for n, _ in parameters(kernel)] == ["arguments", "named"]
 
 
-@pytest.mark.parametrize("kind", [fuzzyctl.FuzzySystem, fuzzyctl.Kernel, fuzzyctl.FreeKernel, fuzzyctl.Step])
+@pytest.mark.parametrize("kind", [fuzzyctl.FuzzySystem, fuzzyctl.Kernel])
 def test_a_class_has_the_signature_of_its_constructor(kind):
     assert "span" in dict(parameters(kind)) or {"backend"} <= set(dict(parameters(kind)))

@@ -96,7 +96,7 @@ def test_outputs_that_hold_keep_their_values(built):
     points = [[1.0, -0.8], [9.0, 0.9], [3.0, -0.5], [8.0, 0.9]]
     found = built(system_fmu(own)).instance().steps(np.array(points), 0.1)
     kernel = fuzzyctl.compile(fuzzyctl.loads(own))
-    state, expected = kernel.initial_state(), []
+    state, expected = kernel.start(), []
     for point in points:
         state[0] = kernel(*point, state)
         expected.append([*state])
@@ -108,7 +108,7 @@ def test_adaptive_consequents_take_one_euler_step_for_each_communication_step(bu
     drawn = np.random.default_rng(3).uniform(-2, 2, (200, 2))
     found = built(system_fmu(ADAPTIVE)).instance().steps(drawn, 0.02)
     kernel = fuzzyctl.compile(fuzzyctl.loads(ADAPTIVE))
-    state, expected = kernel.initial_state(), []
+    state, expected = kernel.start(), []
     rates = np.empty_like(state)
     for s, e in drawn:
         expected.append([kernel(s, e, state)])

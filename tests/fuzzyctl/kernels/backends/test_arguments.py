@@ -5,8 +5,9 @@ import pytest
 
 from fuzzyctl import loads
 from fuzzyctl.diagnostics.diagnostic import ArgumentError, UnknownNameError, ValueOutOfBoundsError
-from fuzzyctl.kernels.compile import Kernel
 from fuzzyctl.kernels.compile import compile as compile_system
+from fuzzyctl.kernels.forms import SystemForm
+from fuzzyctl.kernels.kernel import Kernel
 from fuzzyctl.kernels.plan.build import plan
 
 
@@ -134,9 +135,9 @@ class TestNames:
 
 def test_a_kernel_knows_its_backends_and_algorithms(tipper):
     with pytest.raises(UnknownNameError, match="no backend 'cuda'"):
-        Kernel(plan(tipper), "cuda")
+        Kernel(SystemForm(plan(tipper)), "cuda")
     with pytest.raises(UnknownNameError, match=r"no algorithm 'rule'.*'rules'"):
-        Kernel(plan(tipper), "python", "rule")
+        SystemForm(plan(tipper), "rule")
 
 
 class TestBlocks:

@@ -190,16 +190,16 @@ class TestOtherForms:
     def test_adaptive_systems_take_columns_by_name(self, backend):
         kernel = compile_system(loads(ADAPTIVE), backend)
         frame = pd.DataFrame({"b": [0.25, 0.5], "a": [0.75, 1.0]})
-        state = kernel.initial_state()
+        state = kernel.start()
         assert kernel.batch(frame, state).tolist() == kernel.batch(frame[["a", "b"]].to_numpy(), state).tolist()
 
     def test_a_state_and_results_have_no_columns(self):
         kernel = compile_system(loads(ADAPTIVE), "numpy")
         frame = pd.DataFrame(np.zeros((1, 4)))
-        with pytest.raises(ArgumentError, match="state must be an array, got a table"):
+        with pytest.raises(ArgumentError, match=r"exactly the states y\[1\], .* no state 0"):
             kernel.batch([[0.5, 0.5]], frame)
         with pytest.raises(ArgumentError, match="results must be an array, got a table"):
-            kernel.next_state(kernel.initial_state(), pd.DataFrame({"y": [1.0]}))
+            kernel.next_state(kernel.start(), pd.DataFrame({"y": [1.0]}))
 
 
 class TestCallsByName:

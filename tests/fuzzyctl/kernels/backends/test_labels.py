@@ -68,12 +68,12 @@ def test_several_outputs_are_columns(two):
 
 def test_free_numbers_take_frames(tipper):
     kernel = fuzzyctl.compile(tipper, "numpy", free=["tip.cheap.peak"])
-    values = kernel.initial_values()
+    values = kernel.start()
     assert list(kernel.batch(FRAME, values).index) == ["a", "b", "c"]
     assert list(kernel.degrees(FRAME, values)["food"]["rancid"].index) == ["a", "b", "c"]
     assert list(kernel.strengths(FRAME, values).index) == ["a", "b", "c"]
     assert list(kernel.gradient(FRAME, values)["food"].index) == ["a", "b", "c"]
-    assert list(kernel.gradient(FRAME, values, by="values").columns) == ["tip.cheap.peak"]
+    assert list(kernel.gradient(FRAME, values, by="state").columns) == ["tip.cheap.peak"]
 
 
 def test_arrays_rows_and_given_results_stay_as_they_are(tipper):
@@ -131,11 +131,11 @@ class TestSteps:
     def test_other_names_and_other_rows_are_refused(self, step):
         states = np.tile(step.start(), (3, 1))
         with pytest.raises(
-            fuzzyctl.ArgumentError, match=r"^inputs with named .* no input 'levl' \(did you mean 'level'"
+            fuzzyctl.ArgumentError, match=r"^points with named .* no input 'levl' \(did you mean 'level'"
         ):
             step.run(self.INPUTS.rename(columns={"level": "levl"}))
         frame = pd.DataFrame(states, self.INPUTS.index, columns=[*step.state_names[:-1], "last"])
         with pytest.raises(fuzzyctl.ArgumentError, match=r"exactly the states .* no state 'last'"):
             step.batch(self.INPUTS, frame)
-        with pytest.raises(fuzzyctl.ArgumentError, match="'inputs' and 'states' have different row labels"):
+        with pytest.raises(fuzzyctl.ArgumentError, match="'points' and 'state' have different row labels"):
             step.batch(self.INPUTS, pd.DataFrame(states, columns=list(step.state_names)))

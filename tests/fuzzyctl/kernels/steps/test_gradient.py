@@ -42,7 +42,7 @@ def differences(step, inputs, state, **time):
 def test_is_that_of_the_equations_of_a_pi_controller():
     step = step_of(PI, free=["K", "T"])
     assert step.state_names == ("s", "K", "T")
-    outputs, states = step.gradient([0.3], [0.4, 2.0, 0.5], dt=0.1)
+    outputs, states = step.gradient([0.3], [0.4, 2.0, 0.5], dt=0.1, by="all")
     np.testing.assert_allclose(outputs, [2.0, 2.0, 0.7, 0.0], atol=1e-15)
     np.testing.assert_allclose(states, [[0.2, 1, 0, -0.12], [0, 0, 1, 0], [0, 0, 0, 1]], atol=1e-15)
 
@@ -56,7 +56,7 @@ def test_agrees_with_differences(backend, free):
     states = np.broadcast_to(step.start(), (2, 3, len(step.state_names))).copy()
     for _ in range(3):
         _, states = step.batch(inputs + rng.uniform(-0.05, 0.05, inputs.shape), states)
-    outputs, after = step.gradient(inputs, states)
+    outputs, after = step.gradient(inputs, states, by="all")
     assert outputs.shape == (2, 3, 2, 2 + len(step.state_names))
     assert after.shape == (2, 3, len(step.state_names), 2 + len(step.state_names))
     found = np.concatenate([outputs, after], axis=-2)
@@ -74,7 +74,7 @@ def test_of_many_steps_are_products():
 
     state, by_g = step.start(), np.eye(len(step.state_names))[-1]
     for row in rows:
-        outputs, after = step.gradient(row, state)
+        outputs, after = step.gradient(row, state, by="all")
         slope, by_g = outputs[0, 2:] @ by_g, after[:, 2:] @ by_g
         _, state = step(*row, state)
     assert slope == pytest.approx((last(0.7 + 1e-6) - last(0.7 - 1e-6)) / 2e-6, rel=1e-5)
@@ -83,13 +83,15 @@ def test_of_many_steps_are_products():
 @pytest.mark.parametrize("backend", ["python", "numpy"])
 def test_where_no_step_is_made_outputs_have_none_and_states_stay(backend):
     step = step_of(PI, backend)
-    outputs, after = step.gradient([np.nan], [0.4], dt=0.1)
+    outputs, after = step.gradient([np.nan], [0.4], dt=0.1, by="all")
     assert np.isnan(outputs).all()
     np.testing.assert_array_equal(after, [[0.0, 1.0]])
 
 
 def test_of_a_delay_is_a_shift():
-    outputs, after = step_of("controller q\ninput x\noutput u = delay(x, 30)\nevery 1 s\n").gradient(0.5, np.zeros(30))
+    outputs, after = step_of("controller q\ninput x\noutput u = delay(x, 30)\nevery 1 s\n").gradient(
+        0.5, np.zeros(30), by="all"
+    )
     np.testing.assert_array_equal(outputs, np.eye(31)[30])
     np.testing.assert_array_equal(after, np.eye(31)[:30])
 
@@ -126,7 +128,7 @@ def test_of_operators_with_a_switch_are_the_slopes_ahead(backend):
     at = results(inputs, states)
     ahead = [results(inputs + 1e-7, states) - at]
     ahead += [results(inputs, states + 1e-7 * column) - at for column in np.eye(states.shape[1])]
-    found = np.concatenate(step.gradient(inputs, states), axis=-2)
+    found = np.concatenate(step.gradient(inputs, states, by="all"), axis=-2)
     started = step.state_names.index("#started") + 1  # which is 0 or 1
     expected = np.delete(np.stack(ahead, axis=-1) / 1e-7, started, axis=-1)
     np.testing.assert_allclose(np.delete(found, started, axis=-1), expected, atol=1e-6)
@@ -150,5 +152,5 @@ def test_of_a_consequent_at_its_bound_is_the_slope_ahead(backend, at, push, slop
         "output F in [-0.5, 0.5] adaptive rate 4 * e\n  terms C=0\nif s is all then F is C\n"
         "controller q\ninput s\ninput e\noutput u = gain(s, e)\nevery 100 ms\n"
     )
-    _, after = step_of(text, backend).gradient([0.0, push], [at])
+    _, after = step_of(text, backend).gradient([0.0, push], [at], by="all")
     assert after[0].tolist() == [0.0, *slopes]

@@ -54,7 +54,7 @@ def adapted(system, points, dt):
     kernel = fuzzyctl.compile(system, "python")
     output = system.outputs[0]
     low, high = system.number(output.lower), system.number(output.upper)
-    state, found = list(kernel.initial_state()), []
+    state, found = list(kernel.start()), []
     for point in points:
         found.append(kernel(*point, state))
         rates = [0.0] * len(state)
@@ -138,7 +138,7 @@ class TestHolding:
         assert step.state_names == ("p.on", "p.speed")
         assert step.start().tolist() == [0.0, 2.5]
         levels = np.random.default_rng(1).uniform(0, 10, 300)
-        expected = fuzzyctl.compile(system, "python").batch(levels[:, None])
+        expected = fuzzyctl.compile(system, "python").run(levels)[0]
         found, state = step.run(levels)
         np.testing.assert_allclose(found, expected, rtol=1e-12, atol=1e-12)
         assert state.tolist() == found[-1].tolist()

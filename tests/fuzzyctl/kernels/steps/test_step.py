@@ -286,7 +286,7 @@ class TestStep:
             lambda: step(0.0, 0.0, state[:-1]),
             lambda: step.run([0.0, 0.0, 0.0]),
             lambda: step.run([[0.0, 0.0]], state[:-1]),
-            lambda: step.batch([[0.0, 0.0]], state),
+            lambda: step.batch([[0.0, 0.0]] * 3, [state, state]),
             lambda: step.batch([[0.0, 0.0, 0.0]], [state]),
             lambda: step("a", 0.0, state),
         ):

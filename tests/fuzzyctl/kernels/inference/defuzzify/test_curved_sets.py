@@ -22,7 +22,7 @@ class TestAdaptiveKernel:
     def test_has_one_consequent_for_each_rule(self, adaptive, backend):
         kernel = compile_system(adaptive, backend)
         assert kernel.n_rules == kernel.n_states == 7
-        np.testing.assert_array_equal(kernel.initial_state(), np.zeros(7))
+        np.testing.assert_array_equal(kernel.start(), np.zeros(7))
 
     def test_interpolates_the_consequents_of_the_state(self, adaptive, backend):
         kernel = compile_system(adaptive, backend)
@@ -94,7 +94,7 @@ if x is p then u is p
 """
         )
         kernel = compile_system(system, backend)
-        np.testing.assert_array_equal(kernel.initial_state(), [-1, 1])
+        np.testing.assert_array_equal(kernel.start(), [-1, 1])
         with np.errstate(all="ignore"):
             assert np.isnan(stored(kernel.jit_rates, 0.0, np.zeros(2), size=2)).all()
             assert np.isnan(stored(kernel.jit_rates, -0.5, np.zeros(2), size=2)).all()
@@ -123,8 +123,7 @@ if x is on and y is on then u is a
         kernel = compile_system(adaptive, backend)
         with pytest.raises(ArgumentError, match=r"2 arguments \(sigma, state\), got 1"):
             kernel(0.1)
-        with pytest.raises(ArgumentError, match="state is missing: 7"):
-            kernel.batch([[0.1]])
+        assert kernel.batch([[0.1]]) == kernel.batch([[0.1]], kernel.start())
         with pytest.raises(ArgumentError, match=r"shape \(..., 7\), got \(3,\)"):
             kernel.batch([[0.1]], np.zeros(3))
         with pytest.raises(ArgumentError, match="must have 7 entries, got 6"):
@@ -134,7 +133,7 @@ if x is on and y is on then u is a
         with pytest.raises(ArgumentError, match="input must be a real number"):
             kernel("0.1", np.zeros(7))
         with pytest.raises(ArgumentError, match="does not fit"):
-            kernel.batch([[0.1]], np.zeros((2, 7)))
+            kernel.batch([[0.1]] * 3, np.zeros((2, 7)))
 
 
 def test_systems_without_adaptive_outputs_have_no_rates(ais):
@@ -165,7 +164,7 @@ if x is lo then free is b weight 0.5
     free = free.model_copy(update={"adaptive": Name("x")})
     kernel = compile_system(system.model_copy(update={"outputs": (fixed, free)}), "python")
     assert (kernel.n_rules, kernel.n_states) == (3, 2)
-    np.testing.assert_array_equal(kernel.initial_state(), [3, 2])
+    np.testing.assert_array_equal(kernel.start(), [3, 2])
     assert kernel(0.5, [4.0, 1.0]) == (1.0, pytest.approx((0.5 * 4 + 0.25 * 1) / 0.75))
 
 
@@ -194,7 +193,7 @@ if x is P then g is c
 @pytest.mark.parametrize("backend", ["python", "numpy", "numba"])
 def test_several_adaptive_outputs_move_each_by_its_own_rate(backend):
     kernel = compile_system(loads(SEVERAL), backend)
-    state, f, g = kernel.initial_state(), np.array([0.5, -0.25, 0.5]), np.ones(3)
+    state, f, g = kernel.start(), np.array([0.5, -0.25, 0.5]), np.ones(3)
     assert state.tolist() == [*f, *g]
     for x, e in np.random.default_rng(1).uniform(-1.2, 1.2, (200, 2)):
         own = np.clip(x, -1, 1)

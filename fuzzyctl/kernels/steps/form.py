@@ -1,0 +1,97 @@
+"""The form of a controller: a step from inputs and state to outputs and the next state."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any, Final
+
+from fuzzyctl.diagnostics.diagnostic import ArgumentError, ValueOutOfBoundsError
+from fuzzyctl.kernels.backends.arguments import float_array
+from fuzzyctl.kernels.forms import Form
+from fuzzyctl.kernels.inference import inference
+from fuzzyctl.kernels.inference.free import with_named_state
+from fuzzyctl.kernels.plan.build import plan
+from fuzzyctl.kernels.plan.equations import DT, Equations, Evaluation
+from fuzzyctl.kernels.program.program import Program
+from fuzzyctl.kernels.program.scalar import as_number
+from fuzzyctl.kernels.steps.program import named_step, step_program, system_program
+
+if TYPE_CHECKING:
+    from fuzzyctl.annotations import FloatArray
+    from fuzzyctl.kernels.steps.values import StepValues
+
+#: What the time since the step before is.
+_TIME: Final = "> 0 s and finite"
+
+
+class StepForm(Form):
+    """A controller: equations that give the outputs and the next state.
+
+    Args:
+        equations: What a step computes.
+        algorithm: How systems are computed, see `compile`.
+        values: Takes the values of free numbers, which are the last states; None for a controller without.
+    """
+
+    moves = True
+
+    def __init__(self, equations: Equations, algorithm: str = "auto", values: StepValues | None = None) -> None:
+        outputs, kept = [name for name, _ in equations.outputs], [s.name for s in equations.states]
+        super().__init__(equations.inputs, outputs, kept, equations.free)
+        self.period = equations.period
+        if self.period is None:
+            self.argument_names = (*self.input_names, DT)
+        self._equations, self._algorithm, self._values = equations, algorithm, values
+        self._program = step_program(equations, algorithm)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return StepForm, (self._equations, self._algorithm, self._values)
+
+    def point(self, backend: str) -> Program:
+        """Return the program for one point."""
+        return self._program
+
+    def named(self) -> tuple[Program, tuple[str, ...]]:
+        """Return the program of all rules with the state as its last arguments, and their names."""
+
+        def point(call: Evaluation) -> Program:
+            # Of the programs of a system, the one with all rules has a derivative.
+            is_plain = not (call.states or call.free)
+            return inference.evaluation(plan(call.system)) if is_plain else system_program(call, "rules")
+
+        return with_named_state(named_step(self._equations, point)[0])
+
+    def start(self, changed: Mapping[str, Any]) -> Sequence[float] | FloatArray:
+        """Return the state before the first step, with some free numbers changed."""
+        return super().start(changed) if self._values is None else self._values.state(changed)
+
+    def _start(self) -> Sequence[float]:
+        return [s.start for s in self._equations.states]
+
+    def times(self, dt: Any) -> list[float]:
+        """Return the time of one step, checked, as an argument of the programs, or no argument."""
+        if self.period is not None:
+            if dt is not None:
+                raise ArgumentError(f"the controller has a period of {self.period:g} s, so that 'dt' is not given")
+            return []
+        if dt is None:
+            raise ArgumentError("'dt' is missing: the controller has no 'every' line")
+        if not 0.0 < as_number(dt) < math.inf:
+            raise ValueOutOfBoundsError(DT, dt, _TIME)
+        return [as_number(dt)]
+
+    def with_times(self, points: Any, dt: Any) -> Any:
+        """Return points with the times of the steps, checked, as a last column."""
+        import numpy as np
+
+        if self.period is not None or dt is None:
+            self.times(dt)
+            return points
+        times = float_array(dt, DT)
+        if times.ndim and times.shape != points.shape[:-1]:
+            raise ArgumentError(f"'dt' must be one number or have the shape {points.shape[:-1]}, got {times.shape}")
+        is_time = (times > 0) & (times < math.inf)
+        if not np.all(is_time):
+            raise ValueOutOfBoundsError(DT, float(times[~is_time].flat[0]), _TIME)
+        return np.concatenate([points, np.broadcast_to(times, points.shape[:-1])[..., np.newaxis]], axis=-1)
