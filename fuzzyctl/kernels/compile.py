@@ -129,7 +129,7 @@ def _controller_form(controller: Controller, algorithm: str, free: Sequence[str]
         raise ArgumentError(f"compile takes a FuzzySystem or a Controller, got {type(controller).__name__}")
     controller = with_instance_params(controller, free)
     equations = equations_of(controller, free)
-    return StepForm(equations, algorithm, StepValues(controller, equations) if free else None)
+    return StepForm(equations, algorithm, StepValues(controller, equations) if free else None, checked=True)
 
 
 def takes_long(planned: Plan, algorithm: str = "auto") -> bool:

@@ -207,6 +207,8 @@ class Kernel(Displayed):
         except ArithmeticError as error:
             raise self._refusals.translated(error, point) from None
         values = results[: len(self.output_names)].tolist()
+        if self.form.promises is not None and any(x != x for x in values):
+            self.form.promises.check_block(np.array([point]), np.array([before]), results[np.newaxis])
         outputs = values[0] if len(values) == 1 else tuple(values)
         return outputs if is_short else (outputs, results[len(self.output_names) :])
 
@@ -336,7 +338,10 @@ class Kernel(Displayed):
             raise ArgumentError(f"the state must have the shape ({self.n_states},), got {kept.shape}")
         if self.form.moves or self.plan.held:
             results = np.empty((len(array), len(self.output_names)))
+            first = kept.copy()
             self._run(array, kept, results)
+            if self.form.promises is not None:
+                self.form.promises.check_run(array, first, results)
             outputs = results[:, 0] if results.shape[1] == 1 else results
         else:
             outputs = self.batch(array, rows)

@@ -100,6 +100,9 @@ class Promises:
         for row in np.flatnonzero(bad):
             self.check(points[row].tolist(), tuple(results[row].tolist()))
 
+    def check_run(self, points: FloatArray, state: FloatArray, results: FloatArray) -> None:
+        """Check the results of points along time, from the state before the first one, if no block of them was."""
+
     def _lacks_let(self, point: Sequence[float]) -> bool:
         """Return whether a let has no value at a point, so that no output has one."""
         known = known_at(self._plan, point) if self._plan.lets else {}

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any, Final
 
 from fuzzyctl.diagnostics.diagnostic import ArgumentError, ValueOutOfBoundsError
 from fuzzyctl.kernels.backends.arguments import float_array
+from fuzzyctl.kernels.backends.python import backend as python_backend
 from fuzzyctl.kernels.forms import Form
 from fuzzyctl.kernels.inference import inference
 from fuzzyctl.kernels.inference.free import with_named_state
@@ -15,14 +18,82 @@ from fuzzyctl.kernels.plan.build import plan
 from fuzzyctl.kernels.plan.equations import DT, Equations, Evaluation
 from fuzzyctl.kernels.program.program import Program
 from fuzzyctl.kernels.program.scalar import as_number
+from fuzzyctl.kernels.promises import Promises
 from fuzzyctl.kernels.steps.program import named_step, step_program, system_program
 
 if TYPE_CHECKING:
     from fuzzyctl.annotations import FloatArray
     from fuzzyctl.kernels.steps.values import StepValues
+    from fuzzyctl.model.system import FuzzySystem
 
 #: What the time since the step before is.
 _TIME: Final = "> 0 s and finite"
+
+
+class StepPromises(Promises):
+    """The promises of the outputs of systems that a step calls; they are looked at where an output is NaN.
+
+    Args:
+        equations: The step, with systems that raise where no rule fires.
+        names: Of the arguments of its programs.
+    """
+
+    def __init__(self, equations: Equations, names: Sequence[str]) -> None:
+        self._equations, self._names = equations, names
+
+    @cached_property
+    def _step(self) -> Callable[..., None]:
+        program = step_program(self._equations)
+        return python_backend.compile_source(python_backend.storing_source(program), program, self._names)
+
+    def check_block(self, points: FloatArray, states: FloatArray | None, results: FloatArray) -> None:
+        """Check the results of many steps side by side; the first one that breaks a promise is named.
+
+        Args:
+            points: Shape (n, arguments).
+            states: Shape (n, states); None without a state.
+            results: Shape (n, outputs) or more.
+
+        Raises:
+            NoRuleFiresError: Where no rule fires for an output without `else`.
+        """
+        for row in self._missing(points, results):
+            self._replay(points[row : row + 1], None if states is None else states[row])
+
+    def check_run(self, points: FloatArray, state: FloatArray, results: FloatArray) -> None:
+        """Check the results of steps along time, from the state before the first one; see `check_block`."""
+        missing = self._missing(points, results)
+        if len(missing):
+            self._replay(points[: missing[-1] + 1], state)
+
+    def _replay(self, points: FloatArray, state: FloatArray | None) -> None:
+        """Make some steps along time, and raise `NoRuleFiresError` at the first one that breaks a promise."""
+        kept = [] if state is None else state.tolist()
+        outputs = len(self._equations.outputs)
+        row = [0.0] * (outputs + len(kept))
+        for point in points.tolist():
+            self._step(*point, *((kept,) if kept else ()), row)
+            kept = row[outputs:]
+
+    def _missing(self, points: FloatArray, results: FloatArray) -> Sequence[int]:
+        """Return the rows with an output that is NaN though no argument is."""
+        import numpy as np
+
+        outputs = results[:, : len(self._equations.outputs)]
+        if not np.isnan(np.min(outputs, initial=np.inf)):
+            return []
+        return np.flatnonzero(np.isnan(outputs).any(axis=1) & ~np.isnan(points).any(axis=1)).tolist()
+
+
+def _strict(equations: Equations) -> Equations:
+    """Return equations whose systems raise where no rule fires for an output without `else`."""
+
+    def strict(system: FuzzySystem) -> FuzzySystem:
+        outputs = tuple(replace(o, otherwise="error") if o.otherwise is None else o for o in system.outputs)
+        return replace(system, outputs=outputs) if outputs != system.outputs else system
+
+    body = tuple(replace(e, system=strict(e.system)) if isinstance(e, Evaluation) else e for e in equations.body)
+    return replace(equations, body=body)
 
 
 class StepForm(Form):
@@ -32,11 +103,14 @@ class StepForm(Form):
         equations: What a step computes.
         algorithm: How systems are computed, see `compile`.
         values: Takes the values of free numbers, which are the last states; None for a controller without.
+        checked: Whether outputs of its systems without `else` that have no value are errors, as they are in systems.
     """
 
     moves = True
 
-    def __init__(self, equations: Equations, algorithm: str = "auto", values: StepValues | None = None) -> None:
+    def __init__(
+        self, equations: Equations, algorithm: str = "auto", values: StepValues | None = None, *, checked: bool = False
+    ) -> None:
         outputs, kept = [name for name, _ in equations.outputs], [s.name for s in equations.states]
         super().__init__(equations.inputs, outputs, kept, equations.free)
         self.period = equations.period
@@ -44,9 +118,13 @@ class StepForm(Form):
             self.argument_names = (*self.input_names, DT)
         self._equations, self._algorithm, self._values = equations, algorithm, values
         self._program = step_program(equations, algorithm)
+        strict = _strict(equations) if checked else equations
+        self.promises = StepPromises(strict, self.argument_names) if strict != equations else None
+        self._checked = checked
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return StepForm, (self._equations, self._algorithm, self._values)
+        made = partial(StepForm, checked=self._checked)
+        return made, (self._equations, self._algorithm, self._values)
 
     def point(self, backend: str) -> Program:
         """Return the program for one point."""

@@ -340,3 +340,36 @@ class TestStep:
         step = fuzzyctl.compile(controller(PID), backend)
         with pytest.raises(ValueOutOfBoundsError, match=rf"input '{step.input_names[1]}' must be within the range"):
             step(0.3, 10**400, step.start())
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+class TestPromisesOfSystems:
+    """A system without `else` promises that some rule fires, in a controller as alone."""
+
+    TEXT = (
+        "system gap\ndefuzzifier weighted_average\ninput x in [0, 4]\n  low = triangle(-inf, 0, 1)\n"
+        "  high = triangle(3, 4, inf)\noutput y in [0, 1] {}\n  terms no=0 yes=1\nif x is low then y is no\n"
+        "if x is high then y is yes\n"
+        "controller c\ninput x in [0, 4]\nstate s = 0\nnext s = s + 1\noutput u = gap(x + 2 * s) + 1\nevery 1 s\n"
+    )
+
+    def compiled(self, controller, otherwise, backend):
+        return fuzzyctl.compile(controller(self.TEXT.format(otherwise)), backend)
+
+    def test_a_broken_one_is_an_error_in_each_form_of_a_call(self, controller, backend):
+        step = self.compiled(controller, "", backend)
+        for call in (
+            lambda: step(2.0, [0.0]),
+            lambda: step.batch([0.0, 2.0], [[0.0], [0.0]]),
+            lambda: step.run([0.0, math.nan, 0.0]),  # at the third step the system is called with 2
+        ):
+            with pytest.raises(NoRuleFiresError, match="no rule fires for output 'y'"):
+                call()
+        assert step(0.0, [0.0])[0] == 1.0
+        assert np.isnan(step.run([0.0, math.nan])[0]).tolist() == [False, True]
+
+    def test_a_nan_that_the_file_declares_is_a_value(self, controller, backend):
+        step = self.compiled(controller, "else nan", backend)
+        assert math.isnan(step(2.0, [0.0])[0])
+        assert np.isnan(step.run([0.0, 0.0])[0]).tolist() == [False, True]
+        assert pickle.loads(pickle.dumps(step)).run([0.0])[0].tolist() == [1.0]
