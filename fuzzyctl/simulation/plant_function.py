@@ -23,8 +23,10 @@ if TYPE_CHECKING:
     FloatArray = npt.NDArray[np.float64]
     Numbers = Sequence[float] | FloatArray
 
-#: Weights of the stages of the classical method of fourth order, and where in the step they lie.
-_STAGES: Final = ((1 / 6, 0.0), (1 / 3, 0.5), (1 / 3, 0.5), (1 / 6, 1.0))
+#: Of the stages of the classical method of fourth order what the step is divided by for their weights, and where in the
+#: step they lie. `RunSource` prints the same method into loops, fmu_rk4.h has it in C, dwmr.plant in compiled Python; a
+#: test holds all of them to the same bits.
+STAGES: Final = ((6.0, 0.0), (3.0, 0.5), (3.0, 0.5), (6.0, 1.0))
 
 
 @final
@@ -115,12 +117,12 @@ class PlantFunction:
         now, step = np.array(x, dtype=np.float64), time / substeps
         for s in range(substeps):
             following, at = now.copy(), now
-            for k, (weight, share) in enumerate(_STAGES):
+            for k, (divisor, share) in enumerate(STAGES):
                 moment = t + (s + share) * step
                 rate = self.derivative(moment * BEFORE if share == 1.0 else moment, at, u)
-                following = following + weight * step * rate
+                following = following + step / divisor * rate
                 if k < 3:
-                    at = now + _STAGES[k + 1][1] * step * rate
+                    at = now + STAGES[k + 1][1] * step * rate
             now = following
         return now
 
