@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from fuzzyctl.kernels.compile import Kernel, compile
     from fuzzyctl.loading.load import load, load_all, load_controller, load_loop, load_plant, loads
     from fuzzyctl.model.as_profile import as_profile
+    from fuzzyctl.model.block import Block
     from fuzzyctl.model.controller import Controller
     from fuzzyctl.model.loop import Loop
     from fuzzyctl.model.plant import Plant
@@ -46,6 +47,7 @@ __version__ = "0.1.0"
 _HOMES = {
     "ArgumentError": "fuzzyctl.diagnostics.diagnostic",
     "BackendUnavailableError": "fuzzyctl.diagnostics.diagnostic",
+    "Block": "fuzzyctl.model.block",
     "Controller": "fuzzyctl.model.controller",
     "Diagnostic": "fuzzyctl.diagnostics.diagnostic",
     "DiagnosticError": "fuzzyctl.diagnostics.diagnostic",
@@ -87,6 +89,7 @@ _HOMES = {
 __all__ = [
     "ArgumentError",
     "BackendUnavailableError",
+    "Block",
     "Controller",
     "Diagnostic",
     "DiagnosticError",

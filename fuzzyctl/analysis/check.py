@@ -24,7 +24,7 @@ from fuzzyctl.support.shipped import place_of
 if TYPE_CHECKING:
     from fuzzyctl.analysis.verdicts import Verdict
     from fuzzyctl.analysis.work import Work
-    from fuzzyctl.loading.blocks import Block
+    from fuzzyctl.model.block import Block
 
 
 @dataclass(frozen=True)
@@ -81,7 +81,7 @@ def check(
 
 def check_source(
     source: SourceText, *, folder: Path | None = None, guarantees: bool = True, profile: ProfileName | None = None
-) -> tuple[tuple[FuzzySystem | Block, ...], list[Diagnostic]]:
+) -> tuple[tuple[Block, ...], list[Diagnostic]]:
     """Check all systems, controllers, plants and loops of a source text.
 
     Args:
@@ -99,7 +99,7 @@ def check_source(
 
 def check_examined(
     examined: Examined, *, guarantees: bool = True, profile: ProfileName | None = None
-) -> tuple[tuple[FuzzySystem | Block, ...], list[Diagnostic]]:
+) -> tuple[tuple[Block, ...], list[Diagnostic]]:
     """Check all blocks of a source that is read; see `check_source`."""
     from fuzzyctl.analysis.work import Work
 

@@ -27,14 +27,20 @@ from fuzzyctl.diagnostics.fixes import APPLICABILITIES
 from fuzzyctl.diagnostics.suggestions import counted, did_you_mean
 
 if TYPE_CHECKING:
-    from fuzzyctl.loading.blocks import Block
+    from fuzzyctl.model.block import Block
     from fuzzyctl.model.profiles import ProfileName
-    from fuzzyctl.model.system import FuzzySystem
 
 #: What `--deny` takes besides codes.
 WARNINGS: Final = "warnings"
 #: What leaves the exit code undecided.
 UNCOVERED: Final = "FZ407"
+#: What the size of a block is counted in, by its kind.
+_SIZES: Final = {
+    "system": ("rules", "rule"),
+    "controller": ("outputs", "output"),
+    "plant": ("states", "state"),
+    "loop": ("instances", "block"),
+}
 
 
 def _codes(ctx: click.Context, param: click.Parameter, values: tuple[str, ...]) -> tuple[str, ...]:
@@ -118,30 +124,15 @@ def check(
     return UNDECIDED if undecided else DONE
 
 
-def _clean(system: FuzzySystem | Block, diagnostics: list[Diagnostic]) -> str:
+def _clean(block: Block, diagnostics: list[Diagnostic]) -> str:
     """Return what is said of a block without errors; a quiet command too says why it ends with exit code 3."""
-    from fuzzyctl.model.system import FuzzySystem
-
-    if not isinstance(system, FuzzySystem):
-        return f"{system.name}: {_size(system)}, no errors"
     undecided = {d.span for d in diagnostics if d.code == UNCOVERED}
-    coverage = "; coverage not decided" if any(o.span in undecided for o in system.outputs) else ""
-    return f"{system.name}: {counted(len(system.rules), 'rule')}, no errors{coverage}"
+    coverage = "; coverage not decided" if any(o.span in undecided for o in block.outputs) else ""
+    parts, word = _SIZES[block.kind]
+    return f"{block.name}: {counted(len(getattr(block, parts)), word)}, no errors{coverage}"
 
 
-def _size(block: Block) -> str:
-    """Return how large a controller, plant or loop is."""
-    from fuzzyctl.model.controller import Controller
-    from fuzzyctl.model.plant import Plant
-
-    if isinstance(block, Controller):
-        return counted(len(block.results), "output")
-    return counted(len(block.states), "state") if isinstance(block, Plant) else counted(len(block.instances), "block")
-
-
-def _check_file(
-    file: str, profile: ProfileName | None, fix: str | None
-) -> tuple[tuple[FuzzySystem | Block, ...], list[Diagnostic]]:
+def _check_file(file: str, profile: ProfileName | None, fix: str | None) -> tuple[tuple[Block, ...], list[Diagnostic]]:
     """Check a file, after its fixes where they are wanted."""
     from fuzzyctl.analysis.check import check_source
 

@@ -70,12 +70,8 @@ def _require_claims(diagnostics: list[Diagnostic], choice: Choice) -> None:
 
 def block_under(block: _Block, profile: ProfileName | None) -> _Block:
     """Return a block whose systems are under a profile."""
-    from fuzzyctl.model.controller import Controller
-
     systems = tuple(under(s, profile) for s in block.systems)
-    if isinstance(block, Controller):
-        return replace(block, systems=systems, controllers=tuple(block_under(c, profile) for c in block.controllers))
-    return replace(block, systems=systems)
+    return replace(block, systems=systems, controllers=tuple(block_under(c, profile) for c in block.controllers))
 
 
 def claim_reports(verdicts: Sequence[Verdict], reported: Sequence[Diagnostic] = ()) -> list[Diagnostic]:

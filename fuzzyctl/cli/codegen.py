@@ -153,16 +153,11 @@ def _written(
 
 def _refused(block: FuzzySystem | Controller, target: str, error: CodegenError) -> Diagnostic:
     """Return why a system or controller is not written, at the call of a function that the target has not."""
-    from fuzzyctl.expr import Call, Expr, walk
+    from fuzzyctl.expr import Call, walk
     from fuzzyctl.model.system import FuzzySystem
 
-    values: list[Expr] = []
-    if isinstance(block, FuzzySystem):
-        values += [let.value for let in block.lets]
-        values += [o.value for o in block.outputs if o.value is not None]
-    else:
-        values += [d.value for d in (*block.definitions, *block.updates)]
-        values += [r.value for r in block.results]
+    lets = block.lets if isinstance(block, FuzzySystem) else (*block.definitions, *block.updates)
+    values = [part.value for part in (*lets, *block.outputs) if part.value is not None]
     calls = (e for value in values for e in walk(value) if isinstance(e, Call))
     place = next((call.span for call in calls if call.function == error.function and call.span is not None), block.span)
     return Diagnostic("FZ608", f"'{block.name}' cannot be written in {LANGUAGES[target]}", place, facts=(str(error),))

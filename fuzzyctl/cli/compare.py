@@ -30,7 +30,7 @@ from fuzzyctl.diagnostics.suggestions import listed
 if TYPE_CHECKING:
     from fuzzyctl.comparison.differences import Difference
     from fuzzyctl.comparison.explanation import Cause, Explanation
-    from fuzzyctl.loading.blocks import Block
+    from fuzzyctl.model.block import Block
     from fuzzyctl.model.profiles import ProfileName
     from fuzzyctl.model.system import FuzzySystem
 

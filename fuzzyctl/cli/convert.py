@@ -151,7 +151,7 @@ def _loaded(source: str, settings: tuple[str, ...], name: str | None) -> tuple[F
     from fuzzyctl.convert.convert import left_out
     from fuzzyctl.formats.losses import Loss
 
-    blocks = [(type(b).__name__.lower(), b.name) for b in opened.file.blocks]
+    blocks = [(b.kind, b.name) for b in opened.file.blocks]
     others = [Loss(f"{kind} '{own}'", "left out", "only systems are converted", exact=True) for kind, own in blocks]
     return opened.systems[0], [*left_out(opened.diagnostics), *others]
 

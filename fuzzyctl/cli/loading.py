@@ -15,15 +15,12 @@ from fuzzyctl.support.shipped import Place, is_name, place_of, shipped_files
 
 if TYPE_CHECKING:
     from fuzzyctl.diagnostics.source import SourceText
-    from fuzzyctl.loading.blocks import Block
     from fuzzyctl.loading.load import Examined
-    from fuzzyctl.model.controller import Controller
-    from fuzzyctl.model.loop import Loop
-    from fuzzyctl.model.plant import Plant
+    from fuzzyctl.model.controller import Controller, EquationBlock
     from fuzzyctl.model.profiles import ProfileName
     from fuzzyctl.model.system import FuzzySystem
 
-AnyBlock = TypeVar("AnyBlock", bound="Controller | Plant | Loop")
+AnyBlock = TypeVar("AnyBlock", bound="EquationBlock")
 
 
 @dataclass(frozen=True)
@@ -65,12 +62,10 @@ class Choice:
         if not values:
             return block
         from fuzzyctl.loading.block_equations import with_params
-        from fuzzyctl.model.controller import Controller
         from fuzzyctl.model.instance_params import with_instance_params
 
-        block = with_instance_params(block, values) if isinstance(block, Controller) else block
         try:
-            return with_params(block, values)
+            return with_params(with_instance_params(block, values), values)
         except DiagnosticError as error:
             raise blamed(error, self.settings) from None
 
@@ -80,12 +75,11 @@ class Choice:
         return replace(self, settings=own)
 
 
-def params_of(block: Controller | Plant | Loop) -> list[str]:
+def params_of(block: EquationBlock) -> list[str]:
     """Return the names of the params that can be set: those of a controller's instances are among them."""
-    from fuzzyctl.model.controller import Controller
     from fuzzyctl.model.instance_params import instance_params
 
-    return [*(p.name for p in block.params), *(instance_params(block) if isinstance(block, Controller) else ())]
+    return [*(p.name for p in block.params), *(instance_params(block) if block.kind == "controller" else ())]
 
 
 def blamed(error: DiagnosticError, settings: Sequence[str]) -> DiagnosticError:
@@ -122,7 +116,7 @@ class Opened:
     file: Examined
     systems: tuple[FuzzySystem, ...]
     diagnostics: list[Diagnostic]
-    blocks: tuple[Block, ...] = ()
+    blocks: tuple[EquationBlock, ...] = ()
 
 
 def source_of(file: str) -> SourceText:

@@ -34,7 +34,7 @@ def chosen_loops(file: str, name: str | None) -> list[tuple[str, Loop]]:
     if isinstance(chosen, Diagnostic):
         other = next((b for b in (*examined.systems, *examined.blocks) if b.name == name), None)
         if other is not None:
-            kind = "system" if other in examined.systems else type(other).__name__.lower()
+            kind = other.kind
             fact = f"'{name}' is a {kind}: a loop runs it"
             chosen = dataclasses.replace(chosen, facts=(*chosen.facts, fact))
         raise DiagnosticError([chosen])

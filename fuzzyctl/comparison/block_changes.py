@@ -8,15 +8,17 @@ from typing import TYPE_CHECKING
 from fuzzyctl.comparison.changes import Change, Kind
 
 if TYPE_CHECKING:
-    from fuzzyctl.formats.fz_blocks import Block
+    from fuzzyctl.model.controller import EquationBlock
 
 
-def block_changes(first: Sequence[Block], second: Sequence[Block]) -> list[tuple[str, tuple[Change, ...]]]:
+def block_changes(
+    first: Sequence[EquationBlock], second: Sequence[EquationBlock]
+) -> list[tuple[str, tuple[Change, ...]]]:
     """Return what differs between the blocks of the same kind and name, as `KIND NAME` with its changes.
 
     The order of statements does not count.
     """
-    before, after = ({f"{type(b).__name__.lower()} {b.name}": b for b in blocks} for blocks in (first, second))
+    before, after = ({f"{b.kind} {b.name}": b for b in blocks} for blocks in (first, second))
     found = []
     for name in dict.fromkeys([*before, *after]):
         one, other = before.get(name), after.get(name)
@@ -25,7 +27,7 @@ def block_changes(first: Sequence[Block], second: Sequence[Block]) -> list[tuple
     return found
 
 
-def _changes(name: str, one: Block | None, other: Block | None) -> Iterator[Change]:
+def _changes(name: str, one: EquationBlock | None, other: EquationBlock | None) -> Iterator[Change]:
     if one is None or other is None:
         kind: Kind = "added" if one is None else "removed"
         keyword, _, own = name.partition(" ")
@@ -39,7 +41,7 @@ def _changes(name: str, one: Block | None, other: Block | None) -> Iterator[Chan
             yield Change("added" if old is None else "removed" if new is None else "changed", *key, old, new)
 
 
-def _statements(block: Block) -> dict[tuple[str, str], str]:
+def _statements(block: EquationBlock) -> dict[tuple[str, str], str]:
     """Return the statements of a block by keyword and name; claims by their text."""
     from fuzzyctl.formats.fz_blocks import sections
 

@@ -5,38 +5,37 @@ from __future__ import annotations
 from typing import Any
 
 from fuzzyctl.diagnostics.suggestions import counted
-from fuzzyctl.expr import Expr, evaluate, to_text
+from fuzzyctl.expr import Expr, to_text
 from fuzzyctl.formats.fz_blocks import function_text
 from fuzzyctl.formats.fz_strings import bounds_text, guarantee_text
 from fuzzyctl.kernels.plan.expansion import equations_of
 from fuzzyctl.loading.block_equations import in_order
-from fuzzyctl.model.controller import Controller, Definition, Instance, Result, Signal, State
+from fuzzyctl.model.controller import Controller, Definition, EquationBlock, Instance, Result, Signal, State
 from fuzzyctl.model.loop import Loop
 from fuzzyctl.model.plant import Plant
 
 
-def block_summary(block: Controller | Plant | Loop) -> dict[str, Any]:
+def block_summary(block: EquationBlock) -> dict[str, Any]:
     """Return what `fuzzyctl show --format json` prints of a controller, plant or loop.
 
     `statements` holds lines by heading; equations are in the order in which they are computed.
     """
-    values = block.param_values.values
 
     def number(expr: Expr | None) -> float | None:
-        return None if expr is None else evaluate(expr, values)
+        return None if expr is None else block.number(expr)
 
     data: dict[str, Any] = {
-        "kind": type(block).__name__.lower(),
+        "kind": block.kind,
         "name": block.name,
         "title": block.title,
         "source": block.citation,
         "file": block.path,
         "params": [
-            {"name": p.name, "value": values[p.name], "expression": to_text(p.expression), "unit": p.unit}
+            {"name": p.name, "value": block.values[p.name], "expression": to_text(p.expression), "unit": p.unit}
             for p in block.params
         ],
     }
-    if isinstance(block, Controller):
+    if block.kind == "controller":
         data["period"] = number(block.period)
     if isinstance(block, Loop):
         data |= {"duration": number(block.duration), "step": number(block.step)}
@@ -45,14 +44,13 @@ def block_summary(block: Controller | Plant | Loop) -> dict[str, Any]:
     return data | {"statements": {heading: lines for heading, lines in statements.items() if lines}}
 
 
-def _equations(block: Controller | Plant) -> dict[str, list[str]]:
+def _equations(block: EquationBlock) -> dict[str, list[str]]:
     if isinstance(block, Plant) and block.external:
         equations, changes = [f'in "{block.external}"'], []
     else:
         equations = [_defined(d) for d in in_order(block)]
-        following = block.derivatives if isinstance(block, Plant) else block.updates
         prime = "d/dt" if isinstance(block, Plant) else "next"
-        changes = [f"{prime} {_defined(d)}" for d in following]
+        changes = [f"{prime} {_defined(d)}" for d in block.changes]
     states = [_signal(s) for s in block.states]
     if isinstance(block, Controller):
         hidden = len(equations_of(block).states) - len(states)
@@ -60,10 +58,10 @@ def _equations(block: Controller | Plant) -> dict[str, list[str]]:
     return {
         "Inputs": [_signal(i) for i in block.inputs],
         "States": states,
-        "Blocks": [_instance(i) for i in block.instances] if isinstance(block, Controller) else [],
+        "Blocks": [_instance(i) for i in block.instances],
         "Equations in order": equations,
-        "Next values" if isinstance(block, Controller) else "Derivatives": changes,
-        "Outputs": [_signal(r) for r in block.results],
+        "Derivatives" if isinstance(block, Plant) else "Next values": changes,
+        "Outputs": [_signal(r) for r in block.outputs],
     }
 
 

@@ -12,7 +12,7 @@ from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.editor.document import Document
 from fuzzyctl.formulas import MEMBERSHIP
 from fuzzyctl.lang import syntax as sx
-from fuzzyctl.model.controller import Controller
+from fuzzyctl.model.block import Block
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Membership
 
@@ -44,8 +44,7 @@ def hints(document: Document, start: int = 0, end: int | None = None) -> list[Hi
     for block in (*document.examined.systems, *document.examined.blocks):
         if isinstance(block, FuzzySystem):
             found |= {*_peaks(block, statements), *_bounds(document, block, statements)}
-        if isinstance(block, FuzzySystem | Controller):
-            found |= {*_values(block, statements)}
+        found |= {*_values(block, statements)}
     return sorted((h for h in found if start <= h.offset <= end), key=lambda h: (h.offset, h.text))
 
 
@@ -56,7 +55,7 @@ def _at(span: Span | None, statements: _Statements) -> sx.Param | sx.Variable | 
     return statements.get(span.start) if span is not None else None
 
 
-def _values(block: FuzzySystem | Controller, statements: _Statements) -> Iterator[Hint]:
+def _values(block: Block, statements: _Statements) -> Iterator[Hint]:
     for param in block.params:
         s = _at(param.span, statements)
         is_written = isinstance(param.expression, ex.Number) or not list(_operations(param.expression))

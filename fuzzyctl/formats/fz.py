@@ -20,14 +20,12 @@ from fuzzyctl.model.variable import ANYWHERE, Fallback, Hold, Input, Let, Lingui
 from fuzzyctl.support import arguments
 
 if TYPE_CHECKING:
-    from fuzzyctl.model.controller import Controller
-    from fuzzyctl.model.loop import Loop
-    from fuzzyctl.model.plant import Plant
+    from fuzzyctl.model.block import Block
 
 _KEYWORDS: Final = {Input: "input", Output: "output", Let: "let"}
 
 
-def dumps(system: FuzzySystem | Controller | Plant | Loop) -> str:
+def dumps(system: Block) -> str:
     """Return a system, controller, plant or loop as the text of a rule file in its canonical layout.
 
     Args:
@@ -46,9 +44,10 @@ def dumps(system: FuzzySystem | Controller | Plant | Loop) -> str:
     if isinstance(system, FuzzySystem):
         raw = "\n".join(system_lines(system)) + "\n"
     else:
-        from fuzzyctl.formats.fz_blocks import Block, text_of  # here, since few files have them
+        from fuzzyctl.formats.fz_blocks import text_of  # here, since few files have them
+        from fuzzyctl.model.controller import EquationBlock
 
-        if not isinstance(system, Block):
+        if not isinstance(system, EquationBlock):
             raise arguments.wrong("the system", "a FuzzySystem, Controller, Plant or Loop", system)
         raw = text_of(system, system_lines)
     return format_source(SourceText(system.name, raw))
@@ -70,7 +69,7 @@ def system_lines(system: FuzzySystem, written: set[str] | None = None) -> Iterat
     yield from _lines(system, set() if written is None else written)
 
 
-def dump(system: FuzzySystem | Controller | Plant | Loop, path: str | os.PathLike[str]) -> None:
+def dump(system: Block, path: str | os.PathLike[str]) -> None:
     """Write a system, controller, plant or loop to a rule file, whole or not at all; see `dumps`.
 
     Args:

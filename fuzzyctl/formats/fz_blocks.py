@@ -8,17 +8,14 @@ from pathlib import Path
 from fuzzyctl.diagnostics.diagnostic import ArgumentError, ValueOutOfBoundsError
 from fuzzyctl.expr import to_text
 from fuzzyctl.formats.fz_strings import bounds_text, guarantee_text, param_text, quoted, require_names
-from fuzzyctl.model.controller import Controller, Function, Result, Signal, State
+from fuzzyctl.model.controller import EquationBlock, Function, Result, Signal, State
 from fuzzyctl.model.guarantee import Param
 from fuzzyctl.model.loop import Loop
 from fuzzyctl.model.plant import Plant
 from fuzzyctl.model.system import FuzzySystem
 
-#: What has a text here.
-Block = Controller | Plant | Loop
 
-
-def text_of(block: Block, system_lines: Callable[[FuzzySystem, set[str]], Iterable[str]]) -> str:
+def text_of(block: EquationBlock, system_lines: Callable[[FuzzySystem, set[str]], Iterable[str]]) -> str:
     """Return a block with all that it calls, each above what names it; the block itself is the last one.
 
     Args:
@@ -28,7 +25,7 @@ def text_of(block: Block, system_lines: Callable[[FuzzySystem, set[str]], Iterab
     Raises:
         ValueOutOfBoundsError: For what a rule file cannot hold, such as two blocks of one name.
     """
-    found: dict[str, FuzzySystem | Block] = {}
+    found: dict[str, FuzzySystem | EquationBlock] = {}
     for part in _parts(block):
         if found.setdefault(part.name, part) != part:
             raise ValueOutOfBoundsError("a name of a rule file", part.name, "that of one block only")
@@ -37,24 +34,20 @@ def text_of(block: Block, system_lines: Callable[[FuzzySystem, set[str]], Iterab
     return "\n\n".join("\n".join(lines) for lines in parts) + "\n"
 
 
-def _parts(block: FuzzySystem | Block) -> Iterator[FuzzySystem | Block]:
+def _parts(block: EquationBlock) -> Iterator[FuzzySystem | EquationBlock]:
     """Yield the blocks that a block calls, and at last itself."""
-    if not isinstance(block, FuzzySystem):
-        callees: list[FuzzySystem | Block] = [*block.systems]
-        callees += [] if isinstance(block, Plant) else block.controllers
-        callees += block.plants if isinstance(block, Loop) else []
-        for callee in callees:
-            yield from _parts(callee)
+    yield from block.systems
+    for callee in (*block.controllers, *block.plants):
+        yield from _parts(callee)
     yield block
 
 
-def _lines(block: Block) -> Iterator[str]:
+def _lines(block: EquationBlock) -> Iterator[str]:
     require_names([block.name, *_names(block)])
     if isinstance(block, Plant) and block.calls:
         raise ArgumentError(f"plant '{block.name}' is functions in Python, which no rule file can hold")
-    kind = type(block).__name__.lower()
     formula = _formula(block) if isinstance(block, Plant) and block.external else ""
-    yield f"{kind} {block.name}{quoted(' ', block.title, 'title')}{formula}"
+    yield f"{block.kind} {block.name}{quoted(' ', block.title, 'title')}{formula}"
     if block.citation:
         yield f"source{quoted(' ', block.citation, 'citation')}"
     yield from sections(block)
@@ -66,14 +59,13 @@ def _formula(plant: Plant) -> str:
     return f" = {'python' if plant.python else 'fmu'}({quoted('', relative, 'file')})"
 
 
-def _names(block: Block) -> list[str]:
+def _names(block: EquationBlock) -> list[str]:
     named: list[Iterable[Param | Function | Signal]] = [block.params, block.functions]
-    if not isinstance(block, Loop):
-        named += [block.inputs, block.states, block.results]
+    named += [block.inputs, block.states, block.outputs]
     return [item.name for items in named for item in items] + [d.name for d in block.definitions]
 
 
-def sections(block: Block) -> Iterator[str]:
+def sections(block: EquationBlock) -> Iterator[str]:
     """Yield the statements of a block in groups, a blank line before each."""
     for lines in _groups(block):
         if lines:
@@ -81,12 +73,13 @@ def sections(block: Block) -> Iterator[str]:
             yield from lines
 
 
-def _groups(block: Block) -> Iterator[list[str]]:
+def _groups(block: EquationBlock) -> Iterator[list[str]]:
     yield [function_text(f) for f in block.functions]
     yield [param_text(p) for p in block.params]
     lets = [f"let {d.name} = {to_text(d.value)}" for d in block.definitions]
+    blocks = [f"block {i.name} = {i.controller}({', '.join(map(to_text, i.arguments))})" for i in block.instances]
     if isinstance(block, Loop):
-        yield [f"block {i.name} = {i.controller}({', '.join(map(to_text, i.arguments))})" for i in block.instances]
+        yield blocks
         yield lets
         yield [
             f"measure {m.name}{quoted(' ', m.label, 'label')}{quoted(' unit ', m.unit, 'unit')} = {to_text(m.value)}"
@@ -100,15 +93,13 @@ def _groups(block: Block) -> Iterator[list[str]]:
         return
     yield [signal_text("input", i) for i in block.inputs]
     yield [signal_text("state", s) for s in block.states]
-    if isinstance(block, Controller):
-        yield [f"block {i.name} = {i.controller}({', '.join(map(to_text, i.arguments))})" for i in block.instances]
+    yield blocks
     yield lets
-    keyword, changes = ("der", block.derivatives) if isinstance(block, Plant) else ("next", block.updates)
-    yield [f"{keyword} {d.name} = {to_text(d.value)}" for d in changes]
-    yield [signal_text("output", r) for r in block.results]
-    if isinstance(block, Controller):
-        yield [f"every {to_text(block.period)}"] if block.period is not None else []
-        yield [f"require {guarantee_text(g)}" for g in block.guarantees]
+    keyword = "der" if isinstance(block, Plant) else "next"
+    yield [f"{keyword} {d.name} = {to_text(d.value)}" for d in block.changes]
+    yield [signal_text("output", r) for r in block.outputs]
+    yield [f"every {to_text(block.period)}"] if block.period is not None else []
+    yield [f"require {guarantee_text(g)}" for g in block.guarantees]
 
 
 def function_text(function: Function) -> str:

@@ -8,7 +8,7 @@ each sample time with its inputs held: both get the same `dt`.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import Any, Final
 
 import numpy as np
@@ -16,7 +16,6 @@ import numpy as np
 from fuzzyctl.diagnostics.diagnostic import ArgumentError
 from fuzzyctl.interop.numbers import count, positive
 from fuzzyctl.interop.packages import required
-from fuzzyctl.interop.ranges import range_of
 from fuzzyctl.kernels.compile import compile
 from fuzzyctl.model.controller import Controller
 from fuzzyctl.model.plant import Plant
@@ -61,9 +60,8 @@ def nlsys(
         update, output, states, dt = _plant(block, dt, substeps)
     else:
         raise ArgumentError(f"expected a FuzzySystem, Controller or Plant, got {type(block).__name__}")
-    results = block.outputs if isinstance(block, FuzzySystem) else block.results
     found = control.NonlinearIOSystem(
-        update, output, inputs=[s.name for s in block.inputs], outputs=[s.name for s in results],
+        update, output, inputs=[s.name for s in block.inputs], outputs=[s.name for s in block.outputs],
         states=states or None, dt=dt, name=block.name if name is None else name,
     )  # fmt: skip
     found.__doc__ = _described(block)
@@ -148,11 +146,10 @@ def start(block: Controller | Plant, *, dt: float | None = None) -> Any:
 
 def _described(block: FuzzySystem | Controller | Plant) -> str:
     """Return the signals of a block with their units and ranges, one on a line."""
-    results: Sequence[Any] = block.outputs if isinstance(block, FuzzySystem) else block.results
     lines = [f"{block.name}: {block.title}" if block.title else block.name, ""]
-    for what, signals in (("input", block.inputs), ("output", results)):
+    for what, signals in (("input", block.inputs), ("output", block.outputs)):
         for s in signals:
-            low, high = range_of(block, s)
+            low, high = block.range_of(s)
             span = "" if low == -math.inf and high == math.inf else f" in [{low:g}, {high:g}]"
             unit = f" [{s.unit}]" if s.unit else ""
             lines.append(f"{what} {s.name}{f', {s.label}' if s.label else ''}{span}{unit}")

@@ -9,7 +9,6 @@ from dataclasses import dataclass
 
 from fuzzyctl.diagnostics.diagnostic import ArgumentError, UnknownNameError, ValueOutOfBoundsError
 from fuzzyctl.expr import Expr, Keyword, Name, Number, replace_names
-from fuzzyctl.interop.ranges import range_of
 from fuzzyctl.model.controller import Controller, Definition, Instance
 from fuzzyctl.model.guarantee import Param
 from fuzzyctl.model.loop import Loop
@@ -91,9 +90,9 @@ def opened_loop(loop: Loop, block: str) -> OpenedLoop:
     return OpenedLoop(
         changed,
         actions,
-        tuple(range_of(set_params, r) for r in controller.results),
+        tuple(set_params.range_of(r) for r in controller.results),
         observations,
-        tuple(range_of(set_params, s) for s in controller.inputs),
+        tuple(set_params.range_of(s) for s in controller.inputs),
         dict(
             zip(
                 (*actions, *observations),
@@ -128,9 +127,9 @@ def opened_plant(plant: Plant, dt: float, duration: float) -> OpenedLoop:
     return OpenedLoop(
         loop,
         actions,
-        tuple(range_of(plant, s) for s in plant.inputs),
+        tuple(plant.range_of(s) for s in plant.inputs),
         tuple(f"{block}.{r.name}" for r in plant.results),
-        tuple(range_of(plant, r) for r in plant.results),
+        tuple(plant.range_of(r) for r in plant.results),
         dict(zip(actions, (f"{block}.{s.name}" for s in plant.inputs), strict=True)),
         prefix=f"{block}.",
     )

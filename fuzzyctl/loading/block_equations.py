@@ -17,7 +17,7 @@ from fuzzyctl.kernels.plan.algebraic_loops import feedthrough, ordered
 from fuzzyctl.kernels.plan.equations import Equation, Equations, Evaluation
 from fuzzyctl.kernels.plan.expansion import equations_of
 from fuzzyctl.model.checks.block_numbers import numbers_of_all
-from fuzzyctl.model.controller import Controller, Definition, Instance, Result, Signal
+from fuzzyctl.model.controller import Controller, Definition, EquationBlock, Instance, Result, Signal
 from fuzzyctl.model.forms import bound
 from fuzzyctl.model.loop import Loop
 from fuzzyctl.model.measures import MEASURES
@@ -26,7 +26,7 @@ from fuzzyctl.model.plant_forms import PLANT_FUNCTIONS
 from fuzzyctl.model.shared_params import with_values
 from fuzzyctl.model.signals import SIGNALS, TIME
 
-Block = TypeVar("Block", bound=Controller | Plant | Loop)
+Block = TypeVar("Block", bound=EquationBlock)
 
 
 def with_params(block: Block, values: Mapping[str, float]) -> Block:
@@ -39,16 +39,13 @@ def with_params(block: Block, values: Mapping[str, float]) -> Block:
     found = list(numbers_of_all(changed))
     if found:
         raise DiagnosticError(found)
-    if isinstance(changed, Loop):
-        loop_parts(changed)
-    else:
-        parts_of(changed)
+    parts_of(changed)
     return changed
 
 
-def in_order(block: Controller | Plant) -> list[Definition | Result]:
+def in_order(block: EquationBlock) -> list[Definition | Result]:
     """Return the definitions and outputs of a block without mistakes in the order in which they are computed."""
-    equations = _plant_equations(block) if isinstance(block, Plant) else equations_of(block)
+    equations = _equations(block)
     place: dict[object, int] = {}
     for k, item in enumerate(equations.body):
         place.setdefault(item.span if isinstance(item, Evaluation) else item.name, k)
@@ -56,8 +53,8 @@ def in_order(block: Controller | Plant) -> list[Definition | Result]:
     return sorted(items, key=lambda d: place.get(d.name, place.get(ex.span_of(d.value), 0)))
 
 
-def parts_of(block: Controller | Plant) -> int:
-    """Return how many parts the expressions of a controller or plant expand to.
+def parts_of(block: EquationBlock) -> int:
+    """Return how many parts the expressions of a block expand to.
 
     Raises:
         DiagnosticError: For an algebraic loop, a function that calls itself, or an expansion that is too large.
@@ -66,10 +63,12 @@ def parts_of(block: Controller | Plant) -> int:
         if block.external:
             return 0
         try:
-            return _plant_equations(block).parts
+            return _equations(block).parts
         except DiagnosticError as error:
             raise DiagnosticError([_in_plant(d, block) for d in error.diagnostics]) from None
-    return equations_of(block).parts
+    if isinstance(block, Loop):
+        return _loop_parts(block)
+    return _equations(block).parts
 
 
 def _in_plant(d: Diagnostic, plant: Plant) -> Diagnostic:
@@ -77,7 +76,10 @@ def _in_plant(d: Diagnostic, plant: Plant) -> Diagnostic:
     return dataclasses.replace(d, span=d.span or plant.span, help=help_text)
 
 
-def _plant_equations(plant: Plant) -> Equations:
+def _equations(plant: EquationBlock) -> Equations:
+    """Return the equations of a controller, or of a plant in the form of one."""
+    if isinstance(plant, Controller):
+        return equations_of(plant)
     params = plant.param_values
 
     def known(expr: Expr) -> Expr:
@@ -93,7 +95,7 @@ def _plant_equations(plant: Plant) -> Equations:
 
     changed = {
         kind: tuple(dataclasses.replace(d, value=without_delays(d.value)) for d in getattr(plant, kind))
-        for kind in ("definitions", "results", "derivatives")
+        for kind in ("definitions", "results", "changes")
     }
     view = Controller(
         name=plant.name,
@@ -103,14 +105,14 @@ def _plant_equations(plant: Plant) -> Equations:
         states=plant.states,
         definitions=changed["definitions"],
         results=changed["results"],
-        updates=changed["derivatives"],
+        updates=changed["changes"],
         systems=plant.systems,
         span=plant.span,
     )
     return equations_of(view)
 
 
-def loop_parts(loop: Loop) -> int:
+def _loop_parts(loop: Loop) -> int:
     """Return how many parts the expressions of a loop expand to.
 
     Raises:
@@ -119,8 +121,8 @@ def loop_parts(loop: Loop) -> int:
     """
     callees: list[Controller | Plant] = [*loop.controllers, *loop.plants]
     inputs = {b.name: [i.name for i in b.inputs] for b in callees}
-    direct = {c.name: feedthrough(equations_of(c)) for c in loop.controllers}
-    direct |= {p.name: feedthrough(_plant_equations(p)) for p in loop.plants if not p.external}
+    direct = {c.name: feedthrough(_equations(c)) for c in loop.controllers}
+    direct |= {p.name: feedthrough(_equations(p)) for p in loop.plants if not p.external}
     outputs = {b.name: [r.name for r in b.results] for b in callees}
     arguments = [d for i in loop.instances for d in _arguments(i, inputs[i.controller])]
     members = [f"{i.name}.{o}" for i in loop.instances for o in outputs[i.controller]]

@@ -10,23 +10,20 @@ from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError, Note
 from fuzzyctl.kernels.plan.expansion import DEEPEST_INSTANCES
 from fuzzyctl.lang import syntax as sx
 from fuzzyctl.loading.assembly import Part
-from fuzzyctl.loading.block_equations import loop_parts, parts_of
+from fuzzyctl.loading.block_equations import parts_of
 from fuzzyctl.model.checks.block_numbers import numbers
 from fuzzyctl.model.checks.block_reads import unread_names
 from fuzzyctl.model.checks.block_units import unlike_units
-from fuzzyctl.model.controller import Controller
+from fuzzyctl.model.controller import EquationBlock
 from fuzzyctl.model.loop import Loop
 from fuzzyctl.model.params import ParamValues
 from fuzzyctl.model.plant import Plant
 from fuzzyctl.model.system import FuzzySystem
+from fuzzyctl.resolve.block_names import Callee as Callee
 from fuzzyctl.resolve.context import Context
 
 #: Most parts of expressions that the blocks of a file expand to together.
 MOST_PARTS: Final = 100_000
-
-#: A block of equations, and what one block may call.
-Block = Controller | Plant | Loop
-Callee = FuzzySystem | Controller | Plant
 
 
 class Blocks:
@@ -55,7 +52,7 @@ class Blocks:
         self._systems = {s.name: s for s in systems}
         self._elsewhere, self._found_elsewhere, self._folder = elsewhere, found_elsewhere, folder
         self._parts: dict[str, Part] = {}
-        self._found: dict[str, Block | None] = {}
+        self._found: dict[str, EquationBlock | None] = {}
         self._path: list[str] = []
         self._parts_left = MOST_PARTS
         heads = [p.head for p in parts if p.head is not None]
@@ -77,7 +74,7 @@ class Blocks:
                 found = Diagnostic("FZ201", message, head.name.span, help="rename one of them", notes=note)
                 self.diagnostics.append(found)
 
-    def all(self) -> tuple[Block, ...]:
+    def all(self) -> tuple[EquationBlock, ...]:
         """Return the blocks without mistakes in the order written."""
         found = [self._resolved(name) for name in self._parts]
         return tuple(b for b in found if b is not None)
@@ -93,10 +90,10 @@ class Blocks:
 
     def _callees(self) -> dict[str, str]:
         """Return what can be called, each name with what it is; not the block itself that is being resolved."""
-        kinds = {n: type(b).__name__.removeprefix("Fuzzy").lower() for n, b in self._found_elsewhere().items()}
+        kinds = {n: b.kind for n, b in self._found_elsewhere().items()}
         return {name: kind for name, kind in (kinds | self._declared).items() if name not in self._path}
 
-    def _resolved(self, name: str) -> Block | None:
+    def _resolved(self, name: str) -> EquationBlock | None:
         part = self._parts[name]
         assert isinstance(part.head, sx.Head)
         if name in self._path:
@@ -116,7 +113,7 @@ class Blocks:
             self._path.pop()
         return self._found[name]
 
-    def _examined(self, part: Part, head: sx.Head) -> Block | None:
+    def _examined(self, part: Part, head: sx.Head) -> EquationBlock | None:
         """Resolve a block and check it; None after a mistake."""
         broken = frozenset(self._declared.keys() - self._systems.keys())
         context = Context(unread=part.tree.unread, nameless=part.tree.nameless, broken=broken, callees=self._callees)
@@ -152,20 +149,20 @@ class Blocks:
         self.diagnostics.extend(found)
         return None if failed or _has_errors(found) else block
 
-    def _expanded(self, block: Block) -> Iterator[Diagnostic]:
+    def _expanded(self, block: EquationBlock) -> Iterator[Diagnostic]:
         """Yield what is wrong with the order of the equations, or their number."""
         if self._parts_left <= 0:
             message = f"the blocks of this file expand to more than {MOST_PARTS:,} parts of expressions"
             yield Diagnostic("FZ112", message, block.span, help="spread them over several files")
             return
         try:
-            self._parts_left -= loop_parts(block) if isinstance(block, Loop) else parts_of(block)
+            self._parts_left -= parts_of(block)
         except DiagnosticError as error:
             self._parts_left -= MOST_PARTS // 20
             yield from error.diagnostics
 
 
-def _resolver(kind: str) -> Callable[..., tuple[Block, bool, list[Diagnostic]]]:
+def _resolver(kind: str) -> Callable[..., tuple[EquationBlock, bool, list[Diagnostic]]]:
     """Return what gives the statements of a block their meaning; a file of controllers needs no plants."""
     match kind:
         case "controller":

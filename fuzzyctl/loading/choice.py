@@ -12,8 +12,8 @@ from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.support import arguments
 
 if TYPE_CHECKING:
-    from fuzzyctl.loading.blocks import Block
     from fuzzyctl.loading.examination import Examined
+    from fuzzyctl.model.block import Block
     from fuzzyctl.model.controller import Controller
     from fuzzyctl.model.loop import Loop
     from fuzzyctl.model.plant import Plant
@@ -73,7 +73,7 @@ def choose_controller(examined: Examined, name: str | None) -> Controller | None
 
 def without_system(source: SourceText, blocks: Sequence[Block]) -> Diagnostic:
     """Return the diagnostic of a file that holds other blocks in place of a system."""
-    held = ", ".join(f"{type(b).__name__.lower()} '{b.name}'" for b in blocks)
+    held = ", ".join(f"{b.kind} '{b.name}'" for b in blocks)
     help_text = "give a file with a 'system' block; 'fuzzyctl show' prints controllers, plants and loops"
     return Diagnostic(
         "FZ502", "the file holds no system", facts=(f"it holds: {held}",), help=help_text, file=source.name

@@ -22,8 +22,8 @@ from fuzzyctl.resolve import resolve
 from fuzzyctl.support.reading import read_source
 
 if TYPE_CHECKING:
-    from fuzzyctl.loading.blocks import Block, Callee
-    from fuzzyctl.model.controller import Controller
+    from fuzzyctl.loading.blocks import Callee
+    from fuzzyctl.model.controller import Controller, EquationBlock
     from fuzzyctl.model.loop import Loop
     from fuzzyctl.model.plant import Plant
 
@@ -51,7 +51,7 @@ class Examined:
     systems: tuple[FuzzySystem, ...]
     diagnostics: list[Diagnostic]
     policy: tuple[sx.Allow, ...] = ()
-    blocks: tuple[Block, ...] = ()
+    blocks: tuple[EquationBlock, ...] = ()
 
     @property
     def controllers(self) -> tuple[Controller, ...]:
@@ -129,7 +129,7 @@ def look_through(
         called, wrong = with_called(systems, used.system, broken=failed)
     linked, more = link(called, used.system, broken=failed or bool(wrong))
     diagnostics.extend(wrong)
-    equations: tuple[Block, ...] = ()
+    equations: tuple[EquationBlock, ...] = ()
     if any(isinstance(part.head, sx.Head) for part in parts):
         from fuzzyctl.loading.blocks import Blocks
 

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+import math
+from dataclasses import dataclass
 from functools import cached_property
+from typing import Any, ClassVar
 
 from fuzzyctl.diagnostics.suggestions import counted
 from fuzzyctl.diagnostics.terminal import printable
-from fuzzyctl.displayed import Printed
-from fuzzyctl.expr import FUNCTIONS, Call, Compare, Expr, Logic, Name, evaluate, is_condition, walk
-from fuzzyctl.model.guarantee import Bounds, Guarantee, Param
+from fuzzyctl.expr import FUNCTIONS, Call, Compare, Expr, Logic, Name, is_condition, walk
+from fuzzyctl.model.block import Block
+from fuzzyctl.model.guarantee import Bounds, Guarantee
 from fuzzyctl.model.node import Node
-from fuzzyctl.model.params import ParamValues
 from fuzzyctl.model.system import FuzzySystem
 
 
@@ -72,48 +73,35 @@ class Instance(Node):
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
-class Block(Node, Printed):
+class EquationBlock(Block):
     """What controllers, plants and loops share.
 
     Args:
-        name: Its identifier.
-        title: What it is, for people.
-        citation: Where it comes from.
-        params: Named constants, as expressions.
         functions: Named expressions.
-        definitions: The `let` lines.
-        systems: The fuzzy systems that it calls.
-        path: The file it was read from, or an empty string.
-    """
-
-    name: str
-    title: str = ""
-    citation: str = ""
-    params: tuple[Param, ...] = ()
-    functions: tuple[Function, ...] = ()
-    definitions: tuple[Definition, ...] = ()
-    systems: tuple[FuzzySystem, ...] = ()
-    path: str = field(default="", compare=False, repr=False)
-
-    @cached_property
-    def param_values(self) -> ParamValues:
-        """Values of the params as far as they can be computed, and why others cannot."""
-        return ParamValues(self.params)
-
-
-@dataclass(frozen=True, kw_only=True, repr=False)
-class DynamicBlock(Block):
-    """What controllers and plants share.
-
-    Args:
         inputs: In the order of declaration.
         states: In the order of declaration; a run stops where a state of a plant leaves its range.
+        definitions: The `let` lines.
         results: The outputs in the order of declaration.
+        instances: The blocks inside this one.
+        systems: The fuzzy systems that it calls.
+        controllers: The controllers that its instances are of.
+        plants: The plants that they are of; loops only have such.
+        guarantees: Claims of a controller about each reachable step.
+        period: The sample time of a controller [s]; None if `dt` is an argument of each step.
     """
 
+    functions: tuple[Function, ...] = ()
     inputs: tuple[Signal, ...] = ()
     states: tuple[State, ...] = ()
+    definitions: tuple[Definition, ...] = ()
     results: tuple[Result, ...] = ()
+    instances: tuple[Instance, ...] = ()
+    systems: tuple[FuzzySystem, ...] = ()
+    controllers: tuple[Controller, ...] = ()
+    plants: tuple[EquationBlock, ...] = ()
+    guarantees: tuple[Guarantee, ...] = ()
+
+    period: Expr | None = None
 
     def __repr__(self) -> str:
         inputs, outputs = ", ".join(i.name for i in self.inputs), ", ".join(r.name for r in self.results)
@@ -121,24 +109,38 @@ class DynamicBlock(Block):
             f"{type(self).__name__}({self.name}: {inputs} -> {outputs}; {counted(len(self.states), 'state')})"
         )
 
+    @property
+    def outputs(self) -> tuple[Result, ...]:
+        """The results, by the name that outputs have in every block."""
+        return self.results
+
+    @property
+    def changes(self) -> tuple[Definition, ...]:
+        """The next value of each state, of a plant its derivative by time."""
+        return ()
+
+    def callee(self, instance: Instance) -> EquationBlock:
+        """Return the controller or plant that an instance is of."""
+        return next(b for b in (*self.controllers, *self.plants) if b.name == instance.controller)
+
+    def range_of(self, signal: Any) -> tuple[float, float]:
+        """Return the ends of the range of an input, state or output; infinite without a range."""
+        if signal.bounds is None:
+            return -math.inf, math.inf
+        return self.number(signal.bounds.lower), self.number(signal.bounds.upper)
+
 
 @dataclass(frozen=True, kw_only=True, repr=False)
-class Controller(DynamicBlock):
+class Controller(EquationBlock):
     """A sampled controller: synchronous equations, each name defined once, in any order.
 
     Args:
         updates: The next value of each state.
-        instances: Controllers inside this one.
-        period: The sample time [s]; None where `dt` is an argument of each step.
-        controllers: The controllers that its instances are of.
-        guarantees: Claims about each reachable step.
     """
 
+    kind: ClassVar[str] = "controller"
+
     updates: tuple[Definition, ...] = ()
-    instances: tuple[Instance, ...] = ()
-    period: Expr | None = None
-    controllers: tuple[Controller, ...] = ()
-    guarantees: tuple[Guarantee, ...] = ()
 
     @cached_property
     def conditions(self) -> dict[str, Expr]:
@@ -147,16 +149,17 @@ class Controller(DynamicBlock):
         named = {d.name: d.value for d in items if isinstance(d.value, Compare | Logic)}
         return {name: value for name, value in named.items() if all(map(_is_plain, walk(value)))}
 
-    def number(self, expr: Expr) -> float:
-        """Compute an expression over the params."""
-        return evaluate(expr, self.param_values.values)
+    @property
+    def changes(self) -> tuple[Definition, ...]:
+        """The updates."""
+        return self.updates
 
 
 def _is_plain(part: Expr) -> bool:
     return not isinstance(part, Call) or part.function in FUNCTIONS
 
 
-def true_or_false(block: DynamicBlock) -> list[str]:
+def true_or_false(block: EquationBlock) -> list[str]:
     """Return the outputs of a block that are conditions, which are 1 or 0."""
     functions = {f.name: f.expression for f in block.functions}
     values = {d.name: d.value for d in block.definitions} | {r.name: r.value for r in block.results}

@@ -7,12 +7,12 @@ from dataclasses import replace
 from typing import TypeVar
 
 from fuzzyctl.expr import Keyword, Name, Number, evaluate
-from fuzzyctl.model.controller import Controller, Instance
+from fuzzyctl.model.controller import Controller, EquationBlock, Instance
 from fuzzyctl.model.guarantee import Param
 from fuzzyctl.model.loop import Loop
 from fuzzyctl.model.shared_params import with_values
 
-Block = TypeVar("Block", bound=Controller | Loop)
+Block = TypeVar("Block", bound=EquationBlock)
 
 
 def with_instance_params(block: Block, names: Iterable[str]) -> Block:
@@ -28,7 +28,7 @@ def with_instance_params(block: Block, names: Iterable[str]) -> Block:
     return block
 
 
-def instance_params(block: Controller | Loop) -> list[str]:
+def instance_params(block: EquationBlock) -> list[str]:
     """Return the names of all params of controllers inside a block, those of the blocks of a loop among them."""
     found: list[str] = []
     for instance in block.instances:
@@ -38,7 +38,7 @@ def instance_params(block: Controller | Loop) -> list[str]:
     return found
 
 
-def _with_one(block: Block, name: str, present: Controller | Loop) -> tuple[Block, Param | None]:
+def _with_one(block: Block, name: str, present: EquationBlock) -> tuple[Block, Param | None]:
     """Return a block with one of these params, and the param, None where there is none.
 
     Args:
@@ -73,7 +73,7 @@ def _with_one(block: Block, name: str, present: Controller | Loop) -> tuple[Bloc
     return replace(block, params=(*block.params, lifted)), param
 
 
-def _controller_of(block: Controller | Loop, instance: str) -> Controller | None:
+def _controller_of(block: EquationBlock, instance: str) -> Controller | None:
     """Return the controller that an instance is of; None for no instance, or that of a plant."""
     name = next((i.controller for i in block.instances if i.name == instance), None)
     return next((c for c in block.controllers if c.name == name), None)

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 from fuzzyctl.diagnostics.suggestions import counted
 from fuzzyctl.diagnostics.terminal import printable
 from fuzzyctl.expr import Expr
-from fuzzyctl.model.controller import Block, Controller, Definition, Instance
+from fuzzyctl.model.controller import Definition, EquationBlock
 from fuzzyctl.model.guarantee import Guarantee
 from fuzzyctl.model.plant import Plant
 
@@ -21,28 +22,26 @@ class Measure(Definition):
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
-class Loop(Block):
+class Loop(EquationBlock):
     """An experiment: blocks, what connects them, and what is measured.
 
     Args:
-        instances: Controllers and plants, each with its arguments; the outputs are `NAME.OUTPUT`.
-        definitions: The `let` lines: references, disturbances and other signals, which may use the time `t` [s] and
-            call the functions of `model/signals.py`; files of `csv` are named relative to the folder of `path`.
+        definitions: References, disturbances and other signals, which may use the time `t` [s] and call the functions
+            of `model/signals.py`; files of `csv` are named relative to the folder of `path`.
         measures: What the run is judged by: expressions over params, other measures and calls of the functions of
             `model/measures.py`, whose first arguments are expressions over signals.
         requirements: Claims about measures, checked on the run.
         duration: How long a run lasts [s].
         step: Time between two samples of the record [s]; None for the shortest period of the controllers.
-        controllers: The controllers that instances are of.
         plants: The plants that instances are of.
     """
 
-    instances: tuple[Instance, ...] = ()
+    kind: ClassVar[str] = "loop"
+
     measures: tuple[Measure, ...] = ()
     requirements: tuple[Guarantee, ...] = ()
     duration: Expr
     step: Expr | None = None
-    controllers: tuple[Controller, ...] = ()
     plants: tuple[Plant, ...] = ()
 
     def __repr__(self) -> str:

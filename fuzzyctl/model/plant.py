@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
-from fuzzyctl.model.controller import Definition, DynamicBlock
+from fuzzyctl.model.controller import Definition, EquationBlock
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
-class Plant(DynamicBlock):
+class Plant(EquationBlock):
     """A plant in continuous time; its inputs are held while it is integrated over a period.
 
     A plant that was written as a transfer function, zeros and poles, or matrices is one of linear equations.
@@ -26,10 +26,17 @@ class Plant(DynamicBlock):
             its outputs from time and states. `python` then says what they are.
     """
 
+    kind: ClassVar[str] = "plant"
+
     derivatives: tuple[Definition, ...] = ()
     python: str = ""
     fmu: str = ""
     calls: tuple[Callable[..., Any], ...] = ()
+
+    @property
+    def changes(self) -> tuple[Definition, ...]:
+        """The derivatives."""
+        return self.derivatives
 
     @property
     def external(self) -> str:

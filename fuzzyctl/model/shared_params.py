@@ -8,11 +8,9 @@ from typing import Any, TypeVar
 
 from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.expr import Number
-from fuzzyctl.model.controller import Controller
-from fuzzyctl.model.loop import Loop
-from fuzzyctl.model.plant import Plant
+from fuzzyctl.model.controller import EquationBlock
 
-Block = TypeVar("Block", bound=Controller | Plant | Loop)
+Block = TypeVar("Block", bound=EquationBlock)
 
 
 def with_values(block: Block, values: Mapping[str, float]) -> Block:
@@ -47,12 +45,10 @@ def _with_inner(block: Block, written: Mapping[Span | None, float]) -> Block:
             if (own := {p.name: written[p.span] for p in system.params if p.span in written})
             else system
             for system in block.systems
-        )
+        ),
+        "controllers": tuple(_with_written(c, written) for c in block.controllers),
+        "plants": tuple(_with_written(p, written) for p in block.plants),
     }
-    if not isinstance(block, Plant):
-        changed["controllers"] = tuple(_with_written(c, written) for c in block.controllers)
-    if isinstance(block, Loop):
-        changed["plants"] = tuple(_with_written(p, written) for p in block.plants)
     return dataclasses.replace(block, **changed)
 
 

@@ -6,19 +6,17 @@ import unicodedata
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, TypeVar, overload
+from typing import TYPE_CHECKING, Any, ClassVar, TypeVar, overload
 
 from fuzzyctl.diagnostics.diagnostic import ArgumentError, UnknownNameError, ValueOutOfBoundsError
 from fuzzyctl.diagnostics.suggestions import counted
 from fuzzyctl.diagnostics.terminal import printable
-from fuzzyctl.displayed import Printed
-from fuzzyctl.expr import Expr, Number, evaluate
-from fuzzyctl.model.guarantee import Guarantee, Hedge, Param
+from fuzzyctl.expr import Number
+from fuzzyctl.model.block import Block
+from fuzzyctl.model.guarantee import Guarantee, Hedge
 from fuzzyctl.model.method import Method, RuleMethod
-from fuzzyctl.model.node import Node
-from fuzzyctl.model.params import ParamValues
 from fuzzyctl.model.rule import Rule, RuleBlock, RuleTable, rule_count, rules_of
-from fuzzyctl.model.variable import Input, Let, LinguisticVariable, Output
+from fuzzyctl.model.variable import Hold, Input, Let, LinguisticVariable, Output
 from fuzzyctl.support.arguments import is_finite
 from fuzzyctl.support.signatures import InputSignature
 
@@ -27,14 +25,10 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
-class FuzzySystem(Node, Printed):
+class FuzzySystem(Block):
     """A fuzzy system as data; evaluation never writes into it.
 
     Args:
-        name: Its identifier.
-        title: What it is, for people.
-        citation: Where it comes from.
-        params: Named constants, as expressions.
         hedges: Hedges of its own, besides those of `formulas.HEDGES`.
         method: Norms, implication, aggregation, defuzzifier.
         inputs: In the order of declaration, which is the order of a kernel's arguments.
@@ -42,15 +36,12 @@ class FuzzySystem(Node, Printed):
         blocks: Rule tables and single rules in the order written, then rule blocks.
         guarantees: The `require` statements.
         compared: The other systems that they name, as `SYSTEM.OUTPUT`, without guarantees of their own.
-        path: The file it was read from, or an empty string.
         lets: Named values of the inputs, in the order of declaration.
         called: The other systems that lets call, as `SYSTEM.OUTPUT(...)`, without guarantees of their own.
     """
 
-    name: str
-    title: str = ""
-    citation: str = ""
-    params: tuple[Param, ...] = ()
+    kind: ClassVar[str] = "system"
+
     hedges: tuple[Hedge, ...] = ()
     method: Method = field(default_factory=Method)
     inputs: tuple[Input, ...]
@@ -58,14 +49,13 @@ class FuzzySystem(Node, Printed):
     blocks: tuple[RuleTable | Rule | RuleBlock, ...]
     guarantees: tuple[Guarantee, ...] = ()
     compared: tuple[FuzzySystem, ...] = ()
-    path: str = field(default="", compare=False, repr=False)
     lets: tuple[Let, ...] = ()
     called: tuple[FuzzySystem, ...] = ()
 
     __signature__ = InputSignature(named=lambda system: [v.name for v in system.inputs])
 
     def __post_init__(self) -> None:
-        Node.__post_init__(self)
+        super().__post_init__()
         kinds = [isinstance(b, RuleBlock) for b in self.blocks]
         if kinds != sorted(kinds):  # a rule file has no form for this
             names = [type(b).__name__ for b in self.blocks]
@@ -142,26 +132,14 @@ class FuzzySystem(Node, Printed):
         found = tuple(dict.fromkeys(self.implication_of(r, output) for r in rules))
         return found or (output.implication or self.method.implication,)
 
-    @cached_property
-    def param_values(self) -> ParamValues:
-        """Values of the params as far as they can be computed, and why others cannot."""
-        return ParamValues(self.params)
+    @property
+    def keeps_state(self) -> bool:
+        """Whether an output adapts or is held, so that a value depends on earlier ones."""
+        return any(o.adaptive is not None or isinstance(o.otherwise, Hold) for o in self.outputs)
 
-    @cached_property
-    def values(self) -> dict[str, float]:
-        """Values of all params.
-
-        Raises:
-            ExprError: Where a param cannot be computed; a loaded system has none such.
-        """
-        computed = self.param_values
-        if computed.errors:
-            raise computed.errors[0]
-        return computed.values
-
-    def number(self, expr: Expr) -> float:
-        """Compute an expression over the params."""
-        return evaluate(expr, self.values)
+    def range_of(self, signal: Any) -> tuple[float, float]:
+        """Return the ends of the range of an input or output."""
+        return self.number(signal.lower), self.number(signal.upper)
 
     def with_rules(self, rules: Sequence[Rule]) -> FuzzySystem:
         """Return the system with other rules, as many and each in the block of the one whose place it takes.

@@ -8,14 +8,12 @@ from typing import Final
 from fuzzyctl import expr as ex
 from fuzzyctl.diagnostics.fixes import Fix, Replacement, respelt_as_suggested
 from fuzzyctl.diagnostics.suggestions import a_or_an, counted, did_you_mean, listed
-from fuzzyctl.model.controller import Controller
+from fuzzyctl.model.controller import EquationBlock
 from fuzzyctl.model.forms import NEEDED, Form
 from fuzzyctl.model.measures import MEASURES
-from fuzzyctl.model.plant import Plant
 from fuzzyctl.model.signals import SIGNALS
 from fuzzyctl.model.stateful_operators import OPERATORS
 from fuzzyctl.model.system import FuzzySystem
-from fuzzyctl.model.variable import Hold
 from fuzzyctl.resolve.block_names import CALLED, FUNCTIONS, Names
 
 #: Checks a part of an expression, as a condition, as a number, or as either where that is None.
@@ -136,21 +134,19 @@ class Expressions(Names):
         block = self.found(function)
         if isinstance(block, FuzzySystem):
             return self._system(call, block, inner, pure=pure)
-        if isinstance(block, Controller | Plant):
+        if block is not None:
             self._refuse_block(call, block)
         else:
             self.unknown_call(call, "function or system", [*ex.FUNCTIONS, *FUNCTIONS, *self.own, *functions])
         return False
 
     def _system(self, call: ex.Call, system: FuzzySystem, inner: Inner, *, pure: bool) -> bool:
-        if (pure or self.kind != "controller") and any(
-            o.adaptive is not None or isinstance(o.otherwise, Hold) for o in system.outputs
-        ):
+        if (pure or self.kind != "controller") and system.keeps_state:
             return self.refuse_state(call)
         return self.arguments(call, [i.name for i in system.inputs], [p.name for p in system.params], inner)
 
-    def _refuse_block(self, call: ex.Call, block: Controller | Plant) -> None:
-        what = "controller" if isinstance(block, Controller) else "plant"
+    def _refuse_block(self, call: ex.Call, block: EquationBlock) -> None:
+        what = block.kind
         help_text = f"give it a name: block NAME = {ex.to_text(call)}"
         if self.kind == "plant" or (self.kind == "controller" and what == "plant"):
             help_text = f"add both as blocks of a loop: block NAME = {ex.to_text(call)}"

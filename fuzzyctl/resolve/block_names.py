@@ -11,14 +11,13 @@ from typing import ClassVar, Final
 from fuzzyctl import expr as ex
 from fuzzyctl.diagnostics.suggestions import a_or_an
 from fuzzyctl.lang import syntax as sx
-from fuzzyctl.model.controller import Controller, true_or_false
-from fuzzyctl.model.plant import Plant
+from fuzzyctl.model.controller import EquationBlock, true_or_false
 from fuzzyctl.model.stateful_operators import OPERATORS
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.resolve.context import Context
 
 #: What a block may call.
-Callee = FuzzySystem | Controller | Plant
+Callee = FuzzySystem | EquationBlock
 
 #: What shares one set of names, by the kind of the block.
 _SHARED: Final = {
@@ -108,10 +107,9 @@ class Names:
 
     def _declare_members(self, name: str, value: ex.Expr) -> None:
         block = self.found(value.function) if isinstance(value, ex.Call) else None
-        if isinstance(block, FuzzySystem) and len(block.outputs) > 1:
+        if block is not None and (block.kind != "system" or len(block.outputs) > 1):
             self.members[name] = tuple(f"{name}.{o.name}" for o in block.outputs)
-        elif isinstance(block, Controller | Plant):
-            self.members[name] = tuple(f"{name}.{r.name}" for r in block.results)
+        if isinstance(block, EquationBlock):
             outputs = [f"{name}.{output}" for output in true_or_false(block)]
             self.context.conditions |= {o: ex.Compare(">", ex.Name(o), ex.ZERO) for o in outputs}
 

@@ -8,11 +8,9 @@ from typing import Any
 from fuzzyctl.diagnostics.fixes import respelt_as_suggested
 from fuzzyctl.diagnostics.suggestions import did_you_mean, listed
 from fuzzyctl.lang import syntax as sx
-from fuzzyctl.model.controller import Controller, Definition, Function, Result, Signal, State
+from fuzzyctl.model.controller import Definition, Function, Result, Signal, State
 from fuzzyctl.model.guarantee import Param
 from fuzzyctl.model.node import Node
-from fuzzyctl.model.plant import Plant
-from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.resolve.block_expressions import PARAMETERS, Expressions
 from fuzzyctl.resolve.variables import resolve_bounds
 
@@ -53,13 +51,14 @@ class Statements(Expressions):
             "params": parts.get("param", ()),
             "functions": parts.get("function", ()),
             "definitions": parts.get("let", ()),
-            "systems": tuple(b for b in self.blocks.values() if isinstance(b, FuzzySystem)),
+            "inputs": parts.get("input", ()),
+            "states": parts.get("state", ()),
+            "results": parts.get("output", ()),
             "span": self.head.name.span,
+        } | {
+            f"{kind}s": tuple(b for b in self.blocks.values() if b is not None and b.kind == kind)
+            for kind in ("system", "controller", "plant")
         }
-
-    def instances_of(self, kind: type[Controller] | type[Plant]) -> tuple[Any, ...]:
-        """Return the controllers or plants that are named."""
-        return tuple(b for b in self.blocks.values() if isinstance(b, kind))
 
     def equation(self, s: sx.Equation) -> Node | None:
         """Resolve a `let`, `next`, `der` or `block` line."""

@@ -11,9 +11,7 @@ from fuzzyctl.lang import syntax as sx
 from fuzzyctl.model.checks.checks import in_order
 from fuzzyctl.model.controller import Controller, Instance
 from fuzzyctl.model.node import Node
-from fuzzyctl.model.plant import Plant
 from fuzzyctl.model.stateful_operators import OPERATORS
-from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.resolve.block_expressions import Inner
 from fuzzyctl.resolve.block_names import Find
 from fuzzyctl.resolve.block_statements import Statements
@@ -63,13 +61,9 @@ class _Controller(Statements):
         self.require_outputs(statements)
         return Controller(
             **self.shared_fields(statements, parts),
-            inputs=parts.get("input", ()),
-            states=parts.get("state", ()),
-            results=parts.get("output", ()),
             updates=parts.get("next", ()),
             instances=parts.get("block", ()),
             period=period,
-            controllers=self.instances_of(Controller),
             path=path,
             guarantees=tuple(c for c in claims if c is not None),
         )
@@ -85,12 +79,11 @@ class _Controller(Statements):
             )
             return None
         block = self.found(s.value.function)
-        if isinstance(block, FuzzySystem | Plant):
-            what = "system" if isinstance(block, FuzzySystem) else "plant"
+        if block is not None and block.kind != "controller":
             help_text = f"write: let {s.name.text} = {ex.to_text(s.value)}"
-            if what == "plant":
+            if block.kind == "plant":
                 help_text = "add the controller and the plant as blocks of a loop"
-            message = f"'{block.name}' is a {what}, and 'block' takes a controller"
+            message = f"'{block.name}' is a {block.kind}, and 'block' takes a controller"
             self.context.report("FZ214", message, s.value.span, help=help_text)
             return None
         if block is None:

@@ -12,15 +12,13 @@ from fuzzyctl.diagnostics.diagnostic import Diagnostic
 from fuzzyctl.expr import ONE
 from fuzzyctl.lang import syntax as sx
 from fuzzyctl.model.checks.checks import in_order
-from fuzzyctl.model.controller import Controller, Instance
+from fuzzyctl.model.controller import Instance
 from fuzzyctl.model.guarantee import Guarantee
 from fuzzyctl.model.loop import Loop, Measure
 from fuzzyctl.model.measures import MEASURES
-from fuzzyctl.model.plant import Plant
 from fuzzyctl.model.plant_forms import PLANTS
 from fuzzyctl.model.signals import SIGNALS, TIME
 from fuzzyctl.model.stateful_operators import OPERATORS
-from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.resolve.block_expressions import Inner
 from fuzzyctl.resolve.block_names import Find
 from fuzzyctl.resolve.block_statements import Statements
@@ -68,8 +66,6 @@ class _Loop(Statements):
             requirements=tuple(c for c in claims if c is not None),
             duration=duration,
             step=step,
-            controllers=self.instances_of(Controller),
-            plants=self.instances_of(Plant),
             path=path,
         )
 
@@ -93,7 +89,7 @@ class _Loop(Statements):
             self.context.report("FZ214", message, ex.span_of(s.value), help=help_text)
             return None
         block = self.found(s.value.function)
-        if isinstance(block, FuzzySystem):
+        if block is not None and block.kind == "system":
             help_text = f"write: let {s.name.text} = {ex.to_text(s.value)}"
             message = f"'{block.name}' is a system, and 'block' takes a controller or plant"
             self.context.report("FZ214", message, s.value.span, help=help_text)

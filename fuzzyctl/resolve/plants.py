@@ -48,12 +48,7 @@ class _Plant(Statements):
         else:
             self.require_updates(statements, "der", "derivative")
             self.require_outputs(statements)
-            fields |= {
-                "inputs": parts.get("input", ()),
-                "states": parts.get("state", ()),
-                "results": parts.get("output", ()),
-                "derivatives": parts.get("der", ()),
-            }
+            fields["derivatives"] = parts.get("der", ())
         return Plant(**fields, path=path)
 
     def _refuse_statements(self, statements: Sequence[sx.Statement]) -> None:

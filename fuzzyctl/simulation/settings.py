@@ -53,7 +53,7 @@ def timing_params(loop: Loop) -> set[str]:
     found: set[str] = set()
     for instance in loop.instances:
         block = blocks_of(loop)[instance.controller]
-        if not isinstance(block, Controller) or block.period is None:
+        if block.period is None:
             continue
         given = {a.name: a.value for a in instance.arguments if isinstance(a, Keyword)}
         own = _depends([p for p in block.params if p.name not in given], [block.period])

@@ -96,7 +96,7 @@ def _check(document: Document, _: _Data) -> _Data:
         found, blocks = list(error.diagnostics), []
     return {
         "diagnostics": [_diagnostic(d, document) for d in found],
-        "blocks": [{"name": b.name, "kind": type(b).__name__.lower().removeprefix("fuzzy")} for b in blocks],
+        "blocks": [{"name": b.name, "kind": b.kind} for b in blocks],
     }
 
 

@@ -25,7 +25,7 @@ from fuzzyctl.expr import (
 )
 from fuzzyctl.model.checks.constants import constants, quotients
 from fuzzyctl.model.checks.ranges import inside, outside_ranges
-from fuzzyctl.model.controller import Controller, Definition, Instance, Result, Signal
+from fuzzyctl.model.controller import Definition, EquationBlock, Instance, Result, Signal
 from fuzzyctl.model.forms import bound, pairs_of
 from fuzzyctl.model.guarantee import Bounds, Param
 from fuzzyctl.model.loop import Loop
@@ -41,7 +41,7 @@ from fuzzyctl.model.system import FuzzySystem
 MOST_SAMPLES: Final = 10_000_000
 
 
-def numbers(block: Controller | Plant | Loop, params: ParamValues) -> Iterator[Diagnostic]:
+def numbers(block: EquationBlock, params: ParamValues) -> Iterator[Diagnostic]:
     """Check the numbers of a block, as far as its params have values."""
     found = list(_written_numbers(block, params))
     yield from found
@@ -49,7 +49,7 @@ def numbers(block: Controller | Plant | Loop, params: ParamValues) -> Iterator[D
     yield from (d for d in _constants(block, params) if d.span not in reported)
 
 
-def numbers_of_all(block: Controller | Plant | Loop) -> Iterator[Diagnostic]:
+def numbers_of_all(block: EquationBlock) -> Iterator[Diagnostic]:
     """Check the numbers of a block, and those of the blocks inside it with the params that they have there.
 
     What follows from numbers that are reported is left out.
@@ -63,14 +63,14 @@ def numbers_of_all(block: Controller | Plant | Loop) -> Iterator[Diagnostic]:
     yield from (d for k, d in enumerate(placed) if d not in placed[:k])
 
 
-def _written_numbers(block: Controller | Plant | Loop, params: ParamValues) -> Iterator[Diagnostic]:
+def _written_numbers(block: EquationBlock, params: ParamValues) -> Iterator[Diagnostic]:
     """Check params, ranges, starts and times."""
     for error in params.errors:
         if isinstance(error, ParamCycleError):
             yield Diagnostic("FZ308", error.message, error.span, help="give one of them a number")
         else:
             yield Diagnostic("FZ307", error.message, error.span, help=error.help)
-    signals: tuple[Signal, ...] = () if isinstance(block, Loop) else (*block.inputs, *block.states, *block.results)
+    signals: tuple[Signal, ...] = (*block.inputs, *block.states, *block.outputs)
     ranges = [(s.name, s.bounds) for s in signals] + [(p.name, p.bounds) for p in block.params]
     for name, bounds in ranges:
         if bounds is not None:
@@ -80,22 +80,17 @@ def _written_numbers(block: Controller | Plant | Loop, params: ParamValues) -> I
         found = list(_within(f"param '{param.name}'", param.expression, param.bounds, params))
         outside_range |= {param.name} if found else set()
         yield from found
-    if not isinstance(block, Loop):
-        for state in block.states:
-            what = f"the start of state '{state.name}'"
-            outside = list(_within(what, state.start, state.bounds, params))
-            yield from outside or (_finite_start(what, state.start, params) if isinstance(block, Plant) else ())
-    if isinstance(block, Controller):
-        yield from _positive("the period", block.period, params, "write a time, such as: every 5 ms")
-        for guarantee in block.guarantees:
-            yield from _tolerance(guarantee.within, params)
+    for state in block.states:
+        what = f"the start of state '{state.name}'"
+        outside = list(_within(what, state.start, state.bounds, params))
+        yield from outside or (_finite_start(what, state.start, params) if isinstance(block, Plant) else ())
+    yield from _positive("the period", block.period, params, "write a time, such as: every 5 ms")
+    for guarantee in block.guarantees:
+        yield from _tolerance(guarantee.within, params)
     if isinstance(block, Plant):
         yield from _dead_times(block, params)
-    else:
-        callees: list[Controller | Plant] = [*block.controllers, *(block.plants if isinstance(block, Loop) else ())]
-        for instance in block.instances:
-            callee = next(c for c in callees if c.name == instance.controller)
-            yield from _instance(instance, callee, params, outside_range)
+    for instance in block.instances:
+        yield from _instance(instance, block.callee(instance), params, outside_range)
     if isinstance(block, Loop):
         yield from _run(block, params)
         yield from _functions(block, params)
@@ -111,7 +106,7 @@ def _computed(expr: Expr, params: ParamValues) -> float | Diagnostic | None:
         return Diagnostic("FZ307", error.message, error.span, help=error.help)
 
 
-def _constants(block: Controller | Plant | Loop, params: ParamValues) -> Iterator[Diagnostic]:
+def _constants(block: EquationBlock, params: ParamValues) -> Iterator[Diagnostic]:
     """Check the parts of expressions that have a value before anything runs, and what is divided by 0."""
     lets = [Param(name=d.name, expression=d.value) for d in block.definitions]
     values = ParamValues([*block.params, *lets], partial=True)
@@ -130,28 +125,19 @@ def _constants(block: Controller | Plant | Loop, params: ParamValues) -> Iterato
                 yield from _called(call, systems[call.function], params)
 
 
-def expressions(block: Controller | Plant | Loop) -> Iterator[tuple[str, Expr, set[str]]]:
+def expressions(block: EquationBlock) -> Iterator[tuple[str, Expr, set[str]]]:
     """Yield the expressions of a block, each with the name that it defines and the parameters of its function.
 
     The name is that of a let or of a state; other expressions, such as those of outputs and claims, have none.
     """
     yield from (("", f.expression, set(f.parameters)) for f in block.functions)
-    named: list[Definition] = list(block.definitions)
-    nameless: list[Expr] = []
-    if not isinstance(block, Plant):
-        nameless += [a for i in block.instances for a in i.arguments]
+    nameless = [a for i in block.instances for a in i.arguments] + [r.value for r in block.outputs]
+    claims = block.guarantees
     if isinstance(block, Loop):
         nameless += [m.value for m in block.measures]
-    else:
-        nameless += [r.value for r in block.results]
-    if isinstance(block, Plant):
-        named += block.derivatives
-    else:
-        claims = block.requirements if isinstance(block, Loop) else block.guarantees
-        nameless += [e for c in claims for e in (c.claim, c.when) if e is not None]
-    if isinstance(block, Controller):
-        named += block.updates
-    yield from ((d.name, d.value, set()) for d in named)
+        claims = block.requirements
+    nameless += [e for c in claims for e in (c.claim, c.when) if e is not None]
+    yield from ((d.name, d.value, set()) for d in (*block.definitions, *block.changes))
     yield from (("", expr, set()) for expr in nameless)
 
 
@@ -216,7 +202,7 @@ def _outside(what: str, value: float, span: Span | None, bounds: Bounds, shown: 
 
 
 def _instance(
-    instance: Instance, callee: Controller | Plant, params: ParamValues, reported: set[str]
+    instance: Instance, callee: EquationBlock, params: ParamValues, reported: set[str]
 ) -> Iterator[Diagnostic]:
     """Check what a block is given for its params, by their ranges and those of what follows from them.
 

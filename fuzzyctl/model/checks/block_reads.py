@@ -9,13 +9,13 @@ from fuzzyctl.diagnostics.diagnostic import Diagnostic
 from fuzzyctl.diagnostics.suggestions import listed
 from fuzzyctl.expr import Expr, Name, names_in
 from fuzzyctl.model.checks.block_numbers import expressions
-from fuzzyctl.model.controller import Controller, Definition, Signal
+from fuzzyctl.model.controller import Definition, EquationBlock, Signal
 from fuzzyctl.model.guarantee import Bounds, Param
 from fuzzyctl.model.loop import Loop
 from fuzzyctl.model.plant import Plant
 
 
-def unread_names(block: Controller | Plant | Loop) -> Iterator[Diagnostic]:
+def unread_names(block: EquationBlock) -> Iterator[Diagnostic]:
     """Find written params, inputs, lets and states without effect on outputs, claims and measures."""
     if isinstance(block, Plant) and block.external:  # the code reads them
         return
@@ -30,8 +30,7 @@ def unread_names(block: Controller | Plant | Loop) -> Iterator[Diagnostic]:
         ahead += names
     kinds: list[tuple[str, Sequence[Param | Definition | Signal]]] = [("param", block.params)]
     kinds += [("let", block.definitions)]
-    if not isinstance(block, Loop):
-        kinds += [("input", block.inputs), ("state", block.states)]
+    kinds += [("input", block.inputs), ("state", block.states)]
     # States of transfer functions and matrices are not written.
     unread = {d.name: (kind, d) for kind, items in kinds for d in items if d.name not in live and d.span is not None}
     readers: defaultdict[str, list[str]] = defaultdict(list)
@@ -45,18 +44,16 @@ def unread_names(block: Controller | Plant | Loop) -> Iterator[Diagnostic]:
         yield Diagnostic(code, message, item.span, "warning", facts, "remove it, or use it")
 
 
-def _settings(block: Controller | Plant | Loop) -> Iterator[tuple[str, Expr, set[str]]]:
+def _settings(block: EquationBlock) -> Iterator[tuple[str, Expr, set[str]]]:
     """Yield the remaining expressions: values of params, starts, ranges, periods and tolerances."""
     ranges: list[tuple[str, Bounds | None]] = [(p.name, p.bounds) for p in block.params]
     settings: list[tuple[str, Expr | None]] = [(p.name, p.expression) for p in block.params]
     if isinstance(block, Loop):
         settings += [("", block.duration), ("", block.step), *(("", r.within) for r in block.requirements)]
-    else:
-        ranges += [(s.name, s.bounds) for s in (*block.inputs, *block.states)] + [("", r.bounds) for r in block.results]
-        settings += [(s.name, s.start) for s in block.states]
-        # A range of a state is a claim, and a run stops where a plant leaves it.
-        settings += [("", Name(s.name)) for s in block.states if s.bounds is not None]
-    if isinstance(block, Controller):
-        settings += [("", block.period), *(("", g.within) for g in block.guarantees)]
+    ranges += [(s.name, s.bounds) for s in (*block.inputs, *block.states)] + [("", r.bounds) for r in block.outputs]
+    settings += [(s.name, s.start) for s in block.states]
+    # A range of a state is a claim, and a run stops where a plant leaves it.
+    settings += [("", Name(s.name)) for s in block.states if s.bounds is not None]
+    settings += [("", block.period), *(("", g.within) for g in block.guarantees)]
     settings += [(name, end) for name, bounds in ranges if bounds is not None for end in (bounds.lower, bounds.upper)]
     yield from ((name, expr, set()) for name, expr in settings if expr is not None)

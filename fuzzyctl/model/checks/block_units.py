@@ -7,36 +7,29 @@ from collections.abc import Iterator, Sequence
 from fuzzyctl.diagnostics.diagnostic import Diagnostic
 from fuzzyctl.expr import Call, Keyword
 from fuzzyctl.model.checks.units import Units
-from fuzzyctl.model.controller import Controller, Definition, Instance
+from fuzzyctl.model.controller import Definition, EquationBlock, Instance
 from fuzzyctl.model.loop import Loop
 from fuzzyctl.model.plant import Plant
 from fuzzyctl.model.system import FuzzySystem
 
 
-def unlike_units(block: Controller | Plant | Loop) -> Iterator[Diagnostic]:
+def unlike_units(block: EquationBlock) -> Iterator[Diagnostic]:
     """Find quantities of different units that a block compares, adds, connects, or gives to a name."""
     units = Units({p.name: p.unit for p in block.params}, {})
-    callees: list[Controller | Plant] = []
-    if not isinstance(block, Plant):
-        callees = [*block.controllers, *(block.plants if isinstance(block, Loop) else ())]
-        for instance in block.instances:
-            callee = next(c for c in callees if c.name == instance.controller)
-            units.of |= {f"{instance.name}.{r.name}": r.unit for r in callee.results}
-    if not isinstance(block, Loop):
-        units.of |= {s.name: s.unit for s in (*block.inputs, *block.states, *block.results)}
+    for instance in block.instances:
+        units.of |= {f"{instance.name}.{r.name}": r.unit for r in block.callee(instance).outputs}
+    units.of |= {s.name: s.unit for s in (*block.inputs, *block.states, *block.outputs)}
     units.arguments = {s.name: [i.unit for i in s.inputs] for s in block.systems}
     _define(units, block.definitions, block.systems)
-    for result in () if isinstance(block, Loop) else block.results:
+    for result in block.outputs:
         units.define(result.name, result.value)
-    for update in block.updates if isinstance(block, Controller) else ():
-        units.define(update.name, update.value)
-    for rate in block.derivatives if isinstance(block, Plant) else ():
-        units.define_rate(rate.name, rate.value)
-    for state in () if isinstance(block, Loop) else block.states:
+    define_change = units.define_rate if isinstance(block, Plant) else units.define
+    for change in block.changes:
+        define_change(change.name, change.value)
+    for state in block.states:
         units.define(state.name, state.start)
-    if not isinstance(block, Plant):
-        for instance in block.instances:
-            _connect(units, instance, next(c for c in callees if c.name == instance.controller))
+    for instance in block.instances:
+        _connect(units, instance, block.callee(instance))
     for loop_measure in block.measures if isinstance(block, Loop) else ():
         units.of.setdefault(loop_measure.name, loop_measure.unit)
         units.define(loop_measure.name, loop_measure.value)
@@ -56,7 +49,7 @@ def _define(units: Units, definitions: Sequence[Definition], systems: Sequence[F
         units.unit(d.value)
 
 
-def _connect(units: Units, instance: Instance, callee: Controller | Plant) -> None:
+def _connect(units: Units, instance: Instance, callee: EquationBlock) -> None:
     """Compare the units of arguments with those of the inputs that they are connected to."""
     given = [a for a in instance.arguments if not isinstance(a, Keyword)]
     inputs = {i.name: i.unit for i in callee.inputs}

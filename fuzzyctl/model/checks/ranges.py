@@ -6,14 +6,10 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
 from fuzzyctl.expr import Expr, Keyword, Number, names_in
-from fuzzyctl.model.controller import Controller, Instance
+from fuzzyctl.model.controller import EquationBlock, Instance
 from fuzzyctl.model.guarantee import Bounds
-from fuzzyctl.model.loop import Loop
 from fuzzyctl.model.params import ParamValues
-from fuzzyctl.model.plant import Plant
 from fuzzyctl.records import record
-
-Block = Controller | Plant | Loop
 
 
 @record(frozen=True, slots=True)
@@ -26,7 +22,7 @@ class Outside:
     text: str
 
 
-def outside_ranges(block: Block, given: Mapping[str, float], path: str = "") -> Iterator[Outside]:
+def outside_ranges(block: EquationBlock, given: Mapping[str, float], path: str = "") -> Iterator[Outside]:
     """Yield the params and starts of states that leave their ranges, those of blocks inside too.
 
     Where some do, what follows from them is left out.
@@ -40,8 +36,7 @@ def outside_ranges(block: Block, given: Mapping[str, float], path: str = "") -> 
     params = ParamValues(own, partial=True)
     chosen = [(f"param '{path}{p.name}'", p.expression, p.bounds) for p in own if p.name in given]
     others = [(f"param '{path}{p.name}'", p.expression, p.bounds) for p in own if p.name not in given]
-    if not isinstance(block, Loop):
-        others += [(f"the start of state '{path}{s.name}'", s.start, s.bounds) for s in block.states]
+    others += [(f"the start of state '{path}{s.name}'", s.start, s.bounds) for s in block.states]
     found = [*_outside(chosen, params)] or [*_outside(others, params)]
     yield from found
     if found:
@@ -59,34 +54,28 @@ def _outside(ranged: Sequence[tuple[str, Expr, Bounds | None]], params: ParamVal
             yield Outside(what, value, bounds, bounds.text(low, high))
 
 
-def has_computed_params(block: Block) -> bool:
+def has_computed_params(block: EquationBlock) -> bool:
     """Whether a param, or the end of its range, follows from others, in the block or in one inside it."""
     ranges = [(p.expression, p.bounds.lower, p.bounds.upper) for p in block.params if p.bounds is not None]
     if any(names_in(e) for own in ranges for e in own):
         return True
-    for instance, inner in _instances(block):
+    for instance in block.instances:
+        inner = block.callee(instance)
         given, ranged = _given(instance, inner), {p.name for p in inner.params if p.bounds is not None}
         if any(names_in(e) for name, e in given.items() if name in ranged) or has_computed_params(inner):
             return True
     return False
 
 
-def inside(block: Block, params: ParamValues) -> Iterator[tuple[Instance, Controller | Plant, dict[str, float]]]:
+def inside(block: EquationBlock, params: ParamValues) -> Iterator[tuple[Instance, EquationBlock, dict[str, float]]]:
     """Yield the instances of a block, what they are of, and the values that they give its params, as far as known."""
-    for instance, inner in _instances(block):
+    for instance in block.instances:
+        inner = block.callee(instance)
         numbers = {name: params.of(e) for name, e in _given(instance, inner).items()}
         yield instance, inner, {name: value for name, value in numbers.items() if value is not None}
 
 
-def _instances(block: Block) -> Iterator[tuple[Instance, Controller | Plant]]:
-    if not isinstance(block, Plant):
-        callees: dict[str, Controller | Plant] = {c.name: c for c in block.controllers}
-        if isinstance(block, Loop):
-            callees |= {p.name: p for p in block.plants}
-        yield from ((instance, callees[instance.controller]) for instance in block.instances)
-
-
-def _given(instance: Instance, inner: Controller | Plant) -> dict[str, Expr]:
+def _given(instance: Instance, inner: EquationBlock) -> dict[str, Expr]:
     """Return what an instance gives the params of its block."""
     names = {p.name for p in inner.params}
     return {a.name: a.value for a in instance.arguments if isinstance(a, Keyword) and a.name in names}
