@@ -95,6 +95,11 @@ class Form:
     def _start(self) -> Sequence[float]:
         raise NotImplementedError
 
+    @property
+    def free_bounds(self) -> Sequence[tuple[float, float]]:
+        """The ends of the range of each free number."""
+        return ()
+
     def argument(self, state: Any, *, compiled: bool) -> Any:
         """Return the state at one point as the function of a backend takes it."""
         return states.argument(state, self.n_states, compiled=compiled)
@@ -247,6 +252,11 @@ class FreeForm(Form):
     def start(self, changed: Mapping[str, Any]) -> FloatArray:
         """Return the values of the free numbers, some of them changed."""
         return self._values.of(changed)
+
+    @property
+    def free_bounds(self) -> Sequence[tuple[float, float]]:
+        """The ends of the range of each free number."""
+        return self._values.bounds
 
     def _start(self) -> Sequence[float]:
         return self._free.values

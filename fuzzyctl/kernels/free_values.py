@@ -38,6 +38,15 @@ class FreeValues:
             (k, p.bounds, p.unit) for k, name in enumerate(free.names) for p in free.system.params if p.name == name
         ]
 
+    @property
+    def bounds(self) -> list[tuple[float, float]]:
+        """The ends of the range that each param declares; infinite for another number."""
+        found = [(-math.inf, math.inf)] * len(self._names)
+        for k, bounds, _ in self._bounds:
+            if bounds is not None:
+                found[k] = ends_of(bounds, self._free.system.values)
+        return found
+
     def of(self, given: Any) -> FloatArray:
         """Return values as a contiguous array of shape (..., free).
 
@@ -134,9 +143,14 @@ def changed_values(names: Sequence[str], start: Sequence[float], changed: Mappin
     return values
 
 
+def ends_of(bounds: Bounds, numbers: Mapping[str, float]) -> tuple[float, float]:
+    """Return the ends of a range, where params have some values."""
+    return evaluate(bounds.lower, numbers), evaluate(bounds.upper, numbers)
+
+
 def require_bounds(name: str, values: Any, bounds: Bounds, numbers: Mapping[str, float], unit: str) -> None:
     """Raise `ValueOutOfBoundsError` for the first value outside the bounds of a param."""
-    low, high = (evaluate(e, numbers) for e in (bounds.lower, bounds.upper))
+    low, high = ends_of(bounds, numbers)
     column = np.atleast_1d(values)
     above = column > low if bounds.without_lower else column >= low
     below = column < high if bounds.without_upper else column <= high

@@ -232,6 +232,16 @@ class Kernel(Displayed):
 
         return np.array(self.form.start({**(values or {}), **named}), dtype=np.float64)
 
+    @property
+    def free_bounds(self) -> FloatArray:
+        """The least and the largest value of each free number, shape (free, 2), as its param declares them.
+
+        Other numbers have no range: they are infinite here.
+        """
+        import numpy as np
+
+        return np.array(self.form.free_bounds, dtype=np.float64).reshape(len(self.free_names), 2)
+
     def batch(
         self,
         points: Points | Frames,

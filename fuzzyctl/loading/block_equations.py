@@ -8,10 +8,16 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Mapping
-from typing import TypeVar
+from typing import Any, TypeVar, cast
 
 from fuzzyctl import expr as ex
-from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
+from fuzzyctl.diagnostics.diagnostic import (
+    ArgumentError,
+    Diagnostic,
+    DiagnosticError,
+    UnknownNameError,
+    ValueOutOfBoundsError,
+)
 from fuzzyctl.expr import ZERO, Call, Expr, Keyword, Name
 from fuzzyctl.kernels.plan.algebraic_loops import feedthrough, ordered
 from fuzzyctl.kernels.plan.equations import Equation, Equations, Evaluation
@@ -25,6 +31,7 @@ from fuzzyctl.model.plant import Plant
 from fuzzyctl.model.plant_forms import PLANT_FUNCTIONS
 from fuzzyctl.model.shared_params import with_values
 from fuzzyctl.model.signals import SIGNALS, TIME
+from fuzzyctl.support.arguments import is_finite
 
 Block = TypeVar("Block", bound=EquationBlock)
 
@@ -41,6 +48,48 @@ def with_params(block: Block, values: Mapping[str, float]) -> Block:
         raise DiagnosticError(found)
     parts_of(changed)
     return changed
+
+
+def with_numbers(block: Block, values: Mapping[str, Any]) -> Block:
+    """Return a block with some of its numbers changed in place.
+
+    Args:
+        block: A controller, plant or loop.
+        values: By name: params, `BLOCK.PARAM` of the blocks inside, `SYSTEM.NAME` of the systems that it calls.
+
+    Raises:
+        UnknownNameError: For another name.
+        ArgumentError: For a system that a block inside calls, too, which would be two of one name.
+        ValueOutOfBoundsError: For a value that is not finite.
+        DiagnosticError: For numbers that the block does not take.
+    """
+    of_systems: dict[str, dict[str, Any]] = {}
+    own: dict[str, Any] = {}
+    named = {s.name for s in block.systems}
+    for name, value in values.items():
+        first, _, rest = name.partition(".")
+        if first in named and rest:
+            of_systems.setdefault(first, {})[rest] = value
+        else:
+            own[name] = value
+    for inner in (*block.controllers, *block.plants):
+        for name in of_systems.keys() & {s.name for s in inner.systems}:
+            raise ArgumentError(f"system '{name}' is called inside of {inner.kind} '{inner.name}', too")
+    systems = tuple(s.with_values(of_systems.get(s.name, {})) if s.name in of_systems else s for s in block.systems)
+    block = dataclasses.replace(block, systems=systems)
+    if isinstance(block, Loop):
+        from fuzzyctl.simulation.settings import with_settings
+
+        return cast("Block", with_settings(block, own))
+    known = [p.name for p in block.params]
+    known += [f"{i.name}.{p.name}" for i in block.instances for p in block.callee(i).params]
+    for name, value in own.items():
+        if name not in known:
+            raise UnknownNameError("free number", name, [*known, *(f"{s}.NAME" for s in sorted(named))])
+        if not is_finite(value):
+            raise ValueOutOfBoundsError(f"free number {name!r}", value, "a finite number")
+    instances = tuple(i.with_values(own) for i in block.instances)
+    return with_params(dataclasses.replace(block, instances=instances), own)
 
 
 def in_order(block: EquationBlock) -> list[Definition | Result]:

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Self
 
 from fuzzyctl.diagnostics.suggestions import counted
 from fuzzyctl.diagnostics.terminal import printable
-from fuzzyctl.expr import FUNCTIONS, Call, Compare, Expr, Logic, Name, is_condition, walk
+from fuzzyctl.expr import FUNCTIONS, Call, Compare, Expr, Keyword, Logic, Name, Number, is_condition, walk
 from fuzzyctl.model.block import Block
 from fuzzyctl.model.guarantee import Bounds, Guarantee
 from fuzzyctl.model.node import Node
@@ -71,6 +72,13 @@ class Instance(Node):
     controller: str
     arguments: tuple[Expr, ...]
 
+    def with_values(self, values: Mapping[str, float]) -> Instance:
+        """Return the block with the values of its params that are given as `NAME.PARAM`; other names do not count."""
+        own = {n.partition(".")[2]: v for n, v in values.items() if n.partition(".")[0] == self.name and "." in n}
+        kept = [a for a in self.arguments if not (isinstance(a, Keyword) and a.name in own)]
+        given = [Keyword(name, Number(float(value))) for name, value in own.items()]
+        return replace(self, arguments=(*kept, *given)) if own else self
+
 
 @dataclass(frozen=True, kw_only=True, repr=False)
 class EquationBlock(Block):
@@ -122,6 +130,12 @@ class EquationBlock(Block):
     def callee(self, instance: Instance) -> EquationBlock:
         """Return the controller or plant that an instance is of."""
         return next(b for b in (*self.controllers, *self.plants) if b.name == instance.controller)
+
+    def with_values(self, values: Mapping[str, Any]) -> Self:
+        """Return the block with other values of free numbers, see `loading.block_equations.with_numbers`."""
+        from fuzzyctl.loading.block_equations import with_numbers
+
+        return with_numbers(self, values)
 
     def range_of(self, signal: Any) -> tuple[float, float]:
         """Return the ends of the range of an input, state or output; infinite without a range."""

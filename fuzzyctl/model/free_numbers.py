@@ -10,16 +10,18 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
+from numbers import Real
 from typing import Any, Final, TypeVar
 
-from fuzzyctl.diagnostics.diagnostic import ArgumentError, UnknownNameError
-from fuzzyctl.expr import Expr, Name
+from fuzzyctl.diagnostics.diagnostic import ArgumentError, UnknownNameError, ValueOutOfBoundsError
+from fuzzyctl.expr import Expr, Name, Number
 from fuzzyctl.formulas import MEMBERSHIP
 from fuzzyctl.model.guarantee import Param
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import LinguisticVariable, Membership, Output, Term
+from fuzzyctl.support.arguments import is_finite
 
 _WEIGHTS: Final = re.compile(r"weights(?:\[(\d+)\])?")
 _WORD: Final = "free number"
@@ -49,6 +51,62 @@ def parametrised(system: FuzzySystem, names: Sequence[str]) -> tuple[FuzzySystem
             raise ArgumentError(f"'{repeated}' cannot be free: it is given twice")
         free += own
     return system, tuple(free)
+
+
+def with_numbers(system: FuzzySystem, values: Mapping[str, Any]) -> FuzzySystem:
+    """Return a system with some of its numbers changed in place; tables whose weights change become single rules.
+
+    Args:
+        system: The system.
+        values: By name, as above; of `OUTPUT.weights` one number for all or a sequence.
+
+    Raises:
+        UnknownNameError: For a name that the system does not have.
+        ArgumentError: For a name given twice, for what is no number, and for another number of weights.
+        ValueOutOfBoundsError: For a value that is not finite.
+        DiagnosticError: If the system is not well formed with these values.
+    """
+    own = {p.name for p in system.params}
+    numbers: dict[str, float] = {}
+    for name, value in values.items():
+        _, names = parametrised(system, [name])
+        if not isinstance(value, Real | Iterable):
+            raise ArgumentError(f"{_WORD} {name!r} must be a number, got {type(value).__name__}")
+        several = [value] * len(names) if isinstance(value, Real) else list(value)
+        if len(several) != len(names):
+            raise ArgumentError(f"{_WORD} {name!r} has {len(names)} values, got {len(several)}")
+        for one, x in zip(names, several, strict=True):
+            if not is_finite(x):
+                raise ValueOutOfBoundsError(f"{_WORD} {one!r}", x, "a finite number")
+            numbers[one] = float(x)
+    changed, _ = parametrised(system, list(values))
+    params = {n: x for n, x in numbers.items() if n in own}
+
+    def number(value: Any) -> Any:
+        return Number(numbers[value.name]) if isinstance(value, Name) and value.name in numbers.keys() - own else value
+
+    def with_terms(variables: tuple[_V, ...]) -> tuple[_V, ...]:
+        return tuple(
+            replace(
+                v,
+                terms=tuple(
+                    _with(t, arguments=tuple(map(number, t.membership.arguments)), height=number(t.membership.height))
+                    for t in v.terms
+                ),
+            )
+            for v in variables
+        )
+
+    if any(".weights[" in name for name in numbers):
+        changed = changed.with_rules([replace(r, weight=number(r.weight)) for r in changed.rules])
+    changed = replace(
+        changed,
+        inputs=with_terms(changed.inputs),
+        outputs=with_terms(changed.outputs),
+        lets=with_terms(changed.lets),
+        params=system.params,
+    )
+    return changed.with_params(**params)
 
 
 def _freed(system: FuzzySystem, name: str) -> tuple[FuzzySystem, list[str]]:

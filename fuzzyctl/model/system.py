@@ -189,6 +189,12 @@ class FuzzySystem(Block):
         require_well_formed(changed)
         return changed
 
+    def with_values(self, values: Mapping[str, Any]) -> FuzzySystem:
+        """Return the system with other values of free numbers, see `model.free_numbers.with_numbers`."""
+        from fuzzyctl.model.free_numbers import with_numbers
+
+        return with_numbers(self, values)
+
     def _followed(self, compared: FuzzySystem, values: Mapping[str, float]) -> FuzzySystem:
         """Set in another system the params that are declared in one place for both."""
         own = {(p.name, p.span) for p in self.params if p.span is not None}

@@ -127,7 +127,7 @@ def within_ranges(loop: Loop, values: Mapping[str, float]) -> Loop:
 def _changed(loop: Loop, settings: Mapping[str, float]) -> Loop:
     """Return a loop with params of full names set to numbers, unchecked."""
     params = tuple(replace(p, expression=Number(settings[p.name])) if p.name in settings else p for p in loop.params)
-    instances = tuple(_set(instance, settings) for instance in loop.instances)
+    instances = tuple(instance.with_values(settings) for instance in loop.instances)
     return with_shared(replace(loop, params=params, instances=instances), settings)
 
 
@@ -180,12 +180,3 @@ def _declared(loop: Loop, name: str, settings: Mapping[str, float]) -> tuple[Par
     values = loop.param_values.values if instance is None else block_params(loop, instance)
     changed = {p.name: settings[block + dot + p.name] for p in owner.params if block + dot + p.name in settings}
     return next(p for p in owner.params if p.name == own), values | changed
-
-
-def _set(instance: Instance, settings: Mapping[str, float]) -> Instance:
-    own = {n.partition(".")[2]: v for n, v in settings.items() if n.partition(".")[0] == instance.name and "." in n}
-    if not own:
-        return instance
-    kept = [a for a in instance.arguments if not (isinstance(a, Keyword) and a.name in own)]
-    given = [Keyword(name, Number(value)) for name, value in own.items()]
-    return replace(instance, arguments=(*kept, *given))

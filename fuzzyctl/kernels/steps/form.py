@@ -147,6 +147,11 @@ class StepForm(Form):
     def _start(self) -> Sequence[float]:
         return [s.start for s in self._equations.states]
 
+    @property
+    def free_bounds(self) -> Sequence[tuple[float, float]]:
+        """The ends of the range of each free number."""
+        return () if self._values is None else self._values.bounds
+
     def times(self, dt: Any) -> list[float]:
         """Return the time of one step, checked, as an argument of the programs, or no argument."""
         if self.period is not None:

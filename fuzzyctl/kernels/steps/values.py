@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Container, Mapping
 from typing import Any
 
 from fuzzyctl.diagnostics.diagnostic import ArgumentError, ValueOutOfBoundsError
 from fuzzyctl.expr import Compare, Expr, ExprError, Logic, Name, Where, evaluate, walk
-from fuzzyctl.kernels.free_values import FreeValues, changed_values, require_bounds
+from fuzzyctl.kernels.free_values import FreeValues, changed_values, ends_of, require_bounds
 from fuzzyctl.kernels.plan.equations import Equation, Equations, Evaluation
 from fuzzyctl.kernels.plan.expansion import equations_of, with_values
 from fuzzyctl.kernels.plan.free import free_plan
@@ -43,6 +44,16 @@ class StepValues:
     def __reduce__(self) -> tuple[Any, ...]:
         """Make the values anew in another process: functions that were compiled stay behind."""
         return StepValues, (self._controller, self._equations)
+
+    @property
+    def bounds(self) -> list[tuple[float, float]]:
+        """The ends of the range that each param declares; infinite for another number."""
+        numbers = self._controller.param_values.values
+        own = {n: ends_of(p.bounds, numbers) for n, p in self._bounds.items() if p.bounds is not None}
+        for call, values in self._systems:
+            names = [f"{call.system.name}.{n}" for n, _ in call.free]
+            own |= dict(zip(names, values.bounds, strict=True))
+        return [own.get(name, (-math.inf, math.inf)) for name in self._equations.free]
 
     def state(self, changed: Mapping[str, Any]) -> list[float]:
         """Return the state before the first step.
