@@ -176,7 +176,7 @@ def _written_system(
     """Write the files of a system and return what is reported."""
     from fuzzyctl.codegen.files import generate, write
     from fuzzyctl.codegen.fixed import fixed_point
-    from fuzzyctl.codegen.unit import prepare
+    from fuzzyctl.codegen.prepare import prepare
 
     system, verdicts = checked_system(examined, choice)
     unit = prepare(
@@ -217,10 +217,9 @@ def _written_controller(
     Raises:
         DiagnosticError: With all that `fuzzyctl check` finds, if some of it is an error.
     """
-    from fuzzyctl.codegen.files import write
-    from fuzzyctl.codegen.steps.files import generate_step
+    from fuzzyctl.codegen.files import generate, write
+    from fuzzyctl.codegen.prepare import prepare_step
     from fuzzyctl.codegen.steps.fixed_step import fixed_step
-    from fuzzyctl.codegen.steps.unit import prepare_step
 
     controller, verdicts = checked_block(examined, controller, choice)
     unit = prepare_step(
@@ -235,7 +234,7 @@ def _written_controller(
         verdicts=verdicts,
     )
     integers = fixed_step(unit, fixed) if fixed else None
-    generated = generate_step(unit, target, integers)
+    generated = generate(unit, target, integers)
     return {
         "controller": controller.name,
         "target": target,

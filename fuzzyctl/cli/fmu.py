@@ -76,8 +76,7 @@ def _model(
     """Return what a file is meant as: 'system', 'controller' or 'plant', and its model."""
     from fuzzyctl.codegen.fmu.calls import controller_model, system_model, tunable
     from fuzzyctl.codegen.fmu.plants import plant_model
-    from fuzzyctl.codegen.steps.unit import prepare_step
-    from fuzzyctl.codegen.unit import prepare
+    from fuzzyctl.codegen.prepare import prepare, prepare_step
     from fuzzyctl.loading.choice import choose_controller
 
     text = examined.source.text

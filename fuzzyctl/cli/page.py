@@ -118,7 +118,7 @@ def _systems(examined: Examined, choice: Choice, diagnostics: list[Diagnostic], 
     from fuzzyctl.analysis.check import check_changed
     from fuzzyctl.analysis.prove import CLAIM_SECONDS
     from fuzzyctl.codegen.errors import CodegenError
-    from fuzzyctl.codegen.unit import prepare
+    from fuzzyctl.codegen.prepare import prepare
     from fuzzyctl.page.document import require_size, system_section
     from fuzzyctl.page.proofs import decided
     from fuzzyctl.page.systems import SystemFacts
@@ -150,7 +150,7 @@ def _controllers(examined: Examined, choice: Choice, diagnostics: list[Diagnosti
     from fuzzyctl.analysis.check import check_examined
     from fuzzyctl.analysis.prove import CLAIM_SECONDS
     from fuzzyctl.codegen.errors import CodegenError
-    from fuzzyctl.codegen.steps.unit import prepare_step
+    from fuzzyctl.codegen.prepare import prepare_step
     from fuzzyctl.model.controller import Controller
     from fuzzyctl.page.blocks import controller_data
     from fuzzyctl.page.document import controller_section

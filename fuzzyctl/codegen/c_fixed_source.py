@@ -10,10 +10,11 @@ from itertools import product
 from fuzzyctl.codegen.c_layout import CLayout
 from fuzzyctl.codegen.c_source import comment
 from fuzzyctl.codegen.c_text import INDENT, wrapped
+from fuzzyctl.codegen.comments import described
 from fuzzyctl.codegen.fixed import Fixed, strides_of
 from fuzzyctl.codegen.fixed_format import Axis, Entries
 from fuzzyctl.codegen.rounding_text import at_most
-from fuzzyctl.codegen.unit import Unit, described
+from fuzzyctl.codegen.unit import Unit
 
 #: Random vectors of the self-test.
 RANDOM = 200
@@ -52,7 +53,7 @@ class _FixedText:
 
     @property
     def head(self) -> str:
-        parameters = [f"{self.word} {i}" for i in self.layout.inputs]
+        parameters = [f"{self.word} {i}" for i in self.layout.arguments]
         if self.layout.many:
             return f"void {self.layout.name}({', '.join([*parameters, f'{self.layout.name}_outputs *outputs'])})"
         return f"{self.word} {self.layout.name}({', '.join(parameters)})"
@@ -147,7 +148,7 @@ class _FixedText:
             yield from wrapped([f"{v}U" for v in entries.values], INDENT * 2)
             yield f"{INDENT}}};"
         used = {a.input for a in axes}
-        yield from (f"{INDENT}(void){x};" for i, x in enumerate(self.layout.inputs) if i not in used)
+        yield from (f"{INDENT}(void){x};" for i, x in enumerate(self.layout.arguments) if i not in used)
         for d, axis in enumerate(axes):
             yield from self._located(d, axis)
         if axes:
@@ -172,7 +173,7 @@ class _FixedText:
         return f"uint{next(b for b in (8, 16, 32, 64) if bits <= b)}_t"
 
     def _located(self, d: int, axis: Axis) -> Iterator[str]:
-        name, x = self.layout.name, self.layout.inputs[axis.input]
+        name, x = self.layout.name, self.layout.arguments[axis.input]
         ends = f"{self.whole(axis.least)}, {self.whole(axis.most)}, {axis.shift}U"
         yield f"{INDENT}const {self.wide} u{d} = {name}_place(({self.signed}){x}, {ends});"
         yield f"{INDENT}const size_t k{d} = {name}_cell(K{d}, {len(axis.knots) - 1}U, u{d});"
@@ -214,7 +215,7 @@ class _FixedText:
         least, most = -form.most - 1, form.most
         axes = {a.input: a for a in self.fixed.axes}
         near: list[list[int]] = []
-        for i in range(len(self.layout.inputs)):
+        for i in range(len(self.layout.arguments)):
             own = {least, most, 0}
             if i in axes:
                 knots = [axes[i].least + (k >> axes[i].shift) for k in axes[i].knots]
@@ -229,7 +230,7 @@ class _FixedText:
 
     def _main(self) -> Iterator[str]:
         name, layout = self.layout.name, self.layout
-        inputs = ", ".join(f"inputs[v][{k}]" for k in range(len(layout.inputs)))
+        inputs = ", ".join(f"inputs[v][{k}]" for k in range(len(layout.arguments)))
         yield f"int main(void)\n{{\n{INDENT}int failures = 0;\n{INDENT}long worst = 0;"
         yield f"{INDENT}for (size_t v = 0U; v < (size_t)VECTORS; ++v) {{"
         if layout.many:

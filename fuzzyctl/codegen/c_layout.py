@@ -1,18 +1,27 @@
-"""The C interface of a unit: identifiers, parameters, struct members."""
+"""The C interface of a unit: identifiers, parameters, members of structs."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Final
 
 from fuzzyctl.codegen.c_library import LIBRARY
-from fuzzyctl.codegen.names import C_FUNCTION_RESERVED, C_RESERVED, Names
+from fuzzyctl.codegen.names import C_FUNCTION_RESERVED, C_RESERVED, Names, ascii_name
 from fuzzyctl.codegen.unit import Unit
+from fuzzyctl.kernels.plan.equations import DT
 
-#: Macros of generated files, and the constant of success, behind the name of the system in capitals.
-MACROS: Final = ("H", "OK", "MAGNITUDE", "INFINITE", "NAN", "FRACTION")
+#: Macros of generated files, and the constant of success, behind the name of the block in capitals.
+MACROS: Final = ("H", "OK", "MAGNITUDE", "INFINITE", "NAN", "FRACTION", "PERIOD")
+#: What the files call functions and types of their own, behind the name of the block.
+_OWN: Final = ("init", "step", "state", "params", "params_init", "outputs", "status", "rates", "adapt")
+
+
+def member_name(name: str) -> str:
+    """Return the name of a state in one word: instances and operators are joined by underscores."""
+    return re.sub(r"[^\w]+", "_", name).strip("_")
 
 
 @dataclass(frozen=True)
@@ -20,75 +29,110 @@ class CLayout:
     """What C calls things.
 
     One output is returned; several are written to a struct. A status is the last parameter, where a system may refuse.
+    The state is the first parameter of a step, and follows the inputs of a system.
+
+    Args:
+        unit: What is written.
+        bits: Of integers in place of floating-point numbers, 0 for none.
     """
 
     unit: Unit
+    bits: int = 0
 
     @cached_property
     def name(self) -> str:
-        """Name of the function, and of the files."""
+        """Begin of the names of the functions, and name of the files."""
         names = Names(C_FUNCTION_RESERVED)
-        name = names.claim(self.unit.system.name)
+        name = names.claim(self.unit.block.name)
         # Its macros must not be those of the library, as FP_NAN is.
-        while any(f"{name.upper()}_{macro}" in LIBRARY for macro in MACROS):
+        while any(f"{name.upper()}_{macro}" in LIBRARY for macro in MACROS) or any(
+            f"{name}_{own}" in C_FUNCTION_RESERVED for own in _OWN
+        ):
             name = names.claim(f"{name}_fz")
         return name
-
-    @cached_property
-    def _members(self) -> tuple[tuple[str, ...], tuple[str, ...]]:
-        # What the files call their own begins with the name of the system; members of structs meet its macros only.
-        names, macros = Names([*C_RESERVED, self.name]), f"{self.name.upper()}_"
-        own = (f"{self.name}_", macros)
-        inputs = tuple(names.claim(i.name, apart_from=own) for i in self.unit.plan.inputs)
-        return inputs, tuple(names.claim(o.name, apart_from=(macros,)) for o in self.unit.plan.outputs)
-
-    @property
-    def inputs(self) -> tuple[str, ...]:
-        """Identifiers of the inputs."""
-        return self._members[0]
-
-    @property
-    def outputs(self) -> tuple[str, ...]:
-        """Identifiers of the outputs, members of the struct of outputs."""
-        return self._members[1]
-
-    @property
-    def arguments(self) -> dict[str, str]:
-        """Identifiers of the arguments of programs."""
-        return dict(zip(self.unit.evaluation.arguments, self.inputs, strict=True))
 
     @property
     def real(self) -> str:
         """The type of numbers."""
-        return self.unit.precision
+        return f"int{self.bits}_t" if self.bits else self.unit.precision
+
+    @property
+    def _macros(self) -> str:
+        # What the files call their own begins with the name of the block; members of structs meet its macros only.
+        return f"{self.name.upper()}_"
+
+    @cached_property
+    def arguments(self) -> tuple[str, ...]:
+        """Identifiers of the inputs, then `dt` where there is no period."""
+        names = Names([*C_RESERVED, self.name, "params"])
+        inputs = [names.claim(i, apart_from=(f"{self.name}_", self._macros)) for i in self.unit.inputs]
+        return (*inputs, *((DT,) if self.unit.takes_time else ()))
+
+    @cached_property
+    def outputs(self) -> tuple[str, ...]:
+        """Identifiers of the outputs, members of the struct of outputs."""
+        names = Names([*C_RESERVED, self.name])
+        return tuple(names.claim(o, apart_from=(self._macros,)) for o in self.unit.outputs)
+
+    @cached_property
+    def members(self) -> tuple[tuple[str, str], ...]:
+        """For each slot its member of the state, and the member with the position of the oldest number of a delay."""
+        names, macros = Names([*C_RESERVED, self.name]), (self._macros,)
+        found = []
+        for slot in self.unit.slots:
+            own = names.claim(member_name(slot.name), apart_from=macros)
+            found.append((own, names.claim(f"{own}_oldest", apart_from=macros) if slot.length > 1 else ""))
+        return tuple(found)
+
+    @property
+    def slots(self) -> tuple[str, ...]:
+        """What is read of each slot."""
+        return tuple(f"state->{own}[state->{k}]" if k else f"state->{own}" for own, k in self.members)
+
+    @property
+    def consequents(self) -> tuple[str, ...]:
+        """Texts of the adaptive consequents."""
+        return tuple(f"state->consequent[{k}]" for k in range(len(self.unit.consequents)))
+
+    @cached_property
+    def numbers(self) -> tuple[str, ...]:
+        """Identifiers of the free numbers, members of the struct of params."""
+        names = Names([*C_RESERVED, self.name])
+        return tuple(names.claim(member_name(n.name), apart_from=(self._macros,)) for n in self.unit.numbers)
+
+    @property
+    def names(self) -> dict[str, str]:
+        """Texts of the arguments of the program."""
+        texts = (*self.arguments, *self.consequents, *self.slots, *(f"params->{n}" for n in self.numbers))
+        return dict(zip(self.unit.program.arguments, texts, strict=True))
 
     @property
     def many(self) -> bool:
         """Whether there are several outputs."""
         return len(self.outputs) > 1
 
-    @cached_property
-    def states(self) -> tuple[str, ...]:
-        """The entries of the state."""
-        adaptive = [f"state->consequent[{k}]" for k in range(len(self.unit.plan.states))]
-        return (*adaptive, *(f"state->held_{self.outputs[o]}" for o in self.unit.plan.held))
-
     @property
-    def input_parameters(self) -> list[str]:
-        """The declared inputs."""
-        return [f"{self.real} {i}" for i in self.inputs]
+    def function(self) -> str:
+        """The name of the function that evaluates a system, or makes a step."""
+        return f"{self.name}_step" if self.unit.is_step else self.name
 
     @property
     def evaluation(self) -> str:
-        """The head of the function that evaluates."""
-        parameters = self.input_parameters
-        if self.states:
-            parameters.append(f"{'' if self.unit.plan.held else 'const '}{self.name}_state *state")
+        """The head of the function that evaluates a system, or makes a step."""
+        inputs = [f"{self.real} {a}" for a in self.arguments]
+        state = [f"{'' if self.unit.slots else 'const '}{self.name}_state *state"] if self.unit.has_state else []
+        params = [f"const {self.name}_params *params"] if self.numbers else []
+        parameters = [*state, *params, *inputs] if self.unit.is_step else [*inputs, *state]
         if self.many:
             parameters.append(f"{self.name}_outputs *outputs")
         if self.unit.refusals:
             parameters.append(f"{self.name}_status *status")
-        return f"{'void' if self.many else self.real} {self.name}({', '.join(parameters)})"
+        return f"{'void' if self.many else self.real} {self.function}({', '.join(parameters) or 'void'})"
+
+    def call(self, state: str, params: str, inputs: Sequence[str]) -> list[str]:
+        """Return the texts of arguments in the order of the parameters, without those for results."""
+        own = [*([state] if self.unit.has_state else []), *([params] if self.numbers else [])]
+        return [*own, *inputs] if self.unit.is_step else [*inputs, *own]
 
     @property
     def init(self) -> str:
@@ -96,37 +140,28 @@ class CLayout:
         return f"void {self.name}_init({self.name}_state *state)"
 
     @property
+    def params_init(self) -> str:
+        """The head of the function that sets the free numbers to those of the rule file."""
+        return f"void {self.name}_params_init({self.name}_params *params)"
+
+    @property
     def rates(self) -> str:
         """The head of the function that computes dC/dt."""
-        count = len(self.unit.plan.states)
-        parameters = [*self.input_parameters, f"const {self.name}_state *state", f"{self.real} rate[{count}]"]
-        return f"void {self.name}_rates({', '.join(parameters)})"
+        inputs = ", ".join(f"{self.real} {a}" for a in self.arguments)
+        rate = f"{self.real} rate[{len(self.consequents)}]"
+        return f"void {self.name}_rates({inputs}, const {self.name}_state *state, {rate})"
 
     @property
     def adapt(self) -> str:
         """The head of the function that steps the adaptive consequents."""
-        parameters = [f"{self.name}_state *state", *self.input_parameters, f"{self.real} dt"]
-        return f"void {self.name}_adapt({', '.join(parameters)})"
+        inputs = ", ".join(f"{self.real} {a}" for a in self.arguments)
+        return f"void {self.name}_adapt({self.name}_state *state, {inputs}, {self.real} dt)"
 
     def status(self, output: str = "") -> str:
         """Return the status of a refusal, or of success."""
-        if not output:
-            return f"{self.name.upper()}_OK"
-        return self._refusals[output]
+        return self._refusals[output] if output else f"{self.name.upper()}_OK"
 
     @cached_property
     def _refusals(self) -> dict[str, str]:
-        return status_names(
-            self.name, {o.name: own for o, own in zip(self.unit.plan.outputs, self.outputs, strict=True)}
-        )
-
-
-def status_names(name: str, outputs: Mapping[str, str]) -> dict[str, str]:
-    """Return the status of each refusal, by the name of the output.
-
-    Args:
-        name: That of the system, or of the controller.
-        outputs: Identifiers of the outputs by name; they may differ by case only.
-    """
-    names, prefix = Names(()), f"{name.upper()}_NO_RULE_FOR_"
-    return {output: names.claim(prefix + own.upper()) for output, own in outputs.items()}
+        names, prefix = Names(()), f"{self.name.upper()}_NO_RULE_FOR_"
+        return {o: names.claim(prefix + ascii_name(o).upper()) for o in self.unit.refusals}

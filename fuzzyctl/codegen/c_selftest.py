@@ -3,59 +3,48 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from typing import TYPE_CHECKING, Final
+from collections.abc import Callable, Iterator, Sequence
+from typing import Final
 
 from fuzzyctl.codegen.c_layout import CLayout
 from fuzzyctl.codegen.c_source import comment, nan_lines
 from fuzzyctl.codegen.c_text import INDENT, wrapped
 from fuzzyctl.codegen.unit import Precision, Unit
-from fuzzyctl.codegen.vectors import STEP, Vector
-
-if TYPE_CHECKING:
-    from fuzzyctl.codegen.steps.c_layout import StepLayout
+from fuzzyctl.codegen.vectors import STEP, Expected, Vector
 
 #: Where `double` has 64 bits; on small targets, such as an AVR, it may have 32.
 _WIDE: Final = "#if DBL_MANT_DIG >= 53"
 
 
-def selftest(unit: Unit, anywhere: Sequence[Vector], here: Sequence[Vector]) -> str:
-    """Return the text of NAME_selftest.c.
-
-    Args:
-        unit: What is tested.
-        anywhere: Vectors that hold wherever `double` has 32 bits only, too.
-        here: Further ones.
-    """
+def selftest(unit: Unit, expected: Expected) -> str:
+    """Return the text of NAME_selftest.c, which makes steps twice: the second time shows that the state begins anew."""
     layout = CLayout(unit)
-    name = layout.name
-    about = f"Self-test of {name}: compile with {name}.c and run on the target; exits with 0 if every vector agrees."
-    lines = [*head(name, about), "", *_count(unit, len(anywhere), len(here)), ""]
-    lines += [*nan_lines(unit.precision, f"{name}_selftest", makes=False), "", *_tables(layout, anywhere, here)]
-    lines += ["", *_main(layout)]
-    return "\n".join(lines) + "\n"
-
-
-def head(name: str, about: str) -> list[str]:
-    """Return the comment and the headers of a self-test."""
+    name, one = layout.name, "step" if unit.is_step else "vector"
+    about = f"Self-test of {name}: compile with {name}.c and run on the target; exits with 0 if every {one} agrees."
     lines = [*comment([about, "Prints the worst error of each output."]), f'#include "{name}.h"', ""]
-    return lines + [f"#include <{h}.h>" for h in ("float", "math", "stdbool", "stddef", "stdint", "stdio", "string")]
+    lines += [f"#include <{h}.h>" for h in ("float", "math", "stdbool", "stddef", "stdint", "stdio", "string")]
+    lines += ["", *_count(unit, len(expected.anywhere), len(expected.here)), ""]
+    lines += [*nan_lines(unit.precision, f"{name}_selftest", makes=False), "", *_tables(layout, expected), ""]
+    return "\n".join([*lines, *_main(layout)]) + "\n"
 
 
 def _count(unit: Unit, anywhere: int, here: int) -> Iterator[str]:
-    if not here:
-        yield f"#define VECTORS {anywhere}"
-        return
-    yield from (_WIDE, f"#define VECTORS {anywhere + here}", "#else")
-    if anywhere:
+    if unit.is_step and unit.precision == "double":
+        message = '#error "double must have 64 bits; generate single precision"'
+        yield from ("#if DBL_MANT_DIG < 53", message, "#endif", "", f"#define VECTORS {anywhere}")
+    elif not here:
         yield f"#define VECTORS {anywhere}"
     else:
-        yield '#error "double must have 64 bits for the numbers of this system"'
-    yield "#endif"
+        yield from (_WIDE, f"#define VECTORS {anywhere + here}", "#else")
+        if anywhere:
+            yield f"#define VECTORS {anywhere}"
+        else:
+            yield '#error "double must have 64 bits for the numbers of this system"'
+        yield "#endif"
 
 
-def _tables(layout: CLayout, anywhere: Sequence[Vector], here: Sequence[Vector]) -> Iterator[str]:
-    unit, real = layout.unit, layout.real
+def _tables(layout: CLayout, expected: Expected) -> Iterator[str]:
+    unit, real, anywhere, here = layout.unit, layout.real, expected.anywhere, expected.here
 
     def row(numbers: Sequence[float]) -> str:
         return f"{{{', '.join(literal(x, unit.precision) for x in numbers)}}}"
@@ -67,20 +56,19 @@ def _tables(layout: CLayout, anywhere: Sequence[Vector], here: Sequence[Vector])
             yield from (_WIDE, *wrapped([text(v) + "," for v in here], INDENT, between=""), "#endif")
         yield "};"
 
-    yield from table(f"{real} inputs[VECTORS][{len(layout.inputs)}]", lambda v: row(v.inputs))
+    def tolerances(precision: Precision) -> str:
+        allowed = [expected.tolerance(k, precision) for k in range(len(layout.outputs))]
+        return f"static const {real} tolerance[{len(allowed)}] = {row(allowed)};"
+
+    if layout.arguments:
+        yield from table(f"{real} inputs[VECTORS][{len(layout.arguments)}]", lambda v: row(v.inputs))
     yield from table(f"{real} expected[VECTORS][{len(layout.outputs)}]", lambda v: row(v.outputs))
     if unit.refusals:
         yield from table(f"{layout.name}_status refused[VECTORS]", lambda v: layout.status(v.refused))
-    if unit.precision == "double":
-        yield from (_WIDE, _tolerances(layout, "double"), "#else", _tolerances(layout, "float"), "#endif")
+    if unit.precision == "double" and not unit.is_step:
+        yield from (_WIDE, tolerances("double"), "#else", tolerances("float"), "#endif")
     else:
-        yield _tolerances(layout, "float")
-
-
-def _tolerances(layout: CLayout, precision: Precision) -> str:
-    unit, count = layout.unit, len(layout.outputs)
-    tolerances = ", ".join(literal(unit.tolerance(k, precision), unit.precision) for k in range(count))
-    return f"static const {layout.real} tolerance[{count}] = {{{tolerances}}};"
+        yield tolerances(unit.precision)
 
 
 def literal(value: float, precision: str) -> str:
@@ -95,30 +83,29 @@ def literal(value: float, precision: str) -> str:
 
 
 def _main(layout: CLayout) -> Iterator[str]:
-    name = layout.name
-    begin = [f"{name}_state state;", f"{name}_init(&state);"] if layout.states else []
+    name, depth = layout.name, 2 if layout.unit.is_step else 1
     yield f"int main(void)\n{{\n{INDENT}int failures = 0;"
-    yield worst(layout.outputs, layout.real)
-    yield from (INDENT + line for line in begin)
-    yield from (INDENT + line for line in comparison(layout, _call(layout)))
-    yield from report(layout)
+    zeros = ", ".join(["0.0F" if layout.real == "float" else "0.0"] * len(layout.outputs))
+    yield f"{INDENT}{layout.real} worst[{len(layout.outputs)}] = {{{zeros}}};"
+    if layout.unit.is_step:
+        yield f"{INDENT}for (size_t turn = 0U; turn < 2U; ++turn) {{"
+    begin = [f"{name}_state state;", f"{name}_init(&state);"] if layout.unit.has_state else []
+    begin += [f"{name}_params params;", f"{name}_params_init(&params);"] if layout.numbers else []
+    yield from (INDENT * depth + line for line in (*begin, *_comparison(layout)))
+    if layout.unit.is_step:
+        yield f"{INDENT}}}"
+    for k, o in enumerate(layout.outputs):
+        numbers = f"(double)worst[{k}], (double)tolerance[{k}]"
+        yield f'{INDENT}(void)printf("{name}: {o}: worst error %g, allowed %g\\n", {numbers});'
+    yield f'{INDENT}(void)printf("{name}: %d vectors, %d failures\\n", VECTORS, failures);'
+    yield from (f"{INDENT}return (failures == 0) ? 0 : 1;", "}")
 
 
-def worst(outputs: Sequence[str], real: str) -> str:
-    """Return the line that declares the largest error of each output."""
-    return f"{INDENT}{real} worst[{len(outputs)}] = {{{', '.join([_zero(real)] * len(outputs))}}};"
-
-
-def comparison(layout: CLayout | StepLayout, call: Iterable[str]) -> Iterator[str]:
-    """Yield the loop that evaluates each vector and compares what is found with what is expected.
-
-    Args:
-        layout: What C calls things.
-        call: Lines that evaluate vector `v` into `found`, and `status` where it may refuse.
-    """
+def _comparison(layout: CLayout) -> Iterator[str]:
+    """Yield the loop that evaluates each vector and compares what is found with what is expected."""
     name, real = layout.name, layout.real
     yield "for (size_t v = 0U; v < (size_t)VECTORS; ++v) {"
-    yield from (INDENT + line for line in call)
+    yield from (INDENT + line for line in _call(layout))
     yield f"{INDENT}for (size_t k = 0U; k < {len(layout.outputs)}U; ++k) {{"
     yield f"{INDENT * 2}const {real} wanted = expected[v][k];"
     yield f"{INDENT * 2}const bool none = {name}_selftest_is_nan(wanted);"
@@ -134,36 +121,26 @@ def comparison(layout: CLayout | StepLayout, call: Iterable[str]) -> Iterator[st
     yield "}"
 
 
-def report(layout: CLayout | StepLayout) -> Iterator[str]:
-    """Yield lines that print the errors and end the program."""
-    name = layout.name
-    for k, o in enumerate(layout.outputs):
-        numbers = f"(double)worst[{k}], (double)tolerance[{k}]"
-        yield f'{INDENT}(void)printf("{name}: {o}: worst error %g, allowed %g\\n", {numbers});'
-    yield f'{INDENT}(void)printf("{name}: %d vectors, %d failures\\n", VECTORS, failures);'
-    yield from (f"{INDENT}return (failures == 0) ? 0 : 1;", "}")
-
-
-def _zero(real: str) -> str:
-    return "0.0F" if real == "float" else "0.0"
-
-
 def _call(layout: CLayout) -> Iterator[str]:
     """Yield lines that evaluate vector `v` into `found`."""
-    name, many = layout.name, layout.many
-    inputs = [f"inputs[v][{k}]" for k in range(len(layout.inputs))]
-    arguments = [*inputs, *(["&state"] if layout.states else [])]
-    if many:
+    name, inputs = layout.name, [f"inputs[v][{k}]" for k in range(len(layout.arguments))]
+    yield from call_lines(layout, layout.call("&state", "&params", inputs))
+    if layout.unit.rates is not None:
+        cast = "(float)" if layout.real == "float" else ""
+        yield f"{name}_adapt(&state, {', '.join(inputs)}, {cast}{STEP!r});"
+
+
+def call_lines(layout: CLayout, arguments: Sequence[str]) -> Iterator[str]:
+    """Yield lines that evaluate a unit into `found`, and `status` where it may refuse."""
+    name, given = layout.name, [*arguments]
+    if layout.many:
         yield f"{name}_outputs outputs;"
-        arguments.append("&outputs")
+        given.append("&outputs")
     if layout.unit.refusals:
         yield f"{name}_status status;"
-        arguments.append("&status")
-    if many:
-        yield f"{name}({', '.join(arguments)});"
-        values = ", ".join(f"outputs.{o}" for o in layout.outputs)
-    else:
-        values = f"{name}({', '.join(arguments)})"
-    yield f"const {layout.real} found[{len(layout.outputs)}] = {{{values}}};"
-    if layout.unit.plan.states:
-        yield f"{name}_adapt(&state, {', '.join(inputs)}, {'(float)' if layout.real == 'float' else ''}{STEP!r});"
+        given.append("&status")
+    call = f"{layout.function}({', '.join(given)})"
+    if layout.many:
+        yield f"{call};"
+        call = ", ".join(f"outputs.{o}" for o in layout.outputs)
+    yield f"const {layout.real} found[{len(layout.outputs)}] = {{{call}}};"

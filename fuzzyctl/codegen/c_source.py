@@ -1,22 +1,35 @@
-"""A unit as C99: header and source, without heap, and without <math.h> where nothing in it is needed."""
+"""A unit as C99: header and source, without heap and globals, without <math.h> where nothing in it is needed."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 from fuzzyctl.codegen.c_layout import CLayout
 from fuzzyctl.codegen.c_text import INDENT, CText, bare
-from fuzzyctl.codegen.comments import argument_notes, result_notes, table_notes, value_notes
-from fuzzyctl.codegen.unit import Unit, described, printable
+from fuzzyctl.codegen.comments import (
+    argument_notes,
+    described,
+    number_notes,
+    printable,
+    result_notes,
+    slot_notes,
+    table_notes,
+    value_notes,
+)
+from fuzzyctl.codegen.unit import Unit
 from fuzzyctl.codegen.wrapping import broken, folded
+from fuzzyctl.expr import Name, Number
+from fuzzyctl.kernels.plan.equations import DT
 from fuzzyctl.kernels.program.program import Program, Refuse
+from fuzzyctl.kernels.program.traversal import read
 
 
 def header(unit: Unit) -> str:
     """Return the text of NAME.h."""
     layout = CLayout(unit)
-    about = [*described(unit), "", *_promises(unit)]
-    return header_text(layout.name, about, [*_types(layout), *broken(_prototypes(layout), INDENT)])
+    about = [*described(unit), "", *folded(list(_promises(unit)))]
+    declared = [*period(layout), *_types(layout), *broken(prototypes(layout), INDENT)]
+    return header_text(layout.name, about, declared, ["stddef"] if any(k for _, k in layout.members) else [])
 
 
 def header_text(name: str, about: Sequence[str], declared: Sequence[str], included: Sequence[str] = ()) -> str:
@@ -35,16 +48,22 @@ def header_text(name: str, about: Sequence[str], declared: Sequence[str], includ
     return "\n".join(lines) + "\n"
 
 
-def _promises(unit: Unit) -> list[str]:
-    lines = ["An input that is NaN makes every output NaN; infinite inputs count as the ends of the range."]
-    if unit.plan.held:
-        lines.append("Where no rule fires a held output keeps its previous value, which stands in the state.")
+def _promises(unit: Unit) -> Iterator[str]:
+    if unit.is_step:
+        positive = ", or a dt that is not positive," if unit.takes_time else ""
+        state = ", and the state stays as it is" if unit.slots else ""
+        yield f"An input that is NaN{positive} makes every output NaN{state}."
+        if unit.refusals:
+            yield f"So it is where no rule fires for {', '.join(unit.refusals)}; the status says which."
+        return
+    yield "An input that is NaN makes every output NaN; infinite inputs count as the ends of the range."
+    if unit.slots:
+        yield "Where no rule fires a held output keeps its previous value, which stands in the state."
     if unit.refusals:
-        lines.append(f"Where no rule fires for {', '.join(unit.refusals)}, the status says so and every output is NaN.")
+        yield f"Where no rule fires for {', '.join(unit.refusals)}, the status says so and every output is NaN."
     if unit.precision == "float":
-        lines.append("The bounds are proved for double; single precision keeps them to rounding.")
-        lines.append("Activations below 1e-38 are 0 in single precision, as if no rule fired.")
-    return lines
+        yield "The bounds are proved for double; single precision keeps them to rounding."
+        yield "Activations below 1e-38 are 0 in single precision, as if no rule fired."
 
 
 def as_comments(notes: Mapping[str, Sequence[str]]) -> dict[str, list[str]]:
@@ -57,75 +76,106 @@ def comment(lines: Sequence[str]) -> list[str]:
     return [f"// {line.replace('/*', '/ *')}".rstrip() for line in lines]
 
 
+def period(layout: CLayout) -> Iterator[str]:
+    """Yield the macro of the sample time, where there is one."""
+    if layout.unit.period is not None:
+        number = CText(layout.unit.precision, layout.name, {}).number(layout.unit.period)
+        yield from (f"#define {layout.name.upper()}_PERIOD {number} // [s]", "")
+
+
 def _types(layout: CLayout) -> Iterator[str]:
-    unit, name = layout.unit, layout.name
+    unit, name, real = layout.unit, layout.name, layout.real
     if layout.many:
-        yield "typedef struct {"
-        for member, declared in zip(layout.outputs, unit.system.outputs, strict=True):
-            note = f"  // {printable(declared.unit)}" if declared.unit else ""
-            yield f"{INDENT}{layout.real} {member};{note}"
-        yield from (f"}} {name}_outputs;", "")
-    if layout.states:
-        yield "typedef struct {"
-        if unit.plan.states:
-            yield f"{INDENT}{layout.real} consequent[{len(unit.plan.states)}]; // of adaptive outputs, rule by rule"
-        for o in unit.plan.held:
-            yield f"{INDENT}{layout.real} held_{layout.outputs[o]}; // kept where no rule fires"
-        yield from (f"}} {name}_state;", "")
+        notes = result_notes(unit) if unit.is_step else [v.unit for v in unit.system.outputs]
+        yield from struct(f"{name}_outputs", [(f"{real} {o};", n) for o, n in zip(layout.outputs, notes, strict=True)])
+    if layout.numbers:
+        numbers = zip(layout.numbers, number_notes(unit), strict=True)
+        yield from struct(f"{name}_params", [(f"{real} {member};", note) for member, note in numbers])
+    if unit.has_state:
+        count = len(unit.consequents)
+        own = [(f"{real} consequent[{count}];", "of adaptive outputs, rule by rule")] if count else []
+        yield from struct(f"{name}_state", [*own, *state_members(layout, real, slot_notes(unit))])
     if unit.refusals:
-        yield from status_type(name, [layout.status(), *(layout.status(o) for o in dict.fromkeys(unit.refusals))])
+        codes = [layout.status(), *map(layout.status, unit.refusals)]
+        yield "typedef enum {"
+        yield ",\n".join(f"{INDENT}{c} = {k}" for k, c in enumerate(codes))
+        yield from (f"}} {name}_status;", "")
 
 
-def status_type(name: str, codes: Sequence[str]) -> Iterator[str]:
-    """Yield the type of a status."""
-    yield "typedef enum {"
-    yield ",\n".join(f"{INDENT}{c} = {k}" for k, c in enumerate(codes))
-    yield from (f"}} {name}_status;", "")
+def state_members(layout: CLayout, real: str, notes: Sequence[str]) -> Iterator[tuple[str, str]]:
+    """Yield the members of the state, each with a note.
+
+    Args:
+        layout: What C calls things.
+        real: The type of numbers.
+        notes: One for each slot.
+    """
+    for (own, oldest), slot, note in zip(layout.members, layout.unit.slots, notes, strict=True):
+        yield f"{real} {own}{f'[{slot.length}]' if oldest else ''};", note
+        if oldest:
+            yield f"size_t {oldest};", "position of its oldest number"
+
+
+def struct(name: str, members: Iterable[tuple[str, str]]) -> Iterator[str]:
+    """Yield a type with its members, each with a note."""
+    yield "typedef struct {"
+    for text, note in members:
+        yield f"{INDENT}{text}{f' {comment([printable(note)])[0]}' if note else ''}"
+    yield from (f"}} {name};", "")
+
+
+def prototypes(layout: CLayout) -> Iterator[str]:
+    """Yield the declared functions, each with what it takes and returns."""
+    unit, begins = layout.unit, list[str]()
+    if unit.has_state:
+        state = "state before the first step" if unit.is_step else "values of the rule file"
+        begins += [f"// Begin with the {state}.", f"{layout.init};", ""]
+    if layout.numbers:
+        begins += ["// Begin with the numbers of the rule file.", f"{layout.params_init};", ""]
+    evaluation = comment(list(folded([printable(line) for line in _about(layout)])))
+    evaluation += [f"{layout.evaluation};", ""]
+    yield from (*begins, *evaluation) if unit.is_step else (*evaluation, *begins)
+    if unit.rates is not None:
+        yield "// dC/dt of each adaptive consequent, 0 where it would leave the range of its output."
+        yield from (f"{layout.rates};", "")
+        yield "// One Euler step of dt seconds, held within the range; what has no rate stays."
+        yield from (f"{layout.adapt};", "")
 
 
 def _about(layout: CLayout) -> Iterator[str]:
-    """Yield what stands at the prototype: what it computes, each parameter, and what it returns."""
-    unit = layout.unit
-    results = result_notes(unit)
-    names = ", ".join(o.name for o in unit.plan.outputs)
-    yield f"Evaluate {unit.system.name}: {names} of {', '.join(i.name for i in unit.plan.inputs)}."
-    yield from (f"  {name}: {note}" for name, note in zip(layout.inputs, argument_notes(unit), strict=True))
-    if layout.states:
-        change = "what outputs hold is changed" if unit.plan.held else "is read only"
-        yield f"  state: begun by {layout.name}_init; {change}"
+    """Yield the lines above the prototype: what it computes, each parameter, and what it returns."""
+    unit, results, names = layout.unit, result_notes(layout.unit), ", ".join(layout.unit.outputs)
+    change = "what outputs hold is changed" if unit.slots else "is read only"
+    change = "becomes that after the step" if unit.is_step else change
+    state = f"  state: begun by {layout.name}_init; {change}"
+    notes = zip(layout.arguments, argument_notes(unit), strict=True)
+    given = [f"  {name}: {note}" if note else f"  {name}" for name, note in notes]
+    none = "" if unit.is_step else "NaN where an input is NaN or there is no value"
+    computed = f"Make a step of {unit.block.name}: {names}"
+    yield f"{computed}." if unit.is_step else f"Evaluate {unit.block.name}: {names} of {', '.join(unit.inputs)}."
+    yield from layout.call(state, "  params: finite numbers, see their ranges", given)
     if layout.many:
-        yield "  outputs: where the results go, NaN where an input is NaN or there is no value"
-        yield from (f"    {name}: {note}" for name, note in zip(layout.outputs, results, strict=True))
+        yield f"  outputs: where the results go{f', {none}' if none else ''}"
+        if not unit.is_step:
+            yield from (f"    {name}: {note}" for name, note in zip(layout.outputs, results, strict=True))
     if unit.refusals:
         yield f"  status: {layout.status()}, or which output has no rule that fires"
     if not layout.many:
-        yield f"Returns {names}: {results[0]}; NaN where an input is NaN or there is no value."
-
-
-def _prototypes(layout: CLayout) -> Iterator[str]:
-    yield from comment(list(folded([printable(line) for line in _about(layout)])))
-    yield from (f"{layout.evaluation};", "")
-    if layout.states:
-        yield from ("// Begin with the values of the rule file.", f"{layout.init};", "")
-    if layout.unit.plan.states:
-        yield from ("// dC/dt of each adaptive consequent, 0 where it would leave the range of its output.",)
-        yield from (f"{layout.rates};", "")
-        yield from ("// One Euler step of dt seconds, held within the range; what has no rate stays.",)
-        yield from (f"{layout.adapt};", "")
+        yield f"Returns {names}{f': {results[0]}' if results[0] else ''}{f'; {none}' if none else ''}."
 
 
 def source(unit: Unit) -> str:
     """Return the text of NAME.c."""
     layout = CLayout(unit)
-    text = CText(unit.precision, layout.name, layout.arguments, layout.states)
-    text.notes = as_comments(value_notes(unit))
-    functions = list(_evaluation(layout, text))
+    text = CText(unit.precision, layout.name, layout.names, as_comments(value_notes(unit)))
+    functions = [[*_evaluation(layout, text)]]
     text.notes = {}  # rates have other values of these names
-    if layout.states:
-        functions += ["", *_init(layout, text)]
+    begins = [[*init(layout, [bare(text.number(s.start)) for s in unit.slots], text)]] if unit.has_state else []
+    begins += [[*_params_init(layout, text)]] if layout.numbers else []
+    functions = [*begins, *functions] if unit.is_step else [*functions, *begins]
     if unit.rates is not None:
-        functions += ["", *_rates(layout, text, unit.rates), "", *_adapt(layout, text)]
-    return source_text(layout.name, text, functions)
+        functions += [[*_rates(layout, text, unit.rates)], [*_adapt(layout, text)]]
+    return source_text(layout.name, text, [line for function in functions for line in (*function, "")][:-1])
 
 
 def source_text(name: str, text: CText, functions: Sequence[str]) -> str:
@@ -178,22 +228,54 @@ def _bits(prefix: str, size: int, magnitude: str, infinite: str, nan: str) -> It
         yield f"#define {prefix.upper()}_{what} UINT{size}_C(0x{bits})"
 
 
+def _params_init(layout: CLayout, text: CText) -> Iterator[str]:
+    yield f"{layout.params_init}\n{{"
+    for member, number in zip(layout.numbers, layout.unit.numbers, strict=True):
+        yield f"{INDENT}params->{member} = {bare(text.number(number.start))};"
+    yield "}"
+
+
+def init(layout: CLayout, starts: Sequence[str], text: CText | None = None) -> Iterator[str]:
+    """Yield the function that begins a state.
+
+    Args:
+        layout: What C calls things.
+        starts: What each slot begins with.
+        text: What writes the consequents of a system.
+    """
+    yield f"{layout.init}\n{{"
+    if text is not None:
+        consequents = zip(layout.consequents, layout.unit.consequents, strict=True)
+        yield from (f"{INDENT}{entry} = {bare(text.number(value))};" for entry, value in consequents)
+    for (own, oldest), slot, start in zip(layout.members, layout.unit.slots, starts, strict=True):
+        if oldest:
+            yield f"{INDENT}for (size_t k = 0U; k < {slot.length}U; ++k) {{"
+            yield from (f"{INDENT * 2}state->{own}[k] = {start};", f"{INDENT}}}")
+            yield f"{INDENT}state->{oldest} = 0U;"
+        else:
+            yield f"{INDENT}state->{own} = {start};"
+    yield "}"
+
+
 def _evaluation(layout: CLayout, text: CText) -> Iterator[str]:
     unit, pad = layout.unit, INDENT
     results = [f"outputs->{o}" for o in layout.outputs] if layout.many else ["result"]
     yield f"{layout.evaluation}\n{{"
-    yield from text.tables(unit.evaluation, as_comments(table_notes(unit, unit.evaluation)))
+    yield from text.tables(unit.program, as_comments(table_notes(unit, unit.program)))
     if unit.refusals:
         yield f"{pad}{layout.name}_status found = {layout.status()};"
-    if not layout.many:
-        yield f"{pad}{layout.real} result = {layout.name}_no_number();"
-    else:
-        yield from (f"{pad}{r} = {layout.name}_no_number();" for r in results)
-    yield from ("", f"{pad}if ({_numbers(layout)}) {{")
+    declared = "" if layout.many else f"{layout.real} "
+    yield from (f"{pad}{declared}{r} = {layout.name}_no_number();" for r in results)
+    guard = _guard(layout, text)
+    yield from ("", f"{pad}if ({guard}) {{" if guard else f"{pad}{{")
     refusals = {o: f"found = (found == {layout.status()}) ? {layout.status(o)} : found;" for o in unit.refusals}
-    yield from text.block(unit.evaluation.body, refusals, 2)
-    yield from _stores(layout, text, results)
-    yield f"{pad}}}"
+    yield from text.block(unit.program.body, refusals, 2)
+    depth = 2
+    if unit.refusals:
+        yield f"{pad * 2}if (found == {layout.status()}) {{"
+        depth = 3
+    yield from (pad * depth + line for line in _stores(layout, text, results))
+    yield from (f"{pad * k}}}" for k in range(depth - 1, 0, -1))
     if unit.refusals:
         yield f"{pad}*status = found;"
     if not layout.many:
@@ -201,32 +283,39 @@ def _evaluation(layout: CLayout, text: CText) -> Iterator[str]:
     yield "}"
 
 
-def _stores(layout: CLayout, text: CText, results: Sequence[str]) -> Iterator[str]:
-    """Yield lines that store the outputs, and what is held, unless the evaluation was refused."""
-    pad = INDENT * 2
-    if layout.unit.refusals:
-        yield f"{pad}if (found == {layout.status()}) {{"
-        pad += INDENT
-    for result, value in zip(results, layout.unit.evaluation.results, strict=True):
-        yield f"{pad}{result} = {bare(text.text(value))};"
-    for o in layout.unit.plan.held:
-        yield f"{pad}if (!{layout.name}_is_nan({results[o]})) {{"
-        yield f"{pad}{INDENT}state->held_{layout.outputs[o]} = {results[o]};"
-        yield f"{pad}}}"
-    if layout.unit.refusals:
-        yield f"{INDENT * 2}}}"
-
-
-def _numbers(layout: CLayout) -> str:
-    tests = [f"(!{layout.name}_is_nan({i}))" for i in layout.inputs]
+def _guard(layout: CLayout, text: CText) -> str:
+    """Return the condition under which a step is made."""
+    tests = [f"(!{layout.name}_is_nan({a}))" for a in layout.arguments]
+    tests += [f"({DT} > {text.number(0.0)})"] if layout.unit.takes_time else []
     return bare(" && ".join(tests))
 
 
-def _init(layout: CLayout, text: CText) -> Iterator[str]:
-    yield f"{layout.init}\n{{"
-    for entry, value in zip(layout.states, layout.unit.plan.initial_state, strict=True):
-        yield f"{INDENT}{entry} = {bare(text.number(value))};"
-    yield "}"
+def _stores(layout: CLayout, text: CText, results: Sequence[str]) -> Iterator[str]:
+    """Yield lines that store the outputs, then the state; what is read of it is read before."""
+    unit = layout.unit
+    yield from (f"{r} = {bare(text.text(v))};" for r, v in zip(results, unit.results, strict=True))
+    if not unit.is_step:
+        for place, o in zip(layout.slots, unit.plan.held, strict=True):
+            yield f"if (!{layout.name}_is_nan({results[o]})) {{"
+            yield from (f"{INDENT}{place} = {results[o]};", "}")
+        return
+    kept = set(unit.program.arguments[len(layout.arguments) :])
+    stores: list[str] = []
+    for k, (value, place) in enumerate(zip(unit.taken, layout.slots, strict=True)):
+        taken = bare(text.text(value))
+        if read(value) & kept or not isinstance(value, Name | Number):
+            yield f"const {layout.real} u{k} = {taken};"
+            taken = f"u{k}"
+        stores.append(f"{place} = {taken};")
+    for (_, oldest), slot, store in zip(layout.members, unit.slots, stores, strict=True):
+        yield store
+        yield from next_oldest(oldest, slot.length)
+
+
+def next_oldest(oldest: str, length: int) -> Iterator[str]:
+    """Yield the line that moves the position of the oldest number of a delay; none for other slots."""
+    if oldest:
+        yield f"state->{oldest} = (state->{oldest} < {length - 1}U) ? (state->{oldest} + 1U) : 0U;"
 
 
 def _rates(layout: CLayout, text: CText, program: Program) -> Iterator[str]:
@@ -238,9 +327,9 @@ def _rates(layout: CLayout, text: CText, program: Program) -> Iterator[str]:
         yield f"{INDENT}rate[{k}] = {layout.name}_no_number();"
     if refusals:
         yield f"{INDENT}bool refused = false;"
-    if not any(layout.states[k] in text.text(r) for r in program.results for k in range(len(layout.states))):
+    if not any(entry in text.text(r) for r in program.results for entry in (*layout.consequents, *layout.slots)):
         yield f"{INDENT}(void)state;"
-    yield f"{INDENT}if ({_numbers(layout)}) {{"
+    yield f"{INDENT}if ({_guard(layout, text)}) {{"
     yield from text.block(program.body, dict.fromkeys(refusals, "refused = true;"), 2)
     pad = INDENT * 2
     if refusals:
@@ -254,14 +343,13 @@ def _rates(layout: CLayout, text: CText, program: Program) -> Iterator[str]:
 
 
 def _adapt(layout: CLayout, text: CText) -> Iterator[str]:
-    unit, real = layout.unit, layout.real
-    count = len(unit.plan.states)
+    unit, real, count = layout.unit, layout.real, len(layout.consequents)
     ends = [unit.plan.outputs[o] for o, _ in unit.plan.states]
     yield f"{layout.adapt}\n{{"
     for what, values in (("lower", [o.lower for o in ends]), ("upper", [o.upper for o in ends])):
         yield f"{INDENT}static const {real} {what}[{count}] = {{{', '.join(bare(text.number(v)) for v in values)}}};"
     yield f"{INDENT}{real} rate[{count}];"
-    yield f"{INDENT}{layout.name}_rates({', '.join(layout.inputs)}, state, rate);"
+    yield f"{INDENT}{layout.name}_rates({', '.join(layout.arguments)}, state, rate);"
     yield f"{INDENT}for (size_t k = 0U; k < {count}U; ++k) {{"
     yield f"{INDENT * 2}const {real} next = state->consequent[k] + (dt * rate[k]);"
     yield f"{INDENT * 2}if (!{layout.name}_is_nan(next)) {{"

@@ -15,7 +15,6 @@ from fuzzyctl.expr import Binary, Call, Compare, Expr, Logic, Name, Negate, Numb
 from fuzzyctl.kernels.program.builder import is_atom
 from fuzzyctl.kernels.program.primitives import ALIASES, PRIMITIVES
 from fuzzyctl.kernels.program.program import (
-    STATE,
     Accumulate,
     Assign,
     Fold,
@@ -42,21 +41,19 @@ class CText:
 
     Args:
         precision: Type of numbers.
-        prefix: Name of the system, before the names of its functions.
+        prefix: Name of the block, before the names of its functions.
         names: Identifiers of the program's arguments.
-        states: Texts of the entries of the state.
+        notes: Lines of comment before values of the program, by name.
         helpers: Primitives used so far that need a function of their own.
         libm: Whether <math.h> is used so far.
-        notes: Lines of comment before values of the program, by name.
     """
 
     precision: Precision
     prefix: str
     names: Mapping[str, str]
-    states: Sequence[str] = ()
+    notes: Mapping[str, Sequence[str]] = field(default_factory=dict)
     helpers: set[str] = field(default_factory=set)
     libm: bool = False
-    notes: Mapping[str, Sequence[str]] = field(default_factory=dict)
 
     def number(self, value: float) -> str:
         """Return a literal of the precision that reads back as the same number.
@@ -112,10 +109,6 @@ class CText:
         raise CodegenError(f"a {type(expr).__name__} cannot be printed as a condition")
 
     def _item(self, array: str, index: int | str | Place) -> str:
-        if array == STATE:
-            if not isinstance(index, int):
-                raise CodegenError("a computed position in the state cannot be printed")
-            return self.states[index]
         match index:
             case Place(name=name, steps=0):
                 return f"{array}[{name}]"

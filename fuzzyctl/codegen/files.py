@@ -11,9 +11,12 @@ from fuzzyctl.codegen import c_fixed_source, c_selftest, javascript_selftest
 from fuzzyctl.codegen.c_layout import CLayout
 from fuzzyctl.codegen.fixed import Fixed
 from fuzzyctl.codegen.javascript_source import JavaScriptLayout
+from fuzzyctl.codegen.sequence import sequence
 from fuzzyctl.codegen.sources import sources
+from fuzzyctl.codegen.steps import c_fixed_source as step_fixed_source
+from fuzzyctl.codegen.steps.fixed_step import FixedStep
 from fuzzyctl.codegen.unit import Unit
-from fuzzyctl.codegen.vectors import in_parts
+from fuzzyctl.codegen.vectors import Expected, in_parts
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 from fuzzyctl.support.writing import folder_for, write_together
 
@@ -34,7 +37,7 @@ class Generated:
     errors: Mapping[str, float]
 
 
-def generate(unit: Unit, target: str, fixed: Fixed | None = None) -> Generated:
+def generate(unit: Unit, target: str, fixed: Fixed | FixedStep | None = None) -> Generated:
     """Return the files of a target.
 
     Args:
@@ -43,18 +46,25 @@ def generate(unit: Unit, target: str, fixed: Fixed | None = None) -> Generated:
         fixed: Fixed-point arithmetic for C, None for floating point.
 
     Raises:
-        CodegenError: For a system that the target cannot express.
+        CodegenError: For a block that the target cannot express.
     """
-    names = [o.name for o in unit.plan.outputs]
+    if isinstance(fixed, FixedStep):
+        return Generated(step_fixed_source.files(fixed), dict(zip(unit.outputs, fixed.errors, strict=True)))
     if fixed is not None:
-        return Generated(c_fixed_source.files(unit, fixed), dict(zip(names, fixed.errors, strict=True)))
-    errors = dict(zip(names, unit.table.errors, strict=True)) if unit.table else {}
+        return Generated(c_fixed_source.files(unit, fixed), dict(zip(unit.outputs, fixed.errors, strict=True)))
     files = sources(unit, target)
     if target == "javascript":
-        files[f"{JavaScriptLayout(unit).name}.test.mjs"] = javascript_selftest.selftest(unit)
+        files[f"{JavaScriptLayout(unit).name}.test.mjs"] = javascript_selftest.selftest(unit, expected_of(unit))
     if target == "c":
-        files[f"{CLayout(unit).name}_selftest.c"] = c_selftest.selftest(unit, *in_parts(unit))
-    return Generated(files, errors)
+        files[f"{CLayout(unit).name}_selftest.c"] = c_selftest.selftest(unit, expected_of(unit))
+    return Generated(files, dict(zip(unit.outputs, unit.table.errors, strict=True)) if unit.table else {})
+
+
+def expected_of(unit: Unit) -> Expected:
+    """Return what a self-test expects: of a system at points, of a controller along a sequence."""
+    if unit.is_step:
+        return sequence(unit)
+    return Expected([unit.scale(k) for k in range(len(unit.outputs))], *in_parts(unit))
 
 
 def write(generated: Generated, folder: Path) -> list[Path]:

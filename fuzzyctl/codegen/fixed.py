@@ -19,7 +19,7 @@ from fuzzyctl.codegen.fixed_error import proved
 from fuzzyctl.codegen.fixed_format import Axis, Entries, Format
 from fuzzyctl.codegen.rounding_text import at_most
 from fuzzyctl.codegen.table import USEFUL, tabulated
-from fuzzyctl.codegen.unit import Unit
+from fuzzyctl.codegen.unit import Evaluated, Unit
 from fuzzyctl.kernels.algorithms.grid import Grid, Table, grid_of
 from fuzzyctl.kernels.algorithms.select import Algorithm
 from fuzzyctl.kernels.plan.build import Plan
@@ -145,7 +145,7 @@ def _with_table(unit: Unit, form: Format) -> str:
         table = tabulated(unit.algorithm, points)
     except CodegenError as error:
         return f"nor does a table take its place: {error}"
-    own = replace(unit, algorithm=Algorithm(unit.plan, table.grid, "a table"), table=table)
+    own = replace(unit, systems=(Evaluated(unit.system, Algorithm(unit.plan, table.grid, "a table"), table),))
     for other in (form, *_finest(own.plan, table.grid, form)):
         found = _held(own, table.grid, other)
         if isinstance(found, Fixed):

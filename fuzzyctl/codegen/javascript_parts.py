@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from fuzzyctl.codegen.javascript_source import JavaScriptLayout
-from fuzzyctl.codegen.javascript_text import block, dialect, file_text, helpers, tables, value_text
-from fuzzyctl.codegen.simplify import functions, lean, renamed, with_prefix
+from fuzzyctl.codegen.javascript_text import DIALECT, block, file_text, helpers, tables, value_text
+from fuzzyctl.codegen.simplify import functions, lean, renamed, with_named_state, with_prefix
 from fuzzyctl.codegen.unit import Unit
 from fuzzyctl.codegen.wrapping import broken
 from fuzzyctl.expr import Expr, Name, replace_names
@@ -45,7 +45,8 @@ def module(unit: Unit, shown: Shown) -> str:
     `aggregations` of two degrees, one for each output.
     """
     layout = JavaScriptLayout(unit)
-    activity = with_prefix(renamed(lean(inference.activity(unit.plan)), layout.arguments), "t")
+    activity = with_named_state(lean(inference.activity(unit.plan)))
+    activity = with_prefix(renamed(activity, [*layout.arguments, *layout.read]), "t")
     values = with_prefix(renamed(_values(unit, shown.values), layout.arguments), "v")
     degrees = [with_prefix(_degrees(own), f"s{k}_") for k, own in enumerate(shown.sets)]
     implied = [_norm(conjunction(name, equal)(_A, _B)) for name, equal in shown.implications]
@@ -57,7 +58,7 @@ def module(unit: Unit, shown: Shown) -> str:
     calls, body = set().union(*map(functions, programs)), [s for p in programs for s in p.body]
     lines += [*helpers(calls, body), ""]
     arguments = ", ".join(layout.arguments)
-    lines += [*_function("export function activity", ", ".join(layout.evaluated), activity, layout.states), ""]
+    lines += [*_function("export function activity", layout.call(*layout.arguments), activity), ""]
     lines += [*_function("export function values", arguments, values), ""]
     lines += _functions("sets", "x", degrees)
     lines += _functions("implications", "a, b", implied, single=True)
@@ -95,14 +96,11 @@ def _functions(name: str, arguments: str, programs: Sequence[Program], *, single
     yield from ("];", "")
 
 
-def _function(
-    head: str, arguments: str, program: Program, states: Iterable[str] = (), *, single: bool = False
-) -> Iterator[str]:
+def _function(head: str, arguments: str, program: Program, *, single: bool = False) -> Iterator[str]:
     """Yield the lines of a function that returns all results, or the only one."""
-    own = dialect(tuple(states))
     yield f"{head} ({arguments}) {{" if head == "function" else f"{head}({arguments}) {{"
-    yield from block(program.body, own, lambda _: "", {})
-    results = [value_text(r, own) for r in program.results]
+    yield from block(program.body, DIALECT, lambda _: "", {})
+    results = [value_text(r, DIALECT) for r in program.results]
     returned = results[0] if single else f"[{', '.join(results)}]"
     yield f"{INDENT}return {returned};"
     yield "}"

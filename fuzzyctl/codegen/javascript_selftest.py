@@ -8,7 +8,7 @@ from fuzzyctl.codegen.c_text import bare
 from fuzzyctl.codegen.javascript_source import JavaScriptLayout
 from fuzzyctl.codegen.javascript_text import comment, file_text, list_lines, literal, quoted
 from fuzzyctl.codegen.unit import Unit
-from fuzzyctl.codegen.vectors import STEP, Vector, vectors
+from fuzzyctl.codegen.vectors import STEP, Expected
 from fuzzyctl.kernels.program.printer import INDENT
 
 #: What compares and reports, behind the function `evaluate` that makes one turn.
@@ -36,22 +36,29 @@ if (failures > 0) {
 """
 
 
-def selftest(unit: Unit) -> str:
-    """Return the text of NAME.test.mjs, which compares with the vectors of the self-test in C."""
-    layout, flat = JavaScriptLayout(unit), unit.plan
-    name = layout.name
-    imported = [name, *([f"{name}_init"] if layout.states else []), *([f"{name}_adapt"] if flat.states else [])]
-    state = ["state"] if layout.states else []
-    call = f"{name}({', '.join(['...vector[0]', *state])})"
-    run = [f"const state = {name}_init();"] if layout.states else []
-    run += ["for (const vector of vectors) {", *turn(call, bool(unit.refusals))]
-    run += [f"{INDENT}{name}_adapt(state, ...vector[0], {STEP!r});"] if flat.states else []
-    run += ["}"]
-    allowed = [unit.tolerance(k) for k in range(len(flat.outputs))]
-    return selftest_text(name, imported, bool(unit.refusals), vectors(unit), allowed, run)
+def selftest(unit: Unit, expected: Expected) -> str:
+    """Return the text of NAME.test.mjs, which makes steps twice: the second time shows that the state begins anew."""
+    layout, name = JavaScriptLayout(unit), JavaScriptLayout(unit).name
+    call = f"{layout.function}({layout.call('...vector[0]')})"
+    begin = [f"const state = {name}_init();"] if layout.has_state else []
+    adapt = [f"{INDENT}{name}_adapt(state, ...vector[0], {STEP!r});"] if unit.rates is not None else []
+    run = [*begin, "for (const vector of vectors) {", *_turn(call, bool(unit.refusals)), *adapt, "}"]
+    if unit.is_step:
+        run = ["for (let round = 0; round < 2; ++round) {", *(INDENT + line for line in run), "}"]
+    own = [f"{name}_init"] if layout.has_state else []
+    imported = [*own, layout.function] if unit.is_step else [layout.function, *own]
+    imported += [f"{name}_adapt"] if adapt else []
+    about = [f"Self-test of {name}: run with node {name}.test.mjs; exits with 0 if every vector agrees."]
+    about.append("A vector has the inputs, the outputs, and the output for which no rule fires.")
+    names = ", ".join(["outputs", *imported, *(["NoRuleFiresError"] if unit.refusals else [])])
+    rows = [f"[{_numbers(v.inputs)}, {_numbers(v.outputs)}, {quoted(v.refused)}]" for v in expected.vectors]
+    tolerances = _numbers([expected.tolerance(k, unit.precision) for k in range(len(unit.outputs))])
+    lines = [*comment(about), f'import {{ {names} }} from "./{name}.mjs";', ""]
+    lines += [*list_lines("const vectors", rows), f"const tolerance = {tolerances};", _MAIN]
+    return file_text([*lines, *run, _REPORT.replace("NAME", quoted(name))])
 
 
-def turn(call: str, refuses: bool) -> Iterator[str]:
+def _turn(call: str, refuses: bool) -> Iterator[str]:
     """Yield lines that evaluate a vector and compare.
 
     Args:
@@ -65,33 +72,6 @@ def turn(call: str, refuses: bool) -> Iterator[str]:
     yield from (f"{INDENT * 2}if (!(error instanceof NoRuleFiresError)) {{", f"{INDENT * 3}throw error;")
     yield from (f"{INDENT * 2}}}", f"{INDENT * 2}compare(tolerance.map(() => NaN), error.output, vector);")
     yield f"{INDENT}}}"
-
-
-def selftest_text(
-    name: str,
-    imported: Sequence[str],
-    refuses: bool,
-    expected: Sequence[Vector],
-    tolerances: Sequence[float],
-    run: Sequence[str],
-) -> str:
-    """Return the text of a self-test.
-
-    Args:
-        name: That of the module.
-        imported: Functions that it calls.
-        refuses: Whether it may throw where no rule fires.
-        expected: The vectors.
-        tolerances: Largest error of each output.
-        run: Lines that evaluate and compare them.
-    """
-    about = [f"Self-test of {name}: run with node {name}.test.mjs; exits with 0 if every vector agrees."]
-    about.append("A vector has the inputs, the outputs, and the output for which no rule fires.")
-    names = ", ".join(["outputs", *imported, *(["NoRuleFiresError"] if refuses else [])])
-    rows = [f"[{_numbers(v.inputs)}, {_numbers(v.outputs)}, {quoted(v.refused)}]" for v in expected]
-    lines = [*comment(about), f'import {{ {names} }} from "./{name}.mjs";', ""]
-    lines += [*list_lines("const vectors", rows), f"const tolerance = {_numbers(tolerances)};", _MAIN]
-    return file_text([*lines, *run, _REPORT.replace("NAME", quoted(name))])
 
 
 def _numbers(values: Sequence[float]) -> str:

@@ -11,16 +11,15 @@ from typing import Any, Final
 
 from fuzzyctl.codegen import c_source
 from fuzzyctl.codegen.c_text import bare, wrapped
+from fuzzyctl.codegen.comments import printable
 from fuzzyctl.codegen.errors import CodegenError, unprintable
 from fuzzyctl.codegen.simplify import TRUE
-from fuzzyctl.codegen.unit import printable
 from fuzzyctl.codegen.wrapping import broken, folded
 from fuzzyctl.expr import Binary, Call, Expr, replace
 from fuzzyctl.kernels.program import quadrature
 from fuzzyctl.kernels.program.primitives import PRIMITIVES
 from fuzzyctl.kernels.program.printer import INDENT, SCALAR, Dialect, index_text, text
 from fuzzyctl.kernels.program.program import (
-    STATE,
     Accumulate,
     Assign,
     Fold,
@@ -105,30 +104,21 @@ def comments(notes: Mapping[str, Sequence[str]]) -> dict[str, list[str]]:
     return {name: comment(list(folded([printable(note) for note in own]))) for name, own in notes.items()}
 
 
-def dialect(states: Sequence[str] = ()) -> Dialect:
-    """Return how JavaScript writes expressions.
+def _item(array: str, index: int | str | Place) -> str:
+    return f"{array}[{index_text(index)}]"
 
-    Args:
-        states: Texts of the entries of the state.
-    """
 
-    def item(array: str, index: int | str | Place) -> str:
-        if array != STATE:
-            return f"{array}[{index_text(index)}]"
-        if not isinstance(index, int):
-            raise CodegenError("a computed position in the state cannot be printed")
-        return states[index]
-
-    return Dialect(
-        where=lambda c, a, b: f"({c} ? {a} : {b})",
-        smaller=lambda a, b: f"({a} < {b} ? {a} : {b})",
-        larger=lambda a, b: f"({a} > {b} ? {a} : {b})",
-        clip=lambda x, a, b: f"({x} < {a} ? {a} : ({x} > {b} ? {b} : {x}))",
-        logic=(" && ", " || ", "!"),
-        locate=SCALAR.locate,
-        item=item,
-        constant=literal,
-    )
+#: How JavaScript writes expressions.
+DIALECT: Final = Dialect(
+    where=lambda c, a, b: f"({c} ? {a} : {b})",
+    smaller=lambda a, b: f"({a} < {b} ? {a} : {b})",
+    larger=lambda a, b: f"({a} > {b} ? {a} : {b})",
+    clip=lambda x, a, b: f"({x} < {a} ? {a} : ({x} > {b} ? {b} : {x}))",
+    logic=(" && ", " || ", "!"),
+    locate=SCALAR.locate,
+    item=_item,
+    constant=literal,
+)
 
 
 def value_text(value: Expr, own: Dialect) -> str:

@@ -8,17 +8,23 @@ from dataclasses import replace
 from inspect import getsource, isfunction
 from typing import Final
 
+from fuzzyctl.codegen.c_layout import member_name
+from fuzzyctl.codegen.comments import described
 from fuzzyctl.codegen.errors import CodegenError, unprintable
 from fuzzyctl.codegen.names import PYTHON_FUNCTION_RESERVED, PYTHON_RESERVED, Names
 from fuzzyctl.codegen.simplify import functions, renamed
-from fuzzyctl.codegen.unit import Unit, described
+from fuzzyctl.codegen.unit import Unit
 from fuzzyctl.kernels.inference import inference
+from fuzzyctl.kernels.plan.equations import DT
 from fuzzyctl.kernels.program.ieee import FUNCTIONS
 from fuzzyctl.kernels.program.printer import IEEE_SCALAR, INDENT, INTERPRETED, Dialect, block, index_text, text
 from fuzzyctl.kernels.program.program import STATE, Locate, Place, Program, Quadrature
 
 #: Functions that the printer writes as comparisons.
 _PRINTED: Final = {"min", "max", "clip", "sign"}
+
+#: What the module of a controller calls its own, besides.
+_OWN: Final = ("start", "step", "state", DT, "PERIOD", "STATES")
 
 _MAIN: Final = '''
 def main(arguments=None):
@@ -48,53 +54,51 @@ if __name__ == "__main__":
 
 
 def module_name(unit: Unit) -> str:
-    """Return the name of the module, which is that of its function."""
-    return Names(PYTHON_FUNCTION_RESERVED).claim(unit.system.name)
+    """Return the name of the module, which is that of the function of a system."""
+    return Names(PYTHON_FUNCTION_RESERVED).claim(unit.block.name)
 
 
 def module(unit: Unit) -> str:
     """Return the text of NAME.py.
 
-    It has the function NAME(inputs) that returns a number, or a tuple for several outputs; with a state
-    NAME(inputs, state), `init()` that gives the first one, and `rates(inputs, state)` where something adapts. Where no
-    rule fires for an output that says `else error`, it raises ArithmeticError.
-    """
-    name, flat = module_name(unit), unit.plan
-    names = Names([*PYTHON_RESERVED, name])
-    arguments = [names.claim(i.name) for i in flat.inputs]
-    rates = inference.rates(flat) if flat.states else None
-    require_no_integral(unit.algorithm.printed)
-    programs = [("", unit.algorithm.printed), *([("R", rates)] if rates else [])]
-    lines = [f"# {line}".rstrip() for line in described(unit)]
-    lines += ["", "import math", "import sys", "from math import inf, nan", ""]
-    lines += [f"INPUTS = {[i.name for i in flat.inputs]!r}", f"OUTPUTS = {[o.name for o in flat.outputs]!r}"]
-    lines += [f"{prefix}{table} = {values!r}" for prefix, program in programs for table, values in program.tables]
-    # Quotients of rates are those of the user, which may be 0/0.
-    used = {f for _, p in programs for f in functions(p)} | ({"divide"} if rates else set())
-    lines += ["", *helpers(used)]
-    lines += ["", *_evaluation(unit, name, arguments)]
-    if flat.initial_state:
-        lines += ["", "", "def init():", f"{INDENT}return {list(flat.initial_state)!r}"]
-    if rates is not None:
-        lines += ["", "", *_rates(rates, arguments)]
-    state = ", init()" if flat.initial_state else ""
-    results = "result" if len(flat.outputs) > 1 else "[result]"
-    lines += ["", _MAIN.format(function=name, state=state, results=results).rstrip("\n")]
-    return "\n".join(lines) + "\n"
-
-
-def require_no_integral(program: Program) -> None:
-    """Refuse a program with an adaptive integral.
+    For a system it has the function NAME(inputs) that returns a number, or a tuple for several outputs; with a state
+    NAME(inputs, state), `init()` that gives the first one, and `rates(inputs, state)` where something adapts. For a
+    controller it has `start()`, the state before the first step as a list, and `step(inputs, state)`, with `dt` last
+    where there is no period: the outputs, a number or a tuple, and the next state. Where no rule fires for an output
+    that says `else error`, ArithmeticError is raised.
 
     Raises:
-        CodegenError: For the first of them.
+        CodegenError: For an adaptive integral, or a function that has no text in Python.
     """
+    name, program = module_name(unit), unit.program if unit.is_step else unit.algorithm.printed
+    names = Names([*PYTHON_RESERVED, *(_OWN if unit.is_step else [name])])
+    inputs = [names.claim(i) for i in unit.inputs]
+    rates = inference.rates(unit.plan) if unit.rates is not None else None
     for statement in program.body:
         if isinstance(statement, Quadrature):
             raise unprintable(statement)
+    programs = [("", program), *([("R", rates)] if rates else [])]
+    lines = [f"# {line}".rstrip() for line in described(unit)]
+    lines += ["", "import math", *([] if unit.is_step else ["import sys"]), "from math import inf, nan", ""]
+    lines += [f"INPUTS = {list(unit.inputs)!r}", f"OUTPUTS = {list(unit.outputs)!r}"]
+    lines += [f"STATES = [{', '.join(_state_names(unit))}]"] if unit.is_step else []
+    lines += [f"PERIOD = {unit.period!r}  # [s]"] if unit.period is not None else []
+    lines += [f"{prefix}{table} = {values!r}" for prefix, own in programs for table, values in own.tables]
+    # Quotients of equations and rates are those of the user, which may be 0/0.
+    used = {f for _, own in programs for f in functions(own)} | ({"divide"} if rates or unit.is_step else set())
+    lines += ["", *_helpers(used), ""]
+    if unit.is_step:
+        return "\n".join([*lines, *_start(unit), "", "", *_step(unit, inputs)]) + "\n"
+    lines += _evaluation(unit, name, inputs)
+    if unit.has_state:
+        lines += ["", "", "def init():", f"{INDENT}return {list(unit.plan.initial_state)!r}"]
+    if rates is not None:
+        lines += ["", "", *_rates(rates, inputs)]
+    state, results = ", init()" if unit.has_state else "", "result" if len(unit.outputs) > 1 else "[result]"
+    return "\n".join([*lines, "", _MAIN.format(function=name, state=state, results=results).rstrip("\n")]) + "\n"
 
 
-def helpers(used: set[str]) -> Iterator[str]:
+def _helpers(used: set[str]) -> Iterator[str]:
     """Yield the text of the primitives that are called, and of what these call."""
     wanted = used - _PRINTED
     unknown = wanted - set(FUNCTIONS)
@@ -124,7 +128,7 @@ def _evaluation(unit: Unit, name: str, arguments: Sequence[str]) -> Iterator[str
     parameters = ", ".join([*arguments, *(["state"] if program.state else [])])
     yield f"def {name}({parameters}):"
     yield from _floats(arguments)
-    yield from block(program.body, dialect, refusal)
+    yield from block(program.body, dialect, _refusal)
     results = [text(r, dialect) for r in program.results]
     if not unit.plan.held:
         yield f"{INDENT}return {', '.join(results)}"
@@ -142,7 +146,7 @@ def _rates(program: Program, arguments: Sequence[str]) -> Iterator[str]:
     own = renamed(program, arguments)
     yield f"def rates({', '.join([*arguments, 'state'])}):"
     yield from _floats(arguments)
-    yield from block(own.body, dialect, refusal)
+    yield from block(own.body, dialect, _refusal)
     yield f"{INDENT}return [{', '.join(text(r, dialect) for r in own.results)}]"
 
 
@@ -150,7 +154,7 @@ def _floats(arguments: Sequence[str]) -> Iterator[str]:
     yield from (f"{INDENT}{a} = float({a})" for a in arguments)
 
 
-def refusal(condition: str, output: str) -> list[str]:
+def _refusal(condition: str, output: str) -> list[str]:
     """Return lines that raise where no rule fires for an output."""
     return [f"if {condition}:", f"{INDENT}raise ArithmeticError({f'no rule fires for output {output!r}'!r})"]
 
@@ -166,3 +170,74 @@ def _dialect(base: Dialect, prefix: str) -> Dialect:
         return [line.replace(own, prefix + own) for line in base.locate(statement, x)]
 
     return replace(base, item=item, locate=located)
+
+
+def _start(unit: Unit) -> Iterator[str]:
+    names = Names([*PYTHON_RESERVED, *_OWN])
+    numbers = [names.claim(member_name(n.name)) for n in unit.numbers]
+    starts = [f"*[{s.start!r}] * {s.length}" if s.length > 1 else repr(s.start) for s in unit.slots]
+    given = [f"{name}={n.start!r}" for name, n in zip(numbers, unit.numbers, strict=True)]
+    yield f"def start({', '.join(given)}):"
+    yield f'{INDENT}"""Return the state before the first step."""'
+    yield f"{INDENT}return [{', '.join([*starts, *numbers])}]"
+
+
+def _state_names(unit: Unit) -> Iterator[str]:
+    """Yield the texts of the names of the states, those of a delay as one."""
+    place = 0
+    for slot in (*unit.slots, *unit.numbers):
+        names = [s.name for s in unit.equations.states[place : place + slot.length]]
+        place += slot.length
+        if names == [f"{slot.name}.{k}" for k in range(slot.length)]:
+            yield f'*(f"{slot.name}.{{k}}" for k in range({slot.length}))'
+        else:
+            yield from map(repr, names)
+
+
+def _step(unit: Unit, inputs: list[str]) -> Iterator[str]:
+    time = [DT] if unit.takes_time else []
+    arguments = [*inputs, *time]
+    yield f"def step({', '.join([*inputs, 'state', *time])}):"
+    yield f'{INDENT}"""Make a step; return the outputs, and the next state."""'
+    yield from _floats(arguments)
+    tests = [f"{a} != {a}" for a in inputs] + [f"not {t} > 0.0" for t in time]
+    nothing = ", ".join(["nan"] * len(unit.outputs))
+    if tests:
+        yield f"{INDENT}if {' or '.join(tests)}:"
+        yield f"{INDENT * 2}return {f'({nothing})' if len(unit.outputs) > 1 else nothing}, list(state)"
+    yield from _read(unit)
+    program = renamed(unit.program, [*arguments, *unit.program.arguments[len(arguments) :]])
+    for line in block(program.body, IEEE_SCALAR, _refusal):
+        yield from _noted(unit, line)
+    results = [text(r, IEEE_SCALAR) for r in program.results]
+    outputs, taken = results[: len(unit.outputs)], results[len(unit.outputs) :]
+    first = f"({', '.join(outputs)})" if len(outputs) > 1 else outputs[0]
+    yield f"{INDENT}return {first}, [{', '.join(_taken(unit, taken))}]"
+
+
+def _noted(unit: Unit, line: str) -> Iterator[str]:
+    """Yield a line of a value behind a comment with the name of its equation."""
+    value = line.strip().split(" = ", 1)[0]
+    if value in unit.values:
+        yield f"{INDENT}# {unit.values[value]}"
+    yield line
+
+
+def _read(unit: Unit) -> Iterator[str]:
+    """Yield lines that name what the slots give: the oldest number of each, which comes last."""
+    place = 0
+    for k, slot in enumerate((*unit.slots, *unit.numbers)):
+        place += slot.length
+        yield f"{INDENT}s{k} = state[{place - 1}]"
+
+
+def _taken(unit: Unit, values: list[str]) -> Iterator[str]:
+    """Yield the next state: what each slot takes, then what it had but for the oldest."""
+    place = 0
+    for slot, value in zip(unit.slots, values, strict=True):
+        yield value
+        if slot.length > 1:
+            yield f"*state[{place}:{place + slot.length - 1}]"
+        place += slot.length
+    if unit.numbers:
+        yield f"*state[{place}:]"

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace as replace_fields
 from typing import Final
 
 from fuzzyctl.expr import Binary, Call, Compare, Expr, Logic, Name, Number, Where, walk
 from fuzzyctl.kernels.program.program import (
     STATE,
+    Item,
     Locate,
     Program,
     Refuse,
@@ -67,6 +68,24 @@ def _without_unread(program: Program, body: Sequence[Statement]) -> Program:
             kept.append(statement)
     tables = tuple((name, values) for name, values in program.tables if name in live)
     return replace_fields(program, tables=tables, body=tuple(reversed(kept)))
+
+
+def with_named_state(program: Program) -> Program:
+    """Return a program that takes the entries of its state as arguments `s0`, `s1`, ..., behind the others."""
+    return with_state(program, {k: Name(f"s{k}") for k in range(program.state)})
+
+
+def with_state(program: Program, names: Mapping[int, Name]) -> Program:
+    """Return a program that takes entries of its state as arguments of some names, behind the others."""
+
+    def change(node: Expr) -> Expr:
+        if isinstance(node, Item) and node.array == STATE:
+            assert isinstance(node.index, int), "states are read one by one"
+            return names[node.index]
+        return node
+
+    changed = map_expressions(program, change) if names else program
+    return replace_fields(changed, arguments=(*program.arguments, *(n.name for n in names.values())), state=0)
 
 
 def renamed(program: Program, arguments: Sequence[str]) -> Program:

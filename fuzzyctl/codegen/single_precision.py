@@ -18,7 +18,6 @@ from fuzzyctl.expr import Binary, Call, Compare, Expr, Logic, Name, Negate, Numb
 from fuzzyctl.kernels.backends.numpy.backend import FUNCTIONS
 from fuzzyctl.kernels.program.primitives import ALIASES
 from fuzzyctl.kernels.program.program import (
-    STATE,
     Accumulate,
     Assign,
     Fold,
@@ -73,8 +72,8 @@ class Roundings:
         """Return each result, and the outputs that refuse, in every lane.
 
         Args:
-            points: Of shape (points, arguments), as single precision has them.
-            state: Entries of the state, each of shape (points, lanes).
+            points: Of shape (points, arguments) without those of the state, as single precision has them.
+            state: Arguments of the state, each of shape (points, lanes).
 
         Returns:
             Results of shape (points, lanes), and names of the same shape, empty where nothing is refused.
@@ -89,7 +88,7 @@ class Roundings:
 
     def _part(self, points: Numbers, state: list[Numbers]) -> tuple[list[Numbers], NDArray[np.str_]]:
         columns = [np.repeat(points[:, i : i + 1], LANES, axis=1) for i in range(points.shape[1])]
-        self._values = {**self._tables, STATE: state, **dict(zip(self.program.arguments, columns, strict=True))}
+        self._values = {**self._tables, **dict(zip(self.program.arguments, [*columns, *state], strict=True))}
         self._refused = np.full((len(points), LANES), "", dtype="U200")
         for statement in self.program.body:
             self._do(statement)

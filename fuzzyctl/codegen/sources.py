@@ -1,4 +1,4 @@
-"""Files that compute a system in a target, without those that test them."""
+"""Files that compute a block in a target, without those that test them."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def sources(unit: Unit, target: str) -> dict[str, str]:
         target: One of `TARGETS`.
 
     Raises:
-        CodegenError: For a system that the target cannot express.
+        CodegenError: For a block that the target cannot express.
     """
     if target == "python":
         return {f"{python_source.module_name(unit)}.py": python_source.module(unit)}

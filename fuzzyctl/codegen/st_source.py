@@ -1,4 +1,4 @@
-"""A unit as a FUNCTION_BLOCK of IEC 61131-3.
+"""A unit as a FUNCTION_BLOCK of IEC 61131-3, whose variables keep the state.
 
 A function block rather than a function, for systems without a state too: its tables are set up once for each instance,
 those of a function at each call.
@@ -7,44 +7,51 @@ those of a function at each call.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 
-from fuzzyctl.codegen.comments import argument_notes, result_notes, table_notes, value_notes
+from fuzzyctl.codegen.c_layout import member_name
+from fuzzyctl.codegen.comments import (
+    argument_notes,
+    described,
+    number_notes,
+    printable,
+    result_notes,
+    slot_notes,
+    table_notes,
+    value_notes,
+)
 from fuzzyctl.codegen.errors import CodegenError
 from fuzzyctl.codegen.names import ST_RESERVED, Names
 from fuzzyctl.codegen.simplify import functions, quotient, with_prefix
 from fuzzyctl.codegen.st_guards import PARTIAL
-from fuzzyctl.codegen.st_text import INDENT, STText
-from fuzzyctl.codegen.unit import Unit, described, printable
+from fuzzyctl.codegen.st_text import INDENT, LARGEST, STText
+from fuzzyctl.codegen.unit import Unit
 from fuzzyctl.codegen.wrapping import broken, folded
-from fuzzyctl.expr import Expr
-from fuzzyctl.kernels.program.program import Refuse
-from fuzzyctl.kernels.program.traversal import map_expressions
+from fuzzyctl.expr import Expr, Name, Number, walk
+from fuzzyctl.kernels.program.program import Program, Refuse
+from fuzzyctl.kernels.program.traversal import expressions, map_expressions
+
+#: The input that takes the time since the step before, and that of the steps of adaptive consequents.
+TIME = "time_step"
 
 
 def block_name(unit: Unit) -> str:
     """Return the name of the function block, and of its file."""
-    return Names(ST_RESERVED, fold=True).claim(unit.system.name)
+    return Names(ST_RESERVED, fold=True).claim(unit.block.name)
 
 
 def function_block(unit: Unit) -> str:
     """Return the text of NAME.st.
 
-    Inputs are VAR_INPUT. Each output has a BOOL `NAME_valid` beside it: FALSE where an input is NaN or no rule gives a
-    value; the output is 0 then. A state stands in the block: what is held, and the consequents of adaptive outputs,
-    which change by one Euler step of `time_step` seconds after each evaluation (0: none).
+    Inputs are VAR_INPUT, `time_step` last where there is no period. Each output has a BOOL `NAME_valid` beside it:
+    FALSE where an input is NaN (of a controller, no finite number) or nothing gives a value; the output is 0 then. A
+    state stands in the block. Adaptive consequents change by one Euler step of `time_step` seconds after each
+    evaluation (0: none).
+
+    Args:
+        unit: A controller is prepared with `guarded`.
     """
     return _Block(unit).text()
-
-
-def _require_first_values(unit: Unit) -> None:
-    """Refuse outputs that hold NaN at first: a declaration has no text for it."""
-    held = unit.plan.initial_state[len(unit.plan.states) :]
-    empty = [unit.plan.outputs[o].name for o, value in zip(unit.plan.held, held, strict=True) if math.isnan(value)]
-    if empty:
-        raise CodegenError(
-            f"output '{empty[0]}' holds NaN at first, which Structured Text has no number for; write 'hold(VALUE)'"
-        )
 
 
 def comment(text: str) -> str:
@@ -57,161 +64,232 @@ def comments(texts: Sequence[str]) -> list[str]:
     return [comment(line) for line in folded([printable(text) for text in texts])]
 
 
-def constants(
-    writer: STText, tables: Sequence[tuple[str, Sequence[float]]], notes: Mapping[str, Sequence[str]]
-) -> Iterator[str]:
-    """Yield the declarations of constant tables, each behind its notes."""
-    if not tables:
-        return
-    yield "VAR CONSTANT"
-    for name, values in tables:
-        yield from (INDENT + line for line in comments(notes[name]))
-        yield f"{INDENT}{name} : ARRAY[0..{len(values) - 1}] OF {writer.real} := ["
-        texts = [writer.number(v).strip("()") for v in values]
-        rows = [", ".join(texts[k : k + 8]) for k in range(0, len(texts), 8)]
-        yield ",\n".join(INDENT * 2 + row for row in rows) + "];"
-    yield "END_VAR"
-
-
-def result(writer: STText, name: str, value: Expr, output: str, valid: str, depth: int) -> Iterator[str]:
-    """Yield lines that compute a value and store it in an output, 0 where there is none."""
-    pad = INDENT * depth
-    yield from writer.assigned(name, value, depth)
-    writer.reals.append(name)
-    yield f"{pad}{output} := {name};"
-    missing = writer.missing(name)
-    yield f"{pad}{valid} := {'TRUE' if missing == 'FALSE' else f'NOT {missing}'};"
-    if missing != "FALSE":
-        yield from (f"{pad}IF {missing} THEN", f"{pad}{INDENT}{output} := {writer.number(0.0)};", f"{pad}END_IF;")
-
-
 class _Block:
     def __init__(self, unit: Unit) -> None:
         self.unit, self.name = unit, block_name(unit)
-        names = Names([*ST_RESERVED, self.name.lower(), "time_step", "refused", "valid", "adapted"], fold=True)
-        self.inputs = [names.claim(i.name) for i in unit.plan.inputs]
-        self.outputs = [names.claim(o.name) for o in unit.plan.outputs]
+        taken = [*ST_RESERVED, self.name.lower(), TIME, "refused", "valid", *([] if unit.is_step else ["adapted"])]
+        names = Names(taken, fold=True)
+        self.arguments = [names.claim(i) for i in unit.inputs]
+        self.arguments += [TIME] if unit.takes_time else []
+        self.outputs = [names.claim(o) for o in unit.outputs]
         self.valid = [names.claim(f"{o}_valid") for o in self.outputs]
-        adaptive = [f"consequent_{k}" for k in range(len(unit.plan.states))]
-        self.states = [names.claim(s) for s in (*adaptive, *(f"held_{self.outputs[o]}" for o in unit.plan.held))]
+        self.numbers = [names.claim(member_name(n.name)) for n in unit.numbers]
+        self.consequents = [names.claim(f"consequent_{k}") for k in range(len(unit.consequents))]
+        self.slots = [names.claim(member_name(s.name)) for s in unit.slots]
+        self.flags = [names.claim(f"{s}_no") for s in self.slots] if unit.is_step else []
+        self.oldest = [
+            names.claim(f"{n}_oldest") if s.length > 1 else "" for n, s in zip(self.slots, unit.slots, strict=True)
+        ]
+        #: Slots that may hold no value, from the first step on or later.
+        self.missing = {k for k, s in enumerate(unit.slots) if math.isnan(s.start)}
+        if not unit.is_step and self.missing:
+            output = unit.outputs[unit.plan.held[min(self.missing)]]
+            raise CodegenError(
+                f"output '{output}' holds NaN at first, which Structured Text has no number for; write 'hold(VALUE)'"
+            )
         self.rates = with_prefix(map_expressions(unit.rates, quotient), "R") if unit.rates is not None else None
         if self.rates is not None and any(isinstance(s, Refuse) for s in self.rates.body):
             raise CodegenError("rates that may be refused are not written in Structured Text")
-        _require_first_values(unit)
 
     def text(self) -> str:
-        arguments = dict(zip(self.unit.evaluation.arguments, self.inputs, strict=True))
-        writer = self._writer(arguments, partial=bool(functions(self.unit.evaluation) & PARTIAL))
-        body = list(self._evaluation(writer))
-        if writer.undefined and not writer.partial:  # selections have to look for what has no value, too
-            writer = self._writer(arguments, partial=True)
+        unit = self.unit
+        partial = bool(functions(unit.program) & PARTIAL) or (unit.is_step and _holds_nan(unit.program))
+        while True:
+            before = (partial, len(self.missing))
+            partial = partial or bool(self.missing)
+            writer = self._writer(partial=partial)
             body = list(self._evaluation(writer))
+            partial = partial or writer.undefined  # selections have to look for what has no value, too
+            if (partial, len(self.missing)) == before:
+                break
         # Rates take the inputs as they are.
-        rates = STText(self.unit.precision, arguments, self.states, partial=True, infinite=set(arguments))
-        adapted = list(self._adaptation(rates)) if self.rates is not None else []
+        infinite = set(unit.program.arguments[: len(self.arguments)])
+        rates = STText(unit.precision, writer.names, partial=True, infinite=infinite)
+        adapted = list(self._adaptation(rates, self.rates)) if self.rates is not None else []
         head = [comment(line) if line else "" for line in self._head(writer)]
-        lines = [*head, f"FUNCTION_BLOCK {self.name}", *self._interface(writer)]
-        lines += [*self._variables([writer, rates]), *self._constants(writer)]
-        lines += ["", *body, *adapted, "END_FUNCTION_BLOCK"]
+        lines = [*head, f"FUNCTION_BLOCK {self.name}", *self._interface(writer), *self._variables([writer, rates])]
+        lines += [*self._constants(writer), "", *body, *adapted, "END_FUNCTION_BLOCK"]
         return "\n".join(broken(lines, INDENT)) + "\n"
 
-    def _writer(self, arguments: Mapping[str, str], *, partial: bool) -> STText:
-        infinite = {a for a, i in zip(arguments, self.unit.plan.inputs, strict=True) if i.extrapolate}
-        notes = {name: comments(own) for name, own in value_notes(self.unit).items()}
-        return STText(self.unit.precision, arguments, self.states, partial=partial, infinite=infinite, notes=notes)
+    def _place(self, k: int, name: str) -> str:
+        """Return the text of an entry of a slot, the oldest of a delay."""
+        return f"{name}[{self.oldest[k]}]" if self.oldest[k] else name
 
-    def _head(self, writer: STText) -> list[str]:
-        lines = [
-            *described(self.unit),
-            "",
-            "Where an output is not valid, it is 0: an input is NaN, or no rule gives it a value.",
-        ]
+    def _writer(self, *, partial: bool) -> STText:
+        own, unit = self.unit.program.arguments, self.unit
+        slots = [self._place(k, name) for k, name in enumerate(self.slots)]
+        names = dict(zip(own, [*self.arguments, *self.consequents, *slots, *self.numbers], strict=True))
+        missing = {f"s{k}": self._place(k, self.flags[k]) for k in self.missing}
+        extrapolated = [] if unit.is_step else [i.extrapolate for i in unit.plan.inputs]
+        infinite = {name for name, is_open in zip(own, extrapolated, strict=False) if is_open}
+        notes = {name: comments(note) for name, note in value_notes(unit).items()}
+        return STText(unit.precision, names, partial=partial, infinite=infinite, notes=notes, absent=missing)
+
+    def _head(self, writer: STText) -> Iterator[str]:
+        yield from (*described(self.unit), "")
+        if self.unit.is_step:
+            yield "Where an output is not valid, it is 0: no step was made, or nothing gives it a value."
+            positive = f" or {TIME} is not positive" if self.unit.takes_time else ""
+            yield f"Where an input is NaN or infinite{positive}, the state stays as it is."
+            if writer.partial:
+                yield "Functions are called only where they have a value; a quotient by 0 counts as the largest number."
+            return
+        yield "Where an output is not valid, it is 0: an input is NaN, or no rule gives it a value."
         if writer.partial:
-            lines.append(
-                "Nor is it where a function that it depends on has no value, such as the root of -1; functions are"
-            )
-            lines.append("called only where they have one, and a quotient by 0 counts as the largest number.")
+            yield "Nor is it where a function that it depends on has no value, such as the root of -1; functions are"
+            yield "called only where they have one, and a quotient by 0 counts as the largest number."
         if writer.undefined:
-            lines.append("Infinite inputs that are extrapolated may give a difference or a product without a value.")
-        if self.unit.plan.states:
-            lines.append("Adaptive consequents change by one Euler step of time_step seconds after each evaluation.")
-        return lines
+            yield "Infinite inputs that are extrapolated may give a difference or a product without a value."
+        if self.consequents:
+            yield "Adaptive consequents change by one Euler step of time_step seconds after each evaluation."
 
     def _interface(self, writer: STText) -> Iterator[str]:
         yield "VAR_INPUT"
-        for i, note in zip(self.inputs, argument_notes(self.unit), strict=True):
-            yield from (INDENT + line for line in comments([note]))
-            yield f"{INDENT}{i} : {writer.real};"
+        for name, note in zip(self.arguments, argument_notes(self.unit), strict=True):
+            yield from (INDENT + line for line in comments([note] if note else []))
+            yield f"{INDENT}{name} : {writer.real};"
+        for name, number, note in zip(self.numbers, self.unit.numbers, number_notes(self.unit), strict=True):
+            yield from (INDENT + line for line in comments([note] if note else []))
+            yield f"{INDENT}{name} : {writer.real} := {writer.number(number.start).strip('()')};"
         if self.rates is not None:
-            yield f"{INDENT}time_step : {writer.real} := {writer.number(0.0)};"
-        yield "END_VAR"
-        yield "VAR_OUTPUT"
-        for output, valid, note in zip(self.outputs, self.valid, result_notes(self.unit), strict=True):
-            yield from (INDENT + line for line in comments([note]))
-            yield from (f"{INDENT}{output} : {writer.real};", f"{INDENT}{valid} : BOOL;")
+            yield f"{INDENT}{TIME} : {writer.real} := {writer.number(0.0)};"
+        yield from ("END_VAR", "VAR_OUTPUT")
+        for name, valid, note in zip(self.outputs, self.valid, result_notes(self.unit), strict=True):
+            yield from (INDENT + line for line in comments([note] if note else []))
+            yield from (f"{INDENT}{name} : {writer.real};", f"{INDENT}{valid} : BOOL;")
         yield "END_VAR"
 
     def _variables(self, writers: Sequence[STText]) -> Iterator[str]:
+        real = writers[0].real
         yield "VAR"
-        for state, value in zip(self.states, self.unit.plan.initial_state, strict=True):
-            yield f"{INDENT}{state} : {writers[0].real} := {writers[0].number(value).strip('()')};"
+        for name, start in zip(self.consequents, self.unit.consequents, strict=True):
+            yield f"{INDENT}{name} : {real} := {writers[0].number(start).strip('()')};"
+        for k, (slot, note) in enumerate(zip(self.unit.slots, slot_notes(self.unit), strict=True)):
+            yield from (INDENT + line for line in comments([note] if self.unit.is_step else []))
+            yield from (INDENT + line for line in self._slot(writers[0], k, slot.length))
         if self.unit.refusals:
             yield f"{INDENT}refused : BOOL;"
         for kind, names in (
-            (writers[0].real, [n for w in writers for n in w.reals]),
+            (real, [n for w in writers for n in w.reals]),
             ("DINT", [n for w in writers for n in w.integers]),
             ("BOOL", [n for w in writers for n in w.flags]),
         ):
             yield from (f"{INDENT}{name} : {kind};" for name in dict.fromkeys(names))
         yield "END_VAR"
 
-    def _constants(self, writer: STText) -> Iterator[str]:
-        tables = [*self.unit.evaluation.tables, *(self.rates.tables if self.rates is not None else ())]
-        notes = table_notes(self.unit, self.unit.evaluation)
-        notes |= table_notes(self.unit, self.rates) if self.rates is not None else {}
-        yield from constants(writer, tables, notes)
+    def _slot(self, writer: STText, k: int, length: int) -> Iterator[str]:
+        start = self.unit.slots[k].start
+        value = writer.number(0.0 if math.isnan(start) else start).strip("()")
+        flag = f" := {'TRUE' if math.isnan(start) else 'FALSE'}"
+        if length == 1:
+            yield f"{self.slots[k]} : {writer.real} := {value};"
+            if k in self.missing:
+                yield f"{self.flags[k]} : BOOL{flag};"
+            return
+        yield f"{self.slots[k]} : ARRAY[0..{length - 1}] OF {writer.real} := [{length}({value})];"
+        if k in self.missing:
+            yield f"{self.flags[k]} : ARRAY[0..{length - 1}] OF BOOL := [{length}({flag.removeprefix(' := ')})];"
+        yield f"{self.oldest[k]} : DINT;"
 
-    def _numbers(self) -> str:
-        # IEEE 754: NaN is the only number that does not equal itself.
-        return " AND ".join(f"({i} = {i})" for i in self.inputs)
+    def _constants(self, writer: STText) -> Iterator[str]:
+        """Yield the declarations of constant tables, each behind its notes."""
+        programs = [self.unit.program, *([self.rates] if self.rates is not None else [])]
+        if not any(program.tables for program in programs):
+            return
+        yield "VAR CONSTANT"
+        for program in programs:
+            notes = table_notes(self.unit, program)
+            for name, values in program.tables:
+                yield from (INDENT + line for line in comments(notes[name]))
+                yield f"{INDENT}{name} : ARRAY[0..{len(values) - 1}] OF {writer.real} := ["
+                texts = [writer.number(v).strip("()") for v in values]
+                rows = [", ".join(texts[k : k + 8]) for k in range(0, len(texts), 8)]
+                yield ",\n".join(INDENT * 2 + row for row in rows) + "];"
+        yield "END_VAR"
+
+    def _guard(self, writer: STText) -> str:
+        if not self.unit.is_step:  # IEEE 754: NaN is the only number that does not equal itself
+            return " AND ".join(f"({a} = {a})" for a in self.arguments)
+        # False for NaN and for infinities.
+        largest = writer.number(LARGEST[self.unit.precision])
+        tests = [f"(ABS({a}) <= {largest})" for a in (*self.arguments, *self.numbers)]
+        tests += [f"({TIME} > {writer.number(0.0)})"] if self.unit.takes_time else []
+        return " AND ".join(tests) or "TRUE"
 
     def _evaluation(self, writer: STText) -> Iterator[str]:
         for output, valid in zip(self.outputs, self.valid, strict=True):
             yield from (f"{output} := {writer.number(0.0)};", f"{valid} := FALSE;")
         if self.unit.refusals:
             yield "refused := FALSE;"
-        yield f"IF {self._numbers()} THEN"
-        yield from writer.block(self.unit.evaluation.body, dict.fromkeys(self.unit.refusals, "refused := TRUE;"), 1)
+        yield f"IF {self._guard(writer)} THEN"
+        yield from writer.block(self.unit.program.body, dict.fromkeys(self.unit.refusals, "refused := TRUE;"), 1)
         depth = 1
         if self.unit.refusals:
             yield f"{INDENT}IF NOT refused THEN"
             depth = 2
-        pad = INDENT * depth
-        for k, (output, value) in enumerate(zip(self.outputs, self.unit.evaluation.results, strict=True)):
-            yield from result(writer, f"result{k}", value, output, self.valid[k], depth)
-        for entry, o in enumerate(self.unit.plan.held, start=len(self.unit.plan.states)):
-            yield f"{pad}IF {self.valid[o]} THEN"
-            yield f"{pad}{INDENT}{self.states[entry]} := {self.outputs[o]};"
-            yield f"{pad}END_IF;"
+        for k, (output, value) in enumerate(zip(self.outputs, self.unit.results, strict=True)):
+            yield from self._result(writer, f"result{k}", value, output, self.valid[k], depth)
+        yield from self._stores(writer, depth) if self.unit.is_step else self._holds(INDENT * depth)
         if self.unit.refusals:
             yield f"{INDENT}END_IF;"
         yield "END_IF;"
 
-    def _adaptation(self, writer: STText) -> Iterator[str]:
-        assert self.rates is not None
-        flat = self.unit.plan
-        yield f"IF {self._numbers()} AND (time_step > {writer.number(0.0)}) THEN"
-        yield from writer.block(self.rates.body, {}, 1)
-        for k, (o, _) in enumerate(flat.states):
-            output = flat.outputs[o]
-            yield from writer.assigned(f"rate{k}", self.rates.results[k], 1)
+    @staticmethod
+    def _result(writer: STText, name: str, value: Expr, output: str, valid: str, depth: int) -> Iterator[str]:
+        """Yield lines that compute a value and store it in an output, 0 where there is none."""
+        pad = INDENT * depth
+        yield from writer.assigned(name, value, depth)
+        writer.reals.append(name)
+        yield f"{pad}{output} := {name};"
+        missing = writer.missing(name)
+        yield f"{pad}{valid} := {'TRUE' if missing == 'FALSE' else f'NOT {missing}'};"
+        if missing != "FALSE":
+            yield from (f"{pad}IF {missing} THEN", f"{pad}{INDENT}{output} := {writer.number(0.0)};", f"{pad}END_IF;")
+
+    def _stores(self, writer: STText, depth: int) -> Iterator[str]:
+        """Yield lines that store the state; what is read of it is read before."""
+        pad = INDENT * depth
+        taken = []
+        for k, value in enumerate(self.unit.taken):
+            own = f"u{k}"
+            if isinstance(value, Number) and math.isfinite(value.value):
+                own = writer.number(value.value)
+            elif isinstance(value, Name) and value.name in writer.reals:
+                own = value.name
+            else:
+                yield from writer.assigned(own, value, depth)
+                writer.reals.append(own)
+            taken.append(own)
+        for k, (own, slot) in enumerate(zip(taken, self.unit.slots, strict=True)):
+            if writer.flag_of(own):
+                self.missing.add(k)
+            if k in self.missing:
+                yield f"{pad}{self._place(k, self.flags[k])} := {writer.flag_of(own) or 'FALSE'};"
+            yield f"{pad}{self._place(k, self.slots[k])} := {own};"
+            if slot.length > 1:
+                yield f"{pad}{self.oldest[k]} := ({self.oldest[k]} + 1) MOD {slot.length};"
+
+    def _holds(self, pad: str) -> Iterator[str]:
+        """Yield lines that keep the outputs of a system that hold their value."""
+        for slot, o in zip(self.slots, self.unit.plan.held, strict=True):
+            yield from (f"{pad}IF {self.valid[o]} THEN", f"{pad}{INDENT}{slot} := {self.outputs[o]};", f"{pad}END_IF;")
+
+    def _adaptation(self, writer: STText, rates: Program) -> Iterator[str]:
+        yield f"IF {self._guard(writer)} AND ({TIME} > {writer.number(0.0)}) THEN"
+        yield from writer.block(rates.body, {}, 1)
+        for k, (o, _) in enumerate(self.unit.plan.states):
+            output, state = self.unit.plan.outputs[o], self.consequents[k]
+            yield from writer.assigned(f"rate{k}", rates.results[k], 1)
             writer.reals.append(f"rate{k}")
             low, high = writer.number(output.lower), writer.number(output.upper)
-            step = f"LIMIT({low}, ({self.states[k]} + (time_step * rate{k})), {high})"
+            step = f"{state} := LIMIT({low}, ({state} + ({TIME} * rate{k})), {high});"
             if f"rate{k}_no" in writer.flags:
-                yield f"{INDENT}IF NOT rate{k}_no THEN"
-                yield f"{INDENT * 2}{self.states[k]} := {step};"
-                yield f"{INDENT}END_IF;"
+                yield from (f"{INDENT}IF NOT rate{k}_no THEN", f"{INDENT * 2}{step}", f"{INDENT}END_IF;")
             else:
-                yield f"{INDENT}{self.states[k]} := {step};"
+                yield f"{INDENT}{step}"
         yield "END_IF;"
+
+
+def _holds_nan(program: Program) -> bool:
+    """Return whether NaN is written in a program."""
+    return any(isinstance(n, Number) and math.isnan(n.value) for e in expressions(program) for n in walk(e))

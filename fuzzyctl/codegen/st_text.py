@@ -28,7 +28,6 @@ from fuzzyctl.codegen.unit import Precision
 from fuzzyctl.expr import Binary, Call, Compare, Expr, Logic, Name, Negate, Number, Where, children, replace, walk
 from fuzzyctl.kernels.program.primitives import ALIASES, PRIMITIVES
 from fuzzyctl.kernels.program.program import (
-    STATE,
     Accumulate,
     Assign,
     Fold,
@@ -53,7 +52,6 @@ class STText:
     Args:
         precision: Type of numbers.
         names: Identifiers of the program's arguments.
-        states: Identifiers of the entries of the state.
         partial: Whether functions are called that have no value somewhere.
         infinite: Names of the program that may be infinite; arithmetic with them may have no value.
         undefined: Whether there is such arithmetic.
@@ -66,7 +64,6 @@ class STText:
 
     precision: Precision
     names: Mapping[str, str]
-    states: Sequence[str] = ()
     partial: bool = False
     infinite: set[str] = field(default_factory=set)
     undefined: bool = False
@@ -263,10 +260,6 @@ class STText:
         return own.st.format(*texts, zero=self.number(0.0), one=self.number(1.0))
 
     def _item(self, array: str, index: int | str | Place) -> str:
-        if array == STATE:
-            if not isinstance(index, int):
-                raise CodegenError("a computed position in the state cannot be printed")
-            return self.states[index]
         if isinstance(index, Place):
             return f"{array}[{index.name} + {index.steps}]" if index.steps else f"{array}[{index.name}]"
         return f"{array}[{index}]"

@@ -1,26 +1,21 @@
-"""Unit of code generation: one system with its programs, proved bounds and source."""
+"""Unit of code generation: a system, or the step of a controller, as a program with names, bounds and source."""
 
 from __future__ import annotations
 
-import hashlib
-import re
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Final, Literal
 
-from fuzzyctl import __version__
-from fuzzyctl.analysis.bounds import OutputBound, output_bounds
-from fuzzyctl.analysis.verdicts import Proved, Refuted, Undecided, Verdict
-from fuzzyctl.codegen.rounding_text import at_most
-from fuzzyctl.codegen.simplify import lean
-from fuzzyctl.codegen.table import Tabulated, tabulated
-from fuzzyctl.codegen.wrapping import folded
-from fuzzyctl.formats.fz import semantics_text
-from fuzzyctl.kernels.algorithms.select import Algorithm, algorithm_of
-from fuzzyctl.kernels.inference import inference
-from fuzzyctl.kernels.plan.build import Plan, plan
+from fuzzyctl.analysis.bounds import OutputBound
+from fuzzyctl.analysis.verdicts import Verdict
+from fuzzyctl.codegen.table import Tabulated
+from fuzzyctl.expr import Expr
+from fuzzyctl.kernels.algorithms.select import Algorithm
+from fuzzyctl.kernels.plan.build import Plan
+from fuzzyctl.kernels.plan.equations import DT, Equations
 from fuzzyctl.kernels.program.program import Program, Refuse
+from fuzzyctl.model.controller import Controller
 from fuzzyctl.model.system import FuzzySystem
 
 Precision = Literal["float", "double"]
@@ -30,55 +25,167 @@ Precision = Literal["float", "double"]
 TOLERANCE: Final[Mapping[Precision, float]] = {"double": 1e-12, "float": 1e-4}
 
 
-#: Most numbers of the tables of rules that can act where memory is small: 32 kB in double precision.
-MOST_NUMBERS: Final = 4096
-#: Most coefficients of all cells, 2^n for each of n inputs, where memory is small: 4 kB in double precision.
-MOST_COEFFICIENTS: Final = 512
-
-
 @dataclass(frozen=True)
-class Unit:
-    """One system to be written.
+class Evaluated:
+    """A system that generated text evaluates.
 
     Args:
         system: The system, its params set.
-        digest: SHA-256 of the text of its rule file.
-        settings: Params that were set by hand.
         algorithm: How it is evaluated; for a table, interpolation of the table.
-        bounds: What is proved of its outputs, by name; those of a table hold for the table too.
         table: The lookup table that takes its place, None for the system itself.
-        precision: Type of its numbers.
-        verdicts: What is known of its guarantees.
     """
 
     system: FuzzySystem
-    digest: str
-    settings: tuple[tuple[str, float], ...]
     algorithm: Algorithm
-    bounds: Mapping[str, OutputBound] = field(hash=False)
     table: Tabulated | None = None
-    precision: Precision = "double"
-    verdicts: Sequence[Verdict] = field(default=(), hash=False)
 
     @property
     def plan(self) -> Plan:
         """The plan of the system."""
         return self.algorithm.plan
 
-    @cached_property
-    def evaluation(self) -> Program:
-        """The program for one point whose inputs are no NaN."""
-        return lean(self.algorithm.printed)
 
-    @cached_property
-    def rates(self) -> Program | None:
-        """The program for dC/dt of adaptive consequents, None where nothing adapts."""
-        return lean(inference.rates(self.plan)) if self.plan.states else None
+@dataclass(frozen=True)
+class Slot:
+    """A part of the state.
+
+    Args:
+        name: That of its state, or of the delay.
+        start: What it holds before the first step.
+        length: The numbers that it holds; more than one for a delay line, whose oldest number is read.
+    """
+
+    name: str
+    start: float
+    length: int = 1
+
+
+@dataclass(frozen=True)
+class Unit:
+    """A block to be written: a system, or a controller, which is written as its step.
+
+    A system is a step without time. Its slots are outputs that hold their value where no rule fires; adaptive
+    consequents are read, and change by their rates.
+
+    Args:
+        block: The block, its params set.
+        digest: SHA-256 of the text of its rule file.
+        settings: Params that were set by hand.
+        program: Its step for inputs that are no NaN. Arguments are the inputs, `dt` where there is no period, the
+            adaptive consequents, what the slots give and the free numbers; results are the outputs and what the slots
+            of a controller take.
+        systems: The systems that it evaluates, each with other params on its own; a system itself.
+        slots: The state.
+        numbers: Free numbers, which the caller gives; their starts are what the file says.
+        step: What a controller computes, None for a system.
+        rates: The program for dC/dt of adaptive consequents, None where nothing adapts.
+        bounds: What is proved of the outputs of a system, by name; those of a table hold for the table too.
+        precision: Type of its numbers.
+        values: Names of equations by the names of their values in the program.
+        verdicts: What is known of its guarantees.
+    """
+
+    block: FuzzySystem | Controller
+    digest: str
+    settings: tuple[tuple[str, float], ...]
+    program: Program
+    systems: tuple[Evaluated, ...]
+    slots: tuple[Slot, ...] = ()
+    numbers: tuple[Slot, ...] = ()
+    step: Equations | None = None
+    rates: Program | None = None
+    bounds: Mapping[str, OutputBound] = field(default_factory=dict, hash=False)
+    precision: Precision = "double"
+    values: Mapping[str, str] = field(default_factory=dict, hash=False)
+    verdicts: Sequence[Verdict] = field(default=(), hash=False)
+
+    @property
+    def system(self) -> FuzzySystem:
+        """The system that is written."""
+        return self.systems[0].system
+
+    @property
+    def controller(self) -> Controller:
+        """The controller that is written."""
+        assert isinstance(self.block, Controller), "a system is no controller"
+        return self.block
+
+    @property
+    def equations(self) -> Equations:
+        """What the controller computes."""
+        assert self.step is not None, "a system has no equations"
+        return self.step
+
+    @property
+    def algorithm(self) -> Algorithm:
+        """How the system is evaluated."""
+        return self.systems[0].algorithm
+
+    @property
+    def plan(self) -> Plan:
+        """The plan of the system."""
+        return self.systems[0].plan
+
+    @property
+    def table(self) -> Tabulated | None:
+        """The lookup table that takes the place of the system."""
+        return self.systems[0].table if self.step is None else None
+
+    @property
+    def is_step(self) -> bool:
+        """Whether it is the step of a controller."""
+        return self.step is not None
+
+    @property
+    def period(self) -> float | None:
+        """The sample time of a controller [s]."""
+        return self.step.period if self.step is not None else None
+
+    @property
+    def takes_time(self) -> bool:
+        """Whether the time since the step before is an argument."""
+        return self.step is not None and self.step.period is None
+
+    @property
+    def inputs(self) -> tuple[str, ...]:
+        """The names of the inputs."""
+        return self.step.inputs if self.step is not None else tuple(i.name for i in self.plan.inputs)
+
+    @property
+    def arguments(self) -> tuple[str, ...]:
+        """The names of what a step takes: the inputs, and `dt` where there is no period."""
+        return (*self.inputs, *((DT,) if self.takes_time else ()))
+
+    @property
+    def outputs(self) -> tuple[str, ...]:
+        """The names of the outputs."""
+        named = self.plan.outputs if self.step is None else self.controller.results
+        return tuple(o.name for o in named)
+
+    @property
+    def consequents(self) -> tuple[float, ...]:
+        """What the adaptive consequents of a system begin with."""
+        return () if self.is_step else tuple(self.plan.initial_state[: len(self.plan.states)])
+
+    @property
+    def has_state(self) -> bool:
+        """Whether it keeps a state."""
+        return bool(self.slots or self.consequents)
+
+    @property
+    def results(self) -> tuple[Expr, ...]:
+        """What the outputs are."""
+        return self.program.results[: len(self.outputs)]
+
+    @property
+    def taken(self) -> tuple[Expr, ...]:
+        """What the slots of a controller take."""
+        return self.program.results[len(self.outputs) :]
 
     @cached_property
     def refusals(self) -> tuple[str, ...]:
-        """Outputs that refuse where no rule fires: those with `else error`."""
-        return tuple(s.output for s in self.evaluation.body if isinstance(s, Refuse))
+        """Outputs of systems that refuse where no rule fires: those with `else error`."""
+        return tuple(dict.fromkeys(s.output for s in self.program.body if isinstance(s, Refuse)))
 
     def scale(self, position: int) -> float:
         """Return the largest magnitude of an output, what tolerances are relative to."""
@@ -97,134 +204,3 @@ class Unit:
             precision: Of the target's numbers, where it is not what their type promises.
         """
         return TOLERANCE[precision or self.precision] * self.scale(position)
-
-
-def prepare(
-    system: FuzzySystem,
-    text: str,
-    *,
-    settings: Mapping[str, float] | None = None,
-    algorithm: str = "auto",
-    precision: Precision = "double",
-    table: int | None = None,
-    small: bool = False,
-    verdicts: Sequence[Verdict] = (),
-) -> Unit:
-    """Plan a system for code generation.
-
-    Args:
-        system: A checked system with its params set.
-        text: The text of its rule file.
-        settings: Params that were set, for the record.
-        algorithm: One of `kernels.algorithm.ALGORITHMS`.
-        precision: Type of its numbers.
-        table: Points along each input of a lookup table to write instead.
-        small: Whether the target has little memory, so that large tables are left out where none were asked for, and
-            values are stored instead of the coefficients of many cells.
-        verdicts: What is known of its guarantees, for the record.
-
-    Raises:
-        ArgumentError: For interpolation of a system that does not interpolate.
-        CodegenError: For a lookup table of a system that has none, or whose error has no bound.
-    """
-    chosen = algorithm_of(plan(system), algorithm)
-    chosen = for_small(chosen, algorithm) if small else chosen
-    found = tabulated(chosen, table) if table is not None else None
-    if found is not None:
-        most = chosen.most_coefficients
-        chosen = Algorithm(chosen.plan, found.grid, f"a table of {table} points along each input")
-        chosen = replace(chosen, most_coefficients=most)
-    return Unit(
-        system=system,
-        digest=hashlib.sha256(text.encode("utf-8")).hexdigest(),
-        settings=tuple((settings or {}).items()),
-        algorithm=chosen,
-        bounds=output_bounds(system),
-        table=found,
-        precision=precision,
-        verdicts=tuple(verdicts),
-    )
-
-
-def for_small(chosen: Algorithm, wanted: str) -> Algorithm:
-    """Return an algorithm as it is written where memory is small.
-
-    Args:
-        chosen: The algorithm.
-        wanted: What was asked for; large tables are left out for "auto" only.
-    """
-    if wanted == "auto" and chosen.name == "active":
-        numbers = sum(len(values) for _, values in chosen.printed.tables)
-        if numbers > MOST_NUMBERS:
-            reason = (
-                f"those that can act would take {numbers:,} numbers; algorithm 'active' looks them up, and is faster"
-            )
-            chosen = Algorithm(chosen.plan, None, reason)
-    return replace(chosen, most_coefficients=MOST_COEFFICIENTS)
-
-
-def described(unit: Unit) -> list[str]:
-    """Return what stands at the head of generated text, line by line, in one line's characters."""
-    system, flat = unit.system, unit.plan
-    lines = [f"{system.name}: {system.title}" if system.title else system.name]
-    if system.citation:
-        lines.append(f"Source: {system.citation}")
-    lines += ["", f"Generated by fuzzyctl {__version__}; change the rule file, not this file."]
-    lines.append(f"Rule file: SHA-256 {unit.digest}")
-    lines += [f"Param set: {name} = {value!r}" for name, value in unit.settings]
-    lines.append(f"Semantics profile: {semantics_text(system.method.semantics)}")
-    lines.append(f"Algorithm: {unit.algorithm.name}; {unit.algorithm.reason}")
-    lines += ["", "Inputs; values outside the range count as its nearer end:"]
-    for variable, planned in zip(system.inputs, flat.inputs, strict=True):
-        tail = ", extrapolated" if planned.extrapolate else ""
-        lines.append(f"  {variable.name}{_titled(variable.label)}: {_range(planned.lower, planned.upper)}")
-        lines[-1] += f"{_unit(variable.unit)}{tail}"
-    lines.append("Outputs:")
-    for k, declared in enumerate(system.outputs):
-        bound, out = unit.bounds[declared.name], flat.outputs[k]
-        lines.append(
-            f"  {declared.name}{_titled(declared.label)}: {_range(out.lower, out.upper)}{_unit(declared.unit)}"
-        )
-        lines[-1] += f"; proved: {bound.lo!r} <= {declared.name} <= {bound.hi!r} for all inputs"
-    lines += guarantees(unit.verdicts, "system itself, before tables and rounding")
-    if unit.table is not None:
-        lines.append("Proved error of the table, beside rounding of the arithmetic:")
-        errors = zip(system.outputs, unit.table.errors, strict=True)
-        lines += [
-            f"  |{o.name} - exact {o.name}| <= {at_most(e)} for all inputs; {unit.table.proof}" for o, e in errors
-        ]
-    return list(folded([printable(line) for line in lines]))
-
-
-def guarantees(verdicts: Sequence[Verdict], of: str) -> Iterator[str]:
-    """Yield the lines of generated text about guarantees, which are decided for the block that `of` describes."""
-    if verdicts:
-        yield f"Guarantees of the rule file, decided for the {of}:"
-    for verdict in verdicts:
-        match verdict:
-            case Proved(note=note):
-                pass
-            case Refuted(witness=witness, note=more):
-                note = "; ".join(filter(None, (str(witness), more)))
-            case Undecided(reason=reason):
-                note = reason
-        yield f"  {type(verdict).__name__.lower()}: {verdict.claim}{f' ({note})' if note else ''}"
-
-
-def printable(text: str) -> str:
-    """Return a text as a line of a comment may hold it: nothing that breaks the line or, in C, joins it to the next."""
-    text = re.sub(r"[\x00-\x1f\x7f\x85\u2028\u2029]+", " ", text)
-    text = re.sub(r"[\u061c\u200e\u200f\u202a-\u202e\u2066-\u2069]", "", text)  # what turns the direction of writing
-    return re.sub(r"\?(?=\?)", "? ", text).replace("\\", "/").rstrip()
-
-
-def _titled(title: str) -> str:
-    return f" ({title})" if title else ""
-
-
-def _range(lower: float, upper: float) -> str:
-    return f"[{lower!r}, {upper!r}]"
-
-
-def _unit(unit: str) -> str:
-    return f" {unit}" if unit else ""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import random
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from itertools import islice, product
 from typing import Any, Final
 
@@ -15,7 +15,7 @@ from fuzzyctl.analysis.degrees import breakpoints
 from fuzzyctl.codegen.c_text import single
 from fuzzyctl.codegen.errors import CodegenError
 from fuzzyctl.codegen.single_precision import LANES, Numbers, Roundings, nearest
-from fuzzyctl.codegen.unit import Unit
+from fuzzyctl.codegen.unit import TOLERANCE, Precision, Unit
 from fuzzyctl.diagnostics.diagnostic import NoRuleFiresError
 from fuzzyctl.expr import Compare, Expr, Number
 from fuzzyctl.kernels.backends.python import backend as python_backend
@@ -49,6 +49,30 @@ class Vector:
     inputs: tuple[float, ...]
     outputs: tuple[float, ...]
     refused: str = ""
+
+
+@dataclass
+class Expected:
+    """Vectors of a self-test.
+
+    Args:
+        scales: What errors of each output are relative to, then of each slot of a controller.
+        anywhere: Vectors that hold wherever `double` has 32 bits only, too, or is not used there.
+        here: Further ones.
+    """
+
+    scales: Sequence[float]
+    anywhere: list[Vector] = field(default_factory=list)
+    here: list[Vector] = field(default_factory=list)
+
+    @property
+    def vectors(self) -> list[Vector]:
+        """All vectors."""
+        return [*self.anywhere, *self.here]
+
+    def tolerance(self, output: int, precision: Precision) -> float:
+        """Return the largest error of an output that a self-test allows: what rounding may make of it."""
+        return TOLERANCE[precision] * self.scales[output]
 
 
 def vectors(unit: Unit, *, seed: int = 1) -> list[Vector]:
@@ -86,10 +110,10 @@ def _narrowed(unit: Unit) -> Reference | None:
 
     Adaptive integrals have none either: only JavaScript has them, whose numbers are always double.
     """
-    if any(isinstance(s, Quadrature) for s in unit.evaluation.body):
+    if any(isinstance(s, Quadrature) for s in unit.program.body):
         return None
     try:
-        for _, values in unit.evaluation.tables:
+        for _, values in unit.program.tables:
             for value in filter(math.isfinite, values):
                 single(value)
         return Reference(replace(unit, precision="float"))
@@ -228,7 +252,7 @@ class _Single:
 
     def __init__(self, unit: Unit) -> None:
         self.unit = unit
-        self._evaluate = Roundings(unit.evaluation)
+        self._evaluate = Roundings(unit.program)
         self._rates = Roundings(unit.rates) if unit.rates is not None else None
         self._state = [np.full((1, LANES), single(v)) for v in unit.plan.initial_state]
         self._next = self._state

@@ -7,8 +7,9 @@ import re
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
-from fuzzyctl.codegen.steps.javascript_source import StepJavaScriptLayout
-from fuzzyctl.codegen.steps.unit import StepUnit, ends
+from fuzzyctl.codegen.comments import ends
+from fuzzyctl.codegen.javascript_source import JavaScriptLayout
+from fuzzyctl.codegen.unit import Unit
 from fuzzyctl.expr import Expr, Name
 from fuzzyctl.kernels.plan.equations import Evaluation
 from fuzzyctl.kernels.plan.expansion import STARTED
@@ -31,10 +32,10 @@ TIME_DIGITS: Final = 9
 _OPERATOR: Final = re.compile(r"(?:(.+)\.)?\w+#\d+(?:\.(\w+))?")
 
 
-def controller_data(unit: StepUnit) -> dict[str, Any]:
+def controller_data(unit: Unit) -> dict[str, Any]:
     """Return what is shown of a controller, without proofs, which take numpy."""
     controller = unit.controller
-    layout = StepJavaScriptLayout(unit)
+    layout = JavaScriptLayout(unit)
     return {
         "kind": "controller",
         "name": controller.name,
@@ -52,13 +53,13 @@ def controller_data(unit: StepUnit) -> dict[str, Any]:
     }
 
 
-def _signal(unit: StepUnit, signal: Signal) -> dict[str, Any]:
+def _signal(unit: Unit, signal: Signal) -> dict[str, Any]:
     """Return what is shown of an input or output; None for an end that its range does not have."""
     lower, upper = (end if math.isfinite(end) else None for end in ends(unit, signal.bounds))
     return {"name": signal.name, "label": signal.label, "unit": signal.unit, "lower": lower, "upper": upper}
 
 
-def _states(unit: StepUnit, layout: StepJavaScriptLayout) -> dict[str, str]:
+def _states(unit: Unit, layout: JavaScriptLayout) -> dict[str, str]:
     """Return for each member of the state its label, or the operator or call that keeps it, as it is written."""
     kept = {s.name: s.span for s in unit.equations.states}
     called = {s for e in unit.equations.body if isinstance(e, Evaluation) for s in e.states}

@@ -17,9 +17,6 @@ from fuzzyctl import __version__
 from fuzzyctl.analysis.work import written
 from fuzzyctl.codegen import javascript_parts, javascript_source
 from fuzzyctl.codegen.javascript_source import JavaScriptLayout
-from fuzzyctl.codegen.steps import javascript_source as step_source
-from fuzzyctl.codegen.steps.javascript_source import StepJavaScriptLayout
-from fuzzyctl.codegen.steps.unit import StepUnit
 from fuzzyctl.codegen.unit import Unit
 from fuzzyctl.diagnostics.diagnostic import Diagnostic
 from fuzzyctl.diagnostics.terminal import printable
@@ -82,17 +79,16 @@ def system_section(facts: SystemFacts) -> Section:
     return Section(data, _expression(modules, f"{own}, ...parts"))
 
 
-def controller_section(data: dict[str, Any], unit: StepUnit) -> Section:
+def controller_section(data: dict[str, Any], unit: Unit) -> Section:
     """Return the section of a controller.
 
     Raises:
         CodegenError: For a controller that JavaScript cannot compute.
     """
-    layout = StepJavaScriptLayout(unit)
+    layout = JavaScriptLayout(unit)
     start = f"system.{layout.name}_init" if layout.has_state else "null"
-    return Section(
-        data, _expression([("system", step_source.module(unit))], f"step: system.{layout.name}_step, start: {start}")
-    )
+    own = f"step: system.{layout.function}, start: {start}"
+    return Section(data, _expression([("system", javascript_source.module(unit))], own))
 
 
 def _expression(modules: Sequence[tuple[str, str]], result: str) -> str:

@@ -15,10 +15,8 @@ from typing import Any, Final
 from fuzzyctl.analysis.prove import quickly, refutation
 from fuzzyctl.analysis.verdicts import Refuted
 from fuzzyctl.codegen.errors import CodegenError
+from fuzzyctl.codegen.prepare import prepare, prepare_step
 from fuzzyctl.codegen.sources import sources
-from fuzzyctl.codegen.steps.sources import step_sources
-from fuzzyctl.codegen.steps.unit import prepare_step
-from fuzzyctl.codegen.unit import prepare
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError, FuzzyctlError
 from fuzzyctl.diagnostics.source import SourceText, Span
 from fuzzyctl.diagnostics.suggestions import counted
@@ -263,7 +261,7 @@ def _export(document: Document, asked: _Data) -> _Data:
 def _files(block: FuzzySystem | Controller, text: str, target: str) -> dict[str, str]:
     """Return the files of a block, without the self-tests, whose numbers take numpy."""
     if isinstance(block, Controller):
-        return step_sources(prepare_step(block, text), target)
+        return sources(prepare_step(block, text), target)
     return sources(prepare(block, text, verdicts=quickly(block)[0]), target)
 
 

@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 
 from fuzzyctl import loads
 from fuzzyctl.codegen.files import generate
-from fuzzyctl.codegen.unit import prepare
+from fuzzyctl.codegen.prepare import prepare
 from tests.bench.workloads import WORKLOADS, Workload
 
 POINTS: Final = 20_000

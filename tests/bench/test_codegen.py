@@ -15,7 +15,7 @@ import pytest
 
 from fuzzyctl import load
 from fuzzyctl.codegen.files import generate
-from fuzzyctl.codegen.unit import prepare
+from fuzzyctl.codegen.prepare import prepare
 
 RULES = Path(__file__).parents[2] / "rules"
 BY_HAND = Path(__file__).with_name("immune.c")

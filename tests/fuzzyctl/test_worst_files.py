@@ -29,7 +29,7 @@ from fuzzyctl.cli.main import main
 from fuzzyctl.cli.page import _add
 from fuzzyctl.codegen.errors import CodegenError
 from fuzzyctl.codegen.javascript_source import module
-from fuzzyctl.codegen.unit import prepare
+from fuzzyctl.codegen.prepare import prepare
 from fuzzyctl.diagnostics.diagnostic import Diagnostic
 from fuzzyctl.diagnostics.source import SourceText, Span
 from fuzzyctl.explain.trace import _Contributions

@@ -17,9 +17,7 @@ from fuzzyctl.codegen.fmu.calls import controller_model, tunable
 from fuzzyctl.codegen.fmu.description import model_description, page
 from fuzzyctl.codegen.fmu.model_header import model_header
 from fuzzyctl.codegen.fmu.plants import plant_model
-from fuzzyctl.codegen.steps.files import generate_step
-from fuzzyctl.codegen.steps.unit import prepare_step
-from fuzzyctl.codegen.unit import prepare
+from fuzzyctl.codegen.prepare import prepare, prepare_step
 
 HERE = Path(__file__).parent / "codegen"
 RULES = Path(__file__).parents[2] / "rules"
@@ -62,7 +60,7 @@ def generated(case):
     if case in STEPS:
         target, options = STEPS[case]
         unit = prepare_step(load_controller(VALVE), VALVE.read_text(encoding="utf-8"), **options)
-        return without_version(unit, generate_step(unit, target).files)
+        return without_version(unit, generate(unit, target).files)
     rules, target, form, options = CASES[case]
     path = RULES / f"{rules}.fz"
     system = load(path)

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from fuzzyctl.codegen import python_source
 from fuzzyctl.codegen.errors import CodegenError
 from fuzzyctl.codegen.files import generate
-from fuzzyctl.codegen.unit import prepare
+from fuzzyctl.codegen.prepare import prepare
 from fuzzyctl.codegen.vectors import vectors
 from tests.fuzzyctl.codegen.conftest import run_selftests
 from tests.fuzzyctl.codegen.structured_text import differences

@@ -12,7 +12,7 @@ from fuzzyctl.codegen import table_error
 from fuzzyctl.codegen.errors import CodegenError
 from fuzzyctl.codegen.fixed import fixed_point
 from fuzzyctl.codegen.fixed_format import Format
-from fuzzyctl.codegen.unit import prepare
+from fuzzyctl.codegen.prepare import prepare
 from fuzzyctl.codegen.vectors import Reference
 from fuzzyctl.kernels.compile import compile as compile_system
 from tests.properties.around import points_around

@@ -6,12 +6,10 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 from fuzzyctl.codegen import c_source
 from fuzzyctl.codegen.c_layout import CLayout
+from fuzzyctl.codegen.comments import described
 from fuzzyctl.codegen.errors import CodegenError
 from fuzzyctl.codegen.fmu.model import USUAL_STEP, Model, Variable, c_text, closed_range, near_zero
-from fuzzyctl.codegen.steps import c_source as step_source
-from fuzzyctl.codegen.steps.c_layout import StepLayout
-from fuzzyctl.codegen.steps.unit import StepUnit, described_step
-from fuzzyctl.codegen.unit import Unit, described
+from fuzzyctl.codegen.unit import Unit
 from fuzzyctl.diagnostics.diagnostic import ArgumentError
 from fuzzyctl.expr import Expr, Name, names_in
 from fuzzyctl.kernels.plan.equations import Evaluation
@@ -37,8 +35,7 @@ def system_model(unit: Unit) -> Model:
     bounds = [unit.bounds[v.name] for v in system.outputs]
     outputs = [Variable(v.name, 0.0, b.lo, b.hi, v.unit, v.label) for v, b in zip(system.outputs, bounds, strict=True)]
     given = [f"{_cast(layout)}model->value[{1 + k}]" for k in range(len(inputs))]
-    state = ["&model->memory"] if layout.states else []
-    lines = [*call_lines(layout, layout.name, [*given, *state], _values(1 + len(inputs), outputs))]
+    lines = [*call_lines(layout, layout.call("&model->memory", "", given), _values(1 + len(inputs), outputs))]
     adapts = [f"{layout.name}_adapt(&model->memory, {', '.join(given)}, {_cast(layout)}dt);"]
     return Model(
         name=layout.name,
@@ -50,14 +47,14 @@ def system_model(unit: Unit) -> Model:
         params=(),
         constants=[_param(p, values) for p in system.params if p.name in values],
         sources={f"{layout.name}.h": c_source.header(unit), f"{layout.name}.c": c_source.source(unit)},
-        memory=f"{layout.name}_state memory;" if layout.states else "",
-        begin=[f"{layout.name}_init(&model->memory);"] if layout.states else ["(void)model;"],
+        memory=f"{layout.name}_state memory;" if unit.has_state else "",
+        begin=[f"{layout.name}_init(&model->memory);"] if unit.has_state else ["(void)model;"],
         make=[*lines, *(adapts if unit.plan.states else ["(void)dt;"]), "return NULL;"],
         preview=0.0,
     )
 
 
-def controller_model(unit: StepUnit) -> Model:
+def controller_model(unit: Unit) -> Model:
     """Return the model of a controller; free numbers are its params.
 
     Args:
@@ -66,37 +63,36 @@ def controller_model(unit: StepUnit) -> Model:
     Raises:
         CodegenError: For a name that begins as those of the standard, and a free param that the period depends on.
     """
-    layout, controller, period = StepLayout(unit), unit.controller, unit.equations.period
+    layout, controller, period = CLayout(unit), unit.controller, unit.period
     values, fixed = controller.param_values.values, _of_period(controller)
     for number in (n for n in unit.numbers if n.name in fixed):
         raise CodegenError(f"the period depends on '{number.name}', which so cannot be free")
     inputs = [signal_variable(s, values) for s in controller.inputs]
     outputs = [signal_variable(s, values) for s in controller.results]
     params, constants = params_of(unit)
-    lines, arguments = param_lines(layout, 1 + len(inputs) + len(outputs))
-    arguments = [*(["&model->memory"] if layout.members else []), *arguments]
-    arguments += [f"{_cast(layout)}{value}" for value in _values(1, inputs)]
-    arguments += [f"{_cast(layout)}dt"] if period is None else []
-    lines += call_lines(layout, f"{layout.name}_step", arguments, _values(1 + len(inputs), outputs))
+    given = [f"{_cast(layout)}{value}" for value in _values(1, inputs)]
+    arguments = layout.call("&model->memory", "&params", [*given, *([f"{_cast(layout)}dt"] if period is None else [])])
+    lines = param_lines(layout, 1 + len(inputs) + len(outputs))
+    lines += call_lines(layout, arguments, _values(1 + len(inputs), outputs))
     return Model(
         name=layout.name,
         block=controller.name,
         title=controller.title,
-        about=described_step(unit),
+        about=described(unit),
         inputs=inputs,
         outputs=outputs,
         params=params,
         constants=constants,
-        sources={f"{layout.name}.h": step_source.header(unit), f"{layout.name}.c": step_source.source(unit)},
-        memory=f"{layout.name}_state memory;" if layout.members else "",
-        begin=[f"{layout.name}_init(&model->memory);"] if layout.members else ["(void)model;"],
+        sources={f"{layout.name}.h": c_source.header(unit), f"{layout.name}.c": c_source.source(unit)},
+        memory=f"{layout.name}_state memory;" if unit.has_state else "",
+        begin=[f"{layout.name}_init(&model->memory);"] if unit.has_state else ["(void)model;"],
         make=[*lines, *(["(void)dt;"] if period is not None else []), "return NULL;"],
         preview=USUAL_STEP if period is None else period,
         period=period,
     )
 
 
-def params_of(unit: StepUnit) -> tuple[list[Variable], list[Variable]]:
+def params_of(unit: Unit) -> tuple[list[Variable], list[Variable]]:
     """Return the free params, and those that are constants; what is computed from free ones is neither."""
     controller, free = unit.controller, [n.name for n in unit.numbers]
     values, known = controller.param_values.values, {p.name: p for p in controller.params}
@@ -105,15 +101,15 @@ def params_of(unit: StepUnit) -> tuple[list[Variable], list[Variable]]:
     return params, [_param(p, values) for p in fixed]
 
 
-def param_lines(layout: StepLayout, first: int) -> tuple[list[str], list[str]]:
-    """Return the lines of C that gather the free numbers, and the arguments that hand them over.
+def param_lines(layout: CLayout, first: int) -> list[str]:
+    """Return the lines of C that gather the free numbers.
 
     Args:
         layout: That of the step.
         first: Reference of the first of them.
     """
     numbers = ", ".join(f"{_cast(layout)}model->value[{first + k}]" for k in range(len(layout.numbers)))
-    return ([f"const {layout.name}_params params = {{{numbers}}};"], ["&params"]) if numbers else ([], [])
+    return [f"const {layout.name}_params params = {{{numbers}}};"] if numbers else []
 
 
 def tunable(controller: Controller) -> tuple[str, ...]:
@@ -161,14 +157,11 @@ def signal_variable(signal: Signal, values: Mapping[str, float]) -> Variable:
     return Variable(signal.name, near_zero(lower, upper), lower, upper, signal.unit, signal.label)
 
 
-def call_lines(
-    layout: CLayout | StepLayout, function: str, arguments: Sequence[str], targets: Sequence[str]
-) -> Iterator[str]:
+def call_lines(layout: CLayout, arguments: Sequence[str], targets: Sequence[str]) -> Iterator[str]:
     """Yield the lines of C that call a function, take its results, and return why there are none.
 
     Args:
         layout: That of the function.
-        function: Its name.
         arguments: Texts of its arguments without those for its results.
         targets: Texts of what takes each result.
     """
@@ -179,7 +172,7 @@ def call_lines(
     if refusals:
         yield f"{layout.name}_status status = {layout.status()};"
         arguments.append("&status")
-    call = f"{function}({', '.join(arguments)})"
+    call = f"{layout.function}({', '.join(arguments)})"
     yield f"{call};" if layout.many else f"{targets[0]} = {call};"
     if layout.many:
         yield from (f"{target} = outputs.{o};" for target, o in zip(targets, layout.outputs, strict=True))
@@ -193,5 +186,5 @@ def _values(first: int, variables: Sequence[Variable]) -> list[str]:
     return [f"model->value[{first + k}]" for k in range(len(variables))]
 
 
-def _cast(layout: CLayout | StepLayout) -> str:
+def _cast(layout: CLayout) -> str:
     return "(float)" if layout.real == "float" else ""

@@ -7,8 +7,8 @@ from collections.abc import Iterable, Iterator
 
 from fuzzyctl.codegen.c_source import comment
 from fuzzyctl.codegen.c_text import INDENT
+from fuzzyctl.codegen.comments import printable
 from fuzzyctl.codegen.fmu.model import Model, Variable, c_text
-from fuzzyctl.codegen.unit import printable
 
 
 def model_header(model: Model) -> str:

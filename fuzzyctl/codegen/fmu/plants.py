@@ -6,13 +6,13 @@ import math
 from collections.abc import Iterator, Sequence
 from typing import Final
 
+from fuzzyctl.codegen import c_source
+from fuzzyctl.codegen.c_layout import CLayout
 from fuzzyctl.codegen.c_text import INDENT
 from fuzzyctl.codegen.errors import CodegenError
 from fuzzyctl.codegen.fmu.calls import call_lines, param_lines, params_of, read_by, signal_variable, tunable
 from fuzzyctl.codegen.fmu.model import Model, Variable, c_text, closed_range
-from fuzzyctl.codegen.steps import c_source
-from fuzzyctl.codegen.steps.c_layout import StepLayout
-from fuzzyctl.codegen.steps.unit import prepare_step
+from fuzzyctl.codegen.prepare import prepare_step
 from fuzzyctl.expr import Call, Expr, evaluate, walk
 from fuzzyctl.model.controller import Controller, Definition, Result, Signal
 from fuzzyctl.model.plant import Plant
@@ -41,17 +41,17 @@ def plant_model(plant: Plant, text: str, free: Sequence[str] = ()) -> Model:
     constant = read_by(_constants(plant), plant.params)
     free = _free(plant, free, constant) if free else [n for n in tunable(view) if n not in constant]
     unit = prepare_step(view, text, small=True, free=free)
-    layout, values = StepLayout(unit), plant.param_values.values
+    layout, values = CLayout(unit), plant.param_values.values
     inputs = [signal_variable(s, values) for s in plant.inputs]
     outputs = [signal_variable(s, values) for s in plant.results]
     params, constants = params_of(unit)
     first = 1 + len(inputs)
-    lines, arguments = param_lines(layout, first + len(outputs))
-    arguments += [f"model->value[{1 + k}]" for k in range(len(inputs))]
-    arguments += [*(f"state[{k}]" for k in range(len(plant.states))), "t", "1.0"]
+    given = [f"model->value[{1 + k}]" for k in range(len(inputs))]
+    given += [*(f"state[{k}]" for k in range(len(plant.states))), "t", "1.0"]
     targets = [f"model->value[{first + k}]" for k in range(len(outputs))]
     targets += [f"rate[{k}]" for k in range(len(plant.states))]
-    lines += call_lines(layout, f"{layout.name}_step", arguments, targets)
+    lines = param_lines(layout, first + len(outputs))
+    lines += call_lines(layout, layout.call("", "&params", given), targets)
     longest = Variable(
         _unused("integration_step", [v.name for v in (*inputs, *outputs, *params, *constants)]),
         *(INTEGRATION_STEP, 1e-12, math.inf, "s", "longest step of integration, by the method of Runge and Kutta"),

@@ -5,22 +5,19 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import Final
 
-from fuzzyctl.codegen import c_fixed_source
+from fuzzyctl.codegen import c_fixed_source, c_source
 from fuzzyctl.codegen.c_layout import CLayout
+from fuzzyctl.codegen.c_selftest import call_lines
 from fuzzyctl.codegen.c_source import as_comments, comment, header_text
 from fuzzyctl.codegen.c_text import INDENT, wrapped
+from fuzzyctl.codegen.comments import described, printable, result_notes
 from fuzzyctl.codegen.names import C_FUNCTION_RESERVED, Names
 from fuzzyctl.codegen.rounding_text import at_most
-from fuzzyctl.codegen.steps import c_source
-from fuzzyctl.codegen.steps.c_layout import StepLayout
+from fuzzyctl.codegen.sequence import sequence_of_points
 from fuzzyctl.codegen.steps.fixed_program import Operation, Operator
 from fuzzyctl.codegen.steps.fixed_step import FixedStep
-from fuzzyctl.codegen.steps.sequence import sequence_of_points
-from fuzzyctl.codegen.steps.unit import described_step, signal_note
-from fuzzyctl.codegen.unit import printable
 from fuzzyctl.codegen.wrapping import broken, folded
 from fuzzyctl.kernels.kernel import Kernel
 from fuzzyctl.kernels.steps.form import StepForm
@@ -44,18 +41,6 @@ _HELPERS: Final = (
 )
 
 
-@dataclass(frozen=True)
-class FixedLayout(StepLayout):
-    """What C calls things, where numbers are integers of some bits."""
-
-    bits: int = 32
-
-    @property
-    def real(self) -> str:
-        """The type of inputs and outputs."""
-        return f"int{self.bits}_t"
-
-
 def files(fixed: FixedStep) -> dict[str, str]:
     """Return header, source and self-test by the names of their files."""
     text = _FixedText(fixed)
@@ -72,7 +57,7 @@ class _FixedText:
     def __init__(self, fixed: FixedStep) -> None:
         self.fixed, self.unit, self.items = fixed, fixed.unit, fixed.operations.items
         self.formats = fixed.formats
-        self.layout = FixedLayout(fixed.unit, fixed.form.bits)
+        self.layout = CLayout(fixed.unit, fixed.form.bits)
         names = Names([*C_FUNCTION_RESERVED, *(f"{self.layout.name}_{own}" for own in ("step", "init", "state"))])
         self.read = self._read()
         #: The systems that are called, under names of their own, by number.
@@ -80,14 +65,14 @@ class _FixedText:
         for k in sorted({self.items[k].system for k in self.read if self.items[k].kind == "system"}):
             unit = fixed.systems[k].unit
             name = names.claim(f"{self.layout.name}_{unit.system.name}")
-            self.systems[k] = dataclasses.replace(unit, system=dataclasses.replace(unit.system, name=name))
+            self.systems[k] = dataclasses.replace(unit, block=dataclasses.replace(unit.system, name=name))
 
     # The header.
 
     def header(self) -> str:
         """Return the text of NAME.h."""
         layout, form = self.layout, self.fixed.form
-        about = [*described_step(self.unit, "held within their ranges"), "", *folded(self._promises())]
+        about = [*described(self.unit, "held within their ranges"), "", *folded(self._promises())]
         declared = [f"// Bits behind the point of inputs and outputs: {form}."]
         declared += [f"#define {layout.name.upper()}_FRACTION {form.fraction}", ""]
         declared += [*c_source.period(layout), *self._types(), *broken(c_source.prototypes(layout), INDENT)]
@@ -112,16 +97,12 @@ class _FixedText:
     def _types(self) -> Iterator[str]:
         layout, unit = self.layout, self.unit
         if layout.many:
-            notes = [signal_note(unit, s) for s in unit.controller.results]
             members = [f"{layout.real} {o};" for o in layout.outputs]
-            yield from c_source.struct(f"{layout.name}_outputs", list(zip(members, notes, strict=True)))
+            yield from c_source.struct(f"{layout.name}_outputs", zip(members, result_notes(unit), strict=True))
         if layout.members:
-            lines = []
-            for (own, oldest), slot, bits in zip(layout.members, unit.slots, self.formats.slots, strict=True):
-                length = f"[{slot.length}]" if oldest else ""
-                lines.append((f"int32_t {own}{length};", f"{slot.name}, {bits} bits behind the point"))
-                lines += [(f"size_t {oldest};", "position of its oldest number")] if oldest else []
-            yield from c_source.struct(f"{layout.name}_state", lines)
+            slots = zip(unit.slots, self.formats.slots, strict=True)
+            notes = [f"{slot.name}, {bits} bits behind the point" for slot, bits in slots]
+            yield from c_source.struct(f"{layout.name}_state", c_source.state_members(layout, "int32_t", notes))
 
     # The source.
 
@@ -143,19 +124,13 @@ class _FixedText:
         return "\n".join(broken(lines, INDENT)) + "\n"
 
     def _init(self) -> Iterator[str]:
-        yield f"{self.layout.init}\n{{"
-        for (own, oldest), slot, bits in zip(self.layout.members, self.unit.slots, self.formats.slots, strict=True):
-            start = f"(int32_t){literal(round(slot.start * 2.0**bits))}"
-            if oldest:
-                yield f"{INDENT}for (size_t k = 0U; k < {slot.length}U; ++k) {{"
-                yield from (f"{INDENT * 2}state->{own}[k] = {start};", f"{INDENT}}}", f"{INDENT}state->{oldest} = 0U;")
-            else:
-                yield f"{INDENT}state->{own} = {start};"
-        yield "}\n"
+        slots = zip(self.unit.slots, self.formats.slots, strict=True)
+        starts = [f"(int32_t){literal(round(slot.start * 2.0**bits))}" for slot, bits in slots]
+        yield from (*c_source.init(self.layout, starts), "")
 
     def _step(self) -> Iterator[str]:
         layout, read = self.layout, self.read
-        yield f"{layout.step}\n{{"
+        yield f"{layout.evaluation}\n{{"
         for k, item in enumerate(self.items):
             if item.kind == "input" and k not in read:
                 yield f"{INDENT}(void){layout.arguments[item.place]};"
@@ -165,12 +140,10 @@ class _FixedText:
                 yield from self._assigned(k, item)
         for k in (*self.fixed.operations.outputs, *self.fixed.operations.stores):
             yield f"{INDENT}const int32_t v{k} = {self._value(k, self.items[k])};"
-        for k, (own, oldest), slot in zip(self.fixed.operations.stores, layout.members, self.unit.slots, strict=True):
-            if oldest:
-                yield f"{INDENT}state->{own}[state->{oldest}] = v{k};"
-                yield f"{INDENT}state->{oldest} = (state->{oldest} < {slot.length - 1}U) ? (state->{oldest} + 1U) : 0U;"
-            else:
-                yield f"{INDENT}state->{own} = v{k};"
+        stores = zip(self.fixed.operations.stores, layout.slots, layout.members, self.unit.slots, strict=True)
+        for k, place, (_, oldest), slot in stores:
+            yield f"{INDENT}{place} = v{k};"
+            yield from (INDENT + line for line in c_source.next_oldest(oldest, slot.length))
         for k, name in zip(self.fixed.operations.outputs, layout.outputs, strict=True):
             yield f"{INDENT}{f'outputs->{name} =' if layout.many else 'return'} ({layout.real})v{k};"
         yield "}"
@@ -326,7 +299,7 @@ class _FixedText:
     def _word(self, value: int) -> str:
         return f"(-{-value - 1} - 1)" if value == -self.fixed.form.most - 1 else str(value)
 
-    def _main(self, layout: StepLayout, name: str) -> Iterator[str]:
+    def _main(self, layout: CLayout, name: str) -> Iterator[str]:
         pad = INDENT
         yield f"int main(void)\n{{\n{pad}int failures = 0;"
         # The second time shows that the state begins anew.
@@ -334,15 +307,8 @@ class _FixedText:
         if layout.members:
             yield from (f"{pad * 2}{name}_state state;", f"{pad * 2}{name}_init(&state);")
         yield f"{pad * 2}for (size_t v = 0U; v < (size_t)VECTORS; ++v) {{"
-        arguments = [*(["&state"] if layout.members else [])]
-        arguments += [f"inputs[v][{k}]" for k in range(len(layout.arguments))]
-        if layout.many:
-            yield f"{pad * 3}{name}_outputs outputs;"
-            yield f"{pad * 3}{name}_step({', '.join([*arguments, '&outputs'])});"
-        found = (
-            ", ".join(f"outputs.{o}" for o in layout.outputs) if layout.many else f"{name}_step({', '.join(arguments)})"
-        )
-        yield f"{pad * 3}const {layout.real} found[{len(layout.outputs)}] = {{{found}}};"
+        given = layout.call("&state", "", [f"inputs[v][{k}]" for k in range(len(layout.arguments))])
+        yield from (pad * 3 + line for line in call_lines(layout, given))
         yield f"{pad * 3}for (size_t k = 0U; k < {len(layout.outputs)}U; ++k) {{"
         yield f"{pad * 4}failures += ((found[k] >= least[v][k]) && (found[k] <= most[v][k])) ? 0 : 1;"
         yield from (f"{pad * 3}}}", f"{pad * 2}}}", f"{pad}}}")

@@ -18,6 +18,7 @@ from fuzzyctl.analysis.induction.step_model import ABSORBED, FAR
 from fuzzyctl.codegen.errors import CodegenError
 from fuzzyctl.codegen.fixed import finest
 from fuzzyctl.codegen.fixed_format import Format
+from fuzzyctl.codegen.prepare import tidy, with_slots
 from fuzzyctl.codegen.rounding_text import at_most
 from fuzzyctl.codegen.simplify import lean
 from fuzzyctl.codegen.steps.fixed_formats import Formats, fits
@@ -39,10 +40,8 @@ from fuzzyctl.codegen.steps.fixed_refusals import (
     refused,
     state_words,
 )
-from fuzzyctl.codegen.steps.slots import with_slots
-from fuzzyctl.codegen.steps.unit import StepUnit, tidy
 from fuzzyctl.codegen.table import USEFUL
-from fuzzyctl.codegen.unit import Unit
+from fuzzyctl.codegen.unit import Evaluated, Unit
 from fuzzyctl.diagnostics.diagnostic import DiagnosticError
 from fuzzyctl.expr import Call, Name, Number, walk
 from fuzzyctl.kernels.algorithms.grid import grid_of
@@ -79,7 +78,7 @@ class FixedStep:
         slot_errors: The same of each slot.
     """
 
-    unit: StepUnit
+    unit: Unit
     form: Format
     operations: Operations
     formats: Formats
@@ -89,7 +88,7 @@ class FixedStep:
     slot_errors: tuple[float, ...]
 
 
-def fixed_step(unit: StepUnit, form: Format) -> FixedStep:
+def fixed_step(unit: Unit, form: Format) -> FixedStep:
     """Turn a step into integers.
 
     Args:
@@ -120,7 +119,7 @@ def fixed_step(unit: StepUnit, form: Format) -> FixedStep:
     )
 
 
-def _with_calls(unit: StepUnit) -> tuple[StepUnit, dict[int, CalledSystem]]:
+def _with_calls(unit: Unit) -> tuple[Unit, dict[int, CalledSystem]]:
     """Return a step in which systems are calls, and the systems by number."""
     numbers: dict[Evaluation, int] = {}
     calls: list[Evaluation] = []
@@ -141,7 +140,7 @@ def _with_calls(unit: StepUnit) -> tuple[StepUnit, dict[int, CalledSystem]]:
     names = {v.name: n for n, v in reversed(values.items()) if isinstance(v, Name) and "#" not in n}
     read = {n.function for e in expressions(program) for n in walk(e) if isinstance(n, Call)}
     systems = {k: _called(call) for k, call in enumerate(calls) if f"{SYSTEM}{k}" in read}
-    own = tuple(s.unit for s in systems.values())
+    own = tuple(s.unit.systems[0] for s in systems.values())
     return replace(unit, program=program, slots=slots, values=names, systems=own), systems
 
 
@@ -156,7 +155,8 @@ def _called(call: Evaluation) -> CalledSystem:
     if isinstance(grid, str):
         message = f"fixed point needs systems that interpolate, and '{call.system.name}' does not: {grid}"
         raise refused(message, call.span, help_text=FLOAT.removeprefix("or "))
-    unit = Unit(call.system, "", (), Algorithm(flat, grid, "it interpolates"), {})
+    own = Evaluated(call.system, Algorithm(flat, grid, "it interpolates"))
+    unit = Unit(call.system, "", (), Program((), 0, (), (), ()), (own,))
     try:
         return CalledSystem(unit, grid, finest(unit))
     except CodegenError as error:
@@ -173,7 +173,7 @@ class _Bound:
         systems: The systems that it calls, by number.
     """
 
-    def __init__(self, unit: StepUnit, form: Format, found: Operations, systems: Mapping[int, CalledSystem]) -> None:
+    def __init__(self, unit: Unit, form: Format, found: Operations, systems: Mapping[int, CalledSystem]) -> None:
         self.unit, self.form, self.operations, self.systems = unit, form, found, systems
         self.states = unit.equations.states
         self.integers, self.inputs, self.ranges = self._given()

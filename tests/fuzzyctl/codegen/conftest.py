@@ -9,11 +9,9 @@ from pathlib import Path
 import pytest
 
 from fuzzyctl import load, loads
-from fuzzyctl.codegen import files, vectors
+from fuzzyctl.codegen import files, sequence, vectors
 from fuzzyctl.codegen.files import generate
-from fuzzyctl.codegen.steps import files as step_files
-from fuzzyctl.codegen.steps import sequence
-from fuzzyctl.codegen.unit import prepare
+from fuzzyctl.codegen.prepare import prepare
 from tests import shipped
 
 RULES = Path(__file__).resolve().parents[3] / "rules"
@@ -275,7 +273,7 @@ def _vectors_once():
     with pytest.MonkeyPatch.context() as patch:
         for module in (vectors, files):
             patch.setattr(module, "in_parts", in_parts)
-        patch.setattr(step_files, "sequence", of_steps)
+        patch.setattr(files, "sequence", of_steps)
         yield
 
 

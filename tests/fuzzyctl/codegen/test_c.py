@@ -10,7 +10,7 @@ from fuzzyctl import loads
 from fuzzyctl.codegen import c_source
 from fuzzyctl.codegen.errors import CodegenError
 from fuzzyctl.codegen.files import generate
-from fuzzyctl.codegen.unit import prepare
+from fuzzyctl.codegen.prepare import prepare
 from fuzzyctl.codegen.vectors import Reference, points, vectors
 from tests import sizes
 from tests.fuzzyctl.codegen.conftest import SOME, UNDEFINED, prepared
@@ -144,7 +144,7 @@ class TestSource:
     def test_a_title_cannot_leave_its_comment(self, unit_of, compiled):
         unit = unit_of("ais_reaction")
         system = unit.system.model_copy(update={"title": "ends */ here \\ and ??/ there /* */"})
-        built = compiled(type(unit)(**{f: getattr(unit, f) for f in unit.__dataclass_fields__} | {"system": system}))
+        built = compiled(type(unit)(**{f: getattr(unit, f) for f in unit.__dataclass_fields__} | {"block": system}))
         assert built.code == 0
 
     def test_the_same_system_gives_the_same_text(self, unit_of, some_kind):

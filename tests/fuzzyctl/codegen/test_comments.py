@@ -11,7 +11,7 @@ from fuzzyctl.analysis.prove import quickly
 from fuzzyctl.codegen.comments import table_notes, value_notes
 from fuzzyctl.codegen.errors import CodegenError
 from fuzzyctl.codegen.files import generate
-from fuzzyctl.codegen.unit import prepare
+from fuzzyctl.codegen.prepare import prepare
 from fuzzyctl.codegen.wrapping import WIDTH, broken, folded
 from fuzzyctl.formats.fz import rule_text
 from tests.fuzzyctl.codegen.conftest import RULES
@@ -79,7 +79,7 @@ class TestNotes:
 
     def test_a_table_that_stands_for_several_says_so(self):
         unit = prepare(load(RULES / "ais_reaction.fz"), "", algorithm="active")
-        notes = table_notes(unit, unit.evaluation)
+        notes = table_notes(unit, unit.program)
         same = [f"degree at the foot of the first term in each cell of {name}" for name in ("sigma", "dsigma")]
         assert same in notes.values()
         (text,) = generate(unit, "st").files.values()

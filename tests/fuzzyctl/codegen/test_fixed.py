@@ -13,8 +13,8 @@ from fuzzyctl.codegen.errors import CodegenError
 from fuzzyctl.codegen.files import generate
 from fuzzyctl.codegen.fixed import fixed_point
 from fuzzyctl.codegen.fixed_format import Format, to_format
+from fuzzyctl.codegen.prepare import prepare
 from fuzzyctl.codegen.rounding_text import at_most
-from fuzzyctl.codegen.unit import prepare
 from fuzzyctl.kernels.compile import compile as compile_system
 
 CURVE = """

@@ -11,8 +11,8 @@ import pytest
 from fuzzyctl import loads
 from fuzzyctl.codegen.files import generate
 from fuzzyctl.codegen.names import JAVASCRIPT_FUNCTION_RESERVED
+from fuzzyctl.codegen.prepare import prepare
 from fuzzyctl.codegen.simplify import functions
-from fuzzyctl.codegen.unit import prepare
 from fuzzyctl.expr import FUNCTIONS, Number
 from fuzzyctl.formulas import CONJUNCTIONS, DISJUNCTIONS, HEDGES
 from fuzzyctl.kernels.program.program import Quadrature
@@ -135,7 +135,7 @@ class TestNumbers:
         agree([unit_of(kind) for kind in ALL], tmp_path)
 
     def test_without_functions_are_so_to_the_last_bit(self, unit_of, tmp_path):
-        plain = [u for u in map(unit_of, ALL) if not functions(u.evaluation) - {"min", "max", "clip", "held", "abs"}]
+        plain = [u for u in map(unit_of, ALL) if not functions(u.program) - {"min", "max", "clip", "held", "abs"}]
         assert len(plain) > 8
         output = agree(plain, tmp_path)
         assert output.count("worst error 0,") == output.count("worst error") >= len(plain)
@@ -166,7 +166,7 @@ class TestNumbers:
         texts = [text.replace("triangle(-0.2, 0.1, 0.6)", "gaussian(0.1, 0.2)") for text in texts]
         texts.append(GAP)
         units = [prepare(loads(text), text) for text in texts]
-        assert all(any(isinstance(s, Quadrature) for s in u.evaluation.body) for u in units)
+        assert all(any(isinstance(s, Quadrature) for s in u.program.body) for u in units)
         agree(units, tmp_path)
 
     @pytest.mark.parametrize("algorithm", ["rules", "interpolation", "active"])

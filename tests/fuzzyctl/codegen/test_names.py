@@ -23,9 +23,9 @@ from fuzzyctl.codegen.names import (
     Names,
     ascii_name,
 )
+from fuzzyctl.codegen.prepare import prepare
 from fuzzyctl.codegen.python_source import module, module_name
-from fuzzyctl.codegen.unit import prepare
-from fuzzyctl.codegen.vectors import Vector
+from fuzzyctl.codegen.vectors import Expected, Vector
 
 IDENTIFIER = re.compile(r"[A-Za-z](_?[A-Za-z0-9])*")
 
@@ -121,7 +121,7 @@ def identifiers(text):
 
 def _unreserved(layout, text, kept):
     """Return the names of a text that an input or the system may have, too."""
-    given = {*layout.inputs, *layout.outputs, *(f"held_{o}" for o in layout.outputs), layout.name}
+    given = {*layout.arguments, *layout.outputs, *(f"held_{o}" for o in layout.outputs), layout.name}
     heads = (f"{layout.name}_", f"{layout.name.upper()}_", "__")
     left = {n for n in identifiers(text) - given if not n.startswith(heads)}
     return {n for n in left if Names(kept).claim(n) == n}
@@ -146,8 +146,8 @@ class TestC:
     def test_every_name_of_the_files_is_reserved_or_begins_with_that_of_the_system(self, unit_of, kind):
         unit = unit_of(kind)
         layout = CLayout(unit)
-        vector = Vector((0.0,) * len(layout.inputs), (math.nan,) * len(layout.outputs))
-        self_test = c_selftest.selftest(unit, [vector], [vector])
+        vector = Vector((0.0,) * len(layout.arguments), (math.nan,) * len(layout.outputs))
+        self_test = c_selftest.selftest(unit, Expected([1.0] * len(layout.outputs), [vector], [vector]))
         for text, kept in (
             (c_source.header(unit) + c_source.source(unit), C_RESERVED),
             (self_test, C_FUNCTION_RESERVED),

@@ -9,8 +9,8 @@ import pytest
 from fuzzyctl import compile as compile_system
 from fuzzyctl import loads
 from fuzzyctl.codegen.errors import CodegenError
+from fuzzyctl.codegen.prepare import prepare
 from fuzzyctl.codegen.python_source import module, module_name
-from fuzzyctl.codegen.unit import prepare
 from fuzzyctl.codegen.vectors import STEP, vectors
 from tests.frozen.systems import SYSTEMS
 

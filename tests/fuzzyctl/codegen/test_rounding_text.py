@@ -11,10 +11,11 @@ from hypothesis import strategies as st
 from fuzzyctl import loads
 from fuzzyctl.cli.codegen import codegen
 from fuzzyctl.codegen.c_fixed_source import files
+from fuzzyctl.codegen.comments import described
 from fuzzyctl.codegen.fixed import fixed_point
 from fuzzyctl.codegen.fixed_format import to_format
+from fuzzyctl.codegen.prepare import prepare
 from fuzzyctl.codegen.rounding_text import at_most
-from fuzzyctl.codegen.unit import described, prepare
 
 BENT = """system bent
 and product

@@ -8,8 +8,8 @@ import pytest
 
 from fuzzyctl import compile, loads
 from fuzzyctl.codegen.errors import CodegenError
+from fuzzyctl.codegen.prepare import prepare
 from fuzzyctl.codegen.st_source import function_block
-from fuzzyctl.codegen.unit import prepare
 from fuzzyctl.codegen.vectors import vectors
 from tests.fuzzyctl.codegen.structured_text import Block, differences
 
@@ -169,7 +169,7 @@ class TestText:
     def test_a_title_cannot_leave_its_comment(self, unit_of):
         unit = unit_of("boundary_layer")
         system = unit.system.model_copy(update={"title": "ends *) here (* there"})
-        changed = type(unit)(**{f: getattr(unit, f) for f in unit.__dataclass_fields__} | {"system": system})
+        changed = type(unit)(**{f: getattr(unit, f) for f in unit.__dataclass_fields__} | {"block": system})
         assert Block(function_block(changed)).name == "boundary_layer"
 
     def test_a_function_without_a_standard_one_is_refused(self):

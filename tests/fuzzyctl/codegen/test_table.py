@@ -11,7 +11,7 @@ from scipy.interpolate import RegularGridInterpolator
 from fuzzyctl import loads
 from fuzzyctl.codegen import table_error
 from fuzzyctl.codegen.errors import CodegenError
-from fuzzyctl.codegen.unit import prepare
+from fuzzyctl.codegen.prepare import prepare
 from fuzzyctl.codegen.vectors import Reference, points
 from fuzzyctl.kernels.algorithms.select import Algorithm
 from fuzzyctl.kernels.compile import compile as compile_system
@@ -247,7 +247,7 @@ class TestMemory:
     def small(self, request, monkeypatch):
         """Prepare one of some systems whose values at the knots are stored."""
         if request.param != "table":
-            monkeypatch.setattr("fuzzyctl.codegen.unit.MOST_COEFFICIENTS", 0)
+            monkeypatch.setattr("fuzzyctl.codegen.prepare.MOST_COEFFICIENTS", 0)
 
         def of_options(**options):
             if request.param == "quotient":
@@ -264,7 +264,7 @@ class TestMemory:
 
     def test_values_at_the_knots_are_all_that_is_stored(self, small):
         unit = small()
-        grid, tables = unit.algorithm.grid, unit.evaluation.tables
+        grid, tables = unit.algorithm.grid, unit.program.tables
         sums = sum(1 + bool(t.weight) for t in grid.outputs)
         assert sum(len(values) for _, values in tables) <= sums * grid.size + 2 * sum(map(len, grid.knots))
 
@@ -272,7 +272,7 @@ class TestMemory:
         unit = small()
         cells = Algorithm(unit.plan, unit.algorithm.grid, "")
         assert cells.printed.tables != unit.algorithm.printed.tables
-        own, other = Reference(unit), Reference(replace(unit, algorithm=cells))
+        own, other = Reference(unit), Reference(replace(unit, systems=(replace(unit.systems[0], algorithm=cells),)))
         tried = points(unit, random.Random(5))
         found = np.array([[r.evaluate(p).outputs for p in tried] for r in (own, other)])
         assert np.array_equal(np.isnan(found[0]), np.isnan(found[1]))

@@ -9,8 +9,8 @@ import pytest
 from fuzzyctl import loads
 from fuzzyctl.codegen.errors import CodegenError
 from fuzzyctl.codegen.files import generate
+from fuzzyctl.codegen.prepare import prepare
 from fuzzyctl.codegen.single_precision import LANES, Roundings, nearest
-from fuzzyctl.codegen.unit import prepare
 from fuzzyctl.codegen.vectors import Reference, in_parts, vectors
 from fuzzyctl.kernels.program.program import Accumulate, Fold
 
@@ -118,8 +118,8 @@ class TestRoundings:
     def test_the_first_lane_is_what_numpy_computes_in_single_precision(self, unit_of, kind):
         """A different printer of the same program: arrays of single precision, statement by statement."""
         unit = unit_of(kind, precision="float")
-        program = unit.evaluation
-        points = nearest(np.random.default_rng(2).uniform(-1, 10, (20, len(program.arguments))))
+        program = unit.program
+        points = nearest(np.random.default_rng(2).uniform(-1, 10, (20, len(unit.arguments))))
         state = [np.full((20, LANES), nearest(v).item()) for v in unit.plan.initial_state]
         results, refused = Roundings(program).run(points, state)
         reference = Reference(unit)
@@ -133,14 +133,14 @@ class TestRoundings:
     def test_lanes_differ_by_rounding_only_where_a_result_is_inexact(self):
         text = TIE.replace("activation highest(count=1)\n", "").replace("x is not down", "x is down")
         text += "if y is any then u is q\n"
-        program = single(text).evaluation
+        program = single(text).program
         (exact,), _ = Roundings(program).run(np.array([[0.25, 0.0]]))
         (inexact,), _ = Roundings(program).run(nearest(np.array([[0.3, 0.0]])))
         assert len(set(exact[0])) == 1
         assert 1 < len(set(inexact[0])) <= 4
 
     def test_loops_are_run_in_parts_with_the_same_numbers(self, unit_of, monkeypatch):
-        program = unit_of("sampled", precision="float").evaluation
+        program = unit_of("sampled", precision="float").program
         assert any(isinstance(s, Accumulate | Fold) for s in program.body)
         points = nearest(np.random.default_rng(3).uniform(-1, 10, (9, 2)))
         whole, _ = Roundings(program).run(points)

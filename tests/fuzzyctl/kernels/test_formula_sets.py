@@ -8,8 +8,8 @@ import pytest
 
 from fuzzyctl import DiagnosticError, as_profile, compile, dumps, loads, output_bounds
 from fuzzyctl.building import build
+from fuzzyctl.codegen.prepare import prepare
 from fuzzyctl.codegen.python_source import module
-from fuzzyctl.codegen.unit import prepare
 from fuzzyctl.formats.registry import FORMATS
 from fuzzyctl.kernels.compile import degrees
 from fuzzyctl.model.method import Defuzzifier

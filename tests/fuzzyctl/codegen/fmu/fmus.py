@@ -10,8 +10,7 @@ from fuzzyctl.codegen.fmu.archive import fmu
 from fuzzyctl.codegen.fmu.binary import compiler
 from fuzzyctl.codegen.fmu.calls import controller_model, system_model, tunable
 from fuzzyctl.codegen.fmu.plants import plant_model
-from fuzzyctl.codegen.steps.unit import prepare_step
-from fuzzyctl.codegen.unit import prepare
+from fuzzyctl.codegen.prepare import prepare, prepare_step
 from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.loading.load import look_through
 from tests.fuzzyctl.codegen.steps.targets import controller_of

@@ -5,7 +5,7 @@ import subprocess
 
 import pytest
 
-from fuzzyctl.codegen.steps.files import generate_step
+from fuzzyctl.codegen.files import generate
 from tests.fuzzyctl.codegen.conftest import Built
 from tests.fuzzyctl.codegen.steps.targets import STRICT
 from tests.fuzzyctl.codegen.steps.texts import TEXTS
@@ -29,7 +29,7 @@ def compiled(gcc, tmp_path):
     """Write a step as C, compile it with its self-test, run that."""
 
     def build(unit, flags=(), change=None):
-        for name, content in generate_step(unit, "c").files.items():
+        for name, content in generate(unit, "c").files.items():
             (tmp_path / name).write_text(change(name, content) if change else content, encoding="utf-8")
         sources = sorted(map(str, tmp_path.glob("*.c")))
         subprocess.run(["gcc", *STRICT, *flags, *sources, "-o", str(tmp_path / "test"), "-lm"], check=True)

@@ -9,10 +9,11 @@ from collections.abc import Sequence
 import numpy as np
 
 import fuzzyctl
-from fuzzyctl.codegen.steps import c_fixed_source, c_source, javascript_source, python_source, st_source
-from fuzzyctl.codegen.steps.c_layout import StepLayout
-from fuzzyctl.codegen.steps.javascript_source import StepJavaScriptLayout
-from fuzzyctl.codegen.steps.unit import prepare_step
+from fuzzyctl.codegen import c_source, javascript_source, python_source, st_source
+from fuzzyctl.codegen.c_layout import CLayout
+from fuzzyctl.codegen.javascript_source import JavaScriptLayout
+from fuzzyctl.codegen.prepare import prepare_step
+from fuzzyctl.codegen.steps import c_fixed_source
 from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.loading.load import look_through
 from tests.fuzzyctl.codegen.structured_text import Block
@@ -111,7 +112,7 @@ def by_javascript(units: Sequence, rows: Sequence, folder, **numbers):
     entries = []
     for k, (unit, own) in enumerate(zip(units, rows, strict=True)):
         (folder / f"{k}").mkdir()
-        name = StepJavaScriptLayout(unit).name
+        name = JavaScriptLayout(unit).name
         (folder / f"{k}" / f"{name}.mjs").write_text(javascript_source.module(unit), encoding="utf-8")
         (own if own.shape[1] else np.zeros((len(own), 1))).tofile(folder / f"{k}" / "rows.bin")
         entries.append([f"{k}", name, numbers])
@@ -123,7 +124,7 @@ def by_javascript(units: Sequence, rows: Sequence, folder, **numbers):
 
 def driver(unit, **numbers):
     """Return the text of a function that makes the steps of one controller with some free numbers."""
-    layout = StepLayout(unit)
+    layout = CLayout(unit)
     arguments = [*(["&state"] if layout.members else []), *(["&params"] if layout.numbers else [])]
     arguments = [*arguments, *(f"row[{k}]" for k in range(len(layout.arguments)))]
     call = f"{layout.name}_step({', '.join([*arguments, *(['&outputs'] if layout.many else [])])})"
@@ -156,7 +157,7 @@ FIXED_DRIVER = """static void run_{name}(void)
 
 def by_fixed_c(steps: Sequence, rows: Sequence, folder, flags=("-O1",)):
     """Compile fixed-point steps into one program, and return the integers of the outputs of each over integer rows."""
-    layouts = [c_fixed_source.FixedLayout(s.unit, s.form.bits) for s in steps]
+    layouts = [CLayout(s.unit, s.form.bits) for s in steps]
     texts = []
     for step, layout in zip(steps, layouts, strict=True):
         files = c_fixed_source.files(step)
@@ -190,7 +191,7 @@ def by_fixed_c(steps: Sequence, rows: Sequence, folder, flags=("-O1",)):
 
 def by_c(units: Sequence, rows: Sequence, folder, flags=("-O1",), **numbers):
     """Compile several controllers into one program, and return the outputs of each over its rows."""
-    layouts = [StepLayout(u) for u in units]
+    layouts = [CLayout(u) for u in units]
     for unit, layout in zip(units, layouts, strict=True):
         (folder / f"{layout.name}.h").write_text(c_source.header(unit), encoding="utf-8")
         (folder / f"{layout.name}.c").write_text(c_source.source(unit), encoding="utf-8")

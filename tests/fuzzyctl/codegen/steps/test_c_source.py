@@ -5,10 +5,10 @@ from functools import cache
 
 import pytest
 
+from fuzzyctl.codegen import c_source
+from fuzzyctl.codegen.c_layout import CLayout
+from fuzzyctl.codegen.files import generate
 from fuzzyctl.codegen.names import C_FUNCTION_RESERVED, C_RESERVED
-from fuzzyctl.codegen.steps import c_source
-from fuzzyctl.codegen.steps.c_layout import StepLayout
-from fuzzyctl.codegen.steps.files import generate_step
 from tests import sizes
 from tests.fuzzyctl.codegen.conftest import SANITIZED, UNDEFINED
 from tests.fuzzyctl.codegen.steps.targets import unit_of as prepared
@@ -74,14 +74,14 @@ class TestSource:
         assert not re.search(r"(?<![\w.])\d+\.\d+(e[-+]\d+)?(?![\dFe.])", code)
 
     def test_the_same_controller_gives_the_same_text(self, text):
-        assert generate_step(unit_of(text), "c").files == generate_step(prepared(text), "c").files
+        assert generate(unit_of(text), "c").files == generate(prepared(text), "c").files
 
     def test_every_name_is_reserved_or_begins_with_that_of_the_controller(self, text):
         unit = unit_of(text)
-        layout = StepLayout(unit)
+        layout = CLayout(unit)
         members = {m for pair in layout.members for m in pair}
         given = {*layout.arguments, *layout.outputs, *members, layout.name}
-        for name, content in generate_step(unit, "c").files.items():
+        for name, content in generate(unit, "c").files.items():
             kept = C_FUNCTION_RESERVED if "_selftest" in name else C_RESERVED
             left = {
                 n
@@ -153,9 +153,9 @@ class TestNames:
             assert built.code == 0, built.output
 
     def test_of_instances_and_operators_are_joined_by_underscores(self):
-        members = [m for m, _ in StepLayout(unit_of(TEXTS["inner"])).members]
+        members = [m for m, _ in CLayout(unit_of(TEXTS["inner"])).members]
         assert members == ["a_s", "b_s"]
-        assert [m for m, _ in StepLayout(unit_of(TEXTS["pid"])).members] == [
+        assert [m for m, _ in CLayout(unit_of(TEXTS["pid"])).members] == [
             "derivative_1",
             "started",
             "derivative_1_filtered",
@@ -165,4 +165,4 @@ class TestNames:
     def test_that_would_be_the_same_are_numbered(self):
         text = "controller inner\ninput x\nstate s = 0\nnext s = x\noutput y = s\ncontroller c\ninput x\n"
         text += "block a = inner(x)\nstate a_s = 0\nnext a_s = a.y\noutput y = a_s\nevery 1 s\n"
-        assert [m for m, _ in StepLayout(unit_of(text)).members] == ["a_s", "a_s_2"]
+        assert [m for m, _ in CLayout(unit_of(text)).members] == ["a_s", "a_s_2"]

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
+from fuzzyctl.codegen import c_source
+from fuzzyctl.codegen.c_layout import CLayout
 from fuzzyctl.codegen.errors import CodegenError
-from fuzzyctl.codegen.steps import c_source
-from fuzzyctl.codegen.steps.c_layout import StepLayout
-from fuzzyctl.codegen.steps.st_source import function_block
+from fuzzyctl.codegen.st_source import function_block
 from fuzzyctl.diagnostics.diagnostic import ArgumentError, UnknownNameError
 from tests.fuzzyctl.codegen.conftest import SANITIZED
 from tests.fuzzyctl.codegen.steps.targets import (
@@ -57,7 +57,7 @@ def test_they_are_in_a_struct_of_their_own(gcc):
     assert "    double GE; // (0, 10]" in header
     assert "// Free: GE, 0.7 in the rule file" in header
     assert "// Param GE" not in header
-    assert [m for m, _ in StepLayout(unit).members] == [m for m, _ in StepLayout(unit_of(PID)).members]
+    assert [m for m, _ in CLayout(unit).members] == [m for m, _ in CLayout(unit_of(PID)).members]
 
 
 def test_they_are_inputs_of_the_function_block_with_the_numbers_of_the_file():

@@ -7,7 +7,7 @@ import sys
 import pytest
 
 import fuzzyctl
-from fuzzyctl.codegen.steps.python_source import module, module_name
+from fuzzyctl.codegen.python_source import module, module_name
 from tests.fuzzyctl.codegen.steps.targets import controller_of, unit_of
 from tests.fuzzyctl.codegen.steps.texts import TEXTS
 

@@ -3,9 +3,9 @@ import math
 import numpy as np
 import pytest
 
+from fuzzyctl.codegen import sequence as module
 from fuzzyctl.codegen.errors import CodegenError
-from fuzzyctl.codegen.steps import sequence as module
-from fuzzyctl.codegen.steps.sequence import NAN_AT, STEPS, STILL_AT, sequence
+from fuzzyctl.codegen.sequence import NAN_AT, STEPS, STILL_AT, sequence
 from tests.fuzzyctl.codegen.steps.targets import by_kernel, unit_of
 from tests.fuzzyctl.codegen.steps.texts import GAPS, TEXTS
 

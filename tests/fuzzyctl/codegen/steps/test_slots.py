@@ -1,6 +1,6 @@
 import pytest
 
-from fuzzyctl.codegen.steps.slots import Slot
+from fuzzyctl.codegen.unit import Slot
 from tests.fuzzyctl.codegen.steps.targets import unit_of
 
 

@@ -5,7 +5,7 @@ import re
 import pytest
 
 from fuzzyctl.codegen.errors import CodegenError
-from fuzzyctl.codegen.steps.st_source import function_block
+from fuzzyctl.codegen.st_source import function_block
 from tests.fuzzyctl.codegen.steps.targets import by_kernel, by_structured_text, rows_for, unit_of
 from tests.fuzzyctl.codegen.steps.texts import GAPS, SURFACE, TEXTS
 from tests.fuzzyctl.codegen.structured_text import Block

@@ -6,22 +6,18 @@ import math
 import random
 from collections import deque
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
 from typing import Final
 
 import numpy as np
 
+from fuzzyctl.codegen.comments import ends_of
 from fuzzyctl.codegen.errors import CodegenError
 from fuzzyctl.codegen.single_precision import LANES, Numbers, Roundings, nearest
-from fuzzyctl.codegen.steps.unit import StepUnit, ends_of
-from fuzzyctl.codegen.unit import TOLERANCE, Precision
-from fuzzyctl.codegen.vectors import Vector, rounded
+from fuzzyctl.codegen.unit import TOLERANCE, Unit
+from fuzzyctl.codegen.vectors import Expected, Vector, rounded
 from fuzzyctl.diagnostics.diagnostic import NoRuleFiresError
-from fuzzyctl.expr import Name
 from fuzzyctl.kernels.backends.python import backend as python_backend
 from fuzzyctl.kernels.kernel import Kernel
-from fuzzyctl.kernels.program.program import STATE, Item
-from fuzzyctl.kernels.program.traversal import map_expressions
 from fuzzyctl.kernels.steps.form import StepForm
 
 #: Steps of a sequence.
@@ -45,24 +41,7 @@ _OFF: Final = (0, 1, -1, 0)
 Found = tuple[list[float], list[float], str]
 
 
-@dataclass
-class Steps:
-    """Steps that a target must make, from the first state on.
-
-    Args:
-        scales: What errors of each output, then of each slot, are relative to.
-        vectors: The steps.
-    """
-
-    scales: list[float]
-    vectors: list[Vector] = field(default_factory=list)
-
-    def tolerance(self, output: int, precision: Precision) -> float:
-        """Return the largest error of an output that a self-test allows: what rounding may make of it."""
-        return TOLERANCE[precision] * self.scales[output]
-
-
-def sequence(unit: StepUnit, *, seed: int = 1) -> Steps:
+def sequence(unit: Unit, *, seed: int = 1) -> Expected:
     """Return the steps that a target must make.
 
     Where rounding decides, such as at a jump, a step has other inputs. Where none are found, or numbers grow beyond all
@@ -82,14 +61,14 @@ def sequence(unit: StepUnit, *, seed: int = 1) -> Steps:
     return found
 
 
-def _magnitude(unit: StepUnit) -> float:
+def _magnitude(unit: Unit) -> float:
     """Return the largest magnitude of inputs and starts."""
     ends = [abs(x) for signal in unit.controller.inputs for x in ends_of(unit, signal.bounds)]
     starts = [abs(slot.start) for slot in unit.slots if math.isfinite(slot.start)]
     return max([*ends, *starts], default=0.0) or 1.0
 
 
-def _steps(unit: StepUnit, rng: random.Random, least: float) -> Steps:
+def _steps(unit: Unit, rng: random.Random, least: float) -> Expected:
     """Draw a sequence.
 
     Args:
@@ -100,12 +79,12 @@ def _steps(unit: StepUnit, rng: random.Random, least: float) -> Steps:
     kernel = Kernel(StepForm(unit.equations), "python")
     state = kernel.start()
     copies = _Single(unit) if unit.precision == "float" else _Double(unit, rng)
-    steps = Steps([least] * len(unit.program.results))
+    steps = Expected([least] * len(unit.program.results))
     point: tuple[float, ...] = ()
     for k in range(STEPS):
         missing = _without_a_step(unit, k, point)
         if missing:
-            steps.vectors.append(Vector(missing, (math.nan,) * len(unit.outputs)))
+            steps.anywhere.append(Vector(missing, (math.nan,) * len(unit.outputs)))
             continue
         for _ in range(_DRAWS):
             drawn = _drawn(unit, rng, point)
@@ -117,13 +96,13 @@ def _steps(unit: StepUnit, rng: random.Random, least: float) -> Steps:
         point, steps.scales = drawn, wider
         copies.keep()
         vector, state = _made(kernel, unit, point, state)
-        steps.vectors.append(vector)
+        steps.anywhere.append(vector)
     return steps
 
 
-def _made(kernel: Kernel, unit: StepUnit, point: tuple[float, ...], state: Numbers) -> tuple[Vector, Numbers]:
+def _made(kernel: Kernel, unit: Unit, point: tuple[float, ...], state: Numbers) -> tuple[Vector, Numbers]:
     """Make a step of the kernel; where it refuses the state stays."""
-    inputs, time = point[: len(unit.equations.inputs)], point[len(unit.equations.inputs) :]
+    inputs, time = point[: len(unit.inputs)], point[len(unit.inputs) :]
     try:
         outputs, after = kernel(*inputs, state, dt=time[0] if time else None)
     except NoRuleFiresError as error:
@@ -131,17 +110,17 @@ def _made(kernel: Kernel, unit: StepUnit, point: tuple[float, ...], state: Numbe
     return Vector(point, (outputs,) if len(unit.outputs) == 1 else tuple(outputs)), after
 
 
-def _without_a_step(unit: StepUnit, k: int, before: tuple[float, ...]) -> tuple[float, ...]:
+def _without_a_step(unit: Unit, k: int, before: tuple[float, ...]) -> tuple[float, ...]:
     """Return arguments at which no step is made, where it is time for them."""
     if k in NAN_AT and before:
         place = NAN_AT.index(k) % len(before)
         return (*before[:place], math.nan, *before[place + 1 :])
-    if k == STILL_AT and unit.equations.period is None:
+    if k == STILL_AT and unit.takes_time:
         return (*before[:-1], 0.0)
     return ()
 
 
-def _drawn(unit: StepUnit, rng: random.Random, before: tuple[float, ...]) -> tuple[float, ...]:
+def _drawn(unit: Unit, rng: random.Random, before: tuple[float, ...]) -> tuple[float, ...]:
     """Draw inputs: some stay, some move a little, some jump."""
     values = []
     for place, signal in enumerate(unit.controller.inputs):
@@ -153,11 +132,11 @@ def _drawn(unit: StepUnit, rng: random.Random, before: tuple[float, ...]) -> tup
             values.append(rng.choice([low, high]))
         else:
             values.append(before[place] + (0.05 * (anywhere - before[place]) if kind < 0.7 else 0.0))
-    values += [rng.choice(TIMES)] if unit.equations.period is None else []
+    values += [rng.choice(TIMES)] if unit.takes_time else []
     return tuple(rounded(x, unit.precision) for x in values)
 
 
-def sequence_of_points(unit: StepUnit, ranges: Sequence[tuple[int, int]], count: int, seed: int = 1) -> list[list[int]]:
+def sequence_of_points(unit: Unit, ranges: Sequence[tuple[int, int]], count: int, seed: int = 1) -> list[list[int]]:
     """Return integer inputs one after the other: some stay, some move a little, some jump to anywhere or to an end.
 
     Args:
@@ -187,7 +166,7 @@ def sequence_of_points(unit: StepUnit, ranges: Sequence[tuple[int, int]], count:
     return points
 
 
-def _wider(scales: Sequence[float], found: Sequence[Found], unit: StepUnit) -> list[float]:
+def _wider(scales: Sequence[float], found: Sequence[Found], unit: Unit) -> list[float]:
     """Return the largest magnitudes so far with those of a step; empty where its copies are apart, or too large."""
     first, *others = ([*outputs, *taken] for outputs, taken, _ in found)
     if len({refused for _, _, refused in found}) > 1:
@@ -212,7 +191,7 @@ class _Double:
     A state that is at its start in all copies depends on no rounding and stays.
     """
 
-    def __init__(self, unit: StepUnit, rng: random.Random) -> None:
+    def __init__(self, unit: Unit, rng: random.Random) -> None:
         self._unit, self._rng = unit, rng
         source = python_backend.storing_source(unit.program)
         self._store = python_backend.compile_source(source, unit.program, unit.program.arguments)
@@ -255,13 +234,10 @@ class _Double:
 class _Single:
     """What single precision may make of a step, each rounding with the state that it has come to."""
 
-    def __init__(self, unit: StepUnit) -> None:
+    def __init__(self, unit: Unit) -> None:
         self._unit = unit
         self._exact = _Double(unit, random.Random(0))
-        count = len(unit.arguments)
-        items = {Name(name): Item(STATE, k) for k, name in enumerate(unit.program.arguments[count:])}
-        program = map_expressions(unit.program, lambda node: items.get(node, node) if isinstance(node, Name) else node)
-        self._run = Roundings(replace(program, arguments=program.arguments[:count], state=len(items)))
+        self._run = Roundings(unit.program)
         starts = [np.full((1, LANES), nearest(s.start)) for s in unit.slots]
         self._state = [deque([x] * s.length, maxlen=s.length) for x, s in zip(starts, unit.slots, strict=True)]
         self._numbers = [np.full((1, LANES), nearest(n.start)) for n in unit.numbers]
