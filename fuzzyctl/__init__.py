@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from fuzzyctl.kernels.compile import Kernel, compile
     from fuzzyctl.kernels.free_kernel import FreeKernel
     from fuzzyctl.kernels.steps.step import Step
-    from fuzzyctl.loading.load import load, load_all, load_controller, load_loop, load_plant, loads
+    from fuzzyctl.loading.load import load, load_all, loads
     from fuzzyctl.model.as_profile import as_profile
     from fuzzyctl.model.block import Block
     from fuzzyctl.model.controller import Controller
@@ -80,9 +80,6 @@ _HOMES = {
     "dumps": "fuzzyctl.formats.fz",
     "load": "fuzzyctl.loading.load",
     "load_all": "fuzzyctl.loading.load",
-    "load_controller": "fuzzyctl.loading.load",
-    "load_loop": "fuzzyctl.loading.load",
-    "load_plant": "fuzzyctl.loading.load",
     "loads": "fuzzyctl.loading.load",
     "output_bounds": "fuzzyctl.analysis.block_bounds",
     "prove": "fuzzyctl.analysis.prove",
@@ -124,9 +121,6 @@ __all__ = [
     "dumps",
     "load",
     "load_all",
-    "load_controller",
-    "load_loop",
-    "load_plant",
     "loads",
     "output_bounds",
     "prove",

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Mapping
-from typing import TypeVar
+from typing import Any, TypeVar, cast
 
 from fuzzyctl import expr as ex
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
@@ -16,31 +16,38 @@ from fuzzyctl.expr import ZERO, Call, Expr, Keyword, Name
 from fuzzyctl.kernels.plan.algebraic_loops import feedthrough, ordered
 from fuzzyctl.kernels.plan.equations import Equation, Equations, Evaluation
 from fuzzyctl.kernels.plan.expansion import equations_of
+from fuzzyctl.model.block import Block
 from fuzzyctl.model.checks.block_numbers import numbers_of_all
 from fuzzyctl.model.controller import Controller, Definition, EquationBlock, Instance, Result, Signal
 from fuzzyctl.model.forms import bound
+from fuzzyctl.model.instance_params import with_instance_params
 from fuzzyctl.model.loop import Loop
 from fuzzyctl.model.measures import MEASURES
 from fuzzyctl.model.plant import Plant
 from fuzzyctl.model.plant_forms import PLANT_FUNCTIONS
 from fuzzyctl.model.shared_params import with_values
 from fuzzyctl.model.signals import SIGNALS, TIME
+from fuzzyctl.model.system import FuzzySystem
 
-Block = TypeVar("Block", bound=EquationBlock)
+AnyBlock = TypeVar("AnyBlock", bound=Block)
 
 
-def with_params(block: Block, values: Mapping[str, float]) -> Block:
-    """Return a block with some params set to numbers.
+def with_params(block: AnyBlock, values: Mapping[str, float]) -> AnyBlock:
+    """Return a block with some params set to numbers, those of a controller's instances by `INSTANCE.PARAM`.
 
     Raises:
         DiagnosticError: For numbers that the block does not take, such as one outside of the range of its param.
     """
-    changed = with_values(block, values)
+    changed: Any = block
+    if isinstance(changed, FuzzySystem):
+        changed = changed.with_params(**values)
+        return cast("AnyBlock", changed)
+    changed = with_values(with_instance_params(changed, values), values)
     found = list(numbers_of_all(changed))
     if found:
         raise DiagnosticError(found)
     parts_of(changed)
-    return changed
+    return cast("AnyBlock", changed)
 
 
 def in_order(block: EquationBlock) -> list[Definition | Result]:
