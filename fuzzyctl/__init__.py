@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from fuzzyctl.explain.trace import Trace, why
     from fuzzyctl.formats.fz import dump, dumps
     from fuzzyctl.kernels.compile import Kernel, compile
-    from fuzzyctl.loading.load import load, load_all, load_controller, load_loop, load_plant, loads
+    from fuzzyctl.loading.load import load, load_all, loads
     from fuzzyctl.model.as_profile import as_profile
     from fuzzyctl.model.block import Block
     from fuzzyctl.model.controller import Controller
@@ -76,9 +76,6 @@ _HOMES = {
     "dumps": "fuzzyctl.formats.fz",
     "load": "fuzzyctl.loading.load",
     "load_all": "fuzzyctl.loading.load",
-    "load_controller": "fuzzyctl.loading.load",
-    "load_loop": "fuzzyctl.loading.load",
-    "load_plant": "fuzzyctl.loading.load",
     "loads": "fuzzyctl.loading.load",
     "output_bounds": "fuzzyctl.analysis.block_bounds",
     "prove": "fuzzyctl.analysis.prove",
@@ -118,9 +115,6 @@ __all__ = [
     "dumps",
     "load",
     "load_all",
-    "load_controller",
-    "load_loop",
-    "load_plant",
     "loads",
     "output_bounds",
     "prove",

@@ -265,7 +265,7 @@ def test_a_check_without_findings_imports_neither_other_formats_nor_the_compiler
 
 
 def test_a_file_of_controllers_is_read_without_plants_and_loops():
-    code = f"import fuzzyctl\nfuzzyctl.load_controller({str(ROOT / 'rules' / 'smc.fz')!r})\n"
+    code = f"import fuzzyctl\nfuzzyctl.load({str(ROOT / 'rules' / 'smc.fz')!r}, block=fuzzyctl.Controller)\n"
     unused = [f"fuzzyctl.{m}" for m in ("resolve.plants", "resolve.linear", "resolve.loops", "loading.block_files")]
     loaded_after(f"{code}assert [m for m in {unused} if m in sys.modules] == []")
 

@@ -135,7 +135,7 @@ def compared(found: dict[str, tuple[float, list[float]]]) -> str:
         *loops, signal = LOOPS[name]
         for loop in loops:
             experiment = fuzzyctl.Experiment(
-                fuzzyctl.load_loop(Path(__file__).parent / name / f"{name}.fz", loop), "numba"
+                fuzzyctl.load(Path(__file__).parent / name / f"{name}.fz", block=loop), "numba"
             )
             experiment.run()  # compiles
             fast, run = timed(experiment.run, RUNS["fuzzyctl"])

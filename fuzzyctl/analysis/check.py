@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, overload
 
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 from fuzzyctl.diagnostics.source import SourceText
-from fuzzyctl.loading.choice import choose, chosen_name
+from fuzzyctl.loading.choice import block_name, chosen_if_sound
 from fuzzyctl.loading.load import Examined, look_through
 from fuzzyctl.model.as_profile import as_profile
+from fuzzyctl.model.block import Block
 from fuzzyctl.model.checks.checks import check_model
 from fuzzyctl.model.checks.profile_limits import kept
 from fuzzyctl.model.profiles import ProfileName
@@ -24,7 +24,6 @@ from fuzzyctl.support.shipped import place_of
 if TYPE_CHECKING:
     from fuzzyctl.analysis.verdicts import Verdict
     from fuzzyctl.analysis.work import Work
-    from fuzzyctl.model.block import Block
 
 
 @dataclass(frozen=True)
@@ -42,41 +41,48 @@ class Checked:
     diagnostics: list[Diagnostic]
 
 
+@overload
+def check(
+    path: str | os.PathLike[str] | FuzzySystem, *, block: None = None, max_bytes: int = ..., guarantees: bool = ...
+) -> tuple[FuzzySystem | None, list[Diagnostic]]: ...
+@overload
+def check(
+    path: str | os.PathLike[str], *, block: str, max_bytes: int = ..., guarantees: bool = ...
+) -> tuple[Any, list[Diagnostic]]: ...
 def check(
     path: str | os.PathLike[str] | FuzzySystem,
     *,
-    system: str | None = None,
+    block: str | None = None,
     max_bytes: int = MAX_BYTES,
     guarantees: bool = True,
-) -> tuple[FuzzySystem | None, list[Diagnostic]]:
+) -> tuple[Block | None, list[Diagnostic]]:
     """Read and check a rule file, or check a system, such as one built in Python or one with other params.
 
     Args:
         path: The `.fz` file, or the system.
-        system: Name of the system, where the file holds several.
+        block: Name of the block to return; None for the only system, or the only block of a file without systems.
         max_bytes: Largest size that is read.
         guarantees: Whether to look for guarantees that are quickly refuted, as the command does. They hold or not for
             given params; who sets params afterwards may leave it out here and prove them then.
 
     Returns:
-        The system, None if there are errors other than claims that do not hold, and all diagnostics sorted by location.
+        The block, None if there are errors other than claims that do not hold, and all diagnostics sorted by location.
 
     Raises:
         DiagnosticError: When the file cannot be read as text at all.
         ArgumentError: For what is neither a path nor a system.
     """
     guarantees = arguments.flag("'guarantees'", guarantees)
-    system, max_bytes = chosen_name(system), arguments.bytes_allowed(max_bytes)
+    name, max_bytes = block_name(block), arguments.bytes_allowed(max_bytes)
     if isinstance(path, FuzzySystem):
         diagnostics = check_model(path)
         if not _has_errors(diagnostics):
             diagnostics = [*diagnostics, *_analysed(path, guarantees=guarantees)[1]]
         return (None if any(d.stops for d in diagnostics) else path), diagnostics
     path = arguments.path(path, "; 'loads' takes texts")
-    source = read_source(path, max_bytes=max_bytes)
-    found, diagnostics = check_source(source, folder=place_of(path).path.parent, guarantees=guarantees)
-    blocks = [b for b in found if not isinstance(b, FuzzySystem)]
-    return choose(source, [b for b in found if isinstance(b, FuzzySystem)], diagnostics, system, blocks)
+    examined = look_through(read_source(path, max_bytes=max_bytes), folder=place_of(path).path.parent)
+    _, diagnostics = check_examined(examined, guarantees=guarantees)
+    return chosen_if_sound(examined, diagnostics, name, FuzzySystem, Block)
 
 
 def check_source(
@@ -110,27 +116,16 @@ def check_examined(
         diagnostics = [*diagnostics, *found]
         if not any(d.stops for d in found):
             sound.append(system)
-    return (*sound, *examined.blocks), examined.reported(diagnostics)
+    return (*sound, *examined.equations), examined.reported(diagnostics)
 
 
-def check_changed(
-    examined: Examined, change: Callable[[FuzzySystem], FuzzySystem], *, system: str | None = None
-) -> Checked:
-    """Check one system of a source as it is after a change, such as with other params or under another profile.
+def check_changed(examined: Examined, changed: FuzzySystem) -> Checked:
+    """Check one system of a source without errors as it is after a change, such as with other params.
 
     Args:
         examined: The source.
-        change: Returns the system that is analysed.
-        system: Name of the system, where the file holds several.
-
-    Raises:
-        DiagnosticError: What the change raises.
+        changed: The system that is analysed.
     """
-    reported = examined.reported(examined.diagnostics)
-    chosen, diagnostics = choose(examined.source, examined.systems, reported, system, examined.blocks)
-    if chosen is None:
-        return Checked(None, (), diagnostics)
-    changed = change(chosen)
     verdicts, found = _analysed(changed, guarantees=True)
     diagnostics = examined.reported([*examined.diagnostics, *found])
     return Checked(None if any(d.stops for d in diagnostics) else changed, tuple(verdicts), diagnostics)

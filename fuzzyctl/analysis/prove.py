@@ -84,7 +84,7 @@ Progress = Callable[[str, int, int], None]
 def prove(
     path: str | os.PathLike[str] | FuzzySystem | Controller,
     *,
-    system: str | None = None,
+    block: str | None = None,
     timeout: float = TIMEOUT,
     progress: Progress | None = None,
 ) -> Verdicts:
@@ -100,7 +100,7 @@ def prove(
 
     Args:
         path: The `.fz` file, the system, or the controller.
-        system: Name of the system, where the file holds several.
+        block: Name of the system or controller; None for the only system, or the only controller.
         timeout: Seconds that one guarantee may take.
         progress: Called now and then during a long proof.
 
@@ -121,9 +121,12 @@ def prove(
 
         return verdicts(path, timeout, progress)
     if not isinstance(path, FuzzySystem):
-        from fuzzyctl.loading.load import load
+        from fuzzyctl.loading.choice import block_name, chosen
+        from fuzzyctl.loading.load import opened
 
-        path = load(path, system=system)
+        kinds: Any = (FuzzySystem, Controller)
+        found: FuzzySystem | Controller = chosen(opened(path), block_name(block), *kinds)
+        return prove(found, timeout=timeout, progress=progress)
     prover = Prover(path, timeout=timeout, progress=progress)
     return Verdicts(prover.verdict(g) for g in path.guarantees)
 

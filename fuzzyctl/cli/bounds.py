@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final
 
 import click
@@ -17,9 +18,8 @@ from fuzzyctl.cli.common import (
     report,
     timeout_option,
 )
-from fuzzyctl.cli.loading import Choice, Opened, chooses, controllers_of, load_checked, open_blocks
+from fuzzyctl.cli.loading import Choice, chooses, load_checked, open_block
 from fuzzyctl.cli.streams import write_json
-from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 
 #: Part of the time of a controller that is left for what is under way when it ends; least time for its bounds [s].
 _REST: Final = 0.2
@@ -59,16 +59,19 @@ def bounds(file: str, choice: Choice, timeout: float, form: str) -> int:
     from fuzzyctl.analysis.extremes import extents
     from fuzzyctl.analysis.work import written
     from fuzzyctl.kernels.plan.build import plan
+    from fuzzyctl.model.controller import Controller
+    from fuzzyctl.model.system import FuzzySystem
 
     began = clock.now()
-    opened = open_blocks(file, choice)
-    controller = _controller(file, opened)
-    if controller is not None:
+    kinds: list[Any] = [Controller, FuzzySystem]
+    block, examined, _ = open_block(file, choice.name, *kinds)
+    if block.kind == "controller":
+        controller = choice.changed(block)
         left = (1.0 - _REST) * timeout - (clock.now() - began)
         _show_controller(controller, max(left, min(timeout, _LEAST)), form)
         return DONE
-    system = load_checked(file, choice, opened.file)
-    size = len(opened.file.source.text)
+    system = load_checked(file, replace(choice, name=block.name), examined)
+    size = len(examined.source.text)
     spent = _BYTE * max(size - _FREE, 0) + _OPERATION * max(written(plan(system)) - _FEW, 0)
     found = extents(system, timeout=max(timeout - spent, 0.0))
     if form == "json":
@@ -81,21 +84,6 @@ def bounds(file: str, choice: Choice, timeout: float, form: str) -> int:
     else:
         report("\n".join(line for e in found for line in _lines(system, e)))
     return DONE
-
-
-def _controller(file: str, opened: Opened) -> Controller | None:
-    """Return the only controller of a file, or the one named; None where there is none or a system is named.
-
-    Raises:
-        DiagnosticError: For several controllers without a name.
-    """
-    controllers = controllers_of(opened)
-    if len(controllers) > 1:
-        names = [c.name for c in controllers]
-        message, help_text = "the file holds several controllers, and none is chosen", f"write --system {names[0]}"
-        facts = (f"controllers: {', '.join(names)}",)
-        raise DiagnosticError([Diagnostic("FZ502", message, facts=facts, help=help_text, file=file)])
-    return controllers[0] if controllers else None
 
 
 def _show_controller(controller: Controller, timeout: float, form: str) -> None:

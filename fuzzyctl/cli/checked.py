@@ -5,55 +5,45 @@ from __future__ import annotations
 from bisect import bisect_left
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from fuzzyctl.cli.common import show
-from fuzzyctl.cli.loading import Choice, under
+from fuzzyctl.cli.loading import Choice
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 
 if TYPE_CHECKING:
     from fuzzyctl.analysis.verdicts import Verdict
     from fuzzyctl.loading.load import Examined
-    from fuzzyctl.model.controller import Controller
-    from fuzzyctl.model.plant import Plant
-    from fuzzyctl.model.profiles import ProfileName
-    from fuzzyctl.model.system import FuzzySystem
+    from fuzzyctl.model.block import Block
 
-_Block = TypeVar("_Block", bound="Controller | Plant")
+AnyBlock = TypeVar("AnyBlock", bound="Block")
 
 
-def checked_system(examined: Examined, choice: Choice) -> tuple[FuzzySystem, tuple[Verdict, ...]]:
-    """Return a system with what is known of its guarantees; warnings are printed.
+def checked(examined: Examined, block: AnyBlock, choice: Choice) -> tuple[AnyBlock, tuple[Verdict, ...]]:
+    """Return a block with params set, with what is known of its guarantees; warnings are printed.
 
     Raises:
         DiagnosticError: With all that `fuzzyctl check` finds, if some of it is an error, see `_require_claims`.
     """
-    from fuzzyctl.analysis.check import check_changed
-
-    checked = check_changed(examined, choice.changed, system=choice.name)
-    if checked.system is None:
-        raise DiagnosticError(checked.diagnostics)
-    _require_claims([*checked.diagnostics, *claim_reports(checked.verdicts, checked.diagnostics)], choice)
-    return checked.system, checked.verdicts
-
-
-def checked_block(examined: Examined, block: _Block, choice: Choice) -> tuple[_Block, tuple[Verdict, ...]]:
-    """Return a controller or plant with what is known of its guarantees; warnings are printed.
-
-    Raises:
-        DiagnosticError: With all that `fuzzyctl check` finds, if some of it is an error, see `_require_claims`.
-    """
-    from fuzzyctl.analysis.check import check_examined
+    from fuzzyctl.analysis.check import check_changed, check_examined
     from fuzzyctl.analysis.prove import CLAIM_SECONDS, prove
     from fuzzyctl.model.controller import Controller
 
+    inner: Any = block
+    if inner.kind == "system":
+        found = check_changed(examined, choice.changed(inner))
+        if found.system is None:
+            raise DiagnosticError(found.diagnostics)
+        _require_claims([*found.diagnostics, *claim_reports(found.verdicts, found.diagnostics)], choice)
+        inner = found.system
+        return inner, found.verdicts
     _, diagnostics = check_examined(examined, profile=choice.profile)
     if any(d.stops for d in diagnostics):
         raise DiagnosticError(diagnostics)
-    chosen = block_under(choice.with_settings(block), choice.profile)
-    verdicts = prove(chosen, timeout=CLAIM_SECONDS) if isinstance(chosen, Controller) else ()
+    changed = choice.changed(block)
+    verdicts = prove(changed, timeout=CLAIM_SECONDS) if isinstance(changed, Controller) else ()
     _require_claims([*diagnostics, *claim_reports(verdicts)], choice)
-    return chosen, verdicts
+    return changed, verdicts
 
 
 def _require_claims(diagnostics: list[Diagnostic], choice: Choice) -> None:
@@ -66,12 +56,6 @@ def _require_claims(diagnostics: list[Diagnostic], choice: Choice) -> None:
         unless = "change the rules, claim what holds, or write it all the same with --unproved"
         raise DiagnosticError([replace(d, help=unless) if d.witness is not None else d for d in diagnostics])
     show(diagnostics)
-
-
-def block_under(block: _Block, profile: ProfileName | None) -> _Block:
-    """Return a block whose systems are under a profile."""
-    systems = tuple(under(s, profile) for s in block.systems)
-    return replace(block, systems=systems, controllers=tuple(block_under(c, profile) for c in block.controllers))
 
 
 def claim_reports(verdicts: Sequence[Verdict], reported: Sequence[Diagnostic] = ()) -> list[Diagnostic]:

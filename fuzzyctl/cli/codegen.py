@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import click
 
-from fuzzyctl.cli.checked import checked_block, checked_system
+from fuzzyctl.cli.checked import checked
 from fuzzyctl.cli.common import (
     ALGORITHM,
     DONE,
@@ -18,7 +18,7 @@ from fuzzyctl.cli.common import (
     answers_with_diagnostics,
     assignments,
 )
-from fuzzyctl.cli.loading import Choice, chooses, examined_file
+from fuzzyctl.cli.loading import Choice, chooses, open_block
 from fuzzyctl.cli.streams import say, write_json
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 
@@ -99,7 +99,12 @@ def codegen(
         raise click.BadParameter(f"{LANGUAGES[target]} has double precision only", param_hint="--float")
     if fmi is not None and target != "fmu":
         raise click.BadParameter(f"an FMU is written with --target fmu, not {target}", param_hint="--fmi")
-    examined = examined_file(file)
+    from fuzzyctl.model.controller import Controller
+    from fuzzyctl.model.plant import Plant
+    from fuzzyctl.model.system import FuzzySystem
+
+    kinds: list[Any] = [Controller, FuzzySystem, *([Plant] if target == "fmu" else [])]
+    block, examined, _ = open_block(file, choice.name, *kinds)
     choice = replace(choice, unproved=unproved)
     numbers: Precision = "float" if precision == "float" else "double"
     if target == "fmu":
@@ -107,10 +112,18 @@ def codegen(
 
         version = int(fmi or 3)
         data = write_fmu(
-            examined, choice, out, version=version, algorithm=algorithm, precision=numbers, table=table, free=free
+            examined,
+            block,
+            choice,
+            out,
+            version=version,
+            algorithm=algorithm,
+            precision=numbers,
+            table=table,
+            free=free,
         )
     else:
-        data = _written(examined, choice, target, Path(out), algorithm, numbers, free, chosen, table)
+        data = _written(examined, block, choice, target, Path(out), algorithm, numbers, free, chosen, table)
     if form == "json":
         write_json(data)
     else:
@@ -120,6 +133,7 @@ def codegen(
 
 def _written(
     examined: Examined,
+    block: FuzzySystem | Controller,
     choice: Choice,
     target: str,
     out: Path,
@@ -136,18 +150,16 @@ def _written(
         DiagnosticError: With all that `fuzzyctl check` finds, and where the target cannot express it.
     """
     from fuzzyctl.codegen.errors import CodegenError
-    from fuzzyctl.loading.choice import choose_controller
+    from fuzzyctl.model.controller import Controller
 
-    controller = choose_controller(examined, choice.name)
-    if controller is None and free:
-        raise click.BadParameter("only controllers take numbers from their caller", param_hint="--free")
     try:
-        if controller is None:
-            return _written_system(examined, choice, target, out, algorithm, precision, fixed, table)
-        _refuse_for_controllers(controller, fixed, table, free, algorithm)
-        return _written_controller(examined, controller, choice, target, out, algorithm, precision, free, fixed)
+        if isinstance(block, Controller):
+            _refuse_for_controllers(block, fixed, table, free, algorithm)
+            return _written_controller(examined, block, choice, target, out, algorithm, precision, free, fixed)
+        if free:
+            raise click.BadParameter("only controllers take numbers from their caller", param_hint="--free")
+        return _written_system(examined, block, choice, target, out, algorithm, precision, fixed, table)
     except CodegenError as error:
-        block = controller or next(s for s in examined.systems if choice.name in (None, s.name))
         raise DiagnosticError([_refused(block, target, error)]) from None
 
 
@@ -165,6 +177,7 @@ def _refused(block: FuzzySystem | Controller, target: str, error: CodegenError) 
 
 def _written_system(
     examined: Examined,
+    system: FuzzySystem,
     choice: Choice,
     target: str,
     out: Path,
@@ -178,7 +191,7 @@ def _written_system(
     from fuzzyctl.codegen.fixed import fixed_point
     from fuzzyctl.codegen.prepare import prepare
 
-    system, verdicts = checked_system(examined, choice)
+    system, verdicts = checked(examined, system, choice)
     unit = prepare(
         system,
         examined.source.text,
@@ -221,7 +234,7 @@ def _written_controller(
     from fuzzyctl.codegen.prepare import prepare_step
     from fuzzyctl.codegen.steps.fixed_step import fixed_step
 
-    controller, verdicts = checked_block(examined, controller, choice)
+    controller, verdicts = checked(examined, controller, choice)
     unit = prepare_step(
         controller,
         examined.source.text,

@@ -129,7 +129,7 @@ def _sides(
     opened = [examined_file(file) for file in files]
     systems = [load_checked(f, Choice(settings, name), one) for f, one in zip(files, opened, strict=True)]
     if not names:
-        return [_Side(f, system, one.blocks) for f, system, one in zip(files, systems, opened, strict=True)]
+        return [_Side(f, system, one.equations) for f, system, one in zip(files, systems, opened, strict=True)]
     if second is None:
         return [_Side(f"{first} as {p}", under(systems[0], p)) for p in names]
     pairs = zip(files, systems, names if len(names) == 2 else names * 2, strict=True)

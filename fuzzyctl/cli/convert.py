@@ -21,7 +21,7 @@ from fuzzyctl.cli.common import (
     answers_with_diagnostics,
     show,
 )
-from fuzzyctl.cli.loading import Choice, open_systems
+from fuzzyctl.cli.loading import Choice, open_block
 from fuzzyctl.cli.progress import progress
 from fuzzyctl.cli.streams import say, write_data, write_json
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError, FuzzyctlError, NoRuleFiresError
@@ -146,14 +146,17 @@ def _target(target: str, wanted: str | None) -> str:
 
 def _loaded(source: str, settings: tuple[str, ...], name: str | None) -> tuple[FuzzySystem, list[Loss]]:
     """Load a system of any format, and what of its file is left out; its gaps are no mistakes of a conversion."""
-    opened = open_systems(source, Choice(settings, name), several=False)
-    show(opened.diagnostics)
+    from fuzzyctl.model.system import FuzzySystem
+
+    system, examined, diagnostics = open_block(source, name, FuzzySystem)
+    system = Choice(settings).changed(system)
+    show(diagnostics)
     from fuzzyctl.convert.convert import left_out
     from fuzzyctl.formats.losses import Loss
 
-    blocks = [(b.kind, b.name) for b in opened.file.blocks]
+    blocks = [(b.kind, b.name) for b in examined.equations]
     others = [Loss(f"{kind} '{own}'", "left out", "only systems are converted", exact=True) for kind, own in blocks]
-    return opened.systems[0], [*left_out(opened.diagnostics), *others]
+    return system, [*left_out(diagnostics), *others]
 
 
 def _write(system: FuzzySystem, conversion: Conversion, target: str) -> None:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from fuzzyctl.cli.common import DONE, FAILED, FORMAT, SYSTEM, answers_with_diagnostics
-from fuzzyctl.cli.loading import Choice, Opened, open_systems
+from fuzzyctl.cli.loading import Choice, Opened, open_blocks
 from fuzzyctl.cli.streams import say, write_json
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 
@@ -50,10 +50,12 @@ def diff(first: str, second: str, form: str, name: str | None) -> int:
     said = policy_changes(before.file.policy, after.file.policy)
     found = [(a.name, changes(a, b)) for a, b in pairs]
     others: list[tuple[str, tuple[Change, ...]]] = []
-    if before.blocks or after.blocks:
+    has_others = any(b.kind != "system" for b in (*before.blocks, *after.blocks))
+    if has_others:
         from fuzzyctl.comparison.block_changes import block_changes
+        from fuzzyctl.model.controller import EquationBlock
 
-        others = block_changes(before.blocks, after.blocks)
+        others = block_changes(before.of(EquationBlock), after.of(EquationBlock))
     if form == "json":
         systems = [_data(name, own) for name, own in found]
         data: dict[str, Any] = {
@@ -62,7 +64,7 @@ def diff(first: str, second: str, form: str, name: str | None) -> int:
             "changes": [dataclasses.asdict(c) for c in said],
             "systems": systems,
         }
-        if before.blocks or after.blocks:
+        if has_others:
             data["blocks"] = [{"block": name, "changes": [dataclasses.asdict(c) for c in own]} for name, own in others]
         write_json(data)
     else:
@@ -92,7 +94,7 @@ def _opened(first: str, second: str, name: str | None) -> tuple[Opened, Opened]:
     mistakes: list[Diagnostic] = []
     for file in (first, second):
         try:
-            opened.append(open_systems(file, Choice(name=name), hints=False, blocks=True))
+            opened.append(open_blocks(file, Choice(name=name), hints=False))
         except DiagnosticError as error:
             mistakes.extend(error.diagnostics)
     if mistakes:
@@ -106,19 +108,22 @@ def _pairs(first: Opened, second: Opened) -> list[tuple[FuzzySystem, FuzzySystem
     Raises:
         DiagnosticError: Where systems have no partner.
     """
-    if len(first.systems) == len(second.systems) == 1:
-        return [(first.systems[0], second.systems[0])]
+    from fuzzyctl.model.system import FuzzySystem
+
+    ones, others = first.of(FuzzySystem), second.of(FuzzySystem)
+    if len(ones) == len(others) == 1:
+        return [(ones[0], others[0])]
     lonely = [
         Diagnostic("FZ502", message, file=one.file.source.name, help="name one: --system")
-        for one, other in ((first, second), (second, first))
-        for s in one.systems
-        if s.name not in {o.name for o in other.systems}
+        for one, mine, theirs in ((first, ones, others), (second, others, ones))
+        for s in mine
+        if s.name not in {o.name for o in theirs}
         for message in (f"system '{s.name}' is in one of the files only",)
     ]
     if lonely:
         raise DiagnosticError(lonely)
-    by_name = {s.name: s for s in second.systems}
-    return [(s, by_name[s.name]) for s in first.systems]
+    by_name = {s.name: s for s in others}
+    return [(s, by_name[s.name]) for s in ones]
 
 
 def _data(name: str, changes: Sequence[Change]) -> dict[str, Any]:

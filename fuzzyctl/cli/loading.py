@@ -1,4 +1,4 @@
-"""Loader of the commands: from their arguments to systems with params set, under a profile, checked."""
+"""Loader of the commands: from their arguments to blocks with params set, under a profile, checked."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from functools import wraps
 from itertools import chain
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 from fuzzyctl.cli.common import AS, SET, STDIN, SYSTEM, assignments, remark, show, standard_input
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
@@ -16,11 +16,11 @@ from fuzzyctl.support.shipped import Place, is_name, place_of, shipped_files
 if TYPE_CHECKING:
     from fuzzyctl.diagnostics.source import SourceText
     from fuzzyctl.loading.load import Examined
-    from fuzzyctl.model.controller import Controller, EquationBlock
+    from fuzzyctl.model.block import Block
     from fuzzyctl.model.profiles import ProfileName
     from fuzzyctl.model.system import FuzzySystem
 
-AnyBlock = TypeVar("AnyBlock", bound="EquationBlock")
+AnyBlock = TypeVar("AnyBlock", bound="Block")
 
 
 @dataclass(frozen=True)
@@ -39,35 +39,21 @@ class Choice:
     profile: ProfileName | None = None
     unproved: bool = False
 
-    def changed(self, system: FuzzySystem) -> FuzzySystem:
-        """Return a system with the params set, under the profile.
+    def changed(self, block: AnyBlock) -> AnyBlock:
+        """Return a block with the params set, under the profile.
 
         Raises:
-            DiagnosticError: For what is wrong with the system then; it comes from the command line, not from the file.
-        """
-        values = assignments(self.settings, [p.name for p in system.params], "param")
-        try:
-            system = system.with_params(**values) if values else system
-        except DiagnosticError as error:
-            raise blamed(error, self.settings) from None
-        return under(system, self.profile)
-
-    def with_settings(self, block: AnyBlock) -> AnyBlock:
-        """Return a controller, plant or loop with the params set.
-
-        Raises:
-            DiagnosticError: As `changed`.
+            DiagnosticError: For mistakes of the block then; they come from the command line, not from the file.
         """
         values = assignments(self.settings, params_of(block), "param")
-        if not values:
-            return block
-        from fuzzyctl.loading.block_equations import with_params
-        from fuzzyctl.model.instance_params import with_instance_params
+        if values:
+            from fuzzyctl.loading.block_equations import with_params
 
-        try:
-            return with_params(with_instance_params(block, values), values)
-        except DiagnosticError as error:
-            raise blamed(error, self.settings) from None
+            try:
+                block = with_params(block, values)
+            except DiagnosticError as error:
+                raise blamed(error, self.settings) from None
+        return under(block, self.profile)
 
     def of_params(self, names: Sequence[str]) -> Choice:
         """Return the same with the settings of some params only."""
@@ -75,11 +61,12 @@ class Choice:
         return replace(self, settings=own)
 
 
-def params_of(block: EquationBlock) -> list[str]:
+def params_of(block: Block) -> list[str]:
     """Return the names of the params that can be set: those of a controller's instances are among them."""
+    from fuzzyctl.model.controller import Controller
     from fuzzyctl.model.instance_params import instance_params
 
-    return [*(p.name for p in block.params), *(instance_params(block) if block.kind == "controller" else ())]
+    return [*(p.name for p in block.params), *(instance_params(block) if isinstance(block, Controller) else ())]
 
 
 def blamed(error: DiagnosticError, settings: Sequence[str]) -> DiagnosticError:
@@ -104,19 +91,21 @@ def chooses(command: Callable[..., Any]) -> Callable[..., Any]:
 
 @dataclass(frozen=True)
 class Opened:
-    """A file without errors, and the systems of it that a command works on.
+    """A file without errors, and the blocks of it that a command works on.
 
     Args:
         file: What the file holds.
-        systems: Those chosen, with params set, under the profile.
+        blocks: Those chosen, with params set, under the profile.
         diagnostics: Warnings and hints of the file.
-        blocks: Controllers, plants and loops that were chosen, with params set.
     """
 
     file: Examined
-    systems: tuple[FuzzySystem, ...]
+    blocks: tuple[Block, ...]
     diagnostics: list[Diagnostic]
-    blocks: tuple[EquationBlock, ...] = ()
+
+    def of(self, kind: type[AnyBlock]) -> list[AnyBlock]:
+        """Return the chosen blocks of a kind."""
+        return [b for b in self.blocks if isinstance(b, kind)]
 
 
 def source_of(file: str) -> SourceText:
@@ -174,103 +163,89 @@ def require_own(place: Place) -> None:
         raise DiagnosticError([Diagnostic("FZ005", "a shipped file is not changed", file=place.name, help=help_text)])
 
 
-def open_systems(
-    file: str,
-    choice: Choice,
-    *,
-    several: bool = True,
-    hints: bool = True,
-    blocks: bool = False,
-    examined: Examined | None = None,
-) -> Opened:
-    """Open the systems of a file.
+def open_blocks(file: str, choice: Choice, *, hints: bool = True, examined: Examined | None = None) -> Opened:
+    """Open the blocks of a file, or the one named; each takes the settings of its own params.
 
     Args:
         file: The file; '-' is standard input.
         choice: What to make of it.
-        several: Whether the command works on several systems.
         hints: Whether to look for what can only be a warning.
-        blocks: Whether the command works on controllers, plants and loops as well.
         examined: What the file holds, where it was read before.
 
     Raises:
-        DiagnosticError: With all errors of the file, and its warnings where one system is wanted, as they may explain
-            them; for params that the system does not have or take; for a system that the tool of the profile cannot
-            evaluate.
+        DiagnosticError: With all errors of the file; for an unknown name; for params that no block has or takes; for a
+            system that the tool of the profile cannot evaluate.
     """
-    from fuzzyctl.loading.choice import choose, not_chosen, without_system
+    from fuzzyctl.loading.choice import chosen
+    from fuzzyctl.model.block import Block
 
+    examined, diagnostics = _without_errors(file, examined, hints=hints)
+    blocks = examined.blocks if choice.name is None else (chosen(examined, choice.name, Block),)
+    names = [params_of(b) for b in blocks]
+    assignments(choice.settings, list(dict.fromkeys(chain.from_iterable(names))), "param")
+    changed = (choice.of_params(own).changed(b) for b, own in zip(blocks, names, strict=True))
+    return Opened(examined, tuple(changed), diagnostics)
+
+
+def open_block(
+    file: str, name: str | None, *kinds: type[AnyBlock], examined: Examined | None = None
+) -> tuple[AnyBlock, Examined, list[Diagnostic]]:
+    """Open the one block of a file that is meant, see `loading.choice.chosen`.
+
+    Returns:
+        The block as it is written; the file with its warnings and hints.
+
+    Raises:
+        DiagnosticError: As `open_blocks`, with the warnings of a file with errors, as they may explain them.
+    """
+    from fuzzyctl.loading.choice import chosen
+
+    examined, diagnostics = _without_errors(file, examined, warnings=True)
+    return chosen(examined, name, *kinds), examined, diagnostics
+
+
+def _without_errors(
+    file: str, examined: Examined | None, *, hints: bool = True, warnings: bool = False
+) -> tuple[Examined, list[Diagnostic]]:
     if examined is None:
         examined = examined_file(file, hints=hints)
-    source = examined.source
-    systems, diagnostics = examined.systems, examined.reported(examined.diagnostics)
-    chosen = tuple(b for b in examined.blocks if blocks and choice.name in (None, b.name))
-    if chosen and choice.name is not None:
-        systems = ()
-    elif choice.name is not None or not several:
-        names = [b.name for b in (*systems, *examined.blocks)]
-        if blocks and examined.blocks and choice.name not in [None, *names]:
-            raise DiagnosticError(_errors(diagnostics) or [not_chosen(source, names, "block", choice.name)])
-        system, diagnostics = choose(source, systems, diagnostics, choice.name, examined.blocks)
-        systems = (system,) if system is not None else ()
-    elif examined.blocks and not systems and not blocks:
-        diagnostics = [*diagnostics, without_system(source, examined.blocks)]
-    errors = _errors(diagnostics)
-    if errors:
-        raise DiagnosticError(errors if several else diagnostics)
-    opened = Opened(examined, tuple(map(choice.changed, systems)), diagnostics)
-    return replace(opened, blocks=tuple(map(choice.with_settings, chosen))) if chosen else opened
+    diagnostics = examined.reported(examined.diagnostics)
+    if errors := _errors(diagnostics):
+        raise DiagnosticError(diagnostics if warnings else errors)
+    return examined, diagnostics
 
 
 def _errors(diagnostics: Sequence[Diagnostic]) -> list[Diagnostic]:
     return [d for d in diagnostics if d.severity == "error"]
 
 
-def open_blocks(file: str, choice: Choice) -> Opened:
-    """Open the systems, and the other blocks, of a file, or the one named; each takes the settings of its own params.
-
-    Raises:
-        DiagnosticError: As `open_systems` does.
-    """
-    opened = open_systems(file, replace(choice, settings=(), profile=None), blocks=True)
-    if not opened.blocks:
-        return replace(opened, systems=tuple(map(choice.changed, opened.systems)))
-    params = [[p.name for p in s.params] for s in opened.systems] + [params_of(b) for b in opened.blocks]
-    assignments(choice.settings, list(dict.fromkeys(chain.from_iterable(params))), "param")
-    return replace(
-        opened,
-        systems=tuple(choice.of_params([p.name for p in s.params]).changed(s) for s in opened.systems),
-        blocks=tuple(choice.of_params(params_of(b)).with_settings(b) for b in opened.blocks),
-    )
-
-
-def controllers_of(opened: Opened) -> list[Controller]:
-    """Return the controllers among the blocks that are open."""
-    from fuzzyctl.model.controller import Controller
-
-    return [b for b in opened.blocks if isinstance(b, Controller)]
-
-
 def load_checked(file: str, choice: Choice, examined: Examined | None = None) -> FuzzySystem:
     """Open the one system of a file, or the one named, for use: all its checks must pass; warnings are printed."""
     from fuzzyctl.analysis.coverage import coverage
+    from fuzzyctl.model.system import FuzzySystem
 
-    opened = open_systems(file, choice, several=False, examined=examined)
-    system = opened.systems[0]
-    diagnostics = opened.file.reported([*opened.file.diagnostics, *coverage.diagnostics(system)])
+    system, examined, _ = open_block(file, choice.name, FuzzySystem, examined=examined)
+    system = choice.changed(system)
+    diagnostics = examined.reported([*examined.diagnostics, *coverage.diagnostics(system)])
     if _errors(diagnostics):
         raise DiagnosticError(diagnostics)
     show(diagnostics)
     return system
 
 
-def under(system: FuzzySystem, profile: ProfileName | None) -> FuzzySystem:
-    """Return a system under a profile, or as it is; what stays as it is although the tool has no such thing is said."""
+def under(block: AnyBlock, profile: ProfileName | None) -> AnyBlock:
+    """Return a block whose systems are under a profile; what the tool does not have is kept, with a warning."""
     if profile is None:
-        return system
+        return block
     from fuzzyctl.model.as_profile import as_profile
     from fuzzyctl.model.checks.profile_limits import kept
+    from fuzzyctl.model.system import FuzzySystem
 
-    changed = as_profile(system, profile)
-    show(kept(system, profile))
-    return changed
+    changed: Any = block
+    if isinstance(changed, FuzzySystem):
+        under_profile = as_profile(changed, profile)
+        show(kept(changed, profile))
+        return cast("AnyBlock", under_profile)
+    parts = ("systems", "controllers", "plants")
+    inner = {part: tuple(under(b, profile) for b in getattr(changed, part)) for part in parts}
+    return cast("AnyBlock", replace(changed, **inner))

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from fuzzyctl.cli.common import assignments, show
 from fuzzyctl.cli.loading import blamed, examined_file
-from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
+from fuzzyctl.diagnostics.diagnostic import DiagnosticError
 
 if TYPE_CHECKING:
     from fuzzyctl.model.loop import Loop
@@ -21,7 +20,8 @@ def chosen_loops(file: str, name: str | None) -> list[tuple[str, Loop]]:
         DiagnosticError: With all errors of the file, but those of other loops than the one named; for a file without
             loops, and a name of none.
     """
-    from fuzzyctl.loading.choice import chosen_block
+    from fuzzyctl.loading.choice import chosen
+    from fuzzyctl.model.loop import Loop
 
     examined = examined_file(file, loop=name)
     diagnostics = examined.reported(examined.diagnostics)
@@ -30,15 +30,7 @@ def chosen_loops(file: str, name: str | None) -> list[tuple[str, Loop]]:
     show(diagnostics)
     if name is None and examined.loops:
         return [(file, loop) for loop in examined.loops]
-    chosen = chosen_block(examined.source, examined.loops, "loop", name)
-    if isinstance(chosen, Diagnostic):
-        other = next((b for b in (*examined.systems, *examined.blocks) if b.name == name), None)
-        if other is not None:
-            kind = other.kind
-            fact = f"'{name}' is a {kind}: a loop runs it"
-            chosen = dataclasses.replace(chosen, facts=(*chosen.facts, fact))
-        raise DiagnosticError([chosen])
-    return [(file, chosen)]
+    return [(file, chosen(examined, name, Loop))]
 
 
 def settings_of(texts: Sequence[str], loops: Sequence[Loop]) -> list[Loop]:

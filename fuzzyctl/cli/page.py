@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import replace
 from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
-from fuzzyctl.cli.checked import block_under, claim_reports
+from fuzzyctl.cli.checked import claim_reports
 from fuzzyctl.cli.common import DONE, FAILED, QUIET, UNDECIDED, answers_with_diagnostics, assignments, show
 from fuzzyctl.cli.loading import Choice, chooses, examined_file, params_of
 from fuzzyctl.cli.loops import settings_of
@@ -19,7 +18,6 @@ from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 
 if TYPE_CHECKING:
     from fuzzyctl.loading.load import Examined
-    from fuzzyctl.model.controller import Controller
     from fuzzyctl.model.loop import Loop
     from fuzzyctl.page.document import Section
     from fuzzyctl.simulation.run import Run
@@ -83,13 +81,11 @@ def _loops(examined: Examined, choice: Choice, loop: str | None) -> list[Loop]:
     Raises:
         DiagnosticError: For a name of no loop.
     """
-    from fuzzyctl.loading.choice import chosen_block
+    from fuzzyctl.loading.choice import chosen
+    from fuzzyctl.model.loop import Loop
 
     if loop is not None:
-        chosen = chosen_block(examined.source, examined.loops, "loop", loop)
-        if isinstance(chosen, Diagnostic):
-            raise DiagnosticError([chosen])
-        return [chosen]
+        return [chosen(examined, loop, Loop)]
     return [own for own in examined.loops if choice.name in (None, own.name)]
 
 
@@ -104,7 +100,7 @@ def _known_settings(examined: Examined, loops: list[Loop], choice: Choice) -> No
     from fuzzyctl.model.instance_params import instance_params
     from fuzzyctl.simulation.settings import short_names
 
-    own = [*([p.name for p in s.params] for s in examined.systems), *map(params_of, examined.blocks)]
+    own = map(params_of, examined.blocks)
     of_loops = (name for loop in loops for name in (*short_names(loop), *instance_params(loop)))
     assignments(choice.settings, list(dict.fromkeys([*chain.from_iterable(own), *of_loops])), "param")
 
@@ -130,8 +126,8 @@ def _systems(examined: Examined, choice: Choice, diagnostics: list[Diagnostic], 
             require_size(system)  # before proofs, which take seconds where there is much to prove
         except CodegenError as error:
             raise DiagnosticError([_refused(system.name, system.span, error)]) from None
-        own = replace(choice.of_params([p.name for p in system.params]), name=system.name)
-        checked = check_changed(examined, own.changed, system=system.name)
+        own = choice.of_params(params_of(system))
+        checked = check_changed(examined, own.changed(system))
         if checked.system is None:
             raise DiagnosticError(checked.diagnostics)
         verdicts = decided(checked.system, checked.verdicts, CLAIM_SECONDS, until)
@@ -151,12 +147,11 @@ def _controllers(examined: Examined, choice: Choice, diagnostics: list[Diagnosti
     from fuzzyctl.analysis.prove import CLAIM_SECONDS
     from fuzzyctl.codegen.errors import CodegenError
     from fuzzyctl.codegen.prepare import prepare_step
-    from fuzzyctl.model.controller import Controller
     from fuzzyctl.page.blocks import controller_data
     from fuzzyctl.page.document import controller_section
     from fuzzyctl.page.proofs import controller_proofs
 
-    chosen = [b for b in examined.blocks if isinstance(b, Controller) and choice.name in (None, b.name)]
+    chosen = [c for c in examined.controllers if choice.name in (None, c.name)]
     if not chosen:
         return
     _, found = check_examined(examined, profile=choice.profile)
@@ -165,7 +160,7 @@ def _controllers(examined: Examined, choice: Choice, diagnostics: list[Diagnosti
     _add(diagnostics, found)
     for controller in chosen:
         own = choice.of_params(params_of(controller))
-        changed: Controller = block_under(own.with_settings(controller), choice.profile)
+        changed = own.changed(controller)
         settings = assignments(own.settings, params_of(controller), "param")
         try:
             unit = prepare_step(changed, examined.source.text, settings=settings)
@@ -223,11 +218,11 @@ def _refused(name: str, span: object, error: Exception) -> Diagnostic:
 
 
 def _nothing(file: str, examined: Examined, name: str | None) -> Diagnostic:
-    names = [b.name for b in (*examined.systems, *examined.blocks)]
+    names = [b.name for b in examined.blocks]
     if name is not None and name not in names:
         facts = (f"blocks: {', '.join(names)}",)
         return Diagnostic("FZ502", f"no block '{name}'", facts=facts, help="name one of these", file=file)
-    held = ", ".join(b.name for b in examined.blocks if name in (None, b.name))
+    held = ", ".join(b.name for b in examined.plants if name in (None, b.name))
     others = (f"plants: {held}",) if held else ()
     message = "a page shows systems, controllers and loops; none is there"
     return Diagnostic("FZ502", message, facts=others, help="write a loop that runs the plant", file=file)

@@ -23,7 +23,7 @@ from fuzzyctl.cli.common import (
     show,
     timeout_option,
 )
-from fuzzyctl.cli.loading import Choice, Opened, chooses, controllers_of, open_blocks
+from fuzzyctl.cli.loading import Choice, Opened, chooses, open_blocks
 from fuzzyctl.cli.progress import progress
 from fuzzyctl.cli.streams import INTERRUPTED, say, write_json
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
@@ -69,6 +69,9 @@ def prove(files: tuple[str, ...], choice: Choice, timeout: float, form: str) -> 
     fuzzyctl prove tipper ais_reaction
     fuzzyctl prove ais_reaction --set k_s=0.6
     """
+    from fuzzyctl.model.controller import Controller
+    from fuzzyctl.model.system import FuzzySystem
+
     proofs: list[Proof] = []
     mistakes: list[Diagnostic] = []
     tell = report if form == "text" else None
@@ -80,10 +83,10 @@ def prove(files: tuple[str, ...], choice: Choice, timeout: float, form: str) -> 
                 mistakes.extend(error.diagnostics)
                 continue
             shown = STDIN if file == "-" else file
-            for system in opened.systems:
+            for system in opened.of(FuzzySystem):
                 proofs.append(Proof(shown, system, len(system.guarantees)))
                 _prove_system(proofs[-1], system, timeout, tell)
-            for controller in controllers_of(opened):
+            for controller in opened.of(Controller):
                 proofs.append(Proof(shown, controller, 0))
                 _prove_controller(proofs[-1], controller, timeout, tell)
     except KeyboardInterrupt:
@@ -109,9 +112,10 @@ def _opened(file: str, choice: Choice) -> Opened:
         DiagnosticError: With the mistakes of the file.
     """
     from fuzzyctl.analysis.coverage import coverage
+    from fuzzyctl.model.system import FuzzySystem
 
     opened = open_blocks(file, choice)
-    uncovered = opened.file.reported(d for system in opened.systems for d in coverage.diagnostics(system))
+    uncovered = opened.file.reported(d for system in opened.of(FuzzySystem) for d in coverage.diagnostics(system))
     errors = [d for d in uncovered if d.severity == "error"]
     if errors:
         raise DiagnosticError(errors)

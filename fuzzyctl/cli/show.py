@@ -16,7 +16,7 @@ from fuzzyctl.cli.common import (
     answers_with_diagnostics,
     use_color,
 )
-from fuzzyctl.cli.loading import Choice, chooses, open_systems
+from fuzzyctl.cli.loading import Choice, chooses, open_block, open_blocks
 from fuzzyctl.cli.streams import say, write_json
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.support.shipped import first_sentence, shipped_groups
@@ -55,16 +55,18 @@ def show_system(
     from fuzzyctl.display.summary import summary
     from fuzzyctl.display.systems import page_text
 
-    opened = open_systems(file, choice, blocks=not only_plan)
-    systems = opened.systems
+    opened = open_blocks(file, choice)
+    systems = opened.of(FuzzySystem)
     if only_plan:
+        systems = systems or [open_block(file, choice.name, FuzzySystem, examined=opened.file)[0]]
         return _show_plan(systems, algorithm, form)
     pages = [summary(system) for system in systems]
     others: list[dict[str, Any]] = []
-    if opened.blocks:
+    if len(opened.blocks) > len(systems):
         from fuzzyctl.display.block_summary import block_summary
+        from fuzzyctl.model.controller import EquationBlock
 
-        others = [block_summary(block) for block in opened.blocks]
+        others = [block_summary(block) for block in opened.of(EquationBlock)]
     if form == "json":
         several = {"systems": pages} | ({"blocks": others} if others else {})
         write_json((*pages, *others)[0] if len(pages) + len(others) == 1 else several)

@@ -41,7 +41,7 @@ def hints(document: Document, start: int = 0, end: int | None = None) -> list[Hi
         if isinstance(s, sx.Param | sx.Variable) and s.span.source.name == document.source.name
     }
     found = set()
-    for block in (*document.examined.systems, *document.examined.blocks):
+    for block in document.examined.blocks:
         if isinstance(block, FuzzySystem):
             found |= {*_peaks(block, statements), *_bounds(document, block, statements)}
         found |= {*_values(block, statements)}

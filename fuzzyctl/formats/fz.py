@@ -33,7 +33,7 @@ def dumps(system: Block) -> str:
 
     Returns:
         A text with `loads(dumps(system)) == system`; comments of a file it came from are not part of a system. Other
-        systems that guarantees name follow it: `loads` then takes `system=system.name`. What a controller, plant or
+        systems that guarantees name follow it: `loads` then takes `block=system.name`. What a controller, plant or
         loop calls precedes it; a plant of one line is written with its equations.
 
     Raises:

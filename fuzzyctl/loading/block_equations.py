@@ -22,35 +22,43 @@ from fuzzyctl.expr import ZERO, Call, Expr, Keyword, Name
 from fuzzyctl.kernels.plan.algebraic_loops import feedthrough, ordered
 from fuzzyctl.kernels.plan.equations import Equation, Equations, Evaluation
 from fuzzyctl.kernels.plan.expansion import equations_of
+from fuzzyctl.model.block import Block
 from fuzzyctl.model.checks.block_numbers import numbers_of_all
 from fuzzyctl.model.controller import Controller, Definition, EquationBlock, Instance, Result, Signal
 from fuzzyctl.model.forms import bound
+from fuzzyctl.model.instance_params import with_instance_params
 from fuzzyctl.model.loop import Loop
 from fuzzyctl.model.measures import MEASURES
 from fuzzyctl.model.plant import Plant
 from fuzzyctl.model.plant_forms import PLANT_FUNCTIONS
 from fuzzyctl.model.shared_params import with_values
 from fuzzyctl.model.signals import SIGNALS, TIME
+from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.support.arguments import is_finite
 
-Block = TypeVar("Block", bound=EquationBlock)
+AnyBlock = TypeVar("AnyBlock", bound=Block)
+WithEquations = TypeVar("WithEquations", bound=EquationBlock)
 
 
-def with_params(block: Block, values: Mapping[str, float]) -> Block:
-    """Return a block with some params set to numbers.
+def with_params(block: AnyBlock, values: Mapping[str, float]) -> AnyBlock:
+    """Return a block with some params set to numbers, those of a controller's instances by `INSTANCE.PARAM`.
 
     Raises:
         DiagnosticError: For numbers that the block does not take, such as one outside of the range of its param.
     """
-    changed = with_values(block, values)
+    changed: Any = block
+    if isinstance(changed, FuzzySystem):
+        changed = changed.with_params(**values)
+        return cast("AnyBlock", changed)
+    changed = with_values(with_instance_params(changed, values), values)
     found = list(numbers_of_all(changed))
     if found:
         raise DiagnosticError(found)
     parts_of(changed)
-    return changed
+    return cast("AnyBlock", changed)
 
 
-def with_numbers(block: Block, values: Mapping[str, Any]) -> Block:
+def with_numbers(block: WithEquations, values: Mapping[str, Any]) -> WithEquations:
     """Return a block with some of its numbers changed in place.
 
     Args:
@@ -80,7 +88,7 @@ def with_numbers(block: Block, values: Mapping[str, Any]) -> Block:
     if isinstance(block, Loop):
         from fuzzyctl.simulation.settings import with_settings
 
-        return cast("Block", with_settings(block, own))
+        return cast("WithEquations", with_settings(block, own))
     known = [p.name for p in block.params]
     known += [f"{i.name}.{p.name}" for i in block.instances for p in block.callee(i).params]
     for name, value in own.items():

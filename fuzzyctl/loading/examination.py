@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, TypeVar
 
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError, Note
 from fuzzyctl.diagnostics.source import SourceText
@@ -16,6 +16,7 @@ from fuzzyctl.lang.repaired_text import in_original
 from fuzzyctl.loading.assembly import Part, bring_in, path_below, split, without_other_loops
 from fuzzyctl.loading.calls import with_called
 from fuzzyctl.loading.linking import link
+from fuzzyctl.model.block import Block
 from fuzzyctl.model.checks.checks import check_model
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.resolve import resolve
@@ -31,6 +32,8 @@ if TYPE_CHECKING:
 MAX_SYSTEMS: Final = 200
 MAX_SHARED: Final = 20_000
 
+_Block = TypeVar("_Block", bound=Block)
+
 #: By file its systems, controllers and plants.
 Opened = dict[Path, tuple["Callee", ...]]
 
@@ -41,38 +44,52 @@ class Examined:
 
     Args:
         source: The text.
-        systems: Those without errors.
+        blocks: Those without errors: systems, then controllers, plants and loops, each in the order written.
         diagnostics: All of them, whatever the file allows or denies.
         policy: The lines that say what it does.
-        blocks: The controllers, plants and loops without errors, in the order written.
     """
 
     source: SourceText
-    systems: tuple[FuzzySystem, ...]
+    blocks: tuple[Block, ...]
     diagnostics: list[Diagnostic]
     policy: tuple[sx.Allow, ...] = ()
-    blocks: tuple[EquationBlock, ...] = ()
+
+    def of(self, kind: type[_Block]) -> tuple[_Block, ...]:
+        """Return the blocks of a kind."""
+        return tuple(b for b in self.blocks if isinstance(b, kind))
+
+    @property
+    def systems(self) -> tuple[FuzzySystem, ...]:
+        """The systems."""
+        return self.of(FuzzySystem)
+
+    @property
+    def equations(self) -> tuple[EquationBlock, ...]:
+        """The controllers, plants and loops."""
+        from fuzzyctl.model.controller import EquationBlock
+
+        return self.of(EquationBlock)
 
     @property
     def controllers(self) -> tuple[Controller, ...]:
         """The controllers."""
         from fuzzyctl.model.controller import Controller
 
-        return tuple(b for b in self.blocks if isinstance(b, Controller))
+        return self.of(Controller)
 
     @property
     def plants(self) -> tuple[Plant, ...]:
         """The plants."""
         from fuzzyctl.model.plant import Plant
 
-        return tuple(b for b in self.blocks if isinstance(b, Plant))
+        return self.of(Plant)
 
     @property
     def loops(self) -> tuple[Loop, ...]:
         """The loops."""
         from fuzzyctl.model.loop import Loop
 
-        return tuple(b for b in self.blocks if isinstance(b, Loop))
+        return self.of(Loop)
 
     def reported(self, diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
         """Return diagnostics in order, as the lines of the file want them."""
@@ -138,7 +155,7 @@ def look_through(
         diagnostics.extend(_without_follow_ups(source, mistakes, blocks.diagnostics))
     # What was read after repairs is no system of the file, but its mistakes are those of the file.
     found = [in_original(d) for d in (*diagnostics, *more, *used.mistakes)]
-    return Examined(source, () if mistakes else linked, found, tuple(policy), () if mistakes else equations)
+    return Examined(source, () if mistakes else (*linked, *equations), found, tuple(policy))
 
 
 def _examined_systems(

@@ -1,49 +1,46 @@
-"""Loader of fuzzy systems: read → parse → assemble → resolve → check."""
+"""Loader of blocks: read → parse → assemble → resolve → check."""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeVar
+from typing import Any, TypeVar, overload
 
 from fuzzyctl.diagnostics.diagnostic import ArgumentError, Diagnostic, DiagnosticError
 from fuzzyctl.diagnostics.source import SourceText
-from fuzzyctl.loading.choice import choose, chosen_block, chosen_name
+from fuzzyctl.loading.choice import block_name, chosen, chosen_if_sound
 from fuzzyctl.loading.examination import Examined, look_through
+from fuzzyctl.model.block import Block
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.support import arguments
 from fuzzyctl.support.reading import MAX_BYTES, decode, read_source
 from fuzzyctl.support.shipped import place_of
 
-if TYPE_CHECKING:
-    from fuzzyctl.model.controller import Controller
-    from fuzzyctl.model.loop import Loop
-    from fuzzyctl.model.plant import Plant
-
-
-_Block = TypeVar("_Block", "FuzzySystem", "Controller", "Plant", "Loop", "FuzzySystem | Controller")
+_Block = TypeVar("_Block", bound=Block)
 
 __all__ = [
     "MAX_BYTES",
     "Examined",
-    "chosen_block",
     "decode",
     "examine",
     "examine_all",
     "load",
     "load_all",
-    "load_controller",
-    "load_loop",
-    "load_plant",
     "loads",
     "look_through",
+    "opened",
     "read_source",
 ]
 
 
-def load(path: str | os.PathLike[str], *, system: str | None = None, max_bytes: int = MAX_BYTES) -> FuzzySystem:
-    """Read a fuzzy system from a rule file, or from a file of another tool.
+@overload
+def load(path: str | os.PathLike[str], *, block: type[_Block], max_bytes: int = MAX_BYTES) -> _Block: ...
+@overload
+def load(path: str | os.PathLike[str], *, block: str, max_bytes: int = MAX_BYTES) -> Any: ...
+@overload
+def load(path: str | os.PathLike[str], *, block: None = None, max_bytes: int = MAX_BYTES) -> FuzzySystem: ...
+def load(path: str | os.PathLike[str], *, block: str | type[Block] | None = None, max_bytes: int = MAX_BYTES) -> Block:
+    """Read a block from a rule file, or from a file of another tool.
 
     The structure of the file is checked. Gaps between the rules, guarantees and warnings are not: `fuzzyctl.check`
     reports them.
@@ -52,21 +49,20 @@ def load(path: str | os.PathLike[str], *, system: str | None = None, max_bytes: 
         path: The file; its suffix gives the format: `.fll`, `.fis`, `.fcl`, `.fml` and `.xml` are files of other tools,
             every other suffix is a rule file, usually `.fz`. A name without folder and suffix, such as `tipper`, is
             NAME.fz in the current folder, else the shipped file of this name.
-        system: Name of the system; required if the file holds several.
+        block: Name of the system, controller, plant or loop, or a class, such as `fuzzyctl.Loop`, for the only block of
+            that kind. None for the only system, or the only block of a file without systems.
         max_bytes: Largest size that is read [bytes].
 
     Returns:
-        The system.
+        The block.
 
     Raises:
         DiagnosticError: With all errors of the file, each with line, column and help; for a file that cannot be read;
-            for several systems without a chosen name.
+            for several blocks without a chosen name, and for a name that the file does not hold.
         ArgumentError: For an argument of another type.
         ValueOutOfBoundsError: For `max_bytes` out of its bounds.
     """
-    path, system = arguments.path(path, "; 'loads' takes texts"), chosen_name(system)
-    source = read_source(path, max_bytes=arguments.bytes_allowed(max_bytes))
-    return _required(examine(source, folder=place_of(path).path.parent, system=system, hints=False))
+    return _chosen(opened(path, max_bytes), block)
 
 
 def load_all(path: str | os.PathLike[str], *, max_bytes: int = MAX_BYTES) -> tuple[FuzzySystem, ...]:
@@ -81,22 +77,22 @@ def load_all(path: str | os.PathLike[str], *, max_bytes: int = MAX_BYTES) -> tup
         ArgumentError: For an argument of another type.
         ValueOutOfBoundsError: For `max_bytes` out of its bounds.
     """
-    path = arguments.path(path, "; 'loads' takes texts")
-    source = read_source(path, max_bytes=arguments.bytes_allowed(max_bytes))
-    systems, diagnostics = examine_all(source, folder=place_of(path).path.parent, hints=False)
-    errors = [d for d in diagnostics if d.severity == "error"]
-    if errors:
-        raise DiagnosticError(errors)
-    return systems
+    return opened(path, max_bytes).systems
 
 
-def loads(text: str, name: str = "<text>", *, system: str | None = None) -> FuzzySystem:
-    """Read a fuzzy system from a text.
+@overload
+def loads(text: str, name: str = "<text>", *, block: type[_Block]) -> _Block: ...
+@overload
+def loads(text: str, name: str = "<text>", *, block: str) -> Any: ...
+@overload
+def loads(text: str, name: str = "<text>", *, block: None = None) -> FuzzySystem: ...
+def loads(text: str, name: str = "<text>", *, block: str | type[Block] | None = None) -> Block:
+    """Read a block from a text.
 
     Args:
         text: What a rule file holds; it can use no other files.
         name: Shown in diagnostics; its suffix gives the format, as for `load`.
-        system: Name of the system; required if the text holds several.
+        block: The block, as for `load`.
 
     Raises:
         DiagnosticError: With all errors of the text; for characters that no text file can hold.
@@ -106,83 +102,33 @@ def loads(text: str, name: str = "<text>", *, system: str | None = None) -> Fuzz
         raise ArgumentError(f"expected the text of a rule file, got {type(text).__name__}; 'load' takes paths")
     source = SourceText(arguments.text("'name'", name), text)
     _require_characters(source)
-    return _required(examine(source, system=chosen_name(system), hints=False))
+    return _chosen(_sound(look_through(source, hints=False)), block)
 
 
-def load_controller(
-    path: str | os.PathLike[str], controller: str | None = None, *, max_bytes: int = MAX_BYTES
-) -> Controller:
-    """Read a controller from a rule file.
-
-    Args:
-        path: The file, as for `load`.
-        controller: Name of the controller; required if the file holds several.
-        max_bytes: Largest size that is read [bytes].
-
-    Raises:
-        DiagnosticError: With all errors of the file; for a file that holds no controller, or several without a chosen
-            name.
-        ArgumentError: For an argument of another type.
-        ValueOutOfBoundsError: For `max_bytes` out of its bounds.
-    """
-    found = _opened(path, max_bytes)
-    return _one_of(found, found.controllers, "controller", chosen_name(controller, "controller"))
-
-
-def load_plant(path: str | os.PathLike[str], plant: str | None = None, *, max_bytes: int = MAX_BYTES) -> Plant:
-    """Read a plant from a rule file.
-
-    Args:
-        path: The file, as for `load`.
-        plant: Name of the plant; required if the file holds several.
-        max_bytes: Largest size that is read [bytes].
-
-    Raises:
-        DiagnosticError: As for `load_controller`.
-        ArgumentError: For an argument of another type.
-        ValueOutOfBoundsError: For `max_bytes` out of its bounds.
-    """
-    found = _opened(path, max_bytes)
-    return _one_of(found, found.plants, "plant", chosen_name(plant, "plant"))
-
-
-def load_loop(path: str | os.PathLike[str], loop: str | None = None, *, max_bytes: int = MAX_BYTES) -> Loop:
-    """Read a loop from a rule file, with the controllers and plants that it connects.
-
-    Args:
-        path: The file, as for `load`.
-        loop: Name of the loop; required if the file holds several.
-        max_bytes: Largest size that is read [bytes].
-
-    Raises:
-        DiagnosticError: As for `load_controller`.
-        ArgumentError: For an argument of another type.
-        ValueOutOfBoundsError: For `max_bytes` out of its bounds.
-    """
-    found = _opened(path, max_bytes)
-    return _one_of(found, found.loops, "loop", chosen_name(loop, "loop"))
-
-
-def _opened(path: str | os.PathLike[str], max_bytes: int) -> Examined:
-    """Read a rule file.
+def opened(path: str | os.PathLike[str], max_bytes: int = MAX_BYTES) -> Examined:
+    """Read a file without errors.
 
     Raises:
         DiagnosticError: With all errors of the file.
+        ArgumentError: For an argument of another type.
+        ValueOutOfBoundsError: For `max_bytes` out of its bounds.
     """
-    path = arguments.path(path)
+    path = arguments.path(path, "; 'loads' takes texts")
     source = read_source(path, max_bytes=arguments.bytes_allowed(max_bytes))
-    found = look_through(source, folder=place_of(path).path.parent, hints=False)
-    errors = [d for d in found.reported(found.diagnostics) if d.severity == "error"]
+    return _sound(look_through(source, folder=place_of(path).path.parent, hints=False))
+
+
+def _sound(examined: Examined) -> Examined:
+    errors = [d for d in examined.reported(examined.diagnostics) if d.severity == "error"]
     if errors:
         raise DiagnosticError(errors)
-    return found
+    return examined
 
 
-def _one_of(found: Examined, blocks: Sequence[_Block], kind: str, name: str | None) -> _Block:
-    chosen = chosen_block(found.source, blocks, kind, name)
-    if isinstance(chosen, Diagnostic):
-        raise DiagnosticError([chosen])
-    return chosen
+def _chosen(examined: Examined, block: object) -> Block:
+    if isinstance(block, type) and issubclass(block, Block):
+        return chosen(examined, None, block)
+    return chosen(examined, block_name(block), FuzzySystem, Block)
 
 
 def _require_characters(source: SourceText) -> None:
@@ -198,21 +144,20 @@ def _require_characters(source: SourceText) -> None:
 
 
 def examine(
-    source: SourceText, *, folder: Path | None = None, system: str | None = None, hints: bool = True
+    source: SourceText, *, folder: Path | None = None, hints: bool = True
 ) -> tuple[FuzzySystem | None, list[Diagnostic]]:
-    """Parse, assemble, resolve and check a source that holds one system, or several with one chosen by name.
+    """Parse, assemble, resolve and check a source that holds one system.
 
     Args:
         source: The text.
         folder: Where the files stand that it uses; None for a text that may use none.
-        system: Name of the system, where there are several.
         hints: Whether to look for what can only be a warning; without it a file is read faster.
 
     Returns:
         The system, None when there are errors, and all diagnostics, warnings included, in the order of their places.
     """
     found = look_through(source, folder=folder, hints=hints)
-    return choose(source, found.systems, found.reported(found.diagnostics), system, found.blocks)
+    return chosen_if_sound(found, found.reported(found.diagnostics), None, FuzzySystem)
 
 
 def examine_all(
@@ -224,10 +169,3 @@ def examine_all(
     """
     found = look_through(source, folder=folder, hints=hints)
     return found.systems, found.reported(found.diagnostics)
-
-
-def _required(examined: tuple[FuzzySystem | None, list[Diagnostic]]) -> FuzzySystem:
-    system, diagnostics = examined
-    if system is None:
-        raise DiagnosticError([d for d in diagnostics if d.severity == "error"])
-    return system

@@ -18,7 +18,8 @@ from fuzzyctl.analysis.verdicts import Proved
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError, FuzzyctlError
 from fuzzyctl.kernels.compile import compile
 from fuzzyctl.kernels.kernel import Kernel
-from fuzzyctl.loading.load import load_controller
+from fuzzyctl.loading.choice import chosen
+from fuzzyctl.loading.load import opened
 from fuzzyctl.model.controller import Controller
 from fuzzyctl.ros.connections import Connection, connections, put, value_of
 from fuzzyctl.ros.program import ParameterError, Period, parameters, spin
@@ -50,7 +51,7 @@ def run(node: Any) -> int:
     values = parameters(node, PARAMETERS)
     if not values["file"]:
         raise ParameterError("file is missing: the path of a rule file with a controller")
-    controller = load_controller(values["file"], values["controller"] or None)
+    controller = chosen(opened(values["file"]), values["controller"] or None, Controller)
     step, wrong = compile(controller, "python"), list[str]()
     inputs = connections(values["inputs"], "inputs", step.input_names, wrong)
     outputs = connections(values["outputs"], "outputs", step.output_names, wrong)

@@ -88,7 +88,7 @@ def costs() -> dict[str, Callable[[float], float]]:
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "law.fz"
         path.write_text(text(), encoding="utf-8")
-        controller = fuzzyctl.load_controller(path, "law")
+        controller = fuzzyctl.load(path, block="law")
     (surface,) = controller.systems
     kernel = fuzzyctl.compile(surface, "numba", free=["error.PS.peak"])
     step = fuzzyctl.compile(controller, "numba", free=NAMES)

@@ -35,7 +35,7 @@ def loaded(text: str) -> Any:
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "loop.fz"
         path.write_text(text, encoding="utf-8")
-        return fuzzyctl.load_loop(path)
+        return fuzzyctl.load(path, block=fuzzyctl.Loop)
 
 
 def cost_loop() -> Any:
@@ -97,7 +97,7 @@ def beside_c(rounds: int = 20) -> tuple[float, float, float] | None:
 
 def shipped(name: str, rounds: int = 20) -> tuple[int, float, float]:
     """Return the samples of a shipped loop, seconds of a compiled run, and of one in generated Python."""
-    loop = fuzzyctl.load_loop(rules_folder() / "loops" / f"{name}.fz")
+    loop = fuzzyctl.load(rules_folder() / "loops" / f"{name}.fz", block=fuzzyctl.Loop)
     compiled, plain = fuzzyctl.Experiment(loop, "numba"), fuzzyctl.Experiment(loop, "python")
     compiled.run()
     plain.run()

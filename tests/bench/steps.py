@@ -42,7 +42,7 @@ def step_of(lines: str) -> Any:
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "c.fz"
         path.write_text(f"{CURVED}controller c\ninput x\n{lines}\nevery 10 ms\n", encoding="utf-8")
-        return fuzzyctl.compile(fuzzyctl.load_controller(path), "numba")
+        return fuzzyctl.compile(fuzzyctl.load(path, block=fuzzyctl.Controller), "numba")
 
 
 def compiling(step: Any) -> float:

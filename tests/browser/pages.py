@@ -11,7 +11,7 @@ from pathlib import Path
 from click.testing import CliRunner
 
 from dwmr.cli.main import main as robots
-from fuzzyctl import compile, load, load_controller
+from fuzzyctl import compile, load
 from fuzzyctl.cli.main import main
 from fuzzyctl.support.shipped import rules_folder
 
@@ -72,14 +72,14 @@ def expected(source: Path, section: dict) -> list:
     ends = [(_end(i["lower"], -10.0), _end(i["upper"], 10.0)) for i in section.get("inputs", ()) if "lower" in i]
     points = [[a + (b - a) * drawn.uniform(-0.1, 1.1) for a, b in ends] for _ in range(POINTS)]
     if section["kind"] == "controller":
-        step = compile(load_controller(source, section["name"]), backend="python")
+        step = compile(load(source, block=section["name"]), backend="python")
         time = {} if section["period"] else {"dt": 0.01}
         state, found = step.start(), []
         for point in points:
             outputs, state = step(*point, state, **time)
             found.append([[*point, *time.values()], outputs])
     elif section["kind"] == "system":
-        kernel = compile(load(source, system=section["name"]), backend="python")
+        kernel = compile(load(source, block=section["name"]), backend="python")
         if kernel.plan.held:  # which go from point to point
             return []
         state = [kernel.start()] if kernel.plan.initial_state else []

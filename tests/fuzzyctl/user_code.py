@@ -53,7 +53,7 @@ def states() -> Array:
     state = kernel.start()
     y = kernel(1.0, state)
     state = kernel.next_state(state, y)
-    step = fuzzyctl.compile(fuzzyctl.load_controller("rules/loops/water_tank.fz"))
+    step = fuzzyctl.compile(fuzzyctl.load("rules/loops/water_tank.fz", block=fuzzyctl.Controller))
     u, after = step(1.0, 2.0, step.start())
     volts: float = u
     several, last = step.run(np.zeros((4, 2)))
@@ -76,7 +76,7 @@ def choices() -> None:
     fuzzyctl.compile(system, algorithm="fast")  # type: ignore[call-overload]
     fuzzyctl.as_profile(system, "matlab")
     fuzzyctl.as_profile(system, "excel")  # type: ignore[arg-type]
-    loop = fuzzyctl.load_loop("rules/loops/water_tank.fz")
+    loop = fuzzyctl.load("rules/loops/water_tank.fz", block=fuzzyctl.Loop)
     run: fuzzyctl.Run = fuzzyctl.simulate(loop, backend="numba", solver="Radau", GU=2.0)
     fuzzyctl.simulate(loop, solver="euler")  # type: ignore[arg-type]
     fuzzyctl.simulate(loop, backend="numpy")  # type: ignore[arg-type]

@@ -16,7 +16,7 @@ def test_its_loops_are_those_of_the_gallery(name):
 
 def test_outputs_are_compared_at_each_sample(monkeypatch):
     monkeypatch.setitem(beside_upa.LOOPS, "upa_motor", ("exact_motor", "motor.y"))
-    run = fuzzyctl.simulate(fuzzyctl.load_loop(pages.HERE / "upa_motor" / "upa_motor.fz", "exact_motor"))
+    run = fuzzyctl.simulate(fuzzyctl.load(pages.HERE / "upa_motor" / "upa_motor.fz", block="exact_motor"))
     outputs = [float(y) for y in run["motor.y"]]
     outputs[200] += 0.25
     row = beside_upa.compared({"upa_motor": (1e6, outputs)}).splitlines()[-1]

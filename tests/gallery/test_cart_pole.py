@@ -19,7 +19,7 @@ def environment():
 
 
 def test_the_equations_are_those_of_the_environment(environment):
-    run = fuzzyctl.simulate(fuzzyctl.load_loop(FILE))
+    run = fuzzyctl.simulate(fuzzyctl.load(FILE, block=fuzzyctl.Loop))
     names = ("pole.position", "pole.speed", "pole.angle", "pole.rate")
     environment.reset(seed=0)
     environment.unwrapped.state = tuple(run[name][0] for name in names)
@@ -32,7 +32,7 @@ def test_the_equations_are_those_of_the_environment(environment):
 
 def test_all_steps_from_many_seeds(environment):
     seeds = 100 if sizes.LONG else 20
-    step = fuzzyctl.compile(fuzzyctl.load_controller(FILE, "balance"), "python")
+    step = fuzzyctl.compile(fuzzyctl.load(FILE, block="balance"), "python")
     lasted = []
     for seed in range(seeds):
         seen, _ = environment.reset(seed=seed)

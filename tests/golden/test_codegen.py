@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from fuzzyctl import __version__, load, load_controller, load_plant
+from fuzzyctl import Controller, Plant, __version__, load
 from fuzzyctl.analysis.prove import quickly
 from fuzzyctl.codegen.files import generate
 from fuzzyctl.codegen.fixed import fixed_point
@@ -49,17 +49,17 @@ def generated(case):
     """Return the files of a case without their self-test, in which all numbers stand."""
     if case in FMUS:
         path = RULES / "loops" / "water_tank.fz"
-        text, controller = path.read_text(encoding="utf-8"), load_controller(path)
+        text, controller = path.read_text(encoding="utf-8"), load(path, block=Controller)
         unit = prepare_step(controller, text, small=True, free=tunable(controller))
         files = {}
-        for model in (controller_model(unit), plant_model(load_plant(path), text)):
+        for model in (controller_model(unit), plant_model(load(path, block=Plant), text)):
             described = model_description(model, FMUS[case], [f"{model.name}.c", f"fmi{FMUS[case]}.c"])
             own = {"modelDescription.xml": described, "fmu_model.h": model_header(model), "index.html": page(model)}
             files |= {f"{model.name}-{name}": text.replace(model.token, "TOKEN") for name, text in own.items()}
         return without_version(unit, files)
     if case in STEPS:
         target, options = STEPS[case]
-        unit = prepare_step(load_controller(VALVE), VALVE.read_text(encoding="utf-8"), **options)
+        unit = prepare_step(load(VALVE, block=Controller), VALVE.read_text(encoding="utf-8"), **options)
         return without_version(unit, generate(unit, target).files)
     rules, target, form, options = CASES[case]
     path = RULES / f"{rules}.fz"

@@ -75,7 +75,7 @@ class TestEverySystem:
 
 @on_backends(CONTROLLERS)
 def test_controllers_give_the_numbers_of_plain_loops(name, backend):
-    controller = fuzzyctl.load_controller(Path(__file__).parent / "published" / f"{name}.fz", name)
+    controller = fuzzyctl.load(Path(__file__).parent / "published" / f"{name}.fz", block=name)
     rows = np.random.default_rng(8).uniform(-1, 1, (200, CONTROLLERS[name]))
     found, _ = fuzzyctl.compile(controller, backend).run(rows)
     expected = getattr(by_hand, name)(*rows.T)

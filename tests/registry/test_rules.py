@@ -36,7 +36,7 @@ class TestEveryLaw:
         assert examined.controllers[-1].name == path.stem
 
     def test_what_it_requires_is_proved(self, path):
-        verdicts = fuzzyctl.prove(fuzzyctl.load_controller(path, path.stem))
+        verdicts = fuzzyctl.prove(fuzzyctl.load(path, block=path.stem))
         assert [type(v) for v in verdicts] == [fuzzyctl.Proved] * len(verdicts)
 
 

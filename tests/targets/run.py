@@ -156,7 +156,7 @@ def _compared(said: str) -> str:
     """
     import fuzzyctl
 
-    step = fuzzyctl.compile(fuzzyctl.load_controller(HERE / "valve.fz"), "python")
+    step = fuzzyctl.compile(fuzzyctl.load(HERE / "valve.fz", block=fuzzyctl.Controller), "python")
     state, total, worst = step.start(), 0.0, 0.0
     rows = iter(said.splitlines())
     for k, inputs in enumerate(_inputs(), start=1):

@@ -15,7 +15,8 @@ from fuzzyctl.expr import Call, Keyword, Name, names_in, span_of, walk
 from fuzzyctl.kernels.free_values import require_bounds
 from fuzzyctl.kernels.plan.equations import Equations, KeptState
 from fuzzyctl.kernels.plan.expansion import equations_of, with_values
-from fuzzyctl.loading.load import chosen_block, look_through
+from fuzzyctl.loading.choice import chosen
+from fuzzyctl.loading.load import look_through
 from fuzzyctl.model.controller import Controller, Result
 from fuzzyctl.model.stateful_operators import OPERATORS
 from fuzzyctl.support.reading import read_source
@@ -162,14 +163,12 @@ def read(path: Path, opened: Mapping[Path, tuple[FuzzySystem, ...]]) -> LawText:
     errors = [d for d in found if d.severity == "error"]
     if errors:
         raise DiagnosticError(errors)
-    controllers = examined.controllers
-    name = path.stem if path.stem in {c.name for c in controllers} else None
-    chosen = chosen_block(examined.source, controllers, "controller", name)
-    mistakes = [chosen] if isinstance(chosen, Diagnostic) else list(_misfits(chosen))
+    name = path.stem if path.stem in {c.name for c in examined.controllers} else None
+    controller = chosen(examined, name, Controller)
+    mistakes = list(_misfits(controller))
     if mistakes:
         raise DiagnosticError(mistakes)
-    assert isinstance(chosen, Controller)
-    return LawText(path, chosen, read_whole(path), tuple(d for d in found if d.severity == "warning"))
+    return LawText(path, controller, read_whole(path), tuple(d for d in found if d.severity == "warning"))
 
 
 def _misfits(controller: Controller) -> Iterator[Diagnostic]:

@@ -12,7 +12,8 @@ from fuzzyctl.analysis.induction.boxed_step import BoxedStep
 from fuzzyctl.analysis.induction.prover import ControllerProver
 from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.kernels.plan.expansion import _changed
-from fuzzyctl.loading.load import load_controller, look_through
+from fuzzyctl.loading.load import load, look_through
+from fuzzyctl.model.controller import Controller
 from fuzzyctl.support.shipped import rules_folder
 
 #: Seconds; what is decided here takes one at the most.
@@ -397,7 +398,9 @@ def test_a_claim_that_holds_over_all_values_at_once_needs_no_cells(monkeypatch):
 
 
 def test_calls_with_the_params_that_a_system_has_share_all_that_it_keeps():
-    (called,) = (i for i in load_controller(rules_folder() / "immune_channel.fz").systems if i.name == "ais_reaction")
+    (called,) = (
+        i for i in load(rules_folder() / "immune_channel.fz", block=Controller).systems if i.name == "ais_reaction"
+    )
     numbers = {p.name: called.values[p.name] for p in called.params}
     assert _changed(called, {"k_s": numbers["k_s"]}) is called
     other = _changed(called, {"k_s": 0.5 * numbers["k_s"]})

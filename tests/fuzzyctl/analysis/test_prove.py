@@ -353,7 +353,7 @@ class TestLets:
         )
         inner = "\nsystem inner\ndefuzzifier center_average\ninput x in [-1, 1]\n  terms N P\n"
         inner += "output y in [-1, 1]\n  terms N P\ntable y = x\n   N P\n | N P\n"
-        found = prove(loads(text + inner, system="line"))
+        found = prove(loads(text + inner, block="line"))
         assert [type(v) for v in found] == [Proved, Refuted]
 
     def test_where_rules_read_one_the_reason_says_that_nothing_is_exact(self):

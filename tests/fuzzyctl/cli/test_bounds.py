@@ -107,8 +107,8 @@ class TestControllers:
     def test_a_name_of_no_block_is_answered_with_all_names(self, path):
         result = run(path, "--system", "nope")
         assert result.exit_code == 2
-        assert "the file holds no block 'nope'" in result.stderr
-        assert "= blocks: s, c\n" in result.stderr
+        assert "the file holds no system or controller 'nope'" in result.stderr
+        assert "= systems or controllers: s, c\n" in result.stderr
 
     def test_zero_has_no_sign(self, path):
         path.write_text("controller c\ninput x in [0, 1]\noutput y = -0 * x\noutput z = -x\n", encoding="utf-8")

@@ -43,7 +43,7 @@ class TestChoice:
     def test_the_others_take_all_or_the_one_named(self, run, command):
         assert run(*command, "two.fz").exit_code == 0
         assert run(*command, "two.fz", "--system", "t").exit_code == 0
-        assert "the file holds no system 'u'" in run(*command, "two.fz", "--system", "u").output
+        assert "the file holds no block 'u'" in run(*command, "two.fz", "--system", "u").output
 
 
 class TestSettings:

@@ -13,11 +13,10 @@ from pathlib import Path
 
 import pytest
 
-from fuzzyctl import Undecided, compile, load, load_controller, loads
+from fuzzyctl import Controller, Undecided, compile, load, loads
 from fuzzyctl.diagnostics.diagnostic import NoRuleFiresError
 from fuzzyctl.explain.trace import trace
 from fuzzyctl.loading.load import look_through
-from fuzzyctl.model.controller import Controller
 from fuzzyctl.page.proofs import decided
 from fuzzyctl.support.reading import read_source
 from fuzzyctl.support.shipped import rules_folder
@@ -191,7 +190,7 @@ def test_functions_states_hedges_and_refusals_are_computed(tmp_path):
 @pytest.mark.parametrize("path", LAWS, ids=lambda p: p.stem)
 def test_steps_of_a_controller_are_those_of_the_kernel(path, tmp_path):
     tags, facts = written(tmp_path / "x.html", path)
-    controller = load_controller(path)
+    controller = load(path, block=Controller)
     (section,) = facts["sections"]
     names = [i["name"] for i in section["inputs"]]
     asked = [

@@ -204,7 +204,7 @@ class TestJson:
         assert len(rules) == 2
 
     def test_no_setting_of_a_method_is_forgotten(self):
-        system = fuzzyctl.loads(EVERYTHING, system="two")
+        system = fuzzyctl.loads(EVERYTHING, block="two")
         assert len(summary(system)["method"]) == len(Method.__dataclass_fields__) - len({"span", "spans"})
 
 

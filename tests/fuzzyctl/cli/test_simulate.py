@@ -222,7 +222,7 @@ class TestText:
         assert plant.exit_code == 2
         assert "'p' is a plant: a loop runs it" in plant.output
         output = run(rules_folder() / "tipper.fz").output
-        assert "the file holds no loop\n = help: a 'loop' joins controllers and plants, as in" in output
+        assert "the file holds no loop\n = it holds: system 'tipper'\n = help: a 'loop' joins controllers" in output
 
 
 class TestSeveral:

@@ -46,7 +46,7 @@ def tipper():
 
 @pytest.fixture(scope="module")
 def loop():
-    return fuzzyctl.load_loop(PENDULUM)
+    return fuzzyctl.load(PENDULUM, block=fuzzyctl.Loop)
 
 
 @pytest.fixture(scope="module")

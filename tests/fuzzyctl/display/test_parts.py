@@ -43,7 +43,7 @@ def blocks():
     for path in SYSTEMS:
         yield fuzzyctl.load(path)
     for name in ("water_tank", "pendulum"):
-        yield fuzzyctl.load_loop(rules_folder() / "loops" / f"{name}.fz")
+        yield fuzzyctl.load(rules_folder() / "loops" / f"{name}.fz", block=fuzzyctl.Loop)
 
 
 def test_the_words_are_those_of_rule_files():

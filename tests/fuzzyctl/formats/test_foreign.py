@@ -56,7 +56,7 @@ class TestLoading:
     def test_load_takes_a_file_of_another_tool(self, tipper):
         assert load(tipper).name == "tipper"
         assert [s.name for s in load_all(tipper)] == ["tipper"]
-        assert load(tipper, system="tipper") == load(tipper)
+        assert load(tipper, block="tipper") == load(tipper)
 
     def test_loads_goes_by_the_suffix_of_the_name(self, tipper):
         assert loads(TIPPER, "t.fis") == load(tipper)
@@ -69,8 +69,8 @@ class TestLoading:
         assert "FZ309" in codes(diagnostics)
 
     def test_a_system_of_another_name_is_refused(self, tipper):
-        with pytest.raises(DiagnosticError, match="no system 'tip'"):
-            load(tipper, system="tip")
+        with pytest.raises(DiagnosticError, match="no block 'tip'"):
+            load(tipper, block="tip")
 
     def test_matlab_documents_these_values_of_its_tipper(self, tipper):
         system = load(tipper)

@@ -60,7 +60,7 @@ def test_systems_that_call_each_other_are_written_once():
 def test_a_plant_in_python_keeps_its_file(tmp_path):
     (tmp_path / "cart.py").write_text('inputs = ("u",)\nstates = {"x": 1}\noutputs = ("y",)\n', encoding="utf-8")
     (tmp_path / "cart.fz").write_text('plant cart = python("cart.py")\nparam k = 2\n', encoding="utf-8")
-    plant = fuzzyctl.load_plant(tmp_path / "cart.fz")
+    plant = fuzzyctl.load(tmp_path / "cart.fz", block=fuzzyctl.Plant)
     assert fuzzyctl.dumps(plant) == 'plant cart = python("cart.py")\n\nparam k = 2\n'
     assert blocks_of(fuzzyctl.dumps(plant), tmp_path)["cart"] == plant
 
@@ -68,7 +68,7 @@ def test_a_plant_in_python_keeps_its_file(tmp_path):
 def test_a_text_is_written_to_a_file(tmp_path):
     plant = blocks_of(TEXT)["lag"]
     fuzzyctl.dump(plant, tmp_path / "lag.fz")
-    assert fuzzyctl.load_plant(tmp_path / "lag.fz") == plant
+    assert fuzzyctl.load(tmp_path / "lag.fz", block=fuzzyctl.Plant) == plant
 
 
 def test_what_a_file_cannot_hold_is_refused():

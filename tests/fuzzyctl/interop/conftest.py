@@ -29,7 +29,7 @@ def small(tmp_path):
     def load(form="tf(num=[3, 1], den=[1, 2, 5])", text=LOOP):
         path = tmp_path / "small.fz"
         path.write_text(text.replace("tf(num=[3, 1], den=[1, 2, 5])", form), encoding="utf-8")
-        return fuzzyctl.load_loop(path)
+        return fuzzyctl.load(path, block=fuzzyctl.Loop)
 
     return load
 
@@ -42,6 +42,6 @@ def tank(tmp_path):
         written = (rules_folder() / "loops" / "water_tank.fz").read_text(encoding="utf-8")
         path = tmp_path / "tank.fz"
         path.write_text(written.replace("60 s step 10 ms", duration) + text, encoding="utf-8")
-        return fuzzyctl.load_loop(path)
+        return fuzzyctl.load(path, block=fuzzyctl.Loop)
 
     return load

@@ -60,7 +60,7 @@ class TestLoop:
         assert env.reset(options={"start": {"tank.h": 0.9}})[1]["tank.y"] == 0.9
 
     def test_leaving_a_range_terminates_with_a_penalty(self):
-        loop = fuzzyctl.load_loop(rules_folder() / "loops" / "pendulum.fz")
+        loop = fuzzyctl.load(rules_folder() / "loops" / "pendulum.fz", block=fuzzyctl.Loop)
         env = environment(loop, "law", reward=lambda signals: 1.0, actions={"law.force": (-9.0, 9.0)}, penalty=100.0)
         _, _, rewards, signals, terminated = episode(env, lambda_policy([0.0]))
         assert terminated

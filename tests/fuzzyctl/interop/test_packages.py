@@ -14,7 +14,7 @@ from fuzzyctl.support.shipped import rules_folder
 
 @pytest.fixture(scope="module")
 def tank():
-    return fuzzyctl.load_plant(rules_folder() / "loops" / "water_tank.fz")
+    return fuzzyctl.load(rules_folder() / "loops" / "water_tank.fz", block=fuzzyctl.Plant)
 
 
 @pytest.mark.parametrize(

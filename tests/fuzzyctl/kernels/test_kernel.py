@@ -138,7 +138,7 @@ class TestOneClassForAllBlocks:
     def test_a_controller_without_state_is_called_with_its_inputs_alone(self, backend, tmp_path):
         path = tmp_path / "twice.fz"
         path.write_text(self.STATELESS)
-        kernel = fuzzyctl.compile(fuzzyctl.load_controller(path), backend)
+        kernel = fuzzyctl.compile(fuzzyctl.load(path, block=fuzzyctl.Controller), backend)
         assert kernel(1.0, 0.5) == kernel(y=0.5, x=1.0) == 2.5
         outputs, state = kernel(1.0, 0.5, [])
         assert (outputs, state.shape) == (2.5, (0,))

@@ -45,7 +45,7 @@ class TestSeveralSystems:
         assert first.shared is second.shared
 
     def test_what_stands_before_the_first_belongs_to_all_that_name_it(self):
-        one, two = loads(TWO, system="one"), loads(TWO, system="two")
+        one, two = loads(TWO, block="one"), loads(TWO, block="two")
         assert [v.name for v in one.inputs] == ["e"]
         assert [v.name for v in two.inputs] == ["e", "d"]
         assert one(e=1.0) == 2.0
@@ -55,7 +55,7 @@ class TestSeveralSystems:
         text = TWO.replace(
             "table u = e\n     N  Z  P\n  |  N  Z  P\n", "if e is N or not e is N then u is linear(1, 2, 0.5)\n"
         )
-        one = loads(text, system="one")
+        one = loads(text, block="one")
         assert [v.name for v in one.inputs] == ["e", "d"]
         assert one(e=0.0, d=0.25) == 1.0
 
@@ -97,7 +97,7 @@ class TestUse:
     def test_a_partition_written_once_serves_several_files(self, tmp_path):
         main = TWO.replace(SHARED, 'use "shared.fz"\n')
         path = self.write(tmp_path, main=main, shared=SHARED)
-        assert load(path, system="one")(e=1.0) == 2.0
+        assert load(path, block="one")(e=1.0) == 2.0
         assert codes(path) == []
 
     def test_used_files_may_use_files(self, tmp_path):
@@ -107,11 +107,11 @@ class TestUse:
             a='use "b.fz"\nparam k = 2\n',
             b=SHARED.replace("param k = 2\n", ""),
         )
-        assert load(path, system="two")(e=-1.0, d=5.0) == 1.0
+        assert load(path, block="two")(e=-1.0, d=5.0) == 1.0
 
     def test_systems_and_settings_of_a_used_file_stay_there(self, tmp_path):
         path = self.write(tmp_path, main='use "two.fz"\n' + TWO.replace(SHARED, ""), two="and product\n" + TWO)
-        assert load(path, system="one").method.conjunction == "min"
+        assert load(path, block="one").method.conjunction == "min"
 
     def test_a_circle_is_diagnosed(self, tmp_path):
         path = self.write(tmp_path, main='use "a.fz"\n' + TWO, a='use "main.fz"\n')
@@ -140,7 +140,7 @@ class TestUse:
         with pytest.raises(DiagnosticError, match="there is no such file"):
             load_all(self.write(tmp_path, main=f'use "no.fz"\n{TWO}'))
         with pytest.raises(DiagnosticError, match="no file can use no files"):
-            loads('use "shared.fz"\n' + TWO, system="one")
+            loads('use "shared.fz"\n' + TWO, block="one")
 
     @pytest.mark.parametrize("name", ["no.fz", "../outside.fz", "folder.fz", "binary.fz", "main.fz"])
     def test_blocks_whose_file_cannot_be_used_have_one_mistake(self, tmp_path, name):
@@ -168,7 +168,7 @@ class TestCsvTables:
     def test_a_table_is_read_from_a_file_beside(self, tmp_path):
         (tmp_path / "main.fz").write_text(self.MAIN)
         (tmp_path / "t.csv").write_bytes(b"\xef\xbb\xbf,N,P\r\nN, A,B\r\n\r\nZ,B ,0.25\r\nP,A*0.5,.\r\n")
-        system = load(tmp_path / "main.fz", system="two")
+        system = load(tmp_path / "main.fz", block="two")
         assert system(e=-1.0, d=5.0) == 1.0
         assert system(e=0.0, d=5.0) == 0.25
         assert len(system.rules) == 5
@@ -186,14 +186,14 @@ class TestCsvTables:
         (tmp_path / "main.fz").write_text(self.MAIN)
         (tmp_path / "t.csv").write_text(csv)
         with pytest.raises(DiagnosticError) as error:
-            load(tmp_path / "main.fz", system="two")
+            load(tmp_path / "main.fz", block="two")
         assert place in [str(d.span).rsplit("/", 1)[1] for d in error.value.diagnostics]
 
     def test_rows_below_a_csv_table_are_refused(self, tmp_path):
         (tmp_path / "main.fz").write_text(TWO.replace("table v = e x d", 'table v = e x d from "t.csv"'))
         (tmp_path / "t.csv").write_text(",N,P\nN,A,B\n")
         with pytest.raises(DiagnosticError, match="rows here and in a file"):
-            load(tmp_path / "main.fz", system="two")
+            load(tmp_path / "main.fz", block="two")
 
 
 class TestAllowAndDeny:

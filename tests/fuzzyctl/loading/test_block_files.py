@@ -58,7 +58,7 @@ class TestPython:
     def test_the_interface_is_read_without_running_the_file(self, tmp_path):
         (tmp_path / "cart.py").write_text(PYTHON, encoding="utf-8")
         (tmp_path / "cart.fz").write_text('plant cart = python("cart.py")\n', encoding="utf-8")
-        plant = fuzzyctl.load_plant(tmp_path / "cart.fz")
+        plant = fuzzyctl.load(tmp_path / "cart.fz", block=fuzzyctl.Plant)
         assert plant.python == str(tmp_path / "cart.py")
         assert [s.name for s in plant.inputs] == ["force"]
         assert [(s.name, s.start) for s in plant.states] == [("x", Number(0.5)), ("v", Number(0.0))]
@@ -84,7 +84,7 @@ class TestPython:
         (tmp_path / "cart.py").write_text(PYTHON, encoding="utf-8")
         (tmp_path / "cart.fz").write_text('plant cart = python("crat.py")\n', encoding="utf-8")
         with pytest.raises(fuzzyctl.DiagnosticError, match=r"did you mean 'cart\.py'"):
-            fuzzyctl.load_plant(tmp_path / "cart.fz")
+            fuzzyctl.load(tmp_path / "cart.fz", block=fuzzyctl.Plant)
 
     def test_a_loop_connects_it_by_its_names(self, tmp_path):
         (tmp_path / "cart.py").write_text(PYTHON, encoding="utf-8")

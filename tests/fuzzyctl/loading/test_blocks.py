@@ -99,37 +99,38 @@ class TestFiles:
         (tmp_path / "lag.fz").write_text("plant lag = tf(num=[1], den=[1, 1])\n", encoding="utf-8")
         text = 'use "law.fz"\nuse "lag.fz"\nloop l\nblock a = law(1 - b.y)\nblock b = lag(a.v)\nrun 1 s step 1 ms\n'
         (tmp_path / "loop.fz").write_text(text, encoding="utf-8")
-        loop = fuzzyctl.load_loop(tmp_path / "loop.fz")
+        loop = fuzzyctl.load(tmp_path / "loop.fz", block=fuzzyctl.Loop)
         assert ([c.name for c in loop.controllers], [p.name for p in loop.plants]) == (["law"], ["lag"])
-        assert fuzzyctl.load_plant(tmp_path / "lag.fz").name == "lag"
+        assert fuzzyctl.load(tmp_path / "lag.fz", block=fuzzyctl.Plant).name == "lag"
         with pytest.raises(DiagnosticError, match="holds no plant"):
-            fuzzyctl.load_plant(tmp_path / "law.fz")
-        with pytest.raises(DiagnosticError, match="holds no loop 'k'"):
-            fuzzyctl.load_loop(tmp_path / "loop.fz", "k")
+            fuzzyctl.load(tmp_path / "law.fz", block=fuzzyctl.Plant)
+        with pytest.raises(DiagnosticError, match="holds no block 'k'"):
+            fuzzyctl.load(tmp_path / "loop.fz", block="k")
 
     def test_a_file_uses_the_controllers_and_systems_of_another(self, tmp_path):
         (tmp_path / "parts.fz").write_text(RULE + HEAD + "output y = 2 * rule(x)\n", encoding="utf-8")
         text = 'use "parts.fz"\ncontroller top\ninput x\nblock a = c(x)\noutput z = a.y + rule(x)\n'
         (tmp_path / "top.fz").write_text(text, encoding="utf-8")
-        step = fuzzyctl.compile(fuzzyctl.load_controller(tmp_path / "top.fz"), "python")
+        step = fuzzyctl.compile(fuzzyctl.load(tmp_path / "top.fz", block=fuzzyctl.Controller), "python")
         assert step(1.0, step.start(), dt=1.0)[0] == 3 * fuzzyctl.load(tmp_path / "parts.fz")(e=1.0)
 
     def test_one_of_several_is_named(self, tmp_path):
         (tmp_path / "two.fz").write_text(HEAD + "output y = x\n" + HEAD.replace("c\n", "d\n", 1) + "output y = x\n")
-        assert fuzzyctl.load_controller(tmp_path / "two.fz", "d").name == "d"
-        for name, message in ((None, "several controllers"), ("e", "no controller 'e'")):
+        assert fuzzyctl.load(tmp_path / "two.fz", block="d").name == "d"
+        for name, message in ((None, "several controllers"), ("e", "no block 'e'")):
             with pytest.raises(DiagnosticError, match=message):
-                fuzzyctl.load_controller(tmp_path / "two.fz", name)
+                fuzzyctl.load(tmp_path / "two.fz", block=name)
 
-    def test_a_file_of_controllers_holds_no_system(self, tmp_path):
+    def test_the_only_block_or_the_only_system_needs_no_name(self, tmp_path):
         (tmp_path / "one.fz").write_text(HEAD + "output y = x\n", encoding="utf-8")
-        with pytest.raises(DiagnosticError, match="holds no system"):
-            fuzzyctl.load(tmp_path / "one.fz")
+        assert fuzzyctl.load(tmp_path / "one.fz").kind == "controller"
+        assert fuzzyctl.loads(HEAD + "output y = x\n" + RULE).kind == "system"
+        assert fuzzyctl.loads(HEAD + "output y = x\n" + RULE, block="c").kind == "controller"
 
     def test_a_file_of_systems_holds_no_controller(self, tmp_path):
         (tmp_path / "one.fz").write_text(RULE, encoding="utf-8")
         with pytest.raises(DiagnosticError, match="holds no controller"):
-            fuzzyctl.load_controller(tmp_path / "one.fz")
+            fuzzyctl.load(tmp_path / "one.fz", block=fuzzyctl.Controller)
 
 
 CART = """plant cart

@@ -64,32 +64,32 @@ def outer(e):
 class TestNumbers:
     @pytest.mark.parametrize("backend", BACKENDS)
     def test_a_call_is_the_system_at_its_arguments(self, backend):
-        kernel = fuzzyctl.compile(fuzzyctl.loads(WHOLE, system="outer"), backend)
+        kernel = fuzzyctl.compile(fuzzyctl.loads(WHOLE, block="outer"), backend)
         e = np.linspace(-1.2, 1.2, 101)
         np.testing.assert_allclose(kernel.batch(e[:, None]), outer(e), rtol=1e-12, atol=1e-12)
         assert kernel(0.3) == pytest.approx(float(outer(0.3)), rel=1e-12)
 
     def test_shared_params_are_set_in_both(self):
-        system = fuzzyctl.loads(WHOLE, system="inner")
+        system = fuzzyctl.loads(WHOLE, block="inner")
         assert system(a=1.0, b=1.0) == pytest.approx(-1.0)
         assert system.with_params(top=3)(a=1.0, b=1.0) == pytest.approx(-2.0)
 
     def test_bounds_and_guarantees(self):
-        bound = fuzzyctl.output_bounds(fuzzyctl.loads(WHOLE, system="inner"))["y"]
+        bound = fuzzyctl.output_bounds(fuzzyctl.loads(WHOLE, block="inner"))["y"]
         assert (bound.lo, bound.hi) == (-2.0, 2.0)
-        verdicts = fuzzyctl.prove(fuzzyctl.loads(WHOLE, system="outer"))
+        verdicts = fuzzyctl.prove(fuzzyctl.loads(WHOLE, block="outer"))
         assert [type(v).__name__ for v in verdicts] == ["Proved"]
 
     def test_the_text_holds_all_systems_once(self):
-        system = fuzzyctl.loads(WHOLE, system="outer")
+        system = fuzzyctl.loads(WHOLE, block="outer")
         text = fuzzyctl.dumps(system)
-        assert fuzzyctl.loads(text, system="outer") == system
+        assert fuzzyctl.loads(text, block="outer") == system
         assert text.count("system urgency") == text.count("system inner") == 1
 
     def test_a_controller_calls_a_system_that_calls_others(self, tmp_path):
         path = tmp_path / "c.fz"
         path.write_text(WHOLE + "controller c\ninput e\noutput u = outer(e)\nevery 1 s\n")
-        step = fuzzyctl.compile(fuzzyctl.load_controller(path), "python")
+        step = fuzzyctl.compile(fuzzyctl.load(path, block=fuzzyctl.Controller), "python")
         e = np.linspace(-1, 1, 11)
         np.testing.assert_allclose(step.run(e)[0], outer(e), rtol=1e-12, atol=1e-12)
 
@@ -106,7 +106,7 @@ class TestNumbers:
         (tmp_path / "urgency.fz").write_text(head)
         path = tmp_path / "c.fz"
         path.write_text('use "urgency.fz"\nsystem inner' + tail)
-        assert fuzzyctl.load(path, system="outer")(e=0.3) == pytest.approx(float(outer(0.3)), rel=1e-12)
+        assert fuzzyctl.load(path, block="outer")(e=0.3) == pytest.approx(float(outer(0.3)), rel=1e-12)
 
 
 CALLED = (
@@ -143,7 +143,7 @@ MISTAKES = {
 @pytest.mark.parametrize("text", MISTAKES, ids=[m[1] for m in MISTAKES.values()])
 def test_each_mistake_has_its_message_and_nothing_else_is_reported(text):
     with pytest.raises(DiagnosticError) as caught:
-        fuzzyctl.loads(text, system="o")
+        fuzzyctl.loads(text, block="o")
     (found,) = caught.value.diagnostics
     assert (found.code, found.message, found.span.text.rstrip(")")) == MISTAKES[text]
     assert found.help or found.facts
@@ -162,20 +162,20 @@ class TestLimits:
     )  # 20 + 19 + ... + 1, and 2 + 6 + 14 + ... + 126
     def test_calls_are_counted_directly_and_through_others(self, text):
         with pytest.raises(DiagnosticError) as caught:
-            fuzzyctl.loads(text, system="s0")
+            fuzzyctl.loads(text, block="s0")
         (found,) = caught.value.diagnostics
         assert (found.code, found.message) == ("FZ112", "the systems of the file call more than 200 others")
 
     def test_as_many_as_allowed_may_be_called(self):
-        assert fuzzyctl.loads(chained(20), system="s0")(e=0.3) == 0.3
-        assert fuzzyctl.loads(chained(6, calls=2), system="s0")(e=0.2) == pytest.approx(6.4)
+        assert fuzzyctl.loads(chained(20), block="s0")(e=0.3) == 0.3
+        assert fuzzyctl.loads(chained(6, calls=2), block="s0")(e=0.2) == pytest.approx(6.4)
 
     def test_rules_of_called_systems_are_counted(self, monkeypatch):
         monkeypatch.setattr("fuzzyctl.loading.calls.MAX_CALLED_RULES", 4)
         text = CALLED + HEAD + "let z = w.k(e) + w.k(0) - w.k(1)\n" + TAIL
         with pytest.raises(DiagnosticError, match="the systems that others call have more than 4 rules"):
-            fuzzyctl.loads(text, system="o")
-        assert fuzzyctl.loads(text.replace(" - w.k(1)", ""), system="o")
+            fuzzyctl.loads(text, block="o")
+        assert fuzzyctl.loads(text.replace(" - w.k(1)", ""), block="o")
 
     def test_calls_of_used_systems_are_counted_as_often_as_they_are_made(self, tmp_path):
         (tmp_path / "used.fz").write_text(chained(5, calls=3))  # 3 + 12 + 39 + 120

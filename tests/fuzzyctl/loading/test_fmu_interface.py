@@ -4,7 +4,7 @@ import zipfile
 
 import pytest
 
-from fuzzyctl import DiagnosticError, dumps, load_plant
+from fuzzyctl import DiagnosticError, Plant, dumps, load
 from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.loading.fmu_interface import fmu_plant
 from fuzzyctl.loading.load import look_through
@@ -35,7 +35,7 @@ def test_its_text_can_be_read_again(found, tmp_path):
     text = dumps(plant)
     assert 'plant p "Body" = fmu("m.fmu")' in text
     (tmp_path / "q.fz").write_text(text, encoding="utf-8")
-    assert load_plant(tmp_path / "q.fz") == plant
+    assert load(tmp_path / "q.fz", block=Plant) == plant
 
 
 @pytest.mark.parametrize(

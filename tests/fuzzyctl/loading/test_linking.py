@@ -48,7 +48,7 @@ table u = d x e
 
 def verdicts(*claims, rest=OTHER + WIDE):
     text = ONE + "".join(f"require {c}\n" for c in claims) + rest
-    return prove(loads(text, system="coarse"))
+    return prove(loads(text, block="coarse"))
 
 
 def found(claim, rest=OTHER + WIDE):
@@ -75,7 +75,7 @@ class TestComparedSystems:
         assert isinstance(verdicts("u == wide.u(0.3, e) within 1e-9")[0], Proved)
         assert isinstance(verdicts("u(4 - e) == 8 - wide.u(-1, e) within 1e-9")[0], Proved)
         text = WIDE + "require u == fine.w within 1e-9\n" + OTHER
-        assert [type(v) for v in prove(loads(text, system="wide"))] == [Proved]
+        assert [type(v) for v in prove(loads(text, block="wide"))] == [Proved]
 
     def test_curved_ones_are_compared_by_subdivision(self):
         curved = OTHER.replace("terms N Z P", "N = gaussian(0, 1)\n  Z = gaussian(2, 1)\n  P = gaussian(4, 1)")
@@ -100,25 +100,25 @@ class TestComparedSystems:
     def test_a_shared_param_is_set_in_both(self):
         text = "param top = 8\n" + ONE.replace("=8", "=(top)") + "require u == fine.w within 1e-9\n"
         system = loads(
-            text + OTHER.replace("large=8", "large=(top)").replace("half=4", "half=(top / 2)"), system="coarse"
+            text + OTHER.replace("large=8", "large=(top)").replace("half=4", "half=(top / 2)"), block="coarse"
         )
         assert isinstance(prove(system.with_params(top=7.0))[0], Proved)
         own = loads(
             text + "".join(OTHER.partition("fine")[:2]) + "\nparam mine = 8" + OTHER.partition("fine")[2],
-            system="coarse",
+            block="coarse",
         )
         assert isinstance(prove(own.with_params(top=7.0))[0], Refuted)
 
     def test_it_is_written_with_the_systems_it_names(self):
-        system = loads(ONE + "require u == fine.w\n" + OTHER, system="coarse")
-        assert loads(dumps(system), system="coarse") == system
+        system = loads(ONE + "require u == fine.w\n" + OTHER, block="coarse")
+        assert loads(dumps(system), block="coarse") == system
         assert [s.name for s in system.compared] == ["fine"]
         assert not system.compared[0].guarantees
 
     def test_each_may_name_the_other(self):
         text = ONE + "require u == fine.w within 1\n" + OTHER + "require w <= coarse.u + 1\n"
         for name in ("coarse", "fine"):
-            assert [type(v) for v in prove(loads(text, system=name))] == [Proved]
+            assert [type(v) for v in prove(loads(text, block=name))] == [Proved]
 
     @pytest.mark.parametrize(
         ("claim", "code", "word"),

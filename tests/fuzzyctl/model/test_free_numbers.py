@@ -41,7 +41,7 @@ POINTS = np.linspace(0, 1, 23)
 def controller(tmp_path):
     path = tmp_path / "c.fz"
     path.write_text(SYSTEM + "\n" + CONTROLLER)
-    return fuzzyctl.load_controller(path, "c")
+    return fuzzyctl.load(path, block="c")
 
 
 VALUES = {"k": 3.0, "x.middle.peak": 0.3, "y.a.x": -1.5, "y.weights": [0.25, 1.0, 0.5]}
@@ -75,7 +75,7 @@ def test_a_controller_computes_what_its_kernel_with_free_numbers_does(controller
     expected, _ = step.run(POINTS, step.start(values))
     changed = controller.with_values(values)
     fuzzyctl.dump(changed, tmp_path / "again.fz")
-    for same in (changed, fuzzyctl.load_controller(tmp_path / "again.fz", "c")):
+    for same in (changed, fuzzyctl.load(tmp_path / "again.fz", block="c")):
         np.testing.assert_allclose(fuzzyctl.compile(same, "python").run(POINTS)[0], expected, rtol=1e-12)
 
 

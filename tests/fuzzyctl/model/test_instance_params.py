@@ -128,5 +128,5 @@ def test_proofs_bounds_and_generated_code_set_them(tmp_path, monkeypatch):
     assert "Param set: one.a.k = 7" in Path("out/top.py").read_text(encoding="utf-8")
     result = runner("prove")("c.fz", "--set", "one.a.k=70")
     assert (result.exit_code, "outside of [0, 10]" in result.output) == (1, True)
-    result = runner("bounds")("c.fz", "--set", "one.a.kk=7")
+    result = runner("bounds")("c.fz", "--system", "top", "--set", "one.a.kk=7")
     assert (result.exit_code, "did you mean 'one.a.k'?" in result.output) == (2, True)

@@ -2,7 +2,8 @@ import pytest
 
 from fuzzyctl import DiagnosticError
 from fuzzyctl.loading.block_equations import with_params
-from fuzzyctl.loading.load import load_loop
+from fuzzyctl.loading.load import load
+from fuzzyctl.model.loop import Loop
 from fuzzyctl.model.shared_params import with_shared
 from fuzzyctl.simulation.experiment import Experiment
 from fuzzyctl.simulation.simulate import simulate
@@ -38,7 +39,7 @@ def written(tmp_path):
     def write(text):
         path = tmp_path / "l.fz"
         path.write_text(text)
-        return load_loop(path)
+        return load(path, block=Loop)
 
     return write
 

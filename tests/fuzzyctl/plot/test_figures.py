@@ -23,7 +23,7 @@ def tipper():
 
 @pytest.fixture(scope="module")
 def run():
-    loop = fuzzyctl.load_loop(rules_folder() / "loops" / "pendulum.fz")
+    loop = fuzzyctl.load(rules_folder() / "loops" / "pendulum.fz", block=fuzzyctl.Loop)
     return fuzzyctl.simulate(loop, backend="python", GE=3)
 
 

@@ -34,7 +34,7 @@ run 1 s
 
 @pytest.fixture(scope="module")
 def run():
-    return fuzzyctl.simulate(fuzzyctl.load_loop(FOLDER / "water_tank.fz"), backend="python")
+    return fuzzyctl.simulate(fuzzyctl.load(FOLDER / "water_tank.fz", block=fuzzyctl.Loop), backend="python")
 
 
 def drawn(runs, labels):
@@ -59,7 +59,7 @@ def test_axes_have_labels_and_units(run):
 
 
 def test_the_legend_names_each_run_once_and_the_reference(run):
-    other = fuzzyctl.simulate(fuzzyctl.load_loop(FOLDER / "water_tank.fz"), backend="python", GU=4)
+    other = fuzzyctl.simulate(fuzzyctl.load(FOLDER / "water_tank.fz", block=fuzzyctl.Loop), backend="python", GU=4)
     figure = drawn([run, other], ["fast", "slow"])
     (legend,) = figure.legends
     assert [t.get_text() for t in legend.get_texts()] == ["fast", "slow", "reference"]
@@ -71,7 +71,7 @@ def test_a_loop_without_measures_shows_its_only_reference(tmp_path):
     text = (FOLDER / "water_tank.fz").read_text("utf-8")
     lines = [line for line in text.split("\n") if not line.startswith(("measure", "require"))]
     (tmp_path / "a.fz").write_text("\n".join(lines), encoding="utf-8")
-    run = fuzzyctl.simulate(fuzzyctl.load_loop(tmp_path / "a.fz"), backend="python")
+    run = fuzzyctl.simulate(fuzzyctl.load(tmp_path / "a.fz", block=fuzzyctl.Loop), backend="python")
     first, *_ = panels(run.loop, run.positions)
     assert (first.signal, first.reference) == ("tank.y", Name("reference"))
 
@@ -96,7 +96,7 @@ def loop_of(tmp_path):
     def simulated(law, measure, name="a", end=9):
         path = tmp_path / "loop.fz"
         path.write_text(CONSTANT.format(law=law, measure=measure, name=name, end=end), encoding="utf-8")
-        return fuzzyctl.simulate(fuzzyctl.load_loop(path))
+        return fuzzyctl.simulate(fuzzyctl.load(path, block=fuzzyctl.Loop))
 
     return simulated
 
@@ -131,13 +131,13 @@ def test_a_run_that_was_stopped_ends_in_a_cross(loop_of):
 
 
 def test_signals_that_only_one_run_has_have_panels_too(run):
-    pendulum = fuzzyctl.simulate(fuzzyctl.load_loop(FOLDER / "pendulum.fz"), backend="python")
+    pendulum = fuzzyctl.simulate(fuzzyctl.load(FOLDER / "pendulum.fz", block=fuzzyctl.Loop), backend="python")
     figure = drawn([pendulum, run], ["pendulum", "tank"])
     assert [len(ax.lines) for ax in figure.axes] == [2, 1, 1, 1, 2, 1, 1, 1]  # outputs of both plants first
 
 
 def test_peaks_are_cut_off_as_on_a_page_and_named_below_the_panel():
-    run = fuzzyctl.simulate(fuzzyctl.load_loop(FOLDER / "pendulum.fz"), backend="python")
+    run = fuzzyctl.simulate(fuzzyctl.load(FOLDER / "pendulum.fz", block=fuzzyctl.Loop), backend="python")
     figure = drawn([run], ["balanced"])
     force = next(ax for ax in figure.axes if ax.get_ylabel() == "force [N]")
     assert run["law.force"].max() == 32.0

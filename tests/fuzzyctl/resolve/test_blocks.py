@@ -103,7 +103,7 @@ def test_a_broken_block_line_costs_no_more_than_itself():
 def test_a_block_that_starts_before_several_systems_ends_at_the_first():
     shared = "input e in [-1, 1]\n  terms N P\noutput u in [-1, 1]\n  terms N P\nrules a and product\n"
     text = shared + "if e is N then u is N\nsystem s\nif e is P then u is P\nsystem t\nif e is P then u is P\n"
-    system = loads(text, system="s")
+    system = loads(text, block="s")
     assert [b.name for b in system.rule_blocks] == ["a"]
     assert len(system.rule_blocks[0].rules) == 1
     assert [m.block for m in system.rule_methods] == [-1, 0]

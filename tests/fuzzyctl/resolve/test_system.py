@@ -55,9 +55,9 @@ class TestWhole:
         text = base + base.replace("system base", "system other")
         with pytest.raises(DiagnosticError, match="systems: base, other"):
             loads(text)
-        assert loads(text, system="other").name == "other"
+        assert loads(text, block="other").name == "other"
         with pytest.raises(DiagnosticError, match="did you mean 'other'"):
-            loads(text, system="othr")
+            loads(text, block="othr")
 
     def test_a_file_without_rules_says_so(self):
         assert errors("system s\ninput x in [0, 1]\n  terms A B\noutput u in [0, 1]\n  terms A B\n") == ["FZ212"]

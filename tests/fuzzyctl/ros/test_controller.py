@@ -62,7 +62,9 @@ def test_outputs_are_those_of_the_controller_and_rest_comes_last(monkeypatch, gi
     node = Node(**given())
     levels = [0.1 * k for k in range(20)]
     assert ended(monkeypatch, node, lambda node: report(node, levels[round(10 * node.now)])) == 0
-    wanted, _ = fuzzyctl.compile(fuzzyctl.load_controller(node.given["file"])).run([[1.0, x] for x in levels])
+    wanted, _ = fuzzyctl.compile(fuzzyctl.load(node.given["file"], block=fuzzyctl.Controller)).run(
+        [[1.0, x] for x in levels]
+    )
     assert [period for period, _ in node.timers] == [0.1]
     assert node.subscribed == {"goal": Float64, "joints": JointState}
     assert node.published["cmd_vel"][:-1] == [pytest.approx(tuple(row)) for row in wanted.tolist()]

@@ -10,6 +10,6 @@ def loop(tmp_path):
     def load(text, name=None):
         path = tmp_path / "loop.fz"
         path.write_text(text, encoding="utf-8")
-        return fuzzyctl.load_loop(path, name)
+        return fuzzyctl.load(path, block=name or fuzzyctl.Loop)
 
     return load

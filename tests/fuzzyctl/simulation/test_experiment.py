@@ -158,7 +158,7 @@ class TestRun:
 
     @pytest.mark.parametrize("name", ["water_tank", "pendulum"])
     def test_shipped_loops_run_the_same_on_both_backends_and_meet_their_requirements(self, name):
-        loop = fuzzyctl.load_loop(rules_folder() / "loops" / f"{name}.fz")
+        loop = fuzzyctl.load(rules_folder() / "loops" / f"{name}.fz", block=fuzzyctl.Loop)
         one, other = (Experiment(loop, backend).run() for backend in BACKENDS)
         assert one.passed
         assert one.record == pytest.approx(other.record, rel=1e-9, abs=1e-9)
@@ -781,7 +781,7 @@ def test_recorded_calls_are_what_the_systems_are_given(loop):
     run = Experiment(twice, "python", record_calls=True).run()
     assert set(run.names) - set(plain.names) == {"law.gain.y", "law.gain.2.y"}
     assert run["law.gain.2.y"] == pytest.approx(2 * run["law.gain.y"], abs=1e-15)
-    tank = fuzzyctl.load_loop(rules_folder() / "loops" / "water_tank.fz")
+    tank = fuzzyctl.load(rules_folder() / "loops" / "water_tank.fz", block=fuzzyctl.Loop)
     run = fuzzyctl.simulate(tank, record_calls=True)
     surface = fuzzyctl.compile(tank.controllers[0].systems[0])
     moved = [surface(e, c) for e, c in zip(run["law.surface.error"], run["law.surface.change"], strict=True)]
@@ -796,7 +796,7 @@ def test_signals_take_as_many_steps_as_a_drive_cycle_has(tmp_path, backend):
     pairs = ", ".join(f"{t!r}: {k % 7}" for k, t in enumerate(times))
     text = f"plant lag\ninput u\nstate x = 0\nder x = u - x\noutput y = x\nloop l\nlet r = steps({pairs})\n"
     (tmp_path / "a.fz").write_text(text + "block lag = lag(r)\nrun 16 s step 50 ms\n", encoding="utf-8")
-    run = Experiment(fuzzyctl.load_loop(tmp_path / "a.fz"), backend).run()
+    run = Experiment(fuzzyctl.load(tmp_path / "a.fz", block=fuzzyctl.Loop), backend).run()
     last = np.searchsorted(times, run.t + 1e-9, side="right") - 1
     assert run["r"].tolist() == np.where(last < 0, 0, last % 7).tolist()
 

@@ -174,7 +174,7 @@ class TestInterrupts:
 
     def test_a_program_that_ends_without_cleaning_up_leaves_no_files(self, fmu_loop, tmp_path):
         fmu_loop()
-        script = "import os, fuzzyctl\nrun = fuzzyctl.Experiment(fuzzyctl.load_loop('loop.fz', 'l')).run()\n"
+        script = "import os, fuzzyctl\nrun = fuzzyctl.Experiment(fuzzyctl.load('loop.fz', block='l')).run()\n"
         script += f"print(len(os.listdir({str(tmp_path / 'own')!r})), run.stopped, flush=True)\nos._exit(0)"
         (tmp_path / "own").mkdir()
         environ = os.environ | {"TMPDIR": str(tmp_path / "own")}
@@ -231,7 +231,7 @@ class TestProcesses:
 
     def test_a_loop_without_fmus_starts_none(self, loop):
         before = own_processes()
-        code = "import sys, fuzzyctl\nfuzzyctl.simulate(fuzzyctl.load_loop('water_tank', 'fill'))\n"
+        code = "import sys, fuzzyctl\nfuzzyctl.simulate(fuzzyctl.load('water_tank', block='fill'))\n"
         code += "print([m for m in sys.modules if m.startswith('multiprocessing') or 'fmu_process' in m])"
         found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
         assert found.stdout == "[]\n"
@@ -289,7 +289,7 @@ def test_scripts_need_no_guard_and_pass_on_their_path(fmu_loop, tmp_path):
     (tmp_path / "aside").mkdir()
     (tmp_path / "aside" / "fmpy.py").write_text("raise ImportError('another one')\n")
     script = (
-        "import sys, fuzzyctl\nsys.path.insert(0, 'aside')\nfuzzyctl.simulate(fuzzyctl.load_loop('loop.fz', 'l'))\n"
+        "import sys, fuzzyctl\nsys.path.insert(0, 'aside')\nfuzzyctl.simulate(fuzzyctl.load('loop.fz', block='l'))\n"
     )
     (tmp_path / "script.py").write_text(script)
     found = subprocess.run([sys.executable, "script.py"], cwd=tmp_path, capture_output=True, text=True, check=False)

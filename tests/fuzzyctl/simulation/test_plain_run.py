@@ -28,7 +28,7 @@ measure error = iae(tank.y, reference)
 def written(tmp_path, start=1, low=-20, output="h", flow="q", noise=""):
     text = TANK.format(start=start, low=low, output=output, flow=flow, noise=noise)
     (tmp_path / "a.fz").write_text(text, encoding="utf-8")
-    return fuzzyctl.load_loop(tmp_path / "a.fz")
+    return fuzzyctl.load(tmp_path / "a.fz", block=fuzzyctl.Loop)
 
 
 def bits(values):
@@ -50,7 +50,7 @@ def same(loop):
 
 
 def test_a_run_has_the_bits_of_simulate(tmp_path):
-    assert not same(fuzzyctl.load_loop(rules_folder() / "loops" / "pendulum.fz")).stopped
+    assert not same(fuzzyctl.load(rules_folder() / "loops" / "pendulum.fz", block=fuzzyctl.Loop)).stopped
     assert not same(written(tmp_path)).stopped
 
 
@@ -90,7 +90,7 @@ def test_what_is_not_run_is_named(tmp_path):
     body = text[text.index("plant tank") : text.index("loop fill")]
     (tmp_path / "a.fz").write_text(text.replace(body, 'plant tank = python("b.py")\n\n'), encoding="utf-8")
     with pytest.raises(PlainRunError, match="is in Python"):
-        plain_run(fuzzyctl.load_loop(tmp_path / "a.fz"))
+        plain_run(fuzzyctl.load(tmp_path / "a.fz", block=fuzzyctl.Loop))
 
 
 def test_a_run_that_takes_too_long_is_refused(tmp_path):

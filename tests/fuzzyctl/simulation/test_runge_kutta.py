@@ -26,7 +26,7 @@ LOOP = PLANT + "loop l\nblock p = p(0.7)\nrun 1 s step 125 ms\n"
 def loop(tmp_path_factory):
     path = tmp_path_factory.mktemp("rk4") / "loop.fz"
     path.write_text(LOOP)
-    return fuzzyctl.load_loop(path)
+    return fuzzyctl.load(path, block=fuzzyctl.Loop)
 
 
 @pytest.fixture(scope="module")

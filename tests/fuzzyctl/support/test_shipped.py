@@ -61,8 +61,8 @@ class TestNames:
     def test_python_takes_them(self):
         assert fuzzyctl.load("tipper") == fuzzyctl.load(rules_folder() / "tipper.fz")
         assert [s.name for s in fuzzyctl.load_all("matlab_pid")] == ["plane", "curved"]
-        assert fuzzyctl.load_controller(Path("aifqsmc")).name == "aifqsmc"
-        assert fuzzyctl.load_loop("water_tank").name == "fill"
+        assert fuzzyctl.load(Path("aifqsmc"), block=fuzzyctl.Controller).name == "aifqsmc"
+        assert fuzzyctl.load("water_tank", block=fuzzyctl.Loop).name == "fill"
 
     def test_a_sweep_takes_them(self, folder):
         (folder / "spec.toml").write_text('scenario = "water_tank"\nagainst = ["pendulum"]\nruns = 1\n')

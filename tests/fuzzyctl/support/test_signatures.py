@@ -43,7 +43,7 @@ def test_kernels_take_them_by_position_too(tipper):
 @pytest.mark.parametrize(("every", "expected"), [("", "(x, state, *, dt)"), ("every 1 s\n", "(x, state)")])
 def test_a_step_without_period_takes_the_time_by_name(tmp_path, every, expected):
     (tmp_path / "c.fz").write_text(f"controller c\ninput x\noutput y = integral(x)\n{every}", encoding="utf-8")
-    step = fuzzyctl.compile(fuzzyctl.load_controller(tmp_path / "c.fz"), "python")
+    step = fuzzyctl.compile(fuzzyctl.load(tmp_path / "c.fz", block=fuzzyctl.Controller), "python")
     assert str(inspect.signature(step)) == expected
 
 

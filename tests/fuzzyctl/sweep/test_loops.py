@@ -112,7 +112,7 @@ class TestRuns:
     def test_are_those_of_simulate_with_the_same_values(self, folder):
         rows = swept(folder)
         assert [(row["law.K"], row["repetition"]) for row in rows] == [(k, r) for k in ("1.0", "2.0") for r in "012"]
-        loop = fuzzyctl.load_loop(folder / "small.fz")
+        loop = fuzzyctl.load(folder / "small.fz", block=fuzzyctl.Loop)
         row = rows[4]
         given = {name: float(row[name]) for name in ("law.K", "p.T", "p.begin")}
         once = fuzzyctl.simulation.settings.with_settings(loop, given)
@@ -128,7 +128,7 @@ class TestRuns:
 
     def test_one_run_has_the_noise_of_the_file(self, folder):
         (row,) = swept(folder, 'scenario = "small.fz"\n')
-        found = fuzzyctl.simulate(fuzzyctl.load_loop(folder / "small.fz"), backend="numba")
+        found = fuzzyctl.simulate(fuzzyctl.load(folder / "small.fz", block=fuzzyctl.Loop), backend="numba")
         assert float(row["error"]) == found.measures["error"]
         (other,) = swept(folder, 'scenario = "small.fz"\n[set]\n"noise.seed" = 7\n')
         assert other["error"] != row["error"]
@@ -194,7 +194,7 @@ class TestRuns:
         (folder / "small.fz").write_text(text.replace("block law = law(", "block law = outer("), encoding="utf-8")
         spec = 'scenario = "small.fz"\n[set]\nlaw.b.K = 2\n[grid]\nlaw.a.K = [1.0, 4.0]\n'
         errors = [row["error"] for row in swept(folder, spec)]
-        loop = fuzzyctl.load_loop(folder / "small.fz")
+        loop = fuzzyctl.load(folder / "small.fz", block=fuzzyctl.Loop)
         runs = [fuzzyctl.simulate(loop, **{"law.a.K": k, "law.b.K": 2}) for k in (1, 4)]
         assert [float(e) for e in errors] == pytest.approx([run.measures["error"] for run in runs], rel=1e-13)
         (folder / "out" / "results.csv").unlink()

@@ -79,7 +79,7 @@ class Bench:
 
 
 class TestSurface:
-    STEP = fuzzyctl.compile(fuzzyctl.load_controller(rules_folder() / "sliding_surface.fz"), "python")
+    STEP = fuzzyctl.compile(fuzzyctl.load(rules_folder() / "sliding_surface.fz", block=fuzzyctl.Controller), "python")
 
     def of(self, e):
         return self.STEP(*e[:7], [], dt=DT)[0]

@@ -14,7 +14,7 @@ from dwmr.output.summary import describe
 from dwmr.scenario.file import read
 from dwmr.simulation import preflight, simulate
 from dwmr.sweep.robots import Robots
-from fuzzyctl import Proved, load_controller
+from fuzzyctl import Controller, Proved, load
 from fuzzyctl.analysis.verdicts import Undecided, Verdicts
 from fuzzyctl.diagnostics.diagnostic import DiagnosticError
 from tests.dwmr.process import in_short
@@ -117,7 +117,7 @@ class TestRun:
     @pytest.mark.skipif(not COMPILED, reason="needs numba")
     def test_computes_the_same_without_the_compiler(self, beside):
         usual = run(beside())
-        controller = load_controller(beside().with_name("mine.fz"))
+        controller = load(beside().with_name("mine.fz"), block=Controller)
         step = law_text.compiled(controller, "python")
         state = step.start()
         (v_c, *_), _ = step(*([0.25] * len(law_text.OFFERED)), state, dt=0.005)
@@ -189,7 +189,7 @@ class TestMistakes:
 
 class TestVarying:
     def test_are_the_params_that_no_start_and_no_system_depends_on(self, beside):
-        controller = load_controller(beside().with_name("mine.fz"))
+        controller = load(beside().with_name("mine.fz"), block=Controller)
         assert law_text.varying(controller) == ("k",)
 
     def test_what_holds_for_some_values_only_is_proved_for_these(self, beside):
@@ -207,11 +207,11 @@ class TestVarying:
 
         monkeypatch.setattr("fuzzyctl.analysis.induction.prover.verdicts", undecided)
         monkeypatch.setattr("fuzzyctl.analysis.prove.TIMEOUT", 5.0)
-        law_text.Assembled(load_controller(beside().with_name("mine.fz"))).proved({"k": 0.5, "start": 0.0})
+        law_text.Assembled(load(beside().with_name("mine.fz"), block=Controller)).proved({"k": 0.5, "start": 0.0})
         assert limits == [(0.5, ("k",)), (5.0, ())]
 
     def test_one_proof_holds_for_all_values_of_the_others(self, beside):
-        assembled = law_text.Assembled(load_controller(beside().with_name("mine.fz")))
+        assembled = law_text.Assembled(load(beside().with_name("mine.fz"), block=Controller))
         first = assembled.proved({"k": 0.5, "start": 0.0})
         assert [type(v) for v in first] == [Proved, Proved]
         assert assembled.proved({"k": 4.0, "start": 0.0}) is first

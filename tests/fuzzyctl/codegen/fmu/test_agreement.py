@@ -121,7 +121,7 @@ def test_adaptive_consequents_take_one_euler_step_for_each_communication_step(bu
 def test_a_plant_is_integrated_as_a_loop_integrates_it(built, version, tmp_path):
     loop = f"{TANK}loop l\nblock p = p(v = 2 + steps(0: 1, 0.5 s: 4))\nrun 2 s step 50 ms\n"
     (tmp_path / "l.fz").write_text(loop, encoding="utf-8")
-    run = fuzzyctl.simulate(fuzzyctl.load_loop(tmp_path / "l.fz"), substeps=50)
+    run = fuzzyctl.simulate(fuzzyctl.load(tmp_path / "l.fz", block=fuzzyctl.Loop), substeps=50)
     instance = built(plant_fmu(TANK), version).instance(v=3.0)
     found = [instance.get("y", "sum")]
     found += [instance.step(0.05, v=2.0 + (1.0 if t < 0.5 - 1e-9 else 4.0)) for t in run.t[:-1]]

@@ -96,7 +96,7 @@ def test_several_function_blocks_are_several_systems():
     assert diagnostics == []
     with pytest.raises(DiagnosticError, match="several systems"):
         loads(block(name="a") + block(name="b"), "x.fcl")
-    assert loads(block(name="a") + block(name="b"), "x.fcl", system="b").name == "b"
+    assert loads(block(name="a") + block(name="b"), "x.fcl", block="b").name == "b"
 
 
 @pytest.mark.parametrize(

@@ -110,7 +110,7 @@ class TestSteps:
     @pytest.fixture
     def step(self):
         text = rules_folder() / "loops" / "water_tank.fz"
-        return fuzzyctl.compile(fuzzyctl.load_controller(text), "python")
+        return fuzzyctl.compile(fuzzyctl.load(text, block=fuzzyctl.Controller), "python")
 
     def test_a_run_over_a_frame_gives_a_series(self, step):
         found, state = step.run(self.INPUTS)

@@ -56,7 +56,7 @@ def controller(tmp_path):
     def load(text=TEXT):
         path = tmp_path / "c.fz"
         path.write_text(text, encoding="utf-8")
-        return fuzzyctl.load_controller(path, "law")
+        return fuzzyctl.load(path, block="law")
 
     return load
 

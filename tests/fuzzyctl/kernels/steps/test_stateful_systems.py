@@ -44,7 +44,7 @@ def controller(tmp_path):
     def load(text, system=None):
         path = tmp_path / "c.fz"
         path.write_text(text, encoding="utf-8")
-        return fuzzyctl.load_controller(path), fuzzyctl.load(path, system=system)
+        return fuzzyctl.load(path, block=fuzzyctl.Controller), fuzzyctl.load(path, block=system)
 
     return load
 
@@ -114,7 +114,7 @@ class TestAdaptive:
             "output u = v.u - w.u\nevery 10 ms\n"
         )
         (tmp_path / "c.fz").write_text(text)
-        step = fuzzyctl.compile(fuzzyctl.load_controller(tmp_path / "c.fz", "outer"), "python")
+        step = fuzzyctl.compile(fuzzyctl.load(tmp_path / "c.fz", block="outer"), "python")
         assert step.state_names == tuple(f"{x}.law.F[{k}]" for x in "vw" for k in (1, 2, 3))
 
     @pytest.mark.parametrize("backend", BACKENDS)

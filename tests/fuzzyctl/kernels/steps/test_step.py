@@ -31,7 +31,7 @@ def controller(tmp_path):
     def load(text, name=None):
         path = tmp_path / "c.fz"
         path.write_text(text, encoding="utf-8")
-        return fuzzyctl.load_controller(path, name)
+        return fuzzyctl.load(path, block=name or fuzzyctl.Controller)
 
     return load
 

@@ -43,7 +43,7 @@ run 100 ms
 @pytest.fixture
 def loop(tmp_path):
     (tmp_path / "loop.fz").write_text(TEXT.replace("= g\nnext", "= 1\nnext"), encoding="utf-8")
-    return fuzzyctl.load_loop(tmp_path / "loop.fz")
+    return fuzzyctl.load(tmp_path / "loop.fz", block=fuzzyctl.Loop)
 
 
 @pytest.mark.parametrize(
