@@ -143,12 +143,13 @@ def why(system: FuzzySystem, values: Mapping[str, float] | Column | None = None,
     return trace(system, {**given, **declared})
 
 
-def trace(system: FuzzySystem, values: Mapping[str, float]) -> Trace:
+def trace(system: FuzzySystem, values: Mapping[str, float], state: Sequence[float] | None = None) -> Trace:
     """Take an evaluation apart.
 
     Args:
-        system: A well-formed system; adaptive outputs have their initial consequents, held ones their first values.
+        system: A well-formed system.
         values: A number for every input.
+        state: Its state; None for initial consequents of adaptive outputs, and first values of held ones.
 
     Raises:
         UnknownNameError: For a name that is no input.
@@ -167,7 +168,8 @@ def trace(system: FuzzySystem, values: Mapping[str, float]) -> Trace:
         raise ArgumentError(f"a value is missing for: {', '.join(missing)}")
     point = [input_number(n, values[n]) for n in names]
     program = inference.trace(flat)
-    found = _Traced(flat, python_backend.compile_source(python_backend.evaluation_source(program), program, names))
+    function = python_backend.compile_source(python_backend.evaluation_source(program), program, names)
+    found = _Traced(function, flat.initial_state if state is None else state)
     results = found.at(point)
     count, width = len(flat.degrees), len(flat.outputs)
     activations, outputs = results[count : count + len(flat.rules)], results[-width:]
@@ -223,11 +225,11 @@ def _effective(flat: Plan, effects: tuple[float, ...], silent: set[int]) -> list
 
 
 class _Traced:
-    """The compiled trace of a plan, called with its initial state."""
+    """The compiled trace of a plan, called with one state."""
 
-    def __init__(self, flat: Plan, function: Any) -> None:
+    def __init__(self, function: Any, state: Sequence[float]) -> None:
         self.function = function
-        self.state = (flat.initial_state,) if flat.initial_state else ()
+        self.state = (state,) if state else ()
 
     def at(self, point: list[float]) -> tuple[float, ...]:
         results = self.function(*point, *self.state)

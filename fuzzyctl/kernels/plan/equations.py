@@ -6,7 +6,7 @@ from dataclasses import field
 from typing import Final
 
 from fuzzyctl.diagnostics.source import Span
-from fuzzyctl.expr import Expr
+from fuzzyctl.expr import Expr, names_in
 from fuzzyctl.model.guarantee import Bounds
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.records import record
@@ -93,3 +93,16 @@ class Equations:
     parts: int = field(default=0, compare=False, repr=False)
     free: tuple[str, ...] = ()
     starts_vary: bool = False
+
+    @property
+    def reads_time(self) -> bool:
+        """Whether a step depends on the time since the step before."""
+        expressions = [*self.updates, *(value for _, value in self.outputs)]
+        for item in self.body:
+            if isinstance(item, Evaluation):
+                if item.states:  # consequents that adapt
+                    return True
+                expressions += [*item.arguments, *(value for _, value in item.free)]
+            else:
+                expressions.append(item.value)
+        return any(name.name == DT for e in expressions for name in names_in(e))

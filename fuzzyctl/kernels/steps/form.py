@@ -158,6 +158,8 @@ class StepForm(Form):
             if dt is not None:
                 raise ArgumentError(f"the controller has a period of {self.period:g} s, so that 'dt' is not given")
             return []
+        if dt is None and not self._equations.reads_time:
+            return [1.0]  # any time makes the same step
         if dt is None:
             raise ArgumentError("'dt' is missing: the controller has no 'every' line")
         if not 0.0 < as_number(dt) < math.inf:
@@ -168,10 +170,10 @@ class StepForm(Form):
         """Return points with the times of the steps, checked, as a last column."""
         import numpy as np
 
-        if self.period is not None or dt is None:
+        if self.period is not None:
             self.times(dt)
             return points
-        times = float_array(dt, DT)
+        times = float_array(*self.times(None), DT) if dt is None else float_array(dt, DT)
         if times.ndim and times.shape != points.shape[:-1]:
             raise ArgumentError(f"'dt' must be one number or have the shape {points.shape[:-1]}, got {times.shape}")
         is_time = (times > 0) & (times < math.inf)

@@ -1,0 +1,150 @@
+"""Trace of one step of a controller: the value of each name, and a trace of each system that it calls."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from fuzzyctl.diagnostics.diagnostic import ArgumentError, NoRuleFiresError, UnknownNameError
+from fuzzyctl.diagnostics.suggestions import counted
+from fuzzyctl.diagnostics.terminal import printable
+from fuzzyctl.displayed import Printed
+from fuzzyctl.explain.trace import Trace, trace
+from fuzzyctl.expr import Expr
+from fuzzyctl.kernels.backends.arguments import input_number
+from fuzzyctl.kernels.kernel import Kernel
+from fuzzyctl.kernels.known_values import value_of
+from fuzzyctl.kernels.plan.equations import DT, Evaluation
+from fuzzyctl.kernels.plan.expansion import equations_of
+from fuzzyctl.kernels.steps.form import StepForm
+from fuzzyctl.kernels.steps.program import numeric
+from fuzzyctl.model.controller import Controller
+
+
+@dataclass(frozen=True)
+class TracedCall:
+    """A call of a system.
+
+    Args:
+        name: That of the definition, or of the system where its outputs have no name.
+        trace: Of the system, at its inputs.
+    """
+
+    name: str
+    trace: Trace
+
+
+@dataclass(frozen=True, repr=False)
+class BlockTrace(Printed):
+    """A step of a controller taken apart.
+
+    Args:
+        block: The controller.
+        inputs: Its inputs; a controller without period also has `dt` [s].
+        state: The state before the step, by name.
+        lets: Values of its definitions, by name.
+        calls: The systems that it calls, in the order in which they are computed.
+        outputs: The outputs.
+        next_state: The state after the step, by name.
+    """
+
+    block: Controller = field(compare=False)
+    inputs: dict[str, float]
+    state: dict[str, float]
+    lets: dict[str, float]
+    calls: tuple[TracedCall, ...]
+    outputs: dict[str, float]
+    next_state: dict[str, float]
+
+    def __repr__(self) -> str:
+        values = [", ".join(f"{n} = {x:.6g}" for n, x in part.items()) for part in (self.inputs, self.outputs)]
+        calls = counted(len(self.calls), "call")
+        return printable(f"BlockTrace({self.block.name} at {values[0]}: {values[1]}; {calls} of systems)")
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the trace as plain data, without the controller."""
+        own = {n: getattr(self, n) for n in ("inputs", "state", "lets", "outputs", "next_state")}
+        calls = [{"name": c.name, "system": c.trace.system.name, **c.trace.as_dict()} for c in self.calls]
+        return {**own, "calls": calls}
+
+
+def trace_block(
+    controller: Controller, values: Mapping[str, float], state: Mapping[str, float] | None = None
+) -> BlockTrace:
+    """Take a step of a controller apart.
+
+    Args:
+        controller: A well-formed controller.
+        values: A number for every input, and `dt` [s] for a controller whose steps depend on it.
+        state: The states before the step that are not those of the start, by name.
+
+    Raises:
+        UnknownNameError: For a name that is no input or no state.
+        ArgumentError: When an input is missing or no number.
+        ValueOutOfBoundsError: For a `dt` that is not positive and finite.
+        NoRuleFiresError: Where no rule of a system fires whose output says `else error`.
+    """
+    equations = equations_of(controller)
+    kernel = Kernel(StepForm(equations, checked=True), "python")
+    takes_time = kernel.period is None and (DT in values or equations.reads_time)
+    names = (*kernel.input_names, *((DT,) if takes_time else ()))
+    for name in values:
+        if name not in names:
+            raise UnknownNameError("input", name, names)
+    missing = [n for n in names if n not in values]
+    if missing:
+        raise ArgumentError(f"a value is missing for: {', '.join(missing)}")
+    point = {n: input_number(n, values[n]) for n in names}
+    before = state_of(kernel, state)
+    inputs = [point[n] for n in kernel.input_names]
+    found, after = kernel(*inputs, list(before.values()), dt=point.get(DT))
+    results = (found,) if len(kernel.output_names) == 1 else tuple(found)
+    known = {**point, **before}
+    known.setdefault(DT, 1.0 if kernel.period is None else kernel.period)
+    calls = []
+    for item in equations.body:
+        if not isinstance(item, Evaluation):
+            known[item.name] = _value(item.value, known)
+            continue
+        arguments = [_value(a, known) for a in item.arguments]
+        given = dict(zip((i.name for i in item.system.inputs), arguments, strict=True))
+        kept = [known[s] for s in item.states]
+        try:
+            own = trace(item.system, given, kept or None)
+        except NoRuleFiresError:
+            known |= dict.fromkeys(item.defined, math.nan)
+            continue
+        known |= dict(zip(item.names, own.outputs.values(), strict=True))
+        calls.append(TracedCall(item.names[0].partition("#")[0].partition(".")[0], own))
+    definitions = [d.name for d in controller.definitions if d.name in known]
+    return BlockTrace(
+        block=controller,
+        inputs=point,
+        state=before,
+        lets={n: known[n] for n in definitions},
+        calls=tuple(calls),
+        outputs=dict(zip(kernel.output_names, results, strict=True)),
+        next_state=dict(zip(kernel.state_names, after.tolist(), strict=True)),
+    )
+
+
+def state_of(kernel: Kernel, changed: Mapping[str, float] | None) -> dict[str, float]:
+    """Return the state to begin with by name, some of its entries changed.
+
+    Raises:
+        UnknownNameError: For a name of no state.
+        ArgumentError: For what is no number.
+    """
+    before = dict(zip(kernel.state_names, kernel.start().tolist(), strict=True))
+    for name, value in (changed or {}).items():
+        if name not in before:
+            raise UnknownNameError("state", name, kernel.state_names)
+        before[name] = input_number(name, value)
+    return before
+
+
+def _value(expr: Expr, known: Mapping[str, float]) -> float:
+    """Return the value of an expression over known names, 1 or 0 for a condition."""
+    return value_of(numeric(expr), known)
