@@ -267,7 +267,7 @@ def _refuse_for_controllers(
         BadParameter: For a lookup table; in fixed point for free numbers and for another algorithm than interpolation.
     """
     if table is not None:
-        message = f"'{controller.name}' is a controller, whose steps no table holds; name a system with --system"
+        message = f"'{controller.name}' is a controller, whose steps no table holds; name a system with --block"
         raise click.BadParameter(message, param_hint="--table")
     if fixed is not None and free:
         raise click.BadParameter("fixed point takes the numbers of the file: drop --free", param_hint="--fixed")

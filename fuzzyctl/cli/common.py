@@ -48,7 +48,7 @@ DIAGNOSTICS_FORMAT = click.option(
 SET = click.option(
     "--set", "settings", multiple=True, metavar="NAME=VALUE", help="Set a param of the system; may be repeated."
 )
-SYSTEM = click.option("--system", "name", metavar="NAME", help="Which system, where the file holds several.")
+BLOCK = click.option("--block", "name", metavar="NAME", help="Which system, controller, plant or loop of the file.")
 ALGORITHM = click.option(
     "--algorithm",
     # As kernels.algorithm.ALGORITHMS, which takes long to import.

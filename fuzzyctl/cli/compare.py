@@ -11,13 +11,13 @@ import click
 from click.core import ParameterSource
 
 from fuzzyctl.cli.common import (
+    BLOCK,
     DONE,
     FAILED,
     FORMAT,
     POINTS,
     QUIET,
     SET,
-    SYSTEM,
     NotNegative,
     answers_with_diagnostics,
     known_profiles,
@@ -68,7 +68,7 @@ def _profiles(_context: click.Context, _option: click.Parameter, given: str | No
 @click.option("--within", type=NotNegative(), metavar="TOLERANCE", help="Fail where they differ by more.")
 @FORMAT
 @SET
-@SYSTEM
+@BLOCK
 @QUIET
 @answers_with_diagnostics
 def compare(
@@ -101,11 +101,11 @@ def compare(
     """
     if loops:
         has_points = click.get_current_context().get_parameter_source("points") is ParameterSource.COMMANDLINE
-        if second is None or profiles or name is not None or has_points:
-            raise click.UsageError("--loops takes two files, without --as, --system and --points")
+        if second is None or profiles or has_points:
+            raise click.UsageError("--loops takes two files, without --as and --points")
         from fuzzyctl.cli.compare_loops import compare_loops
 
-        return DONE if compare_loops(first, second, settings, within, form) else FAILED
+        return DONE if compare_loops(first, second, name, settings, within, form) else FAILED
     sides = _sides(first, second, profiles, settings, name)
     found = [(sides[0], other, _compared(sides[0].system, other.system, points)) for other in sides[1:]]
     if form == "json":

@@ -18,12 +18,15 @@ if TYPE_CHECKING:
 Row = tuple[str, float, float, float]
 
 
-def compare_loops(first: str, second: str, settings: Sequence[str], within: float | None, form: str) -> bool:
+def compare_loops(
+    first: str, second: str, name: str | None, settings: Sequence[str], within: float | None, form: str
+) -> bool:
     """Run the loops of two files in pairs, and print their measures side by side.
 
     Args:
         first: A file.
         second: Another one.
+        name: The loop of both; None for all.
         settings: `NAME=VALUE` for params of either.
         within: Largest difference of a measure that passes; None for any.
         form: "text" or "json".
@@ -33,7 +36,7 @@ def compare_loops(first: str, second: str, settings: Sequence[str], within: floa
     """
     from fuzzyctl.simulation.simulate import simulate
 
-    sides = [[loop for _, loop in chosen_loops(file, None)] for file in (first, second)]
+    sides = [[loop for _, loop in chosen_loops(file, name)] for file in (first, second)]
     changed = settings_of(settings, [loop for side in sides for loop in side])
     ones, others = changed[: len(sides[0])], changed[len(sides[0]) :]
     pairs = [(simulate(a), simulate(b)) for a, b in _pairs(ones, others)]

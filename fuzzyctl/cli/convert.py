@@ -11,13 +11,13 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from fuzzyctl.cli.common import (
+    BLOCK,
     DONE,
     FAILED,
     FORMAT,
     POINTS,
     QUIET,
     SET,
-    SYSTEM,
     answers_with_diagnostics,
     show,
 )
@@ -41,7 +41,7 @@ if TYPE_CHECKING:
 @POINTS
 @FORMAT
 @SET
-@SYSTEM
+@BLOCK
 @QUIET
 @answers_with_diagnostics
 def convert(

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from fuzzyctl.cli.common import DONE, FAILED, FORMAT, SYSTEM, answers_with_diagnostics
+from fuzzyctl.cli.common import BLOCK, DONE, FAILED, FORMAT, answers_with_diagnostics
 from fuzzyctl.cli.loading import Choice, Opened, open_blocks
 from fuzzyctl.cli.streams import say, write_json
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
@@ -25,7 +25,7 @@ MARKS = {"added": "+", "removed": "-", "changed": "~", "renamed": "~", "rewritte
 @click.argument("first")
 @click.argument("second")
 @FORMAT
-@SYSTEM
+@BLOCK
 @answers_with_diagnostics
 def diff(first: str, second: str, form: str, name: str | None) -> int:
     """Show what was changed from one rule file to another.
@@ -114,7 +114,7 @@ def _pairs(first: Opened, second: Opened) -> list[tuple[FuzzySystem, FuzzySystem
     if len(ones) == len(others) == 1:
         return [(ones[0], others[0])]
     lonely = [
-        Diagnostic("FZ502", message, file=one.file.source.name, help="name one: --system")
+        Diagnostic("FZ502", message, file=one.file.source.name, help="name one: --block")
         for one, mine, theirs in ((first, ones, others), (second, others, ones))
         for s in mine
         if s.name not in {o.name for o in theirs}

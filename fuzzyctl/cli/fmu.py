@@ -83,7 +83,7 @@ def _model(
 
     text = examined.source.text
     if table is not None and block.kind != "system":
-        raise click.BadParameter("a lookup table holds a system only; name one with --system", param_hint="--table")
+        raise click.BadParameter("a lookup table holds a system only; name one with --block", param_hint="--table")
     if block.kind == "plant":
         if precision == "float":
             raise click.BadParameter("a plant is integrated in double precision", param_hint="--float")

@@ -9,7 +9,7 @@ from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar, cast
 
-from fuzzyctl.cli.common import AS, SET, STDIN, SYSTEM, assignments, remark, show, standard_input
+from fuzzyctl.cli.common import AS, BLOCK, SET, STDIN, assignments, remark, show, standard_input
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 from fuzzyctl.support.shipped import Place, is_name, place_of, shipped_files
 
@@ -29,7 +29,7 @@ class Choice:
 
     Args:
         settings: `NAME=VALUE` for params.
-        name: The system, where the file holds several; None for the only one, or for all.
+        name: The block; None for the only one, or for all.
         profile: The profile to compute by; None for what the file says.
         unproved: Whether to write a block although a claim of it does not hold.
     """
@@ -77,10 +77,10 @@ def blamed(error: DiagnosticError, settings: Sequence[str]) -> DiagnosticError:
 
 
 def chooses(command: Callable[..., Any]) -> Callable[..., Any]:
-    """Give a command the options `--set`, `--system` and `--as`, and their values as its argument `choice`."""
+    """Give a command the options `--set`, `--block` and `--as`, and their values as its argument `choice`."""
 
     @SET
-    @SYSTEM
+    @BLOCK
     @AS
     @wraps(command)
     def run(*, settings: tuple[str, ...], name: str | None, profile: ProfileName | None, **others: Any) -> Any:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from itertools import chain
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -25,12 +25,11 @@ if TYPE_CHECKING:
 
 @click.command()
 @click.argument("file")
-@click.argument("loop", required=False)
 @click.option("-o", "--output", "out", metavar="FILE", help="The page.  [default: name of the file, .html]")
 @chooses
 @QUIET
 @answers_with_diagnostics
-def page(file: str, loop: str | None, out: str | None, choice: Choice) -> int:
+def page(file: str, out: str | None, choice: Choice) -> int:
     """Write a file as one HTML page that computes offline, to look at and to share.
 
     It has sliders for the inputs, terms with their degrees, the rules that act, surfaces, and what is proved; steps of
@@ -39,21 +38,28 @@ def page(file: str, loop: str | None, out: str | None, choice: Choice) -> int:
 
     \b
     fuzzyctl page tipper -o tipper.html
-    fuzzyctl page water_tank fill -o tank.html
+    fuzzyctl page water_tank --block fill -o tank.html
 
     Exit code 1 if a guarantee is refuted, a requirement of a loop is not met or its run is stopped, 3 if a guarantee is
     undecided; the page is written.
     """
     from fuzzyctl.analysis import clock
+    from fuzzyctl.loading.choice import chosen
+    from fuzzyctl.model.controller import Controller
+    from fuzzyctl.model.loop import Loop
+    from fuzzyctl.model.system import FuzzySystem
     from fuzzyctl.page.document import document, page_title
     from fuzzyctl.page.proofs import PAGE_SECONDS
     from fuzzyctl.support.writing import write_together
 
-    examined = examined_file(file, loop=loop)
+    examined = examined_file(file, loop=choice.name)
     reported = examined.reported(examined.diagnostics)
     if any(d.severity == "error" for d in reported):
         raise DiagnosticError(reported)
-    loops = _loops(examined, choice, loop)
+    shown: Any = (FuzzySystem, Controller, Loop)
+    if choice.name is not None or not any(map(examined.of, shown)):
+        chosen(examined, choice.name, *shown)
+    loops = [loop for loop in examined.loops if choice.name in (None, loop.name)]
     _known_settings(examined, loops, choice)
     diagnostics = list(reported)
     until = clock.now() + PAGE_SECONDS
@@ -62,8 +68,6 @@ def page(file: str, loop: str | None, out: str | None, choice: Choice) -> int:
         *_controllers(examined, choice, diagnostics, until),
         *_runs(loops, choice, diagnostics),
     ]
-    if not sections:
-        raise DiagnosticError([_nothing(file, examined, choice.name)])
     show(diagnostics)
     target = Path(out or f"{'stdin' if file == '-' else Path(file).stem}.html")
     blocks = [s.data["title"] or s.data["name"] for s in sections]
@@ -73,20 +77,6 @@ def page(file: str, loop: str | None, out: str | None, choice: Choice) -> int:
     if any(d.severity == "error" for d in diagnostics):
         return FAILED
     return UNDECIDED if any(d.code == "FZ402" for d in diagnostics) else DONE
-
-
-def _loops(examined: Examined, choice: Choice, loop: str | None) -> list[Loop]:
-    """Return the loops to run: the one that is named, else all, none where another block is named.
-
-    Raises:
-        DiagnosticError: For a name of no loop.
-    """
-    from fuzzyctl.loading.choice import chosen
-    from fuzzyctl.model.loop import Loop
-
-    if loop is not None:
-        return [chosen(examined, loop, Loop)]
-    return [own for own in examined.loops if choice.name in (None, own.name)]
 
 
 def _known_settings(examined: Examined, loops: list[Loop], choice: Choice) -> None:
@@ -215,14 +205,3 @@ def _refused(name: str, span: object, error: Exception) -> Diagnostic:
     return Diagnostic(
         "FZ608", f"'{name}' cannot be written in JavaScript, with which pages compute", place, facts=(str(error),)
     )
-
-
-def _nothing(file: str, examined: Examined, name: str | None) -> Diagnostic:
-    names = [b.name for b in examined.blocks]
-    if name is not None and name not in names:
-        facts = (f"blocks: {', '.join(names)}",)
-        return Diagnostic("FZ502", f"no block '{name}'", facts=facts, help="name one of these", file=file)
-    held = ", ".join(b.name for b in examined.plants if name in (None, b.name))
-    others = (f"plants: {held}",) if held else ()
-    message = "a page shows systems, controllers and loops; none is there"
-    return Diagnostic("FZ502", message, facts=others, help="write a loop that runs the plant", file=file)

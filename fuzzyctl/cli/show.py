@@ -41,7 +41,7 @@ def show_system(
 
     Ranges and terms with their numbers computed, the method in effect with its defaults, rules, and what is proved:
     the values that each output can have, and whether some rule fires everywhere. A file of several systems is printed
-    whole unless --system names one. Of controllers, plants and loops it prints params, signals, states and equations in
+    whole unless --block names one. Of controllers, plants and loops it prints params, signals, states and equations in
     the order in which they are computed. With --plan, --algorithm says what another choice would be, or why the system
     does not allow it.
     """
@@ -49,7 +49,7 @@ def show_system(
         raise click.BadParameter("it is about how a system is computed: add --plan", param_hint="--algorithm")
     if file is None:
         if only_plan or choice != Choice():
-            raise click.UsageError("--plan, --set, --system and --as need a FILE")
+            raise click.UsageError("--plan, --set, --block and --as need a FILE")
         _list_shipped(form)
         return DONE
     from fuzzyctl.display.summary import summary

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Final
 import click
 
 from fuzzyctl.cli import common
-from fuzzyctl.cli.common import DONE, FAILED, FORMAT, QUIET, SVG_TEXT, answers_with_diagnostics, report, show
+from fuzzyctl.cli.common import BLOCK, DONE, FAILED, FORMAT, QUIET, SVG_TEXT, answers_with_diagnostics, report, show
 from fuzzyctl.cli.loops import chosen_loops, settings_of
 from fuzzyctl.cli.progress import progress
 from fuzzyctl.cli.streams import say, write_json
@@ -41,7 +41,7 @@ class Labelled:
 
 @click.command()
 @click.argument("file")
-@click.argument("loop", required=False)
+@BLOCK
 @click.option(
     "--set", "settings", multiple=True, metavar="NAME=VALUE", help="Set a param: PARAM, or BLOCK.PARAM of a block."
 )
@@ -65,7 +65,7 @@ class Labelled:
 @answers_with_diagnostics
 def simulate(
     file: str,
-    loop: str | None,
+    name: str | None,
     settings: tuple[str, ...],
     against: tuple[str, ...],
     out: str | None,
@@ -92,7 +92,7 @@ def simulate(
     from fuzzyctl.simulation.sample_times import measures_without_samples
 
     require_format(data)
-    loops = [pair for name in (file, *against) for pair in chosen_loops(name, loop if name == file else None)]
+    loops = [pair for one in (file, *against) for pair in chosen_loops(one, name if one == file else None)]
     changed = settings_of(settings, [own for _, own in loops])
     labels = _labels(loops)
     folders = _folders(labels)

@@ -11,7 +11,7 @@ from typing import Final
 
 import click
 
-from fuzzyctl.cli.common import DONE, answers_with_diagnostics
+from fuzzyctl.cli.common import BLOCK, DONE, answers_with_diagnostics
 from fuzzyctl.cli.streams import say
 from fuzzyctl.diagnostics.diagnostic import DiagnosticError
 from fuzzyctl.support.reading import read_place
@@ -25,29 +25,26 @@ _State = dict[Path, tuple[int, int] | None]
 @click.command()
 @click.argument("file")
 @click.argument("values", nargs=-1, metavar="[INPUT=VALUE]...")
-@click.option("-o", "--output", "out", metavar="OUT", help="Picture of the surface, or with --loop folder of the run.")
-@click.option("--loop", metavar="NAME", help="Run this loop; its measures are the numbers.")
+@click.option("-o", "--output", "out", metavar="OUT", help="Picture of the surface, of a loop folder of the run.")
+@BLOCK
 @answers_with_diagnostics
-def watch(file: str, values: tuple[str, ...], out: str | None, loop: str | None) -> int:
+def watch(file: str, values: tuple[str, ...], out: str | None, name: str | None) -> int:
     """Check a rule file again at every save, and show what comes out.
 
     \b
     fuzzyctl watch tipper service=7 food=8 -o tip.png
-    fuzzyctl watch water_tank --loop fill -o fill
+    fuzzyctl watch water_tank --block fill -o fill
 
     A save of a file that it uses counts, too. After a file with mistakes the picture is that of the last one without;
-    guarantees that do not hold stop no picture. Ctrl-C ends it.
+    guarantees that do not hold stop no picture. A loop that --block names is run. Ctrl-C ends it.
     """
     path = read_place(file)[1].path
-    if loop is not None and values:
-        raise click.UsageError("values of inputs belong to a system, and '--loop' runs a loop")
-    commands = list(_commands(file, values, out, loop))
     try:
         for _ in _saves(path, lambda: time.sleep(_INTERVAL)):
             if sys.stdout.isatty():
                 click.clear()
             say(f"{file}, {time.strftime('%H:%M:%S')}")
-            for command in commands:
+            for command in _commands(file, path, values, out, name):
                 if _run(command) != DONE and (command[0] != "check" or _is_stopped(path)):
                     break
     except KeyboardInterrupt:
@@ -55,17 +52,23 @@ def watch(file: str, values: tuple[str, ...], out: str | None, loop: str | None)
     return DONE
 
 
-def _commands(file: str, values: tuple[str, ...], out: str | None, loop: str | None) -> Iterator[list[str]]:
-    """Yield what is run at a save; each only where the one before found no mistake."""
+def _commands(file: str, path: Path, values: tuple[str, ...], out: str | None, name: str | None) -> Iterator[list[str]]:
+    """Yield the commands of a save; each runs only if the one before found no mistake."""
+    from fuzzyctl.loading.examination import look_through
+    from fuzzyctl.support.reading import read_source
+
     yield ["check", file]
-    written = ["-o", out] if out is not None else []
-    if loop is not None:
-        yield ["simulate", file, loop, *written]
+    chosen, written = ([option, text] if text is not None else [] for option, text in (("--block", name), ("-o", out)))
+    loops = look_through(read_source(path), folder=path.parent, loop=name).loops if chosen else ()
+    if name in [loop.name for loop in loops]:
+        if values:
+            raise click.UsageError(f"values of inputs belong to a system, and '{name}' is a loop")
+        yield ["simulate", file, *chosen, *written]
         return
     if values:
-        yield ["eval", file, *values]
+        yield ["eval", file, *values, *chosen]
     if written:
-        yield ["plot-surface", file, *written]
+        yield ["plot-surface", file, *chosen, *written]
 
 
 def _is_stopped(path: Path) -> bool:

@@ -77,12 +77,12 @@ def arguments(command: str, block: str, point: Mapping[str, Any], picture: str) 
         point: Values of inputs.
         picture: Path of the picture that `fuzzyctl.surface` writes.
     """
-    system = ["--system", block] if block else []
+    chosen = ["--block", block] if block else []
     match command:
         case "fuzzyctl.surface":
-            return ["plot-surface", "-", *system, "-o", os.fspath(picture)]
+            return ["plot-surface", "-", *chosen, "-o", os.fspath(picture)]
         case "fuzzyctl.why":
-            return ["why", "-", *system, *(f"{n}={number_text(float(x))}" for n, x in point.items())]
+            return ["why", "-", *chosen, *(f"{n}={number_text(float(x))}" for n, x in point.items())]
         case "fuzzyctl.prove":
-            return ["prove", "-", *system]
-    return ["simulate", "-", *([block] if block else [])]
+            return ["prove", "-", *chosen]
+    return ["simulate", "-", *chosen]

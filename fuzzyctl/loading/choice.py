@@ -70,9 +70,9 @@ def _not_chosen(
 ) -> Diagnostic:
     """Return why none of the blocks of a file is chosen."""
     words = sorted((getattr(kind, "kind", "block") for kind in kinds), key=KINDS.index)
-    word = "block" if "block" in words else " or ".join(words)
+    word, plural = ("block", "blocks") if "block" in words else (_either(words), _either([f"{w}s" for w in words]))
     known = dict.fromkeys(b.name for b in (meant or [b for b in examined.blocks if isinstance(b, tuple(kinds))]))
-    facts, help_text = [f"{word.replace(' or', 's or')}s: {', '.join(known)}"] if known else [], ""
+    facts, help_text = [f"{plural}: {', '.join(known)}"] if known else [], ""
     if meant:
         word = meant[0].kind if len({b.kind for b in meant}) == 1 else "block"
         message = f"the file holds several {word}s, and none is chosen"
@@ -90,3 +90,7 @@ def _not_chosen(
     if other is not None and known:
         facts.append(f"'{name}' is a {other.kind}{': a loop runs it' if word == 'loop' else ''}")
     return Diagnostic("FZ502", message, facts=tuple(facts), help=help_text, file=examined.source.name)
+
+
+def _either(words: Sequence[str]) -> str:
+    return " or ".join([", ".join(words[:-1]), words[-1]] if len(words) > 1 else words)

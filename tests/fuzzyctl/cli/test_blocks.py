@@ -85,7 +85,7 @@ class TestShow:
         assert "Derivatives\n  d/dt x1 = delayed_u - x1\n" in page
 
     def test_a_loop_is_shown_with_its_measures(self, folder):
-        page = run("show", "loop.fz", "--system", "step").output
+        page = run("show", "loop.fz", "--block", "step").output
         assert "duration: 5 s\n" in page
         assert "Measures\n  m = settling(p.y, r) [s]\n" in page
 
@@ -108,7 +108,7 @@ class TestShow:
             ("6", "param 'a.a.k' is 6, outside of [0, 5]"),
             ("4.5", "param 'a.twice' of 'law' is 9"),
         ):
-            done = run("show", "inside.fz", "--system", "outer", "--set", f"a.a.k={value}")
+            done = run("show", "inside.fz", "--block", "outer", "--set", f"a.a.k={value}")
             assert done.output.count("error") == 1
             assert expected in done.output
 

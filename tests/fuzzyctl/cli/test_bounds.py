@@ -95,17 +95,17 @@ class TestControllers:
         assert run(path).stdout.splitlines()[1].startswith("  for x, z up to 1e30 in magnitude")
 
     def test_a_system_may_be_named(self, path):
-        assert run(path, "--system", "s").stdout.startswith("u: from -1 to 1\n")
+        assert run(path, "--block", "s").stdout.startswith("u: from -1 to 1\n")
 
     def test_one_of_several_controllers_is_named(self, path):
         path.write_text(self.TEXT + "controller d\ninput x in [0, 1]\noutput z = x\n", encoding="utf-8")
         result = run(path)
         assert result.exit_code == 2
         assert "several controllers" in result.stderr
-        assert run(path, "--system", "d").stdout == "z: from 0 to 1\n"
+        assert run(path, "--block", "d").stdout == "z: from 0 to 1\n"
 
     def test_a_name_of_no_block_is_answered_with_all_names(self, path):
-        result = run(path, "--system", "nope")
+        result = run(path, "--block", "nope")
         assert result.exit_code == 2
         assert "the file holds no system or controller 'nope'" in result.stderr
         assert "= systems or controllers: s, c\n" in result.stderr

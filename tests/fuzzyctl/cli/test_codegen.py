@@ -102,7 +102,7 @@ class TestCodegen:
             )
         )
         assert run("two.fz", "--target", "st").exit_code == 2
-        assert run("two.fz", "--target", "st", "--system", "second").exit_code == 0
+        assert run("two.fz", "--target", "st", "--block", "second").exit_code == 0
         assert (tmp_path / "second.st").exists()
 
     def test_the_algorithm_can_be_forced(self, run, tmp_path):
@@ -164,8 +164,8 @@ class TestController:
         assert result.output.splitlines() == [f"wrote {name}" for name in files]
 
     def test_is_chosen_by_name_as_systems_are(self, run, file, tmp_path):
-        assert run("two.fz", "--target", "st", "--system", "second").exit_code == 0
-        assert run("two.fz", "--target", "st", "--system", "surface").exit_code == 0
+        assert run("two.fz", "--target", "st", "--block", "second").exit_code == 0
+        assert run("two.fz", "--target", "st", "--block", "surface").exit_code == 0
         assert {"second.st", "surface.st"} <= set(names(tmp_path))
 
     @pytest.mark.parametrize(
@@ -173,7 +173,7 @@ class TestController:
         [
             ([], "the file holds several controllers, and none is chosen", "controllers: first, second"),
             (
-                ["--system", "fist"],
+                ["--block", "fist"],
                 "the file holds no system or controller 'fist'",
                 "systems or controllers: surface, first, second",
             ),
@@ -224,8 +224,8 @@ class TestController:
     def test_has_no_lookup_table(self, run, file):
         result = run(file, "--target", "c", "--table", "9")
         assert result.exit_code == 2
-        assert "'first' is a controller, whose steps no table holds; name a system with --system" in result.output
-        assert run(file, "--target", "c", "--table", "9", "--system", "surface").exit_code == 0
+        assert "'first' is a controller, whose steps no table holds; name a system with --block" in result.output
+        assert run(file, "--target", "c", "--table", "9", "--block", "surface").exit_code == 0
 
     def test_fixed_point_is_refused_where_no_error_is_bounded(self, run, file, tmp_path):
         path = tmp_path / file
@@ -234,7 +234,7 @@ class TestController:
         assert result.exit_code == 1
         assert "error[FZ410]: " in result.output
         assert not list(tmp_path.glob("*.c"))
-        assert run(file, "--target", "c", "--fixed", "Q3.12", "--system", "surface").exit_code == 0
+        assert run(file, "--target", "c", "--fixed", "Q3.12", "--block", "surface").exit_code == 0
 
     def test_fixed_point_is_proved_where_errors_fade(self, run, tmp_path):
         text = "controller lag\ninput x in [-2, 2]\noutput u in [-2, 2] = lowpass(x, 0.2)\nevery 10 ms\n"
@@ -254,11 +254,11 @@ class TestController:
         assert (result.exit_code, "the start of a state depends on a free number" in result.output) == (1, True)
         result = run(file, "--target", "c", "--free", "k")
         assert (result.exit_code, "k" in result.output) == (2, True)
-        result = run(file, "--target", "c", "--system", "surface", "--free", "K")
+        result = run(file, "--target", "c", "--block", "surface", "--free", "K")
         assert (result.exit_code, "only controllers take numbers" in result.output) == (2, True)
 
     def test_is_not_written_where_a_guarantee_of_its_systems_is_refuted(self, run, file, tmp_path):
-        result = run("refuted.fz", "--target", "c", "--system", "first")
+        result = run("refuted.fz", "--target", "c", "--block", "first")
         assert result.exit_code == 1
         assert "the guarantee 'u >= -1' does not hold" in result.output
         assert names(tmp_path) == ["one.fz", "refuted.fz", "two.fz"]
@@ -407,7 +407,7 @@ class TestMistakes:
             (["--target", "c", "--fixed", "Q0.15", "--algorithm", "rules"], 1),
             (["--target", "c", "--table", "300"], 1),
             (["--target", "c", "--set", "nope=1"], 2),
-            (["--target", "c", "--system", "nope"], 2),
+            (["--target", "c", "--block", "nope"], 2),
         ],
     )
     def test_write_nothing_and_show_no_traceback(self, run, tmp_path, arguments, code):

@@ -70,7 +70,7 @@ class TestDiff:
         result = run("diff", two, one)
         assert result.exit_code == 2
         assert "system 'other' is in one of the files only" in result.stderr
-        assert run("diff", two, one, "--system", "base").exit_code == 0
+        assert run("diff", two, one, "--block", "base").exit_code == 0
 
 
 class TestCompare:

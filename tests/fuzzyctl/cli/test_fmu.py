@@ -48,8 +48,8 @@ def test_an_fmu_without_a_compiler_holds_its_source_and_says_so():
     ("chosen", "kind", "name"),
     [
         ((), "controller", "fuzzy_pi"),
-        (("--system", "tank"), "plant", "tank"),
-        (("--system", "surface"), "system", "surface"),
+        (("--block", "tank"), "plant", "tank"),
+        (("--block", "surface"), "system", "surface"),
     ],
 )
 def test_the_block_that_is_meant(chosen, kind, name):
@@ -78,7 +78,7 @@ def test_a_compiler_that_fails_is_an_error_and_nothing_is_written(monkeypatch):
     ("arguments", "message"),
     [
         ((TANK, "--table", "9"), "a lookup table holds a system only"),
-        ((TANK, "--system", "tank", "--float", "float"), "a plant is integrated in double precision"),
+        ((TANK, "--block", "tank", "--float", "float"), "a plant is integrated in double precision"),
         ((RULES / "tipper.fz", "--free", "x"), "only controllers and plants have parameters"),
         ((TANK, "--fixed", "Q3.12"), "fixed point is written in C only"),
     ],
@@ -90,12 +90,12 @@ def test_options_that_do_not_go_with_it_are_wrong_usage(arguments, message):
 
 
 def test_only_params_that_are_named_are_free():
-    assert run(TANK, "--system", "tank", "--free", "A", "-q").exit_code == 0
+    assert run(TANK, "--block", "tank", "--free", "A", "-q").exit_code == 0
     with zipfile.ZipFile("tank.fmu") as archive:
         text = archive.read("modelDescription.xml").decode()
     assert 'name="A" valueReference="3" causality="parameter" variability="tunable"' in text
     assert 'name="b" valueReference="6" causality="local" variability="constant"' in text
-    result = run(TANK, "--system", "tank", "--free", "q")
+    result = run(TANK, "--block", "tank", "--free", "q")
     assert (result.exit_code, result.stderr) == (2, "error: no free number 'q'; there are: A, a, b\n")
 
 

@@ -37,13 +37,13 @@ class TestChoice:
         found = run(command[0], "two.fz", *command[1:])
         assert found.exit_code == 2
         assert "the file holds several systems, and none is chosen" in found.output
-        assert run(command[0], "two.fz", *command[1:], "--system", "t").exit_code == 0
+        assert run(command[0], "two.fz", *command[1:], "--block", "t").exit_code == 0
 
     @pytest.mark.parametrize("command", ALL_SYSTEMS, ids=lambda c: c[0])
     def test_the_others_take_all_or_the_one_named(self, run, command):
         assert run(*command, "two.fz").exit_code == 0
-        assert run(*command, "two.fz", "--system", "t").exit_code == 0
-        assert "the file holds no block 'u'" in run(*command, "two.fz", "--system", "u").output
+        assert run(*command, "two.fz", "--block", "t").exit_code == 0
+        assert "the file holds no block 'u'" in run(*command, "two.fz", "--block", "u").output
 
 
 class TestSettings:

@@ -126,7 +126,7 @@ def test_a_page_computes_what_the_kernel_and_the_trace_compute(path, tmp_path):
     system = load(path)
     asked = points(system, 40)
     # Runs of loops take longer than all the rest.
-    tags, facts = written(tmp_path / "x.html", path, "--system", system.name)
+    tags, facts = written(tmp_path / "x.html", path, "--block", system.name)
     kernel = compile(system, backend="python")
     (section,) = facts["sections"]
     start = ", kernels[0].start()" * section["state"]
@@ -228,7 +228,7 @@ def test_nothing_of_a_file_becomes_markup_and_only_hashed_scripts_run(tmp_path):
 
 
 def test_a_page_of_a_file_with_a_loop_holds_its_blocks_and_its_run(tmp_path):
-    _, facts = written(tmp_path / "x.html", RULES / "loops" / "water_tank.fz", "fill", "--set", "law.GU=6")
+    _, facts = written(tmp_path / "x.html", RULES / "loops" / "water_tank.fz", "--set", "law.GU=6")
     assert [(s["kind"], s["name"]) for s in facts["sections"]] == [
         ("system", "surface"),
         ("controller", "fuzzy_pi"),
@@ -401,10 +401,9 @@ def test_tables_bounds_verdicts_and_diagnostics_are_shown(tmp_path):
 @pytest.mark.parametrize(
     ("words", "code", "message"),
     [
-        (("{rules}/tipper.fz", "absent"), 2, "the file holds no loop"),
-        (("{rules}/tipper.fz", "--system", "absent"), 2, "no block 'absent'"),
+        (("{rules}/tipper.fz", "--block", "absent"), 2, "loops: tipper"),
         (("{rules}/tipper.fz", "--set", "g=1"), 2, "no param 'g'"),
-        (("{rules}/loops/water_tank.fz", "--system", "tank"), 2, "none is there"),
+        (("{rules}/loops/water_tank.fz", "--block", "tank"), 2, "'tank' is a plant"),
         (("{rules}/absent.fz",), 1, "there is no such file"),
         (("{folder}/broken.fz",), 1, "error[FZ"),
     ],
@@ -472,7 +471,7 @@ def test_the_page_of_a_block_with_a_false_claim_is_written_and_its_point_is_the_
     claim = f"{output} <= {limit!r}"
     (folder / path.name).write_text(f"{text[:end]}\nrequire {claim}\n\n{text[end:]}", encoding="utf-8")
 
-    done = run(folder / path.name, "--system", name, "-o", tmp_path / "x.html")
+    done = run(folder / path.name, "--block", name, "-o", tmp_path / "x.html")
     assert done.exit_code == 1, done.output
     assert f"error[FZ402]: the guarantee '{claim}' does not hold" in done.output
     tags = Tags((tmp_path / "x.html").read_text(encoding="utf-8"))
@@ -489,7 +488,7 @@ def test_the_page_of_loops_with_unmet_requirements_is_written_and_says_so(path, 
     text = re.sub(r"(?m)^measure (\w+).*$", r"\g<0>\nrequire \1 < 0 and \1 > 0", path.read_text(encoding="utf-8"))
     (folder / path.name).write_text(text, encoding="utf-8")
     for loop in look_through(read_source(folder / path.name), folder=folder).loops:
-        done = run(folder / path.name, "--system", loop.name, "-o", tmp_path / "x.html")
+        done = run(folder / path.name, "--block", loop.name, "-o", tmp_path / "x.html")
         assert done.exit_code == 1, done.output
         tags = Tags((tmp_path / "x.html").read_text(encoding="utf-8"))
         (section,) = json.loads(next(s for own, s in tags.scripts if own == "facts"))["sections"]

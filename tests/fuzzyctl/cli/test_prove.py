@@ -124,8 +124,8 @@ def test_one_of_several_systems_may_be_named(written, tmp_path):
     one = written("u <= 1").read_text(encoding="utf-8")
     both.write_text(one + one.replace("system line", "system other").replace("u <= 1", "u <= 0"), encoding="utf-8")
     assert run(both).exit_code == 1
-    assert run(both, "--system", "line").exit_code == 0
-    assert run(both, "--system", "none").exit_code == 1
+    assert run(both, "--block", "line").exit_code == 0
+    assert run(both, "--block", "none").exit_code == 1
 
 
 def test_a_negative_time_is_wrong_usage(written):
@@ -192,9 +192,9 @@ class TestControllers:
     def test_systems_beside_a_controller_are_proved_too(self, controller):
         path = controller("y <= 0.5", system=True)
         assert "line: no guarantees" in run(path, "--set", "top=0.5").stdout
-        assert run(path, "--system", "line").stdout.endswith("0 proved\n")
-        assert run(path, "--system", "valve").stdout.endswith("3 proved\n")
-        assert run(path, "--system", "vale").exit_code == 1
+        assert run(path, "--block", "line").stdout.endswith("0 proved\n")
+        assert run(path, "--block", "valve").stdout.endswith("3 proved\n")
+        assert run(path, "--block", "vale").exit_code == 1
 
     def test_mistakes_are_reported_and_nothing_is_proved(self, controller):
         result = run(controller("z <= 0.5"))

@@ -154,11 +154,11 @@ class TestText:
 class TestChoice:
     def test_all_systems_are_printed_unless_one_is_named(self, file):
         assert "\n\ntwo\n" in run(file).output
-        assert run(file, "--system", "two").output.startswith("two\n")
-        assert "title" not in run(file, "--system", "two").output
+        assert run(file, "--block", "two").output.startswith("two\n")
+        assert "title" not in run(file, "--block", "two").output
 
     def test_an_unknown_system_is_a_diagnostic(self, file):
-        result = run(file, "--system", "tow")
+        result = run(file, "--block", "tow")
         assert result.exit_code == 2
         assert "FZ502" in result.output
         assert "did you mean 'two'?" in result.output

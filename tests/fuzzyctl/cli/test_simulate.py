@@ -215,10 +215,10 @@ class TestText:
     def test_wrong_usage(self, small):
         assert run(small(), "--solver", "euler").exit_code == 2
         assert run(small(), "--substeps", "0").exit_code == 2
-        unknown = run(small(), "smal")
+        unknown = run(small(), "--block", "smal")
         assert unknown.exit_code == 2
         assert "did you mean 'small'?" in unknown.output
-        plant = run(small(), "p")
+        plant = run(small(), "--block", "p")
         assert plant.exit_code == 2
         assert "'p' is a plant: a loop runs it" in plant.output
         output = run(rules_folder() / "tipper.fz").output
@@ -252,15 +252,15 @@ class TestSeveral:
         more = path.read_text("utf-8").partition("loop small")[2]
         path.write_text(f"{path.read_text('utf-8')}\nloop second{more}", encoding="utf-8")
         assert "measure            small      second" in run(path).output
-        assert run(path, "second").output.startswith("second: A step\n")
+        assert run(path, "--block", "second").output.startswith("second: A step\n")
 
     @pytest.mark.parametrize("mistake", [("p.y)", "p.z)"), ("law(r, p.y)", "law(r, p.y,,")])
     def test_a_mistake_in_one_loop_leaves_the_others_alone(self, small, mistake):
         path = small()
         more = path.read_text("utf-8").partition("loop small")[2].replace(*mistake)
         path.write_text(f"{path.read_text('utf-8')}\nloop second{more}", encoding="utf-8")
-        assert run(path, "small").exit_code == 0
-        for names in ((), ("second",), ("third",)):
+        assert run(path, "--block", "small").exit_code == 0
+        for names in ((), ("--block", "second"), ("--block", "third")):
             result = run(path, *names)
             assert result.exit_code == 1
             assert "error[FZ" in result.output
@@ -388,7 +388,8 @@ class TestCompare:
 
     def test_it_takes_two_files(self, small):
         assert self.compare(small(), "--loops").exit_code == 2
-        for option in (("--as", "exact"), ("--system", "small"), ("--points", "5")):
+        assert self.compare(small(), small(), "--loops", "--block", "small").exit_code == 0
+        for option in (("--as", "exact"), ("--points", "5")):
             assert self.compare(small(), small(), "--loops", *option).exit_code == 2
 
 

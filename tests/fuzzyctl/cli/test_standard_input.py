@@ -97,7 +97,7 @@ class TestStandardInput:
     def test_of_a_diff_may_hold_several_systems(self, tmp_path, base):
         (tmp_path / "a.fz").write_text(base)
         two = base + base.replace("system base", "system other")
-        assert run("diff", "-", "a.fz", "--system", "base", stdin=two).exit_code == 0
+        assert run("diff", "-", "a.fz", "--block", "base", stdin=two).exit_code == 0
         result = run("diff", "-", "a.fz", stdin=two)
         assert result.exit_code == 2
         assert "<stdin>: error[FZ502]: system 'other'" in result.stderr

@@ -73,14 +73,16 @@ def test_a_file_that_vanishes_and_comes_back(path, saves):
 def test_loops_are_run(saves, tmp_path):
     path = shutil.copy(rules_folder() / "loops" / "water_tank.fz", tmp_path / "tank.fz")
     saves()
-    result = run(path, "--loop", "fill", "-o", tmp_path / "out")
+    result = run(path, "--block", "fill", "-o", tmp_path / "out")
     assert "overshoot" in result.stdout
     assert (tmp_path / "out" / "summary.json").is_file()
 
 
-def test_wrong_usage(path, tmp_path):
+def test_wrong_usage(saves, path, tmp_path):
     assert run(tmp_path / "none.fz").exit_code == 1
-    assert run(path, "service=1", "--loop", "x").exit_code == 2
+    saves()
+    tank = rules_folder() / "loops" / "water_tank.fz"
+    assert run(tank, "service=1", "--block", "fill").exit_code == 2
 
 
 def test_a_guarantee_that_does_not_hold_stops_no_picture(path, saves, tmp_path):

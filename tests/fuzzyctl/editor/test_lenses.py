@@ -64,18 +64,18 @@ def test_a_counterexample_goes_to_why():
     document, _ = marked(claiming("tip <= 19") + "§")
     prove(document)
     lens = lenses(document)[-1]
-    assert arguments(lens.command, lens.block, lens.point, "")[:4] == ["why", "-", "--system", "tip"]
+    assert arguments(lens.command, lens.block, lens.point, "")[:4] == ["why", "-", "--block", "tip"]
     assert point_text(lens.point) == " ".join(arguments(lens.command, lens.block, lens.point, "")[4:])
 
 
 @pytest.mark.parametrize(
     ("command", "block", "given"),
     [
-        (SURFACE, "tip", ["plot-surface", "-", "--system", "tip", "-o", "a.svg"]),
+        (SURFACE, "tip", ["plot-surface", "-", "--block", "tip", "-o", "a.svg"]),
         (SURFACE, "", ["plot-surface", "-", "-o", "a.svg"]),
-        (WHY, "tip", ["why", "-", "--system", "tip", "x=0.5", "y=-1"]),
-        (PROVE, "tip", ["prove", "-", "--system", "tip"]),
-        (SIMULATE, "fill", ["simulate", "-", "fill"]),
+        (WHY, "tip", ["why", "-", "--block", "tip", "x=0.5", "y=-1"]),
+        (PROVE, "tip", ["prove", "-", "--block", "tip"]),
+        (SIMULATE, "fill", ["simulate", "-", "--block", "fill"]),
         (SIMULATE, "", ["simulate", "-"]),
     ],
 )

@@ -96,7 +96,7 @@ class TestNumbers:
     def test_generated_code_holds_what_is_called(self, tmp_path):
         path = tmp_path / "c.fz"
         path.write_text(WHOLE)
-        arguments = ["codegen", str(path), "--system", "outer", "--target", "python", "-o", str(tmp_path)]
+        arguments = ["codegen", str(path), "--block", "outer", "--target", "python", "-o", str(tmp_path)]
         assert CliRunner().invoke(main, arguments).exit_code == 0
         names = runpy.run_path(str(tmp_path / "outer.py"))
         assert names["outer"](0.3) == pytest.approx(float(outer(0.3)), rel=1e-12)

@@ -113,20 +113,20 @@ def test_proofs_bounds_and_generated_code_set_them(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     text = TEXT.replace("input x\nblock one", "input x in [0, 1]\nblock one")
     Path("c.fz").write_text(f"{text}require u <= {expected(1):g}\n", encoding="utf-8")
-    assert runner("prove")("c.fz", "--system", "top").exit_code == 0
+    assert runner("prove")("c.fz", "--block", "top").exit_code == 0
     result = runner("prove")("c.fz", "--set", "one.a.k=7")
     assert (result.exit_code, "refuted: u <=" in result.output) == (1, True)
     plain, changed = (
-        json.loads(runner("bounds")("c.fz", "--system", "top", "--format", "json", *given).output)
+        json.loads(runner("bounds")("c.fz", "--block", "top", "--format", "json", *given).output)
         for given in ((), ("--set", "one.a.k=7"))
     )
     assert plain != changed
     result = runner("codegen")(
-        "c.fz", "--system", "top", "--target", "python", "--set", "one.a.k=7", "-o", "out", "--unproved"
+        "c.fz", "--block", "top", "--target", "python", "--set", "one.a.k=7", "-o", "out", "--unproved"
     )
     assert result.exit_code == 0, result.output
     assert "Param set: one.a.k = 7" in Path("out/top.py").read_text(encoding="utf-8")
     result = runner("prove")("c.fz", "--set", "one.a.k=70")
     assert (result.exit_code, "outside of [0, 10]" in result.output) == (1, True)
-    result = runner("bounds")("c.fz", "--system", "top", "--set", "one.a.kk=7")
+    result = runner("bounds")("c.fz", "--block", "top", "--set", "one.a.kk=7")
     assert (result.exit_code, "did you mean 'one.a.k'?" in result.output) == (2, True)
