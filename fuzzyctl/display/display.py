@@ -9,6 +9,7 @@ from fuzzyctl.diagnostics.terminal import printable
 
 #: Modules by the name of the type, so that no type is loaded to show another one.
 _MODULES: Final = {
+    "BlockTrace": "traces",
     "Controller": "blocks",
     "Experiment": "runs",
     "FuzzySystem": "systems",

@@ -6,14 +6,24 @@ import math
 
 from fuzzyctl.diagnostics.suggestions import counted
 from fuzzyctl.display.markup import Markup, page, pairs, paragraph, picture_svg, table
+from fuzzyctl.explain.block_trace import BlockTrace
 from fuzzyctl.explain.trace import Contribution, Trace
+from fuzzyctl.kernels.plan.equations import DT
+from fuzzyctl.model.block import Block
 
 #: Most rules of a text or a picture.
 MOST = 12
 
 
-def html(found: Trace) -> str:
+def html(found: Trace | BlockTrace) -> str:
     """Return the outputs, the rules that act and the slopes as tables, and the rule viewer."""
+    if isinstance(found, BlockTrace):
+        parts = {"State before": found.state, "Lets": found.lets, "Next state": found.next_state}
+        return page(
+            f"{_values(found.outputs, found.block)} at {_values(found.inputs, found.block)}",
+            *(pairs(name, {n: f"{x:.6g}" for n, x in part.items()}) for name, part in parts.items()),
+            *(Markup(html(call.trace)) for call in found.calls),
+        )
     from fuzzyctl.plot.figures import svg
     from fuzzyctl.plot.rule_viewer import viewer
 
@@ -23,7 +33,7 @@ def html(found: Trace) -> str:
     ]
     slopes = [(o, name, _slope(*pair)) for o, own in found.slopes.items() for name, pair in own.items()]
     return page(
-        f"{_values(found.outputs, found)} at {_values(found.inputs, found)}",
+        f"{_values(found.outputs, found.system)} at {_values(found.inputs, found.system)}",
         pairs("Lets", {name: f"{value:.6g}" for name, value in found.lets.items()}),
         table("Rules that act", ("rule", "activation", "text", "share"), rows=rules),
         paragraph(f"{counted(found.silent, 'rule')} silent" if found.silent else "", "note"),
@@ -32,18 +42,38 @@ def html(found: Trace) -> str:
     )
 
 
-def _values(numbers: dict[str, float], found: Trace) -> str:
-    units = {v.name: v.unit for v in (*found.system.inputs, *found.system.outputs)}
+def _values(numbers: dict[str, float], block: Block) -> str:
+    units = {v.name: v.unit for v in (*block.inputs, *block.outputs)} | {DT: "s"}
     return ", ".join(f"{n} = {x:.6g} {units[n]}".rstrip() for n, x in numbers.items())
 
 
-def text(found: Trace, most: int = MOST) -> str:
+def text(found: Trace | BlockTrace, most: int = MOST) -> str:
     """Return the rules that act, with what each contributes, and the slopes of the outputs.
 
     Args:
         found: What was traced.
-        most: Most rules.
+        most: Most rules of a system.
     """
+    return _text_of_step(found, most) if isinstance(found, BlockTrace) else _text_of_system(found, most)
+
+
+def _text_of_step(found: BlockTrace, most: int) -> str:
+    lines = []
+    for output in found.block.outputs:
+        unit = f" {output.unit}" if output.unit else ""
+        lines.append(f"{output.name} = {found.outputs[output.name]!r}{unit}")
+    lines += ["", f"At {_values(found.inputs, found.block)}"]
+    for title, part in (("Lets", found.lets), ("State, and the next one", found.state)):
+        after = found.next_state if part is found.state else {}
+        rows = [f"  {n} = {x:.6g}{f', then {after[n]:.6g}' if after else ''}" for n, x in part.items()]
+        lines += ["", title, *rows] if rows else []
+    for call in found.calls:
+        name = call.name if call.name == call.trace.system.name else f"{call.name} = {call.trace.system.name}(...)"
+        lines += ["", f"System {name}", *(f"  {line}".rstrip() for line in _text_of_system(call.trace, most).split("\n"))]
+    return "\n".join(lines)
+
+
+def _text_of_system(found: Trace, most: int) -> str:
     lines = []
     for output in found.system.outputs:
         unit = f" {output.unit}" if output.unit else ""
