@@ -102,7 +102,8 @@ def _refuse_to_replace(texts: Mapping[Path, str], target: Path) -> None:
     mistakes = []
     if os.path.lexists(target):
         message = "there is already a file of this name"
-        mistakes.append(Diagnostic("FZ005", message, file=str(target), help="name another file with -o FILE"))
+        help_text = "name another file with -o FILE, or replace it with --force"
+        mistakes.append(Diagnostic("FZ005", message, file=str(target), help=help_text))
     for path, text in texts.items():
         if path == target or not os.path.lexists(path):
             continue

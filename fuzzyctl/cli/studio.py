@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 import webbrowser
 from pathlib import Path
+from threading import Thread
 from typing import Final
 
 import click
@@ -68,12 +69,22 @@ def studio(file: str | None, folder: str | None, port: int | None, no_browser: b
     )
     say(f"the studio: {place}")
     sys.stdout.flush()
-    if not no_browser:
-        webbrowser.open(place)
     try:
+        if not no_browser:
+            Thread(target=_open, args=(place,), daemon=True).start()
         serving.serve_forever()
     except KeyboardInterrupt:
         say("", err=True)
     finally:
         serving.server_close()
     return DONE
+
+
+def _open(place: str) -> None:
+    """Open the browser beside the server: some return when they are closed only."""
+    try:
+        is_open = webbrowser.open(place)
+    except OSError:  # an address longer than the system lets arguments be
+        is_open = False
+    if not is_open:
+        say("no browser opens the address above: open it there yourself", err=True)

@@ -6,6 +6,7 @@ import base64
 import json
 import os
 import re
+import sys
 import zlib
 from collections.abc import Mapping
 from functools import partial
@@ -82,6 +83,11 @@ class _Server(ThreadingHTTPServer):
     """A server that shares its port with no other one, which Windows would let it."""
 
     allow_reuse_address = os.name == "posix"
+
+    def handle_error(self, request: Any, client_address: Any) -> None:
+        """Report an error, but for a connection that the browser has closed."""
+        if not isinstance(sys.exc_info()[1], ConnectionError):
+            super().handle_error(request, client_address)
 
 
 def server(folder: Path, port: int = 0) -> ThreadingHTTPServer:

@@ -100,6 +100,8 @@ def followed(page: Path, folder: Path, time: int) -> Iterator[str]:
             yield f"{session.where(block)}: {error if isinstance(error, AssertionError) else traceback.format_exc()}"
             session.status = 0
     os.chdir(folder)
+    if session.status:
+        yield f"{page.relative_to(ROOT)}: the last command left with {session.status}, which the page does not show"
 
 
 def contents(folder: Path) -> dict[Path, str]:

@@ -64,7 +64,7 @@ def new(name: str | None, base: str, extends: bool, path: Path | None, folder: P
     except UnknownScenarioError as error:
         raise click.BadParameter(str(error), param_hint="'--from'") from error
     with mistakes_as_diagnostics("text"):
-        template.refuse_present(files, force)
+        template.refuse_present(files, force, folder)
         with folder_for(folder) if folder is not None else nullcontext():
             write_together(files)
     for one in files:

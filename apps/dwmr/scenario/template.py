@@ -76,13 +76,17 @@ name = "{name}"
 """
 
 
-def refuse_present(paths: Iterable[Path], force: bool) -> None:
-    """Refuse to replace files.
+def refuse_present(paths: Iterable[Path], force: bool, rules: Path | None = None) -> None:
+    """Refuse to replace files, among them those of the folder of --rules.
 
     Raises:
         DiagnosticError: When one of them exists and `force` is not given.
     """
     present = [path for path in paths if path.exists() or path.is_symlink()]
     if present and not force:
-        help_text = "name another file with -o FILE, or replace it with --force"
-        raise DiagnosticError([Diagnostic("FZ005", f"{p} exists", help=help_text, file=str(p)) for p in present])
+        mistakes = []
+        for path in present:
+            other = "folder with --rules DIR" if path.parent == rules else "file with -o FILE"
+            help_text = f"name another {other}, or replace it with --force"
+            mistakes.append(Diagnostic("FZ005", f"{path} exists", help=help_text, file=str(path)))
+        raise DiagnosticError(mistakes)

@@ -211,7 +211,7 @@ function put(own, before, others, state) {
   at("name").textContent = name;
   document.title = `${name} - fuzzyctl studio`;
   view.setState(state);
-  status("");
+  if (engine.ready) status("");
   check();
 }
 

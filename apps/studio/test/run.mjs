@@ -117,6 +117,9 @@ async function opened(context, address) {
   page.on("request", (r) => new URL(r.url()).origin === new URL(address).origin || r.url().startsWith("data:") || r.url().startsWith("about:") || outside.push(r.url()));
   const start = Date.now();
   await page.goto(address);
+  await until(page, () => globalThis.studio !== undefined);
+  const [state, line] = await page.evaluate(() => [document.body.dataset.state, document.getElementById("status").textContent]);
+  assert.ok(state !== "starting" || line !== "", "the studio starts without a word");
   await until(page, () => document.body.dataset.shown !== undefined, null, 120);
   return { page, outside, seconds: (Date.now() - start) / 1000 };
 }

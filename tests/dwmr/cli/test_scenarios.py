@@ -51,6 +51,7 @@ class TestNew:
         assert dwmr("check", base, "--rules", "mine")[0] == 0
         status, _, said = dwmr("new", "other", "--rules", "mine")
         assert (status, "smc.fz exists" in said, (tmp_path / "other.toml").exists()) == (1, True, False)
+        assert "name another folder with --rules DIR, or replace it with --force" in said
         assert dwmr("new", "other", "--rules", "mine", "--force")[0] == 0
         assert (tmp_path / "other.toml").is_file()
 

@@ -40,6 +40,7 @@ class TestNew:
         result = run("new", "heater")
         assert result.exit_code == 1
         assert "heater.fz: error[FZ005]: there is already a file of this name" in result.output
+        assert "name another file with -o FILE, or replace it with --force" in result.output
         assert (folder / "heater.fz").read_text() == "mine"
 
     def test_another_file_can_be_named(self, folder):

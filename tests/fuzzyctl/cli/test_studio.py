@@ -3,6 +3,8 @@
 import shutil
 import subprocess
 import sys
+import threading
+import urllib.request
 import zipfile
 from http.server import ThreadingHTTPServer
 from pathlib import Path
@@ -27,6 +29,9 @@ def folder(path, version=fuzzyctl.__version__):
 @pytest.fixture
 def built(tmp_path, monkeypatch):
     def interrupted(self):
+        for thread in threading.enumerate():
+            if "_open" in thread.name:
+                thread.join(10)
         raise KeyboardInterrupt
 
     monkeypatch.setattr(ThreadingHTTPServer, "serve_forever", interrupted)
@@ -49,11 +54,35 @@ def test_it_prints_the_address_with_the_text(built, tmp_path):
     assert "#name=a.fz&text=" in found.output
 
 
-def test_it_opens_the_browser(built, monkeypatch):
-    opened = []
-    monkeypatch.setattr("webbrowser.open", opened.append)
-    assert run("--folder", built).exit_code == 0
-    assert opened[0].startswith("http://127.0.0.1:")
+def test_the_browser_is_answered_before_it_returns(built, monkeypatch):
+    """A browser in the foreground returns when it is closed."""
+    opened, closed = [], threading.Event()
+
+    def browser(place):
+        with urllib.request.urlopen(place, timeout=10) as answer:
+            opened.append(answer.read())
+        closed.set()
+        return True
+
+    def interrupted(self):
+        self.timeout = 10
+        self.handle_request()
+        closed.wait(10)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("webbrowser.open", browser)
+    monkeypatch.setattr(ThreadingHTTPServer, "serve_forever", interrupted)
+    assert (run("--folder", built, "--port", 0).stderr, opened) == ("\n", [b"<!doctype html>"])
+
+
+def test_a_browser_that_does_not_start_is_a_line(built, monkeypatch):
+    def too_long(place):
+        raise OSError(7, "Argument list too long", "chromium")
+
+    for browser in (too_long, lambda place: False):
+        monkeypatch.setattr("webbrowser.open", browser)
+        found = run("--folder", built, "--port", 0)
+        assert (found.exit_code, found.stderr) == (0, "no browser opens the address above: open it there yourself\n\n")
 
 
 def test_standard_input_is_a_text(built):

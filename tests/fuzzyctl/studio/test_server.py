@@ -3,6 +3,8 @@
 import base64
 import json
 import os
+import socket
+import struct
 import threading
 import urllib.error
 import urllib.request
@@ -42,6 +44,19 @@ def test_files_have_their_types_and_only_the_runtime_is_kept(served):
         "a.wasm": ("application/wasm", False),
         "pyodide-1/b.wasm": ("application/wasm", True),
     }
+
+
+def test_a_closed_connection_is_no_error(served, tmp_path, capsys):
+    (tmp_path / "in" / "large.wasm").write_bytes(bytes(10_000_000))
+    host = urlsplit(served)
+    with socket.create_connection((host.hostname, host.port)) as connection:
+        connection.sendall(f"GET /large.wasm HTTP/1.1\r\nHost: {host.netloc}\r\n\r\n".encode())
+        connection.recv(1)
+        connection.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
+    for thread in threading.enumerate():
+        if "process_request" in thread.name:
+            thread.join(10)
+    assert capsys.readouterr().err == ""
 
 
 def refusal(request):
