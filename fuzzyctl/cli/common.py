@@ -19,7 +19,8 @@ from fuzzyctl.diagnostics.suggestions import closest
 from fuzzyctl.support.numerals import to_number
 
 if TYPE_CHECKING:
-    from fuzzyctl.model.system import FuzzySystem
+    from fuzzyctl.kernels.kernel import Kernel
+    from fuzzyctl.model.block import Block
 
 #: Name of standard input in diagnostics; as an argument it is '-'.
 STDIN: Final = "<stdin>"
@@ -106,6 +107,13 @@ QUIET = click.option(
     expose_value=False,
     callback=_be_quiet,
     help="Print errors only, no warnings and no hints.",
+)
+STATE = click.option(
+    "--state",
+    "state",
+    multiple=True,
+    metavar="NAME=VALUE",
+    help="Set a number of the state; may be repeated.  [default: that of the start]",
 )
 SVG_TEXT = click.option("--svg-text", is_flag=True, help="Keep the texts of an SVG as text, not as outlines.")
 #: Where a command keeps whether it is quiet, the warnings that it has printed, and whether it has read standard input.
@@ -281,14 +289,22 @@ def _list(names: Sequence[str]) -> str:
     return ", ".join(names) or "none"
 
 
-def point_of(system: FuzzySystem, texts: Iterable[str], command: str) -> dict[str, float]:
-    """Return the point that `INPUT=VALUE` arguments of a command give.
+def point_of(block: Block, texts: Iterable[str], command: str) -> dict[str, float]:
+    """Return the point that `INPUT=VALUE` arguments of a command give; a controller may also have `dt`.
 
     Raises:
         DiagnosticError: For mistakes in them, and for inputs without a value.
     """
-    given = assignments(texts, [v.name for v in system.inputs], "input")
-    missing = missing_inputs(system, given, command)
+    time = ["dt"] if block.kind == "controller" else []
+    given = assignments(texts, [*(v.name for v in block.inputs), *time], "input")
+    missing = missing_inputs(block, given, command)
+    if time and "dt" not in given:
+        from fuzzyctl.kernels.plan.expansion import equations_of
+        from fuzzyctl.model.controller import Controller
+
+        if isinstance(block, Controller) and block.period is None and equations_of(block).reads_time:
+            facts = ("the time since the step before [s]; the controller has no 'every' line",)
+            missing.append(Diagnostic("FZ501", "'dt' has no value", facts=facts, help="write dt=SECONDS as well"))
     if missing:
         raise DiagnosticError(missing)
     return given
@@ -330,12 +346,26 @@ def end_of_range(value: float) -> float | str | None:
     return value + 0.0 if math.isfinite(value) else ("inf" if value > 0 else "-inf")
 
 
-def missing_inputs(system: FuzzySystem, given: Mapping[str, float], command: str) -> list[Diagnostic]:
+def state_of(kernel: Kernel, texts: Iterable[str]) -> dict[str, float]:
+    """Return the state that `NAME=VALUE` texts give, by name; other numbers are those of the start.
+
+    Raises:
+        DiagnosticError: For mistakes in them, and for a block without a state.
+    """
+    texts = tuple(texts)
+    if texts and not kernel.n_states:
+        help_text = "leave out --state: it is for outputs that adapt or hold, and for states of controllers"
+        raise DiagnosticError([Diagnostic("FZ502", "the block has no state", help=help_text)])
+    start = dict(zip(kernel.state_names, kernel.start().tolist(), strict=True))
+    return start | assignments(texts, kernel.state_names, "state")
+
+
+def missing_inputs(block: Block, given: Mapping[str, float], command: str) -> list[Diagnostic]:
     """Report each input without a value."""
-    form = " ".join(f"{v.name}=VALUE" for v in system.inputs)
+    form = " ".join(f"{v.name}=VALUE" for v in block.inputs)
     found = []
-    for variable in (v for v in system.inputs if v.name not in given):
-        low, high = system.number(variable.lower), system.number(variable.upper)
+    for variable in (v for v in block.inputs if v.name not in given):
+        low, high = block.range_of(variable)
         unit = f" {variable.unit}" if variable.unit else ""
         facts = (f"its range is [{low:.6g}, {high:.6g}]{unit}",)
         help_text = f"write: fuzzyctl {command} FILE {form}"
@@ -343,10 +373,10 @@ def missing_inputs(system: FuzzySystem, given: Mapping[str, float], command: str
     return found
 
 
-def outside_range(system: FuzzySystem, values: dict[str, float]) -> list[Diagnostic]:
-    """Warn of values that lie outside their input's range and are therefore clamped to it."""
+def outside_range(system: Block, values: dict[str, float]) -> list[Diagnostic]:
+    """Warn of values that lie outside their input's range and are therefore clamped to it, as systems do."""
     found = []
-    for variable in system.inputs:
+    for variable in system.inputs if system.kind == "system" else ():
         if variable.extrapolate or variable.name not in values:
             continue
         low, high, value = system.number(variable.lower), system.number(variable.upper), values[variable.name]

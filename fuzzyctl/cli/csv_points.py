@@ -9,29 +9,33 @@ import math
 import tempfile
 import unicodedata
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any, Final, TextIO
+from typing import TYPE_CHECKING, Any, Final, TextIO, cast
 
-from fuzzyctl.cli.common import STDIN, plain, standard_input
+from fuzzyctl.cli.common import STDIN, plain, standard_input, state_of
 from fuzzyctl.cli.streams import write_data
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 from fuzzyctl.diagnostics.suggestions import closest
 from fuzzyctl.kernels.compile import Kernel
-from fuzzyctl.kernels.compile import compile as compile_system
+from fuzzyctl.kernels.compile import compile as compile_block
 from fuzzyctl.support.numerals import to_number
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from fuzzyctl.model.block import Block
     from fuzzyctl.model.system import FuzzySystem
 
 #: Rows that are evaluated at once: bounded memory whatever the file's length.
 BLOCK: Final = 8192
 
 
-def evaluate_rows(system: FuzzySystem, points: str, form: str) -> list[Diagnostic]:
+def evaluate_rows(system: Block, points: str, state: Sequence[str], form: str) -> list[Diagnostic]:
     """Print every row of a CSV file with its outputs.
 
     Args:
-        system: The system.
+        system: A system or controller.
         points: The file; '-' is standard input.
+        state: Numbers of the state before the first row that are not those of the start, as `NAME=VALUE`.
         form: "text" for CSV, "json" for a list of inputs and outputs.
 
     Returns:
@@ -40,18 +44,19 @@ def evaluate_rows(system: FuzzySystem, points: str, form: str) -> list[Diagnosti
     Raises:
         DiagnosticError: For a file that cannot be read; nothing is printed then.
     """
-    kernel = compile_system(system, backend="numpy")
+    kernel = compile_block(cast("FuzzySystem", system), backend="numpy")
+    before = list(state_of(kernel, state).values())
     name = STDIN if points == "-" else points
     try:
         # Results wait in a file until all rows are done, so that a malformed one prints nothing half-written.
         with tempfile.TemporaryFile("w+", encoding="utf-8", newline="") as results:
             if points == "-":
                 piped = io.TextIOWrapper(standard_input(), encoding="utf-8-sig", newline="")
-                warnings = _evaluate_rows(system, kernel, piped, name, form, results)
+                warnings = _evaluate_rows(system, kernel, before, piped, name, form, results)
                 piped.detach()
             else:
                 with open(points, encoding="utf-8-sig", newline="") as stream:
-                    warnings = _evaluate_rows(system, kernel, stream, name, form, results)
+                    warnings = _evaluate_rows(system, kernel, before, stream, name, form, results)
             results.seek(0)
             for part in iter(lambda: results.read(1 << 16), ""):
                 write_data(part)
@@ -65,17 +70,18 @@ def evaluate_rows(system: FuzzySystem, points: str, form: str) -> list[Diagnosti
 
 
 def _evaluate_rows(
-    system: FuzzySystem, kernel: Kernel, stream: TextIO, name: str, form: str, results_file: TextIO
+    system: Block, kernel: Kernel, state: Any, stream: TextIO, name: str, form: str, results_file: TextIO
 ) -> list[Diagnostic]:
     """Evaluate all rows into a file; return warnings of clamped values."""
     reader = csv.reader(stream)
     header = [unicodedata.normalize("NFC", cell.strip()) for cell in _next(reader, name) or []]
-    columns = _columns(system, header, name)
-    outputs = [o.name for o in system.outputs]
+    outputs = kernel.output_names
+    names = (*kernel.input_names, *(["dt"] if kernel.form.needs_time else []))
+    columns = _columns(names, outputs, header, name)
     writer = csv.writer(results_file, lineterminator="\n")
     clamped = _Clamped(system)
     first = True
-    for rows, points, results in _blocks(kernel, reader, columns, header, name):
+    for rows, points, results in _blocks(kernel, state, reader, columns, header, name):
         clamped.count(points)
         if form == "text":
             # The header waits for the first block, so that a malformed file prints nothing else.
@@ -84,7 +90,7 @@ def _evaluate_rows(
             first = False
             continue
         for point, result in zip(points.tolist(), results, strict=True):
-            inputs = dict(zip([v.name for v in system.inputs], point, strict=True))
+            inputs = dict(zip(names, point, strict=True))
             item = {"inputs": plain(inputs), "outputs": plain(dict(zip(outputs, result, strict=True)))}
             results_file.write(("[" if first else ",\n ") + json.dumps(item, ensure_ascii=False))
             first = False
@@ -108,16 +114,18 @@ def _next(reader: Any, name: str) -> list[str] | None:
 class _Clamped:
     """Counts the values that lie outside their input's range."""
 
-    def __init__(self, system: FuzzySystem) -> None:
+    def __init__(self, system: Block) -> None:
         self.names = [v.name for v in system.inputs]
-        free = [v.extrapolate for v in system.inputs]
-        self.low = [-math.inf if f else system.number(v.lower) for v, f in zip(system.inputs, free, strict=True)]
-        self.high = [math.inf if f else system.number(v.upper) for v, f in zip(system.inputs, free, strict=True)]
+        free = [system.kind != "system" or v.extrapolate for v in system.inputs]
+        ends = [system.range_of(v) for v in system.inputs]
+        self.low = [-math.inf if f else low for (low, _), f in zip(ends, free, strict=True)]
+        self.high = [math.inf if f else high for (_, high), f in zip(ends, free, strict=True)]
         self.outside = [0] * len(self.names)
         self.total = 0
 
     def count(self, points: Any) -> None:
-        outside = ((points < self.low) | (points > self.high)).sum(axis=0)
+        inputs = points[:, : len(self.names)]
+        outside = ((inputs < self.low) | (inputs > self.high)).sum(axis=0)
         self.outside = [a + int(b) for a, b in zip(self.outside, outside, strict=True)]
         self.total += len(points)
 
@@ -135,46 +143,40 @@ class _Clamped:
         ]
 
 
-def _columns(system: FuzzySystem, header: list[str], name: str) -> list[int]:
-    """Find the column of each input."""
+def _columns(names: Sequence[str], outputs: Sequence[str], header: list[str], name: str) -> list[int]:
+    """Find the column of each input, and of the times between the rows if a controller takes them."""
     mistakes = []
+    first_line = f"the first line names the columns: {','.join(names)}"
     if not any(header):
-        raise DiagnosticError(
-            [Diagnostic("FZ505", "the file has no header line", file=name, help=_header_help(system))]
-        )
-    if len(header) == 1 and any(c in header[0] for c in ";\t") and len(system.inputs) > 1:
+        raise DiagnosticError([Diagnostic("FZ505", "the file has no header line", file=name, help=first_line)])
+    if len(header) == 1 and any(c in header[0] for c in ";\t") and len(names) > 1:
         facts = (f"the first line is: {header[0]!r}",)
         message = "the columns are not separated by commas"
-        raise DiagnosticError([Diagnostic("FZ505", message, file=name, facts=facts, help=_header_help(system))])
-    for variable in system.inputs:
-        count = header.count(variable.name)
+        raise DiagnosticError([Diagnostic("FZ505", message, file=name, facts=facts, help=first_line)])
+    for variable in names:
+        count = header.count(variable)
         if count == 1:
             continue
-        near = closest(variable.name, header)
-        what = f"no column '{variable.name}'" if not count else f"{count} columns '{variable.name}'"
-        help_text = f"is '{near}' meant? {_header_help(system)}" if near and not count else _header_help(system)
+        near = closest(variable, header)
+        what = f"no column '{variable}'" if not count else f"{count} columns '{variable}'"
+        help_text = f"is '{near}' meant? {first_line}" if near and not count else first_line
         mistakes.append(Diagnostic("FZ505", what, file=name, facts=(f"columns: {', '.join(header)}",), help=help_text))
-    for output in system.outputs:
-        if output.name in header:
-            message = f"the file already has a column '{output.name}', the name of an output"
+    for output in outputs:
+        if output in header:
+            message = f"the file already has a column '{output}', the name of an output"
             mistakes.append(Diagnostic("FZ505", message, file=name, help="rename or remove it"))
     if mistakes:
         raise DiagnosticError(mistakes)
-    return [header.index(v.name) for v in system.inputs]
-
-
-def _header_help(system: FuzzySystem) -> str:
-    return f"the first line names the columns: {','.join(v.name for v in system.inputs)}"
+    return [header.index(v) for v in names]
 
 
 def _blocks(
-    kernel: Kernel, reader: Any, columns: list[int], header: list[str], name: str
+    kernel: Kernel, state: Any, reader: Any, columns: list[int], header: list[str], name: str
 ) -> Iterator[tuple[list[list[str]], Any, list[list[float]]]]:
     """Yield rows, their points as an array (rows, inputs), and their results."""
     import numpy as np
 
     done = False
-    state = None
     while not done:
         rows: list[list[str]] = []
         points = np.empty((BLOCK, len(columns)))
@@ -189,7 +191,9 @@ def _blocks(
             rows.append(row)
         points = points[: len(rows)]
         if rows:
-            results, state = kernel.run(points, state)
+            inputs = len(kernel.input_names)
+            times = points[:, inputs] if kernel.form.needs_time else None
+            results, state = kernel.run(points[:, :inputs], state, dt=times)
             yield rows, points, results.reshape(len(rows), -1).tolist()
 
 

@@ -221,16 +221,26 @@ def _errors(diagnostics: Sequence[Diagnostic]) -> list[Diagnostic]:
 
 def load_checked(file: str, choice: Choice, examined: Examined | None = None) -> FuzzySystem:
     """Open the one system of a file, or the one named, for use: all its checks must pass; warnings are printed."""
+    from fuzzyctl.model.system import FuzzySystem
+
+    return load_checked_block(file, choice, FuzzySystem, examined=examined)
+
+
+def load_checked_block(file: str, choice: Choice, *kinds: type[AnyBlock], examined: Examined | None = None) -> AnyBlock:
+    """Open the one block of a file that is meant as `load_checked` does; the checks are those of its systems."""
     from fuzzyctl.analysis.coverage import coverage
     from fuzzyctl.model.system import FuzzySystem
 
-    system, examined, _ = open_block(file, choice.name, FuzzySystem, examined=examined)
-    system = choice.changed(system)
-    diagnostics = examined.reported([*examined.diagnostics, *coverage.diagnostics(system)])
+    block, examined, _ = open_block(file, choice.name, *kinds, examined=examined)
+    block = choice.changed(block)
+    changed: Any = block
+    systems = [changed] if isinstance(changed, FuzzySystem) else changed.systems
+    gaps = chain.from_iterable(map(coverage.diagnostics, systems))
+    diagnostics = examined.reported([*examined.diagnostics, *gaps])
     if _errors(diagnostics):
         raise DiagnosticError(diagnostics)
     show(diagnostics)
-    return system
+    return block
 
 
 def under(block: AnyBlock, profile: ProfileName | None) -> AnyBlock:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import os
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -16,11 +17,14 @@ from fuzzyctl.cli.common import (
     outside_range,
     show,
 )
-from fuzzyctl.cli.loading import Choice, chooses, load_checked
+from fuzzyctl.cli.loading import Choice, chooses, load_checked, load_checked_block
 from fuzzyctl.cli.streams import say
-from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
+from fuzzyctl.diagnostics.diagnostic import ArgumentError, Diagnostic, DiagnosticError
 from fuzzyctl.diagnostics.suggestions import closest
 from fuzzyctl.plot.axis_choice import chosen_axes
+
+if TYPE_CHECKING:
+    from fuzzyctl.model.block import Block
 
 #: What matplotlib is asked to write.
 SUFFIXES = (".png", ".svg", ".pdf")
@@ -51,7 +55,7 @@ def plot_surface(
     svg_text: bool,
     choice: Choice,
 ) -> None:
-    """Draw an output over one or two inputs.
+    """Draw an output of a system, or of the first step of a controller, over one or two inputs.
 
     \b
     fuzzyctl plot-surface ais_reaction -o f.png
@@ -59,7 +63,11 @@ def plot_surface(
 
     With -x alone, or a system of one input, the picture is a curve.
     """
-    system = load_checked(file, choice)
+    from fuzzyctl.model.controller import Controller
+    from fuzzyctl.model.system import FuzzySystem
+
+    kinds: tuple[type[Block], ...] = (FuzzySystem, Controller)
+    system: Any = load_checked_block(file, choice, *kinds)
     inputs = [v.name for v in system.inputs]
     chosen = output or system.outputs[0].name
     _known(chosen, [o.name for o in system.outputs], "output")
@@ -82,8 +90,13 @@ def plot_surface(
 
     target = picture_file(out, f"{file_part(system.name)}-{file_part(chosen)}.png")
     from fuzzyctl.plot.style import saved
-    from fuzzyctl.plot.surfaces import draw_surface
+    from fuzzyctl.plot.surfaces import Sampled, draw_surface
 
+    try:
+        drawn = Sampled.of(system)
+        _ = [drawn.range(axis) for axis in axes]
+    except ArgumentError as error:
+        raise DiagnosticError([Diagnostic("FZ503", error.args[0])]) from None
     with saved(target, svg_text=svg_text) as figure:
         draw_surface(figure, system, axes, fixed, chosen, resolution)
     say(f"wrote {target}")

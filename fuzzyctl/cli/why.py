@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -10,6 +10,7 @@ from fuzzyctl.cli.common import (
     DONE,
     FORMAT,
     QUIET,
+    STATE,
     SVG_TEXT,
     answers_with_diagnostics,
     outside_range,
@@ -17,12 +18,14 @@ from fuzzyctl.cli.common import (
     point_of,
     report,
     show,
+    state_of,
 )
-from fuzzyctl.cli.loading import Choice, chooses, load_checked
+from fuzzyctl.cli.loading import Choice, chooses, load_checked_block
 from fuzzyctl.cli.streams import say, write_json
 
 if TYPE_CHECKING:
     from fuzzyctl.explain.trace import Trace
+    from fuzzyctl.model.block import Block
     from fuzzyctl.model.system import FuzzySystem
 
 
@@ -32,6 +35,7 @@ if TYPE_CHECKING:
 @click.option("-o", "--output", "out", metavar="FILE", help="Draw the rules that act, their sets cut: PNG, SVG or PDF.")
 @SVG_TEXT
 @click.option("--rules", "most", type=click.IntRange(1, 100), default=12, show_default=True, help="Most rules to show.")
+@STATE
 @FORMAT
 @chooses
 @QUIET
@@ -42,28 +46,43 @@ def why(
     out: str | None,
     svg_text: bool,
     most: int,
+    state: tuple[str, ...],
     form: str,
     choice: Choice,
 ) -> int:
-    """Say why a system gives what it gives at a point.
+    """Say why a system, or a step of a controller, gives what it gives at a point.
 
     Prints the rules that act, the highest activation first, with what each contributes, and the slopes of the outputs.
 
     \b
     fuzzyctl why ais_reaction sigma=0.01 dsigma=0.3
     fuzzyctl why tipper service=7 food=8 -o why.svg
+    fuzzyctl why water_tank --block fuzzy_pi reference=1 level=0.6
+
+    Of a controller it prints the values of its definitions and states, and takes apart each system that it calls.
     """
     from fuzzyctl.display.traces import text
-    from fuzzyctl.explain.trace import trace
+    from fuzzyctl.explain.block_trace import BlockTrace, trace_block
+    from fuzzyctl.explain.trace import Trace, trace
+    from fuzzyctl.kernels.compile import compile
+    from fuzzyctl.model.controller import Controller
+    from fuzzyctl.model.system import FuzzySystem
 
-    system = load_checked(file, choice)
-    given = point_of(system, values, "why")
-    found = trace(system, given)
-    warnings = outside_range(system, given)
+    kinds: tuple[type[Block], ...] = (FuzzySystem, Controller)
+    block: Any = load_checked_block(file, choice, *kinds)
+    if out is not None and block.kind != "system":
+        raise click.UsageError("-o draws the rules of a system; name one with --block")
+    given = point_of(block, values, "why")
+    before = state_of(compile(block, "python"), state) if state else {}
+    if block.kind == "system":
+        found: Trace | BlockTrace = trace(block, given, list(before.values()) or None)
+    else:
+        found = trace_block(block, given, before)
+    warnings = outside_range(block, given)
     if form == "json":
         data = {
-            "system": system.name,
-            "semantics": system.method.semantics.profile,
+            block.kind: block.name,
+            **({"semantics": block.method.semantics.profile} if block.kind == "system" else {}),
             **plain(found.as_dict()),
         }
         data["diagnostics"] = [w.as_dict() for w in warnings]
@@ -72,7 +91,8 @@ def why(
         show(warnings)
         report(text(found, most))
     if out is not None:
-        _draw(system, found, out, svg_text, most)
+        assert isinstance(found, Trace)
+        _draw(block, found, out, svg_text, most)
         say(f"wrote {out}", err=form == "json")
     return DONE
 

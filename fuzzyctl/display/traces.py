@@ -69,7 +69,11 @@ def _text_of_step(found: BlockTrace, most: int) -> str:
         lines += ["", title, *rows] if rows else []
     for call in found.calls:
         name = call.name if call.name == call.trace.system.name else f"{call.name} = {call.trace.system.name}(...)"
-        lines += ["", f"System {name}", *(f"  {line}".rstrip() for line in _text_of_system(call.trace, most).split("\n"))]
+        lines += [
+            "",
+            f"System {name}",
+            *(f"  {line}".rstrip() for line in _text_of_system(call.trace, most).split("\n")),
+        ]
     return "\n".join(lines)
 
 

@@ -88,8 +88,7 @@ def trace_block(
     """
     equations = equations_of(controller)
     kernel = Kernel(StepForm(equations, checked=True), "python")
-    takes_time = kernel.period is None and (DT in values or equations.reads_time)
-    names = (*kernel.input_names, *((DT,) if takes_time else ()))
+    names = (*kernel.input_names, *((DT,) if kernel.form.needs_time or DT in values else ()))
     for name in values:
         if name not in names:
             raise UnknownNameError("input", name, names)

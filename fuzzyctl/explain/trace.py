@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, fields
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Final, Self
+from typing import TYPE_CHECKING, Any, Final, Self, overload
 
 from fuzzyctl.diagnostics.diagnostic import ArgumentError, NoRuleFiresError, UnknownNameError
 from fuzzyctl.diagnostics.suggestions import counted
@@ -27,6 +27,8 @@ from fuzzyctl.support import arguments
 
 if TYPE_CHECKING:
     from fuzzyctl.annotations import Axes, Column, Panels
+    from fuzzyctl.explain.block_trace import BlockTrace
+    from fuzzyctl.model.controller import Controller
 
 #: Slopes are those of parabolas through the point and two beside it, this part of an input's range apart.
 STEP: Final = 1e-6
@@ -121,12 +123,21 @@ class Trace(Printed):
         return viewer(self, most, ax)
 
 
-def why(system: FuzzySystem, values: Mapping[str, float] | Column | None = None, /, **named: float) -> Trace:
-    """Say why a system gives what it gives at a point; a notebook shows the rules that act.
+@overload
+def why(block: FuzzySystem, values: Mapping[str, float] | Column | None = None, /, **named: float) -> Trace: ...
+@overload
+def why(block: Controller, values: Mapping[str, float] | Column | None = None, /, **named: float) -> BlockTrace: ...
+def why(
+    block: FuzzySystem | Controller, values: Mapping[str, float] | Column | None = None, /, **named: float
+) -> Trace | BlockTrace:
+    """Say why a system, or the first step of a controller, gives what it gives at a point.
+
+    A notebook shows the rules that act.
 
     Args:
-        system: A well-formed system; adaptive outputs have their initial consequents, held ones their first values.
-        values: A number for every input by name; a Series of pandas has the names as labels.
+        block: A well-formed system or controller; its state is that of the start.
+        values: A number for every input by name; a Series of pandas has the names as labels. A controller whose steps
+            depend on the time since the step before takes `dt` [s] as well.
         named: The same for names that Python can write.
 
     Raises:
@@ -134,13 +145,18 @@ def why(system: FuzzySystem, values: Mapping[str, float] | Column | None = None,
         ArgumentError: When an input is missing, given twice, or no number.
         NoRuleFiresError: Where no rule fires for an output that says `else error`.
     """
-    arguments.instance("the system", FuzzySystem, "a FuzzySystem", system)
     given = arguments.mapping("'values'", "numbers by name of the input", {} if values is None else values)
-    declared = {system.as_declared(name): value for name, value in named.items()}
+    declared = {block.as_declared(n): value for n, value in named.items()} if isinstance(block, FuzzySystem) else named
     for name in declared:
         if name in given:
             raise ArgumentError(f"{name!r} is given twice")
-    return trace(system, {**given, **declared})
+    point = {**given, **declared}
+    if isinstance(block, FuzzySystem):
+        return trace(block, point)
+    from fuzzyctl.explain.block_trace import trace_block
+    from fuzzyctl.model.controller import Controller
+
+    return trace_block(arguments.instance("the block", Controller, "a FuzzySystem or a Controller", block), point)
 
 
 def trace(system: FuzzySystem, values: Mapping[str, float], state: Sequence[float] | None = None) -> Trace:

@@ -38,6 +38,8 @@ class Form:
 
     #: Whether its program gives the next state after the outputs.
     moves: ClassVar[bool] = False
+    #: Whether each step depends on a time that the caller gives.
+    needs_time: bool = False
     #: The sample time [s] of a block that moves, None where each step takes `dt`.
     period: float | None = None
     #: How it finds the rules that act; None for a block without rules of its own.

@@ -26,6 +26,16 @@ class Signal(Node):
     unit: str = ""
     bounds: Bounds | None = None
 
+    @property
+    def title(self) -> str:
+        """The label, or the name of a signal without one."""
+        return self.label or self.name
+
+    @property
+    def axis_label(self) -> str:
+        """What a plot writes at the axis: label and unit."""
+        return f"{self.title} [{self.unit}]" if self.unit else self.title
+
 
 @dataclass(frozen=True, kw_only=True, repr=False)
 class State(Signal):

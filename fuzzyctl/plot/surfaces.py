@@ -15,8 +15,9 @@ from matplotlib.ticker import MaxNLocator
 
 from fuzzyctl.diagnostics.diagnostic import ArgumentError, UnknownNameError, ValueOutOfBoundsError
 from fuzzyctl.kernels.backends.arguments import input_number
-from fuzzyctl.kernels.compile import compile as compile_system
+from fuzzyctl.kernels.compile import compile as compile_block
 from fuzzyctl.kernels.kernel import Kernel
+from fuzzyctl.model.controller import Controller
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.plot.axis_choice import chosen_axes
 from fuzzyctl.plot.figures import finish, one, place, styled
@@ -44,37 +45,49 @@ class Sampled:
         title: Of the picture.
         labels: What each variable is called, by name.
         axis_labels: The same with the unit.
+        ends: Of the range of each input.
     """
 
     kernel: Kernel
     title: str
     labels: Mapping[str, str]
     axis_labels: Mapping[str, str]
+    ends: Mapping[str, tuple[float, float]]
 
     @classmethod
-    def of(cls, drawn: FuzzySystem | Kernel) -> Sampled:
-        """Return a system or a kernel as what is drawn; a kernel knows the names of its variables only."""
+    def of(cls, drawn: FuzzySystem | Controller | Kernel) -> Sampled:
+        """Return a block or a kernel as what is drawn; the kernel of a system knows the names of its variables only."""
         if isinstance(drawn, Kernel):
             names = {n: n for n in (*drawn.input_names, *drawn.output_names)}
-            return cls(Kernel(drawn.form, "numpy"), "", names, names)
+            ends = {i.name: (i.lower, i.upper) for i in drawn.plan.inputs}
+            return cls(Kernel(drawn.form, "numpy"), "", names, names, ends)
         variables = (*drawn.inputs, *drawn.outputs)
-        kernel = compile_system(drawn, backend="numpy")
+        kernel = compile_block(drawn, backend="numpy")
+        if kernel.form.needs_time:
+            raise ArgumentError(f"controller '{drawn.name}' has no 'every' line: its outputs depend on 'dt', too")
         axis_labels = {v.name: v.axis_label for v in variables}
-        return cls(kernel, drawn.title or drawn.name, {v.name: v.title for v in variables}, axis_labels)
+        ends = {v.name: drawn.range_of(v) for v in drawn.inputs}
+        return cls(kernel, drawn.title or drawn.name, {v.name: v.title for v in variables}, axis_labels, ends)
 
     def range(self, name: str) -> tuple[float, float]:
-        """Return the ends of an input."""
-        (found,) = [i for i in self.kernel.plan.inputs if i.name == name]
-        return found.lower, found.upper
+        """Return the ends of an input.
+
+        Raises:
+            ArgumentError: For an input without a finite range.
+        """
+        low, high = self.ends[name]
+        if not (math.isfinite(low) and math.isfinite(high)):
+            raise ArgumentError(f"input {name!r} has no finite range to draw over; give it one, or a value")
+        return low, high
 
     def middle(self, name: str) -> float:
-        """Return the middle of an input."""
-        low, high = self.range(name)
-        return (low + high) / 2
+        """Return the middle of the range of an input; 0 without a finite range."""
+        middle = sum(self.ends[name]) / 2
+        return middle if math.isfinite(middle) else 0.0
 
 
 def surface(
-    system: FuzzySystem | Kernel,
+    system: FuzzySystem | Controller | Kernel,
     x: str | None = None,
     y: str | None = None,
     *,
@@ -86,7 +99,7 @@ def surface(
     """Draw an output over one input, or over two.
 
     Args:
-        system: A well-formed system, or a kernel.
+        system: A well-formed system, the kernel of one, or a controller, which makes its first step.
         x: Input along the first axis; None for the first that `at` leaves free.
         y: Input along the second axis; None for the next one. With `x` alone and `at`, or a system of one input, the
             picture is a curve.
@@ -104,8 +117,8 @@ def surface(
         ValueOutOfBoundsError: For a value that is NaN or too large for a float, and a resolution outside 2 to 2001.
         NoRuleFiresError: Where no rule fires for an output that says `else error`.
     """
-    if not isinstance(system, Kernel):
-        arguments.instance("the system", FuzzySystem, "a FuzzySystem or a Kernel", system)
+    if not isinstance(system, Kernel | FuzzySystem | Controller):
+        raise arguments.wrong("the system", "a FuzzySystem, a Controller or a Kernel", system)
     drawn = Sampled.of(system)
     output = _known("output", drawn.kernel.output_names, output or drawn.kernel.output_names[0])
     fixed = _fixed(drawn, at)
@@ -246,7 +259,7 @@ def _sample(
 ) -> tuple[list[Any], Any]:
     kernel = drawn.kernel
     grids, points = grid_points(drawn, axes, fixed, resolution)
-    values = kernel.batch(points)
+    values = kernel.batch(points)[0] if kernel.form.moves else kernel.batch(points)
     if len(kernel.output_names) > 1:
         values = values[..., kernel.output_names.index(output)]
     # An infinite value has no place in a picture.
@@ -255,7 +268,7 @@ def _sample(
 
 def draw_surface(
     figure: Any,
-    system: FuzzySystem | Kernel,
+    system: FuzzySystem | Controller | Kernel,
     axes: Sequence[str],
     fixed: Mapping[str, float],
     output: str,

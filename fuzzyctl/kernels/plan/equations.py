@@ -100,7 +100,7 @@ class Equations:
         expressions = [*self.updates, *(value for _, value in self.outputs)]
         for item in self.body:
             if isinstance(item, Evaluation):
-                if item.states:  # consequents that adapt
+                if item.states and any(o.adaptive is not None for o in item.system.outputs):  # consequents that adapt
                     return True
                 expressions += [*item.arguments, *(value for _, value in item.free)]
             else:

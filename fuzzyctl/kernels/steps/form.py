@@ -114,6 +114,7 @@ class StepForm(Form):
         outputs, kept = [name for name, _ in equations.outputs], [s.name for s in equations.states]
         super().__init__(equations.inputs, outputs, kept, equations.free)
         self.period = equations.period
+        self.needs_time = self.period is None and equations.reads_time
         if self.period is None:
             self.argument_names = (*self.input_names, DT)
         self._equations, self._algorithm, self._values = equations, algorithm, values
@@ -158,7 +159,7 @@ class StepForm(Form):
             if dt is not None:
                 raise ArgumentError(f"the controller has a period of {self.period:g} s, so that 'dt' is not given")
             return []
-        if dt is None and not self._equations.reads_time:
+        if dt is None and not self.needs_time:
             return [1.0]  # any time makes the same step
         if dt is None:
             raise ArgumentError("'dt' is missing: the controller has no 'every' line")
@@ -173,7 +174,7 @@ class StepForm(Form):
         if self.period is not None:
             self.times(dt)
             return points
-        times = float_array(*self.times(None), DT) if dt is None else float_array(dt, DT)
+        times = float_array(self.times(None)[0] if dt is None else dt, DT)
         if times.ndim and times.shape != points.shape[:-1]:
             raise ArgumentError(f"'dt' must be one number or have the shape {points.shape[:-1]}, got {times.shape}")
         is_time = (times > 0) & (times < math.inf)

@@ -1,0 +1,156 @@
+"""`eval`, `why` and `plot-surface` of controllers, at the state of the start or at another."""
+
+import json
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+import fuzzyctl
+from fuzzyctl.cli.main import main
+from fuzzyctl.explain.block_trace import BlockTrace
+
+TREE = """system first
+defuzzifier weighted_average
+input a in [0, 1]
+  terms low high
+input b in [0, 1]
+  terms low high
+output x in [0, 1]
+  terms small=0 large=1
+table x = a x b
+         low    high
+  low  | small  small
+  high | small  large
+
+system second
+defuzzifier weighted_average
+input x in [0, 1]
+  terms low high
+input c in [0, 1]
+  terms low high
+output y in [0, 10] else hold
+  terms small=0 large=10
+table y = x x c
+         low    high
+  low  | small  large
+  high | large  large
+
+controller tree
+input a in [0, 1]
+input b in [0, 1]
+input c
+let middle = first(a, b)
+output y = second(middle, c)
+
+controller count "Counts"
+input a
+state n = 2
+next n = n + dt * a
+output y "Number" unit "m" = n
+"""
+
+
+@pytest.fixture
+def file(tmp_path):
+    path = tmp_path / "tree.fz"
+    path.write_text(TREE)
+    return str(path)
+
+
+def run(*words, stdin=None):
+    return CliRunner().invoke(main, list(map(str, words)), input=stdin)
+
+
+class TestEval:
+    def test_a_tree_of_systems_is_evaluated_as_its_systems_are(self, file):
+        result = run("eval", file, "--block", "tree", "a=.2", "b=.3", "c=.4")
+        first, second = fuzzyctl.load_all(file)
+        expected = second(x=first(a=0.2, b=0.3), c=0.4)
+        assert result.stdout == f"y = {expected!r}\nnext y.y = {expected!r}\n"
+
+    def test_a_state_is_that_of_the_start_or_as_given(self, file):
+        given = ("eval", file, "--block", "count", "a=3", "dt=0.5")
+        assert run(*given).stdout == "y = 2.0 m\nnext n = 3.5\n"
+        assert run(*given, "--state", "n=7").stdout == "y = 7.0 m\nnext n = 8.5\n"
+        data = json.loads(run(*given, "--state", "n=7", "--format", "json").stdout)
+        assert (data["controller"], data["outputs"], data["next_state"]) == ("count", {"y": 7.0}, {"n": 8.5})
+
+    def test_rows_of_a_csv_follow_each_other(self, file):
+        points = "dt,a\n0.5,1\n0.25,2\n1,0\n"
+        result = run("eval", file, "--block", "count", "--points", "-", "--state", "n=1", stdin=points)
+        assert result.stdout == "dt,a,y\n0.5,1,1.0\n0.25,2,1.5\n1,0,2.0\n"
+
+    @pytest.mark.parametrize(
+        ("words", "message"),
+        [
+            (["--block", "count", "a=1", "dt=1", "--state", "m=1"], "no state 'm'"),
+            (["--block", "first", "a=1", "b=1", "--state", "m=1"], "the block has no state"),
+            (["--block", "count", "dt=1"], "input 'a' has no value"),
+            (["--block", "count", "a=1"], "'dt' has no value"),
+            (["--block", "counts", "a=1"], "the file holds no system or controller 'counts'"),
+            (["--block", "count", "a=1", "dt=0"], "dt must be > 0 s and finite"),
+        ],
+    )
+    def test_mistakes_are_diagnostics(self, file, words, message):
+        result = run("eval", file, *words)
+        assert result.exit_code in (1, 2)  # 2 for unknown names
+        assert message in result.stderr
+        assert result.stdout == ""
+
+
+class TestWhy:
+    def test_each_system_has_its_part(self, file):
+        result = run("why", file, "--block", "tree", "a=.2", "b=.3", "c=.4")
+        assert result.exit_code == 0, result.output
+        for line in (
+            "System first",
+            "System second",
+            "  middle = 0.142857",
+            "if x is low and c is low then y is small",
+        ):
+            assert line in result.stdout
+
+    def test_it_is_the_step_of_the_kernel(self, file):
+        tree = fuzzyctl.load(file, block="tree")
+        trace = fuzzyctl.why(tree, a=0.2, b=0.3, c=0.4)
+        assert isinstance(trace, BlockTrace)
+        kernel = fuzzyctl.compile(tree, "python")
+        outputs, state = kernel(0.2, 0.3, 0.4, kernel.start())
+        assert trace.outputs == {"y": outputs}
+        assert list(trace.next_state.values()) == state.tolist()
+        assert [call.trace.outputs for call in trace.calls] == [{"x": trace.lets["middle"]}, {"y": outputs}]
+        assert "System first" in str(trace)
+
+    def test_a_state_is_given_by_name(self, file):
+        data = json.loads(
+            run("why", file, "--block", "count", "a=3", "dt=1", "--state", "n=4", "--format", "json").stdout
+        )
+        assert (data["state"], data["next_state"], data["calls"]) == ({"n": 4.0}, {"n": 7.0}, [])
+
+    def test_a_picture_is_of_the_rules_of_a_system(self, file, tmp_path):
+        result = run("why", file, "--block", "tree", "a=.2", "b=.3", "c=.4", "-o", tmp_path / "x.png")
+        assert result.exit_code == 2
+        assert "-o draws the rules of a system" in result.stderr
+
+
+class TestPlotSurface:
+    def test_of_a_tree_of_systems(self, file, tmp_path):
+        result = run("plot-surface", file, "--block", "tree", "--at", "c=0.5", "-o", tmp_path / "tree.png")
+        assert result.exit_code == 0, result.output
+        assert (tmp_path / "tree.png").exists()
+        ax = fuzzyctl.plot.surface(fuzzyctl.load(file, block="tree"), "a", at={"b": 1, "c": 0})
+        kernel = fuzzyctl.compile(fuzzyctl.load(file, block="tree"), "python")
+        x, y = ax.lines[0].get_data()
+        expected = kernel.batch(np.column_stack([x, np.ones_like(x), np.zeros_like(x)]))[0]
+        np.testing.assert_allclose(y, expected)
+
+    def test_what_cannot_be_drawn_is_a_diagnostic(self, file, tmp_path):
+        for words, message in (
+            (["--block", "tree", "-x", "c", "-y", "a"], "input 'c' has no finite range"),
+            (["--block", "count"], "its outputs depend on 'dt'"),
+        ):
+            result = run("plot-surface", file, *words, "-o", tmp_path / "no.png")
+            assert result.exit_code == 2
+            assert message in result.stderr
+            assert not (tmp_path / "no.png").exists()
