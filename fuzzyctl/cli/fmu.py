@@ -74,9 +74,9 @@ def _model(
     free: tuple[str, ...],
 ) -> tuple[str, Model]:
     """Return what a file is meant as: 'system', 'controller' or 'plant', and its model."""
-    from fuzzyctl.codegen.fmu.calls import controller_model, system_model, tunable
+    from fuzzyctl.codegen.fmu.calls import block_model, tunable
     from fuzzyctl.codegen.fmu.plants import plant_model
-    from fuzzyctl.codegen.prepare import prepare, prepare_step
+    from fuzzyctl.codegen.prepare import prepare
     from fuzzyctl.loading.choice import choose_controller
 
     text = examined.source.text
@@ -94,13 +94,13 @@ def _model(
         free = free or tunable(controller)
         options: dict[str, Any] = {"algorithm": algorithm, "precision": precision, "small": True, "free": free}
         options["verdicts"] = verdicts
-        return "controller", controller_model(prepare_step(controller, text, settings=settings, **options))
+        return "controller", block_model(prepare(controller, text, settings=settings, **options))
     if free:
         raise click.BadParameter("only controllers and plants have parameters in an FMU", param_hint="--free")
     system, verdicts = checked_system(examined, choice)
     settings = assignments(choice.settings, [p.name for p in system.params], "param")
     options = {"algorithm": algorithm, "precision": precision, "table": table, "small": True, "verdicts": verdicts}
-    return "system", system_model(prepare(system, text, settings=settings, **options))
+    return "system", block_model(prepare(system, text, settings=settings, **options))
 
 
 def _chosen_plant(examined: Examined, name: str | None) -> Plant | None:

@@ -150,7 +150,7 @@ def _controllers(examined: Examined, choice: Choice, diagnostics: list[Diagnosti
     from fuzzyctl.analysis.check import check_examined
     from fuzzyctl.analysis.prove import CLAIM_SECONDS
     from fuzzyctl.codegen.errors import CodegenError
-    from fuzzyctl.codegen.prepare import prepare_step
+    from fuzzyctl.codegen.prepare import prepare
     from fuzzyctl.model.controller import Controller
     from fuzzyctl.page.blocks import controller_data
     from fuzzyctl.page.document import controller_section
@@ -168,7 +168,7 @@ def _controllers(examined: Examined, choice: Choice, diagnostics: list[Diagnosti
         changed: Controller = block_under(own.with_settings(controller), choice.profile)
         settings = assignments(own.settings, params_of(controller), "param")
         try:
-            unit = prepare_step(changed, examined.source.text, settings=settings)
+            unit = prepare(changed, examined.source.text, settings=settings)
             verdicts, rows = controller_proofs(changed, CLAIM_SECONDS, until)
             diagnostics += claim_reports(verdicts)
             yield controller_section(controller_data(unit) | rows, unit)

@@ -69,8 +69,6 @@ class Unit:
 
     Args:
         block: The block, its params set.
-        digest: SHA-256 of the text of its rule file.
-        settings: Params that were set by hand.
         program: Its step for inputs that are no NaN. Arguments are the inputs, `dt` where there is no period, the
             adaptive consequents, what the slots give and the free numbers; results are the outputs and what the slots
             of a controller take.
@@ -80,14 +78,14 @@ class Unit:
         step: What a controller computes, None for a system.
         rates: The program for dC/dt of adaptive consequents, None where nothing adapts.
         bounds: What is proved of the outputs of a system, by name; those of a table hold for the table too.
+        digest: SHA-256 of the text of its rule file.
+        settings: Params that were set by hand.
         precision: Type of its numbers.
         values: Names of equations by the names of their values in the program.
         verdicts: What is known of its guarantees.
     """
 
     block: FuzzySystem | Controller
-    digest: str
-    settings: tuple[tuple[str, float], ...]
     program: Program
     systems: tuple[Evaluated, ...]
     slots: tuple[Slot, ...] = ()
@@ -95,6 +93,8 @@ class Unit:
     step: Equations | None = None
     rates: Program | None = None
     bounds: Mapping[str, OutputBound] = field(default_factory=dict, hash=False)
+    digest: str = ""
+    settings: tuple[tuple[str, float], ...] = ()
     precision: Precision = "double"
     values: Mapping[str, str] = field(default_factory=dict, hash=False)
     verdicts: Sequence[Verdict] = field(default=(), hash=False)
@@ -194,13 +194,9 @@ class Unit:
         ends = [abs(e) for e in (output.lower, output.upper, bound.lo, bound.hi) if abs(e) < 1e300]
         return max([*ends, 1e-300])
 
-    def tolerance(self, position: int, precision: Precision | None = None) -> float:
-        """Return the largest error of an output that the self-test allows: what rounding may make of it.
+    def tolerance(self, position: int) -> float:
+        """Return the largest error of an output of a system that the self-test allows: what rounding may make of it.
 
         What is expected of a table are its own values, so that its error is no part of it.
-
-        Args:
-            position: Of the output.
-            precision: Of the target's numbers, where it is not what their type promises.
         """
-        return TOLERANCE[precision or self.precision] * self.scale(position)
+        return TOLERANCE[self.precision] * self.scale(position)
