@@ -13,7 +13,7 @@ from typing import Final
 from fuzzyctl.analysis.bounds import output_bounds
 from fuzzyctl.analysis.verdicts import Verdict
 from fuzzyctl.codegen.errors import CodegenError
-from fuzzyctl.codegen.simplify import lean, quotient, with_named_state, with_state
+from fuzzyctl.codegen.simplify import lean, quotient, with_state
 from fuzzyctl.codegen.table import tabulated
 from fuzzyctl.codegen.unit import Evaluated, Precision, Slot, Unit
 from fuzzyctl.expr import Binary, Expr, Name, Negate, Number, walk
@@ -96,10 +96,9 @@ def _of_system(system: FuzzySystem, algorithm: str, table: int | None, small: bo
     held = zip(flat.held, flat.initial_state[len(flat.states) :], strict=True)
     return Unit(
         block=system,
-        program=with_named_state(lean(chosen.printed)),
+        written=chosen.printed,
         systems=(Evaluated(system, chosen, found),),
         slots=tuple(Slot(f"held_{flat.outputs[o].name}", start) for o, start in held),
-        rates=with_named_state(lean(inference.rates(flat))) if flat.states else None,
         bounds=output_bounds(system),
     )
 
@@ -140,7 +139,7 @@ def _of_controller(controller: Controller, algorithm: str, small: bool, guarded:
     return Unit(
         block=controller,
         step=equations,
-        program=replace(program, results=program.results[: outputs + kept]),
+        written=replace(program, results=program.results[: outputs + kept]),
         slots=slots[:kept],
         numbers=slots[kept:],
         systems=tuple(systems.values()),

@@ -140,7 +140,7 @@ def _with_calls(unit: Unit) -> tuple[Unit, dict[int, CalledSystem]]:
     read = {n.function for e in expressions(program) for n in walk(e) if isinstance(n, Call)}
     systems = {k: _called(call) for k, call in enumerate(calls) if f"{SYSTEM}{k}" in read}
     own = tuple(s.unit.systems[0] for s in systems.values())
-    return replace(unit, program=program, slots=slots, values=names, systems=own), systems
+    return replace(unit, written=program, slots=slots, values=names, systems=own), systems
 
 
 def _called(call: Evaluation) -> CalledSystem:
