@@ -33,7 +33,7 @@ ORDER = [
 #: The same for the sub-packages of packages.
 SUBORDER = {
     "analysis": [["coverage", "multilinear"], ["branch_and_bound"], ["induction"]],
-    "codegen": [["steps"], ["fmu"]],
+    "codegen": [["fixed", "fmu"]],
     "experiments": [["settings"], ["results"], ["sweep"]],
     "formats": [["common"], ["fuzzylite"], ["fll"], ["fcl", "fis"], ["fml"]],
     "kernels": [["program"], ["interval", "plan"], ["inference"], ["algorithms"], ["backends"], ["steps"]],

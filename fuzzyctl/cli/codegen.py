@@ -24,7 +24,7 @@ from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 
 if TYPE_CHECKING:
     from fuzzyctl.codegen.errors import CodegenError
-    from fuzzyctl.codegen.fixed_format import Format
+    from fuzzyctl.codegen.fixed.fixed_format import Format
     from fuzzyctl.codegen.unit import Precision
     from fuzzyctl.loading.load import Examined
     from fuzzyctl.model.controller import Controller
@@ -188,7 +188,7 @@ def _written_system(
 ) -> dict[str, Any]:
     """Write the files of a system and return what is reported."""
     from fuzzyctl.codegen.files import generate, write
-    from fuzzyctl.codegen.fixed import fixed_point
+    from fuzzyctl.codegen.fixed.fixed_system import fixed_point
     from fuzzyctl.codegen.prepare import prepare
 
     system, verdicts = checked(examined, system, choice)
@@ -231,11 +231,11 @@ def _written_controller(
         DiagnosticError: With all that `fuzzyctl check` finds, if some of it is an error.
     """
     from fuzzyctl.codegen.files import generate, write
-    from fuzzyctl.codegen.prepare import prepare_step
-    from fuzzyctl.codegen.steps.fixed_step import fixed_step
+    from fuzzyctl.codegen.fixed.fixed_step import fixed_step
+    from fuzzyctl.codegen.prepare import prepare
 
     controller, verdicts = checked(examined, controller, choice)
-    unit = prepare_step(
+    unit = prepare(
         controller,
         examined.source.text,
         settings=assignments(choice.settings, [p.name for p in controller.params], "param"),
@@ -277,7 +277,7 @@ def _refuse_for_controllers(
 
 def _reported(data: dict[str, Any]) -> Iterator[str]:
     """Yield what was written and proved, line by line."""
-    from fuzzyctl.codegen.rounding_text import at_most
+    from fuzzyctl.codegen.table import at_most
 
     yield from (f"wrote {path}" for path in data["files"])
     yield from (f"proved: {output} is off by {at_most(error)} at most" for output, error in data["errors"].items())
@@ -287,7 +287,7 @@ def _format(fixed: str | None, target: str, precision: str | None) -> Format | N
     """Read the format of fixed point; what does not go with it is wrong usage."""
     if fixed is None:
         return None
-    from fuzzyctl.codegen.fixed_format import to_format
+    from fuzzyctl.codegen.fixed.fixed_format import to_format
 
     if target != "c":
         raise click.BadParameter(f"fixed point is written in C only, not for --target {target}", param_hint="--fixed")

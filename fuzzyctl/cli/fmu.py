@@ -77,9 +77,9 @@ def _model(
     free: tuple[str, ...],
 ) -> Model:
     """Return the model of a system, controller or plant."""
-    from fuzzyctl.codegen.fmu.calls import controller_model, system_model, tunable
+    from fuzzyctl.codegen.fmu.calls import block_model, tunable
     from fuzzyctl.codegen.fmu.plants import plant_model
-    from fuzzyctl.codegen.prepare import prepare, prepare_step
+    from fuzzyctl.codegen.prepare import prepare
 
     text = examined.source.text
     if table is not None and block.kind != "system":
@@ -94,13 +94,13 @@ def _model(
         free = free or tunable(controller)
         options: dict[str, Any] = {"algorithm": algorithm, "precision": precision, "small": True, "free": free}
         options["verdicts"] = verdicts
-        return controller_model(prepare_step(controller, text, settings=settings, **options))
+        return block_model(prepare(controller, text, settings=settings, **options))
     if free:
         raise click.BadParameter("only controllers and plants have parameters in an FMU", param_hint="--free")
     system, verdicts = checked(examined, block, choice)
     settings = assignments(choice.settings, [p.name for p in system.params], "param")
     options = {"algorithm": algorithm, "precision": precision, "table": table, "small": True, "verdicts": verdicts}
-    return system_model(prepare(system, text, settings=settings, **options))
+    return block_model(prepare(system, text, settings=settings, **options))
 
 
 def _write(path: Path, data: bytes) -> None:

@@ -136,7 +136,7 @@ def _controllers(examined: Examined, choice: Choice, diagnostics: list[Diagnosti
     from fuzzyctl.analysis.check import check_examined
     from fuzzyctl.analysis.prove import CLAIM_SECONDS
     from fuzzyctl.codegen.errors import CodegenError
-    from fuzzyctl.codegen.prepare import prepare_step
+    from fuzzyctl.codegen.prepare import prepare
     from fuzzyctl.page.blocks import controller_data
     from fuzzyctl.page.document import controller_section
     from fuzzyctl.page.proofs import controller_proofs
@@ -153,7 +153,7 @@ def _controllers(examined: Examined, choice: Choice, diagnostics: list[Diagnosti
         changed = own.changed(controller)
         settings = assignments(own.settings, params_of(controller), "param")
         try:
-            unit = prepare_step(changed, examined.source.text, settings=settings)
+            unit = prepare(changed, examined.source.text, settings=settings)
             verdicts, rows = controller_proofs(changed, CLAIM_SECONDS, until)
             diagnostics += claim_reports(verdicts)
             yield controller_section(controller_data(unit) | rows, unit)

@@ -8,8 +8,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Final
 
-from fuzzyctl.codegen.c_library import LIBRARY
-from fuzzyctl.codegen.names import C_FUNCTION_RESERVED, C_RESERVED, Names, ascii_name
+from fuzzyctl.codegen.names import C_FUNCTION_RESERVED, C_RESERVED, LIBRARY, Names, ascii_name
 from fuzzyctl.codegen.unit import Unit
 from fuzzyctl.kernels.plan.equations import DT
 

@@ -103,13 +103,7 @@ def _types(layout: CLayout) -> Iterator[str]:
 
 
 def state_members(layout: CLayout, real: str, notes: Sequence[str]) -> Iterator[tuple[str, str]]:
-    """Yield the members of the state, each with a note.
-
-    Args:
-        layout: What C calls things.
-        real: The type of numbers.
-        notes: One for each slot.
-    """
+    """Yield the members of the state, numbers of type `real`, with the note of each slot."""
     for (own, oldest), slot, note in zip(layout.members, layout.unit.slots, notes, strict=True):
         yield f"{real} {own}{f'[{slot.length}]' if oldest else ''};", note
         if oldest:

@@ -9,7 +9,7 @@ from itertools import pairwise
 
 from fuzzyctl import __version__
 from fuzzyctl.analysis.verdicts import Proved, Refuted, Undecided, Verdict
-from fuzzyctl.codegen.rounding_text import at_most
+from fuzzyctl.codegen.table import at_most
 from fuzzyctl.codegen.unit import Evaluated, Unit
 from fuzzyctl.codegen.wrapping import folded
 from fuzzyctl.expr import Expr, Name, evaluate, number_text, walk
@@ -48,15 +48,11 @@ def _of_system(unit: Unit) -> Iterator[str]:
     yield f"Algorithm: {unit.algorithm.name}; {unit.algorithm.reason}"
     yield from ("", "Inputs; values outside the range count as its nearer end:")
     for variable, planned in zip(system.inputs, flat.inputs, strict=True):
-        tail = ", extrapolated" if planned.extrapolate else ""
-        ends = f"[{planned.lower!r}, {planned.upper!r}]{_unit(variable.unit)}{tail}"
-        yield f"  {variable.name}{_titled(variable.label)}: {ends}"
+        yield _declared(variable, planned.lower, planned.upper) + (", extrapolated" if planned.extrapolate else "")
     yield "Outputs:"
     for declared, out in zip(system.outputs, flat.outputs, strict=True):
-        bound = unit.bounds[declared.name]
-        ends = f"[{out.lower!r}, {out.upper!r}]{_unit(declared.unit)}"
-        line = f"  {declared.name}{_titled(declared.label)}: {ends}"
-        yield f"{line}; proved: {bound.lo!r} <= {declared.name} <= {bound.hi!r} for all inputs"
+        bound = f"{unit.bounds[out.name].lo!r} <= {out.name} <= {unit.bounds[out.name].hi!r}"
+        yield f"{_declared(declared, out.lower, out.upper)}; proved: {bound} for all inputs"
     yield from guarantees(unit.verdicts, "system itself, before tables and rounding")
     if unit.table is not None:
         yield "Proved error of the table, beside rounding of the arithmetic:"
@@ -102,12 +98,9 @@ def printable(text: str) -> str:
     return re.sub(r"\?(?=\?)", "? ", text).replace("\\", "/").rstrip()
 
 
-def _titled(title: str) -> str:
-    return f" ({title})" if title else ""
-
-
-def _unit(unit: str) -> str:
-    return f" {unit}" if unit else ""
+def _declared(variable: LinguisticVariable, lower: float, upper: float) -> str:
+    label, unit = f" ({variable.label})" if variable.label else "", f" {variable.unit}" if variable.unit else ""
+    return f"  {variable.name}{label}: [{lower!r}, {upper!r}]{unit}"
 
 
 def argument_notes(unit: Unit) -> list[str]:

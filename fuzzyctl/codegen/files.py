@@ -5,21 +5,22 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
-from fuzzyctl.codegen import c_fixed_source, c_selftest, javascript_selftest
+from fuzzyctl.codegen import c_source, javascript_source, python_source, st_source
 from fuzzyctl.codegen.c_layout import CLayout
-from fuzzyctl.codegen.fixed import Fixed
 from fuzzyctl.codegen.javascript_source import JavaScriptLayout
-from fuzzyctl.codegen.sequence import sequence
-from fuzzyctl.codegen.sources import sources
-from fuzzyctl.codegen.steps import c_fixed_source as step_fixed_source
-from fuzzyctl.codegen.steps.fixed_step import FixedStep
 from fuzzyctl.codegen.unit import Unit
-from fuzzyctl.codegen.vectors import Expected, in_parts
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 from fuzzyctl.support.writing import folder_for, write_together
 
+if TYPE_CHECKING:
+    from fuzzyctl.codegen.fixed.fixed_step import FixedStep
+    from fuzzyctl.codegen.fixed.fixed_system import Fixed
+    from fuzzyctl.codegen.vectors import Expected
+
+#: Targets of code generation.
+TARGETS: Final = ("c", "st", "python", "javascript")
 #: Longest name of a file, in bytes, with room for that of a temporary one beside it.
 LONGEST: Final = 200
 
@@ -42,26 +43,51 @@ def generate(unit: Unit, target: str, fixed: Fixed | FixedStep | None = None) ->
 
     Args:
         unit: What to write.
-        target: One of `sources.TARGETS`.
+        target: One of `TARGETS`.
         fixed: Fixed-point arithmetic for C, None for floating point.
 
     Raises:
         CodegenError: For a block that the target cannot express.
     """
-    if isinstance(fixed, FixedStep):
-        return Generated(step_fixed_source.files(fixed), dict(zip(unit.outputs, fixed.errors, strict=True)))
+    from fuzzyctl.codegen.selftests import c_selftest, javascript_selftest  # numpy, which sources do without
+
     if fixed is not None:
-        return Generated(c_fixed_source.files(unit, fixed), dict(zip(unit.outputs, fixed.errors, strict=True)))
-    files = sources(unit, target)
+        from fuzzyctl.codegen.fixed.c_fixed_step import files
+
+        return Generated(files(unit, fixed), dict(zip(unit.outputs, fixed.errors, strict=True)))
+    texts = sources(unit, target)
     if target == "javascript":
-        files[f"{JavaScriptLayout(unit).name}.test.mjs"] = javascript_selftest.selftest(unit, expected_of(unit))
+        texts[f"{JavaScriptLayout(unit).name}.test.mjs"] = javascript_selftest(unit, expected_of(unit))
     if target == "c":
-        files[f"{CLayout(unit).name}_selftest.c"] = c_selftest.selftest(unit, expected_of(unit))
-    return Generated(files, dict(zip(unit.outputs, unit.table.errors, strict=True)) if unit.table else {})
+        texts[f"{CLayout(unit).name}_selftest.c"] = c_selftest(unit, expected_of(unit))
+    return Generated(texts, dict(zip(unit.outputs, unit.table.errors, strict=True)) if unit.table else {})
+
+
+def sources(unit: Unit, target: str) -> dict[str, str]:
+    """Return the text of each file by its name.
+
+    Args:
+        unit: What to write.
+        target: One of `TARGETS`.
+
+    Raises:
+        CodegenError: For a block that the target cannot express.
+    """
+    if target == "python":
+        return {f"{python_source.module_name(unit)}.py": python_source.module(unit)}
+    if target == "st":
+        return {f"{st_source.block_name(unit)}.st": st_source.function_block(unit)}
+    if target == "javascript":
+        return {f"{JavaScriptLayout(unit).name}.mjs": javascript_source.module(unit)}
+    name = CLayout(unit).name
+    return {f"{name}.h": c_source.header(unit), f"{name}.c": c_source.source(unit)}
 
 
 def expected_of(unit: Unit) -> Expected:
     """Return what a self-test expects: of a system at points, of a controller along a sequence."""
+    from fuzzyctl.codegen.sequence import sequence
+    from fuzzyctl.codegen.vectors import Expected, in_parts
+
     if unit.is_step:
         return sequence(unit)
     return Expected([unit.scale(k) for k in range(len(unit.outputs))], *in_parts(unit))

@@ -13,7 +13,7 @@ from typing import Final
 from fuzzyctl.analysis.bounds import output_bounds
 from fuzzyctl.analysis.verdicts import Verdict
 from fuzzyctl.codegen.errors import CodegenError
-from fuzzyctl.codegen.simplify import lean, quotient, with_named_state, with_state
+from fuzzyctl.codegen.simplify import lean, quotient, with_state
 from fuzzyctl.codegen.table import tabulated
 from fuzzyctl.codegen.unit import Evaluated, Precision, Slot, Unit
 from fuzzyctl.expr import Binary, Expr, Name, Negate, Number, walk
@@ -42,7 +42,7 @@ LEAST_RING: Final = 4
 
 
 def prepare(
-    system: FuzzySystem,
+    block: FuzzySystem | Controller,
     text: str,
     *,
     settings: Mapping[str, float] | None = None,
@@ -50,25 +50,41 @@ def prepare(
     precision: Precision = "double",
     table: int | None = None,
     small: bool = False,
+    guarded: bool = False,
+    free: Sequence[str] = (),
     verdicts: Sequence[Verdict] = (),
 ) -> Unit:
-    """Plan a system for code generation.
+    """Plan a system, or expand a controller, for code generation.
 
     Args:
-        system: A checked system with its params set.
+        block: A checked system or controller with its params set.
         text: The text of its rule file.
         settings: Params that were set, for the record.
-        algorithm: One of `kernels.algorithm.ALGORITHMS`.
+        algorithm: How systems are evaluated, one of `kernels.algorithm.ALGORITHMS`.
         precision: Type of its numbers.
-        table: Points along each input of a lookup table to write instead.
-        small: Whether the target has little memory, so that large tables are left out where none were asked for, and
-            values are stored instead of the coefficients of many cells.
+        table: Points along each input of a lookup table to write instead of a system.
+        small: Whether the target has little memory, so that large tables are left out under "auto", and values are
+            stored instead of the coefficients of many cells.
+        guarded: Whether quotients of equations are to be functions, which the target calls where they have a value.
+        free: Names of the numbers of a controller that the caller gives, see `compile`.
         verdicts: What is known of its guarantees, for the record.
 
     Raises:
-        ArgumentError: For interpolation of a system that does not interpolate.
-        CodegenError: For a lookup table of a system that has none, or whose error has no bound.
+        ArgumentError: For an algorithm that a system does not allow, and for a number that cannot be free.
+        UnknownNameError: For a free number that the controller does not have.
+        CodegenError: For a lookup table of a system that has none, or whose error has no bound; for a system that no
+            target can print; if a start depends on a free number.
     """
+    if isinstance(block, Controller):
+        unit = _of_controller(block, algorithm, small, guarded, free)
+    else:
+        unit = _of_system(block, algorithm, table, small)
+    digest = hashlib.sha256(text.encode("utf-8")).hexdigest()
+    own = tuple((settings or {}).items())
+    return replace(unit, digest=digest, settings=own, precision=precision, verdicts=tuple(verdicts))
+
+
+def _of_system(system: FuzzySystem, algorithm: str, table: int | None, small: bool) -> Unit:
     chosen = algorithm_of(plan(system), algorithm)
     chosen = for_small(chosen, algorithm) if small else chosen
     found = tabulated(chosen, table) if table is not None else None
@@ -80,15 +96,10 @@ def prepare(
     held = zip(flat.held, flat.initial_state[len(flat.states) :], strict=True)
     return Unit(
         block=system,
-        digest=hashlib.sha256(text.encode("utf-8")).hexdigest(),
-        settings=tuple((settings or {}).items()),
-        program=with_named_state(lean(chosen.printed)),
+        written=chosen.printed,
         systems=(Evaluated(system, chosen, found),),
         slots=tuple(Slot(f"held_{flat.outputs[o].name}", start) for o, start in held),
-        rates=with_named_state(lean(inference.rates(flat))) if flat.states else None,
         bounds=output_bounds(system),
-        precision=precision,
-        verdicts=tuple(verdicts),
     )
 
 
@@ -109,36 +120,7 @@ def for_small(chosen: Algorithm, wanted: str) -> Algorithm:
     return replace(chosen, most_coefficients=MOST_COEFFICIENTS)
 
 
-def prepare_step(
-    controller: Controller,
-    text: str,
-    *,
-    settings: Mapping[str, float] | None = None,
-    algorithm: str = "auto",
-    precision: Precision = "double",
-    small: bool = False,
-    guarded: bool = False,
-    free: Sequence[str] = (),
-    verdicts: Sequence[Verdict] = (),
-) -> Unit:
-    """Expand a controller for code generation.
-
-    Args:
-        controller: A checked controller with its params set.
-        text: The text of its rule file.
-        settings: Params that were set, for the record.
-        algorithm: How systems are evaluated, one of `kernels.algorithm.ALGORITHMS`.
-        precision: Type of its numbers.
-        small: Whether the target has little memory, see `prepare`.
-        guarded: Whether quotients of equations are to be functions, which the target calls where they have a value.
-        free: Names of the numbers that the caller gives, see `compile`.
-        verdicts: What is known of its guarantees, for the record.
-
-    Raises:
-        ArgumentError: For an algorithm that a system does not allow, and for a number that cannot be free.
-        UnknownNameError: For a free number that the controller does not have.
-        CodegenError: For a system that no target can print, and where a start depends on a free number.
-    """
+def _of_controller(controller: Controller, algorithm: str, small: bool, guarded: bool, free: Sequence[str]) -> Unit:
     controller = with_instance_params(controller, free)
     equations = equations_of(controller, free)
     if equations.starts_vary:
@@ -156,16 +138,12 @@ def prepare_step(
     kept = len(slots) - len(equations.free)
     return Unit(
         block=controller,
-        digest=hashlib.sha256(text.encode("utf-8")).hexdigest(),
-        settings=tuple((settings or {}).items()),
         step=equations,
-        program=replace(program, results=program.results[: outputs + kept]),
+        written=replace(program, results=program.results[: outputs + kept]),
         slots=slots[:kept],
         numbers=slots[kept:],
         systems=tuple(systems.values()),
-        precision=precision,
         values={v.name: n for n, v in reversed(values.items()) if isinstance(v, Name) and "#" not in n},
-        verdicts=tuple(verdicts),
     )
 
 

@@ -70,10 +70,10 @@ def module(unit: Unit) -> str:
     Raises:
         CodegenError: For an adaptive integral, or a function that has no text in Python.
     """
-    name, program = module_name(unit), unit.program if unit.is_step else unit.algorithm.printed
+    name, program = module_name(unit), unit.written
     names = Names([*PYTHON_RESERVED, *(_OWN if unit.is_step else [name])])
     inputs = [names.claim(i) for i in unit.inputs]
-    rates = inference.rates(unit.plan) if unit.rates is not None else None
+    rates = inference.rates(unit.plan) if unit.consequents else None
     for statement in program.body:
         if isinstance(statement, Quadrature):
             raise unprintable(statement)
@@ -123,7 +123,7 @@ def _plain(function: Callable[..., float]) -> str:
 
 
 def _evaluation(unit: Unit, name: str, arguments: Sequence[str]) -> Iterator[str]:
-    program = renamed(unit.algorithm.printed, arguments)
+    program = renamed(unit.written, arguments)
     dialect = _dialect(INTERPRETED, "")
     parameters = ", ".join([*arguments, *(["state"] if program.state else [])])
     yield f"def {name}({parameters}):"

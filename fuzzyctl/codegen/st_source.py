@@ -93,7 +93,8 @@ class _Block:
 
     def text(self) -> str:
         unit = self.unit
-        partial = bool(functions(unit.program) & PARTIAL) or (unit.is_step and _holds_nan(unit.program))
+        own = (n for e in expressions(unit.program) for n in walk(e) if isinstance(n, Number))
+        partial = bool(functions(unit.program) & PARTIAL) or (unit.is_step and any(math.isnan(n.value) for n in own))
         while True:
             before = (partial, len(self.missing))
             partial = partial or bool(self.missing)
@@ -288,8 +289,3 @@ class _Block:
             else:
                 yield f"{INDENT}{step}"
         yield "END_IF;"
-
-
-def _holds_nan(program: Program) -> bool:
-    """Return whether NaN is written in a program."""
-    return any(isinstance(n, Number) and math.isnan(n.value) for e in expressions(program) for n in walk(e))

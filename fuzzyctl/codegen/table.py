@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from decimal import ROUND_CEILING, Context
 from itertools import pairwise, product
 from typing import TYPE_CHECKING, Any, Final
 
 from fuzzyctl.analysis.coverage.coverage import uncovered_of
 from fuzzyctl.codegen.errors import CodegenError
-from fuzzyctl.codegen.rounding_text import at_most
 from fuzzyctl.diagnostics.diagnostic import NoRuleFiresError
 from fuzzyctl.kernels.algorithms.grid import STEEPEST, Grid, Table
 from fuzzyctl.kernels.algorithms.select import Algorithm
@@ -183,3 +183,16 @@ def _at(values: Sequence[float], knots: Sequence[Sequence[float]], places: Seque
         weights = np.array([np.interp(at, own, row) for row in np.eye(len(own))]).reshape(len(own), len(at))
         found = np.moveaxis(np.tensordot(found, weights, axes=(axis, 0)), -1, axis)
     return found
+
+
+def at_most(bound: float, digits: int = 3) -> str:
+    """Return a proved bound in a few digits, rounded up where it has more: read back, it is never below the bound.
+
+    Args:
+        bound: Not negative.
+        digits: Significant ones; at most 15, so that what is printed is what was rounded.
+    """
+    text = f"{bound:.{digits}g}"
+    if not math.isfinite(bound) or float(text) >= bound:
+        return text
+    return f"{float(Context(prec=digits, rounding=ROUND_CEILING).create_decimal_from_float(bound)):.{digits}g}"

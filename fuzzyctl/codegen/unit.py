@@ -9,9 +9,11 @@ from typing import Final, Literal
 
 from fuzzyctl.analysis.bounds import OutputBound
 from fuzzyctl.analysis.verdicts import Verdict
+from fuzzyctl.codegen.simplify import lean, with_named_state
 from fuzzyctl.codegen.table import Tabulated
 from fuzzyctl.expr import Expr
 from fuzzyctl.kernels.algorithms.select import Algorithm
+from fuzzyctl.kernels.inference import inference
 from fuzzyctl.kernels.plan.build import Plan
 from fuzzyctl.kernels.plan.equations import DT, Equations
 from fuzzyctl.kernels.program.program import Program, Refuse
@@ -69,35 +71,45 @@ class Unit:
 
     Args:
         block: The block, its params set.
-        digest: SHA-256 of the text of its rule file.
-        settings: Params that were set by hand.
-        program: Its step for inputs that are no NaN. Arguments are the inputs, `dt` where there is no period, the
-            adaptive consequents, what the slots give and the free numbers; results are the outputs and what the slots
-            of a controller take.
+        written: The step of a controller as `program` has it; of a system its evaluation, with tests for NaN.
         systems: The systems that it evaluates, each with other params on its own; a system itself.
         slots: The state.
         numbers: Free numbers, which the caller gives; their starts are what the file says.
         step: What a controller computes, None for a system.
-        rates: The program for dC/dt of adaptive consequents, None where nothing adapts.
         bounds: What is proved of the outputs of a system, by name; those of a table hold for the table too.
+        digest: SHA-256 of the text of its rule file.
+        settings: Params that were set by hand.
         precision: Type of its numbers.
         values: Names of equations by the names of their values in the program.
         verdicts: What is known of its guarantees.
     """
 
     block: FuzzySystem | Controller
-    digest: str
-    settings: tuple[tuple[str, float], ...]
-    program: Program
+    written: Program
     systems: tuple[Evaluated, ...]
     slots: tuple[Slot, ...] = ()
     numbers: tuple[Slot, ...] = ()
     step: Equations | None = None
-    rates: Program | None = None
     bounds: Mapping[str, OutputBound] = field(default_factory=dict, hash=False)
+    digest: str = ""
+    settings: tuple[tuple[str, float], ...] = ()
     precision: Precision = "double"
     values: Mapping[str, str] = field(default_factory=dict, hash=False)
     verdicts: Sequence[Verdict] = field(default=(), hash=False)
+
+    @cached_property
+    def program(self) -> Program:
+        """The step for inputs that are no NaN.
+
+        Arguments are the inputs, `dt` where there is no period, the adaptive consequents, what the slots give and the
+        free numbers; results are the outputs and what the slots of a controller take.
+        """
+        return self.written if self.is_step else with_named_state(lean(self.written))
+
+    @cached_property
+    def rates(self) -> Program | None:
+        """The program for dC/dt of adaptive consequents, None where nothing adapts."""
+        return with_named_state(lean(inference.rates(self.plan))) if self.consequents else None
 
     @property
     def system(self) -> FuzzySystem:
@@ -194,13 +206,6 @@ class Unit:
         ends = [abs(e) for e in (output.lower, output.upper, bound.lo, bound.hi) if abs(e) < 1e300]
         return max([*ends, 1e-300])
 
-    def tolerance(self, position: int, precision: Precision | None = None) -> float:
-        """Return the largest error of an output that the self-test allows: what rounding may make of it.
-
-        What is expected of a table are its own values, so that its error is no part of it.
-
-        Args:
-            position: Of the output.
-            precision: Of the target's numbers, where it is not what their type promises.
-        """
-        return TOLERANCE[precision or self.precision] * self.scale(position)
+    def tolerance(self, position: int) -> float:
+        """Return the largest error of an output of a system that the self-test allows: what rounding may make of it."""
+        return TOLERANCE[self.precision] * self.scale(position)

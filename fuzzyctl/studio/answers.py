@@ -15,8 +15,8 @@ from typing import Any, Final
 from fuzzyctl.analysis.prove import quickly, refutation
 from fuzzyctl.analysis.verdicts import Refuted
 from fuzzyctl.codegen.errors import CodegenError
-from fuzzyctl.codegen.prepare import prepare, prepare_step
-from fuzzyctl.codegen.sources import sources
+from fuzzyctl.codegen.files import sources
+from fuzzyctl.codegen.prepare import prepare
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError, FuzzyctlError
 from fuzzyctl.diagnostics.source import SourceText, Span
 from fuzzyctl.diagnostics.suggestions import counted
@@ -228,7 +228,7 @@ def _title(document: Document) -> str:
 def _section(block: FuzzySystem | Controller, document: Document, *, decided: bool = False) -> Section:
     """Return the section of a block; with `decided`, claims that quick methods leave open are decided."""
     if isinstance(block, Controller):
-        step = prepare_step(block, document.text)
+        step = prepare(block, document.text)
         return controller_section(controller_data(step) | (proofs.proofs(block)[1] if decided else {}), step)
     verdicts = proofs.settled(block) if decided else proofs.at_once(block)
     return system_section(SystemFacts(prepare(block, document.text, verdicts=verdicts), verdicts))
@@ -261,7 +261,7 @@ def _export(document: Document, asked: _Data) -> _Data:
 def _files(block: FuzzySystem | Controller, text: str, target: str) -> dict[str, str]:
     """Return the files of a block, without the self-tests, whose numbers take numpy."""
     if isinstance(block, Controller):
-        return sources(prepare_step(block, text), target)
+        return sources(prepare(block, text), target)
     return sources(prepare(block, text, verdicts=quickly(block)[0]), target)
 
 

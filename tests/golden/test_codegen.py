@@ -11,13 +11,13 @@ import pytest
 from fuzzyctl import Controller, Plant, __version__, load
 from fuzzyctl.analysis.prove import quickly
 from fuzzyctl.codegen.files import generate
-from fuzzyctl.codegen.fixed import fixed_point
-from fuzzyctl.codegen.fixed_format import to_format
-from fuzzyctl.codegen.fmu.calls import controller_model, tunable
+from fuzzyctl.codegen.fixed.fixed_format import to_format
+from fuzzyctl.codegen.fixed.fixed_system import fixed_point
+from fuzzyctl.codegen.fmu.calls import block_model, tunable
 from fuzzyctl.codegen.fmu.description import model_description, page
 from fuzzyctl.codegen.fmu.model_header import model_header
 from fuzzyctl.codegen.fmu.plants import plant_model
-from fuzzyctl.codegen.prepare import prepare, prepare_step
+from fuzzyctl.codegen.prepare import prepare
 
 HERE = Path(__file__).parent / "codegen"
 RULES = Path(__file__).parents[2] / "rules"
@@ -50,16 +50,16 @@ def generated(case):
     if case in FMUS:
         path = RULES / "loops" / "water_tank.fz"
         text, controller = path.read_text(encoding="utf-8"), load(path, block=Controller)
-        unit = prepare_step(controller, text, small=True, free=tunable(controller))
+        unit = prepare(controller, text, small=True, free=tunable(controller))
         files = {}
-        for model in (controller_model(unit), plant_model(load(path, block=Plant), text)):
+        for model in (block_model(unit), plant_model(load(path, block=Plant), text)):
             described = model_description(model, FMUS[case], [f"{model.name}.c", f"fmi{FMUS[case]}.c"])
             own = {"modelDescription.xml": described, "fmu_model.h": model_header(model), "index.html": page(model)}
             files |= {f"{model.name}-{name}": text.replace(model.token, "TOKEN") for name, text in own.items()}
         return without_version(unit, files)
     if case in STEPS:
         target, options = STEPS[case]
-        unit = prepare_step(load(VALVE, block=Controller), VALVE.read_text(encoding="utf-8"), **options)
+        unit = prepare(load(VALVE, block=Controller), VALVE.read_text(encoding="utf-8"), **options)
         return without_version(unit, generate(unit, target).files)
     rules, target, form, options = CASES[case]
     path = RULES / f"{rules}.fz"

@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from fuzzyctl import loads
 from fuzzyctl.codegen import table_error
 from fuzzyctl.codegen.errors import CodegenError
-from fuzzyctl.codegen.fixed import fixed_point
-from fuzzyctl.codegen.fixed_format import Format
+from fuzzyctl.codegen.fixed.fixed_format import Format
+from fuzzyctl.codegen.fixed.fixed_system import fixed_point
 from fuzzyctl.codegen.prepare import prepare
 from fuzzyctl.codegen.vectors import Reference
 from fuzzyctl.kernels.compile import compile as compile_system

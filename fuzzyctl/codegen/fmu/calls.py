@@ -18,66 +18,39 @@ from fuzzyctl.model.controller import Controller, Signal
 from fuzzyctl.model.guarantee import Param
 
 
-def system_model(unit: Unit) -> Model:
-    """Return the model of a fuzzy system; adaptive consequents take one Euler step for each communication step.
+def block_model(unit: Unit) -> Model:
+    """Return the model of a system or controller as it is written in C.
 
-    Args:
-        unit: The system, as it is written in C.
-
-    Raises:
-        CodegenError: For a name that begins as those of the standard.
-    """
-    layout, system, values = CLayout(unit), unit.system, unit.system.param_values.values
-    inputs = [
-        Variable(v.name, near_zero(p.lower, p.upper), p.lower, p.upper, v.unit, v.label)
-        for v, p in zip(system.inputs, unit.plan.inputs, strict=True)
-    ]
-    bounds = [unit.bounds[v.name] for v in system.outputs]
-    outputs = [Variable(v.name, 0.0, b.lo, b.hi, v.unit, v.label) for v, b in zip(system.outputs, bounds, strict=True)]
-    given = [f"{_cast(layout)}model->value[{1 + k}]" for k in range(len(inputs))]
-    lines = [*call_lines(layout, layout.call("&model->memory", "", given), _values(1 + len(inputs), outputs))]
-    adapts = [f"{layout.name}_adapt(&model->memory, {', '.join(given)}, {_cast(layout)}dt);"]
-    return Model(
-        name=layout.name,
-        block=system.name,
-        title=system.title,
-        about=described(unit),
-        inputs=inputs,
-        outputs=outputs,
-        params=(),
-        constants=[_param(p, values) for p in system.params if p.name in values],
-        sources={f"{layout.name}.h": c_source.header(unit), f"{layout.name}.c": c_source.source(unit)},
-        memory=f"{layout.name}_state memory;" if unit.has_state else "",
-        begin=[f"{layout.name}_init(&model->memory);"] if unit.has_state else ["(void)model;"],
-        make=[*lines, *(adapts if unit.plan.states else ["(void)dt;"]), "return NULL;"],
-        preview=0.0,
-    )
-
-
-def controller_model(unit: Unit) -> Model:
-    """Return the model of a controller; free numbers are its params.
-
-    Args:
-        unit: The controller, as it is written in C.
+    Free numbers are its params; adaptive consequents take one Euler step for each communication step.
 
     Raises:
         CodegenError: For a name that begins as those of the standard, and a free param that the period depends on.
     """
-    layout, controller, period = CLayout(unit), unit.controller, unit.period
-    values, fixed = controller.param_values.values, _of_period(controller)
-    for number in (n for n in unit.numbers if n.name in fixed):
-        raise CodegenError(f"the period depends on '{number.name}', which so cannot be free")
-    inputs = [signal_variable(s, values) for s in controller.inputs]
-    outputs = [signal_variable(s, values) for s in controller.results]
+    layout, block, values = CLayout(unit), unit.block, unit.block.param_values.values
+    if unit.is_step:
+        fixed = _of_period(unit.controller)
+        for number in (n for n in unit.numbers if n.name in fixed):
+            raise CodegenError(f"the period depends on '{number.name}', which so cannot be free")
+        inputs = [signal_variable(s, values) for s in unit.controller.inputs]
+        outputs = [signal_variable(s, values) for s in unit.controller.results]
+    else:
+        planned = zip(unit.system.inputs, unit.plan.inputs, strict=True)
+        inputs = [Variable(v.name, near_zero(p.lower, p.upper), p.lower, p.upper, v.unit, v.label) for v, p in planned]
+        bounds = [(v, unit.bounds[v.name]) for v in unit.system.outputs]
+        outputs = [Variable(v.name, 0.0, b.lo, b.hi, v.unit, v.label) for v, b in bounds]
     params, constants = params_of(unit)
     given = [f"{_cast(layout)}{value}" for value in _values(1, inputs)]
-    arguments = layout.call("&model->memory", "&params", [*given, *([f"{_cast(layout)}dt"] if period is None else [])])
+    arguments = layout.call("&model->memory", "&params", [*given, *([f"{_cast(layout)}dt"] if unit.takes_time else [])])
     lines = param_lines(layout, 1 + len(inputs) + len(outputs))
     lines += call_lines(layout, arguments, _values(1 + len(inputs), outputs))
+    if unit.rates is not None:
+        lines.append(f"{layout.name}_adapt(&model->memory, {', '.join(given)}, {_cast(layout)}dt);")
+    elif not unit.takes_time:
+        lines.append("(void)dt;")
     return Model(
         name=layout.name,
-        block=controller.name,
-        title=controller.title,
+        block=block.name,
+        title=block.title,
         about=described(unit),
         inputs=inputs,
         outputs=outputs,
@@ -86,18 +59,18 @@ def controller_model(unit: Unit) -> Model:
         sources={f"{layout.name}.h": c_source.header(unit), f"{layout.name}.c": c_source.source(unit)},
         memory=f"{layout.name}_state memory;" if unit.has_state else "",
         begin=[f"{layout.name}_init(&model->memory);"] if unit.has_state else ["(void)model;"],
-        make=[*lines, *(["(void)dt;"] if period is not None else []), "return NULL;"],
-        preview=USUAL_STEP if period is None else period,
-        period=period,
+        make=[*lines, "return NULL;"],
+        preview=unit.period or (USUAL_STEP if unit.takes_time else 0.0),
+        period=unit.period,
     )
 
 
 def params_of(unit: Unit) -> tuple[list[Variable], list[Variable]]:
     """Return the free params, and those that are constants; what is computed from free ones is neither."""
-    controller, free = unit.controller, [n.name for n in unit.numbers]
-    values, known = controller.param_values.values, {p.name: p for p in controller.params}
+    block, free = unit.block, {n.name for n in unit.numbers}
+    values, known = block.param_values.values, {p.name: p for p in block.params}
     params = [_param(known[n.name], values) if n.name in known else Variable(n.name, n.start) for n in unit.numbers]
-    fixed = [p for p in controller.params if not read_by([Name(p.name)], controller.params) & {*free}]
+    fixed = [p for p in block.params if p.name in values and not read_by([Name(p.name)], block.params) & free]
     return params, [_param(p, values) for p in fixed]
 
 

@@ -12,7 +12,7 @@ from fuzzyctl.codegen.c_text import INDENT
 from fuzzyctl.codegen.errors import CodegenError
 from fuzzyctl.codegen.fmu.calls import call_lines, param_lines, params_of, read_by, signal_variable, tunable
 from fuzzyctl.codegen.fmu.model import Model, Variable, c_text, closed_range
-from fuzzyctl.codegen.prepare import prepare_step
+from fuzzyctl.codegen.prepare import prepare
 from fuzzyctl.expr import Call, Expr, evaluate, walk
 from fuzzyctl.model.controller import Controller, Definition, Result, Signal
 from fuzzyctl.model.plant import Plant
@@ -40,7 +40,7 @@ def plant_model(plant: Plant, text: str, free: Sequence[str] = ()) -> Model:
     view = _right_side(plant)
     constant = read_by(_constants(plant), plant.params)
     free = _free(plant, free, constant) if free else [n for n in tunable(view) if n not in constant]
-    unit = prepare_step(view, text, small=True, free=free)
+    unit = prepare(view, text, small=True, free=free)
     layout, values = CLayout(unit), plant.param_values.values
     inputs = [signal_variable(s, values) for s in plant.inputs]
     outputs = [signal_variable(s, values) for s in plant.results]

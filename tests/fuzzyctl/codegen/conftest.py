@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from fuzzyctl import load, loads
-from fuzzyctl.codegen import files, sequence, vectors
+from fuzzyctl.codegen import sequence, vectors
 from fuzzyctl.codegen.files import generate
 from fuzzyctl.codegen.prepare import prepare
 from tests import shipped
@@ -271,9 +271,8 @@ def _vectors_once():
     """Compute vectors and sequences once for each unit: its tests take them again and again."""
     in_parts, of_steps = once(vectors.in_parts), once(sequence.sequence)
     with pytest.MonkeyPatch.context() as patch:
-        for module in (vectors, files):
-            patch.setattr(module, "in_parts", in_parts)
-        patch.setattr(files, "sequence", of_steps)
+        patch.setattr(vectors, "in_parts", in_parts)
+        patch.setattr(sequence, "sequence", of_steps)
         yield
 
 

@@ -11,10 +11,10 @@ from fuzzyctl import loads
 from fuzzyctl.codegen import table_error
 from fuzzyctl.codegen.errors import CodegenError
 from fuzzyctl.codegen.files import generate
-from fuzzyctl.codegen.fixed import fixed_point
-from fuzzyctl.codegen.fixed_format import Format, to_format
+from fuzzyctl.codegen.fixed.fixed_format import Format, to_format
+from fuzzyctl.codegen.fixed.fixed_system import fixed_point
 from fuzzyctl.codegen.prepare import prepare
-from fuzzyctl.codegen.rounding_text import at_most
+from fuzzyctl.codegen.table import at_most
 from fuzzyctl.kernels.compile import compile as compile_system
 
 CURVE = """
@@ -206,7 +206,7 @@ class TestRefusal:
     def _soon(self, monkeypatch):
         """Let bounds of tables be found soon; they are wider then, and hold as well."""
         monkeypatch.setattr(table_error, "MOST_OPERATIONS", 400_000)
-        monkeypatch.setattr("fuzzyctl.codegen.fixed._POINTS", (9,))
+        monkeypatch.setattr("fuzzyctl.codegen.fixed.fixed_system._POINTS", (9,))
 
     @pytest.mark.parametrize(
         ("name", "reason"),

@@ -7,16 +7,16 @@ import subprocess
 import pytest
 
 from fuzzyctl import loads
-from fuzzyctl.codegen import c_selftest, c_source
+from fuzzyctl.codegen import c_source
 from fuzzyctl.codegen.c_layout import CLayout
-from fuzzyctl.codegen.c_library import LIBRARY
 from fuzzyctl.codegen.files import generate
-from fuzzyctl.codegen.fixed import fixed_point
-from fuzzyctl.codegen.fixed_format import to_format
+from fuzzyctl.codegen.fixed.fixed_format import to_format
+from fuzzyctl.codegen.fixed.fixed_system import fixed_point
 from fuzzyctl.codegen.names import (
     C_FUNCTION_RESERVED,
     C_RESERVED,
     JAVASCRIPT_FUNCTION_RESERVED,
+    LIBRARY,
     PYTHON_FUNCTION_RESERVED,
     PYTHON_RESERVED,
     ST_RESERVED,
@@ -25,6 +25,7 @@ from fuzzyctl.codegen.names import (
 )
 from fuzzyctl.codegen.prepare import prepare
 from fuzzyctl.codegen.python_source import module, module_name
+from fuzzyctl.codegen.selftests import c_selftest
 from fuzzyctl.codegen.vectors import Expected, Vector
 
 IDENTIFIER = re.compile(r"[A-Za-z](_?[A-Za-z0-9])*")
@@ -147,7 +148,7 @@ class TestC:
         unit = unit_of(kind)
         layout = CLayout(unit)
         vector = Vector((0.0,) * len(layout.arguments), (math.nan,) * len(layout.outputs))
-        self_test = c_selftest.selftest(unit, Expected([1.0] * len(layout.outputs), [vector], [vector]))
+        self_test = c_selftest(unit, Expected([1.0] * len(layout.outputs), [vector], [vector]))
         for text, kept in (
             (c_source.header(unit) + c_source.source(unit), C_RESERVED),
             (self_test, C_FUNCTION_RESERVED),

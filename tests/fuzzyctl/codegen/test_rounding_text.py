@@ -10,12 +10,12 @@ from hypothesis import strategies as st
 
 from fuzzyctl import loads
 from fuzzyctl.cli.codegen import codegen
-from fuzzyctl.codegen.c_fixed_source import files
 from fuzzyctl.codegen.comments import described
-from fuzzyctl.codegen.fixed import fixed_point
-from fuzzyctl.codegen.fixed_format import to_format
+from fuzzyctl.codegen.fixed.c_fixed_step import files
+from fuzzyctl.codegen.fixed.fixed_format import to_format
+from fuzzyctl.codegen.fixed.fixed_system import fixed_point
 from fuzzyctl.codegen.prepare import prepare
-from fuzzyctl.codegen.rounding_text import at_most
+from fuzzyctl.codegen.table import at_most
 
 BENT = """system bent
 and product

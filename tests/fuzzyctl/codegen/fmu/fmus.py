@@ -8,9 +8,9 @@ import pytest
 from fuzzyctl import loads
 from fuzzyctl.codegen.fmu.archive import fmu
 from fuzzyctl.codegen.fmu.binary import compiler
-from fuzzyctl.codegen.fmu.calls import controller_model, system_model, tunable
+from fuzzyctl.codegen.fmu.calls import block_model, tunable
 from fuzzyctl.codegen.fmu.plants import plant_model
-from fuzzyctl.codegen.prepare import prepare, prepare_step
+from fuzzyctl.codegen.prepare import prepare
 from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.loading.load import look_through
 from tests.fuzzyctl.codegen.steps.targets import controller_of
@@ -19,11 +19,11 @@ from tests.fuzzyctl.codegen.steps.targets import controller_of
 def controller_fmu(text, free=None, **options):
     controller = controller_of(text)
     free = tunable(controller) if free is None else free
-    return controller_model(prepare_step(controller, text, small=True, free=free, **options))
+    return block_model(prepare(controller, text, small=True, free=free, **options))
 
 
 def system_fmu(text, **options):
-    return system_model(prepare(loads(text), text, small=True, **options))
+    return block_model(prepare(loads(text), text, small=True, **options))
 
 
 def plant_fmu(text, name="p", **options):

@@ -11,9 +11,9 @@ import numpy as np
 import fuzzyctl
 from fuzzyctl.codegen import c_source, javascript_source, python_source, st_source
 from fuzzyctl.codegen.c_layout import CLayout
+from fuzzyctl.codegen.fixed import c_fixed_step
 from fuzzyctl.codegen.javascript_source import JavaScriptLayout
-from fuzzyctl.codegen.prepare import prepare_step
-from fuzzyctl.codegen.steps import c_fixed_source
+from fuzzyctl.codegen.prepare import prepare
 from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.loading.load import look_through
 from tests.fuzzyctl.codegen.structured_text import Block
@@ -45,7 +45,7 @@ def controller_of(text, name=None):
 
 
 def unit_of(text, target="c", **options):
-    return prepare_step(
+    return prepare(
         controller_of(text), text, guarded=target == "st", small=target not in ("python", "javascript"), **options
     )
 
@@ -160,7 +160,7 @@ def by_fixed_c(steps: Sequence, rows: Sequence, folder, flags=("-O1",)):
     layouts = [CLayout(s.unit, s.form.bits) for s in steps]
     texts = []
     for step, layout in zip(steps, layouts, strict=True):
-        files = c_fixed_source.files(step)
+        files = c_fixed_step.files(step.unit, step)
         for end in ("h", "c"):
             (folder / f"{layout.name}.{end}").write_text(files[f"{layout.name}.{end}"], encoding="utf-8")
         given = [*(["&state"] if layout.members else [])]

@@ -8,13 +8,13 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from fuzzyctl.codegen.fixed_format import to_format
-from fuzzyctl.codegen.steps import c_fixed_source
-from fuzzyctl.codegen.steps.fixed_step import fixed_step
+from fuzzyctl.codegen.files import generate
+from fuzzyctl.codegen.fixed.fixed_format import to_format
+from fuzzyctl.codegen.fixed.fixed_step import fixed_step
 from fuzzyctl.diagnostics.diagnostic import DiagnosticError
 from tests.fuzzyctl.codegen.conftest import SANITIZED
 from tests.fuzzyctl.codegen.steps.targets import STRICT, by_fixed_c, by_kernel, unit_of
-from tests.fuzzyctl.codegen.steps.texts import SURFACE
+from tests.fuzzyctl.codegen.steps.texts import ADAPTIVE, SURFACE
 
 HEAD = "controller c\ninput x in [-2, 2]\ninput y in [-2, 2]\n"
 NEEDS_C = pytest.mark.skipif(shutil.which("gcc") is None, reason="gcc is not installed")
@@ -137,6 +137,16 @@ class TestRefusals:
         found = re.search(r"--fixed (Q\S+)", refused(lines).help)
         assert step_of(lines, found[1]).errors[0] < 1e-3
 
+    def test_a_step_without_a_state_that_no_round_settles_is_refused(self, monkeypatch):
+        monkeypatch.setattr("fuzzyctl.codegen.fixed.fixed_step._ROUNDS", 0)
+        found = refused("output u = x / 3")
+        assert found.message == "no integers of 32 bits hold a step in Q5.10 with its roundings"
+        assert found.span.line == 1
+
+    def test_an_adaptive_system_is_named_with_its_place(self):
+        found = refused("output u = gain(x, y)", head=ADAPTIVE + HEAD)
+        assert found.message == "fixed point needs systems that interpolate, and 'gain' does not: it has a state"
+
     def test_needs_systems_that_interpolate(self):
         curved = SURFACE.replace("and product", "and min")
         found = refused("output u = surface(x, y)", head=curved + HEAD)
@@ -177,7 +187,7 @@ class TestSource:
         ],
     )
     def test_the_self_test_finds_what_is_wrong(self, tmp_path, old, new):
-        for name, text in c_fixed_source.files(fixed_step(unit_of(SAMPLE), to_format("Q3.12"))).items():
+        for name, text in generate(unit_of(SAMPLE), "c", fixed_step(unit_of(SAMPLE), to_format("Q3.12"))).files.items():
             if old is not None and name == "sample.c":
                 assert old in text
                 text = text.replace(old, new)
@@ -187,5 +197,5 @@ class TestSource:
         assert subprocess.run([program], capture_output=True, check=False).returncode == (0 if old is None else 1)
 
     def test_has_no_floating_point(self):
-        source = c_fixed_source.files(fixed_step(unit_of(SAMPLE), to_format("Q3.12")))["sample.c"]
+        source = generate(unit_of(SAMPLE), "c", fixed_step(unit_of(SAMPLE), to_format("Q3.12"))).files["sample.c"]
         assert not re.search(r"\b(float|double)\b|\d\.\d|math\.h", source)

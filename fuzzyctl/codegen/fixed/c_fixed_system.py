@@ -1,45 +1,103 @@
-"""Fixed-point C99: integers only, no floating point anywhere."""
+"""Fixed-point C99: integers only, no floating point anywhere; of systems, and what those of controllers share."""
 
 from __future__ import annotations
 
 import random
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from itertools import product
 
 from fuzzyctl.codegen.c_layout import CLayout
-from fuzzyctl.codegen.c_source import comment
+from fuzzyctl.codegen.c_source import comment, header_text, period, struct
 from fuzzyctl.codegen.c_text import INDENT, wrapped
 from fuzzyctl.codegen.comments import described
-from fuzzyctl.codegen.fixed import Fixed, strides_of
-from fuzzyctl.codegen.fixed_format import Axis, Entries
-from fuzzyctl.codegen.rounding_text import at_most
+from fuzzyctl.codegen.fixed.fixed_format import Axis, Entries, Format
+from fuzzyctl.codegen.fixed.fixed_system import Fixed, strides_of
+from fuzzyctl.codegen.selftests import call_lines
+from fuzzyctl.codegen.table import at_most
 from fuzzyctl.codegen.unit import Unit
+from fuzzyctl.codegen.wrapping import folded
 
 #: Random vectors of the self-test.
 RANDOM = 200
 
 
-def files(unit: Unit, fixed: Fixed) -> dict[str, str]:
-    """Return header, source and self-test by the names of their files."""
-    text = _FixedText(unit, fixed)
-    name = text.layout.name
-    return {f"{name}.h": text.header(), f"{name}.c": text.source(), f"{name}_selftest.c": text.selftest()}
-
-
 def functions(unit: Unit, fixed: Fixed) -> list[str]:
     """Return the lines of a system as static functions, for a source that calls it; see `head` for how."""
-    text = _FixedText(unit, fixed)
-    first, *rest = text._evaluation()
-    types = [*text.types(), ""] if text.layout.many else []
-    helpers = [*text._helpers(), ""] if fixed.axes else []
-    return [*types, *helpers, f"static {first}", *rest, ""]
+    text = SystemText(unit, fixed)
+    first, *rest = text.evaluation()
+    helpers = [*text.helpers(), ""] if fixed.axes else []
+    return [*text.types(), *helpers, f"static {first}", *rest, ""]
 
 
-class _FixedText:
+class FixedText:
+    """Text that systems and steps share in fixed point.
+
+    Args:
+        unit: What is written.
+        form: The format of inputs and outputs.
+        errors: Proved bound of each output.
+    """
+
+    def __init__(self, unit: Unit, form: Format, errors: Sequence[float]) -> None:
+        self.unit, self.form, self.errors, self.layout = unit, form, errors, CLayout(unit, form.bits)
+
+    def header_of(self, about: Sequence[str], declared: Sequence[str], included: Sequence[str]) -> str:
+        """Return the text of NAME.h."""
+        lines = [f"// Bits behind the point of inputs and outputs: {self.form}."]
+        lines += [f"#define {self.layout.name.upper()}_FRACTION {self.form.fraction}", "", *period(self.layout)]
+        return header_text(self.layout.name, about, [*lines, *declared], ["stdint", *included])
+
+    def promises(self, against: str, exact: str) -> Iterator[str]:
+        """Yield the lines of the header about errors.
+
+        Args:
+            against: What is proved, and of what it is an error.
+            exact: What an output is compared with.
+        """
+        one = f"2^{self.form.fraction}"
+        yield f"Fixed point {self.form}: an integer X stands for X / {one}; integer arithmetic only."
+        yield f"Proved {against}:"
+        for name, error in zip(self.unit.outputs, self.errors, strict=True):
+            last = f"{at_most(error * 2**self.form.fraction, 4)} / {one}"
+            yield f"  |{name} - {exact.format(name)}| <= {at_most(error, 6)}, that is {last}"
+
+    def selftest_head(self, about: Sequence[str], included: Sequence[str], count: int) -> list[str]:
+        """Return the comment and the headers of a self-test."""
+        lines = [*comment(about), f'#include "{self.layout.name}.h"', ""]
+        return [*lines, *(f"#include <{h}.h>" for h in included), "", f"#define VECTORS {count}", ""]
+
+    def table(self, what: str, rows: Sequence[Sequence[int]]) -> Iterator[str]:
+        """Yield the lines of a table of vectors."""
+        yield f"static const {self.layout.real} {what}[VECTORS][{len(rows[0])}] = {{"
+        yield from wrapped([f"{{{', '.join(map(self._word, row))}}}," for row in rows], INDENT, between="")
+        yield "};"
+
+    def _word(self, value: int) -> str:
+        return f"(-{-value - 1} - 1)" if value == -self.form.most - 1 else str(value)
+
+    def turn(self) -> Iterator[str]:
+        """Yield lines that evaluate vector `v` into `found`."""
+        inputs = [f"inputs[v][{k}]" for k in range(len(self.layout.arguments))]
+        yield from call_lines(self.layout, self.layout.call("&state", "", inputs))
+
+    def report(self) -> Iterator[str]:
+        """Yield the lines that end the self-test."""
+        yield f'{INDENT}(void)printf("{self.layout.name}: %d vectors, %d failures\\n", VECTORS, failures);'
+        yield f"{INDENT}return (failures == 0) ? 0 : 1;\n}}"
+
+
+class SystemText(FixedText):
+    """A system that interpolates.
+
+    Args:
+        unit: The system.
+        fixed: Its integers.
+    """
+
     def __init__(self, unit: Unit, fixed: Fixed) -> None:
-        self.unit, self.fixed, self.layout = unit, fixed, CLayout(unit)
-        self.word = f"int{fixed.format.bits}_t"
+        super().__init__(unit, fixed.format, fixed.errors)
+        self.fixed, self.word = fixed, self.layout.real
         self.signed, self.wide = f"int{fixed.format.wide}_t", f"uint{fixed.format.wide}_t"
 
     def number(self, value: int) -> str:
@@ -51,33 +109,15 @@ class _FixedText:
         bits = self.fixed.format.wide
         return f"INT{bits}_C({value})" if value >= 0 else f"(-INT{bits}_C({-value}))"
 
-    @property
-    def head(self) -> str:
-        parameters = [f"{self.word} {i}" for i in self.layout.arguments]
-        if self.layout.many:
-            return f"void {self.layout.name}({', '.join([*parameters, f'{self.layout.name}_outputs *outputs'])})"
-        return f"{self.word} {self.layout.name}({', '.join(parameters)})"
-
     def header(self) -> str:
         """Return the text of NAME.h."""
-        name, form = self.layout.name, self.fixed.format
-        guard = f"{name.upper()}_H"
-        lines = comment([*described(self._bounded), "", *self._promises()])
-        lines += [f"#ifndef {guard}", f"#define {guard}", ""]
-        lines += ["#include <stdint.h>", "", "#ifdef __cplusplus", 'extern "C" {', "#endif", ""]
-        lines += [
-            f"// Bits behind the point of inputs and outputs: {form}.",
-            f"#define {name.upper()}_FRACTION {form.fraction}",
-        ]
-        if self.layout.many:
-            lines += ["", *self.types()]
-        lines += ["", f"{self.head};", "", "#ifdef __cplusplus", "}", "#endif", "", f"#endif // {guard}"]
-        return "\n".join(lines) + "\n"
+        about = [*described(self._bounded), "", *folded([*self._promises()])]
+        return self.header_of(about, [*self.types(), f"{self.layout.evaluation};", ""], [])
 
     def types(self) -> list[str]:
         """Return the lines of the type of several outputs."""
-        members = [f"{INDENT}{self.word} {o};" for o in self.layout.outputs]
-        return ["typedef struct {", *members, f"}} {self.layout.name}_outputs;"]
+        members = [(f"{self.word} {o};", "") for o in self.layout.outputs]
+        return [*struct(f"{self.layout.name}_outputs", members)] if self.layout.many else []
 
     @property
     def _bounded(self) -> Unit:
@@ -89,29 +129,25 @@ class _FixedText:
             bounds[output.name] = replace(bounds[output.name], lo=lo / one, hi=hi / one)
         return replace(self.unit, bounds=bounds)
 
-    def _promises(self) -> list[str]:
-        form = self.fixed.format
-        lines = [f"Fixed point {form}: an integer X stands for X / 2^{form.fraction}; integer arithmetic only."]
-        lines.append("Proved for every input of the type, against the system in exact arithmetic:")
-        for o, error in zip(self.unit.plan.outputs, self.fixed.errors, strict=True):
-            last = f"{at_most(error * 2**form.fraction, 4)} / 2^{form.fraction}"
-            lines.append(f"  |{o.name} - exact {o.name}| <= {at_most(error, 6)}, that is {last}")
-        lines.append("The bounds of the outputs above are those of the integers.")
+    def _promises(self) -> Iterator[str]:
+        form = self.form
+        yield from self.promises("for every input of the type, against the system in exact arithmetic", "exact {}")
+        yield "The bounds of the outputs above are those of the integers."
         outside = [i.name for i in self.unit.plan.inputs if i.lower < form.lower or i.upper > form.upper]
         if outside:
             ends = f"[{form.lower!r}, {form.upper!r}]"
-            lines.append(f"Hold {', '.join(outside)} within {ends} before it is converted; nothing changes beyond.")
-        return lines
+            yield f"Hold {', '.join(outside)} within {ends} before it is converted; nothing changes beyond."
 
     def source(self) -> str:
         """Return the text of NAME.c."""
         name = self.layout.name
         lines = [*comment([f"{name}.c: see {name}.h."]), f'#include "{name}.h"', "", "#include <stddef.h>", ""]
         if self.fixed.axes:
-            lines += [*self._helpers(), ""]
-        return "\n".join([*lines, *self._evaluation()]) + "\n"
+            lines += [*self.helpers(), ""]
+        return "\n".join([*lines, *self.evaluation()]) + "\n"
 
-    def _helpers(self) -> Iterator[str]:
+    def helpers(self) -> Iterator[str]:
+        """Yield the functions that find cells and interpolate."""
         name, wide, p = self.layout.name, self.wide, self.fixed.share_bits
         yield "// Place of an input behind the first knot, inputs outside the knots held."
         bounds = f"{self.signed} least, {self.signed} most"
@@ -136,9 +172,10 @@ class _FixedText:
         yield f"{INDENT}const {wide} weighted = (a * ({self.number(1 << p)} - share)) + (b * share);"
         yield f"{INDENT}return (weighted + {self.number(1 << (p - 1))}) >> {p}U;\n}}"
 
-    def _evaluation(self) -> Iterator[str]:
-        _name, axes = self.layout.name, self.fixed.axes
-        yield f"{self.head}\n{{"
+    def evaluation(self) -> Iterator[str]:
+        """Yield the lines of the function."""
+        axes = self.fixed.axes
+        yield f"{self.layout.evaluation}\n{{"
         for d, axis in enumerate(axes):
             yield f"{INDENT}static const {self.wide} K{d}[{len(axis.knots)}] = {{"
             yield from wrapped([f"{k}U" for k in axis.knots], INDENT * 2)
@@ -192,22 +229,13 @@ class _FixedText:
 
     def selftest(self) -> str:
         """Return a program that compares every output with the integer that is expected, exactly."""
-        name, word = self.layout.name, self.word
-        points = self._points()
-        results = [self.fixed.evaluate(p) for p in points]
+        name, points = self.layout.name, self._points()
         about = (
             f"Self-test of {name}: compile with {name}.c and run on the target; exits with 0 if every output is exact."
         )
-        lines = [*comment([about]), f'#include "{name}.h"', ""]
-        lines += [f"#include <{h}.h>" for h in ("stddef", "stdio")] + ["", f"#define VECTORS {len(points)}", ""]
-        for what, rows in (("inputs", points), ("expected", results)):
-            lines.append(f"static const {word} {what}[VECTORS][{len(rows[0])}] = {{")
-            lines += wrapped([f"{{{', '.join(map(self._word, row))}}}" for row in rows], INDENT)
-            lines.append("};")
+        lines = self.selftest_head([about], ["stddef", "stdio"], len(points))
+        lines += [*self.table("inputs", points), *self.table("expected", [self.fixed.evaluate(p) for p in points])]
         return "\n".join([*lines, "", *self._main()]) + "\n"
-
-    def _word(self, value: int) -> str:
-        return f"(-{-value - 1} - 1)" if value == -self.fixed.format.most - 1 else str(value)
 
     def _points(self) -> list[tuple[int, ...]]:
         """Return ends of the type, places around the knots, and random inputs."""
@@ -230,18 +258,13 @@ class _FixedText:
 
     def _main(self) -> Iterator[str]:
         name, layout = self.layout.name, self.layout
-        inputs = ", ".join(f"inputs[v][{k}]" for k in range(len(layout.arguments)))
         yield f"int main(void)\n{{\n{INDENT}int failures = 0;\n{INDENT}long worst = 0;"
         yield f"{INDENT}for (size_t v = 0U; v < (size_t)VECTORS; ++v) {{"
-        if layout.many:
-            yield f"{INDENT * 2}{name}_outputs outputs;\n{INDENT * 2}{name}({inputs}, &outputs);"
-        found = ", ".join(f"outputs.{o}" for o in layout.outputs) if layout.many else f"{name}({inputs})"
-        yield f"{INDENT * 2}const {self.word} found[{len(layout.outputs)}] = {{{found}}};"
+        yield from (INDENT * 2 + line for line in self.turn())
         yield f"{INDENT * 2}for (size_t k = 0U; k < {len(layout.outputs)}U; ++k) {{"
         yield f"{INDENT * 3}const long off = (long)found[k] - (long)expected[v][k];"
         yield f"{INDENT * 3}const long size = (off < 0) ? -off : off;"
         yield f"{INDENT * 3}worst = (size > worst) ? size : worst;"
         yield f"{INDENT * 3}failures += (off == 0) ? 0 : 1;\n{INDENT * 2}}}\n{INDENT}}}"
         yield f'{INDENT}(void)printf("{name}: worst error %ld units in the last place\\n", worst);'
-        yield f'{INDENT}(void)printf("{name}: %d vectors, %d failures\\n", VECTORS, failures);'
-        yield f"{INDENT}return (failures == 0) ? 0 : 1;\n}}"
+        yield from self.report()

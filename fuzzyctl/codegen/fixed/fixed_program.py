@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Final, Literal
 
-from fuzzyctl.expr import Binary, Call, Compare, Expr, Logic, Name, Negate, Number, Where
+from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
+from fuzzyctl.diagnostics.source import Span
+from fuzzyctl.expr import Binary, Call, Compare, Expr, Logic, Name, Negate, Number, Where, span_of, walk
+from fuzzyctl.kernels.plan.equations import Equation, Equations
 from fuzzyctl.kernels.program.program import Assign, Program, Statement
 
 Kind = Literal[
@@ -26,6 +30,16 @@ _LARGEST_POWER: Final = 4
 _MIRRORED: Final = {"<": ">", ">": "<", "<=": ">=", ">=": "<=", "==": "==", "!=": "!="}
 
 Operator = Literal["<", "<=", ">", ">=", "==", "!="]
+FLOAT: Final = "or write single precision with --float float"
+#: Why the error of an integrator has no bound.
+KEEPS_ERROR: Final = "it keeps its error, as an integrator does, and each step may add that of a rounding"
+#: What takes the place of `integral(x)`.
+_AS_STATE: Final = (
+    "write a state in its place, whose range it keeps and whose addend the format holds whole: "
+    "'state sum in [-1, 1] = 0' and 'next sum = clamp(sum + x / 128, -1, 1)'"
+)
+#: States that operators keep are called after them.
+_OPERATOR: Final = re.compile(r"(\w+)#\d+")
 
 
 class UnsuitedError(ValueError):
@@ -231,3 +245,47 @@ class _Writer:
 def holds(op: Operator, a: Fraction, b: Fraction) -> bool:
     """Return whether a comparison of two numbers holds."""
     return {"<": a < b, "<=": a <= b, ">": a > b, ">=": a >= b, "==": a == b, "!=": a != b}[op]
+
+
+def refused(message: str, span: Span | None, *, facts: Sequence[str] = (), help_text: str = "") -> DiagnosticError:
+    """Return the exception with one diagnostic."""
+    return DiagnosticError([Diagnostic("FZ410", message, span, facts=tuple(facts), help=help_text)])
+
+
+def place_of(equations: Equations, node: Expr) -> Span | None:
+    """Return where an expression stands that has lost its place: the first of its kind."""
+    exprs = [e for i in equations.body for e in ((i.value,) if isinstance(i, Equation) else i.arguments)]
+    for part in (p for e in (*exprs, *equations.updates) for p in walk(e)):
+        match node, part:
+            case (Call(function=a), Call(function=b)) if a == b:
+                return span_of(part)
+            case (Binary(op=a), Binary(op=b, right=right)) if a == b and (a == "^" or not isinstance(right, Number)):
+                return span_of(part)
+    return None
+
+
+def operator_of(state: str) -> str:
+    """Return the operator that keeps a state, an empty text for one that the file declares."""
+    found = _OPERATOR.search(state)
+    return "" if found is None else found[1]
+
+
+def state_words(name: str) -> str:
+    """Return what a state is called in a message."""
+    operator = operator_of(name)
+    return f"the state of '{operator}'" if operator else f"state '{name}'"
+
+
+def range_help(name: str) -> str:
+    """Return what to write where a state has no proved range."""
+    if operator_of(name) == "integral":
+        return f"{_AS_STATE}, {FLOAT}"
+    return f"give it a range that it keeps, such as with 'clamp', {FLOAT}"
+
+
+def error_help(name: str) -> str:
+    """Return what to write where the error of a state has no bound."""
+    if operator_of(name) == "integral":
+        return f"{_AS_STATE}, {FLOAT}"
+    own = "x" if operator_of(name) else name
+    return f"let it forget, as 'next {own} = 0.99 * {own} + ...' does, or add only what the format holds whole, {FLOAT}"

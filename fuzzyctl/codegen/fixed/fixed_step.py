@@ -16,31 +16,28 @@ import numpy as np
 from fuzzyctl.analysis.induction.prover import ControllerProver
 from fuzzyctl.analysis.induction.step_model import ABSORBED, FAR
 from fuzzyctl.codegen.errors import CodegenError
-from fuzzyctl.codegen.fixed import finest
-from fuzzyctl.codegen.fixed_format import Format
-from fuzzyctl.codegen.prepare import tidy, with_slots
-from fuzzyctl.codegen.rounding_text import at_most
-from fuzzyctl.codegen.simplify import lean
-from fuzzyctl.codegen.steps.fixed_formats import Formats, fits
-from fuzzyctl.codegen.steps.fixed_program import (
+from fuzzyctl.codegen.fixed.fixed_format import Format
+from fuzzyctl.codegen.fixed.fixed_formats import Formats, fits
+from fuzzyctl.codegen.fixed.fixed_program import (
+    FLOAT,
+    KEEPS_ERROR,
     MOST_OPERATIONS,
     SYSTEM,
     Operations,
     UnsuitedError,
-    operations,
-)
-from fuzzyctl.codegen.steps.fixed_ranges import CalledSystem, Ends, Ranges
-from fuzzyctl.codegen.steps.fixed_refusals import (
-    FLOAT,
-    KEEPS_ERROR,
     error_help,
+    operations,
     operator_of,
     place_of,
     range_help,
     refused,
     state_words,
 )
-from fuzzyctl.codegen.table import USEFUL
+from fuzzyctl.codegen.fixed.fixed_ranges import CalledSystem, Ends, Ranges
+from fuzzyctl.codegen.fixed.fixed_system import finest
+from fuzzyctl.codegen.prepare import tidy, with_slots
+from fuzzyctl.codegen.simplify import lean
+from fuzzyctl.codegen.table import USEFUL, at_most
 from fuzzyctl.codegen.unit import Evaluated, Unit
 from fuzzyctl.diagnostics.diagnostic import DiagnosticError
 from fuzzyctl.expr import Call, Name, Number, walk
@@ -125,6 +122,8 @@ def _with_calls(unit: Unit) -> tuple[Unit, dict[int, CalledSystem]]:
     calls: list[Evaluation] = []
 
     def point(call: Evaluation) -> Program:
+        if call.states:
+            _called(call)  # adapts, so that nothing interpolates
         key = replace(call, arguments=(), names=(), span=None)
         if key not in numbers:
             numbers[key] = len(calls)
@@ -141,7 +140,7 @@ def _with_calls(unit: Unit) -> tuple[Unit, dict[int, CalledSystem]]:
     read = {n.function for e in expressions(program) for n in walk(e) if isinstance(n, Call)}
     systems = {k: _called(call) for k, call in enumerate(calls) if f"{SYSTEM}{k}" in read}
     own = tuple(s.unit.systems[0] for s in systems.values())
-    return replace(unit, program=program, slots=slots, values=names, systems=own), systems
+    return replace(unit, written=program, slots=slots, values=names, systems=own), systems
 
 
 def _called(call: Evaluation) -> CalledSystem:
@@ -156,7 +155,7 @@ def _called(call: Evaluation) -> CalledSystem:
         message = f"fixed point needs systems that interpolate, and '{call.system.name}' does not: {grid}"
         raise refused(message, call.span, help_text=FLOAT.removeprefix("or "))
     own = Evaluated(call.system, Algorithm(flat, grid, "it interpolates"))
-    unit = Unit(call.system, "", (), Program((), 0, (), (), ()), (own,))
+    unit = Unit(call.system, Program((), 0, (), (), ()), (own,))
     try:
         return CalledSystem(unit, grid, finest(unit))
     except CodegenError as error:
@@ -248,6 +247,9 @@ class _Bound:
                 return
             off = [None if known is None else 2.0 * e for e, known in zip(errors, off, strict=True)]
         reason = "the errors grow with the ranges that they allow"
+        if not off:
+            message = f"no integers of 32 bits hold a step in {self.form} with its roundings"
+            raise refused(message, self.unit.controller.span, facts=[reason], help_text=FLOAT.removeprefix("or "))
         worst = int(np.argmax([-1.0 if e is None else e for e in off]))
         raise self._not_kept(worst, reason)
 

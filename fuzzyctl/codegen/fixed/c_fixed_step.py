@@ -7,17 +7,18 @@ import math
 from collections.abc import Iterator
 from typing import Final
 
-from fuzzyctl.codegen import c_fixed_source, c_source
+from fuzzyctl.codegen import c_source
 from fuzzyctl.codegen.c_layout import CLayout
-from fuzzyctl.codegen.c_selftest import call_lines
-from fuzzyctl.codegen.c_source import as_comments, comment, header_text
-from fuzzyctl.codegen.c_text import INDENT, wrapped
+from fuzzyctl.codegen.c_source import as_comments, comment
+from fuzzyctl.codegen.c_text import INDENT
 from fuzzyctl.codegen.comments import described, printable, result_notes
+from fuzzyctl.codegen.fixed.c_fixed_system import FixedText, SystemText, functions
+from fuzzyctl.codegen.fixed.fixed_program import Operation, Operator
+from fuzzyctl.codegen.fixed.fixed_step import FixedStep
+from fuzzyctl.codegen.fixed.fixed_system import Fixed
 from fuzzyctl.codegen.names import C_FUNCTION_RESERVED, Names
-from fuzzyctl.codegen.rounding_text import at_most
 from fuzzyctl.codegen.sequence import sequence_of_points
-from fuzzyctl.codegen.steps.fixed_program import Operation, Operator
-from fuzzyctl.codegen.steps.fixed_step import FixedStep
+from fuzzyctl.codegen.unit import Unit
 from fuzzyctl.codegen.wrapping import broken, folded
 from fuzzyctl.kernels.kernel import Kernel
 from fuzzyctl.kernels.steps.form import StepForm
@@ -41,9 +42,9 @@ _HELPERS: Final = (
 )
 
 
-def files(fixed: FixedStep) -> dict[str, str]:
-    """Return header, source and self-test by the names of their files."""
-    text = _FixedText(fixed)
+def files(unit: Unit, fixed: Fixed | FixedStep) -> dict[str, str]:
+    """Return header, source and self-test of a block by the names of their files."""
+    text = _StepText(fixed) if isinstance(fixed, FixedStep) else SystemText(unit, fixed)
     name = text.layout.name
     return {f"{name}.h": text.header(), f"{name}.c": text.source(), f"{name}_selftest.c": text.selftest()}
 
@@ -53,11 +54,10 @@ def literal(value: int) -> str:
     return f"INT64_C({value})" if value >= 0 else f"(-INT64_C({-value}))"
 
 
-class _FixedText:
+class _StepText(FixedText):
     def __init__(self, fixed: FixedStep) -> None:
-        self.fixed, self.unit, self.items = fixed, fixed.unit, fixed.operations.items
-        self.formats = fixed.formats
-        self.layout = CLayout(fixed.unit, fixed.form.bits)
+        super().__init__(fixed.unit, fixed.form, fixed.errors)
+        self.fixed, self.items, self.formats = fixed, fixed.operations.items, fixed.formats
         names = Names([*C_FUNCTION_RESERVED, *(f"{self.layout.name}_{own}" for own in ("step", "init", "state"))])
         self.read = self._read()
         #: The systems that are called, under names of their own, by number.
@@ -71,25 +71,13 @@ class _FixedText:
 
     def header(self) -> str:
         """Return the text of NAME.h."""
-        layout, form = self.layout, self.fixed.form
         about = [*described(self.unit, "held within their ranges"), "", *folded(self._promises())]
-        declared = [f"// Bits behind the point of inputs and outputs: {form}."]
-        declared += [f"#define {layout.name.upper()}_FRACTION {form.fraction}", ""]
-        declared += [*c_source.period(layout), *self._types(), *broken(c_source.prototypes(layout), INDENT)]
-        return header_text(layout.name, about, declared, ["stdint", *(["stddef"] if self._has_delays else [])])
-
-    @property
-    def _has_delays(self) -> bool:
-        return any(k for _, k in self.layout.members)
+        declared = [*self._types(), *broken(c_source.prototypes(self.layout), INDENT)]
+        return self.header_of(about, declared, ["stddef"] if any(k for _, k in self.layout.members) else [])
 
     def _promises(self) -> list[str]:
-        form = self.fixed.form
-        lines = [f"Fixed point {form}: an integer X stands for X / 2^{form.fraction}; integer arithmetic only."]
-        lines.append("Proved for every sequence of inputs and at every step, against double precision:")
-        for name, error in zip(self.unit.outputs, self.fixed.errors, strict=True):
-            last = f"{at_most(error * 2**form.fraction, 4)} / 2^{form.fraction}"
-            lines.append(f"  |{name} - {name} in double precision| <= {at_most(error, 6)}, that is {last}")
-        one = 1 << form.fraction
+        against = "for every sequence of inputs and at every step, against double precision"
+        lines, one = [*self.promises(against, "{} in double precision")], 1 << self.form.fraction
         for signal, (least, most) in zip(self.unit.controller.inputs, self.fixed.inputs, strict=True):
             lines.append(f"{signal.name} counts as {least / one!r} below it, and as {most / one!r} above.")
         return [printable(line) for line in lines]
@@ -113,7 +101,7 @@ class _FixedText:
         lines = [*comment([f"{name}.c: see {name}.h."]), f'#include "{name}.h"', ""]
         lines += ["#include <stdbool.h>", "#include <stddef.h>", "#include <stdint.h>", ""]
         for k, own in self.systems.items():
-            lines += c_fixed_source.functions(own, self.fixed.systems[k].fixed)
+            lines += functions(own, self.fixed.systems[k].fixed)
         used = "\n".join(step)
         lines += [
             h.format(name=name)
@@ -219,7 +207,7 @@ class _FixedText:
                 x = self._moved(x, own, bits) if own > bits else x
                 return f"{self.layout.name}_within({x}, {literal(-form.most - 1)}, {literal(form.most)})"
             case "output":
-                form = self.fixed.form
+                form = self.form
                 x = self._aligned(item.operands[0], max(bits, fractions[0]))
                 x = self._moved(x, fractions[0], bits) if fractions[0] > bits else x
                 return f"{self.layout.name}_within({x}, {literal(-form.most - 1)}, {literal(form.most)})"
@@ -259,30 +247,20 @@ class _FixedText:
 
     def selftest(self) -> str:
         """Return a program that makes the steps of a sequence and compares them with what is proved."""
-        name, layout, real = self.layout.name, self.layout, self.layout.real
-        points, expected = self._sequence()
+        name, (points, expected) = self.layout.name, self._sequence()
         about = (
             f"Self-test of {name}: compile with {name}.c and run on the target; exits with 0 if every output lies where"
         )
-        lines = [*comment([about, "it is proved to lie: around that of double precision."]), f'#include "{name}.h"', ""]
-        lines += [f"#include <{h}.h>" for h in ("stddef", "stdint", "stdio")] + [
-            "",
-            f"#define VECTORS {len(points)}",
-            "",
-        ]
-        tables = [
-            ("least", [[e[0] for e in row] for row in expected]),
-            ("most", [[e[1] for e in row] for row in expected]),
-        ]
-        for what, rows in ([("inputs", points)] if points[0] else []) + tables:
-            lines.append(f"static const {real} {what}[VECTORS][{len(rows[0])}] = {{")
-            lines += [*wrapped([f"{{{', '.join(map(self._word, row))}}}," for row in rows], INDENT, between=""), "};"]
-        lines += ["", *self._main(layout, name)]
-        return "\n".join(lines) + "\n"
+        about_all = [about, "it is proved to lie: around that of double precision."]
+        lines = self.selftest_head(about_all, ["stddef", "stdint", "stdio"], len(points))
+        lines += self.table("inputs", points) if points[0] else []
+        for which, what in enumerate(("least", "most")):
+            lines += self.table(what, [[ends[which] for ends in row] for row in expected])
+        return "\n".join([*lines, "", *self._main()]) + "\n"
 
     def _sequence(self) -> tuple[list[list[int]], list[list[tuple[int, int]]]]:
         """Return the inputs of a sequence, and between which integers the outputs lie."""
-        form, step = self.fixed.form, Kernel(StepForm(self.unit.equations), "python")
+        form, step = self.form, Kernel(StepForm(self.unit.equations), "python")
         one, state = 1 << form.fraction, step.start()
         points, expected = [], []
         for point in sequence_of_points(self.unit, self.fixed.inputs, STEPS):
@@ -296,24 +274,18 @@ class _FixedText:
             expected.append(rows)
         return points, expected
 
-    def _word(self, value: int) -> str:
-        return f"(-{-value - 1} - 1)" if value == -self.fixed.form.most - 1 else str(value)
-
-    def _main(self, layout: CLayout, name: str) -> Iterator[str]:
-        pad = INDENT
+    def _main(self) -> Iterator[str]:
+        pad, layout, name = INDENT, self.layout, self.layout.name
         yield f"int main(void)\n{{\n{pad}int failures = 0;"
         # The second time shows that the state begins anew.
         yield f"{pad}for (size_t turn = 0U; turn < 2U; ++turn) {{"
         if layout.members:
             yield from (f"{pad * 2}{name}_state state;", f"{pad * 2}{name}_init(&state);")
         yield f"{pad * 2}for (size_t v = 0U; v < (size_t)VECTORS; ++v) {{"
-        given = layout.call("&state", "", [f"inputs[v][{k}]" for k in range(len(layout.arguments))])
-        yield from (pad * 3 + line for line in call_lines(layout, given))
+        yield from (pad * 3 + line for line in self.turn())
         yield f"{pad * 3}for (size_t k = 0U; k < {len(layout.outputs)}U; ++k) {{"
         yield f"{pad * 4}failures += ((found[k] >= least[v][k]) && (found[k] <= most[v][k])) ? 0 : 1;"
-        yield from (f"{pad * 3}}}", f"{pad * 2}}}", f"{pad}}}")
-        yield f'{pad}(void)printf("{name}: %d vectors, %d failures\\n", VECTORS, failures);'
-        yield f"{pad}return (failures == 0) ? 0 : 1;\n}}"
+        yield from (f"{pad * 3}}}", f"{pad * 2}}}", f"{pad}}}", *self.report())
 
 
 def _combined(kind: str, texts: list[str]) -> str:

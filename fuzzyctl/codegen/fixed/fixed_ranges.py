@@ -14,8 +14,8 @@ from typing import Final
 
 import numpy as np
 
-from fuzzyctl.codegen.fixed import Fixed
-from fuzzyctl.codegen.steps.fixed_program import Operation, Operations
+from fuzzyctl.codegen.fixed.fixed_program import Operation, Operations
+from fuzzyctl.codegen.fixed.fixed_system import Fixed
 from fuzzyctl.codegen.unit import Unit
 from fuzzyctl.kernels.algorithms.grid import Grid, Table
 from fuzzyctl.kernels.interval.vector import (

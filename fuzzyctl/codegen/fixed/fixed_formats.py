@@ -12,9 +12,9 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import Final
 
-from fuzzyctl.codegen.fixed_format import Format
-from fuzzyctl.codegen.steps.fixed_program import Operation, Operations
-from fuzzyctl.codegen.steps.fixed_ranges import CalledSystem, Ends
+from fuzzyctl.codegen.fixed.fixed_format import Format
+from fuzzyctl.codegen.fixed.fixed_program import Operation, Operations
+from fuzzyctl.codegen.fixed.fixed_ranges import CalledSystem, Ends
 
 #: Most bits behind the point of a value, so that two values are aligned in 64 bits; most of a factor.
 MOST_FRACTION: Final = 30

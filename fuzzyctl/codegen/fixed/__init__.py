@@ -1,0 +1,1 @@
+"""Programs in integers, with a proved bound of their error."""

@@ -1,1 +1,0 @@
-"""Steps of controllers as source text."""
