@@ -28,7 +28,7 @@ from fuzzyctl.kernels.plan.free import free_plan
 from fuzzyctl.kernels.program.builder import is_atom
 from fuzzyctl.kernels.program.program import STATE, Assign, Item, Program, Statement
 from fuzzyctl.kernels.program.traversal import expressions, map_expressions, rebuilt
-from fuzzyctl.kernels.steps.program import named_step
+from fuzzyctl.kernels.step_program import named_step
 from fuzzyctl.model.controller import Controller
 from fuzzyctl.model.instance_params import with_instance_params
 from fuzzyctl.model.system import FuzzySystem

@@ -18,7 +18,7 @@ from fuzzyctl.codegen.vectors import Expected, Vector, rounded
 from fuzzyctl.diagnostics.diagnostic import NoRuleFiresError
 from fuzzyctl.kernels.backends.python import backend as python_backend
 from fuzzyctl.kernels.kernel import Kernel
-from fuzzyctl.kernels.steps.form import StepForm
+from fuzzyctl.kernels.step_form import StepForm
 
 #: Steps of a sequence.
 STEPS: Final = 200

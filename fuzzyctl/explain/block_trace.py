@@ -18,8 +18,8 @@ from fuzzyctl.kernels.kernel import Kernel
 from fuzzyctl.kernels.known_values import value_of
 from fuzzyctl.kernels.plan.equations import DT, Evaluation
 from fuzzyctl.kernels.plan.expansion import equations_of
-from fuzzyctl.kernels.steps.form import StepForm
-from fuzzyctl.kernels.steps.program import numeric
+from fuzzyctl.kernels.step_form import StepForm
+from fuzzyctl.kernels.step_program import numeric
 from fuzzyctl.model.controller import Controller
 
 

@@ -120,8 +120,8 @@ def compile(
 
 def _controller_form(controller: Controller, algorithm: str, free: Sequence[str]) -> Form:
     from fuzzyctl.kernels.plan.expansion import equations_of
-    from fuzzyctl.kernels.steps.form import StepForm
-    from fuzzyctl.kernels.steps.values import StepValues
+    from fuzzyctl.kernels.step_form import StepForm
+    from fuzzyctl.kernels.step_values import StepValues
     from fuzzyctl.model.controller import Controller
     from fuzzyctl.model.instance_params import with_instance_params
 

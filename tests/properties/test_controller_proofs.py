@@ -12,7 +12,7 @@ from fuzzyctl.analysis.induction.prover import ControllerProver
 from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.expr import Number
 from fuzzyctl.kernels.kernel import Kernel
-from fuzzyctl.kernels.steps.form import StepForm
+from fuzzyctl.kernels.step_form import StepForm
 from fuzzyctl.loading.load import look_through
 from tests import sizes
 from tests.properties.running import quick

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from fuzzyctl import Proved, Undecided
 from fuzzyctl.analysis.induction.prover import ControllerProver
 from fuzzyctl.kernels.kernel import Kernel
-from fuzzyctl.kernels.steps.form import StepForm
+from fuzzyctl.kernels.step_form import StepForm
 from tests import sizes
 from tests.properties.running import quick
 from tests.properties.test_controller_proofs import controller_of, margin_in_region

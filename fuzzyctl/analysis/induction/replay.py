@@ -17,7 +17,7 @@ from fuzzyctl.analysis.verdicts import Witness
 from fuzzyctl.expr import Expr, Name, Number
 from fuzzyctl.kernels.kernel import Kernel
 from fuzzyctl.kernels.plan.equations import DT
-from fuzzyctl.kernels.steps.form import StepForm
+from fuzzyctl.kernels.step_form import StepForm
 from fuzzyctl.records import record
 
 #: What two expressions that differ may owe to rounding, relative to them, where a claim is about exact arithmetic.

@@ -18,7 +18,7 @@ from fuzzyctl.kernels.interval.narrowing import NarrowingInterpreter, may_be_nan
 from fuzzyctl.kernels.interval.vector import Enclosure, Mask, jumping
 from fuzzyctl.kernels.plan.build import plan
 from fuzzyctl.kernels.plan.equations import DT, Equation, Equations, Evaluation
-from fuzzyctl.kernels.steps.program import numeric
+from fuzzyctl.kernels.step_program import numeric
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.records import record
 

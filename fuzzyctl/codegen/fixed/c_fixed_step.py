@@ -21,7 +21,7 @@ from fuzzyctl.codegen.sequence import sequence_of_points
 from fuzzyctl.codegen.unit import Unit
 from fuzzyctl.codegen.wrapping import broken, folded
 from fuzzyctl.kernels.kernel import Kernel
-from fuzzyctl.kernels.steps.form import StepForm
+from fuzzyctl.kernels.step_form import StepForm
 
 #: Steps of the self-test.
 STEPS: Final = 200

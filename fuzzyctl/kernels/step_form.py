@@ -19,11 +19,11 @@ from fuzzyctl.kernels.plan.equations import DT, Equations, Evaluation
 from fuzzyctl.kernels.program.program import Program
 from fuzzyctl.kernels.program.scalar import as_number
 from fuzzyctl.kernels.promises import Promises
-from fuzzyctl.kernels.steps.program import named_step, step_program, system_program
+from fuzzyctl.kernels.step_program import named_step, step_program, system_program
 
 if TYPE_CHECKING:
     from fuzzyctl.annotations import FloatArray
-    from fuzzyctl.kernels.steps.values import StepValues
+    from fuzzyctl.kernels.step_values import StepValues
     from fuzzyctl.model.system import FuzzySystem
 
 #: What the time since the step before is.

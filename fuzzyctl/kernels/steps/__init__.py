@@ -1,1 +1,0 @@
-"""Steps of controllers: one function over explicit state."""
