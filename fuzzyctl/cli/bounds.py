@@ -1,4 +1,4 @@
-"""`fuzzyctl bounds`: proved bounds of each output, points that attain them, and how steep it is."""
+"""`fuzzyctl prove --bounds`: proved bounds of each output, points that attain them, and how steep it is."""
 
 from __future__ import annotations
 
@@ -7,18 +7,12 @@ from collections.abc import Iterator
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final
 
-import click
-
 from fuzzyctl.cli.common import (
     DONE,
-    FORMAT,
-    QUIET,
-    answers_with_diagnostics,
     end_of_range,
     report,
-    timeout_option,
 )
-from fuzzyctl.cli.loading import Choice, chooses, load_checked, open_block
+from fuzzyctl.cli.loading import Choice, load_checked, open_block
 from fuzzyctl.cli.streams import write_json
 
 #: Part of the time of a controller that is left for what is under way when it ends; least time for its bounds [s].
@@ -37,23 +31,14 @@ if TYPE_CHECKING:
     from fuzzyctl.model.system import FuzzySystem
 
 
-@click.command()
-@click.argument("file")
-@chooses
-@timeout_option(5.0, "How long all bounds may take together.")
-@FORMAT
-@QUIET
-@answers_with_diagnostics
-def bounds(file: str, choice: Choice, timeout: float, form: str) -> int:
-    """Print proved bounds of each output of a rule file.
+def print_bounds(file: str, choice: Choice, timeout: float, form: str) -> int:
+    """Print what the outputs of a system or controller lie between, and how steep those of a system are.
 
-    No number that a kernel returns lies outside, for any inputs. Points where the output comes nearest are evaluated.
-    Slopes are bounds of how much an output changes per unit of each input. Of a file with a controller they are the
-    bounds of its outputs and states over every step that a run may come to, with a line that says why an end is open
-    or for which inputs it is proved.
-
-    \b
-    fuzzyctl bounds ais_reaction
+    Args:
+        file: The file.
+        choice: The block, its params and profile.
+        timeout: Seconds that all bounds may take together.
+        form: "text" or "json".
     """
     from fuzzyctl.analysis import clock
     from fuzzyctl.analysis.extremes import extents

@@ -9,6 +9,7 @@ import click
 
 from fuzzyctl.cli.common import (
     AS,
+    BLOCK,
     DIAGNOSTICS_FORMAT,
     DONE,
     FAILED,
@@ -66,6 +67,9 @@ def _codes(ctx: click.Context, param: click.Parameter, values: tuple[str, ...]) 
     help="Repair what has a sure fix, with 'likely' also what has a probable one; then check what is left.",
 )
 @click.option("--diff", "only_diff", is_flag=True, help="With --fix: print what would change; change nothing.")
+@click.option("--watch", is_flag=True, help="Check one file again at every save, with INPUT=VALUE evaluate it.")
+@click.option("-o", "--output", "out", metavar="OUT", help="With --watch: picture of the surface, folder of a loop.")
+@BLOCK
 @AS
 @QUIET
 @DIAGNOSTICS_FORMAT
@@ -76,6 +80,9 @@ def check(
     allowed: tuple[str, ...],
     fix: str | None,
     only_diff: bool,
+    watch: bool,
+    out: str | None,
+    name: str | None,
     profile: ProfileName | None,
     form: str,
 ) -> int:
@@ -93,8 +100,23 @@ def check(
     '--fix' makes the repairs that diagnostics carry, in the files themselves; of standard input the text goes to
     standard output. '--fix --diff' prints them as a diff, with exit code 1 if there are any.
 
+    \b
+    fuzzyctl check --watch tipper service=7 food=8 -o tip.png
+    fuzzyctl check --watch water_tank --block fill -o fill
+
+    '--watch' checks one file again at every save, of files that it uses, too, evaluates it and draws its surface, or
+    runs a loop. A mistake keeps the earlier picture; a guarantee that does not hold does not. Ctrl-C ends it.
+
     A file '-' is standard input. 'allow' and 'deny' lines of a file come first: what it allows is not seen here.
     """
+    if watch:
+        if fix is not None or denied or allowed or profile is not None or form != "text":
+            raise click.UsageError("--watch takes no other options than -o and --block")
+        from fuzzyctl.cli import watch as watching
+
+        return watching.watch(files[0], files[1:], out, name)
+    if out is not None or name is not None:
+        raise click.UsageError("-o and --block belong to --watch")
     if only_diff and fix is None:
         raise click.UsageError("'--diff' belongs to '--fix'")
     if only_diff:

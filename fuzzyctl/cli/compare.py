@@ -64,6 +64,7 @@ def _profiles(_context: click.Context, _option: click.Parameter, given: str | No
     help="Semantics to compute by; the first is compared with each.",
 )
 @POINTS
+@click.option("--changes", is_flag=True, help="Show what was changed from the first file to the second instead.")
 @click.option("--loops", is_flag=True, help="Run the loops of two files, and compare their measures.")
 @click.option("--within", type=NotNegative(), metavar="TOLERANCE", help="Fail where they differ by more.")
 @FORMAT
@@ -76,6 +77,7 @@ def compare(
     second: str | None,
     profiles: tuple[ProfileName, ...],
     points: int,
+    changes: bool,
     loops: bool,
     within: float | None,
     form: str,
@@ -88,6 +90,8 @@ def compare(
     fuzzyctl compare tipper --as matlab,pyfuzzylite,exact
     fuzzyctl new tip --from tipper
     fuzzyctl compare tipper tip.fz --within 1e-9
+    fuzzyctl compare tipper tip.fz --changes
+    git show HEAD:tip.fz | fuzzyctl compare - tip.fz --changes
 
     One file is compared as several tools compute it. Outputs are compared at corners of terms, on an even grid and at
     random points; around the worst of them it is looked for a worse one. Then settings of the second are put into the
@@ -97,10 +101,20 @@ def compare(
     With --loops the loops of both files are run, paired by name, those of other names in order, and their measures are
     printed with the differences. --set then takes params of loops and of their blocks.
 
-    Exit code: 0; 1 where a difference exceeds --within.
+    With --changes settings, params, terms, rules, cells of tables and guarantees are compared, not lines of text:
+    layout, comments and the order of the parts of a rule do not count, and a renamed term is the same term. '=' marks
+    what is written in another way and has the same value.
+
+    Exit code: 0; 1 where a difference exceeds --within, or with --changes where something was changed.
     """
+    has_points = click.get_current_context().get_parameter_source("points") is ParameterSource.COMMANDLINE
+    if changes:
+        if second is None or profiles or has_points or loops or settings or within is not None:
+            raise click.UsageError("--changes takes two files, without --as, --points, --loops, --set and --within")
+        from fuzzyctl.cli.diff import print_changes
+
+        return print_changes(first, second, name, form)
     if loops:
-        has_points = click.get_current_context().get_parameter_source("points") is ParameterSource.COMMANDLINE
         if second is None or profiles or has_points:
             raise click.UsageError("--loops takes two files, without --as and --points")
         from fuzzyctl.cli.compare_loops import compare_loops

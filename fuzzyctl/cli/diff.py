@@ -1,4 +1,4 @@
-"""`fuzzyctl diff`: what was changed between two rule files, in terms, rules and cells."""
+"""`fuzzyctl compare --changes`: what was changed between two rule files, in terms, rules and cells."""
 
 from __future__ import annotations
 
@@ -6,9 +6,7 @@ import dataclasses
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-import click
-
-from fuzzyctl.cli.common import BLOCK, DONE, FAILED, FORMAT, answers_with_diagnostics
+from fuzzyctl.cli.common import DONE, FAILED
 from fuzzyctl.cli.loading import Choice, Opened, open_blocks
 from fuzzyctl.cli.streams import say, write_json
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
@@ -21,26 +19,14 @@ if TYPE_CHECKING:
 MARKS = {"added": "+", "removed": "-", "changed": "~", "renamed": "~", "rewritten": "="}
 
 
-@click.command()
-@click.argument("first")
-@click.argument("second")
-@FORMAT
-@BLOCK
-@answers_with_diagnostics
-def diff(first: str, second: str, form: str, name: str | None) -> int:
-    """Show what was changed from one rule file to another.
+def print_changes(first: str, second: str, name: str | None, form: str) -> int:
+    """Print what was changed from one file to another, and return the exit code: 1 if something was.
 
-    \b
-    fuzzyctl new tip --from tipper
-    fuzzyctl diff tipper tip.fz
-    git show HEAD:tip.fz | fuzzyctl diff - tip.fz
-
-    Settings, params, terms, rules, cells of tables, guarantees, and the diagnostics that a file allows or denies are
-    compared, not lines of text: layout, comments and the order of the parts of a rule do not count, and a term that was
-    renamed is no other term. Systems of the same name are compared where files hold several. '=' marks what is written
-    in another way and has the same value.
-
-    Exit code: 0 where nothing was changed, 1 where something was.
+    Args:
+        first: A file.
+        second: Another one.
+        name: The block of both; None for all, paired by name.
+        form: "text" or "json".
     """
     before, after = _opened(first, second, name)
     pairs = _pairs(before, after)

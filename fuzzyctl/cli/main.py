@@ -9,36 +9,52 @@ import click
 import fuzzyctl
 from fuzzyctl.cli.streams import Program
 
-#: By name of a command its module, its function there, and its line in the list of commands.
-COMMANDS: Final = {
-    "bounds": ("fuzzyctl.cli.bounds", "bounds", "Print proved bounds of each output of a rule file."),
-    "check": ("fuzzyctl.cli.check", "check", "Find the mistakes of rule files."),
-    "codegen": ("fuzzyctl.cli.codegen", "codegen", "Write a system as C99, Structured Text, Python or JavaScript."),
-    "compare": ("fuzzyctl.cli.compare", "compare", "Compare the numbers of two files, or of several tools."),
-    "convert": ("fuzzyctl.cli.convert", "convert", "Write a system in another format."),
-    "diff": ("fuzzyctl.cli.diff", "diff", "Show what was changed from one rule file to another."),
-    "doctor": ("fuzzyctl.cli.doctor", "doctor", "Say what is installed, and what is in use."),
-    "eval": ("fuzzyctl.cli.eval", "evaluate", "Evaluate a rule file at a point, or at all points of a CSV."),
-    "explain": ("fuzzyctl.cli.explain", "explain", "Explain a diagnostic code."),
-    "fmt": ("fuzzyctl.cli.fmt", "fmt", "Lay rule files out: spacing, indentation, columns of tables."),
-    "lsp": ("fuzzyctl.cli.lsp", "lsp", "Serve an editor: mistakes, completion, hover, renaming."),
-    "new": ("fuzzyctl.cli.new", "new", "Write an annotated rule file to begin with."),
-    "page": ("fuzzyctl.cli.page", "page", "Write a file as one page that computes offline."),
-    "plot-surface": ("fuzzyctl.cli.plot", "plot_surface", "Draw an output over one or two inputs."),
-    "plot-terms": ("fuzzyctl.cli.plot", "plot_terms", "Draw the terms of all inputs and outputs."),
-    "prove": ("fuzzyctl.cli.prove", "prove", "Prove the guarantees of rule files: their 'require' lines."),
-    "show": ("fuzzyctl.cli.show", "show_system", "Print a summary of a rule file."),
-    "simulate": ("fuzzyctl.cli.simulate", "simulate", "Run loops of controllers and plants, and judge them."),
-    "studio": ("fuzzyctl.cli.studio", "studio", "Edit rule files in the browser, with pictures."),
-    "sweep": ("fuzzyctl.cli.sweep", "sweep", "Run loops many times with values that vary."),
-    "watch": ("fuzzyctl.cli.watch", "watch", "Check a file again at every save, with numbers and picture."),
-    "why": ("fuzzyctl.cli.why", "why", "Say why a system gives what it gives at a point."),
+#: The groups of the list of commands; by name of a command its module, its function there, and its line in the list.
+GROUPS: Final = {
+    "Write": {
+        "new": ("fuzzyctl.cli.new", "new", "Write an annotated rule file to begin with."),
+        "fmt": ("fuzzyctl.cli.fmt", "fmt", "Lay rule files out: spacing, indentation, columns of tables."),
+        "check": ("fuzzyctl.cli.check", "check", "Find the mistakes of rule files, at every save if you like."),
+        "explain": ("fuzzyctl.cli.explain", "explain", "Explain a diagnostic code."),
+    },
+    "Ask": {
+        "eval": ("fuzzyctl.cli.eval", "evaluate", "Evaluate a rule file at a point, or at all points of a CSV."),
+        "why": ("fuzzyctl.cli.why", "why", "Say why a system gives what it gives at a point."),
+        "plot": ("fuzzyctl.cli.plot", "plot", "Draw an output over inputs, or the terms."),
+        "plot-surface": ("fuzzyctl.cli.plot", "plot_surface", "Draw an output over one or two inputs."),
+        "show": ("fuzzyctl.cli.show", "show_system", "Print a summary of a rule file."),
+    },
+    "Trust": {
+        "prove": ("fuzzyctl.cli.prove", "prove", "Prove the guarantees of rule files, or bound their outputs."),
+        "compare": ("fuzzyctl.cli.compare", "compare", "Compare two files, in numbers or in what was changed."),
+    },
+    "Run": {
+        "simulate": ("fuzzyctl.cli.simulate", "simulate", "Run loops of controllers and plants, and judge them."),
+        "sweep": ("fuzzyctl.cli.sweep", "sweep", "Run loops many times with values that vary."),
+    },
+    "Ship": {
+        "codegen": ("fuzzyctl.cli.codegen", "codegen", "Write a block as C99, Structured Text, JavaScript, an FMU."),
+        "convert": ("fuzzyctl.cli.convert", "convert", "Write a system in another format."),
+        "page": ("fuzzyctl.cli.page", "page", "Write a file as one page that computes offline."),
+        "studio": ("fuzzyctl.cli.studio", "studio", "Edit rule files in the browser, with pictures."),
+        "lsp": ("fuzzyctl.cli.lsp", "lsp", "Serve an editor: mistakes, completion, hover, renaming."),
+        "doctor": ("fuzzyctl.cli.doctor", "doctor", "Say what is installed, and what is in use."),
+    },
+}
+
+#: Commands of earlier versions, with what is typed in place of them.
+MOVED: Final = {
+    "bounds": "prove --bounds",
+    "diff": "compare --changes",
+    "plot-terms": "plot --terms",
+    "watch": "check --watch",
 }
 
 
 @click.group(
     cls=Program,
-    deferred=COMMANDS,
+    groups=GROUPS,
+    moved=MOVED,
     context_settings={"help_option_names": ["-h", "--help"]},
     epilog="""\
 \b
@@ -60,17 +76,17 @@ What to do with it:
   fuzzyctl explain FZ203                  what a mistake means
   fuzzyctl show tip.fz                    print it on one page
   fuzzyctl prove tip.fz                   prove its guarantees, or refute them
-  fuzzyctl bounds tip.fz                  bound its outputs and their slopes
+  fuzzyctl prove tip.fz --bounds          bound its outputs and their slopes
   fuzzyctl eval tip.fz service=7          evaluate one point
   fuzzyctl why tip.fz service=7           which rules act there, and how much
-  fuzzyctl plot-terms tip.fz              draw the terms
+  fuzzyctl plot tip.fz --terms            draw the terms
   fuzzyctl plot-surface tip.fz -o t.png   draw what it computes
   fuzzyctl page tip.fz -o tip.html        sliders, surface, rules to share
   fuzzyctl fmt tip.fz                     lay it out
-  fuzzyctl watch tip.fz -o t.png          check and draw again at every save
+  fuzzyctl check tip.fz --watch -o t.png  check and draw again at every save
   fuzzyctl codegen tip.fz --target c      write it as C99, or st, python ...
   fuzzyctl convert tip.fz tip.fis         from and to .fis, .fll, .fcl, .fml
-  fuzzyctl diff tip.fz tip.fis            what was changed: terms, rules
+  fuzzyctl compare tip.fz tip.fis --changes   what was changed
   fuzzyctl compare tip.fz tip.fis         where their numbers differ, and why
   fuzzyctl simulate water_tank -o out     run a controller on a plant
   fuzzyctl sweep --help                   run loops many times

@@ -1,13 +1,16 @@
-"""`fuzzyctl plot-surface` and `fuzzyctl plot-terms`."""
+"""`fuzzyctl plot` and `fuzzyctl plot-surface`."""
 
 from __future__ import annotations
 
 import math
 import os
+from collections.abc import Callable
+from functools import wraps
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import click
+from click.core import ParameterSource
 
 from fuzzyctl.cli.common import (
     QUIET,
@@ -30,21 +33,82 @@ if TYPE_CHECKING:
 SUFFIXES = (".png", ".svg", ".pdf")
 
 
+def _options(command: Callable[..., None]) -> Callable[..., None]:
+    """Give a command the options of a picture of an output."""
+
+    @click.argument("file")
+    @click.option("-x", "x", metavar="VAR", help="Input along the first axis.  [default: the first]")
+    @click.option("-y", "y", metavar="VAR", help="Input along the second axis.  [default: the next]")
+    @click.option(
+        "--at", "at", multiple=True, metavar="VAR=VALUE", help="Value of another input.  [default: mid-range]"
+    )
+    @click.option("-z", "output", metavar="VAR", help="Output to draw.  [default: the first]")
+    @click.option(
+        "--resolution", type=click.IntRange(2, 2001), default=121, show_default=True, help="Points along an axis."
+    )
+    @click.option("-o", "--output", "out", metavar="FILE", help="PNG, SVG or PDF.  [default: SYSTEM-OUTPUT.png]")
+    @SVG_TEXT
+    @chooses
+    @QUIET
+    @answers_with_diagnostics
+    @wraps(command)
+    def run(**options: Any) -> None:
+        command(**options)
+
+    return cast("Callable[..., None]", run)
+
+
 @click.command("plot-surface")
-@click.argument("file")
-@click.option("-x", "x", metavar="VAR", help="Input along the first axis.  [default: the first]")
-@click.option("-y", "y", metavar="VAR", help="Input along the second axis.  [default: the next]")
-@click.option("--at", "at", multiple=True, metavar="VAR=VALUE", help="Value of another input.  [default: mid-range]")
-@click.option("-z", "output", metavar="VAR", help="Output to draw.  [default: the first]")
-@click.option(
-    "--resolution", type=click.IntRange(2, 2001), default=121, show_default=True, help="Points along an axis."
-)
-@click.option("-o", "--output", "out", metavar="FILE", help="PNG, SVG or PDF.  [default: SYSTEM-OUTPUT.png]")
-@SVG_TEXT
-@chooses
-@QUIET
-@answers_with_diagnostics
-def plot_surface(
+@_options
+def plot_surface(**options: Any) -> None:
+    """Draw an output of a system, or of the first step of a controller, over one or two inputs.
+
+    \b
+    fuzzyctl plot-surface ais_reaction -o f.png
+    fuzzyctl plot-surface tipper -x food --at service=3 -o tip.svg
+
+    With -x alone, or a system of one input, the picture is a curve.
+    """
+    _draw_surface(**options)
+
+
+@click.command("plot")
+@click.option("--terms", is_flag=True, help="Draw the terms of all inputs and outputs instead.")
+@_options
+def plot(
+    terms: bool,
+    file: str,
+    choice: Choice,
+    out: str | None,
+    svg_text: bool,
+    **options: Any,
+) -> None:
+    """Draw an output over one or two inputs, as plot-surface does, or the terms.
+
+    \b
+    fuzzyctl plot tipper -o tip.png
+    fuzzyctl plot tipper --terms -o terms.png
+    """
+    if not terms:
+        _draw_surface(file=file, choice=choice, out=out, svg_text=svg_text, **options)
+        return
+    source = click.get_current_context().get_parameter_source
+    given = [name for name in options if source(name) is ParameterSource.COMMANDLINE]
+    if given:
+        raise click.UsageError("--terms takes no inputs, output and resolution")
+    system = load_checked(file, choice)
+    from fuzzyctl.plot.names import file_part
+
+    target = picture_file(out, f"{file_part(system.name)}-terms.png")
+    from fuzzyctl.plot.memberships import draw_terms
+    from fuzzyctl.plot.style import saved
+
+    with saved(target, svg_text=svg_text) as figure:
+        draw_terms(figure, system)
+    say(f"wrote {target}")
+
+
+def _draw_surface(
     file: str,
     x: str | None,
     y: str | None,
@@ -55,14 +119,6 @@ def plot_surface(
     svg_text: bool,
     choice: Choice,
 ) -> None:
-    """Draw an output of a system, or of the first step of a controller, over one or two inputs.
-
-    \b
-    fuzzyctl plot-surface ais_reaction -o f.png
-    fuzzyctl plot-surface tipper -x food --at service=3 -o tip.svg
-
-    With -x alone, or a system of one input, the picture is a curve.
-    """
     from fuzzyctl.model.controller import Controller
     from fuzzyctl.model.system import FuzzySystem
 
@@ -99,27 +155,6 @@ def plot_surface(
         raise DiagnosticError([Diagnostic("FZ503", error.args[0])]) from None
     with saved(target, svg_text=svg_text) as figure:
         draw_surface(figure, system, axes, fixed, chosen, resolution)
-    say(f"wrote {target}")
-
-
-@click.command("plot-terms")
-@click.argument("file")
-@click.option("-o", "--output", "out", metavar="FILE", help="PNG, SVG or PDF.  [default: SYSTEM-terms.png]")
-@SVG_TEXT
-@chooses
-@QUIET
-@answers_with_diagnostics
-def plot_terms(file: str, out: str | None, svg_text: bool, choice: Choice) -> None:
-    """Draw the terms of all inputs and outputs."""
-    system = load_checked(file, choice)
-    from fuzzyctl.plot.names import file_part
-
-    target = picture_file(out, f"{file_part(system.name)}-terms.png")
-    from fuzzyctl.plot.memberships import draw_terms
-    from fuzzyctl.plot.style import saved
-
-    with saved(target, svg_text=svg_text) as figure:
-        draw_terms(figure, system)
     say(f"wrote {target}")
 
 

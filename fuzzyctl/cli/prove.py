@@ -17,11 +17,11 @@ from fuzzyctl.cli.common import (
     QUIET,
     STDIN,
     UNDECIDED,
+    NotNegative,
     answers_with_diagnostics,
     end_of_range,
     report,
     show,
-    timeout_option,
 )
 from fuzzyctl.cli.loading import Choice, Opened, chooses, open_blocks
 from fuzzyctl.cli.progress import progress
@@ -54,21 +54,39 @@ class Proof:
 @click.command()
 @click.argument("files", nargs=-1, required=True, metavar="FILE...")
 @chooses
-@timeout_option(10.0, "How long one guarantee may take.")
+@click.option("--bounds", is_flag=True, help="Bound the outputs of a file instead, and their slopes.")
+@click.option(
+    "--timeout",
+    type=NotNegative(),
+    metavar="SECONDS",
+    help="How long one guarantee, or all bounds, may take.  [default: 10, with --bounds 5]",
+)
 @FORMAT
 @QUIET
 @answers_with_diagnostics
-def prove(files: tuple[str, ...], choice: Choice, timeout: float, form: str) -> int:
+def prove(files: tuple[str, ...], choice: Choice, bounds: bool, timeout: float | None, form: str) -> int:
     """Prove the guarantees of rule files: their 'require' lines.
 
     Each one is proved for all inputs, refuted by a point that is evaluated, or left undecided with what would decide
     it. Of controllers the ranges of states and outputs are proved, too: for every step that a run may come to.
     Exit code 1 if one is refuted or a file has mistakes, 3 if one is undecided.
 
+    With --bounds no number that a kernel returns lies outside of what is printed, for any inputs; of a controller over
+    every step that a run may come to. Points where an output comes nearest are evaluated. Slopes are bounds of how much
+    an output changes per unit of each input.
+
     \b
     fuzzyctl prove tipper ais_reaction
     fuzzyctl prove ais_reaction --set k_s=0.6
+    fuzzyctl prove ais_reaction --bounds
     """
+    if bounds:
+        if len(files) > 1:
+            raise click.UsageError("--bounds takes one file")
+        from fuzzyctl.cli.bounds import print_bounds
+
+        return print_bounds(files[0], choice, 5.0 if timeout is None else timeout, form)
+    timeout = 10.0 if timeout is None else timeout
     from fuzzyctl.model.controller import Controller
     from fuzzyctl.model.system import FuzzySystem
 

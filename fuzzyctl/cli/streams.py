@@ -35,14 +35,22 @@ class Program(click.Group):
     """A command line program whose text for people never fails for its encoding, and never controls the terminal.
 
     Args:
-        deferred: By name of a command its module, its function there, and its line in the list of commands. The module
-            is imported when the command is asked for.
+        groups: By heading, and by name of a command its module, its function there, and its line in the list of
+            commands. The module is imported when the command runs.
+        moved: By name of an earlier command the words in place of it.
         options: What `click.Group` takes.
     """
 
-    def __init__(self, *args: Any, deferred: Mapping[str, tuple[str, str, str]] | None = None, **options: Any) -> None:
+    def __init__(
+        self,
+        *args: Any,
+        groups: Mapping[str, Mapping[str, tuple[str, str, str]]] | None = None,
+        moved: Mapping[str, str] | None = None,
+        **options: Any,
+    ) -> None:
         super().__init__(*args, **options)
-        self.deferred = deferred or {}
+        self.groups, self.moved = groups or {}, moved or {}
+        self.deferred = {name: row for group in self.groups.values() for name, row in group.items()}
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         """Return the names of all commands."""
@@ -64,6 +72,7 @@ class Program(click.Group):
             from fuzzyctl.diagnostics.suggestions import did_you_mean
 
             begun = [f"'{name}'" for name in known if args[0] and name.startswith(args[0])]
+            begun = [f"'{self.moved[args[0]]}'"] if args[0] in self.moved else begun
             hint = f"did you mean {' or '.join(begun)}?" if begun else did_you_mean(args[0], known)
             raise click.UsageError(f"No such command {args[0]!r}{f'; {hint}' if hint else '.'}", ctx)
         return super().resolve_command(ctx, args)
@@ -73,8 +82,10 @@ class Program(click.Group):
         if not self.deferred:
             super().format_commands(ctx, formatter)
             return
-        with formatter.section("Commands"):
-            formatter.write_dl([(name, self.deferred[name][2]) for name in self.list_commands(ctx)])
+        width = max(map(len, self.deferred))
+        for heading, group in self.groups.items():
+            with formatter.section(heading):
+                formatter.write_dl([(name.ljust(width), row[2]) for name, row in group.items()])
 
     def main(self, *args: Any, **kwargs: Any) -> Any:
         """Run the command that the arguments name."""

@@ -1,17 +1,17 @@
-"""`fuzzyctl watch`: check, numbers and picture again at every save."""
+"""`fuzzyctl check --watch`: check, numbers and picture again at every save."""
 
 from __future__ import annotations
 
 import os
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Final
 
 import click
 
-from fuzzyctl.cli.common import BLOCK, DONE, answers_with_diagnostics
+from fuzzyctl.cli.common import DONE
 from fuzzyctl.cli.streams import say
 from fuzzyctl.diagnostics.diagnostic import DiagnosticError
 from fuzzyctl.support.reading import read_place
@@ -22,21 +22,14 @@ _INTERVAL: Final = 0.2
 _State = dict[Path, tuple[int, int] | None]
 
 
-@click.command()
-@click.argument("file")
-@click.argument("values", nargs=-1, metavar="[INPUT=VALUE]...")
-@click.option("-o", "--output", "out", metavar="OUT", help="Picture of the surface, of a loop folder of the run.")
-@BLOCK
-@answers_with_diagnostics
-def watch(file: str, values: tuple[str, ...], out: str | None, name: str | None) -> int:
-    """Check a rule file again at every save, and show what comes out.
+def watch(file: str, values: Sequence[str], out: str | None, name: str | None) -> int:
+    """Check a rule file again at every save, and show what comes out, until Ctrl-C.
 
-    \b
-    fuzzyctl watch tipper service=7 food=8 -o tip.png
-    fuzzyctl watch water_tank --block fill -o fill
-
-    A save of a file that it uses counts, too. After a file with mistakes the picture is that of the last one without;
-    guarantees that do not hold stop no picture. A loop that --block names is run. Ctrl-C ends it.
+    Args:
+        file: The file; a save of a file that it uses counts, too.
+        values: `INPUT=VALUE` of a point to evaluate.
+        out: The picture of the surface, or the folder of the run of a loop.
+        name: The block; a loop is run.
     """
     path = read_place(file)[1].path
     try:
@@ -52,7 +45,7 @@ def watch(file: str, values: tuple[str, ...], out: str | None, name: str | None)
     return DONE
 
 
-def _commands(file: str, path: Path, values: tuple[str, ...], out: str | None, name: str | None) -> Iterator[list[str]]:
+def _commands(file: str, path: Path, values: Sequence[str], out: str | None, name: str | None) -> Iterator[list[str]]:
     """Yield the commands of a save; each runs only if the one before found no mistake."""
     from fuzzyctl.loading.examination import look_through
     from fuzzyctl.support.reading import read_source

@@ -13,7 +13,7 @@ from fuzzyctl.analysis.verdicts import Proved, Refuted, Undecided, Verdict
 from fuzzyctl.model.controller import Controller
 from fuzzyctl.model.system import FuzzySystem
 
-#: Seconds that all bounds of a controller may take; 'fuzzyctl bounds' takes longer.
+#: Seconds that all bounds of a controller may take; 'fuzzyctl prove --bounds' takes longer.
 BOUND_SECONDS: Final = 0.5
 #: Seconds that all claims and bounds of a page may take together.
 PAGE_SECONDS: Final = 2.0

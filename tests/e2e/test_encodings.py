@@ -45,16 +45,18 @@ COMMANDS = {
     "explain": [["explain"], ["explain", "FZ203"], ["explain", "--format", "json", "FZ203"]],
     "show": [["show", FILE], ["show", "--plan", FILE], ["show", "--format", "json", FILE]],
     "eval": [["eval", FILE, "σ=3"], ["eval", FILE], ["eval", FILE, "--points", "-"]],
-    "prove": [["prove", FILE], ["prove", "--format", "json", FILE]],
-    "bounds": [["bounds", FILE]],
-    "page": [["page", FILE, "-o", "→.html"], ["page", FILE, "→"]],
+    "prove": [["prove", FILE], ["prove", "--bounds", FILE], ["prove", "--format", "json", FILE]],
+    "page": [["page", FILE, "-o", "→.html"], ["page", FILE, "--block", "→"]],
     "plot-surface": [["plot-surface", FILE, "-o", "σ.png"]],
-    "plot-terms": [["plot-terms", FILE, "-o", "τ.png"]],
+    "plot": [["plot", "--terms", FILE, "-o", "τ.png"]],
     "fmt": [["fmt", "-"], ["fmt", "--check", "wide.fz"], ["fmt", "--diff", "wide.fz"]],
     "codegen": [["codegen", FILE, "--target", "python"]],
-    "compare": [["compare", FILE, "other.fz", "--points", "100"]],
+    "compare": [
+        ["compare", FILE, "other.fz", "--points", "100"],
+        ["compare", "--changes", FILE, "other.fz"],
+        ["compare", "--changes", "--format", "json", FILE, "other.fz"],
+    ],
     "convert": [["convert", FILE, "-", "--to", "fz"], ["convert", FILE, "→.fis", "--points", "100"]],
-    "diff": [["diff", FILE, "other.fz"], ["diff", "--format", "json", FILE, "other.fz"]],
     "doctor": [["doctor"], ["doctor", "--format", "json"]],
     "new": [["new", "σ"], ["new", "→"]],
     "simulate": [["simulate", "loop.fz"], ["simulate", "loop.fz", "-o", "→", "--format", "json"], ["simulate", FILE]],
@@ -90,7 +92,7 @@ DATA = [["fmt", "-"], ["eval", FILE, "--points", "-"], ["convert", FILE, "-", "-
 
 def test_every_command_is_here():
     # A sweep prints what that of the robots does, and the others end with the editor, the browser or Ctrl-C.
-    assert set(COMMANDS) | {"lsp", "studio", "sweep", "watch"} == set(commands_of(fuzzyctl))
+    assert set(COMMANDS) | {"lsp", "studio", "sweep"} == set(commands_of(fuzzyctl))
     assert set(ROBOTS) == set(commands_of(dwmr))
 
 

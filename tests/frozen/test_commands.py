@@ -48,13 +48,13 @@ eval broken.fz x=0
 prove false.fz
 prove ais_reaction.fz
 prove gap.fz
-bounds false.fz
+prove --bounds false.fz
 why tipper.fz service=7 food=8
 fmt --diff tipper.fz
 fmt --check broken.fz
 explain FZ203
 explain FZ999
-diff tipper.fz false.fz
+compare --changes tipper.fz false.fz
 compare tipper.fz tipper.fz
 convert tipper.fz - --to fll
 convert tipper.fz - --to fis

@@ -35,7 +35,7 @@ main()
 """
 
 #: The commands that run by default.
-COMMANDS = ("check", "bounds", "simulate FILE -o run", "page FILE -o page.html")
+COMMANDS = ("check", "prove --bounds", "simulate FILE -o run", "page FILE -o page.html")
 #: Stands for an exit code where a command ends in a traceback.
 TRACEBACK = -1
 

@@ -461,7 +461,7 @@ def test_no_kernel_is_compiled_for_bounds_of_a_system_that_takes_the_time_to_rea
     rules = "".join(f"if x is low then y is function({expr} + {k})\n" for k in range(300))
     text = "system s\n" + HEAD.replace("else 0\n", "else 0 defuzzifier weighted_average\n") + rules
     (tmp_path / "s.fz").write_text(text, encoding="utf-8")
-    result = CliRunner().invoke(main, ["bounds", str(tmp_path / "s.fz"), "--timeout", "1"])
+    result = CliRunner().invoke(main, ["prove", "--bounds", str(tmp_path / "s.fz"), "--timeout", "1"])
     assert result.exit_code == 0
     assert "the time is spent" in result.output
     assert not calls

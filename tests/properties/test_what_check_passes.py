@@ -5,7 +5,7 @@ import pytest
 from tests.fuzz.runs_what_check_passes import COMMANDS, CONVERTED, LIMITS, drawn, failures_of, system
 
 #: Commands that take no long proof; the script has all of them.
-QUICK = [c for c in COMMANDS if not c.startswith(("prove", "bounds"))]
+QUICK = [c for c in COMMANDS if not c.startswith("prove")]
 FREE = "codegen FILE --target c --free P -o out --unproved"
 
 

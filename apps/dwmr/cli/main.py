@@ -23,7 +23,11 @@ COMMANDS: Final = {
 }
 
 
-@click.group(cls=Program, deferred=COMMANDS, context_settings={"help_option_names": ["-h", "--help"]})
+@click.group(
+    cls=Program,
+    groups={"Commands": dict(sorted(COMMANDS.items()))},
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
 @click.version_option(package_name="fuzzyctl")
 def main() -> None:
     """Simulate formations of mobile robots under sliding mode control.

@@ -38,7 +38,7 @@ def index(made: Collection[int], left_out: Mapping[int, str], suffix: str, scena
         "## The paper's other figures",
         "",
         "Figs. 1 to 4 are drawings of geometry and block diagrams, without numbers. Figs. 5 to 7 are membership "
-        "functions: `fuzzyctl plot-terms` draws them from the rule files. Figs. 8 to 28 show the simulation, "
+        "functions: `fuzzyctl plot --terms` draws them from the rule files. Figs. 8 to 28 show the simulation, "
         "`dwmr figures paper`, and Figs. 29 to 39 the experiment, with rigid bodies, `dwmr figures experiment`.",
         "",
     ]

@@ -19,7 +19,7 @@ function verdictList(verdicts, go) {
 
 /** What is proved of a block; without bounds it has been shown without proofs. */
 function proofs(caption, block, go) {
-    const bounds = block.bounds ? tableOf(caption, [], block.bounds) : element("p", { className: "note" }, "Not looked for here; 'fuzzyctl prove' and 'fuzzyctl bounds' do.");
+    const bounds = block.bounds ? tableOf(caption, [], block.bounds) : element("p", { className: "note" }, "Not looked for here; 'fuzzyctl prove' and 'fuzzyctl prove --bounds' do.");
     return [element("h3", {}, "Proved"), bounds, ...verdictList(block.verdicts, go)];
 }
 

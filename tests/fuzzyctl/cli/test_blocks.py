@@ -33,7 +33,7 @@ table u = e
 """
 
 #: Commands that need a system.
-ON_SYSTEMS = ("eval", "eval x=1", "why x=1", "show --plan", "plot-surface", "plot-terms -o p.png")
+ON_SYSTEMS = ("eval", "eval x=1", "why x=1", "show --plan", "plot-surface", "plot --terms -o p.png")
 #: Commands that take controllers as well.
 OTHERS = ("codegen --target c",)
 
@@ -122,7 +122,7 @@ class TestShow:
 class TestDiff:
     def test_statements_are_compared(self, folder):
         (folder / "other.fz").write_text(LOOP.replace("run 5 s", "run 6 s") + PLANT.replace("lag", "slow"))
-        assert run("diff", "loop.fz", "other.fz").output.splitlines() == [
+        assert run("compare", "--changes", "loop.fz", "other.fz").output.splitlines() == [
             "loop step",
             "~ run: run 5 s → run 6 s",
             "plant slow",
@@ -130,7 +130,7 @@ class TestDiff:
         ]
 
     def test_equal_files_have_no_changes(self, folder):
-        done = run("diff", "loop.fz", "loop.fz")
+        done = run("compare", "--changes", "loop.fz", "loop.fz")
         assert (done.exit_code, done.output) == (0, "nothing was changed\n")
 
 

@@ -1,4 +1,4 @@
-"""`fuzzyctl bounds` as a user types it."""
+"""`fuzzyctl prove --bounds` as a user types it."""
 
 import json
 import time
@@ -11,7 +11,7 @@ from tests.commands import runner
 
 RULES = rules_folder()
 
-run = runner("bounds")
+run = runner("prove", "--bounds")
 
 
 def test_bounds_are_attained_at_the_points_shown():

@@ -160,12 +160,12 @@ class TestStreams:
 #: Each command that needs a number, with what else it takes.
 COMMANDS = {
     "prove": [],
-    "bounds": [],
+    "prove --bounds": [],
     "eval": ["x=0.5"],
     "why": ["x=0.5"],
     "codegen": ["--target", "python"],
     "compare": ["--as", "exact,matlab", "--points", "50"],
-    "plot-terms": [],
+    "plot --terms": [],
 }
 
 
@@ -228,7 +228,7 @@ class TestUndecidedCoverage:
     @pytest.mark.parametrize("command", COMMANDS)
     def test_is_a_warning_of_other_commands(self, write, command):
         write("a.fz", self.TEXT)
-        result = runner()(command, "a.fz", *COMMANDS[command])
+        result = runner()(*command.split(), "a.fz", *COMMANDS[command])
         assert result.exit_code == 0
         assert "warning[FZ407]" in result.stderr
 
@@ -236,6 +236,6 @@ class TestUndecidedCoverage:
     @pytest.mark.parametrize("command", ["check", *COMMANDS])
     def test_follows_the_lines_of_the_file(self, write, command, line, code):
         write("a.fz", f'{line} FZ407 "known"\n{self.TEXT}')
-        result = runner()(command, "a.fz", *COMMANDS.get(command, []))
+        result = runner()(*command.split(), "a.fz", *COMMANDS.get(command, []))
         assert result.exit_code == code
         assert ("FZ407" in result.stderr) == bool(code)

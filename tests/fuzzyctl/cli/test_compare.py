@@ -1,4 +1,4 @@
-"""`fuzzyctl compare` and `fuzzyctl diff` as a user types them."""
+"""`fuzzyctl compare` and `fuzzyctl compare --changes` as a user types them."""
 
 import json
 from pathlib import Path
@@ -21,18 +21,18 @@ def files(tmp_path, base, changed):
 
 class TestDiff:
     def test_prints_a_line_for_each_change_and_exits_with_1(self, files):
-        result = run("diff", *files)
+        result = run("compare", "--changes", *files)
         assert result.exit_code == 1
         assert result.stdout == (
             "~ setting and: min → product   (lines +21)\n~ cell x is Z and y is N then u: N → Z   (lines -19 +19)\n"
         )
 
     def test_says_that_nothing_was_changed(self, files):
-        result = run("diff", files[0], files[0])
+        result = run("compare", "--changes", files[0], files[0])
         assert (result.exit_code, result.stdout) == (0, "nothing was changed\n")
 
     def test_json_has_the_same(self, files):
-        data = json.loads(run("diff", *files, "--format", "json").stdout)
+        data = json.loads(run("compare", "--changes", *files, "--format", "json").stdout)
         assert [c["what"] for c in data["systems"][0]["changes"]] == ["setting", "cell"]
 
     @pytest.mark.parametrize(
@@ -54,23 +54,23 @@ class TestDiff:
         paths = [tmp_path / "one.fz", tmp_path / "two.fz"]
         for path, lines in zip(paths, (before, after), strict=True):
             path.write_text(f"{lines}\n{base}", encoding="utf-8")
-        result = run("diff", *paths)
+        result = run("compare", "--changes", *paths)
         assert result.stdout == (f"{reported}\n" if reported else "nothing was changed\n")
         assert result.exit_code == bool(reported)
-        data = json.loads(run("diff", *paths, "--format", "json").stdout)
+        data = json.loads(run("compare", "--changes", *paths, "--format", "json").stdout)
         assert [c["name"] for c in data["changes"]] == (["FZ208"] if reported else [])
 
     def test_systems_are_paired_by_name(self, tmp_path, base):
         two = tmp_path / "two.fz"
         two.write_text(base + base.replace("system base", "system other"), encoding="utf-8")
-        result = run("diff", two, two)
+        result = run("compare", "--changes", two, two)
         assert result.exit_code == 0
         one = tmp_path / "one.fz"
         one.write_text(base, encoding="utf-8")
-        result = run("diff", two, one)
+        result = run("compare", "--changes", two, one)
         assert result.exit_code == 2
         assert "system 'other' is in one of the files only" in result.stderr
-        assert run("diff", two, one, "--block", "base").exit_code == 0
+        assert run("compare", "--changes", two, one, "--block", "base").exit_code == 0
 
 
 class TestCompare:

@@ -13,7 +13,7 @@ import pytest
 from click.testing import CliRunner
 
 from dwmr.cli.main import main as dwmr
-from fuzzyctl.cli.main import main
+from fuzzyctl.cli.main import GROUPS, main
 from tests.commands import commands_of
 
 COMMANDS = [(program, name) for program in (main, dwmr) for name in ("", *commands_of(program))]
@@ -29,7 +29,9 @@ def test_help_fits_80_columns(program, name):
 @pytest.mark.parametrize("program", [main, dwmr], ids=["fuzzyctl", "dwmr"])
 def test_no_summary_of_a_command_is_cut_or_ends_at_an_abbreviation(program):
     shown = CliRunner().invoke(program, ["--help"], env={"COLUMNS": "80"}).output
-    lines = shown.partition("Commands:\n")[2].partition("\n\n")[0].splitlines()
+    headings = ("Commands", *GROUPS)
+    sections = [shown.partition(f"\n{heading}:\n")[2].partition("\n\n")[0] for heading in headings]
+    lines = [line for section in sections for line in section.splitlines()]
     assert len(lines) == len(commands_of(program))
     for line in lines:
         assert line.endswith(".")
@@ -45,8 +47,11 @@ def test_one_option_names_the_file_to_write():
     ("program", "written", "meant"),
     [
         (main, "chek", "'check'"),
-        (main, "plot-term", "'plot-terms'"),
-        (main, "plot", "'plot-surface' or 'plot-terms'"),
+        (main, "plot-s", "'plot-surface'"),
+        (main, "watch", "'check --watch'"),
+        (main, "plot-terms", "'plot --terms'"),
+        (main, "bounds", "'prove --bounds'"),
+        (main, "diff", "'compare --changes'"),
         (dwmr, "runn", "'run'"),
     ],
 )
@@ -62,7 +67,7 @@ def test_an_option_is_no_command():
     assert "No such option" in result.output
 
 
-@pytest.mark.parametrize("name", ["", *sorted({*commands_of(main)} - {"lsp", "studio", "watch"})])
+@pytest.mark.parametrize("name", ["", *sorted({*commands_of(main)} - {"lsp", "studio"})])
 def test_examples_of_help_run_as_printed_in_an_empty_folder(name, tmp_path):
     shown = CliRunner().invoke(main, [*([name] if name else []), "--help"], env={"COLUMNS": "80"}).output
     if not name:
@@ -71,7 +76,7 @@ def test_examples_of_help_run_as_printed_in_an_empty_folder(name, tmp_path):
     path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
     run = partial(subprocess.run, shell=True, cwd=tmp_path, env={**os.environ, "PATH": path}, text=True)
     for line in re.findall(r"^  +((?:printf .*\| )?fuzzyctl [a-z-]+ .*?)(?:   .*)?$", shown, re.MULTILINE):
-        if not line.startswith("fuzzyctl watch"):  # until Ctrl-C
+        if "--watch" not in line:  # until Ctrl-C
             done = run(line, capture_output=True, check=False)
-            expected = line.startswith("fuzzyctl diff") or "k_s=0.6" in line  # a difference; a refuted claim
+            expected = "--changes" in line or "k_s=0.6" in line  # a difference; a refuted claim
             assert done.returncode == expected, f"{line}\n{done.stderr}"

@@ -27,7 +27,13 @@ def run(tmp_path, monkeypatch):
     return lambda *arguments: CliRunner().invoke(main, arguments)
 
 
-ONE_SYSTEM = [["eval", "x=0.5"], ["why", "x=0.5"], ["bounds"], ["plot-terms"], ["convert", "-", "--to", "fz"]]
+ONE_SYSTEM = [
+    ["eval", "x=0.5"],
+    ["why", "x=0.5"],
+    ["prove", "--bounds"],
+    ["plot", "--terms"],
+    ["convert", "-", "--to", "fz"],
+]
 ALL_SYSTEMS = [["show"], ["prove"]]
 
 
@@ -70,7 +76,7 @@ def test_warnings_are_printed_beside_errors_only_where_one_system_is_wanted(run)
 
 
 def test_both_files_of_a_comparison_report_their_errors(run):
-    found = run("diff", "bad.fz", "missing.fz")
+    found = run("compare", "--changes", "bad.fz", "missing.fz")
     assert found.exit_code == 1
     assert "bad.fz" in found.output
     assert "missing.fz" in found.output
@@ -83,7 +89,7 @@ POINT = ["service=7", "food=8"]
     "command",
     [
         *(["eval", *POINT], ["why", *POINT], ["check"], ["prove"], ["show"], ["codegen", "--target", "c"]),
-        ["bounds", "--timeout", "0.01"],  # the search takes more than a minute while its calls are counted
+        ["prove", "--bounds", "--timeout", "0.01"],  # the search takes more than a minute while its calls are counted
     ],
     ids=lambda c: c[0],
 )

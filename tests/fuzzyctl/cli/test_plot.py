@@ -38,7 +38,7 @@ class TestPlotSurface:
         fis += "[Input1]\nName='x'\nRange=[0 1]\nNumMFs=1\nMF1='a':'trimf',[0 0.5 1]\n"
         fis += "[Output1]\nName='../y'\nRange=[0 1]\nNumMFs=1\nMF1='b':'trimf',[0 0.5 1]\n[Rules]\n1, 1 (1) : 1\n"
         (folder / "t.fis").write_text(fis)
-        for command in (["plot-terms", "t.fis"], ["plot-surface", "t.fis", "--resolution", 3]):
+        for command in (["plot", "--terms", "t.fis"], ["plot-surface", "t.fis", "--resolution", 3]):
             result = run(*command)
             assert result.exit_code == 0, result.output
         assert [p.name for p in tmp_path.iterdir()] == ["folder"]
@@ -71,13 +71,13 @@ class TestPlotSurface:
     def test_a_dollar_sign_in_a_label_is_a_dollar_sign(self, tmp_path, changed):
         path = tmp_path / "a.fz"
         path.write_text(changed(("input x", 'input x "$\\frac$"'), ("input y", 'input y "a_$^{"')))
-        for command in ("plot-surface", "plot-terms"):
-            assert run(command, path, "-o", tmp_path / "a.png").exit_code == 0
+        for command in (["plot-surface"], ["plot", "--terms"]):
+            assert run(*command, path, "-o", tmp_path / "a.png").exit_code == 0
 
 
 PICTURES = [
     ("plot-surface", "tipper", "--resolution", "5", "-o", "out.{}"),
-    ("plot-terms", "tipper", "-o", "out.{}"),
+    ("plot", "--terms", "tipper", "-o", "out.{}"),
     ("why", "tipper", "service=7", "food=8", "-o", "out.{}"),
     ("simulate", "water_tank", "--picture", "{}", "-o", "out"),
 ]
@@ -126,4 +126,4 @@ class TestAxes:
 class TestPlotTerms:
     @pytest.mark.parametrize("path", shipped.SYSTEMS, ids=lambda p: p.name)
     def test_every_shipped_file_can_be_drawn(self, tmp_path, path):
-        assert run("plot-terms", path, "-o", tmp_path / "a.png").exit_code == 0
+        assert run("plot", "--terms", path, "-o", tmp_path / "a.png").exit_code == 0

@@ -12,11 +12,12 @@ COMMANDS = {
     "check": [],
     "show": [],
     "prove": [],
-    "bounds": [],
+    "prove --bounds": [],
     "eval": ["x=0.5", "y=3"],
     "why": ["x=0.5", "y=3"],
     "page": ["-o", "x.html"],
-    "plot-terms": ["-o", "terms.svg"],
+    "plot --terms": ["-o", "terms.svg"],
+    "plot": ["-o", "surface.svg", "--resolution", "5"],
     "plot-surface": ["-z", "u", "--resolution", "5", "-o", "surface.svg"],
     "codegen": ["--target", "python", "-o", "code"],
     "convert": ["out.fz"],
@@ -50,9 +51,9 @@ class TestStandardInput:
     @pytest.mark.parametrize("command", COMMANDS)
     def test_gives_what_the_file_gives(self, tmp_path, base, command):
         (tmp_path / "a.fz").write_text(base)
-        from_file = run(command, "a.fz", *COMMANDS[command])
+        from_file = run(*command.split(), "a.fz", *COMMANDS[command])
         (tmp_path / "out.fz").unlink(missing_ok=True)
-        piped = run(command, "-", *COMMANDS[command], stdin=base)
+        piped = run(*command.split(), "-", *COMMANDS[command], stdin=base)
         assert piped.exit_code == from_file.exit_code == 0
         assert piped.output.replace("<stdin>", "a.fz").replace("-  and", "a.fz  and").replace("- as", "a.fz as") == (
             from_file.output
@@ -60,8 +61,8 @@ class TestStandardInput:
 
     def test_is_a_file_for_every_command_that_reads_one(self):
         # A sweep and a watch name their files, the language server is given texts, and the studio serves until Ctrl-C.
-        others = {"new", "explain", "doctor", "lsp", "studio", "sweep", "watch"}
-        assert set(main.list_commands(None)) - others == {*COMMANDS, "diff", "fmt", "simulate"}
+        others = {"new", "explain", "doctor", "lsp", "studio", "sweep"}
+        assert set(main.list_commands(None)) - others == {*(c.split()[0] for c in COMMANDS), "fmt", "simulate"}
 
     def test_has_its_name_in_diagnostics(self, base):
         result = run("check", "-", stdin=base.replace("N  Z", "N  Y", 1))
@@ -74,22 +75,22 @@ class TestStandardInput:
         text = f'{head}use "part.fz"\noutput u' + rest.split("output u")[1]
         assert run("check", "-", stdin=text).output == "<stdin>: base: 6 rules, no errors\n"
 
-    @pytest.mark.parametrize("command", ["diff", "compare"])
+    @pytest.mark.parametrize("command", ["compare --changes", "compare"])
     def test_is_one_of_two_files(self, tmp_path, base, command):
         (tmp_path / "a.fz").write_text(base)
         changed = base.replace("triangle(0, 2, 3)", "triangle(0, 1, 3)")
         options = ["--points", "50"] if command == "compare" else []
         (tmp_path / "b.fz").write_text(changed)
-        expected = run(command, "a.fz", "b.fz", *options)
-        assert expected.stdout.count("\n") == 1 if command == "diff" else "no difference" not in expected.stdout
+        expected = run(*command.split(), "a.fz", "b.fz", *options)
+        assert expected.stdout.count("\n") == 1 if "--changes" in command else "no difference" not in expected.stdout
         for files, text, name in ((["-", "b.fz"], base, "a.fz"), (["a.fz", "-"], changed, "b.fz")):
-            piped = run(command, *files, *options, stdin=text)
+            piped = run(*command.split(), *files, *options, stdin=text)
             assert piped.exit_code == expected.exit_code
             assert piped.stdout == expected.stdout.replace(name, "-")
 
     def test_of_a_diff_has_its_mistakes_reported_with_those_of_the_file(self, tmp_path, base):
         (tmp_path / "a.fz").write_text(base.replace("[0, 10]", "[0, q]"))
-        result = run("diff", "-", "a.fz", stdin=base.replace("N  Z", "N  Y", 1))
+        result = run("compare", "--changes", "-", "a.fz", stdin=base.replace("N  Z", "N  Y", 1))
         assert result.exit_code == 1
         for part in ("<stdin>:21:11: error[FZ203]", "a.fz:11:16: error[FZ202]"):
             assert part in result.stderr
@@ -97,17 +98,18 @@ class TestStandardInput:
     def test_of_a_diff_may_hold_several_systems(self, tmp_path, base):
         (tmp_path / "a.fz").write_text(base)
         two = base + base.replace("system base", "system other")
-        assert run("diff", "-", "a.fz", "--block", "base", stdin=two).exit_code == 0
-        result = run("diff", "-", "a.fz", stdin=two)
+        assert run("compare", "--changes", "-", "a.fz", "--block", "base", stdin=two).exit_code == 0
+        result = run("compare", "--changes", "-", "a.fz", stdin=two)
         assert result.exit_code == 2
         assert "<stdin>: error[FZ502]: system 'other'" in result.stderr
 
     def test_of_a_diff_has_its_allowed_codes_compared(self, tmp_path, base):
         (tmp_path / "a.fz").write_text(base)
-        assert "+ diagnostic FZ208" in run("diff", "a.fz", "-", stdin=f"{base}allow FZ208\n").stdout
+        assert "+ diagnostic FZ208" in run("compare", "--changes", "a.fz", "-", stdin=f"{base}allow FZ208\n").stdout
 
     @pytest.mark.parametrize(
-        "arguments", [["eval", "-", "--points", "-"], ["compare", "-", "-"], ["diff", "-", "-"], ["fmt", "-", "-"]]
+        "arguments",
+        [["eval", "-", "--points", "-"], ["compare", "-", "-"], ["compare", "--changes", "-", "-"], ["fmt", "-", "-"]],
     )
     def test_is_read_once(self, base, arguments):
         result = run(*arguments, stdin=base)
@@ -124,7 +126,7 @@ class TestWarnings:
     @pytest.mark.parametrize("command", WARNING)
     def test_are_printed_once(self, tmp_path, spare, command):
         (tmp_path / "a.fz").write_text(spare)
-        assert run(command, "a.fz", *COMMANDS[command]).output.count("warning[FZ216]") == 1
+        assert run(*command.split(), "a.fz", *COMMANDS[command]).output.count("warning[FZ216]") == 1
 
     def test_of_a_file_that_is_given_twice_are_printed_once(self, tmp_path, spare):
         (tmp_path / "a.fz").write_text(spare)
@@ -142,7 +144,7 @@ class TestWarnings:
     @pytest.mark.parametrize("command", WARNING)
     def test_are_not_printed_where_a_command_is_quiet(self, tmp_path, spare, command, option):
         (tmp_path / "a.fz").write_text(spare)
-        result = run(command, "a.fz", *COMMANDS[command], option)
+        result = run(*command.split(), "a.fz", *COMMANDS[command], option)
         assert result.exit_code == 0
         assert "warning" not in result.output
 

@@ -6,7 +6,7 @@ from fuzzyctl.cli import watch as module
 from fuzzyctl.support.shipped import rules_folder
 from tests.commands import runner
 
-run = runner("watch")
+run = runner("check", "--watch")
 
 
 @pytest.fixture

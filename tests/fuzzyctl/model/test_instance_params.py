@@ -117,7 +117,7 @@ def test_proofs_bounds_and_generated_code_set_them(tmp_path, monkeypatch):
     result = runner("prove")("c.fz", "--set", "one.a.k=7")
     assert (result.exit_code, "refuted: u <=" in result.output) == (1, True)
     plain, changed = (
-        json.loads(runner("bounds")("c.fz", "--block", "top", "--format", "json", *given).output)
+        json.loads(runner("prove", "--bounds")("c.fz", "--block", "top", "--format", "json", *given).output)
         for given in ((), ("--set", "one.a.k=7"))
     )
     assert plain != changed
@@ -128,5 +128,5 @@ def test_proofs_bounds_and_generated_code_set_them(tmp_path, monkeypatch):
     assert "Param set: one.a.k = 7" in Path("out/top.py").read_text(encoding="utf-8")
     result = runner("prove")("c.fz", "--set", "one.a.k=70")
     assert (result.exit_code, "outside of [0, 10]" in result.output) == (1, True)
-    result = runner("bounds")("c.fz", "--block", "top", "--set", "one.a.kk=7")
+    result = runner("prove", "--bounds")("c.fz", "--block", "top", "--set", "one.a.kk=7")
     assert (result.exit_code, "did you mean 'one.a.k'?" in result.output) == (2, True)

@@ -20,19 +20,19 @@ COMMANDS = [
     ("show aifqsmc", "aifqsmc: Adaptive immune"),
     ("show --plan tipper", "tipper"),
     ("prove tipper", "bounded(tip, 0, 30)"),
-    ("bounds tipper", "tip"),
+    ("prove --bounds tipper", "tip"),
     ("fmt --check tipper zhao_1993", ""),
     ("plot-surface tipper -o out.svg", "wrote out.svg"),
-    ("plot-terms tipper -o out.svg", "wrote out.svg"),
+    ("plot --terms tipper -o out.svg", "wrote out.svg"),
     ("page tipper", "wrote tipper.html"),
     ("codegen tipper --target python", "wrote tipper.py"),
     ("codegen aifqsmc --target c -o build", "wrote build"),
     ("convert tipper tip.md", "wrote tip.md"),
-    ("diff tipper tipper", "nothing was changed"),
+    ("compare --changes tipper tipper", "nothing was changed"),
     ("compare tipper tipper --points 50", "tipper"),
     ("compare --loops water_tank water_tank", "fill"),
     ("simulate water_tank --against water_tank", "water_tank.fill"),
-    ("simulate upa_motor exact_motor", "exact_motor"),
+    ("simulate upa_motor --block exact_motor", "exact_motor"),
 ]
 
 
@@ -149,7 +149,7 @@ class TestMistakes:
         (folder / "smc.fz").mkdir()
         (folder / "ais_reactions.fz").touch()
         assert run("show", "smc").exit_code == 0
-        for command in (("show",), ("watch",)):
+        for command in (("show",), ("check", "--watch")):
             help_text = "did you mean the shipped 'ais_reaction'? 'fuzzyctl show' lists the shipped files"
             assert run(*command, "ais_reaction.fz").output.endswith(f"there is no such file\n = help: {help_text}\n")
 
