@@ -4,17 +4,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, Final, final
+from typing import TYPE_CHECKING, Any, final
 
 from fuzzyctl.diagnostics.diagnostic import ArgumentError
 from fuzzyctl.diagnostics.suggestions import counted
 from fuzzyctl.expr import Call, Number, evaluate, walk
 from fuzzyctl.kernels.compile import Backend, compile
 from fuzzyctl.model.controller import Controller, Definition, Result, Signal
+from fuzzyctl.model.discrete_plant import BEFORE, STAGES
 from fuzzyctl.model.plant import Plant
 from fuzzyctl.model.signals import TIME
 from fuzzyctl.simulation.python_plant import PythonPlant
-from fuzzyctl.simulation.source import BEFORE
 
 if TYPE_CHECKING:
     import numpy as np
@@ -22,11 +22,6 @@ if TYPE_CHECKING:
 
     FloatArray = npt.NDArray[np.float64]
     Numbers = Sequence[float] | FloatArray
-
-#: Of the stages of the classical method of fourth order what the step is divided by for their weights, and where in the
-#: step they lie. `RunSource` prints the same method into loops, fmu_rk4.h has it in C, dwmr.plant in compiled Python; a
-#: test holds all of them to the same bits.
-STAGES: Final = ((6.0, 0.0), (3.0, 0.5), (3.0, 0.5), (6.0, 1.0))
 
 
 @final

@@ -12,9 +12,9 @@ import numpy as np
 from fuzzyctl.diagnostics.diagnostic import ArgumentError, Diagnostic
 from fuzzyctl.kernels.backends.python import backend as python_backend
 from fuzzyctl.kernels.program.program import Program
+from fuzzyctl.model.discrete_plant import BEFORE
 from fuzzyctl.simulation.experiment import Experiment, Progress
 from fuzzyctl.simulation.run import Run
-from fuzzyctl.simulation.source import BEFORE
 from fuzzyctl.simulation.stops import interrupted, left
 
 if TYPE_CHECKING:

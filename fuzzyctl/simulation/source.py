@@ -11,6 +11,7 @@ from fuzzyctl.kernels.program.printer import IEEE_SCALAR, INDENT, Dialect, block
 from fuzzyctl.kernels.program.program import Program, Refuse
 from fuzzyctl.kernels.program.scalar import RUNTIME, execute
 from fuzzyctl.kernels.program.stores import store_lines
+from fuzzyctl.model.discrete_plant import BEFORE
 from fuzzyctl.model.plant import Plant
 from fuzzyctl.simulation.dead_times import PARTS, varies
 from fuzzyctl.simulation.equations import LARGEST, LoopEquations, PlantState
@@ -24,8 +25,6 @@ ARGUMENTS: Final = "first, count, total, substeps, h, X, C, F, G, R, D, I, W"
 _SIGNATURE: Final = (
     f"int64({', '.join(['int64'] * 4)}, float64, {', '.join(['float64[::1]'] * 6)}, int64[::1], float64[::1])"
 )
-#: Stages of a step end within the step: a signal that jumps at the next sample has not jumped yet.
-BEFORE: Final = 1.0 - 1e-15
 #: Parts of a step, by their positions in `PARTS`, that the stages are at: after those of RK4 delayed signals that vary
 #: are computed anew from states at the end and from cubic ones in between.
 _STAGES: Final = (0, 1, 1, 2)

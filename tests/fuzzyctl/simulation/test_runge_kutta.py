@@ -1,4 +1,4 @@
-"""The four places of the method of Runge and Kutta: loops, plants as functions, FMUs and robots, equal to the bit."""
+"""The five places of the method of Runge and Kutta: loops, plants as functions and as equations, FMUs, robots."""
 
 import numpy as np
 import pytest
@@ -6,7 +6,8 @@ import pytest
 import fuzzyctl
 from dwmr.plant.disturbances import disturbance
 from dwmr.plant.robot import State, advance, body, derivative
-from fuzzyctl.simulation.plant_function import STAGES, PlantFunction
+from fuzzyctl.model.discrete_plant import STAGES, discretised
+from fuzzyctl.simulation.plant_function import PlantFunction
 from tests.dwmr.plant.test_robot import CALM, NO_LOAD, robot
 from tests.fuzzyctl.codegen.fmu.fmus import Built, plant_fmu
 
@@ -36,6 +37,14 @@ def states(loop):
     python, numba = (np.column_stack([run["p.y"], run["p.z"]]) for run in found)
     assert python.tobytes() == numba.tobytes()
     return python
+
+
+@pytest.mark.parametrize("backend", ["python", "numba"])
+def test_a_plant_as_a_difference_equation(loop, states, backend):
+    kernel = fuzzyctl.compile(discretised(loop.plants[0], 0.125, substeps=3), backend)
+    outputs, last = kernel.run(np.full(len(states), 0.7))
+    assert outputs.tobytes() == states.tobytes()
+    assert last.shape == (2,)
 
 
 def test_a_plant_as_a_function(loop, states):
