@@ -24,6 +24,8 @@ from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 #: Part of the time of a controller that is left for what is under way when it ends; least time for its bounds [s].
 _REST: Final = 0.2
 _LEAST: Final = 0.1
+#: Least time for the coverage of a system [s].
+_SURE: Final = 0.5
 #: Seconds that reading a byte of a system takes, beyond the first ones. Counted, as bounds of systems read no clock.
 _BYTE: Final = 4.5 / (1 << 20)
 _FREE: Final = 1 << 16
@@ -60,17 +62,23 @@ def bounds(file: str, choice: Choice, timeout: float, form: str) -> int:
     from fuzzyctl.analysis.work import written
     from fuzzyctl.kernels.plan.build import plan
 
-    began = clock.now()
+    began = clock.used()
     opened = open_blocks(file, choice)
     controller = _controller(file, opened)
+    left = (1.0 - _REST) * timeout - (clock.used() - began)
     if controller is not None:
-        left = (1.0 - _REST) * timeout - (clock.now() - began)
         _show_controller(controller, max(left, min(timeout, _LEAST)), form)
         return DONE
-    system = load_checked(file, choice, opened.file)
+    # One half of the time is for the bounds, even if it is not known whether rules fire everywhere.
+    with clock.limited(max(0.5 * left, _SURE)):
+        system = load_checked(file, choice, opened.file)
     size = len(opened.file.source.text)
     spent = _BYTE * max(size - _FREE, 0) + _OPERATION * max(written(plan(system)) - _FEW, 0)
-    found = extents(system, timeout=max(timeout - spent, 0.0))
+    # Small files without own hedges count operations well: the same bounds in every run, however busy the machine is.
+    is_counted = not (spent or system.hedges)
+    left = max(2.0 * timeout, 4.0 * _SURE) if is_counted else began + (1.0 - _REST) * timeout - clock.used()
+    with clock.limited(left):
+        found = extents(system, timeout=max(timeout - spent, 0.0))
     if form == "json":
         data = {
             "system": system.name,
