@@ -38,6 +38,8 @@ _SPLIT: Final = 4
 _PULLS, _PULLED = 12, 40
 #: Steps after which ends that grow have none.
 _MOST: Final = 150
+#: Seconds that a step under way may take beyond the time.
+_LATE: Final = 0.75
 
 _ENDLESS: Final = (-math.inf, math.inf)
 #: Stands for the range of a state that may be no number.
@@ -104,7 +106,7 @@ def ranges_of(
     """
     left = deadline - clock.now()
     if left > 0.0:
-        with suppress(SpentError), np.errstate(all="ignore"), clock.limited(left):
+        with suppress(SpentError), np.errstate(all="ignore"), clock.limited(left + _LATE):
             return dict(inputs) | _Growth(model, inputs, caps).run(deadline)
     return dict(inputs) | {s.name: caps.get(s.name, LOST) for s in model.equations.states}
 
