@@ -10,8 +10,9 @@ import math
 from collections.abc import Iterator, Sequence
 from typing import Final
 
+from fuzzyctl.analysis import clock
 from fuzzyctl.analysis.rounded_degrees import area_of_rounding
-from fuzzyctl.analysis.work import ISOLATION, SpentError, Work
+from fuzzyctl.analysis.work import ISOLATION, SECOND, SpentError, Work
 from fuzzyctl.diagnostics.diagnostic import Diagnostic
 from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.kernels.inference.defuzzify.turning_points import (
@@ -91,10 +92,21 @@ def _unlocated(system: FuzzySystem, output: OutputPlan, part: Work, work: Work) 
 def _locate(terms: Sequence[SetPlan], output: OutputPlan, work: Work) -> bool:
     """Locate the turning points of terms while work is left, and return whether it was enough for all."""
     changes = dict.fromkeys(change for term in terms for change in own_changes(term))
-    isolated = all(work.left > 0 and work.takes(units_of_hedge(change)) for change in changes)
+    isolated = all(_is_left(work) and work.takes(units_of_hedge(change)) for change in changes)
     return isolated and all(
-        work.left > 0 and work.takes(units_of_places(term, output.lower, output.upper)) for term in terms
+        _is_left(work) and work.takes(units_of_places(term, output.lower, output.upper)) for term in terms
     )
+
+
+def _is_left(work: Work) -> bool:
+    """Return whether there is work, and time for a hedge that turns often."""
+    return work.left > 0 and not clock.is_over(ISOLATION / SECOND)
+
+
+def located(flat: Plan, work: Work) -> bool:
+    """Locate the turning points that a kernel needs, and return whether the work was enough for all."""
+    exact = [o for o in flat.outputs if not (o.over_rules or o.kind in MAXIMA or o.resolution is not None)]
+    return all(_locate([t for t in o.terms if own_changes(t)], o, work) for o in exact)
 
 
 def _help(output: OutputPlan) -> str:

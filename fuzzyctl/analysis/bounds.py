@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from itertools import islice, product
 from typing import Any, Final
 
+from fuzzyctl.analysis import clock
 from fuzzyctl.analysis.coverage.box_search import Hole, Verdict
-from fuzzyctl.analysis.coverage.coverage import uncovered_of
+from fuzzyctl.analysis.coverage.coverage import kept_of
 from fuzzyctl.analysis.coverage.fires import Silence
-from fuzzyctl.analysis.degrees import CERTAIN, Truths, activation_in, breakpoints, cells, degree_in, effect_in
+from fuzzyctl.analysis.degrees import CERTAIN, Cell, Truths, activation_in, breakpoints, cells, degree_in, effect_in
 from fuzzyctl.analysis.lets import enclosed
-from fuzzyctl.analysis.work import Work
+from fuzzyctl.analysis.work import SpentError, Work, compiling
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, NoRuleFiresError
 from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.expr import Expr, Name, span_of
@@ -82,7 +84,7 @@ def output_bounds(system: FuzzySystem) -> dict[str, OutputBound]:
 
 def _bounds(system: FuzzySystem) -> dict[str, OutputBound]:
     flat = plan(system)
-    verdicts = uncovered_of(flat)
+    verdicts = kept_of(system)
     activations = _activations(flat)
     found: dict[str, OutputBound] = {}
     for o in (flat.outputs[k] for k in flat.order):
@@ -191,11 +193,20 @@ def _activations(flat: Plan) -> list[Interval]:
     """Enclose the activation of each rule over all inputs."""
     reach: dict[str, Interval] = {}
     for i, degree in enumerate(flat.degrees):
-        own = cells(flat.variable(degree.variable), [degree.set])
-        reach[degree_name(i)] = hull(degree_in(degree.set, cell.floats) for cell in own)
+        reach[degree_name(i)] = _reach(degree.set, cells(flat.variable(degree.variable), [degree.set]))
     truths = Truths(flat, reach)
     fired = [truths.strength(strength) for strength in flat.strengths]
     return [activation_in(flat, rule, fired[rule.strength]) for rule in flat.rules]
+
+
+def _reach(term: SetPlan, parts: Sequence[Cell]) -> Interval:
+    """Enclose a degree over the cells of a variable: each of them, or all at once if there is no time."""
+    found: list[Interval] = []
+    for part in parts:
+        if clock.is_over():
+            return degree_in(term, (parts[0].floats[0], parts[-1].floats[1]))
+        found.append(degree_in(term, part.floats))
+    return hull(found)
 
 
 def _terms_that_fire(flat: Plan, output: OutputPlan, activations: Sequence[Interval]) -> list[int]:
@@ -206,7 +217,7 @@ def _terms_that_fire(flat: Plan, output: OutputPlan, activations: Sequence[Inter
 def _hull(output: OutputPlan, terms: Sequence[int], box: Mapping[str, Interval]) -> Interval:
     """Enclose what an output can be while the rules of some terms act; `box` encloses what they may read."""
     if not output.over_rules:
-        return support_hull(output, terms)
+        return (output.lower, output.upper) if clock.is_over() else support_hull(output, [*dict.fromkeys(terms)])
     functions = [t for t in terms if output.terms[t].reads_inputs and output.terms[t].reach is None]
     others = [t for t in terms if t not in functions]
     values = [_values(output.terms[t], box) for t in functions]
@@ -257,7 +268,7 @@ def _ends(
     planned, box = [e.term for e in output.implied if flat.rules[e.rule].weight > 0.0], _box(flat)
     # Kernels hold their results within the hull of all rules; with functions of the inputs, of the rules that fire.
     held = _hull(output, planned, box)
-    wanted = _hull(output, terms, box) if terms else held
+    wanted = _hull(output, terms, box) if terms and terms != planned else held
     if any(output.terms[t].reads_inputs and output.terms[t].reach is None for t in planned):
         held = wanted
     if output.total != "activations":
@@ -300,6 +311,8 @@ def _span_of_end(declared: Output, output: OutputPlan, terms: Sequence[int], val
     if output.rate is not None:
         return None
     for t in terms:
+        if clock.is_over():
+            return None
         at = consequent_hull(output, [t]) if output.over_rules else support_hull(output, [t])
         if value in at and t < len(declared.terms):
             return declared.terms[t].span
@@ -308,6 +321,8 @@ def _span_of_end(declared: Output, output: OutputPlan, terms: Sequence[int], val
 
 def _locate(flat: Plan, output: OutputPlan, ends: tuple[_End, _End]) -> tuple[_End, _End]:
     """Look for the ends among the corners of the input terms, where on a partition of unity one rule fires alone."""
+    if clock.is_over(compiling(flat)):
+        return ends
     program = inference.evaluation(flat)
     if program.state:
         return ends
@@ -320,6 +335,8 @@ def _locate(flat: Plan, output: OutputPlan, ends: tuple[_End, _End]) -> tuple[_E
     ]
     found: list[dict[str, float] | None] = [None, None]
     for point in islice(product(*axes), TRIES):
+        if clock.is_over():
+            break
         value = _value(kernel, point, position, len(flat.outputs))
         for k, end in enumerate(ends):
             if found[k] is None and value == end.value:
@@ -354,6 +371,7 @@ def _with_otherwise(
 
 def _confirmed(flat: Plan, name: str, verdict: Verdict) -> dict[str, float] | None:
     """Return a point where no rule moves an output, if evaluating it there says so, too."""
-    if isinstance(verdict, Hole) and Silence(flat, name, Work(math.inf)).confirms(verdict):
-        return verdict.witness
+    with suppress(SpentError):
+        if isinstance(verdict, Hole) and Silence(flat, name, Work(math.inf)).confirms(verdict):
+            return verdict.witness
     return None

@@ -6,11 +6,13 @@ import math
 from fractions import Fraction
 from typing import Any, Final
 
+from fuzzyctl.analysis import clock
+from fuzzyctl.analysis.accuracy import located
 from fuzzyctl.analysis.bounds import SPENT, OutputBound, output_bounds
 from fuzzyctl.analysis.multilinear.slopes import steepest
 from fuzzyctl.analysis.multilinear.surface import Surface, surface_of
 from fuzzyctl.analysis.witnesses import Judge
-from fuzzyctl.analysis.work import SECOND, Work, evaluation
+from fuzzyctl.analysis.work import SECOND, Work, compiling, evaluation
 from fuzzyctl.kernels.plan.build import Plan, plan
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.records import record
@@ -67,7 +69,8 @@ def extents(system: FuzzySystem, *, timeout: float = TIMEOUT) -> tuple[Extent, .
     flat = plan(system)
     surface = surface_of(flat)
     known = output_bounds(system)
-    if not timeout and surface is None:
+    is_late = not timeout or clock.is_over(compiling(flat)) or not located(flat, Work(0.5 * SECOND * timeout))
+    if surface is None and is_late:
         return tuple(_consequents_alone(system, known[o.name]) for o in system.outputs)
     judge = Judge(system)
     finder = _AtCorners(system, surface) if surface is not None else _BySubdivision(system, flat, timeout, judge)
@@ -111,7 +114,7 @@ def _extent(system: FuzzySystem, position: int, ends: list[_End], finder: Any) -
 
 def _found(judge: Judge, output: str, point: list[float] | None) -> float:
     """Return an output at a point, NaN without one."""
-    return judge.outputs(point)[output] if point is not None else math.nan
+    return judge.outputs(point)[output] if point is not None and not clock.is_over() else math.nan
 
 
 class _AtCorners:
@@ -162,6 +165,8 @@ class _BySubdivision:
         """Return a lower bound (sign 1) or an upper one (-1), and a point that comes near it."""
         from fuzzyctl.analysis.branch_and_bound.minimum import least
 
+        if self._is_late(output):
+            return -sign * math.inf, None
         known = self.boxed.bounds[self.boxed.outputs[output]]
         span = known.hi - known.lo
         gap = GAP * span if math.isfinite(span) and span else GAP
@@ -169,7 +174,8 @@ class _BySubdivision:
         self.ends -= 1
 
         def value(point: list[float]) -> float:
-            work.takes(self.units)
+            if not work.takes(self.units) and clock.is_over():
+                return math.nan
             return sign * self.judge.outputs(point)[name]
 
         name = self.boxed.outputs[output]
@@ -181,11 +187,19 @@ class _BySubdivision:
         """Return a bound of the slope along an input."""
         from fuzzyctl.analysis.branch_and_bound.minimum import steepest
 
+        if self._is_late(output):
+            return math.inf
         work = self.work.part(self.work.left / self.slopes)
         self.slopes -= 1
         bound = steepest(self.boxed, output, position, work)
         self._note_spent(output, work)
         return bound
+
+    def _is_late(self, output: int) -> bool:
+        """Return whether the time is over, and note it."""
+        if clock.is_over():
+            self.spent.add(output)
+        return clock.is_over()
 
     def _note_spent(self, output: int, work: Work) -> None:
         if work.left <= 0.0:

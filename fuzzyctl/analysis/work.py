@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from typing import Final
 
+from fuzzyctl.analysis import clock
 from fuzzyctl.expr import Binary, Call, Expr, walk
 from fuzzyctl.kernels.plan.build import OutputPlan, Plan
 from fuzzyctl.kernels.program.program import Accumulate, Assign, Program
@@ -74,7 +75,9 @@ class Work:
             raise SpentError
 
     def takes(self, units: float) -> bool:
-        """Count some units, and return whether there were as many."""
+        """Count some units, and return whether there were as many, and time for them."""
+        if clock.is_over(min(units, self.left) / SECOND):
+            self.left = 0.0
         spent = min(units, self.left)
         self.left -= spent
         if self.whole is not None:
@@ -87,8 +90,8 @@ def units_of(expr: Expr) -> float:
     return 5 + _ENCLOSED * sum(1 for _ in walk(expr))
 
 
-def enclosing(program: Program, inputs: int, boxes: int) -> float:
-    """Return what it takes to enclose a program and its slopes along the inputs over some boxes, all at once."""
+def sizes_of(program: Program) -> tuple[int, int, int]:
+    """Return how many nodes a program has, how many they are with their repetitions, and those box by box."""
     nodes = entries = scalars = 0
     for statement in program.body:
         if isinstance(statement, Assign | Accumulate):
@@ -98,6 +101,12 @@ def enclosing(program: Program, inputs: int, boxes: int) -> float:
             nodes += count
             entries += count * times
             scalars += times * sum(1 for part in own for e in walk(part.value) if _is_scalar(e))
+    return nodes, entries, scalars
+
+
+def enclosing(sizes: tuple[int, int, int], inputs: int, boxes: int) -> float:
+    """Return what it takes to enclose a program and its slopes along the inputs over some boxes, all at once."""
+    nodes, entries, scalars = sizes
     return _NODE * nodes + (_NUMBER * entries * (1 + 2 * inputs) + _SCALAR * scalars) * boxes
 
 
@@ -120,6 +129,11 @@ def compilation(flat: Plan) -> float:
     """Return what it takes to write and compile a kernel in plain Python."""
     sampled = sum(sampling(o, len(o.terms)) for o in flat.outputs if not o.over_rules)
     return _COMPILED * _operations(flat) + sampled
+
+
+def compiling(flat: Plan) -> float:
+    """Return about how many seconds it takes to write and compile a kernel."""
+    return compilation(flat) / SECOND
 
 
 def written(flat: Plan) -> int:

@@ -18,6 +18,8 @@ from fuzzyctl.cli.streams import write_json
 #: Part of the time of a controller that is left for what is under way when it ends; least time for its bounds [s].
 _REST: Final = 0.2
 _LEAST: Final = 0.1
+#: Least time for the coverage of a system [s].
+_SURE: Final = 0.5
 #: Seconds that reading a byte of a system takes, beyond the first ones. Counted, as bounds of systems read no clock.
 _BYTE: Final = 4.5 / (1 << 20)
 _FREE: Final = 1 << 16
@@ -47,18 +49,24 @@ def print_bounds(file: str, choice: Choice, timeout: float, form: str) -> int:
     from fuzzyctl.model.controller import Controller
     from fuzzyctl.model.system import FuzzySystem
 
-    began = clock.now()
+    began = clock.used()
     kinds: list[Any] = [Controller, FuzzySystem]
     block, examined, _ = open_block(file, choice.name, *kinds)
+    left = (1.0 - _REST) * timeout - (clock.used() - began)
     if block.kind == "controller":
         controller = choice.changed(block)
-        left = (1.0 - _REST) * timeout - (clock.now() - began)
         _show_controller(controller, max(left, min(timeout, _LEAST)), form)
         return DONE
-    system = load_checked(file, replace(choice, name=block.name), examined)
+    # One half of the time is for the bounds, even if it is not known whether rules fire everywhere.
+    with clock.limited(max(0.5 * left, _SURE)):
+        system = load_checked(file, replace(choice, name=block.name), examined)
     size = len(examined.source.text)
     spent = _BYTE * max(size - _FREE, 0) + _OPERATION * max(written(plan(system)) - _FEW, 0)
-    found = extents(system, timeout=max(timeout - spent, 0.0))
+    # Small files without own hedges count operations well: the same bounds in every run, however busy the machine is.
+    is_counted = not (spent or system.hedges)
+    left = max(2.0 * timeout, 4.0 * _SURE) if is_counted else began + (1.0 - _REST) * timeout - clock.used()
+    with clock.limited(left):
+        found = extents(system, timeout=max(timeout - spent, 0.0))
     if form == "json":
         data = {
             "system": system.name,

@@ -1,6 +1,7 @@
 """Work grows no faster than files do: functions called are counted, so that no clock decides."""
 
 import gc
+import itertools
 import math
 import pkgutil
 import re
@@ -465,6 +466,19 @@ def test_no_kernel_is_compiled_for_bounds_of_a_system_that_takes_the_time_to_rea
     assert result.exit_code == 0
     assert "the time is spent" in result.output
     assert not calls
+
+
+@pytest.mark.parametrize(
+    ("name", "size"), [("own-hedges-that-turn-often", 0.2), ("a-hedge-that-turns-often-in-a-row", 1.0)]
+)
+def test_bounds_end_in_time_where_operations_are_not_counted(name, size, tmp_path, monkeypatch):
+    used = itertools.count(step=0.5)  # each look at the clock is half a second
+    monkeypatch.setattr("fuzzyctl.analysis.clock.used", lambda: next(used))
+    (tmp_path / "s.fz").write_text(text_of(name, size), encoding="utf-8")
+    result = CliRunner().invoke(main, ["bounds", str(tmp_path / "s.fz")])
+    assert result.exit_code == 0
+    assert "the time is spent" in result.output
+    assert next(used) < 100.0
 
 
 class TestPages:

@@ -19,7 +19,7 @@ from fuzzyctl.analysis.coverage.coverage import uncovered_of
 from fuzzyctl.analysis.kernel_errors import kernel_errors
 from fuzzyctl.analysis.multilinear.surface import surface_of
 from fuzzyctl.analysis.slices import needed
-from fuzzyctl.analysis.work import enclosing
+from fuzzyctl.analysis.work import enclosing, sizes_of
 from fuzzyctl.expr import CONSTANTS, Call, Expr, Name, walk
 from fuzzyctl.kernels.algorithms.grid import Grid, grid_of
 from fuzzyctl.kernels.inference import inference
@@ -60,6 +60,7 @@ class System:
         self.compared = {c.name: System(c, plan_of(c)) for c in system.compared}
         self.program: Program = inference.evaluation(plan)
         self._parts: dict[tuple[int, ...], Program] = {}
+        self._sizes: dict[int, tuple[int, int, int]] = {}
         self.reader = Reader(system)
         self.inputs = [v.name for v in system.inputs]
         self.outputs = [v.name for v in system.outputs]
@@ -85,7 +86,9 @@ class System:
 
     def units(self, output: int, boxes: int) -> float:
         """Return the work of enclosing an output and its slopes over some boxes."""
-        return enclosing(self._part([output]), len(self.inputs), boxes)
+        if output not in self._sizes:
+            self._sizes[output] = sizes_of(self._part([output]))
+        return enclosing(self._sizes[output], len(self.inputs), boxes)
 
     def _part(self, wanted: Sequence[int]) -> Program:
         """Return the part of the program that some outputs depend on."""
@@ -202,8 +205,16 @@ class System:
         """Params and named constants."""
         return {**CONSTANTS, **self.system.values}
 
+    @cached_property
+    def _cells(self) -> tuple[Array, Array] | None:
+        """The cells where terms bend."""
+        sides = range(len(self.inputs))
+        return grid_of_cells([self.whole(i) for i in sides], [self.breakpoints(i) for i in sides])
+
     def cells(self, truths: Sequence[Truth]) -> tuple[Array, Array] | None:
         """Cut the inputs where terms bend and where conditions change; None for too many cells."""
+        if not truths:
+            return self._cells
         breakpoints = [self.breakpoints(i) for i in range(len(self.inputs))]
         for truth in truths:
             for bound in bounds_in(truth):

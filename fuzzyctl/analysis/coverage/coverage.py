@@ -107,8 +107,15 @@ def _comparing(flat: Plan, output: OutputPlan) -> str:
 
 def diagnostics(system: FuzzySystem) -> list[Diagnostic]:
     """Report each output without `else` for which some rule is not proved to fire always."""
-    flat = plan(system)
-    return diagnostics_of(system, flat, uncovered_of(flat))
+    return diagnostics_of(system, plan(system), kept_of(system))
+
+
+def kept_of(system: FuzzySystem) -> dict[str, Verdict]:
+    """Return what `uncovered_of` does; a system keeps it."""
+    if "uncovered" not in system.derived:
+        system.derived["uncovered"] = uncovered_of(plan(system))
+    verdicts: dict[str, Verdict] = system.derived["uncovered"]
+    return verdicts
 
 
 def diagnostics_of(

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import Final
 
@@ -19,6 +20,7 @@ import numpy as np
 from fuzzyctl.analysis import clock
 from fuzzyctl.analysis.induction.boxed_step import ANYTHING, Ends
 from fuzzyctl.analysis.induction.step_model import ABSORBED, StepModel, parted
+from fuzzyctl.analysis.work import SpentError
 from fuzzyctl.expr import Number, names_in, walk
 from fuzzyctl.kernels.interval.narrowing import may_be_nan
 from fuzzyctl.kernels.interval.vector import Enclosure, constant
@@ -36,6 +38,8 @@ _SPLIT: Final = 4
 _PULLS, _PULLED = 12, 40
 #: Steps after which ends that grow have none.
 _MOST: Final = 150
+#: Seconds that a step under way may take beyond the time.
+_LATE: Final = 0.75
 
 _ENDLESS: Final = (-math.inf, math.inf)
 #: Stands for the range of a state that may be no number.
@@ -100,10 +104,11 @@ def ranges_of(
     Returns:
         The inputs' ranges and the states'; (NaN, NaN) for a state that may be no number.
     """
-    if clock.now() > deadline:
-        return dict(inputs) | {s.name: caps.get(s.name, LOST) for s in model.equations.states}
-    with np.errstate(all="ignore"):
-        return dict(inputs) | _Growth(model, inputs, caps).run(deadline)
+    left = deadline - clock.now()
+    if left > 0.0:
+        with suppress(SpentError), np.errstate(all="ignore"), clock.limited(left + _LATE):
+            return dict(inputs) | _Growth(model, inputs, caps).run(deadline)
+    return dict(inputs) | {s.name: caps.get(s.name, LOST) for s in model.equations.states}
 
 
 class _Growth:
@@ -127,7 +132,7 @@ class _Growth:
         while self._step(is_last=steps >= _MOST):
             steps += 1
             if clock.now() > deadline:
-                return {s.name: self.caps.get(s.name, LOST) for s in self.states}
+                raise SpentError
         if len(self.states) <= _PULLED:
             self._pull()
         return {n: LOST if n in self.lost else (low.value, high.value) for n, (low, high) in self.ends.items()}

@@ -8,11 +8,13 @@ from typing import Final
 
 import numpy as np
 
+from fuzzyctl.analysis import clock
 from fuzzyctl.analysis.bounds import output_bounds
 from fuzzyctl.analysis.branch_and_bound.boxed_system import System
 from fuzzyctl.analysis.claims import Bound
 from fuzzyctl.analysis.coverage.coverage import uncovered_of
 from fuzzyctl.analysis.induction.claims import NEXT
+from fuzzyctl.analysis.work import SpentError
 from fuzzyctl.expr import Binary, Compare, Expr, ExprError, Logic, Name, Negate, Number, Where, evaluate, names_in, walk
 from fuzzyctl.kernels.interval.narrowing import NarrowingInterpreter, may_be_nan
 from fuzzyctl.kernels.interval.vector import Enclosure, Mask, jumping
@@ -162,9 +164,14 @@ class StepModel:
             own: The slice.
             arguments: Enclosures of what it reads.
             nearest: Whether only what kernels compute is enclosed, not the real values.
+
+        Raises:
+            SpentError: When the time of the ranges is over.
         """
         found = NarrowingInterpreter(arguments, self.definitions, nearest=nearest)
         for item in own.body:
+            if clock.is_over():
+                raise SpentError
             if isinstance(item, Equation):
                 found.names[item.name] = found.enclose(self.definitions[item.name])
             else:

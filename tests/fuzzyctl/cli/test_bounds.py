@@ -211,7 +211,7 @@ def test_reading_is_part_of_the_time_of_a_controller(tmp_path, monkeypatch):
     path = tmp_path / "c.fz"
     path.write_text("controller c\ninput x in [-1, 1]\noutput y = x\n", encoding="utf-8")
     clock = iter([10.0, 12.5])
-    monkeypatch.setattr("fuzzyctl.analysis.clock.now", lambda: next(clock))
+    monkeypatch.setattr("fuzzyctl.analysis.clock.used", lambda: next(clock))
     times = []
     monkeypatch.setattr("fuzzyctl.analysis.induction.bounds.controller_bounds", lambda _, t: times.append(t) or {})
     run(path)

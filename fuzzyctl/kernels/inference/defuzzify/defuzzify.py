@@ -17,7 +17,7 @@ from fuzzyctl.kernels.inference.defuzzify.maxima import sampled_maximum
 from fuzzyctl.kernels.inference.defuzzify.piecewise_linear import straight_bisector, straight_centroid, straight_maximum
 from fuzzyctl.kernels.inference.defuzzify.sampled_bisector import sampled_bisector
 from fuzzyctl.kernels.inference.defuzzify.sampled_polygon import sampled_polygon
-from fuzzyctl.kernels.inference.defuzzify.sampling import Samples, sample_points, sampled_degrees, sampled_moments
+from fuzzyctl.kernels.inference.defuzzify.sampling import Samples, points_at, sampled_moments
 from fuzzyctl.kernels.plan.build import OutputPlan, SetPlan
 from fuzzyctl.kernels.plan.traced import greatest, is_free, least
 from fuzzyctl.kernels.program.builder import Builder, clip, times
@@ -238,15 +238,19 @@ def support_hull(output: OutputPlan, terms: Sequence[int]) -> tuple[float, float
         return (least(inside), greatest(inside)) if inside else whole
     if any(output.terms[t].is_free for t in terms):
         return whole
-    points = sample_points(output)
-    degrees = [sampled_degrees(output.terms[t], points) for t in set(terms)]
-    inside = [x for i, x in enumerate(points) if any(d[i] > 0.0 for d in degrees)]
-    if not inside or output.rule in ("nearest", "two_sided", "between", "running"):
+    if output.rule in ("nearest", "two_sided", "between", "running"):
+        return whole
+    degrees = [scalar_function(output.terms[t].degree(Name("x"))) for t in dict.fromkeys(terms)]
+    # The first and the last sample above 0 are looked for from both ends: most samples are never computed.
+    samples = range(output.resolution)
+    sides = (points_at(output, samples), points_at(output, reversed(samples)))
+    first, last = (next((x for x in own if any(d(x) > 0.0 for d in degrees)), None) for own in sides)
+    if first is None or last is None:
         return whole
     # What lies between samples may be a step away from those above 0.
     between = output.kind == "bisector" or output.rule == "polygon"
-    beyond = (output.upper - output.lower) / max(len(points) - 1, 1) if between else 0.0
-    return max(min(inside) - beyond, output.lower), min(max(inside) + beyond, output.upper)
+    beyond = (output.upper - output.lower) / max(output.resolution - 1, 1) if between else 0.0
+    return max(first - beyond, output.lower), min(last + beyond, output.upper)
 
 
 def support(output: OutputPlan, term: SetPlan) -> tuple[float, ...]:
@@ -264,10 +268,11 @@ def _stretches(output: OutputPlan, term: SetPlan) -> list[tuple[float, float]]:
     if term.vertices:
         return [(x0, x1) for (x0, y0), (x1, y1) in pairwise(_whole(term.vertices)) if max(y0, y1) > 0.0]
     places = sorted({output.lower, *term.pieces, output.upper})
-    degree = scalar_function(term.degree(Name("x")))
     # A formula is above 0 all over a stretch, or nowhere but for what rounds to 0 far from its middle.
-    always = term.kind not in FINITE or bool(term.changes)
-    return [(a, b) for a, b in pairwise(places) if always or degree(0.5 * a + 0.5 * b) > 0.0]
+    if term.kind not in FINITE or term.changes:
+        return list(pairwise(places))
+    degree = scalar_function(term.degree(Name("x")))
+    return [(a, b) for a, b in pairwise(places) if degree(0.5 * a + 0.5 * b) > 0.0]
 
 
 def _whole(vertices: tuple[Vertex, ...]) -> tuple[Vertex, ...]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import reduce
 from itertools import groupby
 from typing import Final
@@ -27,13 +27,18 @@ HALF: Final = Number(0.5)
 
 def sample_points(output: OutputPlan) -> tuple[float, ...]:
     """Return the grid: middles or left ends of equal cells, or equal steps from end to end."""
+    return tuple(points_at(output, range(output.resolution or 0)))
+
+
+def points_at(output: OutputPlan, positions: Iterable[int]) -> Iterator[float]:
+    """Return the points of the grid at some positions, one by one."""
     count = output.resolution or 0
     width = output.upper - output.lower
     if output.grid == "midpoint":
-        return tuple(output.lower + (i + 0.5) * width / count for i in range(count))
+        return (output.lower + (i + 0.5) * width / count for i in positions)
     if output.grid == "left":
-        return tuple(output.lower + i * width / count for i in range(count))
-    return tuple(output.lower + i * width / (count - 1) for i in range(count)) if count > 1 else (output.lower,)
+        return (output.lower + i * width / count for i in positions)
+    return (output.lower + i * width / (count - 1) for i in positions) if count > 1 else iter([output.lower])
 
 
 def seen_points(output: OutputPlan) -> tuple[float, ...]:
