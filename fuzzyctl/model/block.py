@@ -47,6 +47,11 @@ class Block(Node, Printed):
         def range_of(self, signal: Any) -> tuple[float, float]:
             """Return the ends of the range of an input or output; infinite without a range."""
 
+    @property
+    def identity(self) -> dict[str, str]:
+        """What says in JSON which block it is."""
+        return {self.kind: self.name}
+
     @cached_property
     def param_values(self) -> ParamValues:
         """Values of the params as far as they can be computed, and why others cannot."""

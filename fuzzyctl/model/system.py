@@ -68,6 +68,11 @@ class FuzzySystem(Block):
         return printable(f"FuzzySystem({self.name}: {inputs} -> {outputs}; {rules})")
 
     @property
+    def identity(self) -> dict[str, str]:
+        """Kind and name, and by whose numerics it computes."""
+        return {**super().identity, "semantics": self.method.semantics.profile}
+
+    @property
     def variables(self) -> tuple[LinguisticVariable, ...]:
         """The inputs, the outputs and the lets, which have terms."""
         return (*self.inputs, *self.outputs, *self.lets)
