@@ -216,7 +216,7 @@ def _truth(system: FuzzySystem | Controller, expr: Expr, tolerance: Fraction, wa
         case Call(function=word) if word in SLOPES:
             slope = Slope(word, *_two_names(expr), 0.0, tolerance, expr)
             return slope if wanted else Denied(slope)
-        case Name(name=name) if isinstance(system, Controller) and name in system.conditions:
+        case Name(name=name) if name in system.conditions:
             return _truth(system, system.conditions[name], tolerance, wanted)
         # A let of a system is a number: `and` is the minimum, `or` the maximum, `not` the difference from 1.
         case Call(function="min" | "max" as joined, arguments=parts):

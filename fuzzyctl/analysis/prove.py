@@ -42,6 +42,7 @@ from fuzzyctl.diagnostics.diagnostic import Diagnostic
 from fuzzyctl.expr import Binary, Expr, span_of, to_text, walk
 from fuzzyctl.kernels.known_values import known_at
 from fuzzyctl.kernels.plan.build import Plan, plan
+from fuzzyctl.model.block import Block
 from fuzzyctl.model.controller import Controller
 from fuzzyctl.model.guarantee import Guarantee
 from fuzzyctl.model.inlined_lets import inlined, named_lets
@@ -116,19 +117,28 @@ def prove(
     timeout = arguments.seconds("'timeout'", timeout)
     if progress is not None and not callable(progress):
         raise arguments.wrong("'progress'", "a function, or None", progress)
-    if isinstance(path, Controller):
-        from fuzzyctl.analysis.induction.prover import verdicts
-
-        return verdicts(path, timeout, progress)
-    if not isinstance(path, FuzzySystem):
+    if not isinstance(path, Block):
         from fuzzyctl.loading.choice import block_name, chosen
         from fuzzyctl.loading.load import opened
 
-        kinds: Any = (FuzzySystem, Controller)
-        found: FuzzySystem | Controller = chosen(opened(path), block_name(block), *kinds)
-        return prove(found, timeout=timeout, progress=progress)
-    prover = Prover(path, timeout=timeout, progress=progress)
-    return Verdicts(prover.verdict(g) for g in path.guarantees)
+        kinds: tuple[type[Any], ...] = (FuzzySystem, Controller)
+        return prove(chosen(opened(path), block_name(block), *kinds), timeout=timeout, progress=progress)
+    prover = prover_of(path, timeout, progress)
+    return Verdicts(prover.verdict(claim) for claim in prover.own)
+
+
+def prover_of(block: Block, timeout: float = TIMEOUT, progress: Progress | None = None) -> Any:
+    """Return the `Prover` of a system or the `ControllerProver` of a controller: `verdict` decides each claim in `own`.
+
+    Raises:
+        ArgumentError: For another block.
+    """
+    if isinstance(block, FuzzySystem):
+        return Prover(block, timeout, progress)
+    from fuzzyctl.analysis.induction.prover import ControllerProver
+
+    controller = arguments.instance("the block", Controller, "a FuzzySystem or a Controller", block)
+    return ControllerProver(controller, timeout, progress)
 
 
 @dataclass
@@ -147,6 +157,11 @@ class Prover:
     progress: Progress | None = None
     work: Work | None = None
     _boxed: Any = field(default=None, init=False, repr=False)
+
+    @property
+    def own(self) -> tuple[Guarantee, ...]:
+        """The claims of the system."""
+        return self.system.guarantees
 
     @cached_property
     def plan(self) -> Plan:

@@ -68,12 +68,7 @@ def print_bounds(file: str, choice: Choice, timeout: float, form: str) -> int:
     with clock.limited(left):
         found = extents(system, timeout=max(timeout - spent, 0.0))
     if form == "json":
-        data = {
-            "system": system.name,
-            "semantics": system.method.semantics.profile,
-            "outputs": [_as_data(e) for e in found],
-        }
-        write_json(data)
+        write_json({**system.identity, "outputs": [_as_data(e) for e in found]})
     else:
         report("\n".join(line for e in found for line in _lines(system, e)))
     return DONE
@@ -91,7 +86,7 @@ def _show_controller(controller: Controller, timeout: float, form: str) -> None:
             for n, b in found.items()
         }
         outputs, kept = ([d for n, d in data.items() if (n in states) == wanted] for wanted in (False, True))
-        write_json({"controller": controller.name, "outputs": outputs, "states": kept})
+        write_json({**controller.identity, "outputs": outputs, "states": kept})
         return
     for name, bound in found.items():
         unit, what = units[name], "state " if name in states else ""

@@ -289,7 +289,7 @@ def _list(names: Sequence[str]) -> str:
     return ", ".join(names) or "none"
 
 
-def point_of(block: Block, texts: Iterable[str], command: str) -> dict[str, float]:
+def point_of(block: Any, texts: Iterable[str], command: str) -> dict[str, float]:
     """Return the point that `INPUT=VALUE` arguments of a command give; a controller may also have `dt`.
 
     Raises:
@@ -300,9 +300,8 @@ def point_of(block: Block, texts: Iterable[str], command: str) -> dict[str, floa
     missing = missing_inputs(block, given, command)
     if time and "dt" not in given:
         from fuzzyctl.kernels.plan.expansion import equations_of
-        from fuzzyctl.model.controller import Controller
 
-        if isinstance(block, Controller) and block.period is None and equations_of(block).reads_time:
+        if block.period is None and equations_of(block).reads_time:
             facts = ("the time since the step before [s]; the controller has no 'every' line",)
             missing.append(Diagnostic("FZ501", "'dt' has no value", facts=facts, help="write dt=SECONDS as well"))
     if missing:

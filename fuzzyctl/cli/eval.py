@@ -73,8 +73,7 @@ def evaluate(
     results, after = _results(system, given, state)
     if form == "json":
         data: dict[str, Any] = {
-            system.kind: system.name,
-            **({"semantics": system.method.semantics.profile} if isinstance(system, FuzzySystem) else {}),
+            **system.identity,
             "inputs": plain(given),
             "outputs": plain(results),
             **({"next_state": plain(after)} if after else {}),

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from functools import wraps
 from itertools import chain
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar, cast
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from fuzzyctl.cli.common import AS, BLOCK, SET, STDIN, assignments, remark, show, standard_input
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
@@ -45,7 +45,7 @@ class Choice:
         Raises:
             DiagnosticError: For mistakes of the block then; they come from the command line, not from the file.
         """
-        values = assignments(self.settings, params_of(block), "param")
+        values = assignments(self.settings, block.settable, "param")
         if values:
             from fuzzyctl.loading.block_equations import with_params
 
@@ -59,14 +59,6 @@ class Choice:
         """Return the same with the settings of some params only."""
         own = tuple(t for t in self.settings if t.partition("=")[0].strip() in names)
         return replace(self, settings=own)
-
-
-def params_of(block: Block) -> list[str]:
-    """Return the names of the params that can be set: those of a controller's instances are among them."""
-    from fuzzyctl.model.controller import Controller
-    from fuzzyctl.model.instance_params import instance_params
-
-    return [*(p.name for p in block.params), *(instance_params(block) if isinstance(block, Controller) else ())]
 
 
 def blamed(error: DiagnosticError, settings: Sequence[str]) -> DiagnosticError:
@@ -181,7 +173,7 @@ def open_blocks(file: str, choice: Choice, *, hints: bool = True, examined: Exam
 
     examined, diagnostics = _without_errors(file, examined, hints=hints)
     blocks = examined.blocks if choice.name is None else (chosen(examined, choice.name, Block),)
-    names = [params_of(b) for b in blocks]
+    names = [b.settable for b in blocks]
     assignments(choice.settings, list(dict.fromkeys(chain.from_iterable(names))), "param")
     changed = (choice.of_params(own).changed(b) for b, own in zip(blocks, names, strict=True))
     return Opened(examined, tuple(changed), diagnostics)
@@ -229,13 +221,10 @@ def load_checked(file: str, choice: Choice, examined: Examined | None = None) ->
 def load_checked_block(file: str, choice: Choice, *kinds: type[AnyBlock], examined: Examined | None = None) -> AnyBlock:
     """Open the one block of a file that is meant as `load_checked` does; the checks are those of its systems."""
     from fuzzyctl.analysis.coverage import coverage
-    from fuzzyctl.model.system import FuzzySystem
 
     block, examined, _ = open_block(file, choice.name, *kinds, examined=examined)
     block = choice.changed(block)
-    changed: Any = block
-    systems = [changed] if isinstance(changed, FuzzySystem) else changed.systems
-    gaps = chain.from_iterable(map(coverage.diagnostics, systems))
+    gaps = chain.from_iterable(map(coverage.diagnostics, block.systems))
     diagnostics = examined.reported([*examined.diagnostics, *gaps])
     if _errors(diagnostics):
         raise DiagnosticError(diagnostics)
@@ -249,13 +238,10 @@ def under(block: AnyBlock, profile: ProfileName | None) -> AnyBlock:
         return block
     from fuzzyctl.model.as_profile import as_profile
     from fuzzyctl.model.checks.profile_limits import kept
-    from fuzzyctl.model.system import FuzzySystem
 
-    changed: Any = block
-    if isinstance(changed, FuzzySystem):
-        under_profile = as_profile(changed, profile)
-        show(kept(changed, profile))
-        return cast("AnyBlock", under_profile)
-    parts = ("systems", "controllers", "plants")
-    inner = {part: tuple(under(b, profile) for b in getattr(changed, part)) for part in parts}
-    return cast("AnyBlock", replace(changed, **inner))
+    def changed(system: FuzzySystem) -> FuzzySystem:
+        under_profile = as_profile(system, profile)
+        show(kept(system, profile))
+        return under_profile
+
+    return block.with_systems(changed)

@@ -41,12 +41,12 @@ def settings_of(texts: Sequence[str], loops: Sequence[Loop]) -> list[Loop]:
     """
     if not texts:
         return list(loops)
-    from fuzzyctl.model.instance_params import instance_params, with_instance_params
+    from fuzzyctl.model.instance_params import with_instance_params
     from fuzzyctl.simulation.settings import short_names, with_settings
 
     loops = [with_instance_params(loop, [t.partition("=")[0].strip() for t in texts]) for loop in loops]
     names = [short_names(loop) for loop in loops]
-    known = list(dict.fromkeys(n for own in (*names, *map(instance_params, loops)) for n in own))
+    known = list(dict.fromkeys(n for own in (*names, *(loop.instance_params for loop in loops)) for n in own))
     values = assignments(texts, known, "param")
     changed = []
     for loop, own in zip(loops, names, strict=True):

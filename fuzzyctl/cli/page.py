@@ -11,7 +11,7 @@ import click
 
 from fuzzyctl.cli.checked import claim_reports
 from fuzzyctl.cli.common import DONE, FAILED, QUIET, UNDECIDED, answers_with_diagnostics, assignments, show
-from fuzzyctl.cli.loading import Choice, chooses, examined_file, params_of
+from fuzzyctl.cli.loading import Choice, chooses, examined_file
 from fuzzyctl.cli.loops import settings_of
 from fuzzyctl.cli.streams import say
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
@@ -87,11 +87,10 @@ def _known_settings(examined: Examined, loops: list[Loop], choice: Choice) -> No
     """
     if not choice.settings:
         return
-    from fuzzyctl.model.instance_params import instance_params
     from fuzzyctl.simulation.settings import short_names
 
-    own = map(params_of, examined.blocks)
-    of_loops = (name for loop in loops for name in (*short_names(loop), *instance_params(loop)))
+    own = (block.settable for block in examined.blocks)
+    of_loops = (name for loop in loops for name in (*short_names(loop), *loop.instance_params))
     assignments(choice.settings, list(dict.fromkeys([*chain.from_iterable(own), *of_loops])), "param")
 
 
@@ -116,7 +115,7 @@ def _systems(examined: Examined, choice: Choice, diagnostics: list[Diagnostic], 
             require_size(system)  # before proofs, which take seconds where there is much to prove
         except CodegenError as error:
             raise DiagnosticError([_refused(system.name, system.span, error)]) from None
-        own = choice.of_params(params_of(system))
+        own = choice.of_params(system.settable)
         checked = check_changed(examined, own.changed(system))
         if checked.system is None:
             raise DiagnosticError(checked.diagnostics)
@@ -149,9 +148,9 @@ def _controllers(examined: Examined, choice: Choice, diagnostics: list[Diagnosti
         raise DiagnosticError(found)
     _add(diagnostics, found)
     for controller in chosen:
-        own = choice.of_params(params_of(controller))
+        own = choice.of_params(controller.settable)
         changed = own.changed(controller)
-        settings = assignments(own.settings, params_of(controller), "param")
+        settings = assignments(own.settings, controller.settable, "param")
         try:
             unit = prepare(changed, examined.source.text, settings=settings)
             verdicts, rows = controller_proofs(changed, CLAIM_SECONDS, until)
@@ -177,14 +176,13 @@ def _runs(loops: list[Loop], choice: Choice, diagnostics: list[Diagnostic]) -> I
     """Yield the sections of loops, which are run."""
     if not loops:
         return
-    from fuzzyctl.model.instance_params import instance_params
     from fuzzyctl.page.blocks import loop_data
     from fuzzyctl.page.document import Section
     from fuzzyctl.simulation.settings import short_names
     from fuzzyctl.simulation.simulate import simulate, warnings
 
     for loop in loops:
-        own = choice.of_params([*short_names(loop), *instance_params(loop)])
+        own = choice.of_params([*short_names(loop), *loop.instance_params])
         run = simulate(settings_of(own.settings, [loop])[0], record_calls=True)
         diagnostics += [*(_unmet(run) if run.stopped is None else [run.stopped]), *warnings(run)]
         yield Section(loop_data(run, len(loops)))

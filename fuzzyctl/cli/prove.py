@@ -30,8 +30,7 @@ from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 
 if TYPE_CHECKING:
     from fuzzyctl.analysis.verdicts import Verdict
-    from fuzzyctl.model.controller import Controller
-    from fuzzyctl.model.system import FuzzySystem
+    from fuzzyctl.model.block import Block
 
 
 @dataclass
@@ -46,8 +45,8 @@ class Proof:
     """
 
     file: str
-    block: FuzzySystem | Controller
-    claims: int
+    block: Block
+    claims: int = 0
     verdicts: list[Verdict] = field(default_factory=list)
 
 
@@ -101,12 +100,9 @@ def prove(files: tuple[str, ...], choice: Choice, bounds: bool, timeout: float |
                 mistakes.extend(error.diagnostics)
                 continue
             shown = STDIN if file == "-" else file
-            for system in opened.of(FuzzySystem):
-                proofs.append(Proof(shown, system, len(system.guarantees)))
-                _prove_system(proofs[-1], system, timeout, tell)
-            for controller in opened.of(Controller):
-                proofs.append(Proof(shown, controller, 0))
-                _prove_controller(proofs[-1], controller, timeout, tell)
+            for block in (*opened.of(FuzzySystem), *opened.of(Controller)):
+                proofs.append(Proof(shown, block))
+                _prove(proofs[-1], timeout, tell)
     except KeyboardInterrupt:
         show(mistakes)
         say(f"interrupted{': ' if proofs else ''}{_summary(proofs)}", err=True)
@@ -141,27 +137,15 @@ def _opened(file: str, choice: Choice) -> Opened:
     return opened
 
 
-def _prove_system(proof: Proof, system: FuzzySystem, timeout: float, tell: Callable[[str], None] | None) -> None:
-    """Prove the guarantees of a system; report each as soon as it is settled."""
-    from fuzzyctl.analysis.prove import Prover
+def _prove(proof: Proof, timeout: float, tell: Callable[[str], None] | None) -> None:
+    """Prove the claims of a block; report each as soon as it is settled."""
+    from fuzzyctl.analysis.prove import prover_of
 
-    prover = Prover(system, timeout=timeout)
-    _prove_all(proof, system.guarantees, prover, tell)
-
-
-def _prove_controller(proof: Proof, controller: Controller, timeout: float, tell: Callable[[str], None] | None) -> None:
-    """Prove the claims of a controller; report each as soon as it is settled."""
-    from fuzzyctl.analysis.induction.prover import ControllerProver
-
-    prover = ControllerProver(controller, timeout)
-    proof.claims = len(prover.claims.own)
-    _prove_all(proof, prover.claims.own, prover, tell)
-
-
-def _prove_all(proof: Proof, claims: Sequence[Any], prover: Any, tell: Callable[[str], None] | None) -> None:
-    if tell is not None and not claims:
+    prover = prover_of(proof.block, timeout)
+    proof.claims = len(prover.own)
+    if tell is not None and not proof.claims:
         tell(f"{proof.file}: {proof.block.name}: no guarantees")
-    for claim in claims:
+    for claim in prover.own:
         with progress() as shown:
             prover.progress = None if shown is None else _of_boxes(shown)
             verdict = prover.verdict(claim)
@@ -212,17 +196,10 @@ def _details(verdict: Verdict) -> Iterator[str]:
 
 
 def _as_data(proofs: Sequence[Proof], mistakes: Sequence[Diagnostic]) -> dict[str, Any]:
-    from fuzzyctl.model.system import FuzzySystem
-
-    systems, controllers = [], []
+    found: dict[str, Any] = {"systems": []}
     for proof in proofs:
-        block, guarantees = proof.block, [_verdict_data(v) for v in proof.verdicts]
-        if isinstance(block, FuzzySystem):
-            semantics = block.method.semantics.profile
-            systems.append({"file": proof.file, "system": block.name, "semantics": semantics, "guarantees": guarantees})
-        else:
-            controllers.append({"file": proof.file, "controller": block.name, "guarantees": guarantees})
-    found: dict[str, Any] = {"systems": systems, "controllers": controllers} if controllers else {"systems": systems}
+        data = {"file": proof.file, **proof.block.identity, "guarantees": [_verdict_data(v) for v in proof.verdicts]}
+        found.setdefault(f"{proof.block.kind}s", []).append(data)
     return found | {"diagnostics": [d.as_dict() for d in mistakes]}
 
 

@@ -81,8 +81,7 @@ def why(
     warnings = outside_range(block, given)
     if form == "json":
         data = {
-            block.kind: block.name,
-            **({"semantics": block.method.semantics.profile} if block.kind == "system" else {}),
+            **block.identity,
             **plain(found.as_dict()),
         }
         data["diagnostics"] = [w.as_dict() for w in warnings]

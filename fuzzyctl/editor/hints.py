@@ -42,9 +42,9 @@ def hints(document: Document, start: int = 0, end: int | None = None) -> list[Hi
     }
     found = set()
     for block in document.examined.blocks:
-        if isinstance(block, FuzzySystem):
-            found |= {*_peaks(block, statements), *_bounds(document, block, statements)}
         found |= {*_values(block, statements)}
+    for system in document.examined.systems:
+        found |= {*_peaks(system, statements), *_bounds(document, system, statements)}
     return sorted((h for h in found if start <= h.offset <= end), key=lambda h: (h.offset, h.text))
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import Final, Literal
 
@@ -12,8 +13,7 @@ from fuzzyctl.diagnostics.diagnostic import DiagnosticError
 from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.editor.document import Document
 from fuzzyctl.lang import syntax as sx
-from fuzzyctl.model.controller import Controller
-from fuzzyctl.model.system import FuzzySystem
+from fuzzyctl.model.block import Block
 
 State = Literal["proved", "refuted", "undecided", "unknown"]
 
@@ -100,25 +100,22 @@ def prove(document: Document, seconds: float = FIRST, stopped: Callable[[], bool
 
     if document.mistakes_stop_proofs:
         return False
-    blocks: tuple[FuzzySystem | Controller, ...] = (*document.examined.systems, *document.examined.controllers)
-    for block in blocks:
-        try:
+    systems = document.examined.systems
+    for block in (*systems, *document.examined.controllers):
+        with suppress(DiagnosticError):  # such as a system that cannot be planned, which a check reports
             for verdict in _verdicts(document, block, seconds, progress):
                 if verdict.span is not None:
                     document.verdicts[verdict.span.start, block.name] = verdict
-            if isinstance(block, FuzzySystem) and (block.name, block.outputs[0].name) not in document.bounds:
-                bounds = output_bounds(block).values()
-                document.bounds.update({(block.name, b.name): (b.lo, b.hi) for b in bounds})
-        except DiagnosticError:  # such as a system that cannot be planned, which a check reports
-            continue
+    for system in systems:
+        if (system.name, system.outputs[0].name) not in document.bounds:
+            with suppress(DiagnosticError):
+                bounds = output_bounds(system).values()
+                document.bounds.update({(system.name, b.name): (b.lo, b.hi) for b in bounds})
     return any(isinstance(v, Undecided) for v in document.verdicts.values())
 
 
-def _verdicts(
-    document: Document, block: FuzzySystem | Controller, timeout: float, progress: Callable[..., None]
-) -> Iterator[Verdict]:
-    from fuzzyctl.analysis.induction.prover import ControllerProver
-    from fuzzyctl.analysis.prove import Prover
+def _verdicts(document: Document, block: Block, timeout: float, progress: Callable[..., None]) -> Iterator[Verdict]:
+    from fuzzyctl.analysis.prove import prover_of
 
     def is_open(span: Span | None) -> bool:
         progress()
@@ -126,9 +123,5 @@ def _verdicts(
             return False
         return isinstance(document.verdicts.get((span.start, block.name), _OPEN), Undecided)
 
-    if isinstance(block, FuzzySystem):
-        prover = Prover(block, timeout, progress)
-        yield from (prover.verdict(g) for g in block.guarantees if is_open(g.span))
-    else:
-        steps = ControllerProver(block, timeout, progress)
-        yield from (steps.verdict(c) for c in steps.claims.own if is_open(c.span))
+    prover = prover_of(block, timeout, progress)
+    yield from (prover.verdict(claim) for claim in prover.own if is_open(claim.span))

@@ -20,6 +20,7 @@ from fuzzyctl.kernels.inference import inference
 from fuzzyctl.kernels.inference.defuzzify.defuzzify import consequent_hull
 from fuzzyctl.kernels.known_values import known_at, value_of
 from fuzzyctl.kernels.plan.build import OutputPlan, Plan, SetPlan, chain_name, degree_name, plan, step_name
+from fuzzyctl.model.block import Block
 from fuzzyctl.model.method import TSUKAMOTO
 from fuzzyctl.model.rule import Consequent
 from fuzzyctl.model.system import FuzzySystem
@@ -146,7 +147,8 @@ def why(
         NoRuleFiresError: Where no rule fires for an output that says `else error`.
     """
     given = arguments.mapping("'values'", "numbers by name of the input", {} if values is None else values)
-    declared = {block.as_declared(n): value for n, value in named.items()} if isinstance(block, FuzzySystem) else named
+    arguments.instance("the block", Block, "a FuzzySystem or a Controller", block)
+    declared = {block.as_declared(n): value for n, value in named.items()}
     for name in declared:
         if name in given:
             raise ArgumentError(f"{name!r} is given twice")

@@ -5,12 +5,14 @@ from __future__ import annotations
 import os
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
-from typing import TYPE_CHECKING, Final
+from typing import Any, Final
 
+from fuzzyctl.diagnostics.diagnostic import ValueOutOfBoundsError
 from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.expr import ONE, Expr, Number, number_text, to_text
 from fuzzyctl.formats.fz_strings import guarantee_text, param_text, quoted, require_names
 from fuzzyctl.lang.formatter import format_source
+from fuzzyctl.model.block import Block
 from fuzzyctl.model.method import Activation, Defuzzifier, Method
 from fuzzyctl.model.profiles import PROFILES, UNSET, Profile
 from fuzzyctl.model.rule import And, Antecedent, Cell, Is, Not, Or, Rule, RuleBlock, RuleTable
@@ -18,9 +20,6 @@ from fuzzyctl.model.semantics import KNOBS, Semantics
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import ANYWHERE, Fallback, Hold, Input, Let, LinguisticVariable, Membership, Output
 from fuzzyctl.support import arguments
-
-if TYPE_CHECKING:
-    from fuzzyctl.model.block import Block
 
 _KEYWORDS: Final = {Input: "input", Output: "output", Let: "let"}
 
@@ -38,19 +37,24 @@ def dumps(system: Block) -> str:
 
     Raises:
         ValueOutOfBoundsError: For a name, title, label, unit or citation that a `.fz` file cannot hold; names of other
-            formats may be such, and `fuzzyctl convert` changes them.
+            formats may be such, and `fuzzyctl convert` changes them. For two blocks of one name.
         ArgumentError: For what is no such block.
     """
-    if isinstance(system, FuzzySystem):
-        raw = "\n".join(system_lines(system)) + "\n"
-    else:
-        from fuzzyctl.formats.fz_blocks import text_of  # here, since few files have them
-        from fuzzyctl.model.controller import EquationBlock
-
-        if not isinstance(system, EquationBlock):
-            raise arguments.wrong("the system", "a FuzzySystem, Controller, Plant or Loop", system)
-        raw = text_of(system, system_lines)
+    found: dict[str, Block] = {}
+    for part in arguments.instance("the system", Block, "a FuzzySystem, Controller, Plant or Loop", system).parts:
+        if found.setdefault(part.name, part) != part:
+            raise ValueOutOfBoundsError("a name of a rule file", part.name, "that of one block only")
+    written = set(found)
+    raw = "\n\n".join("\n".join(_block_lines(part, written)) for part in found.values()) + "\n"
     return format_source(SourceText(system.name, raw))
+
+
+def _block_lines(block: Any, written: set[str]) -> Iterator[str]:
+    if isinstance(block, FuzzySystem):
+        return system_lines(block, written)
+    from fuzzyctl.formats.fz_blocks import block_lines  # here, since few files have them
+
+    return block_lines(block)
 
 
 def system_lines(system: FuzzySystem, written: set[str] | None = None) -> Iterator[str]:

@@ -2,47 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 
-from fuzzyctl.diagnostics.diagnostic import ArgumentError, ValueOutOfBoundsError
+from fuzzyctl.diagnostics.diagnostic import ArgumentError
 from fuzzyctl.expr import to_text
 from fuzzyctl.formats.fz_strings import bounds_text, guarantee_text, param_text, quoted, require_names
 from fuzzyctl.model.controller import EquationBlock, Function, Result, Signal, State
 from fuzzyctl.model.guarantee import Param
 from fuzzyctl.model.loop import Loop
 from fuzzyctl.model.plant import Plant
-from fuzzyctl.model.system import FuzzySystem
 
 
-def text_of(block: EquationBlock, system_lines: Callable[[FuzzySystem, set[str]], Iterable[str]]) -> str:
-    """Return a block with all that it calls, each above what names it; the block itself is the last one.
-
-    Args:
-        block: The block.
-        system_lines: Writes a system and what that names, without the systems of some names.
+def block_lines(block: EquationBlock) -> Iterator[str]:
+    """Yield the lines of a block, without those that it calls.
 
     Raises:
-        ValueOutOfBoundsError: For what a rule file cannot hold, such as two blocks of one name.
+        ValueOutOfBoundsError: For what a rule file cannot hold.
     """
-    found: dict[str, FuzzySystem | EquationBlock] = {}
-    for part in _parts(block):
-        if found.setdefault(part.name, part) != part:
-            raise ValueOutOfBoundsError("a name of a rule file", part.name, "that of one block only")
-    written = set(found)
-    parts = [system_lines(p, written) if isinstance(p, FuzzySystem) else _lines(p) for p in found.values()]
-    return "\n\n".join("\n".join(lines) for lines in parts) + "\n"
-
-
-def _parts(block: EquationBlock) -> Iterator[FuzzySystem | EquationBlock]:
-    """Yield the blocks that a block calls, and at last itself."""
-    yield from block.systems
-    for callee in (*block.controllers, *block.plants):
-        yield from _parts(callee)
-    yield block
-
-
-def _lines(block: EquationBlock) -> Iterator[str]:
     require_names([block.name, *_names(block)])
     if isinstance(block, Plant) and block.calls:
         raise ArgumentError(f"plant '{block.name}' is functions in Python, which no rule file can hold")

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import unicodedata
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 from fuzzyctl.displayed import Printed
 from fuzzyctl.expr import Expr, evaluate
@@ -44,8 +46,44 @@ class Block(Node, Printed):
         def outputs(self) -> tuple[Any, ...]:
             """The outputs in the order of declaration."""
 
+        @property
+        def systems(self) -> tuple[Any, ...]:
+            """The systems that it evaluates."""
+
+        @property
+        def definitions(self) -> tuple[Any, ...]:
+            """The `let` lines."""
+
         def range_of(self, signal: Any) -> tuple[float, float]:
             """Return the ends of the range of an input or output; infinite without a range."""
+
+        def with_systems(self, change: Callable[[Any], Any]) -> Self:
+            """Return the block with each system that it evaluates changed, those of blocks inside among them."""
+
+    @property
+    def parts(self) -> tuple[Block, ...]:
+        """The blocks that it calls, each behind those that it calls itself, and at last the block."""
+        return (self,)
+
+    @property
+    def changes(self) -> tuple[Any, ...]:
+        """The next value of each state, of a plant its derivative by time."""
+        return ()
+
+    @property
+    def conditions(self) -> dict[str, Expr]:
+        """The names of conditions, which claims may have in place of them; a let of a system is a number."""
+        return {}
+
+    @property
+    def settable(self) -> list[str]:
+        """The names of the params that can be set, those of a controller's instances among them."""
+        return [p.name for p in self.params]
+
+    @property
+    def identity(self) -> dict[str, str]:
+        """What says in JSON which block it is."""
+        return {self.kind: self.name}
 
     @cached_property
     def param_values(self) -> ParamValues:
@@ -67,3 +105,9 @@ class Block(Node, Printed):
     def number(self, expr: Expr) -> float:
         """Compute an expression over the params."""
         return evaluate(expr, self.values)
+
+    def as_declared(self, name: str) -> str:
+        """Return the name of an input as the file spells it: Python writes µ and some others in another form (NFKC)."""
+        if name.isascii():
+            return name
+        return next((v.name for v in self.inputs if unicodedata.normalize("NFKC", v.name) == name), name)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, ClassVar, Self
@@ -133,9 +133,25 @@ class EquationBlock(Block):
         return self.results
 
     @property
-    def changes(self) -> tuple[Definition, ...]:
-        """The next value of each state, of a plant its derivative by time."""
-        return ()
+    def parts(self) -> tuple[Block, ...]:
+        """The blocks that it calls, each behind those that it calls itself, and at last the block."""
+        inner = (part for callee in (*self.controllers, *self.plants) for part in callee.parts)
+        return (*self.systems, *inner, self)
+
+    @property
+    def instance_params(self) -> list[str]:
+        """The params of controllers inside, those of the blocks of a loop among them, as `INSTANCE.PARAM`."""
+        inner = {c.name: c.settable for c in self.controllers}
+        return [f"{i.name}.{name}" for i in self.instances for name in inner.get(i.controller, ())]
+
+    def with_systems(self, change: Callable[[FuzzySystem], FuzzySystem]) -> Self:
+        """Return the block with each system that it evaluates changed, those of blocks inside among them."""
+        return replace(
+            self,
+            systems=tuple(map(change, self.systems)),
+            controllers=tuple(c.with_systems(change) for c in self.controllers),
+            plants=tuple(p.with_systems(change) for p in self.plants),
+        )
 
     def callee(self, instance: Instance) -> EquationBlock:
         """Return the controller or plant that an instance is of."""
@@ -177,6 +193,11 @@ class Controller(EquationBlock):
     def changes(self) -> tuple[Definition, ...]:
         """The updates."""
         return self.updates
+
+    @property
+    def settable(self) -> list[str]:
+        """The names of the params that can be set, those of instances among them."""
+        return [*super().settable, *self.instance_params]
 
 
 def _is_plain(part: Expr) -> bool:

@@ -28,16 +28,6 @@ def with_instance_params(block: Block, names: Iterable[str]) -> Block:
     return block
 
 
-def instance_params(block: EquationBlock) -> list[str]:
-    """Return the names of all params of controllers inside a block, those of the blocks of a loop among them."""
-    found: list[str] = []
-    for instance in block.instances:
-        inner = _controller_of(block, instance.name)
-        if inner is not None:
-            found += [f"{instance.name}.{n}" for n in (*(p.name for p in inner.params), *instance_params(inner))]
-    return found
-
-
 def _with_one(block: Block, name: str, present: EquationBlock) -> tuple[Block, Param | None]:
     """Return a block with one of these params, and the param, None where there is none.
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import unicodedata
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -66,6 +65,25 @@ class FuzzySystem(Block):
         inputs, outputs = (", ".join(v.name for v in some) for some in (self.inputs, self.outputs))
         rules = counted(sum(map(rule_count, self.tables_and_rules)), "rule")
         return printable(f"FuzzySystem({self.name}: {inputs} -> {outputs}; {rules})")
+
+    @property
+    def identity(self) -> dict[str, str]:
+        """Kind and name, and by whose numerics it computes."""
+        return {**super().identity, "semantics": self.method.semantics.profile}
+
+    @property
+    def systems(self) -> tuple[FuzzySystem, ...]:
+        """The system itself, by the name that systems have in every block."""
+        return (self,)
+
+    @property
+    def definitions(self) -> tuple[Let, ...]:
+        """The lets, by the name that they have in every block."""
+        return self.lets
+
+    def with_systems(self, change: Callable[[FuzzySystem], FuzzySystem]) -> FuzzySystem:
+        """Return what a change makes of the system."""
+        return change(self)
 
     @property
     def variables(self) -> tuple[LinguisticVariable, ...]:
@@ -254,12 +272,6 @@ class FuzzySystem(Block):
         from fuzzyctl.kernels.compile import ByName
 
         return ByName(self)
-
-    def as_declared(self, name: str) -> str:
-        """Return the name of an input as the file spells it: Python writes µ and some others in another form (NFKC)."""
-        if name.isascii():
-            return name
-        return next((v.name for v in self.inputs if unicodedata.normalize("NFKC", v.name) == name), name)
 
 
 _Variable = TypeVar("_Variable", Input, Output)

@@ -12,7 +12,7 @@ from fuzzyctl.model.checks.block_numbers import numbers_of_all
 from fuzzyctl.model.checks.ranges import has_computed_params, outside_ranges
 from fuzzyctl.model.controller import Controller, Instance
 from fuzzyctl.model.guarantee import Param
-from fuzzyctl.model.instance_params import instance_params, with_instance_params
+from fuzzyctl.model.instance_params import with_instance_params
 from fuzzyctl.model.loop import Loop
 from fuzzyctl.model.params import ParamValues
 from fuzzyctl.model.plant import Plant
@@ -44,7 +44,7 @@ def params_of(loop: Loop) -> dict[str, float]:
 
 def all_params(loop: Loop) -> dict[str, float]:
     """Return the values of all params, those of controllers inside controllers too: `BLOCK.INSTANCE.PARAM`."""
-    return params_of(with_instance_params(loop, instance_params(loop)))
+    return params_of(with_instance_params(loop, loop.instance_params))
 
 
 def timing_params(loop: Loop) -> set[str]:

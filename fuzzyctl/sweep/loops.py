@@ -15,7 +15,7 @@ import numpy as np
 from fuzzyctl.diagnostics.diagnostic import ArgumentError, UnknownNameError
 from fuzzyctl.experiments.runnable import Computed, Prepared, Runnable, UsedFile
 from fuzzyctl.experiments.sweep.provenance import sources
-from fuzzyctl.model.instance_params import instance_params, with_instance_params
+from fuzzyctl.model.instance_params import with_instance_params
 from fuzzyctl.model.loop import Loop
 from fuzzyctl.simulation.columns import columns
 from fuzzyctl.simulation.expansion import loop_equations
@@ -174,7 +174,7 @@ def _can_be_free(loop: Loop, name: str) -> bool:
 
 def _param_units(loop: Loop) -> Iterator[tuple[str, str]]:
     """Yield the full names of the params of a loop and of its blocks, with their units."""
-    loop = with_instance_params(loop, instance_params(loop))
+    loop = with_instance_params(loop, loop.instance_params)
     yield from ((p.name, p.unit) for p in loop.params)
     for instance in loop.instances:
         yield from ((f"{instance.name}.{p.name}", p.unit) for p in blocks_of(loop)[instance.controller].params)

@@ -74,6 +74,11 @@ class ControllerProver:
         #: The ranges of states that have been decided, by state.
         self._verdicts: dict[str, Verdict] = {}
 
+    @property
+    def own(self) -> list[StepClaim]:
+        """The claims of the controller."""
+        return self.claims.own
+
     def _computed(self, bounds: Bounds | None) -> Bounds | None:
         if bounds is None:
             return None

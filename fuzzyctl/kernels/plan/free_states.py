@@ -8,7 +8,6 @@ from typing import NamedTuple
 from fuzzyctl.diagnostics.diagnostic import ArgumentError, UnknownNameError
 from fuzzyctl.model.controller import Controller
 from fuzzyctl.model.free_numbers import parametrised
-from fuzzyctl.model.instance_params import instance_params
 from fuzzyctl.model.system import FuzzySystem
 
 
@@ -37,7 +36,7 @@ def free_names(controller: Controller, names: Sequence[str]) -> tuple[tuple[str,
             changed, parts = _parametrised(systems[system], rest)
             own = {f"{system}.{part}": changed.values[part] for part in parts}
         else:
-            own_params = [*(p.name for p in controller.params), *instance_params(controller)]
+            own_params = controller.settable
             known = [*dict.fromkeys(own_params), *(f"{s}.NAME" for s in systems)]
             raise UnknownNameError("free number", name, known)
         repeated = next((n for n in own if n in found), None)

@@ -206,6 +206,14 @@ class TestController:
         assert "float first_step(first_state *state, float r);" in header
         assert "s = 0.375F" in (tmp_path / "first.c").read_text(encoding="utf-8")
 
+    def test_takes_params_of_the_blocks_inside(self, run, tmp_path):
+        inner = "controller inner\nparam k = 2\ninput x in [0, 1]\noutput y = k * x\nevery 1 s\n"
+        outer = "controller outer\ninput x in [0, 1]\nblock part = inner(x)\noutput y = part.y\nevery 1 s\n"
+        (tmp_path / "two.fz").write_text(inner + outer, encoding="utf-8")
+        result = run("two.fz", "--target", "c", "--block", "outer", "--set", "part.k=0.375")
+        assert result.exit_code == 0, result.output
+        assert "0.375" in (tmp_path / "outer.c").read_text(encoding="utf-8")
+
     @pytest.mark.parametrize(
         ("setting", "message"),
         [

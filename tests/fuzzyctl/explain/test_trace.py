@@ -2,7 +2,7 @@ import math
 
 import pytest
 
-from fuzzyctl import compile, load
+from fuzzyctl import compile, load, why
 from fuzzyctl.cli.new import starter
 from fuzzyctl.explain.trace import trace
 from fuzzyctl.loading.load import loads
@@ -160,3 +160,8 @@ def test_slopes_of_a_curved_surface_are_those_of_the_kernel():
 
 def test_slopes_at_infinity_are_those_of_an_input_that_is_held():
     assert trace(loads(AVERAGE.format("", "", 1)), {"x": math.inf}).slopes == {"y": {"x": (0.0, 0.0)}}
+
+
+def test_inputs_of_controllers_are_found_as_the_file_spells_them():
+    found = why(loads("controller c\ninput µ in [0, 1]\noutput y = 2 * µ\nevery 1 s\n", block="c"), µ=0.25)
+    assert found.outputs == {"y": 0.5}

@@ -10,7 +10,7 @@ import fuzzyctl
 from fuzzyctl.diagnostics.diagnostic import UnknownNameError, ValueOutOfBoundsError
 from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.loading.load import look_through
-from fuzzyctl.model.instance_params import instance_params, with_instance_params
+from fuzzyctl.model.instance_params import with_instance_params
 from tests import sizes
 from tests.commands import runner
 
@@ -88,7 +88,7 @@ def test_unknown_names_are_answered_with_the_known_ones(name):
 
 def test_loops_have_them_below_their_blocks(tmp_path):
     (loop,) = blocks(TEXT + LOOP).loops
-    assert {"c.one.a.k", "c.two.g"} <= set(instance_params(loop))
+    assert {"c.one.a.k", "c.two.g"} <= set(loop.instance_params)
     experiment = fuzzyctl.Experiment(loop, "python", free=["c.one.a.k"])
     assert [experiment.run(v).measures["f"] for v in (None, [7.0])] == pytest.approx([expected(1), expected(1, k=7)])
     with pytest.raises(ValueOutOfBoundsError, match=r"'c.one.a.k' must be in \[0, 10\]"):
