@@ -97,7 +97,9 @@ def with_numbers(block: WithEquations, values: Mapping[str, Any]) -> WithEquatio
         if not is_finite(value):
             raise ValueOutOfBoundsError(f"free number {name!r}", value, "a finite number")
     instances = tuple(i.with_values(own) for i in block.instances)
-    return with_params(dataclasses.replace(block, instances=instances), own)
+    # Params of instances are arguments of these lines now; `with_params` would add params, whose names no file holds.
+    params = {p.name: own[p.name] for p in block.params if p.name in own}
+    return with_params(dataclasses.replace(block, instances=instances), params)
 
 
 def in_order(block: EquationBlock) -> list[Definition | Result]:
