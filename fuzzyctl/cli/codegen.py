@@ -63,6 +63,16 @@ LANGUAGES: Final = {"c": "C", "st": "Structured Text", "python": "Python", "java
     multiple=True,
     help="A number of a controller that its caller gives; may be repeated.",
 )
+@click.option(
+    "--step", type=click.FloatRange(1e-9, 1e9), metavar="SECONDS", help="Sample time of a plant, not for an FMU."
+)
+@click.option(
+    "--substeps",
+    type=click.IntRange(1, 100),
+    default=1,
+    show_default=True,
+    help="Steps of integration of a plant in a sample time.",
+)
 @click.option("--unproved", is_flag=True, help="Write it although a guarantee of it does not hold.")
 @FORMAT
 @chooses
@@ -78,20 +88,24 @@ def codegen(
     fixed: str | None,
     table: int | None,
     free: tuple[str, ...],
+    step: float | None,
+    substeps: int,
     unproved: bool,
     form: str,
     choice: Choice,
 ) -> int:
-    """Write a system or a controller as C, Structured Text, Python, JavaScript or an FMU.
+    """Write a system, controller or plant as C, Structured Text, Python, JavaScript or an FMU.
 
-    C is C99, Structured Text that of IEC 61131-3, an FMU one for co-simulation around the C; of a plant, too. A file
-    with a controller is written as its controller.
+    C is C99, Structured Text that of IEC 61131-3, an FMU one for co-simulation around the C. A file with a controller
+    is written as its controller. A plant is written as difference equations: steps of Runge and Kutta, as in loops,
+    with inputs held for --step seconds.
 
     \b
     fuzzyctl codegen ais_reaction --target c -o build
     fuzzyctl codegen ais_reaction --target c --fixed Q3.12 -o build
     fuzzyctl codegen tipper --target st --float float
     fuzzyctl codegen tipper --target fmu -o tipper.fmu
+    fuzzyctl codegen water_tank --block tank --target c --step 0.05 -o build
 
     C comes with a self-test to compile and run on the target. Errors of fixed point and of tables are proved, and stand
     at the head of the file; where none can be proved the system is refused. So is a
@@ -106,8 +120,13 @@ def codegen(
     from fuzzyctl.model.plant import Plant
     from fuzzyctl.model.system import FuzzySystem
 
-    kinds: list[Any] = [Controller, FuzzySystem, *([Plant] if target == "fmu" else [])]
+    kinds: list[Any] = [Controller, FuzzySystem, Plant]
     block, examined, _ = open_block(file, choice.name, *kinds)
+    if block.kind != "plant" and (step is not None or substeps != 1):
+        raise click.BadParameter(f"'{block.name}' is a {block.kind}; only plants take a step", param_hint="--step")
+    if block.kind == "plant" and (step is None) != (target == "fmu"):
+        needed = "an importer of an FMU chooses the step" if step else f"give the sample time of plant '{block.name}'"
+        raise click.BadParameter(needed, param_hint="--step")
     choice = replace(choice, unproved=unproved)
     numbers: Precision = "float" if precision == "float" else "double"
     if target == "fmu":
@@ -126,7 +145,8 @@ def codegen(
             free=free,
         )
     else:
-        data = _written(examined, block, choice, target, Path(out), algorithm, numbers, free, chosen, table)
+        times = None if step is None else (step, substeps)
+        data = _written(examined, block, choice, target, Path(out), algorithm, numbers, free, chosen, table, times)
     if form == "json":
         write_json(data)
     else:
@@ -145,8 +165,9 @@ def _written(
     free: tuple[str, ...],
     fixed: Format | None,
     table: int | None,
+    times: tuple[float, int] | None,
 ) -> dict[str, Any]:
-    """Write the files of a controller or system and return what is reported.
+    """Write the files of a block, a plant with its sample time and substeps, and return what is reported.
 
     Raises:
         BadParameter: For options that do not go with it.
@@ -160,7 +181,7 @@ def _written(
     try:
         block, verdicts = checked(examined, block, choice)
         unit = prepare(
-            block,
+            block if times is None else _discretised(block, *times),
             examined.source.text,
             settings=assignments(choice.settings, block.settable, "param"),
             algorithm=algorithm,
@@ -197,6 +218,14 @@ def _refused(block: Block, target: str, error: CodegenError) -> Diagnostic:
     return Diagnostic("FZ608", f"'{block.name}' cannot be written in {LANGUAGES[target]}", place, facts=(str(error),))
 
 
+def _discretised(plant: Any, step: float, substeps: int) -> Controller:
+    from fuzzyctl.codegen.fmu.plants import require_equations
+    from fuzzyctl.model.discrete_plant import discretised
+
+    require_equations(plant)
+    return discretised(plant, step, substeps)
+
+
 def _integers(unit: Unit, fixed: Format) -> Fixed | FixedStep:
     from fuzzyctl.codegen.fixed.fixed_step import fixed_step
     from fuzzyctl.codegen.fixed.fixed_system import fixed_point
@@ -218,7 +247,7 @@ def _refuse_options(
             raise click.BadParameter("only controllers take numbers from their caller", param_hint="--free")
         return
     if table is not None:
-        message = f"'{block.name}' is a controller, whose steps no table holds; name a system with --block"
+        message = f"'{block.name}' is a {block.kind}, whose steps no table holds; name a system with --block"
         raise click.BadParameter(message, param_hint="--table")
     if fixed is not None and free:
         raise click.BadParameter("fixed point takes the numbers of the file: drop --free", param_hint="--fixed")

@@ -36,7 +36,7 @@ def plant_model(plant: Plant, text: str, free: Sequence[str] = ()) -> Model:
     Raises:
         CodegenError: For dead time, for a plant that has no equations, and for a param that a start depends on.
     """
-    _require_equations(plant)
+    require_equations(plant)
     view = _right_side(plant)
     constant = read_by(_constants(plant), plant.params)
     free = _free(plant, free, constant) if free else [n for n in tunable(view) if n not in constant]
@@ -75,15 +75,16 @@ def plant_model(plant: Plant, text: str, free: Sequence[str] = ()) -> Model:
     )
 
 
-def _require_equations(plant: Plant) -> None:
+def require_equations(plant: Plant) -> None:
+    """Raise `CodegenError` for a plant without equations or states, and for dead time."""
     if plant.external:
-        raise CodegenError(f"plant '{plant.name}' is in {plant.external}, so it has no equations to write in C")
+        raise CodegenError(f"plant '{plant.name}' is in {plant.external}, so it has no equations to write")
     if not plant.states:
         raise CodegenError(f"plant '{plant.name}' has no states, so there is nothing to integrate")
     equations: list[Definition | Result] = [*plant.definitions, *plant.results, *plant.derivatives]
     values = [equation.value for equation in equations]
     if any(isinstance(e, Call) and e.function in PLANT_FUNCTIONS for value in values for e in walk(value)):
-        message = f"plant '{plant.name}' has dead time, which the FMU of a plant cannot keep"
+        message = f"plant '{plant.name}' has dead time, which generated code of a plant cannot keep"
         raise CodegenError(f"{message}; put the delay into a controller: delay(x, samples)")
 
 
