@@ -36,7 +36,7 @@ SUBORDER = {
     "codegen": [["fixed", "fmu"]],
     "experiments": [["settings"], ["results"], ["sweep"]],
     "formats": [["common"], ["fuzzylite"], ["fll"], ["fcl", "fis"], ["fml"]],
-    "kernels": [["program"], ["interval", "plan"], ["inference"], ["algorithms"], ["backends"], ["steps"]],
+    "kernels": [["program"], ["interval", "plan"], ["inference"], ["algorithms"], ["backends"]],
     "kernels/backends": [["python"], ["numba"], ["numpy"]],
     "kernels/inference": [["degrees"], ["defuzzify"]],
     "kernels/program": [["passes"]],
@@ -50,6 +50,11 @@ ALLOWED = {
     ("fuzzyctl.model.system", "fuzzyctl.kernels.compile"),
     # `system.with_params(a=1)` checks the result.
     ("fuzzyctl.model.system", "fuzzyctl.model.checks.checks"),
+    # `block.with_values({"a": 1})` changes numbers in their places.
+    ("fuzzyctl.model.system", "fuzzyctl.model.free_numbers"),
+    ("fuzzyctl.model.controller", "fuzzyctl.loading.block_equations"),
+    # `why(controller)` is in a file of its own.
+    ("fuzzyctl.explain.trace", "fuzzyctl.explain.block_trace"),
     # `system.plot()`, `run.plot()` and `why(...).plot()` draw.
     ("fuzzyctl.model.system", "fuzzyctl.plot.surfaces"),
     ("fuzzyctl.simulation.run", "fuzzyctl.plot.time_series"),

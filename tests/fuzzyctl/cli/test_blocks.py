@@ -33,9 +33,9 @@ table u = e
 """
 
 #: Commands that need a system.
-ON_SYSTEMS = ("eval", "eval x=1", "why x=1", "show --plan", "plot-surface", "plot --terms -o p.png")
+ON_SYSTEMS = ("show --plan", "plot --terms -o p.png")
 #: Commands that take controllers as well.
-OTHERS = ("codegen --target c",)
+OTHERS = ("eval", "eval x=1", "why x=1", "plot-surface")
 
 
 @pytest.fixture
@@ -60,6 +60,15 @@ class TestWithoutSystem:
         assert "the file holds no system" in done.output
         assert f"it holds: {'plant' if kind == 'loop' else kind} '" in done.output
         assert "'fuzzyctl show' prints controllers, plants and loops" in done.output
+
+    def test_code_of_a_plant_needs_a_step_and_no_dead_time(self, folder):
+        for kind in ("plant", "loop"):
+            done = run("codegen --target c", f"{kind}.fz")
+            assert done.exit_code == 2
+            assert "give the sample time of plant 'lag'" in done.output
+        done = run("codegen --target c --step 0.1", "plant.fz")
+        assert done.exit_code == 1
+        assert "plant 'lag' has dead time" in done.output
 
     @pytest.mark.parametrize("kind", FILES)
     def test_check_counts_what_each_block_consists_of(self, kind, folder):

@@ -65,6 +65,7 @@ def shown(tipper, loop, run):
         *(loop, loop.controllers[0], loop.plants[0], run),
         fuzzyctl.Experiment(loop, "python", free=["law.GE"]),
         fuzzyctl.why(tipper, service=7, food=8),
+        fuzzyctl.why(loop.controllers[0], {s.name: 0.1 for s in loop.controllers[0].inputs}),
         *(verdicts, verdicts[0], verdicts[1]),
         fuzzyctl.Undecided("f <= 1", "it takes more time", ({"x": (0.0, 1.0)},), 7),
         *(fuzzyctl.plot.terms(tipper), tipper.plot("food", at={"service": 3}), tipper.plot(resolution=5)),

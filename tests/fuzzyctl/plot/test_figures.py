@@ -132,7 +132,7 @@ def test_where_nothing_is_finite_the_picture_says_so():
         (lambda s: s.plot(at=3), "'at' must be numbers by name of the input, got int"),
         (lambda s: s.plot(resolution=1), "'resolution' must be from 2 to 2001, got 1"),
         (lambda s: s.plot(resolution=2.5), "'resolution' must be an integer, got float"),
-        (lambda s: fuzzyctl.plot.surface("tipper.fz"), "must be a FuzzySystem or a Kernel, got str"),
+        (lambda s: fuzzyctl.plot.surface("tipper.fz"), "must be a FuzzySystem, a Controller or a Kernel, got str"),
         (lambda s: fuzzyctl.plot.terms(s, "fod"), "no variable with terms 'fod'"),
         (lambda s: fuzzyctl.plot.terms(s, ax=Figure().add_axes((0, 0, 1, 1))), "must be one of the subplots"),
         (lambda s: fuzzyctl.plot.rules(s, service=1, food=1, most=0), "'most' must be from 1 to 100, got 0"),
