@@ -25,8 +25,11 @@ from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 if TYPE_CHECKING:
     from fuzzyctl.codegen.errors import CodegenError
     from fuzzyctl.codegen.fixed.fixed_format import Format
-    from fuzzyctl.codegen.unit import Precision
+    from fuzzyctl.codegen.fixed.fixed_step import FixedStep
+    from fuzzyctl.codegen.fixed.fixed_system import Fixed
+    from fuzzyctl.codegen.unit import Precision, Unit
     from fuzzyctl.loading.load import Examined
+    from fuzzyctl.model.block import Block
     from fuzzyctl.model.controller import Controller
     from fuzzyctl.model.system import FuzzySystem
 
@@ -150,124 +153,72 @@ def _written(
         DiagnosticError: With all that `fuzzyctl check` finds, and where the target cannot express it.
     """
     from fuzzyctl.codegen.errors import CodegenError
-    from fuzzyctl.model.controller import Controller
+    from fuzzyctl.codegen.files import generate, write
+    from fuzzyctl.codegen.prepare import prepare
 
+    _refuse_options(block, fixed, table, free, algorithm)
     try:
-        if isinstance(block, Controller):
-            _refuse_for_controllers(block, fixed, table, free, algorithm)
-            return _written_controller(examined, block, choice, target, out, algorithm, precision, free, fixed)
-        if free:
-            raise click.BadParameter("only controllers take numbers from their caller", param_hint="--free")
-        return _written_system(examined, block, choice, target, out, algorithm, precision, fixed, table)
+        block, verdicts = checked(examined, block, choice)
+        unit = prepare(
+            block,
+            examined.source.text,
+            settings=assignments(choice.settings, block.settable, "param"),
+            algorithm=algorithm,
+            precision=precision,
+            table=table,
+            small=target not in ("python", "javascript"),
+            guarded=target == "st",
+            free=free,
+            verdicts=verdicts,
+        )
+        integers = _integers(unit, fixed) if fixed else None
+        generated = generate(unit, target, integers)
     except CodegenError as error:
         raise DiagnosticError([_refused(block, target, error)]) from None
+    names = {u.system.name: u.algorithm.name for u in getattr(integers, "unit", unit).systems}
+    return {
+        **block.identity,
+        "target": target,
+        **({"algorithms": names} if unit.is_step else {"algorithm": unit.algorithm.name}),
+        "files": [str(p) for p in write(generated, out)],
+        "errors": dict(generated.errors),
+        "guarantees": {v.claim: type(v).__name__.lower() for v in verdicts},
+    }
 
 
-def _refused(block: FuzzySystem | Controller, target: str, error: CodegenError) -> Diagnostic:
+def _refused(block: Block, target: str, error: CodegenError) -> Diagnostic:
     """Return why a system or controller is not written, at the call of a function that the target has not."""
     from fuzzyctl.expr import Call, walk
-    from fuzzyctl.model.system import FuzzySystem
 
-    lets = block.lets if isinstance(block, FuzzySystem) else (*block.definitions, *block.updates)
-    values = [part.value for part in (*lets, *block.outputs) if part.value is not None]
+    parts = (*block.definitions, *block.changes, *block.outputs)
+    values = [part.value for part in parts if part.value is not None]
     calls = (e for value in values for e in walk(value) if isinstance(e, Call))
     place = next((call.span for call in calls if call.function == error.function and call.span is not None), block.span)
     return Diagnostic("FZ608", f"'{block.name}' cannot be written in {LANGUAGES[target]}", place, facts=(str(error),))
 
 
-def _written_system(
-    examined: Examined,
-    system: FuzzySystem,
-    choice: Choice,
-    target: str,
-    out: Path,
-    algorithm: str,
-    precision: Precision,
-    fixed: Format | None,
-    table: int | None,
-) -> dict[str, Any]:
-    """Write the files of a system and return what is reported."""
-    from fuzzyctl.codegen.files import generate, write
-    from fuzzyctl.codegen.fixed.fixed_system import fixed_point
-    from fuzzyctl.codegen.prepare import prepare
-
-    system, verdicts = checked(examined, system, choice)
-    unit = prepare(
-        system,
-        examined.source.text,
-        settings=assignments(choice.settings, [p.name for p in system.params], "param"),
-        algorithm=algorithm,
-        precision=precision,
-        table=table,
-        small=target not in ("python", "javascript"),
-        verdicts=verdicts,
-    )
-    generated = generate(unit, target, fixed_point(unit, fixed) if fixed else None)
-    return {
-        "system": system.name,
-        "semantics": system.method.semantics.profile,
-        "target": target,
-        "algorithm": unit.algorithm.name,
-        "files": [str(p) for p in write(generated, out)],
-        "errors": dict(generated.errors),
-        "guarantees": {v.claim: type(v).__name__.lower() for v in verdicts},
-    }
-
-
-def _written_controller(
-    examined: Examined,
-    controller: Controller,
-    choice: Choice,
-    target: str,
-    out: Path,
-    algorithm: str,
-    precision: Precision,
-    free: tuple[str, ...],
-    fixed: Format | None,
-) -> dict[str, Any]:
-    """Write the files of a controller and return what is reported.
-
-    Raises:
-        DiagnosticError: With all that `fuzzyctl check` finds, if some of it is an error.
-    """
-    from fuzzyctl.codegen.files import generate, write
+def _integers(unit: Unit, fixed: Format) -> Fixed | FixedStep:
     from fuzzyctl.codegen.fixed.fixed_step import fixed_step
-    from fuzzyctl.codegen.prepare import prepare
+    from fuzzyctl.codegen.fixed.fixed_system import fixed_point
 
-    controller, verdicts = checked(examined, controller, choice)
-    unit = prepare(
-        controller,
-        examined.source.text,
-        settings=assignments(choice.settings, [p.name for p in controller.params], "param"),
-        algorithm=algorithm,
-        precision=precision,
-        small=target not in ("python", "javascript"),
-        guarded=target == "st",
-        free=free,
-        verdicts=verdicts,
-    )
-    integers = fixed_step(unit, fixed) if fixed else None
-    generated = generate(unit, target, integers)
-    return {
-        "controller": controller.name,
-        "target": target,
-        "algorithms": {u.system.name: u.algorithm.name for u in (integers.unit if integers else unit).systems},
-        "files": [str(p) for p in write(generated, out)],
-        "errors": dict(generated.errors),
-        "guarantees": {v.claim: type(v).__name__.lower() for v in verdicts},
-    }
+    return fixed_step(unit, fixed) if unit.is_step else fixed_point(unit, fixed)
 
 
-def _refuse_for_controllers(
-    controller: Controller, fixed: Format | None, table: int | None, free: tuple[str, ...], algorithm: str
+def _refuse_options(
+    block: Block, fixed: Format | None, table: int | None, free: tuple[str, ...], algorithm: str
 ) -> None:
-    """Refuse what only systems have, and options that do not go with fixed point.
+    """Refuse options that do not go with a block, or with fixed point.
 
     Raises:
-        BadParameter: For a lookup table; in fixed point for free numbers and for another algorithm than interpolation.
+        BadParameter: For free numbers of a system; for a lookup table of a controller, in fixed point for free numbers
+            and for another algorithm than interpolation.
     """
+    if block.kind == "system":
+        if free:
+            raise click.BadParameter("only controllers take numbers from their caller", param_hint="--free")
+        return
     if table is not None:
-        message = f"'{controller.name}' is a controller, whose steps no table holds; name a system with --block"
+        message = f"'{block.name}' is a controller, whose steps no table holds; name a system with --block"
         raise click.BadParameter(message, param_hint="--table")
     if fixed is not None and free:
         raise click.BadParameter("fixed point takes the numbers of the file: drop --free", param_hint="--fixed")
