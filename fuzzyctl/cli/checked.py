@@ -27,7 +27,6 @@ def checked(examined: Examined, block: AnyBlock, choice: Choice) -> tuple[AnyBlo
     """
     from fuzzyctl.analysis.check import check_changed, check_examined
     from fuzzyctl.analysis.prove import CLAIM_SECONDS, prove
-    from fuzzyctl.model.controller import Controller
 
     inner: Any = block
     if inner.kind == "system":
@@ -40,8 +39,8 @@ def checked(examined: Examined, block: AnyBlock, choice: Choice) -> tuple[AnyBlo
     _, diagnostics = check_examined(examined, profile=choice.profile)
     if any(d.stops for d in diagnostics):
         raise DiagnosticError(diagnostics)
-    changed = choice.changed(block)
-    verdicts = prove(changed, timeout=CLAIM_SECONDS) if isinstance(changed, Controller) else ()
+    changed = choice.changed(inner)
+    verdicts = () if changed.kind == "plant" else prove(changed, timeout=CLAIM_SECONDS)  # plants claim nothing
     _require_claims([*diagnostics, *claim_reports(verdicts)], choice)
     return changed, verdicts
 

@@ -88,19 +88,21 @@ def _model(
         if precision == "float":
             raise click.BadParameter("a plant is integrated in double precision", param_hint="--float")
         return plant_model(checked(examined, block, choice)[0], text, free)
-    if block.kind == "controller":
-        controller, verdicts = checked(examined, block, choice)
-        settings = assignments(choice.settings, [p.name for p in controller.params], "param")
-        free = free or tunable(controller)
-        options: dict[str, Any] = {"algorithm": algorithm, "precision": precision, "small": True, "free": free}
-        options["verdicts"] = verdicts
-        return block_model(prepare(controller, text, settings=settings, **options))
-    if free:
+    if block.kind == "system" and free:
         raise click.BadParameter("only controllers and plants have parameters in an FMU", param_hint="--free")
-    system, verdicts = checked(examined, block, choice)
-    settings = assignments(choice.settings, [p.name for p in system.params], "param")
-    options = {"algorithm": algorithm, "precision": precision, "table": table, "small": True, "verdicts": verdicts}
-    return block_model(prepare(system, text, settings=settings, **options))
+    block, verdicts = checked(examined, block, choice)
+    unit = prepare(
+        block,
+        text,
+        settings=assignments(choice.settings, block.settable, "param"),
+        algorithm=algorithm,
+        precision=precision,
+        table=table,
+        small=True,
+        free=free or (tunable(block) if block.kind == "controller" else ()),
+        verdicts=verdicts,
+    )
+    return block_model(unit)
 
 
 def _write(path: Path, data: bytes) -> None:

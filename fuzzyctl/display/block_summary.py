@@ -10,7 +10,7 @@ from fuzzyctl.formats.fz_blocks import function_text
 from fuzzyctl.formats.fz_strings import bounds_text, guarantee_text
 from fuzzyctl.kernels.plan.expansion import equations_of
 from fuzzyctl.loading.block_equations import in_order
-from fuzzyctl.model.controller import Controller, Definition, EquationBlock, Instance, Result, Signal, State
+from fuzzyctl.model.controller import Definition, EquationBlock, Instance, Result, Signal, State
 from fuzzyctl.model.loop import Loop
 from fuzzyctl.model.plant import Plant
 
@@ -44,23 +44,19 @@ def block_summary(block: EquationBlock) -> dict[str, Any]:
     return data | {"statements": {heading: lines for heading, lines in statements.items() if lines}}
 
 
-def _equations(block: EquationBlock) -> dict[str, list[str]]:
-    if isinstance(block, Plant) and block.external:
-        equations, changes = [f'in "{block.external}"'], []
-    else:
-        equations = [_defined(d) for d in in_order(block)]
-        prime = "d/dt" if isinstance(block, Plant) else "next"
-        changes = [f"{prime} {_defined(d)}" for d in block.changes]
+def _equations(block: Any) -> dict[str, list[str]]:
     states = [_signal(s) for s in block.states]
-    if isinstance(block, Controller):
-        hidden = len(equations_of(block).states) - len(states)
-        states += [f"and {counted(hidden, 'number')} of operators, systems and blocks"] if hidden else []
+    prime, heading, external = "next", "Next values", ""
+    if isinstance(block, Plant):
+        prime, heading, external = "d/dt", "Derivatives", block.external
+    elif hidden := len(equations_of(block).states) - len(states):
+        states.append(f"and {counted(hidden, 'number')} of operators, systems and blocks")
     return {
         "Inputs": [_signal(i) for i in block.inputs],
         "States": states,
         "Blocks": [_instance(i) for i in block.instances],
-        "Equations in order": equations,
-        "Derivatives" if isinstance(block, Plant) else "Next values": changes,
+        "Equations in order": [f'in "{external}"'] if external else [_defined(d) for d in in_order(block)],
+        heading: [] if external else [f"{prime} {_defined(d)}" for d in block.changes],
         "Outputs": [_signal(r) for r in block.outputs],
     }
 

@@ -52,14 +52,9 @@ def nlsys(
     control = required("control", "control")
     dt = None if dt is None else positive("dt", dt, "s")
     count("substeps", substeps)
-    if isinstance(block, FuzzySystem):
-        update, output, states, dt = _static(block)
-    elif isinstance(block, Controller):
-        update, output, states, dt = _sampled(block, dt)
-    elif isinstance(block, Plant):
-        update, output, states, dt = _plant(block, dt, substeps)
-    else:
+    if not isinstance(block, FuzzySystem | Controller | Plant):
         raise ArgumentError(f"expected a FuzzySystem, Controller or Plant, got {type(block).__name__}")
+    update, output, states, dt = _plant(block, dt, substeps) if isinstance(block, Plant) else _compiled(block, dt)
     found = control.NonlinearIOSystem(
         update, output, inputs=[s.name for s in block.inputs], outputs=[s.name for s in block.outputs],
         states=states or None, dt=dt, name=block.name if name is None else name,
@@ -73,25 +68,22 @@ _Function = Callable[[float, Any, Any, Any], Any]
 _Parts = tuple[_Function | None, _Function, list[str], float | None]
 
 
-def _static(system: FuzzySystem) -> _Parts:
-    kernel = compile(system, "python")
-    if kernel.n_states:
-        raise ArgumentError(
-            f"system '{system.name}' adapts or holds outputs: call it in a controller, which keeps state"
-        )
-    return None, lambda t, x, u, _: np.atleast_1d(kernel(*map(float, u))), [], None
-
-
-def _sampled(controller: Controller, dt: float | None) -> _Parts:
-    step = compile(controller, "python")
+def _compiled(block: FuzzySystem | Controller, dt: float | None) -> _Parts:
+    step: Any = compile(block, "python")
+    if not step.form.moves:
+        if step.n_states:
+            raise ArgumentError(
+                f"system '{block.name}' adapts or holds outputs: call it in a controller, which keeps state"
+            )
+        return None, lambda t, x, u, _: np.atleast_1d(step(*map(float, u))), [], None
     if step.period is None and dt is None:
-        raise ArgumentError(f"controller '{controller.name}' has no 'every' line: give its sample time as 'dt'")
+        raise ArgumentError(f"controller '{block.name}' has no 'every' line: give its sample time as 'dt'")
     sample = step.period if dt is None else dt
     assert sample is not None
     every = 1 if step.period is None else round(step.period / sample)
     if step.period is not None and not abs(step.period / sample - every) <= ALIGNED * every:
         raise ArgumentError(
-            f"controller '{controller.name}' runs every {step.period:g} s, which is no multiple of dt = {sample:g} s"
+            f"controller '{block.name}' runs every {step.period:g} s, which is no multiple of dt = {sample:g} s"
         )
     own, given = len(step.state_names), None if step.period is not None else sample
 
@@ -124,22 +116,20 @@ def _plant(plant: Plant, dt: float | None, substeps: int) -> _Parts:
     return derivative if dt is None else following, output, list(function.state_names), 0 if dt is None else dt
 
 
-def start(block: Controller | Plant, *, dt: float | None = None) -> Any:
-    """Return the initial state of what `nlsys` returns, shape (states,).
+def start(block: FuzzySystem | Controller | Plant, *, dt: float | None = None) -> Any:
+    """Return the initial state of what `nlsys` returns, shape (states,); of a system there is none, shape (0,).
 
     Args:
         block: As for `nlsys`.
         dt: As for `nlsys`.
 
     Raises:
-        ArgumentError: As for `nlsys`, and for a system, which has no state.
+        ArgumentError: As for `nlsys`.
         ValueOutOfBoundsError: As for `nlsys`.
     """
     if isinstance(block, Plant):
         return np.array(PlantFunction(block).start)
-    if not isinstance(block, Controller):
-        raise ArgumentError(f"expected a Controller or Plant, got {type(block).__name__}")
-    names = _sampled(block, None if dt is None else positive("dt", dt, "s"))[2]
+    names = _compiled(block, None if dt is None else positive("dt", dt, "s"))[2]
     own = compile(block, "python").start()
     return np.concatenate([own, np.zeros(len(names) - len(own))])
 

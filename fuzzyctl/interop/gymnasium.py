@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -46,18 +46,13 @@ class Policy:
     def __init__(
         self, block: FuzzySystem | Controller, *, dt: float | None = None, backend: Backend = "python"
     ) -> None:
-        if not isinstance(block, FuzzySystem | Controller):
-            raise ArgumentError(f"expected a FuzzySystem or Controller, got {type(block).__name__}")
-        self._names = tuple(s.name for s in block.inputs)
-        self.state: FloatArray = np.empty(0)
-        if isinstance(block, FuzzySystem):
-            self._kernel, self._step = compile(block, backend), None
-            if self._kernel.n_states:
-                raise ArgumentError(f"system '{block.name}' adapts or holds outputs: call it in a controller")
-        else:
-            self._step = compile(block, backend)
+        self._kernel: Any = compile(block, backend)
+        self._names, self._moves = self._kernel.input_names, self._kernel.form.moves
+        if self._kernel.n_states and not self._moves:
+            raise ArgumentError(f"system '{block.name}' adapts or holds outputs: call it in a controller")
+        if self._moves:
             dt = None if dt is None else positive("dt", dt, "s")
-            if (self._step.period is None) == (dt is None):
+            if (self._kernel.period is None) == (dt is None):
                 what = "has no 'every' line: give 'dt'" if dt is None else "has a period: leave 'dt' out"
                 raise ArgumentError(f"controller '{block.name}' {what}")
         self._dt = dt
@@ -65,8 +60,7 @@ class Policy:
 
     def reset(self) -> None:
         """Return to the state before the first step."""
-        if self._step is not None:
-            self.state = self._step.start()
+        self.state: FloatArray = self._kernel.start()
 
     def __call__(self, observation: Numbers) -> FloatArray:
         """Make a step.
@@ -90,9 +84,10 @@ class Policy:
         if np.isnan(found).any():
             undefined = [name for name, value in zip(self._names, found, strict=True) if np.isnan(value)]
             raise ValueOutOfBoundsError(f"observation of {', '.join(undefined)}", math.nan, "a number")
-        if self._step is None:
-            return np.atleast_1d(np.array(self._kernel(*found.tolist())))
-        outputs, self.state = self._step(*found.tolist(), self.state, dt=self._dt)
+        if self._moves:
+            outputs, self.state = self._kernel(*found.tolist(), self.state, dt=self._dt)
+        else:
+            outputs = self._kernel(*found.tolist())
         return np.atleast_1d(np.array(outputs))
 
 

@@ -14,7 +14,7 @@ from fuzzyctl.model.guarantee import Param
 from fuzzyctl.model.loop import Loop
 from fuzzyctl.model.plant import Plant
 from fuzzyctl.simulation.sample_times import sample_times
-from fuzzyctl.simulation.settings import block_params, blocks_of
+from fuzzyctl.simulation.settings import block_params
 
 
 @dataclass(frozen=True)
@@ -57,8 +57,8 @@ def opened_loop(loop: Loop, block: str) -> OpenedLoop:
     instance = next((i for i in loop.instances if i.name == block), None)
     if instance is None:
         raise UnknownNameError("block", block, tuple(i.name for i in loop.instances))
-    controller = blocks_of(loop)[instance.controller]
-    if not isinstance(controller, Controller):
+    controller = next((c for c in loop.controllers if c.name == instance.controller), None)
+    if controller is None:
         raise ArgumentError(f"block '{block}' is a plant: an agent takes the place of a controller")
     step, every = sample_times(loop)
     taken = {p.name for p in loop.params} | {d.name for d in loop.definitions} | {i.name for i in loop.instances}

@@ -154,9 +154,9 @@ def with_plant(loop: Loop, block: str, system: Any) -> Loop:
     )
     used = {i.controller for i in instances}
     kept = tuple(p for p in loop.plants if p.name in used)
-    if isinstance(new, Controller):
-        return dataclasses.replace(loop, instances=instances, plants=kept, controllers=(*loop.controllers, new))
-    return dataclasses.replace(loop, instances=instances, plants=(*kept, new))
+    callees: dict[str, Any] = {"plants": kept, "controllers": loop.controllers}
+    callees[f"{new.kind}s"] += (new,)
+    return dataclasses.replace(loop, instances=instances, **callees)
 
 
 def _require_name(name: object) -> None:
@@ -173,7 +173,7 @@ def _read(text: str, name: str) -> Plant | Controller:
     mistakes = [d for d in found.diagnostics if d.severity == "error"]
     if mistakes:
         raise DiagnosticError(mistakes)
-    return next(b for b in found.blocks if isinstance(b, Plant | Controller))
+    return (found.plants or found.controllers)[0]
 
 
 def _form(system: Any) -> str:

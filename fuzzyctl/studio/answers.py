@@ -12,7 +12,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any, Final
 
-from fuzzyctl.analysis.prove import quickly, refutation
+from fuzzyctl.analysis.prove import refutation
 from fuzzyctl.analysis.verdicts import Refuted
 from fuzzyctl.codegen.errors import CodegenError
 from fuzzyctl.codegen.files import sources
@@ -227,11 +227,11 @@ def _title(document: Document) -> str:
 
 def _section(block: FuzzySystem | Controller, document: Document, *, decided: bool = False) -> Section:
     """Return the section of a block; with `decided`, claims that quick methods leave open are decided."""
-    if isinstance(block, Controller):
-        step = prepare(block, document.text)
-        return controller_section(controller_data(step) | (proofs.proofs(block)[1] if decided else {}), step)
-    verdicts = proofs.settled(block) if decided else proofs.at_once(block)
-    return system_section(SystemFacts(prepare(block, document.text, verdicts=verdicts), verdicts))
+    verdicts, rows = proofs.proofs(block) if decided else (proofs.at_once(block), {})
+    unit = prepare(block, document.text, verdicts=verdicts)
+    if unit.is_step:
+        return controller_section(controller_data(unit) | rows, unit)
+    return system_section(SystemFacts(unit, verdicts))
 
 
 def _proofs(document: Document, asked: _Data) -> _Data:
@@ -250,19 +250,13 @@ def _export(document: Document, asked: _Data) -> _Data:
     refused = []
     for block in _blocks(document):
         try:
-            files |= _files(block, document.text, asked["target"])
+            # Without the self-tests, whose numbers take numpy.
+            files |= sources(prepare(block, document.text, verdicts=proofs.quick(block)), asked["target"])
         except CodegenError as error:
             refused.append(f"'{block.name}': {error}")
     if not files:
         return {"refused": "; ".join(refused) or "there is no system and no controller to write"}
     return {"files": files, "left_out": refused}
-
-
-def _files(block: FuzzySystem | Controller, text: str, target: str) -> dict[str, str]:
-    """Return the files of a block, without the self-tests, whose numbers take numpy."""
-    if isinstance(block, Controller):
-        return sources(prepare(block, text), target)
-    return sources(prepare(block, text, verdicts=quickly(block)[0]), target)
 
 
 def _require_sound(document: Document) -> None:

@@ -22,7 +22,8 @@ FOLLOWS: Final = "it takes subdivision, which is under way"
 def proofs(block: FuzzySystem | Controller) -> tuple[list[Verdict], dict[str, list[list[Any]]]]:
     """Return the verdicts on the claims of a block, and rows that a page shows: of a controller bounds as well."""
     if isinstance(block, FuzzySystem):
-        verdicts = settled(block)
+        found = quick(block)
+        verdicts = list(map(_with_advice, decided(block, found, min(CLAIM, BLOCK / max(len(found), 1)))))
         return verdicts, {"verdicts": list(map(verdict_row, verdicts))}
     from fuzzyctl.analysis.induction.bounds import bounds_by  # the start does without
     from fuzzyctl.analysis.induction.prover import ControllerProver
@@ -36,17 +37,15 @@ def proofs(block: FuzzySystem | Controller) -> tuple[list[Verdict], dict[str, li
     return verdicts, {"verdicts": list(map(verdict_row, verdicts)), "bounds": bounds}
 
 
-def settled(system: FuzzySystem) -> list[Verdict]:
-    """Return verdicts on the claims of a system; by subdivision only where quick methods leave something open."""
-    quick = quickly(system)[0]
-    return list(map(_with_advice, decided(system, quick, min(CLAIM, BLOCK / max(len(quick), 1)))))
+def quick(block: FuzzySystem | Controller) -> list[Verdict]:
+    """Return what quick methods say; of a controller nothing, as proofs of steps take numpy."""
+    return quickly(block)[0] if isinstance(block, FuzzySystem) else []
 
 
-def at_once(system: FuzzySystem) -> list[Verdict]:
+def at_once(block: FuzzySystem | Controller) -> list[Verdict]:
     """Return what quick methods say; of what they leave open, that subdivision follows."""
     return [
-        replace(v, reason=FOLLOWS) if isinstance(v, Undecided) and v.reason == UNDIVIDED else v
-        for v in quickly(system)[0]
+        replace(v, reason=FOLLOWS) if isinstance(v, Undecided) and v.reason == UNDIVIDED else v for v in quick(block)
     ]
 
 

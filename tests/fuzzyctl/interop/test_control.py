@@ -93,7 +93,6 @@ class TestBlocks:
     def test_other_objects_and_dead_time_are_refused(self, small):
         with pytest.raises(ArgumentError, match="expected a FuzzySystem, Controller or Plant, got Loop"):
             nlsys(small())
-        with pytest.raises(ArgumentError, match="expected a Controller or Plant, got FuzzySystem"):
-            start(fuzzyctl.load(rules_folder() / "tipper.fz"))
+        assert start(fuzzyctl.load(rules_folder() / "tipper.fz")).shape == (0,)
         with pytest.raises(ArgumentError, match="has dead time"):
             nlsys(small("tf(num=[1], den=[1, 1], delay=0.1 s)").plants[0])
