@@ -112,9 +112,9 @@ def check(
     if watch:
         if fix is not None or denied or allowed or profile is not None or form != "text":
             raise click.UsageError("--watch takes no other options than -o and --block")
-        from fuzzyctl.cli import watch as watching
+        from fuzzyctl.cli import check_watch
 
-        return watching.watch(files[0], files[1:], out, name)
+        return check_watch.watch(files[0], files[1:], out, name)
     if out is not None or name is not None:
         raise click.UsageError("-o and --block belong to --watch")
     if only_diff and fix is None:

@@ -111,7 +111,7 @@ def compare(
     if changes:
         if second is None or profiles or has_points or loops or settings or within is not None:
             raise click.UsageError("--changes takes two files, without --as, --points, --loops, --set and --within")
-        from fuzzyctl.cli.diff import print_changes
+        from fuzzyctl.cli.compare_changes import print_changes
 
         return print_changes(first, second, name, form)
     if loops:

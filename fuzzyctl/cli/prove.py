@@ -82,7 +82,7 @@ def prove(files: tuple[str, ...], choice: Choice, bounds: bool, timeout: float |
     if bounds:
         if len(files) > 1:
             raise click.UsageError("--bounds takes one file")
-        from fuzzyctl.cli.bounds import print_bounds
+        from fuzzyctl.cli.prove_bounds import print_bounds
 
         return print_bounds(files[0], choice, 5.0 if timeout is None else timeout, form)
     timeout = 10.0 if timeout is None else timeout
