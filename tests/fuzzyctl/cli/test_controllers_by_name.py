@@ -162,3 +162,13 @@ class TestPlotSurface:
             assert result.exit_code == 2
             assert message in result.stderr
             assert not (tmp_path / "no.png").exists()
+
+
+def test_a_controller_without_inputs_has_a_step_and_no_plot(tmp_path):
+    path = tmp_path / "z.fz"
+    path.write_text("controller z\nstate n = 0\nnext n = n + 1\noutput y = n\nevery 1 s\n")
+    result = CliRunner().invoke(main, ["plot", str(path)])
+    assert result.exit_code == 2
+    assert "controller 'z' has no inputs" in result.stderr
+    result = CliRunner().invoke(main, ["why", str(path), "--state", "n=4"])
+    assert result.stdout == "y = 4.0\n\nState, and the next one\n  n = 4, then 5\n"
