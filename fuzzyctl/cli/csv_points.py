@@ -187,7 +187,11 @@ def _blocks(
                 break
             if not row:
                 continue
-            points[len(rows)] = _point(row, columns, header, f"{name}:{reader.line_num}")
+            point = _point(row, columns, header, f"{name}:{reader.line_num}")
+            if kernel.form.needs_time and not 0.0 < point[-1] < math.inf:
+                message = f"'dt' must be > 0 s and finite, got {point[-1]:g}"
+                raise DiagnosticError([Diagnostic("FZ505", message, file=f"{name}:{reader.line_num}")])
+            points[len(rows)] = point
             rows.append(row)
         points = points[: len(rows)]
         if rows:

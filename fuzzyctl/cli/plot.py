@@ -125,6 +125,9 @@ def _draw_surface(
     kinds: tuple[type[Block], ...] = (FuzzySystem, Controller)
     system: Any = load_checked_block(file, choice, *kinds)
     inputs = [v.name for v in system.inputs]
+    if not inputs:
+        help_text = "a plot is over one or two inputs; 'fuzzyctl eval' makes a step"
+        raise DiagnosticError([Diagnostic("FZ503", f"{system.kind} '{system.name}' has no inputs", help=help_text)])
     chosen = output or system.outputs[0].name
     _known(chosen, [o.name for o in system.outputs], "output")
     for axis in (x, y):

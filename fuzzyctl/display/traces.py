@@ -62,7 +62,7 @@ def _text_of_step(found: BlockTrace, most: int) -> str:
     for output in found.block.outputs:
         unit = f" {output.unit}" if output.unit else ""
         lines.append(f"{output.name} = {found.outputs[output.name]!r}{unit}")
-    lines += ["", f"At {_values(found.inputs, found.block)}"]
+    lines += ["", f"At {_values(found.inputs, found.block)}"] if found.inputs else []
     for title, part in (("Lets", found.lets), ("State, and the next one", found.state)):
         after = found.next_state if part is found.state else {}
         rows = [f"  {n} = {x:.6g}{f', then {after[n]:.6g}' if after else ''}" for n, x in part.items()]

@@ -104,7 +104,7 @@ class Form:
 
     def argument(self, state: Any, *, compiled: bool) -> Any:
         """Return the state at one point as the function of a backend takes it."""
-        return states.argument(state, self.n_states, compiled=compiled)
+        return states.argument(state, self.state_names, compiled=compiled)
 
     def rows(self, state: Any) -> FloatArray | None:
         """Return states of shape (..., states), those to begin with for None; None for a block without state.

@@ -11,7 +11,7 @@ import numpy as np
 
 from fuzzyctl.diagnostics.diagnostic import ArgumentError, DiagnosticError, UnknownNameError, ValueOutOfBoundsError
 from fuzzyctl.expr import Expr, Name, evaluate, names_in, replace_names, to_text
-from fuzzyctl.kernels.backends.arguments import float_array
+from fuzzyctl.kernels.backends.arguments import float_array, row_array
 from fuzzyctl.kernels.backends.python import backend as python_backend
 from fuzzyctl.kernels.inference.free import condition_program
 from fuzzyctl.kernels.plan.free import FreePlan
@@ -57,9 +57,9 @@ class FreeValues:
         """
         if isinstance(given, Mapping):
             given = changed_values(self._names, self._free.values, given)
-        values = float_array(given, "values")
+        values = row_array(self._names, given, "state")
         if values.ndim == 0 or values.shape[-1] != len(self._names):
-            raise ArgumentError(f"the values must have the shape (..., {len(self._names)}), got {values.shape}")
+            raise ArgumentError(f"the state must have the shape (..., {len(self._names)}), got {values.shape}")
         values = np.ascontiguousarray(values)
         key = values.tobytes() if values.ndim == 1 else b""
         if not key or key != self._known:

@@ -58,6 +58,8 @@ class Kernel(Displayed):
     without period takes `dt=` [s] as well. Free numbers are the last entries of its state. Without any state it can be
     called with its inputs alone, and gives the outputs.
 
+    A state may also be a mapping by name, or a Series of pandas.
+
     Where an input is NaN all outputs are NaN, and a state stays as it is. Where no rule fires an output is what its
     `else` says; one without `else` promises that this never happens. Where it happens all the same, calls from Python
     raise `NoRuleFiresError`, and `jit`, which has no room for the test, gives NaN: check such a system before
@@ -292,8 +294,8 @@ class Kernel(Displayed):
 
     def _given(self, points: Any, state: Any, dt: Any) -> tuple[Any, FloatArray | None]:
         """Return points of shape (..., arguments) and states of shape (..., states)."""
-        if self.form.moves:
-            require_same_index(("points", "state", DT), (points, state, dt))
+        rows = None if getattr(state, "ndim", 0) == 1 else state  # the labels of one state are names
+        require_same_index(("points", "state", DT), (points, rows, dt))
         return self.form.points(points, dt), self.form.rows(state)
 
     @cached_property
@@ -442,6 +444,8 @@ class Kernel(Displayed):
             UnknownNameError: For another `by`.
             ArgumentError: For arrays of another shape.
         """
+        if not isinstance(by, str):
+            raise ArgumentError(f"'by' must be one of {', '.join(_BY)}, got {type(by).__name__}")
         if by not in _BY:
             raise UnknownNameError("derivative by", by, _BY)
         names = {"inputs": self.input_names, "state": self.state_names}

@@ -9,7 +9,7 @@ from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any, Final
 
 from fuzzyctl.diagnostics.diagnostic import ArgumentError, ValueOutOfBoundsError
-from fuzzyctl.kernels.backends.arguments import float_array
+from fuzzyctl.kernels.backends.arguments import float_array, input_number
 from fuzzyctl.kernels.backends.python import backend as python_backend
 from fuzzyctl.kernels.forms import Form
 from fuzzyctl.kernels.inference import inference
@@ -17,7 +17,6 @@ from fuzzyctl.kernels.inference.free import with_named_state
 from fuzzyctl.kernels.plan.build import plan
 from fuzzyctl.kernels.plan.equations import DT, Equations, Evaluation
 from fuzzyctl.kernels.program.program import Program
-from fuzzyctl.kernels.program.scalar import as_number
 from fuzzyctl.kernels.promises import Promises
 from fuzzyctl.kernels.step_program import named_step, step_program, system_program
 
@@ -163,9 +162,10 @@ class StepForm(Form):
             return [1.0]  # any time makes the same step
         if dt is None:
             raise ArgumentError("'dt' is missing: the controller has no 'every' line")
-        if not 0.0 < as_number(dt) < math.inf:
+        time = input_number(DT, dt)
+        if not 0.0 < time < math.inf:
             raise ValueOutOfBoundsError(DT, dt, _TIME)
-        return [as_number(dt)]
+        return [time]
 
     def with_times(self, points: Any, dt: Any) -> Any:
         """Return points with the times of the steps, checked, as a last column."""

@@ -124,7 +124,13 @@ def row_array(names: Sequence[str], rows: Any, what: str) -> FloatArray:
     Raises:
         ArgumentError: For columns of other names, and for what is no array of real numbers.
     """
+    import numpy as np
+
+    if type(rows) is np.ndarray:  # the usual case
+        return float_array(rows, what)
     has_names = isinstance(rows, Mapping) or (getattr(rows, "ndim", 0) == 2 and hasattr(rows, "columns"))
+    if getattr(rows, "ndim", 0) == 1 and hasattr(rows, "iloc"):  # a Series: positions have no names
+        has_names = any(isinstance(label, str) for label in rows.index)
     columns = columns_by_name(names, rows, what) if has_names and len(names) else None
     return float_array(rows, what) if columns is None else stacked(names, columns)
 

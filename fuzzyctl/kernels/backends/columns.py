@@ -68,7 +68,7 @@ def columns_by_name(inputs: Sequence[str], values: Any, what: str = "points") ->
         return None
     # As rule files are read: letters with accents have one form.
     known = [unicodedata.normalize("NFC", name) if isinstance(name, str) else name for name in names]
-    kind = "state" if what == "states" else "input"
+    kind = "state" if what.startswith("state") else "input"
     others = [name for name in dict.fromkeys(known) if name not in inputs]
     mistakes = [f"no {kind} {name!r}{_hint(name, inputs)}" for name in others[:SHOWN]]
     mistakes += [f"and {len(others) - SHOWN} more"] if len(others) > SHOWN else []

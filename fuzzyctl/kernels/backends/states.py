@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, Final
 
-from fuzzyctl.diagnostics.diagnostic import ArgumentError
-from fuzzyctl.kernels.backends.arguments import float_array, writable
+from fuzzyctl.diagnostics.diagnostic import ArgumentError, ValueOutOfBoundsError
+from fuzzyctl.kernels.backends.arguments import float_array, row_array, writable
 from fuzzyctl.kernels.plan.build import Plan
 from fuzzyctl.kernels.program.scalar import as_number
 
@@ -19,16 +19,20 @@ if TYPE_CHECKING:
 NO_STATE: Final = "the system has no state: no output is adaptive or says 'else hold'"
 
 
-def argument(state: Any, count: int, *, compiled: bool) -> Any:
+def argument(state: Any, names: Sequence[str], *, compiled: bool) -> Any:
     """Return a state as the function of a backend takes it; compiled code would read beyond a short one.
 
     Raises:
         ArgumentError: For a state of another shape.
     """
+    count = len(names)
     if type(state) in (list, tuple) and not compiled:  # no numpy for a light start
-        plain: Any = [c if type(c) is float else as_number(c, "each entry of the state") for c in state]
+        try:
+            plain: Any = [c if type(c) is float else as_number(c, "each entry of the state") for c in state]
+        except OverflowError:
+            raise ValueOutOfBoundsError("state", type(state), "within the range of floats") from None
     else:
-        array = float_array(state, "state")
+        array = row_array(names, state, "state") if hasattr(state, "keys") else float_array(state, "state")
         if array.ndim != 1:
             raise ArgumentError(f"the state must have the shape ({count},), got {array.shape}")
         plain = writable(array) if compiled else array.tolist()

@@ -76,6 +76,14 @@ class TestEval:
         data = json.loads(run(*given, "--state", "n=7", "--format", "json").stdout)
         assert (data["controller"], data["outputs"], data["next_state"]) == ("count", {"y": 7.0}, {"n": 8.5})
 
+    @pytest.mark.parametrize("dt", ["0", "-1", "nan", "inf"])
+    def test_a_time_of_a_csv_that_is_none_is_placed(self, file, tmp_path, dt):
+        rows = tmp_path / "rows.csv"
+        rows.write_text(f"a,dt\n1,0.5\n1,{dt}\n")
+        result = CliRunner().invoke(main, ["eval", file, "--block", "count", "--points", str(rows)])
+        assert result.exit_code == 1
+        assert f"{rows}:3: error[FZ505]: 'dt' must be > 0 s and finite, got" in result.stderr
+
     def test_rows_of_a_csv_follow_each_other(self, file):
         points = "dt,a\n0.5,1\n0.25,2\n1,0\n"
         result = run("eval", file, "--block", "count", "--points", "-", "--state", "n=1", stdin=points)
@@ -154,3 +162,13 @@ class TestPlotSurface:
             assert result.exit_code == 2
             assert message in result.stderr
             assert not (tmp_path / "no.png").exists()
+
+
+def test_a_controller_without_inputs_has_a_step_and_no_plot(tmp_path):
+    path = tmp_path / "z.fz"
+    path.write_text("controller z\nstate n = 0\nnext n = n + 1\noutput y = n\nevery 1 s\n")
+    result = CliRunner().invoke(main, ["plot", str(path)])
+    assert result.exit_code == 2
+    assert "controller 'z' has no inputs" in result.stderr
+    result = CliRunner().invoke(main, ["why", str(path), "--state", "n=4"])
+    assert result.stdout == "y = 4.0\n\nState, and the next one\n  n = 4, then 5\n"

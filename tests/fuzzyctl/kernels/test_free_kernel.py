@@ -241,7 +241,7 @@ def test_wrong_arguments_are_named(system):
     kernel = compile_system(system, "python", free=["g"])
     with pytest.raises(ArgumentError, match=r"takes 3 arguments \(e, d, state\), got 2"):
         kernel(0.1, 0.2)
-    with pytest.raises(ArgumentError, match=r"the values must have the shape \(..., 1\), got \(2,\)"):
+    with pytest.raises(ArgumentError, match=r"the state must have the shape \(..., 1\), got \(2,\)"):
         kernel(0.1, 0.2, [1, 2])
     with pytest.raises(ArgumentError, match="must be a real number"):
         kernel("a", 0.2, [1])
