@@ -77,6 +77,9 @@ def _not_chosen(
         word = meant[0].kind if len({b.kind for b in meant}) == 1 else "block"
         message = f"the file holds several {word}s, and none is chosen"
         facts = [f"{word}s: {', '.join(known)}"]
+        for kind in (k for k in words if k != word and name is None):
+            others = [b.name for b in examined.blocks if b.kind == kind]
+            facts += [f"{kind}s: {', '.join(others)}"] if others else []
         help_text = f"name one: --block {meant[0].name}, in Python block={meant[0].name!r}"
     elif known:
         message, near = f"the file holds no {word} '{name}'", closest(str(name), known)

@@ -106,6 +106,11 @@ class TestEval:
         assert message in result.stderr
         assert result.stdout == ""
 
+    def test_without_a_name_those_of_all_kinds_are_listed(self, file):
+        result = run("eval", file, "a=1")
+        assert result.exit_code == 2
+        assert " = systems: first, second\n = controllers: tree, count\n" in result.stderr
+
 
 class TestWhy:
     def test_each_system_has_its_part(self, file):
