@@ -174,8 +174,8 @@ class TestController:
             ([], "the file holds several controllers, and none is chosen", "controllers: first, second"),
             (
                 ["--block", "fist"],
-                "the file holds no system or controller 'fist'",
-                "systems or controllers: surface, first, second",
+                "the file holds no system, controller or plant 'fist'",
+                "systems, controllers or plants: surface, first, second",
             ),
         ],
     )
