@@ -27,6 +27,7 @@ if TYPE_CHECKING:
         UnknownNameError,
         ValueOutOfBoundsError,
     )
+    from fuzzyctl.explain.block_trace import BlockTrace
     from fuzzyctl.explain.trace import Trace, why
     from fuzzyctl.formats.fz import dump, dumps
     from fuzzyctl.kernels.compile import Kernel, compile
@@ -48,6 +49,7 @@ _HOMES = {
     "ArgumentError": "fuzzyctl.diagnostics.diagnostic",
     "BackendUnavailableError": "fuzzyctl.diagnostics.diagnostic",
     "Block": "fuzzyctl.model.block",
+    "BlockTrace": "fuzzyctl.explain.block_trace",
     "Controller": "fuzzyctl.model.controller",
     "Diagnostic": "fuzzyctl.diagnostics.diagnostic",
     "DiagnosticError": "fuzzyctl.diagnostics.diagnostic",
@@ -87,6 +89,7 @@ __all__ = [
     "ArgumentError",
     "BackendUnavailableError",
     "Block",
+    "BlockTrace",
     "Controller",
     "Diagnostic",
     "DiagnosticError",
