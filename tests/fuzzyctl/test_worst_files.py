@@ -475,7 +475,7 @@ def test_bounds_end_in_time_where_operations_are_not_counted(name, size, tmp_pat
     used = itertools.count(step=0.5)  # each look at the clock is half a second
     monkeypatch.setattr("fuzzyctl.analysis.clock.used", lambda: next(used))
     (tmp_path / "s.fz").write_text(text_of(name, size), encoding="utf-8")
-    result = CliRunner().invoke(main, ["bounds", str(tmp_path / "s.fz")])
+    result = CliRunner().invoke(main, ["prove", "--bounds", str(tmp_path / "s.fz")])
     assert result.exit_code == 0
     assert "the time is spent" in result.output
     assert next(used) < 100.0
