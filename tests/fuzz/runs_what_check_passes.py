@@ -52,7 +52,7 @@ COMMANDS = (
     "eval FILE INPUTS",
     "simulate FILE -o run",
     "prove --timeout 0.2 FILE",
-    "bounds --timeout 0.2 FILE",
+    "prove --bounds --timeout 0.2 FILE",
     "page FILE -o page.html",
     "LSP FILE",
 )
