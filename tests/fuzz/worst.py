@@ -2,8 +2,8 @@
 
     python tests/fuzz/worst.py
     python tests/fuzz/worst.py --size 0.1 piecewise systems
-    python tests/fuzz/worst.py --limit 20 --command "diff FILE FILE"
-    python tests/fuzz/worst.py --command "prove --bounds" --command "page FILE -o page.html" --command "simulate FILE -o run"
+    python tests/fuzz/worst.py --limit 20 --command "compare --changes FILE FILE"
+    python tests/fuzz/worst.py --command "prove --bounds" --command "page FILE -o page.html"
 
 Prints seconds, exit code, memory, command and name of each worst case of worst_files/, or of those whose name contains
 one of the words given; exit code 1 if one takes longer than --limit or more than --memory, or ends in a
