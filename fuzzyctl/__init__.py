@@ -27,8 +27,8 @@ if TYPE_CHECKING:
         UnknownNameError,
         ValueOutOfBoundsError,
     )
-    from fuzzyctl.explain.block_trace import BlockTrace
-    from fuzzyctl.explain.trace import Trace, why
+    from fuzzyctl.explain.block_trace import BlockTrace, why
+    from fuzzyctl.explain.trace import Trace
     from fuzzyctl.formats.fz import dump, dumps
     from fuzzyctl.kernels.compile import Kernel, compile
     from fuzzyctl.loading.load import load, load_all, loads
@@ -82,7 +82,7 @@ _HOMES = {
     "output_bounds": "fuzzyctl.analysis.block_bounds",
     "prove": "fuzzyctl.analysis.prove",
     "simulate": "fuzzyctl.simulation.simulate",
-    "why": "fuzzyctl.explain.trace",
+    "why": "fuzzyctl.explain.block_trace",
 }
 
 __all__ = [

@@ -53,8 +53,6 @@ ALLOWED = {
     # `block.with_values({"a": 1})` changes numbers in their places.
     ("fuzzyctl.model.system", "fuzzyctl.model.free_numbers"),
     ("fuzzyctl.model.controller", "fuzzyctl.loading.block_equations"),
-    # `why(controller)` is in a file of its own.
-    ("fuzzyctl.explain.trace", "fuzzyctl.explain.block_trace"),
     # `system.plot()`, `run.plot()` and `why(...).plot()` draw.
     ("fuzzyctl.model.system", "fuzzyctl.plot.surfaces"),
     ("fuzzyctl.simulation.run", "fuzzyctl.plot.time_series"),

@@ -108,7 +108,7 @@ def for_small(chosen: Algorithm, wanted: str) -> Algorithm:
 
     Args:
         chosen: The algorithm.
-        wanted: What was asked for; large tables are left out for "auto" only.
+        wanted: The algorithm that the caller chose; large tables are left out for "auto" only.
     """
     if wanted == "auto" and chosen.name == "active":
         numbers = sum(len(values) for _, values in chosen.printed.tables)

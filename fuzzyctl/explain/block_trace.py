@@ -1,11 +1,11 @@
-"""Trace of one step of a controller: the value of each name, and a trace of each system that it calls."""
+"""Trace of any block; of a controller the value of each name, and a trace of each system that it calls."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any, overload
 
 from fuzzyctl.diagnostics.diagnostic import ArgumentError, NoRuleFiresError, UnknownNameError
 from fuzzyctl.diagnostics.suggestions import counted
@@ -20,7 +20,13 @@ from fuzzyctl.kernels.plan.equations import DT, Evaluation
 from fuzzyctl.kernels.plan.expansion import equations_of
 from fuzzyctl.kernels.step_form import StepForm
 from fuzzyctl.kernels.step_program import numeric
+from fuzzyctl.model.block import Block
 from fuzzyctl.model.controller import Controller
+from fuzzyctl.model.system import FuzzySystem
+from fuzzyctl.support import arguments
+
+if TYPE_CHECKING:
+    from fuzzyctl.annotations import Column
 
 
 @dataclass(frozen=True)
@@ -70,6 +76,40 @@ class BlockTrace(Printed):
         return {**own, "calls": calls}
 
 
+@overload
+def why(block: FuzzySystem, values: Mapping[str, float] | Column | None = None, /, **named: float) -> Trace: ...
+@overload
+def why(block: Controller, values: Mapping[str, float] | Column | None = None, /, **named: float) -> BlockTrace: ...
+def why(
+    block: FuzzySystem | Controller, values: Mapping[str, float] | Column | None = None, /, **named: float
+) -> Trace | BlockTrace:
+    """Say why a system, or the first step of a controller, gives what it gives at a point.
+
+    A notebook shows the rules that act.
+
+    Args:
+        block: A well-formed system or controller; its state is that of the start.
+        values: A number for every input by name; a Series of pandas has the names as labels. A controller whose steps
+            depend on the time since the step before takes `dt` [s] as well.
+        named: The same for names that Python can write.
+
+    Raises:
+        UnknownNameError: For a name that is no input.
+        ArgumentError: When an input is missing, given twice, or no number.
+        NoRuleFiresError: Where no rule fires for an output that says `else error`.
+    """
+    given = arguments.mapping("'values'", "numbers by name of the input", {} if values is None else values)
+    arguments.instance("the block", Block, "a FuzzySystem or a Controller", block)
+    declared = {block.as_declared(n): value for n, value in named.items()}
+    for name in declared:
+        if name in given:
+            raise ArgumentError(f"{name!r} is given twice")
+    point = {**given, **declared}
+    if isinstance(block, FuzzySystem):
+        return trace(block, point)
+    return trace_block(arguments.instance("the block", Controller, "a FuzzySystem or a Controller", block), point)
+
+
 def trace_block(
     controller: Controller, values: Mapping[str, float], state: Mapping[str, float] | None = None
 ) -> BlockTrace:
@@ -107,8 +147,8 @@ def trace_block(
         if not isinstance(item, Evaluation):
             known[item.name] = _value(item.value, known)
             continue
-        arguments = [_value(a, known) for a in item.arguments]
-        given = dict(zip((i.name for i in item.system.inputs), arguments, strict=True))
+        numbers = [_value(a, known) for a in item.arguments]
+        given = dict(zip((i.name for i in item.system.inputs), numbers, strict=True))
         kept = [known[s] for s in item.states]
         try:
             own = trace(item.system, given, kept or None)

@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, fields
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Final, Self, overload
+from typing import TYPE_CHECKING, Any, Final, Self
 
 from fuzzyctl.diagnostics.diagnostic import ArgumentError, NoRuleFiresError, UnknownNameError
 from fuzzyctl.diagnostics.suggestions import counted
@@ -20,16 +20,13 @@ from fuzzyctl.kernels.inference import inference
 from fuzzyctl.kernels.inference.defuzzify.defuzzify import consequent_hull
 from fuzzyctl.kernels.known_values import known_at, value_of
 from fuzzyctl.kernels.plan.build import OutputPlan, Plan, SetPlan, chain_name, degree_name, plan, step_name
-from fuzzyctl.model.block import Block
 from fuzzyctl.model.method import TSUKAMOTO
 from fuzzyctl.model.rule import Consequent
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.support import arguments
 
 if TYPE_CHECKING:
-    from fuzzyctl.annotations import Axes, Column, Panels
-    from fuzzyctl.explain.block_trace import BlockTrace
-    from fuzzyctl.model.controller import Controller
+    from fuzzyctl.annotations import Axes, Panels
 
 #: Slopes are those of parabolas through the point and two beside it, this part of an input's range apart.
 STEP: Final = 1e-6
@@ -122,43 +119,6 @@ class Trace(Printed):
         from fuzzyctl.plot.rule_viewer import viewer
 
         return viewer(self, most, ax)
-
-
-@overload
-def why(block: FuzzySystem, values: Mapping[str, float] | Column | None = None, /, **named: float) -> Trace: ...
-@overload
-def why(block: Controller, values: Mapping[str, float] | Column | None = None, /, **named: float) -> BlockTrace: ...
-def why(
-    block: FuzzySystem | Controller, values: Mapping[str, float] | Column | None = None, /, **named: float
-) -> Trace | BlockTrace:
-    """Say why a system, or the first step of a controller, gives what it gives at a point.
-
-    A notebook shows the rules that act.
-
-    Args:
-        block: A well-formed system or controller; its state is that of the start.
-        values: A number for every input by name; a Series of pandas has the names as labels. A controller whose steps
-            depend on the time since the step before takes `dt` [s] as well.
-        named: The same for names that Python can write.
-
-    Raises:
-        UnknownNameError: For a name that is no input.
-        ArgumentError: When an input is missing, given twice, or no number.
-        NoRuleFiresError: Where no rule fires for an output that says `else error`.
-    """
-    given = arguments.mapping("'values'", "numbers by name of the input", {} if values is None else values)
-    arguments.instance("the block", Block, "a FuzzySystem or a Controller", block)
-    declared = {block.as_declared(n): value for n, value in named.items()}
-    for name in declared:
-        if name in given:
-            raise ArgumentError(f"{name!r} is given twice")
-    point = {**given, **declared}
-    if isinstance(block, FuzzySystem):
-        return trace(block, point)
-    from fuzzyctl.explain.block_trace import trace_block
-    from fuzzyctl.model.controller import Controller
-
-    return trace_block(arguments.instance("the block", Controller, "a FuzzySystem or a Controller", block), point)
 
 
 def trace(system: FuzzySystem, values: Mapping[str, float], state: Sequence[float] | None = None) -> Trace:

@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 from matplotlib.axes import Axes
 
+from fuzzyctl.explain.block_trace import why
 from fuzzyctl.explain.implied_sets import ImpliedSets, antecedent_set
-from fuzzyctl.explain.trace import Contribution, FiredRule, Trace, why
+from fuzzyctl.explain.trace import Contribution, FiredRule, Trace
 from fuzzyctl.kernels.inference.defuzzify.sampling import sampled_degrees
 from fuzzyctl.kernels.plan.build import plan
 from fuzzyctl.model.rule import literals
