@@ -13,13 +13,13 @@ from collections.abc import Sequence
 from itertools import pairwise, product
 from typing import Final
 
-from fuzzyctl.expr import ONE, ZERO, Call, Compare, Expr, Logic, Name, Number, Where
+from fuzzyctl.expr import ONE, ZERO, Call, Compare, Expr, Logic, Name, Number, Where, minus, plus, times
 from fuzzyctl.kernels.algorithms.grid import degree_at, is_continuous, knots_of, too_close
 from fuzzyctl.kernels.inference.defuzzify.centroid import handover
 from fuzzyctl.kernels.inference.defuzzify.defuzzify import closed_form, middle, support_hull
 from fuzzyctl.kernels.inference.inference import raw_names
 from fuzzyctl.kernels.plan.build import OutputPlan, Plan, SetPlan, degree_name
-from fuzzyctl.kernels.program.builder import Builder, any_nan, clip, minus, plus, times
+from fuzzyctl.kernels.program.builder import Builder, any_nan, clip
 from fuzzyctl.kernels.program.program import NAN, Program
 from fuzzyctl.records import record
 
