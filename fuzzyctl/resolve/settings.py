@@ -23,7 +23,7 @@ _FIELDS: Final[dict[str, tuple[str, tuple[str, ...]]]] = {
     "or": ("disjunction", tuple(DISJUNCTIONS)),
     "implication": ("implication", tuple(IMPLICATIONS)),
     "aggregation": ("aggregation", tuple(AGGREGATIONS)),
-    "defuzzifier": ("defuzzifier", DEFUZZIFIERS),
+    "defuzzifier": ("defuzzifier", tuple(DEFUZZIFIERS)),
 }
 
 _Option = TypeVar("_Option", sx.Option, sx.ActivationOption)

@@ -14,7 +14,7 @@ from fuzzyctl.formulas import MEMBERSHIP, exact_maxima_possible, is_monotone, is
 from fuzzyctl.formulas.inverse import solved
 from fuzzyctl.model.checks.partitions import spoilt_partitions
 from fuzzyctl.model.computed_numbers import Numbers
-from fuzzyctl.model.method import MAXIMA, TSUKAMOTO, Defuzzifier
+from fuzzyctl.model.method import DEFUZZIFIERS, MAXIMA, TSUKAMOTO, Defuzzifier
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Hold, Input, Membership, Output, Term
 
@@ -35,7 +35,7 @@ def misfitting_defuzzifier(numbers: Numbers) -> Iterator[Diagnostic]:
             )
         if output.adaptive is not None:
             continue
-        if method.kind in ("tsukamoto", "tsukamoto_sum"):
+        if DEFUZZIFIERS[method.kind].takes == "place":
             yield from _not_monotone(numbers, output, method)
         elif method.kind in TSUKAMOTO:
             yield from _without_names(system, output, method)
