@@ -12,7 +12,6 @@ from fuzzyctl.kernels.algorithms.grid import Grid, grid_of
 from fuzzyctl.kernels.algorithms.rule_cells import Active
 from fuzzyctl.kernels.inference import inference
 from fuzzyctl.kernels.plan.build import Plan
-from fuzzyctl.kernels.program.passes.inline import inlined
 from fuzzyctl.kernels.program.program import Program
 from fuzzyctl.records import record
 
@@ -92,8 +91,8 @@ class Algorithm:
         if self._gains(rule_cells.LEAST_GAIN_INTERPRETED):
             return self.point
         if self.diagonals is not None:
-            return inlined(self.point)
-        return inlined(inference.evaluation(self.plan, most_pairs=INTERPRETED))
+            return self.point
+        return inference.evaluation(self.plan, most_pairs=INTERPRETED)
 
     @cached_property
     def many(self) -> Program:
