@@ -3,8 +3,8 @@
     python tests/bench/optimisations.py [NAME ...]
 
 A system is measured where the optimisation changes what is printed of it: W1 to W4, sizes for which optimisations were
-made, and the robots' loop; of files (shipped, of the gallery, published, of other tools), and of a system for each method,
-the median is printed. Numbers are times without the optimisation, in times with it: 1.3 or more is a gain.
+made, and the robots' loop; of files (shipped, of the gallery, published, of other tools), and of a system for each
+method, the median is printed. Numbers are times without the optimisation, in times with it: 1.3 or more is a gain.
 """
 
 from __future__ import annotations

@@ -40,7 +40,6 @@ def files() -> dict[str, FuzzySystem]:
     return found
 
 
-
 def sugeno(inputs: int, terms: int, kind: str = "gaussian") -> str:
     """Return a complete first-order Takagi-Sugeno table."""
     rng = random.Random(1)
@@ -139,7 +138,6 @@ OPTIMISATIONS = (
     Optimisation("cells", ((interpolation, "_has_cells", lambda *_: False),)),
     Optimisation("ramps", ((interpolation, "MOST_RAMPS", 0),)),
     Optimisation("loops over corners", ((interpolation, "LOOPED", 99),)),
-    Optimisation("corner loops in batches", ((numba_backend, "is_in_passes", lambda _: False),)),
     Optimisation("rule cells", ((select.rule_cells, "active_of", _refused),)),
     Optimisation("diagonals", ((select, "diagonals_of", _refused),)),
     Optimisation("neighbours", ((centroid, "is_handover", lambda _: False),)),
