@@ -139,7 +139,6 @@ OPTIMISATIONS = (
     Optimisation("ramps", ((interpolation, "MOST_RAMPS", 0),)),
     Optimisation("loops over corners", ((interpolation, "LOOPED", 99),)),
     Optimisation("rule cells", ((select.rule_cells, "active_of", _refused),)),
-    Optimisation("diagonals", ((select, "diagonals_of", _refused),)),
     Optimisation("neighbours", ((centroid, "is_handover", lambda _: False),)),
     Optimisation("tables of degrees", ((inference, "degree_of", lambda _, term, x: term.degree(x)),)),
     Optimisation("decisions", ((python_backend, "INTERPRETED", replace(_INTERPRETED, locate=_ALL_COUNTED)),)),
