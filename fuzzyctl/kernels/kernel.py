@@ -262,7 +262,8 @@ class Kernel(Displayed):
                 order.
             state: The state, shape (..., states), which broadcasts with the points: for each its own, or of shape
                 (states,) the same for all. None for that of `start`.
-            dt: Time since the step before [s], one number or shape (...), for a controller without period.
+            dt: Time since the step before [s], for a controller without period; one number, or an array that broadcasts
+                with the points.
             out: A contiguous array of float64 to write to, of the shape of all results, the next states of a controller
                 after its outputs; None for a new one.
             parallel: Whether all cores may be used; they are where the work is worth it.

@@ -78,10 +78,10 @@ class StepPromises(Promises):
         """Return the rows with an output that is NaN though no argument is."""
         import numpy as np
 
-        outputs = results[:, : len(self._equations.outputs)]
-        least = np.minimum.reduce(outputs, axis=None, initial=np.inf)  # NaN if any is
+        least = np.minimum.reduce(results, axis=None, initial=np.inf)  # NaN if any is; all is faster than a part
         if least == least:
             return []
+        outputs = results[:, : len(self._equations.outputs)]
         return np.flatnonzero(np.isnan(outputs).any(axis=1) & ~np.isnan(points).any(axis=1)).tolist()
 
 
@@ -177,11 +177,13 @@ class StepForm(Form):
             return points
         shape = points.shape[:-1]
         if dt is None or type(dt) is float:  # the usual case
-            (times,) = self.times(dt)
+            times: Any = self.times(dt)[0]
         else:
             times = float_array(dt, DT)
-            if times.ndim and times.shape != shape:
-                raise ArgumentError(f"'dt' must be one number or have the shape {shape}, got {times.shape}")
+            try:
+                shape = np.broadcast_shapes(shape, times.shape)
+            except ValueError:
+                raise ArgumentError(f"'dt' of shape {times.shape} does not fit points of shape {shape}") from None
             is_time = (times > 0) & (times < math.inf)
             if not np.all(is_time):
                 raise ValueOutOfBoundsError(DT, float(times[~is_time].flat[0]), _TIME)
