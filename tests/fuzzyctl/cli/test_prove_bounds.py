@@ -1,5 +1,6 @@
 """`fuzzyctl prove --bounds` as a user types it."""
 
+import itertools
 import json
 import time
 
@@ -143,6 +144,20 @@ def test_time_is_for_all_bounds_together_and_the_lack_of_it_is_said(tmp_path):
         "the time is spent"
         in json.loads(run(path, "--timeout", "0.5", "--format", "json").stdout)["outputs"][0]["note"]
     )
+
+
+@pytest.mark.parametrize("step", [10.0, 0.5, 0.1, 0.02])
+def test_json_is_complete_wherever_the_time_ends(step, tmp_path, monkeypatch):
+    path = tmp_path / "s.fz"
+    path.write_text(BELLS, encoding="utf-8")
+    clock = itertools.count(step=step)
+    monkeypatch.setattr("fuzzyctl.analysis.clock.used", lambda: next(clock))
+    result = run(path, "--timeout", "0.5", "--format", "json")
+    assert result.exit_code == 0, result.output
+    data = json.loads(result.stdout, parse_constant=lambda name: pytest.fail(f"JSON knows no {name}"))
+    (bound,) = data["outputs"]
+    assert (bound["low"], bound["high"]) == (-1.0, 1.0)
+    assert "the time is spent" in bound["note"]
 
 
 @pytest.mark.parametrize(
