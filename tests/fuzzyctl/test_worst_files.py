@@ -53,7 +53,7 @@ from fuzzyctl.page.systems import SystemFacts
 from fuzzyctl.resolve.block_expressions import Expressions
 from fuzzyctl.resolve.context import Context
 from fuzzyctl.resolve.rules import resolve_antecedent, resolve_rule
-from fuzzyctl.resolve.system import MAX_VARIABLES
+from fuzzyctl.resolve.system import MAX_GUARANTEES, MAX_VARIABLES
 from fuzzyctl.simulation.connections import inputs_of_time
 from fuzzyctl.simulation.expansion import loop_equations
 from fuzzyctl.simulation.experiment import Experiment
@@ -654,6 +654,15 @@ def test_variables_are_counted_before_they_are_resolved(monkeypatch):
     (error,) = (d for d in diagnostics if d.severity == "error")
     assert (error.code, error.span.line) == ("FZ112", 2 * MAX_VARIABLES + 3)
     assert re.fullmatch(r"the system has \d+ inputs, outputs and lets, more than 2000", error.message)
+
+
+def test_guarantees_are_counted_before_they_are_resolved(monkeypatch):
+    monkeypatch.setattr("fuzzyctl.resolve.system.resolve_require", lambda *_: pytest.fail("one is resolved"))
+    text = text_of("claims-that-hold", 1.0)
+    _, diagnostics = checked(text + "require y <= 2\n")
+    (error,) = (d for d in diagnostics if d.severity == "error")
+    assert (error.code, error.span.line) == ("FZ112", 1 + text.count("\n"))
+    assert error.message == f"the system has {MAX_GUARANTEES + 1} guarantees, more than {MAX_GUARANTEES}"
 
 
 def test_names_of_a_param_are_looked_for_once_to_compute_it():
