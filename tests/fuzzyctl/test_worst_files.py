@@ -28,6 +28,7 @@ from fuzzyctl.analysis.work import COVERAGE, SpentError, Work
 from fuzzyctl.cli.checked import claim_reports
 from fuzzyctl.cli.main import main
 from fuzzyctl.cli.page import _add
+from fuzzyctl.codegen import javascript_parts
 from fuzzyctl.codegen.errors import CodegenError
 from fuzzyctl.codegen.javascript_source import module
 from fuzzyctl.codegen.prepare import prepare
@@ -421,6 +422,17 @@ def test_what_a_page_says_of_rules_grows_with_their_number():
         return lines_of(lambda: SystemFacts(unit, ()).data())
 
     assert work(200) < 2.3 * work(100)
+
+
+def test_a_page_computes_each_hedge_of_a_row_once():
+    def work(count):
+        text = f"system s\n{HEAD}if x is {'very ' * count}low then y is small\n"
+        unit = prepare(loads(text), text)
+        facts = SystemFacts(unit, ())
+        facts.data()
+        return calls_of(lambda: javascript_parts.module(unit, facts.shown))
+
+    assert work(12) < 3 * work(6)
 
 
 def test_names_are_not_looked_through_anew_for_each_mistake_of_a_large_file(monkeypatch):
