@@ -29,6 +29,8 @@ from fuzzyctl.resolve.variables import resolve_param, resolve_variable
 
 #: Most inputs and outputs of a system together, those shared with other systems included.
 MAX_VARIABLES: Final = 2000
+#: Most guarantees of a system.
+MAX_GUARANTEES: Final = 1000
 
 
 def resolve(
@@ -72,13 +74,18 @@ def resolve(
 
 
 def _crowded(tree: sx.SyntaxTree) -> Diagnostic | None:
-    """Report a system with more variables than any controller has, before they are resolved."""
+    """Report a system with more variables or guarantees than any controller has, before they are resolved."""
     variables = [s for s in tree.statements if isinstance(s, sx.Variable)]
-    if len(variables) <= MAX_VARIABLES:
-        return None
-    message = f"the system has {len(variables)} inputs, outputs and lets, more than {MAX_VARIABLES}"
-    help_text = "spread them over several systems"
-    return Diagnostic("FZ112", message, variables[MAX_VARIABLES].name.span, help=help_text)
+    if len(variables) > MAX_VARIABLES:
+        message = f"the system has {len(variables)} inputs, outputs and lets, more than {MAX_VARIABLES}"
+        help_text = "spread them over several systems"
+        return Diagnostic("FZ112", message, variables[MAX_VARIABLES].name.span, help=help_text)
+    guarantees = [s for s in tree.statements if isinstance(s, sx.Require)]
+    if len(guarantees) > MAX_GUARANTEES:
+        message = f"the system has {len(guarantees)} guarantees, more than {MAX_GUARANTEES}"
+        help_text = "keep those that imply the others"
+        return Diagnostic("FZ112", message, guarantees[MAX_GUARANTEES].span, help=help_text)
+    return None
 
 
 #: What variables are, for people.
