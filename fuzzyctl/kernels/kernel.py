@@ -201,7 +201,7 @@ class Kernel(Displayed):
             names = ", ".join((*self.input_names, "state"))
             raise ArgumentError(f"expected {inputs + 1} arguments ({names}), got {len(arguments)}")
         numbers = zip(self.input_names, arguments, strict=False)
-        point = [input_number(name, x) for name, x in numbers] + self.form.times(dt)
+        point = [x if type(x) is float else input_number(name, x) for name, x in numbers] + self.form.times(dt)
         before = [] if is_short else self.form.argument(arguments[-1], compiled=self.backend == "numba")
         results = np.empty(self.form.width)
         try:
@@ -307,7 +307,7 @@ class Kernel(Displayed):
             return fill_by_calls(self.jit)
         return fill_of(self.form.many(self.backend), self.backend, self.form.argument_names, self.form.promises)
 
-    @property
+    @cached_property
     def _checked(self) -> Fill:
         """Fill the results of a block of points, and check what the outputs promise."""
         fill, promises = self._fill, self.form.promises
