@@ -5,8 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
+from functools import reduce
 
-from fuzzyctl.expr import Binary, Call, Compare, Expr, Logic, Name, Negate, Number, Where
+from fuzzyctl.expr import FUNCTIONS, Binary, Call, Compare, Expr, Logic, Name, Negate, Number, Where
+from fuzzyctl.kernels.program.primitives import PRIMITIVES
 from fuzzyctl.kernels.program.program import (
     Accumulate,
     Assign,
@@ -209,15 +211,27 @@ class _Writer:
                 return f"({self.dialect.logic[logic == 'or'].join(self.text(o) for o in operands)})"
             case Where(condition=condition, then=then, otherwise=otherwise):
                 return self.dialect.where(self.text(condition), self.text(then), self.text(otherwise))
-            case Call(function="min", arguments=(a, b)):
-                return self.dialect.smaller(self.text(a), self.text(b))
-            case Call(function="max", arguments=(a, b)):
-                return self.dialect.larger(self.text(a), self.text(b))
+            case Call(function="min" | "max" as function, arguments=(_, *_) as arguments):
+                join = self.dialect.smaller if function == "min" else self.dialect.larger
+                return reduce(join, map(self.text, arguments))
             case Call(function="clip", arguments=(a, b, c)):
                 return self.dialect.clip(self.text(a), self.text(b), self.text(c))
             case Call(function=function, arguments=arguments):
+                _check_count(function, len(arguments))
                 return f"{function}({', '.join(self.text(a) for a in arguments)})"
         raise TypeError(f"{type(expr).__name__} has no text in a program")
+
+
+def _check_count(function: str, count: int) -> None:
+    """Raise TypeError for a call that no backend can compute."""
+    if function in PRIMITIVES:
+        least = most = len(PRIMITIVES[function].arguments.split())
+    elif function in FUNCTIONS:
+        least, most = FUNCTIONS[function][0], FUNCTIONS[function][1] or count
+    else:
+        raise TypeError(f"no function '{function}'")
+    if not least <= count <= most:
+        raise TypeError(f"'{function}' takes {least} argument{'s' * (least != 1)}, not {count}")
 
 
 def _tuple(texts: Sequence[str]) -> str:
