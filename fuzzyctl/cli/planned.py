@@ -15,7 +15,6 @@ from fuzzyctl.model.system import FuzzySystem
 #: What an algorithm does, before the reason for it.
 _BECAUSE: Final = {
     "interpolation": "looks up",
-    "diagonals": "integrates around the rules that act:",
     "active": "averages over the rules that act:",
 }
 

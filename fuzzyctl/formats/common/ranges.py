@@ -7,9 +7,12 @@ from collections.abc import Iterable, Mapping, Sequence
 from itertools import product
 from typing import Final
 
-from fuzzyctl.expr import Expr, ExprError, evaluate
+from fuzzyctl.diagnostics.source import Span
+from fuzzyctl.expr import Expr, ExprError, Number, evaluate
+from fuzzyctl.formats.common.report import Reporter
 from fuzzyctl.formulas.formula import between
 from fuzzyctl.formulas.shared import union
+from fuzzyctl.model.variable import Membership
 
 Ends = tuple[float, float]
 
@@ -57,3 +60,38 @@ def linear_range(parameters: Sequence[float], inputs: Iterable[Ends]) -> Ends:
         low += min(factor * first, factor * last)
         high += max(factor * first, factor * last)
     return low, high
+
+
+def finite_range(
+    name: str,
+    given: tuple[Number, Number],
+    needed: Iterable[float],
+    place: Span,
+    findings: Reporter,
+    kind: str = "infinite",
+) -> tuple[Number, Number]:
+    """Return a finite range: the one given, or what some places reach where it is infinite, or as `kind` says."""
+    lower, upper = given
+    if math.isfinite(lower.value) and math.isfinite(upper.value):
+        return lower, upper
+    finite = [e for e in needed if math.isfinite(e)]
+    low = lower.value if math.isfinite(lower.value) else min(finite, default=0.0)
+    high = upper.value if math.isfinite(upper.value) else max(finite, default=1.0)
+    if low >= high:
+        low, high = (low, low + 1.0) if math.isfinite(lower.value) else (high - 1.0, high)
+    message = f"the range of '{name}' is {kind}; [{low:.6g}, {high:.6g}] is what its terms need"
+    findings.warning("FZ603", message, lower.span or place, help="give it a finite range")
+    return Number(low), Number(high)
+
+
+def corners(memberships: Iterable[Membership]) -> list[float]:
+    """Return the numbers of some memberships, which lie about where they matter."""
+    return [a.value for m in memberships for a in m.arguments if isinstance(a, Number)]
+
+
+def reached(membership: Membership, ranges: Sequence[Ends]) -> Ends:
+    """Return the least and largest value of a constant or linear consequent over the ranges of the inputs."""
+    given = corners([membership])
+    if membership.kind not in ("constant", "linear") or not given:
+        return math.inf, -math.inf
+    return linear_range(given, ranges)

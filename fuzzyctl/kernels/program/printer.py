@@ -52,7 +52,6 @@ class Dialect:
         locate: Lines that find a knot.
         nested: Whether functions are defined where they are used.
         integral: Text of a call that integrates, from the texts of what the set depends on and of its marks.
-        decay: Name of the exponential function where its argument is not positive, so that it cannot overflow.
         item: Text of an array item.
         divide: Text of a quotient.
         constant: Text of a number.
@@ -66,7 +65,6 @@ class Dialect:
     locate: Callable[[Locate, str], list[str]]
     item: Callable[[str, int | str | Place], str] = lambda array, index: f"{array}[{index_text(index)}]"
     divide: Callable[[str, str], str] = lambda a, b: f"({a} / {b})"
-    decay: str = "exp"
     nested: bool = False
     integral: Callable[[Quadrature, str, str], str] = lambda s, given, marks: (
         f"{s.kind}({s.function}, marked({s.places}, {marks}), {given})"
@@ -150,7 +148,7 @@ SCALAR = Dialect(
 )
 
 #: Scalar Python as it is interpreted, not compiled.
-INTERPRETED = replace(SCALAR, locate=decided, decay="decay", nested=True)
+INTERPRETED = replace(SCALAR, locate=decided, nested=True)
 
 #: Plain Python where a quotient may be 0/0 or 1/0, which Python refuses and IEEE 754 (so numpy, numba) does not.
 IEEE_SCALAR = replace(INTERPRETED, divide=lambda a, b: f"divide({a}, {b})")
@@ -218,10 +216,6 @@ class _Writer:
                 return reduce(join, map(self.text, arguments))
             case Call(function="clip", arguments=(a, b, c)):
                 return self.dialect.clip(self.text(a), self.text(b), self.text(c))
-            case Call(function="exp", arguments=(Binary(op="*", left=Number(value=factor), right=square),)) if (
-                factor <= 0.0 and isinstance(square, Binary) and square.op == "*" and square.left == square.right
-            ):
-                return f"{self.dialect.decay}({self.text(factor * square)})"
             case Call(function=function, arguments=arguments):
                 _check_count(function, len(arguments))
                 return f"{function}({', '.join(self.text(a) for a in arguments)})"

@@ -13,7 +13,6 @@ from fuzzyctl.expr import Expr, names_in
 from fuzzyctl.kernels.backends import blocks
 from fuzzyctl.kernels.backends.numpy import quadrature
 from fuzzyctl.kernels.backends.python.backend import point_text
-from fuzzyctl.kernels.program.passes.schedule import late
 from fuzzyctl.kernels.program.primitives import PRIMITIVES
 from fuzzyctl.kernels.program.printer import ARRAYS, INDENT, block, set_functions, text
 from fuzzyctl.kernels.program.program import (
@@ -100,7 +99,6 @@ def _of_integrals(program: Program, tables: Mapping[str, FloatArray]) -> int:
 
 def compile_batch(program: Program, input_names: Sequence[str]) -> Callable[..., None]:
     """Return the function that fills results (n, outputs) from points (n, inputs) and states (n, states) or None."""
-    program = late(program)
     tables = {name: np.array(values) for name, values in program.tables}
     namespace: dict[str, Any] = {**_RUNTIME, **tables, **_sets(program, tables)}
     execute_all(block_source(program), namespace)
