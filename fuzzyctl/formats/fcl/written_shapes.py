@@ -37,6 +37,8 @@ _FUZZYLITE_FUNCTIONS: Final = frozenset(
 
 _JFUZZYLOGIC: Final = words_by_kind(JFUZZYLOGIC_SHAPES)
 _FUZZYLITE: Final = words_by_kind(FUZZYLITE_SHAPES)
+#: Kinds that some dialect has words for, points and numbers included.
+SPELT: Final = frozenset({*_JFUZZYLOGIC, *_FUZZYLITE, *(k for k in MEMBERSHIP if is_straight(k) or is_number(k))})
 
 
 def numbers(membership: Membership, values: Mapping[str, float]) -> Parameters:
