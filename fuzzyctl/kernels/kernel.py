@@ -308,7 +308,7 @@ class Kernel(Displayed):
             return fill_by_calls(self.jit)
         return fill_of(self.form.many(self.backend), self.backend, self.form.argument_names, self.form.promises)
 
-    @cached_property
+    @property
     def _checked(self) -> Fill:
         """Fill the results of a block of points, and check what the outputs promise."""
         fill, promises = self._fill, self.form.promises
