@@ -11,10 +11,11 @@ import pytest
 
 from tests.fuzz.mutating import mutated
 from tests.oracles.comparing import differences
+from tests.oracles.drawn_fis import fis
 from tests.oracles.drawn_fll import fll
 from tests.sizes import examples
 
-DRAWN = {"fll": fll}
+DRAWN = {"fll": fll, "fis": fis}
 SAMPLES = {
     format: [p.read_text(encoding="utf-8") for p in sorted((Path(__file__).parent / "samples").glob(f"*.{format}"))]
     for format in DRAWN
