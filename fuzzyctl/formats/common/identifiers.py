@@ -59,6 +59,14 @@ def as_read(system: FuzzySystem) -> tuple[FuzzySystem, list[Loss]]:
     return _keeping_names(system, *with_names(system, spelt))
 
 
+def name_before(name: str, label: str) -> str:
+    """Return the name that a file had in place of an identifier: the label, if the identifier was made of it."""
+    if not label or _is_name(label):
+        return name
+    made = _spelt(label, ())
+    return label if name == made or name.removeprefix(f"{made}_").isdecimal() else name
+
+
 def _keeping_names(system: FuzzySystem, named: FuzzySystem, losses: list[Loss]) -> tuple[FuzzySystem, list[Loss]]:
     """Return a renamed system with the names that variables and it had as labels and title, if these are empty."""
     if not losses:

@@ -50,6 +50,7 @@ class Translation(Findings):
         super().__init__(source)
         self.statements: list[sx.Statement] = []
         self.left_out: set[str] = set()
+        self._declared: set[str] = set()
 
     def number(self, span: Span) -> Number | None:
         """Return a number, which may be infinite; report anything else."""
@@ -123,7 +124,10 @@ class Translation(Findings):
         unread: Sequence[Span] = (),
     ) -> None:
         """Add an input or an output; `unread` are names of terms that are reported and may be named all the same."""
-        lines = [term_line(t) for t in terms]
+        lines = (
+            [] if name.text in self._declared else [term_line(t) for t in terms]
+        )  # of a second one they mean nothing
+        self._declared.add(name.text)
         lines += [sx.TermLine(s, sx.Word(s.text, s), sx.Word("constant", s), (_argument(ZERO, s),)) for s in unread]
         word = sx.Word(keyword, name.span)
         label = label.replace('"', "'")

@@ -89,7 +89,7 @@ FOREIGN = {
 
 
 #: Files whose names become identifiers when they are read.
-TRANSLATED = ["x.fll"]
+TRANSLATED = ["x.fll", "x.fis"]
 
 
 @pytest.mark.parametrize("length", [199, 200, 201, 1000])
@@ -112,7 +112,7 @@ def test_a_long_name_of_another_format_is_written_only_where_it_is_read_back(fil
 
 @pytest.mark.parametrize("name", ["two words", "a\x1b[2Jb", "a\u202eb", "1st"])
 def test_a_name_that_no_rule_file_can_hold_is_not_written(name):
-    system = fuzzyctl.loads(FOREIGN["x.fis"].replace("NAME", name), "x.fis")
+    system = fuzzyctl.loads(FOREIGN["x.fis"], "x.fis").model_copy(update={"name": name})
     with pytest.raises(fuzzyctl.ValueOutOfBoundsError, match="a name of a rule file"):
         fuzzyctl.dumps(system)
     fuzzyctl.loads(fuzzyctl.dumps(with_identifiers(system)[0]))
