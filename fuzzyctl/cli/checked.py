@@ -40,7 +40,7 @@ def checked(examined: Examined, block: AnyBlock, choice: Choice) -> tuple[AnyBlo
     if any(d.stops for d in diagnostics):
         raise DiagnosticError(diagnostics)
     changed = choice.changed(inner)
-    verdicts = () if changed.kind == "plant" else prove(changed, timeout=CLAIM_SECONDS)  # plants claim nothing
+    verdicts = () if changed.unclaimed else prove(changed, timeout=CLAIM_SECONDS)
     _require_claims([*diagnostics, *claim_reports(verdicts)], choice)
     return changed, verdicts
 

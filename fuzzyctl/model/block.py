@@ -29,6 +29,8 @@ class Block(Node, Printed):
 
     #: The word of the rule file that begins such a block.
     kind: ClassVar[str]
+    #: Why such a block has no claims to prove, an empty text for one that can have some.
+    unclaimed: ClassVar[str] = ""
 
     name: str
     title: str = ""
@@ -64,6 +66,16 @@ class Block(Node, Printed):
     def parts(self) -> tuple[Block, ...]:
         """The blocks that it calls, each behind those that it calls itself, and at last the block."""
         return (self,)
+
+    @property
+    def all_systems(self) -> tuple[Any, ...]:
+        """The systems that it evaluates, those of blocks inside among them, each once."""
+        return tuple({(s.name, s.path): s for part in self.parts for s in part.systems}.values())
+
+    @property
+    def states(self) -> tuple[Any, ...]:
+        """The declared states in the order of declaration; systems declare none."""
+        return ()
 
     @property
     def changes(self) -> tuple[Any, ...]:

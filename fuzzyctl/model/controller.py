@@ -25,6 +25,8 @@ class Signal(Node):
     label: str = ""
     unit: str = ""
     bounds: Bounds | None = None
+    #: Signals have no terms, as the variables of systems have.
+    terms: ClassVar[tuple[()]] = ()
 
     @property
     def title(self) -> str:

@@ -33,9 +33,9 @@ table u = e
 """
 
 #: Commands that need a system.
-ON_SYSTEMS = ("show --plan", "plot --terms -o p.png")
+ON_SYSTEMS = ("show --plan",)
 #: Commands that take controllers as well.
-OTHERS = ("eval", "eval x=1", "why x=1", "plot-surface")
+OTHERS = ("eval", "eval x=1", "why x=1", "plot-surface", "plot --terms -o p.png", "compare plant.fz")
 
 
 @pytest.fixture
@@ -146,3 +146,21 @@ class TestDiff:
 def test_a_conversion_names_the_blocks_that_it_leaves_out(folder):
     done = run("convert", "both.fz", "both.fll")
     assert "controller 'law': left out: only systems are converted" in done.output
+
+
+@pytest.mark.parametrize(
+    ("block", "reason"),
+    [("lag", "plants make no claims"), ("step", "runs decide the requirements of loops: fuzzyctl simulate")],
+)
+def test_prove_says_why_nothing_is_proved(block, reason, folder):
+    done = run("prove", "loop.fz", "--block", block)
+    assert (done.exit_code, done.output) == (0, f"loop.fz: {block}: no guarantees; {reason}\n0 proved\n")
+
+
+@pytest.mark.parametrize("command", ["eval", "plot", "compare loop.fz", "prove --bounds"])
+def test_a_block_of_another_kind_is_answered_with_what_works(command, folder):
+    (folder / "all.fz").write_text(SYSTEM + LOOP, encoding="utf-8")
+    done = run(command, "all.fz", "--block", "lag")
+    assert done.exit_code == 2
+    assert "'lag' is a plant\n" in done.output
+    assert "'simulate' runs a loop with it" in done.output
