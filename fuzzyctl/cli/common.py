@@ -290,18 +290,18 @@ def _list(names: Sequence[str]) -> str:
 
 
 def point_of(block: Any, texts: Iterable[str], command: str) -> dict[str, float]:
-    """Return the point that `INPUT=VALUE` arguments of a command give; a controller may also have `dt`.
+    """Return the point that `INPUT=VALUE` arguments of a command give; a controller without period may have `dt`.
 
     Raises:
         DiagnosticError: For mistakes in them, and for inputs without a value.
     """
-    time = ["dt"] if block.kind == "controller" else []
+    time = ["dt"] if block.is_sampled and block.period is None else []
     given = assignments(texts, [*(v.name for v in block.inputs), *time], "input")
     missing = missing_inputs(block, given, command)
     if time and "dt" not in given:
         from fuzzyctl.kernels.plan.expansion import equations_of
 
-        if block.period is None and equations_of(block).reads_time:
+        if equations_of(block).reads_time:
             facts = ("the time since the step before [s]; the controller has no 'every' line",)
             missing.append(Diagnostic("FZ501", "'dt' has no value", facts=facts, help="write dt=SECONDS as well"))
     if missing:

@@ -47,10 +47,8 @@ class Choice:
         """
         values = assignments(self.settings, block.settable, "param")
         if values:
-            from fuzzyctl.loading.block_equations import with_params
-
             try:
-                block = with_params(block, values)
+                block = block.with_params(**values)
             except DiagnosticError as error:
                 raise blamed(error, self.settings) from None
         return under(block, self.profile)
