@@ -77,7 +77,7 @@ def with_numbers(block: WithEquations, values: Mapping[str, Any]) -> WithEquatio
     for inner in (*block.controllers, *block.plants):
         for name in of_systems.keys() & {s.name for s in inner.systems}:
             raise ArgumentError(f"system '{name}' is called inside of {inner.kind} '{inner.name}', too")
-    systems = tuple(s.with_values(of_systems.get(s.name, {})) if s.name in of_systems else s for s in block.systems)
+    systems = tuple(_with_values(s, of_systems[s.name]) if s.name in of_systems else s for s in block.systems)
     block = dataclasses.replace(block, systems=systems)
     if isinstance(block, Loop):
         from fuzzyctl.simulation.settings import with_settings
@@ -94,6 +94,19 @@ def with_numbers(block: WithEquations, values: Mapping[str, Any]) -> WithEquatio
     # Params of instances are arguments of these lines now; `with_params` would add params, whose names no file holds.
     params = {p.name: own[p.name] for p in block.params if p.name in own}
     return with_params(dataclasses.replace(block, instances=instances), params)
+
+
+def _with_values(system: Any, values: Mapping[str, Any]) -> Any:
+    """Return a system with other values of its numbers; errors name it."""
+    try:
+        return system.with_values(values)
+    except UnknownNameError as error:
+        raise UnknownNameError(error.kind, f"{system.name}.{error.name}", error.known) from None
+    except ArgumentError as error:
+        raise ArgumentError(f"system '{system.name}': {error}") from None
+    except ValueOutOfBoundsError as error:
+        name = f"system '{system.name}': {error.name}"
+        raise ValueOutOfBoundsError(name, error.value, error.bound, error.unit) from None
 
 
 def in_order(block: Any) -> list[Definition | Result]:
