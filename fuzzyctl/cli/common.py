@@ -53,7 +53,7 @@ BLOCK = click.option("--block", "name", metavar="NAME", help="Which system, cont
 ALGORITHM = click.option(
     "--algorithm",
     # As kernels.algorithm.ALGORITHMS, which takes long to import.
-    type=click.Choice(["auto", "interpolation", "diagonals", "active", "rules"]),
+    type=click.Choice(["auto", "interpolation", "active", "rules"]),
     default="auto",
     show_default=True,
     help="How it evaluates.",

@@ -49,9 +49,10 @@ def page(file: str, out: str | None, choice: Choice) -> int:
     from fuzzyctl.model.loop import Loop
     from fuzzyctl.model.system import FuzzySystem
     from fuzzyctl.page.document import document, page_title
-    from fuzzyctl.page.proofs import PAGE_SECONDS
+    from fuzzyctl.page.proofs import LEAST_SECONDS, PAGE_SECONDS
     from fuzzyctl.support.writing import write_together
 
+    began = clock.now()
     examined = examined_file(file, loop=choice.name)
     reported = examined.reported(examined.diagnostics)
     if any(d.severity == "error" for d in reported):
@@ -62,7 +63,7 @@ def page(file: str, out: str | None, choice: Choice) -> int:
     loops = [loop for loop in examined.loops if choice.name in (None, loop.name)]
     _known_settings(examined, loops, choice)
     diagnostics = list(reported)
-    until = clock.now() + PAGE_SECONDS
+    until = max(began + PAGE_SECONDS, clock.now() + LEAST_SECONDS)
     sections = [
         *_sections(examined, choice, diagnostics, until),
         *_runs(loops, choice, diagnostics),

@@ -24,7 +24,6 @@ NAMES: Final = {
 #: What an algorithm does, before the reason for it.
 _BECAUSE: Final = {
     "interpolation": "looks up",
-    "diagonals": "integrates around the rules that act:",
     "active": "averages over the rules that act:",
 }
 

@@ -14,8 +14,9 @@ from fuzzyctl.model.system import FuzzySystem
 
 #: Seconds that all bounds of a controller may take; 'fuzzyctl prove --bounds' takes longer.
 BOUND_SECONDS: Final = 0.5
-#: Seconds that all claims and bounds of a page may take together.
-PAGE_SECONDS: Final = 2.0
+#: Seconds that reading, all claims and all bounds of a page may take together; the least for claims and bounds.
+PAGE_SECONDS: Final = 2.5
+LEAST_SECONDS: Final = 0.5
 
 
 def bound_row(bound: OutputBound, unit: str) -> list[str]:

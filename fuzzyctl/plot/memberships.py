@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 
 from fuzzyctl.diagnostics.diagnostic import ArgumentError, UnknownNameError
 from fuzzyctl.formats.fz import membership_text
-from fuzzyctl.formulas import MEMBERSHIP
+from fuzzyctl.formulas import MEMBERSHIP, is_number
 from fuzzyctl.kernels.compile import degrees
 from fuzzyctl.model.block import Block
 from fuzzyctl.model.system import FuzzySystem
@@ -107,7 +107,7 @@ def draw_variable(ax: Any, system: FuzzySystem, variable: LinguisticVariable) ->
         y = degrees(system, variable, term, x)
         if y is None:
             functions.append((f"{term.name} = {membership_text(term.membership)}", color))
-        elif term.membership.kind in ("singleton", "constant"):
+        elif is_number(term.membership.kind):
             at, height = system.number(term.membership.arguments[0]), system.number(term.membership.height)
             ax.vlines(at, 0, height, color=color, lw=2)
             labels.append(Label(term.name, at, height, color, upright=True))

@@ -57,7 +57,7 @@ def _value(context: Context, option: sx.Option, words: tuple[str, ...]) -> str |
     text, span = option.value.text, option.value.span
     match option.name.text:
         case "resolution":
-            low, high = RESOLUTIONS
+            low, high = (1, RESOLUTIONS[1]) if context.foreign else RESOLUTIONS
             if text.isdecimal() and low <= int(text) <= high:
                 return int(text)
             context.report("FZ302", f"resolution = {text} is no whole number from {low} to {high}", span)

@@ -8,9 +8,8 @@ from typing import Final
 
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 from fuzzyctl.expr import Expr, names_in
-from fuzzyctl.formats.common.clamped_inputs import ENDLESS
 from fuzzyctl.formats.losses import Loss
-from fuzzyctl.formulas import MEMBERSHIP
+from fuzzyctl.formulas import MEMBERSHIP, is_endless
 from fuzzyctl.model.method import MAXIMA, Defuzzifier
 from fuzzyctl.model.rule import literals
 from fuzzyctl.model.semantics import KNOBS, Semantics
@@ -115,7 +114,7 @@ def _least_decides(system: FuzzySystem, there: Semantics) -> bool:
     used = {(i.variable, i.term) for r in system.rules for i in literals(r.antecedent)}
     terms = [t.membership for v in system.inputs for t in v.terms if (v.name, t.name) in used]
     small = any(system.number(m.height) < _SMALL for m in terms)
-    return small or any(m.kind in ENDLESS or (m.kind == "function" and names_in(m.arguments[0])) for m in terms)
+    return small or any(is_endless(m.kind) or (m.kind == "function" and names_in(m.arguments[0])) for m in terms)
 
 
 def _places_leave(system: FuzzySystem, output: Output) -> bool:
@@ -134,7 +133,7 @@ def _places_leave(system: FuzzySystem, output: Output) -> bool:
 
 def _ends(system: FuzzySystem, membership: Membership) -> tuple[float, float]:
     """Return where a monotone term has the degrees 0 and 1; infinite for what is none and for endless tails."""
-    if membership.kind in ENDLESS or membership.kind not in MEMBERSHIP:
+    if membership.kind not in MEMBERSHIP or is_endless(membership.kind):
         return -math.inf, math.inf
     formula = MEMBERSHIP[membership.kind]
     p = tuple(system.number(a) for a in membership.arguments)

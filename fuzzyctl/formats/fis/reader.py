@@ -11,7 +11,7 @@ from typing import Final
 from fuzzyctl.diagnostics.diagnostic import Diagnostic
 from fuzzyctl.diagnostics.source import SourceText, Span
 from fuzzyctl.expr import Expr, Number
-from fuzzyctl.formats.common.ranges import linear_range
+from fuzzyctl.formats.common.ranges import corners, finite_range, linear_range
 from fuzzyctl.formats.common.report import Findings, Reading
 from fuzzyctl.formats.fis import values
 from fuzzyctl.formats.fis.rules import RuleReader, raw_rules
@@ -19,7 +19,6 @@ from fuzzyctl.formats.fis.sections import Section, Sections, split
 from fuzzyctl.formats.fis.settings import Settings, dialect_of, fuzzylite_version, profile_of, read_settings
 from fuzzyctl.formats.fis.variables import Variable, VariableReader, is_empty
 from fuzzyctl.formats.fis.vocabulary import Dialect
-from fuzzyctl.formats.fll.variables import corners, finite_range
 from fuzzyctl.formats.fuzzylite.versions import profile_of_version
 from fuzzyctl.formats.fuzzylite.weighted import KINDS, weighted_kinds
 from fuzzyctl.model.method import Defuzzifier, Method
@@ -161,7 +160,9 @@ class _Assembly:
         lower, upper = variable.lower, variable.upper
         unbounded = self.dialect == "fuzzylite" and (math.isinf(lower.value) or math.isinf(upper.value))
         if unbounded:
-            lower, upper = finite_range(variable, corners(t.membership for t in terms), self.findings)
+            lower, upper = finite_range(
+                variable.name, (lower, upper), corners(t.membership for t in terms), variable.span, self.findings
+            )
         return Input(
             name=variable.name,
             lower=lower,

@@ -88,10 +88,17 @@ FOREIGN = {
 }
 
 
+#: Files whose names become identifiers when they are read.
+TRANSLATED = ["x.fll"]
+
+
 @pytest.mark.parametrize("length", [199, 200, 201, 1000])
 @pytest.mark.parametrize("file", FOREIGN)
 def test_a_long_name_of_another_format_is_written_only_where_it_is_read_back(file, length):
     system = fuzzyctl.loads(FOREIGN[file].replace("NAME", "n" * (length - 1)), file)
+    if file in TRANSLATED and length > 200:
+        assert fuzzyctl.loads(fuzzyctl.dumps(system)).outputs[0].name == system.outputs[0].name
+        return
     assert len(system.outputs[0].name) == length
     if length <= 200:
         assert fuzzyctl.loads(fuzzyctl.dumps(system)).outputs[0].name == system.outputs[0].name
