@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from dataclasses import replace
 from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -101,12 +102,13 @@ def _systems(examined: Examined, choice: Choice, diagnostics: list[Diagnostic], 
     Raises:
         DiagnosticError: For a system with errors, and one that JavaScript cannot compute.
     """
+    from fuzzyctl.analysis import clock
     from fuzzyctl.analysis.check import check_changed
     from fuzzyctl.analysis.prove import CLAIM_SECONDS
     from fuzzyctl.codegen.errors import CodegenError
     from fuzzyctl.codegen.prepare import prepare
     from fuzzyctl.page.document import require_size, system_section
-    from fuzzyctl.page.proofs import decided
+    from fuzzyctl.page.proofs import LEAST_SECONDS, decided
     from fuzzyctl.page.systems import SystemFacts
 
     for system in examined.systems:
@@ -125,7 +127,8 @@ def _systems(examined: Examined, choice: Choice, diagnostics: list[Diagnostic], 
         _add(diagnostics, found)
         settings = assignments(own.settings, [p.name for p in system.params], "param")
         try:
-            unit = prepare(checked.system, examined.source.text, settings=settings, verdicts=verdicts)
+            with clock.limited(max(until - clock.now(), LEAST_SECONDS)):
+                unit = prepare(checked.system, examined.source.text, settings=settings, verdicts=verdicts)
             yield system_section(SystemFacts(unit, verdicts))
         except CodegenError as error:
             raise DiagnosticError([_refused(system.name, system.span, error)]) from None
@@ -154,9 +157,10 @@ def _controllers(examined: Examined, choice: Choice, diagnostics: list[Diagnosti
         settings = assignments(own.settings, controller.settable, "param")
         try:
             unit = prepare(changed, examined.source.text, settings=settings)
+            section = controller_section(controller_data(unit), unit)  # refused before proofs, which take seconds
             verdicts, rows = controller_proofs(changed, CLAIM_SECONDS, until)
             diagnostics += claim_reports(verdicts)
-            yield controller_section(controller_data(unit) | rows, unit)
+            yield replace(section, data=section.data | rows)
         except CodegenError as error:
             raise DiagnosticError([_refused(controller.name, controller.span, error)]) from None
 
