@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from dataclasses import replace
 from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -100,11 +101,12 @@ def _sections(examined: Examined, choice: Choice, diagnostics: list[Diagnostic],
     Raises:
         DiagnosticError: For a block with errors, and one that JavaScript cannot compute.
     """
+    from fuzzyctl.analysis import clock
     from fuzzyctl.analysis.prove import CLAIM_SECONDS
     from fuzzyctl.codegen.errors import CodegenError
     from fuzzyctl.codegen.prepare import prepare
-    from fuzzyctl.page.document import require_size, unit_section
-    from fuzzyctl.page.proofs import proofs
+    from fuzzyctl.page.document import require_javascript, require_size, unit_section
+    from fuzzyctl.page.proofs import LEAST_SECONDS, proofs
 
     blocks: tuple[Any, ...] = (*examined.systems, *examined.controllers)
     of_file: list[Diagnostic] | None = None
@@ -118,10 +120,12 @@ def _sections(examined: Examined, choice: Choice, diagnostics: list[Diagnostic],
                 require_size(system)  # before proofs, which take seconds where there is much to prove
             changed, quick, found = analysed(examined, block, own, of_file)
             of_file = None if block.is_function else found
+            with clock.limited(max(until - clock.now(), LEAST_SECONDS)):
+                unit = prepare(changed, examined.source.text, settings=settings)
+            require_javascript(unit)
             verdicts, rows = proofs(changed, quick, CLAIM_SECONDS, until=until)
             _add(diagnostics, [*found, *claim_reports(verdicts, found)])
-            unit = prepare(changed, examined.source.text, settings=settings, verdicts=verdicts)
-            yield unit_section(unit, verdicts, rows)
+            yield unit_section(replace(unit, verdicts=tuple(verdicts)), verdicts, rows)
         except CodegenError as error:
             raise DiagnosticError([_refused(block.name, block.span, error)]) from None
 

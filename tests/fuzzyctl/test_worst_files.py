@@ -54,7 +54,7 @@ from fuzzyctl.page.systems import SystemFacts
 from fuzzyctl.resolve.block_expressions import Expressions
 from fuzzyctl.resolve.context import Context
 from fuzzyctl.resolve.rules import resolve_antecedent, resolve_rule
-from fuzzyctl.resolve.system import MAX_GUARANTEES, MAX_VARIABLES
+from fuzzyctl.resolve.system import MAX_GUARANTEES, MAX_TERMS_IN_ALL, MAX_VARIABLES
 from fuzzyctl.simulation.connections import inputs_of_time
 from fuzzyctl.simulation.expansion import loop_equations
 from fuzzyctl.simulation.experiment import Experiment
@@ -659,6 +659,15 @@ def test_variables_are_counted_before_they_are_resolved(monkeypatch):
     (error,) = (d for d in diagnostics if d.severity == "error")
     assert (error.code, error.span.line) == ("FZ112", 2 * MAX_VARIABLES + 3)
     assert re.fullmatch(r"the system has \d+ inputs, outputs and lets, more than 2000", error.message)
+
+
+def test_terms_are_counted_before_they_are_resolved(monkeypatch):
+    monkeypatch.setattr("fuzzyctl.resolve.system.resolve_variable", lambda *_: pytest.fail("one is resolved"))
+    inputs = "".join(f"input x{k} in [0, 1]\n  terms {' '.join(f't{i}' for i in range(1000))}\n" for k in range(25))
+    _, diagnostics = checked(f"system s\n{HEAD}{inputs}")
+    assert [d.message for d in diagnostics if d.severity == "error"] == [
+        f"the variables of the system have 25004 terms, more than {MAX_TERMS_IN_ALL}"
+    ]
 
 
 def test_guarantees_are_counted_before_they_are_resolved(monkeypatch):
