@@ -21,7 +21,7 @@ from fuzzyctl.model.variable import Input, Let, Output
 from fuzzyctl.resolve.blocks import Block, resolve_blocks
 from fuzzyctl.resolve.context import Context
 from fuzzyctl.resolve.functions import declare_function
-from fuzzyctl.resolve.rules import MAX_OUTPUTS, MAX_RULES, resolve_require
+from fuzzyctl.resolve.rules import MAX_OUTPUTS, MAX_RULES, resolve_require, terms_of
 from fuzzyctl.resolve.semantics import resolve_semantics
 from fuzzyctl.resolve.settings import find_idle_settings, resolve_method
 from fuzzyctl.resolve.shared_terms import share_terms
@@ -29,10 +29,14 @@ from fuzzyctl.resolve.variables import resolve_param, resolve_variable
 
 #: Most inputs and outputs of a system together, those shared with other systems included.
 MAX_VARIABLES: Final = 2000
+#: Most terms of all variables of a system together; each variable may have 1000.
+MAX_TERMS_IN_ALL: Final = 25_000
+#: Most guarantees of a system.
+MAX_GUARANTEES: Final = 1000
 
 
 def resolve(
-    tree: sx.SyntaxTree, shared: Sequence[sx.Statement], broken: bool
+    tree: sx.SyntaxTree, shared: Sequence[sx.Statement], broken: bool, *, foreign: bool = False
 ) -> tuple[FuzzySystem | None, list[Diagnostic]]:
     """Give a syntax tree its meaning.
 
@@ -41,6 +45,7 @@ def resolve(
         shared: Statements that belong to other systems as well; inputs and outputs among them that no rule of this
             system names are left out.
         broken: Whether some lines could not be read; what is missing is then no mistake of its own.
+        foreign: Whether it is a translation of a file of another tool, whose reader has looked for what is missing.
 
     Returns:
         The system, or None when something has no meaning, and the diagnostics in order of their places.
@@ -51,17 +56,18 @@ def resolve(
         lost_input=tree.lost_input,
         lost_file=tree.lost_file,
         nameless=tree.nameless,
+        foreign=foreign,
     )
     settings = (sx.Setting, sx.Activation, sx.Semantics)
     own = {s.keyword.text for s in tree.statements if isinstance(s, settings)}
     shared = [s for s in shared if not (isinstance(s, settings) and s.keyword.text in own)]
     whole = dataclasses.replace(tree, statements=(*shared, *tree.statements))
-    crowd = _crowded(whole)
+    crowd = _crowded(whole) if not foreign else None
     if crowd is not None:
         return None, [crowd]
     heads = _declare(context, whole)
     whole = dataclasses.replace(whole, statements=tuple(share_terms(context, whole.statements)))
-    _check_heads(context, whole, heads, broken)
+    _check_heads(context, whole, heads, broken or foreign)
     system = _build(context, whole, shared, heads[0] if heads else None, broken=broken)
     if broken or any(d.severity == "error" for d in context.diagnostics):
         # One mistake must not hide another: numbers are checked as far as they can be.
@@ -72,13 +78,22 @@ def resolve(
 
 
 def _crowded(tree: sx.SyntaxTree) -> Diagnostic | None:
-    """Report a system with more variables than any controller has, before they are resolved."""
+    """Report a system with more variables, terms or guarantees than any controller has, before they are resolved."""
     variables = [s for s in tree.statements if isinstance(s, sx.Variable)]
-    if len(variables) <= MAX_VARIABLES:
-        return None
-    message = f"the system has {len(variables)} inputs, outputs and lets, more than {MAX_VARIABLES}"
-    help_text = "spread them over several systems"
-    return Diagnostic("FZ112", message, variables[MAX_VARIABLES].name.span, help=help_text)
+    if len(variables) > MAX_VARIABLES:
+        message = f"the system has {len(variables)} inputs, outputs and lets, more than {MAX_VARIABLES}"
+        help_text = "spread them over several systems"
+        return Diagnostic("FZ112", message, variables[MAX_VARIABLES].name.span, help=help_text)
+    terms = sum(len(terms_of(v)) for v in variables)
+    if terms > MAX_TERMS_IN_ALL:
+        message = f"the variables of the system have {terms} terms, more than {MAX_TERMS_IN_ALL}"
+        return Diagnostic("FZ112", message, variables[0].name.span, help="give them fewer terms, or write a 'function'")
+    guarantees = [s for s in tree.statements if isinstance(s, sx.Require)]
+    if len(guarantees) > MAX_GUARANTEES:
+        message = f"the system has {len(guarantees)} guarantees, more than {MAX_GUARANTEES}"
+        help_text = "keep those that imply the others"
+        return Diagnostic("FZ112", message, guarantees[MAX_GUARANTEES].span, help=help_text)
+    return None
 
 
 #: What variables are, for people.
@@ -217,10 +232,11 @@ def _build(
     method = replace(resolve_method(context, tree.statements), semantics=semantics)
     place = head.name.span if head is not None else None
     known_blocks: tuple[Block, ...] = ()
-    if _few_rules(context, tree.statements, place):
+    if context.foreign or _few_rules(context, tree.statements, place):
         known_blocks = resolve_blocks(context, tree.statements, len(shared), broken=broken)
-        find_idle_settings(context, tree.statements, shared, method, outputs, known_blocks)
-    few = _few_outputs(context, len(outputs), place)
+        if not context.foreign:
+            find_idle_settings(context, tree.statements, shared, method, outputs, known_blocks)
+    few = context.foreign or _few_outputs(context, len(outputs), place)
     return FuzzySystem(
         name=head.name.text if head is not None else "",
         title=head.title if head is not None else "",

@@ -28,6 +28,7 @@ from fuzzyctl.analysis.work import COVERAGE, SpentError, Work
 from fuzzyctl.cli.checked import claim_reports
 from fuzzyctl.cli.main import main
 from fuzzyctl.cli.page import _add
+from fuzzyctl.codegen import javascript_parts
 from fuzzyctl.codegen.errors import CodegenError
 from fuzzyctl.codegen.javascript_source import module
 from fuzzyctl.codegen.prepare import prepare
@@ -53,7 +54,7 @@ from fuzzyctl.page.systems import SystemFacts
 from fuzzyctl.resolve.block_expressions import Expressions
 from fuzzyctl.resolve.context import Context
 from fuzzyctl.resolve.rules import resolve_antecedent, resolve_rule
-from fuzzyctl.resolve.system import MAX_VARIABLES
+from fuzzyctl.resolve.system import MAX_GUARANTEES, MAX_TERMS_IN_ALL, MAX_VARIABLES
 from fuzzyctl.simulation.connections import inputs_of_time
 from fuzzyctl.simulation.expansion import loop_equations
 from fuzzyctl.simulation.experiment import Experiment
@@ -416,6 +417,17 @@ def test_what_a_page_says_of_rules_grows_with_their_number():
     assert work(200) < 2.3 * work(100)
 
 
+def test_a_page_computes_each_hedge_of_a_row_once():
+    def work(count):
+        text = f"system s\n{HEAD}if x is {'very ' * count}low then y is small\n"
+        unit = prepare(loads(text), text)
+        facts = SystemFacts(unit, ())
+        facts.data()
+        return calls_of(lambda: javascript_parts.module(unit, facts.shown))
+
+    assert work(12) < 3 * work(6)
+
+
 def test_names_are_not_looked_through_anew_for_each_mistake_of_a_large_file(monkeypatch):
     calls = counted_calls(monkeypatch, "fuzzyctl.resolve.context.Context._is_other")
     checked("".join(f"param p{k} = q{k}\n" for k in range(1000)))
@@ -647,6 +659,24 @@ def test_variables_are_counted_before_they_are_resolved(monkeypatch):
     (error,) = (d for d in diagnostics if d.severity == "error")
     assert (error.code, error.span.line) == ("FZ112", 2 * MAX_VARIABLES + 3)
     assert re.fullmatch(r"the system has \d+ inputs, outputs and lets, more than 2000", error.message)
+
+
+def test_terms_are_counted_before_they_are_resolved(monkeypatch):
+    monkeypatch.setattr("fuzzyctl.resolve.system.resolve_variable", lambda *_: pytest.fail("one is resolved"))
+    inputs = "".join(f"input x{k} in [0, 1]\n  terms {' '.join(f't{i}' for i in range(1000))}\n" for k in range(25))
+    _, diagnostics = checked(f"system s\n{HEAD}{inputs}")
+    assert [d.message for d in diagnostics if d.severity == "error"] == [
+        f"the variables of the system have 25004 terms, more than {MAX_TERMS_IN_ALL}"
+    ]
+
+
+def test_guarantees_are_counted_before_they_are_resolved(monkeypatch):
+    monkeypatch.setattr("fuzzyctl.resolve.system.resolve_require", lambda *_: pytest.fail("one is resolved"))
+    text = text_of("claims-that-hold", 1.0)
+    _, diagnostics = checked(text + "require y <= 2\n")
+    (error,) = (d for d in diagnostics if d.severity == "error")
+    assert (error.code, error.span.line) == ("FZ112", 1 + text.count("\n"))
+    assert error.message == f"the system has {MAX_GUARANTEES + 1} guarantees, more than {MAX_GUARANTEES}"
 
 
 def test_names_of_a_param_are_looked_for_once_to_compute_it():
