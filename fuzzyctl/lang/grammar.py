@@ -146,7 +146,7 @@ class LineLexer(Lexer):
             case "sign":
                 for name in _SIGNS[found[0]]:
                     yield name, start + _SHORT.get(name, len(found[0]))
-            case "text":
+            case "text" if found[0].endswith('"', 1):
                 yield "STRING", end
 
     @staticmethod

@@ -18,7 +18,7 @@ _UNIT: Final = r"[ \t]*(?:%|(?:us|ms|s|min|h)(?!\w))"
 
 #: Kinds of tokens are the names of the groups. A number runs into no letters; what is no token is a character.
 TOKEN: Final = re.compile(
-    rf'(?P<blank>[ \t\r\n]+)|(?P<name>{NAME})|(?P<number>{NUMBER}(?:(?![\w.])|(?={_UNIT})))|(?P<text>"[^"\n]*")'
+    rf'(?P<blank>\n|[ \t\r]+)|(?P<name>{NAME})|(?P<number>{NUMBER}(?:(?![\w.])|(?={_UNIT})))|(?P<text>"[^"\n]*"?)'
     r"|(?P<sign><=|>=|==|!=|[-+*/^()\[\],=<>@|.:×])|(?P<comment>#[^\n]*)|(?P<character>.)",
     re.DOTALL,
 )
@@ -27,11 +27,17 @@ QUANTITY: Final = re.compile(NUMBER + _UNIT)
 MEMBER: Final = re.compile(rf"{NAME}\.{NAME}")
 
 
+def is_name(text: str) -> bool:
+    """Whether a text is a name."""
+    return re.fullmatch(NAME, text) is not None
+
+
 class Token(NamedTuple):
     """A piece of a text.
 
     Args:
-        kind: "blank", "name", "number", "text" (in quotes), "sign", "comment" or "character", which is no token.
+        kind: "blank", "name", "number", "text" (its second quote may be missing), "sign", "comment" or
+            "character", which is no token.
         text: Its characters.
         start: Offset of the first one.
         end: Offset after the last one.
