@@ -19,7 +19,8 @@ ORDER = [
     ["expr", "support"],
     ["experiments", "formulas"],
     ["lang", "model"],
-    ["formats", "kernels", "resolve"],
+    ["kernels", "resolve"],
+    ["formats"],
     ["simulation"],
     ["comparison", "explain", "loading"],
     ["analysis", "building", "interop", "plot", "sweep"],
@@ -253,11 +254,6 @@ def test_a_light_command_loads_nothing_heavy(arguments, tmp_path):
         f"result = CliRunner().invoke(main, {arguments!r})\nassert result.exit_code == 0, result.output"
     )
     assert loaded_after(code) & HEAVY == set()
-
-
-def test_a_file_of_plain_lines_is_read_without_the_grammar():
-    code = f"import fuzzyctl\nfuzzyctl.load({str(ROOT / 'rules' / 'ais_reaction.fz')!r})"
-    assert "lark" not in loaded_after(code)
 
 
 def test_a_check_without_findings_imports_neither_other_formats_nor_the_compiler_nor_what_writes_fixes():

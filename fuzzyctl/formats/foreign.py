@@ -61,6 +61,8 @@ def _softened(diagnostic: Diagnostic, source: SourceText, format: Format) -> Dia
     severity = "warning" if diagnostic.code in LENIENT else diagnostic.severity
     # What to write in a rule file is no help in a file of another format.
     help_text = "" if diagnostic.help.startswith("write: ") else diagnostic.help
+    if help_text.startswith("from left to right it is: "):
+        help_text = "give the numbers from left to right"
     if help_text == BY_AVERAGE:
         help_text = _AVERAGES.get(format.name, "")
     return dataclasses.replace(diagnostic, severity=severity, help=help_text, file=diagnostic.file or source.name)

@@ -45,6 +45,8 @@ class Context:
         nameless: Keywords of declarations whose name is missing.
         broken: Names of blocks that are declared and may have mistakes of their own.
         callees: Returns the systems, controllers and plants that can be called, each name with what it is.
+        foreign: Whether the statements are those of a file of another tool, which reserves no words, sets an output
+            twice in a rule, and leaves variables without terms.
         where: The place of each declaration.
     """
 
@@ -55,6 +57,7 @@ class Context:
     nameless: frozenset[str] = frozenset()
     broken: frozenset[str] = frozenset()
     callees: Callable[[], Mapping[str, str]] = dict
+    foreign: bool = False
 
     #: The profile in force, whose settings hold where the file says nothing.
     profile: Profile = PROFILES["exact"]
@@ -114,7 +117,8 @@ class Context:
     def declare(self, word: sx.Word, what: str, shared: str = "params, inputs and outputs") -> bool:
         """Enter a name; report and return False when it is reserved or taken; `shared` says what has such names."""
         is_clear = what == "a measure" and word.text in CLAIM_FUNCTIONS  # loops make no such claims
-        if word.text in sx.RESERVED or (is_function(word.text, output=what == "an output") and not is_clear):
+        is_word = is_function(word.text, output=what == "an output") and not is_clear
+        if (word.text in sx.RESERVED or is_word) and not self.foreign:
             self._reserved(word, what)
             if word.text not in self.unread:
                 self.unread |= {word.text}
@@ -124,6 +128,7 @@ class Context:
             first = self.where[word.text]
             # Most likely the slip is in the name, so that another one is missing now.
             self.lost_variable = True
+            self.lost_input = self.lost_input or what == "an input"
             self.report(
                 "FZ201",
                 f"'{word.text}' is declared twice",
@@ -148,7 +153,7 @@ class Context:
         """Report a name that is a word of the language."""
         # `not` is a hedge already, which has a message of its own.
         is_clear = (word.text == "not" and what == "a hedge") or (word.text == "pi" and what in _BLOCKS)
-        if word.text in sx.RESERVED and not is_clear:
+        if word.text in sx.RESERVED and not is_clear and not self.foreign:
             self._reserved(word, what)
             return False
         return True

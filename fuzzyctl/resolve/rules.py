@@ -170,7 +170,7 @@ def _concluding(context: Context, statement: sx.Rule | sx.Otherwise, antecedent:
     named: dict[str, sx.Word] = {}
     for c in statement.consequents:
         first = named.setdefault(c.output.text, c.output)
-        if first is not c.output:
+        if first is not c.output and not context.foreign:
             message, note = f"the rule sets '{first.text}' twice", (first.span, "first set here")
             context.report("FZ215", message, c.output.span, note=note, help="remove one of them, or write two rules")
             break
@@ -318,9 +318,10 @@ def known_term(context: Context, variable: sx.Variable, term: sx.Word, param_hel
         names = context.terms[id(variable)] = dict.fromkeys(terms_of(variable))
     if term.text in names:
         return True
-    if not names and variable.keyword.text == "output" and not is_unsure(variable):
+    is_termless = not names and not context.foreign
+    if is_termless and variable.keyword.text == "output" and not is_unsure(variable):
         _report_termless(context, variable, term)
-    elif names and not is_unsure(variable):
+    elif not is_termless and not is_unsure(variable):
         near = context.near(term.text, names)
         is_param = term.text in context.params
         help_text = param_help if is_param else f"did you mean '{near}'?" if near else ""
@@ -330,7 +331,7 @@ def known_term(context: Context, variable: sx.Variable, term: sx.Word, param_hel
             term.span,
             facts=(
                 *look_alikes(term.text),
-                f"terms of '{variable.name.text}': {listed(names)} (line {variable.name.span.line})",
+                f"terms of '{variable.name.text}': {listed(names) or 'none'} (line {variable.name.span.line})",
             ),
             help=help_text,
             fix=None if is_param else respelt(term.span, term.text, near, names),

@@ -23,8 +23,11 @@ _FIELDS: Final[dict[str, tuple[str, tuple[str, ...]]]] = {
     "or": ("disjunction", tuple(DISJUNCTIONS)),
     "implication": ("implication", tuple(IMPLICATIONS)),
     "aggregation": ("aggregation", tuple(AGGREGATIONS)),
-    "defuzzifier": ("defuzzifier", DEFUZZIFIERS),
+    "defuzzifier": ("defuzzifier", tuple(DEFUZZIFIERS)),
 }
+
+#: Largest number of rules that an activation method lets act.
+MOST_RULES: Final = 1_000_000
 
 _Option = TypeVar("_Option", sx.Option, sx.ActivationOption)
 
@@ -258,8 +261,8 @@ def _missing(kind: str, fields: dict[str, Any]) -> str:
 
 def _count(context: Context, option: sx.ActivationOption) -> int:
     value = option.value
-    if isinstance(value, ex.Number) and value.value == int(value.value) and 1 <= value.value <= 100_000:
+    if isinstance(value, ex.Number) and value.value == int(value.value) and 1 <= value.value <= MOST_RULES:
         return int(value.value)
-    message = f"count = {ex.to_text(value)} is no whole number from 1 to 100000"
+    message = f"count = {ex.to_text(value)} is no whole number from 1 to {MOST_RULES}"
     context.report("FZ302", message, ex.span_of(value) or option.name.span)
     return 1

@@ -36,7 +36,7 @@ MAX_GUARANTEES: Final = 1000
 
 
 def resolve(
-    tree: sx.SyntaxTree, shared: Sequence[sx.Statement], broken: bool
+    tree: sx.SyntaxTree, shared: Sequence[sx.Statement], broken: bool, *, foreign: bool = False
 ) -> tuple[FuzzySystem | None, list[Diagnostic]]:
     """Give a syntax tree its meaning.
 
@@ -45,6 +45,7 @@ def resolve(
         shared: Statements that belong to other systems as well; inputs and outputs among them that no rule of this
             system names are left out.
         broken: Whether some lines could not be read; what is missing is then no mistake of its own.
+        foreign: Whether it is a translation of a file of another tool, whose reader has looked for what is missing.
 
     Returns:
         The system, or None when something has no meaning, and the diagnostics in order of their places.
@@ -55,17 +56,18 @@ def resolve(
         lost_input=tree.lost_input,
         lost_file=tree.lost_file,
         nameless=tree.nameless,
+        foreign=foreign,
     )
     settings = (sx.Setting, sx.Activation, sx.Semantics)
     own = {s.keyword.text for s in tree.statements if isinstance(s, settings)}
     shared = [s for s in shared if not (isinstance(s, settings) and s.keyword.text in own)]
     whole = dataclasses.replace(tree, statements=(*shared, *tree.statements))
-    crowd = _crowded(whole)
+    crowd = _crowded(whole) if not foreign else None
     if crowd is not None:
         return None, [crowd]
     heads = _declare(context, whole)
     whole = dataclasses.replace(whole, statements=tuple(share_terms(context, whole.statements)))
-    _check_heads(context, whole, heads, broken)
+    _check_heads(context, whole, heads, broken or foreign)
     system = _build(context, whole, shared, heads[0] if heads else None, broken=broken)
     if broken or any(d.severity == "error" for d in context.diagnostics):
         # One mistake must not hide another: numbers are checked as far as they can be.
@@ -230,10 +232,11 @@ def _build(
     method = replace(resolve_method(context, tree.statements), semantics=semantics)
     place = head.name.span if head is not None else None
     known_blocks: tuple[Block, ...] = ()
-    if _few_rules(context, tree.statements, place):
+    if context.foreign or _few_rules(context, tree.statements, place):
         known_blocks = resolve_blocks(context, tree.statements, len(shared), broken=broken)
-        find_idle_settings(context, tree.statements, shared, method, outputs, known_blocks)
-    few = _few_outputs(context, len(outputs), place)
+        if not context.foreign:
+            find_idle_settings(context, tree.statements, shared, method, outputs, known_blocks)
+    few = context.foreign or _few_outputs(context, len(outputs), place)
     return FuzzySystem(
         name=head.name.text if head is not None else "",
         title=head.title if head is not None else "",

@@ -197,7 +197,8 @@ def _terms(context: Context, statement: sx.Variable) -> list[Term]:
         return []
     # An output whose rules give numbers or functions needs none, nor does an input that only functions or rates read.
     is_bare = not statement.terms and not statement.incomplete and statement.keyword.text == "input"
-    if is_bare and not context.has_functions and not _is_read_by_a_rate(context, statement.name.text):
+    is_needed = not context.has_functions and not context.foreign
+    if is_bare and is_needed and not _is_read_by_a_rate(context, statement.name.text):
         message = f"{statement.keyword.text} '{statement.name.text}' has no terms"
         context.report("FZ212", message, statement.name.span, help="add lines such as: NB = triangle(-2, -1, 0)")
     return terms
@@ -206,11 +207,12 @@ def _terms(context: Context, statement: sx.Variable) -> list[Term]:
 def _too_many_terms(context: Context, statement: sx.Variable) -> bool:
     """Report a variable with more terms than are read; none of them is looked at then."""
     count = len(terms_of(statement))
-    if count > MAX_TERMS:
+    is_crowded = count > MAX_TERMS and not context.foreign
+    if is_crowded:
         message = f"'{statement.name.text}' has {count} terms, more than {MAX_TERMS}"
         help_text = f"keep {MAX_TERMS}, or write a 'function'"
         context.report("FZ112", message, statement.name.span, help=help_text)
-    return count > MAX_TERMS
+    return is_crowded
 
 
 def _is_read_by_a_rate(context: Context, name: str) -> bool:

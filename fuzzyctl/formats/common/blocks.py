@@ -8,6 +8,7 @@ from typing import Any
 
 from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.formats.common.report import Names
+from fuzzyctl.lang import syntax as sx
 from fuzzyctl.model.method import Activation, Method, RuleMethod
 from fuzzyctl.model.rule import And, Or, Rule, RuleBlock, parts_of
 from fuzzyctl.model.system import FuzzySystem
@@ -20,7 +21,7 @@ class FoundBlock:
 
     Args:
         name: Its name, empty for none; the first of several that has none is no block then.
-        rules: Its rules.
+        rules: Its rules, as nodes of the syntax tree or of the model.
         conjunction: How they join by `and`; it counts only where one does.
         disjunction: How they join by `or`; it counts only where one does.
         implication: What activations make of the sets that they conclude, None where they conclude none.
@@ -29,7 +30,7 @@ class FoundBlock:
     """
 
     name: str
-    rules: tuple[Rule, ...]
+    rules: tuple[Any, ...]
     conjunction: str | None
     disjunction: str | None
     implication: str | None
@@ -39,21 +40,29 @@ class FoundBlock:
     @property
     def outputs(self) -> set[str]:
         """The outputs that its rules set."""
-        return {c.output for rule in self.rules for c in rule.consequents}
+        named = (c.output for rule in self.rules for c in rule.consequents)
+        return {o.text if isinstance(o, sx.Word) else o for o in named}
+
+    @property
+    def joins(self) -> set[str]:
+        """What its rules join their conditions by."""
+        return {word for rule in self.rules for word in joins_of(rule)}
 
 
 @dataclass(frozen=True)
-class Combined:
-    """All rules of a file.
+class Arrangement:
+    """The rules of a file, in blocks only where these have a meaning.
 
     Args:
-        blocks: The rules, or rule blocks.
+        loose: The rules of no block, as the file's reader made them.
+        blocks: The blocks: the name of each, the block, and the fields of its method that differ from the system's.
         method: What the system says: the fields `conjunction`, `disjunction`, `implication`, `activation` of its
             method, without those that no rule needs.
         implications: Implications that outputs say themselves, since no block does.
     """
 
-    blocks: tuple[Rule | RuleBlock, ...]
+    loose: tuple[Any, ...]
+    blocks: tuple[tuple[str, FoundBlock, dict[str, Any]], ...] = ()
     method: dict[str, Any] = field(default_factory=dict)
     implications: dict[str, str] = field(default_factory=dict)
 
@@ -62,7 +71,7 @@ class Combined:
 _FIELDS = ("conjunction", "disjunction", "implication", "activation")
 
 
-def combined(found: Sequence[FoundBlock], sets: Collection[str], *, keep: bool) -> Combined:
+def arranged(found: Sequence[FoundBlock], sets: Collection[str], *, keep: bool) -> Arrangement:
     """Return the rules of a file, in blocks only where these have a meaning.
 
     Args:
@@ -78,39 +87,66 @@ def combined(found: Sequence[FoundBlock], sets: Collection[str], *, keep: bool) 
     compares = len(own) > 1 and any(b.activation.compares for b in own)
     if len(own) < 2 or (same and told_by_outputs and not compares and not keep):
         said = {o: next(iter(i)) for o, i in by_output.items() if i}
-        return Combined(tuple(r for b in own for r in b.rules), method, said)
+        return Arrangement(tuple(r for b in own for r in b.rules), (), method, said)
     # The first block has the methods of the system, so that without a name it need be none.
     loose = own[0].rules if not own[0].name else ()
     names = Names(b.name for b in own)
     used: set[str] = set()
-    made: list[RuleBlock] = []
+    made: list[tuple[str, FoundBlock, dict[str, Any]]] = []
     for k, block in enumerate(own[1:] if loose else own, 2 if loose else 1):
         name = block.name if block.name and block.name not in used else names.take(block.name or f"block{k}")
         used.add(name)
-        made.append(_block(block, name, method))
-    return Combined((*loose, *made), method)
+        fields = {n: getattr(block, n) for n in _FIELDS}
+        made.append((name, block, {n: None if v == method.get(n) else v for n, v in fields.items()}))
+    return Arrangement(loose, tuple(made), method)
+
+
+@dataclass(frozen=True)
+class Combined:
+    """All rules of a file, as a system has them; the fields are those of an `Arrangement`."""
+
+    blocks: tuple[Rule | RuleBlock, ...]
+    method: dict[str, Any]
+    implications: dict[str, str]
+
+
+def combined(found: Sequence[FoundBlock], sets: Collection[str], *, keep: bool) -> Combined:
+    """Return the rules of a file as a system has them; see `arranged`."""
+    own = arranged(found, sets, keep=keep)
+    blocks = (RuleBlock(name=name, rules=b.rules, span=b.span, **said) for name, b, said in own.blocks)
+    return Combined((*own.loose, *blocks), own.method, own.implications)
 
 
 def _without_idle(block: FoundBlock, sets: Collection[str]) -> FoundBlock:
     """Return a block without norms by which no rule joins, and an implication that no output of its rules heeds."""
-    joins = {type(part) for rule in block.rules for part in parts_of(rule.antecedent)}
+    joins = block.joins
     return replace(
         block,
-        conjunction=block.conjunction if And in joins else None,
-        disjunction=block.disjunction if Or in joins else None,
+        conjunction=block.conjunction if "and" in joins else None,
+        disjunction=block.disjunction if "or" in joins else None,
         implication=block.implication if any(o in sets for o in block.outputs) else None,
     )
 
 
+def joins_of(rule: Rule | sx.Rule) -> set[str]:
+    """Return which of `and` and `or` a rule joins its conditions by."""
+    if isinstance(rule, Rule):
+        names = {And: "and", Or: "or"}
+        return {names[type(p)] for p in parts_of(rule.antecedent) if isinstance(p, And | Or)}
+    found: set[str] = set()
+    left = [rule.antecedent]
+    while left:
+        truth = left.pop()
+        if isinstance(truth, sx.Chain):
+            found.add(truth.connective)
+            left += truth.operands
+        elif isinstance(truth, sx.Negation | sx.Group):
+            left.append(truth.operand)
+    return found
+
+
 def _first(blocks: Iterable[FoundBlock], name: str) -> Any:
     return next((value for b in blocks if (value := getattr(b, name)) is not None), None)
-
-
-def _block(block: FoundBlock, name: str, method: dict[str, Any]) -> RuleBlock:
-    """Return a block that says only what the system does not say."""
-    own = {n: getattr(block, n) for n in _FIELDS}
-    said = {n: None if v == method.get(n) else v for n, v in own.items()}
-    return RuleBlock(name=name, rules=block.rules, span=block.span, **said)
 
 
 def without_common(output: Output, method: Method) -> Output:

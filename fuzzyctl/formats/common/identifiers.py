@@ -44,7 +44,33 @@ def with_identifiers(
     def spelt(name: str, where: str) -> str:
         return _spelt(name, {*reserved, *soft} if where == "variable" else reserved)
 
-    named, losses = with_names(system, spelt)
+    return _keeping_names(system, *with_names(system, spelt))
+
+
+def as_read(system: FuzzySystem) -> tuple[FuzzySystem, list[Loss]]:
+    """Return a system of another tool's file whose names are identifiers, and which names were changed.
+
+    Words of rules stay names, since calls may use them; see `with_identifiers`.
+    """
+
+    def spelt(name: str, where: str) -> str:
+        return name if _is_name(name) and len(name) <= _LONGEST else _spelt(name, ())
+
+    return _keeping_names(system, *with_names(system, spelt))
+
+
+def name_before(name: str, label: str) -> str:
+    """Return the name that a file had in place of an identifier: the label, if the identifier was made of it."""
+    if not label or _is_name(label):
+        return name
+    made = _spelt(label, ())
+    return label if name == made or name.removeprefix(f"{made}_").isdecimal() else name
+
+
+def _keeping_names(system: FuzzySystem, named: FuzzySystem, losses: list[Loss]) -> tuple[FuzzySystem, list[Loss]]:
+    """Return a renamed system with the names that variables and it had as labels and title, if these are empty."""
+    if not losses:
+        return system, losses
     kept = {
         field: tuple(
             n.model_copy(update={"label": o.label or (_plain(o.name) if n.name != o.name else "")})

@@ -12,6 +12,9 @@ from fuzzyctl.formats.common.report import Findings, ParseError
 from fuzzyctl.formats.common.vectors import read_vector
 from fuzzyctl.formats.fis.sections import QUOTES, Entry, trimmed
 
+#: The key of a membership function: its number, and U or L of interval type-2 sets.
+NUMBERED: Final = re.compile(r"mf *([0-9]{1,6}) *([ul]?)$", re.IGNORECASE)
+
 _COUNT: Final = re.compile(r"(\d{1,9})(?:\.0*)? *[;,]?$", re.ASCII)
 
 

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from decimal import Decimal
 from typing import Final, Literal
 
 from fuzzyctl.formats.common.shape_words import Shape, ShapeWord, Values
+from fuzzyctl.formats.fll.vocabulary import TERM_WORDS
 
 Dialect = Literal["matlab", "octave", "fuzzylite"]
 
@@ -78,6 +80,21 @@ MEMBERSHIP_WORDS: Final[dict[str, ShapeWord]] = {
     "semiellipsemf": ShapeWord("semi_ellipse", "start end"),
 }
 
+#: All words for terms.
+MEMBERSHIPS: Final[dict[str, ShapeWord]] = {
+    **MEMBERSHIP_WORDS,
+    "linear": ShapeWord("linear", "coefficients constant"),
+    "function": ShapeWord("function", "formula"),
+}
+
+#: The same to fuzzylite, which takes some whose parameters are out of order for something else.
+MEMBERSHIPS_OF_FUZZYLITE: Final[dict[str, ShapeWord]] = {
+    **MEMBERSHIPS,
+    "trapmf": TERM_WORDS["Trapezoid"],
+    "smf": TERM_WORDS["SShape"],
+    "zmf": TERM_WORDS["ZShape"],
+}
+
 #: Those that only fuzzylite writes.
 OF_FUZZYLITE: Final = frozenset({"function", *list(MEMBERSHIP_WORDS)[list(MEMBERSHIP_WORDS).index("rampmf") :]})
 
@@ -120,4 +137,33 @@ DEFUZZIFIER_WORDS: Final[dict[str, str]] = {
     "lom": "lom",
     "wtaver": "weighted_average",
     "wtsum": "weighted_sum",
+}
+
+#: Types of systems; the last three are fuzzylite's.
+TYPES: Final = {kind: kind for kind in ("mamdani", "sugeno", "tsukamoto", "inverse tsukamoto", "hybrid")}
+
+
+def _by_key(*keys: str) -> dict[str, str]:
+    return {key.lower(): key for key in keys}
+
+
+#: Keys of `[System]` by themselves in small letters.
+SYSTEM_KEYS: Final = _by_key(
+    *("Name", "Type", "Version", "NumInputs", "NumOutputs", "NumRules"),
+    *("AndMethod", "OrMethod", "ImpMethod", "AggMethod", "DefuzzMethod"),
+)
+
+#: Keys of variables; those that only fuzzylite writes are not listed for people.
+VARIABLE_KEYS: Final = {
+    **_by_key("Name", "Range", "NumMFs", "MF1"),
+    **dict.fromkeys(("enabled", "default", "lock", "lockvalid", "lockprevious", "lockrange"), ""),
+}
+
+#: Digits behind the point of the number of a term, for hedges; `extremely` is another function in fuzzylite than in
+#: Octave, which knows all fractions and raises degrees to ten times each.
+HEDGES: Final[dict[tuple[str, ...], Decimal]] = {
+    ("somewhat",): Decimal("0.05"),
+    ("very",): Decimal("0.2"),
+    ("extremely",): Decimal("0.3"),
+    ("very", "very"): Decimal("0.4"),
 }

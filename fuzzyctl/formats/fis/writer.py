@@ -11,6 +11,7 @@ from fuzzyctl.formats.common import numerics
 from fuzzyctl.formats.common.blocks import flattened
 from fuzzyctl.formats.common.clamped_inputs import with_shoulders
 from fuzzyctl.formats.common.consequents import with_named_consequents, with_numbers_averaged
+from fuzzyctl.formats.common.identifiers import name_before
 from fuzzyctl.formats.common.read_back import losses_of
 from fuzzyctl.formats.common.report import Findings
 from fuzzyctl.formats.common.words import first_words
@@ -107,7 +108,7 @@ class _Writer:
         if self.dialect != "matlab":
             yield f"% numerics of {self.profile.name}"
         yield "[System]"
-        yield f"Name={_quoted(system.name)}"
+        yield f"Name={_quoted(name_before(system.name, system.title))}"
         yield f"Type='{self._type()}'"
         yield "Version=2.0"
         yield f"NumInputs={len(system.inputs)}"
@@ -194,7 +195,7 @@ class _Writer:
 
     def _variable(self, variable: LinguisticVariable) -> Iterator[str]:
         low, high = (self.system.number(end) for end in (variable.lower, variable.upper))
-        yield f"Name={_quoted(variable.name)}"
+        yield f"Name={_quoted(name_before(variable.name, variable.label))}"
         yield f"Range={vector((low, high))}"
         if isinstance(variable, Output):
             yield from self._fallback(variable)

@@ -4,24 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from decimal import Decimal
-from typing import Final
 
 from fuzzyctl.expr import Binary, Expr, Name, Number
 from fuzzyctl.formats.fis.memberships import number
-from fuzzyctl.formats.fis.vocabulary import Dialect
+from fuzzyctl.formats.fis.vocabulary import HEDGES, Dialect
 from fuzzyctl.formats.losses import Loss
 from fuzzyctl.model.rule import And, Antecedent, Consequent, Is, Not, Or, Rule
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import LinguisticVariable, Output
-
-#: Digits behind the point of the number of a term, for hedges.
-_FRACTIONS: Final = {
-    (): Decimal(0),
-    ("somewhat",): Decimal("0.05"),
-    ("very",): Decimal("0.2"),
-    ("extremely",): Decimal("0.3"),
-    ("very", "very"): Decimal("0.4"),
-}
 
 
 class WrittenRules:
@@ -104,8 +94,8 @@ class WrittenRules:
         return f"{sign}{place + fraction:f}" if fraction else f"{sign}{place}"
 
     def _fraction(self, hedges: tuple[str, ...]) -> Decimal | None:
-        if hedges in _FRACTIONS:
-            return _FRACTIONS[hedges]
+        if not hedges or hedges in HEDGES:
+            return HEDGES.get(hedges, Decimal(0))
         if len(hedges) == 1 and hedges[0] in self._powers and self._dialect != "fuzzylite":
             return self._powers[hedges[0]] / 10
         return None

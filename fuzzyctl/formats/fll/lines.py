@@ -34,11 +34,12 @@ _MANY: Final = ("term", "rule")
 
 #: A semicolon that separates lines: one with a key behind it.
 _SEPARATOR: Final = re.compile(
-    r";(?=[ \t]{0,20}(?:engine|inputvariable|outputvariable|ruleblock|description|enabled|range|lock-range|aggregation|"
-    r"defuzzifier|default|lock-previous|lock-valid|accumulation|term|conjunction|disjunction|implication|activation|"
-    r"rule)[ \t]{0,20}:)",
+    rf";(?=[ \t]{{0,20}}(?:{'|'.join(dict.fromkeys([*BLOCKS, *(k for keys in BLOCKS.values() for k in keys)]))})"
+    r"[ \t]{0,20}:)",
     re.IGNORECASE,
 )
+
+_WORD: Final = re.compile(r"\S+")
 
 
 @dataclass(frozen=True)
@@ -65,6 +66,16 @@ class Block:
     def all(self, key: str) -> list[Line]:
         """Return all lines of a key."""
         return [line for line in self.lines if line.key == key]
+
+    @property
+    def place(self) -> Span:
+        """Where its name stands, or its first line."""
+        return self.head.value if self.head.value.text else self.head.span
+
+
+def words(span: Span) -> list[Span]:
+    """Return the words of a text with their places."""
+    return [Span(span.source, m.start(), m.end()) for m in _WORD.finditer(span.source.text, span.start, span.end)]
 
 
 def split(source: SourceText, findings: Findings) -> list[Block]:

@@ -1,46 +1,39 @@
-"""Reader of `.fll` files, with the numerics of fuzzylite."""
+"""Reader of `.fll` files, with the numerics of fuzzylite: blocks of lines become statements."""
 
 from __future__ import annotations
 
 import math
 import re
 from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import PurePath
-from typing import Final
+from typing import Final, Literal
 
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, Note
-from fuzzyctl.diagnostics.source import SourceText
-from fuzzyctl.expr import Number
-from fuzzyctl.formats.common.blocks import FoundBlock, combined, without_common
-from fuzzyctl.formats.common.report import Findings
-from fuzzyctl.formats.fll.lines import SPELT, Block, split
-from fuzzyctl.formats.fll.methods import defuzzifier, is_none, norm
-from fuzzyctl.formats.fll.rule_blocks import (
-    read_rule_blocks,
-    report_no_rule,
-    require_norms,
-)
-from fuzzyctl.formats.fll.rules import RuleReader
-from fuzzyctl.formats.fll.terms import Place
-from fuzzyctl.formats.fll.variables import (
-    Variable,
-    corners,
-    finite_range,
-    named_twice,
-    otherwise,
-    own_name,
-    reached,
-    read_variable,
-)
-from fuzzyctl.formats.fll.vocabulary import T_NORMS
+from fuzzyctl.diagnostics.source import SourceText, Span
+from fuzzyctl.diagnostics.suggestions import counted
+from fuzzyctl.expr import Expr, Number
+from fuzzyctl.formats.common.blocks import FoundBlock, arranged, joins_of
+from fuzzyctl.formats.common.degree_range import warn_of_degrees_beyond
+from fuzzyctl.formats.common.ranges import corners, finite_range, reached
+from fuzzyctl.formats.common.rule_text import RuleText
+from fuzzyctl.formats.common.translation import Translation, fallback, setting, settings
+from fuzzyctl.formats.fll.lines import SPELT, Block, Line, split, words
+from fuzzyctl.formats.fll.methods import activation, defuzzifier, is_none, norm
+from fuzzyctl.formats.fll.terms import Place, TermReader, told_apart
+from fuzzyctl.formats.fll.vocabulary import HEDGE_WORDS, T_NORMS, TERMS
 from fuzzyctl.formats.fuzzylite.versions import profile_of_version, version_said
-from fuzzyctl.model.method import Method
+from fuzzyctl.lang import syntax as sx
+from fuzzyctl.model.method import Defuzzifier
 from fuzzyctl.model.profiles import Profile, profile
 from fuzzyctl.model.system import FuzzySystem
-from fuzzyctl.model.variable import Input, Output
+from fuzzyctl.model.variable import Fallback, Hold, Membership, Term
 
 #: What fuzzyctl writes into files whose numerics are not those of the newest fuzzylite.
 _SAID: Final = re.compile(r"^# numerics of (fuzzylite|fuzzylite_6|pyfuzzylite)\r?$", re.MULTILINE)
+
+#: What joins the conditions of a rule: its word, its key and a norm to suggest.
+_CONNECTIVES: Final = (("and", "conjunction", "Minimum"), ("or", "disjunction", "Maximum"))
 
 
 def read(source: SourceText) -> tuple[FuzzySystem | None, list[Diagnostic]]:
@@ -49,188 +42,355 @@ def read(source: SourceText) -> tuple[FuzzySystem | None, list[Diagnostic]]:
     Returns:
         The system, None when there are errors, and all diagnostics in the order of their places.
     """
-    findings = Findings(source)
-    system = _read(source, findings)
-    return (None if findings.failed else system), findings.in_order()
-
-
-def _read(source: SourceText, findings: Findings) -> FuzzySystem | None:
-    blocks = split(source, findings)
+    translation = Translation(source)
+    blocks = split(source, translation)
     if not blocks:
-        if not findings.failed:
-            findings.error("FZ004", "the file declares no system", None, help="a file begins with: Engine: NAME")
-        return None
-    return _File(blocks, findings).system()
+        if not translation.failed:
+            translation.error("FZ004", "the file declares no system", None, help="a file begins with: Engine: NAME")
+        return None, translation.in_order()
+    _File(blocks, translation).translate()
+    return translation.system(), translation.in_order()
+
+
+@dataclass
+class _Variable:
+    """A variable of the file, with the words for its terms that could not be read."""
+
+    block: Block
+    name: str
+    is_output: bool
+    lower: Number = field(default_factory=lambda: Number(-math.inf))
+    upper: Number = field(default_factory=lambda: Number(math.inf))
+    terms: list[Term] = field(default_factory=list)
+    unread: list[Span] = field(default_factory=list)
+    enabled: bool = True
+    locked: bool = False
+
+    @property
+    def span(self) -> Span:
+        return self.block.place
+
+    @property
+    def names(self) -> list[str]:
+        return [*(t.name for t in self.terms), *(s.text for s in self.unread)]
+
+    @property
+    def is_bounded(self) -> bool:
+        return math.isfinite(self.lower.value + self.upper.value)
 
 
 class _File:
-    """Put the blocks of a file together.
+    """Translate the blocks of a file.
 
     Args:
         blocks: The blocks.
-        findings: Where mistakes go.
+        translation: Takes the statements, and mistakes.
     """
 
-    def __init__(self, blocks: Sequence[Block], findings: Findings) -> None:
-        self.blocks = blocks
-        self.findings = findings
-        said = _SAID.search(findings.source.text)
-        self.profile: Profile = profile(said.group(1)) if said is not None else _numerics(findings.source, blocks)
-        self.inputs = self._of("inputvariable")
-        self.outputs = self._of("outputvariable")
+    def __init__(self, blocks: Sequence[Block], translation: Translation) -> None:
+        self.blocks, self.translation, self.is_broken = blocks, translation, translation.failed
+        said = _SAID.search(translation.source.text)
+        self.profile: Profile = profile(said.group(1)) if said is not None else _numerics(translation.source, blocks)
+        self.terms = TermReader(translation)
+        self.inputs = [_Variable(b, self._name(b), False) for b in self._of("inputvariable")]
+        self.outputs = [_Variable(b, self._name(b), True) for b in self._of("outputvariable")]
+        inputs, outputs = (tuple(v.name for v in variables) for variables in (self.inputs, self.outputs))
+        self.place = Place("", inputs, outputs, is_input=True, python=self.profile.name == "pyfuzzylite")
 
     def _of(self, kind: str) -> list[Block]:
         return [b for b in self.blocks if b.kind == kind]
 
-    def system(self) -> FuzzySystem | None:
-        """Return the system, None after an error."""
-        findings = self.findings
-        self._check_blocks()
-        inputs, outputs = self._variables()
-        known = {v.name: v for v in (*inputs, *outputs)}
-        enabled = [v for v in outputs if v.enabled]
-        for variable in outputs:
+    def translate(self) -> None:
+        """Add all statements."""
+        self._head()
+        for variable in (*self.inputs, *self.outputs):
+            self._read(variable)
+        for variable in self.outputs:
             if not variable.enabled:
                 message = f"output '{variable.name}' is disabled; it is left out, and what rules say of it"
-                findings.warning("FZ611", message, variable.span, help="enable it, or remove it")
-        read = read_rule_blocks(self._of("ruleblock"), RuleReader(known, findings), findings)
-        blocks = [found for _, found in read]
-        if not enabled and outputs and not findings.failed:
-            findings.error("FZ212", "all outputs are disabled", outputs[0].span, help="enable one")
-        if not blocks and not findings.failed:
-            report_no_rule(self._of("ruleblock"), self.blocks[0], findings)
-        ranges = [self._input_range(v) for v in inputs]
-        made = [self._output(v, blocks, ranges) for v in enabled]
-        sets = [o.name for o in made if o.defuzzifier is not None and not o.defuzzifier.over_rules]
-        require_norms(read, sets, findings)
-        if findings.failed:
-            return None
-        rules = combined(blocks, sets, keep=any(b.name for b in blocks))
+                self.translation.warning("FZ611", message, variable.span, help="enable it, or remove it")
+        blocks, idle = self._rule_blocks()
+        if not blocks and not self.translation.failed:
+            self._report_no_rule()
+        ranges = [self._input(v) for v in self.inputs]
+        enabled = [v for v in self.outputs if v.enabled]
+        methods = [self._method(v, {o for _, b in blocks for o in b.outputs}) for v in enabled]
+        sets = [v.name for v, (_, own) in zip(enabled, methods, strict=True) if not own.over_rules]
+        self._require_norms(blocks, sets)
+        found = arranged([b for _, b in blocks], sets, keep=any(b.name for _, b in blocks))
+        usual = {n: getattr(blocks[0][1], n) for n in ("conjunction", "disjunction", "implication")} if blocks else {}
+        common = methods[0] if methods else ("max", self.profile.defuzzifier("centroid"))
         # A norm that no rule needs is kept all the same.
-        usual = {n: getattr(blocks[0], n) for n in ("conjunction", "disjunction", "implication")}
-        method = Method(
-            aggregation=made[0].aggregation or "max",
-            defuzzifier=made[0].defuzzifier or self.profile.defuzzifier("centroid"),
-            semantics=self.profile.semantics,
-            **{n: norm for n, norm in usual.items() if norm is not None} | rules.method,
-        )
-        made = [o.model_copy(update={"implication": rules.implications.get(o.name)}) for o in made]
-        name, title = self._title()
-        return FuzzySystem(
-            name=name,
-            title=title,
-            method=method,
-            inputs=tuple(self._input(v, r) for v, r in zip(inputs, ranges, strict=True)),
-            outputs=tuple(without_common(o, method) for o in made),
-            blocks=rules.blocks,
-            path=findings.source.name,
-            span=next((b.head.span for b in self._of("engine")), None),
-        )
+        method = {n: norm for n, norm in usual.items() if norm is not None} | found.method
+        place = self.blocks[0].head.span
+        given = {**method, "aggregation": common[0], "defuzzifier": common[1]}
+        self.translation.statements += settings(given, place)
+        for variable, own in zip(enabled, methods, strict=True):
+            said = {"aggregation": own[0], "defuzzifier": own[1]}
+            shared = {"aggregation": common[0], "defuzzifier": common[1], "implication": method.get("implication")}
+            said["implication"] = found.implications.get(variable.name) or shared["implication"]
+            self._output(variable, {n: v for n, v in said.items() if v != shared[n]}, own[1].over_rules, ranges)
+        for variable in self.outputs:
+            if not variable.enabled:
+                self._add(variable, (Number(0.0), Number(1.0)))
+                self.translation.left_out.add(variable.name)
+        self.translation.rules(found, idle)
 
-    def _check_blocks(self) -> None:
+    def _head(self) -> None:
         engines = self._of("engine")
         for again in engines[1:]:
             note = Note(engines[0].head.span, "the first one is here")
-            message = "the file has a second engine"
-            self.findings.error(
-                "FZ215", message, again.head.span, help="put each into a file of its own", notes=(note,)
+            help_text = "put each into a file of its own"
+            self.translation.error(
+                "FZ215", "the file has a second engine", again.head.span, help=help_text, notes=(note,)
             )
-        for kind, blocks in (("inputvariable", self.inputs), ("outputvariable", self.outputs)):
-            if not blocks and not self.findings.failed:
-                self.findings.error("FZ212", f"the file has no {SPELT[kind]}", None, help=f"write: {SPELT[kind]}: NAME")
-
-    def _title(self) -> tuple[str, str]:
-        engines = self._of("engine")
+        for kind, variables in (("inputvariable", self.inputs), ("outputvariable", self.outputs)):
+            if not variables and not self.is_broken:
+                message = f"the file has no {SPELT[kind]}"
+                self.translation.error("FZ212", message, None, help=f"write: {SPELT[kind]}: NAME")
         name = engines[0].head.value.text if engines else ""
         described = engines[0].line("description") if engines else None
-        title = described.value.text.replace('"', "'") if described is not None else ""
-        return name or PurePath(self.findings.source.name).stem, title
+        title = described.value.text if described is not None else ""
+        place = engines[0].head.span if engines else self.blocks[0].head.span
+        self.translation.head(name or PurePath(self.translation.source.name).stem, title, place, self.profile)
 
-    def _variables(self) -> tuple[list[Variable], list[Variable]]:
-        findings = self.findings
-        names = {id(b): own_name(b, findings) for b in (*self.inputs, *self.outputs)}
-        named_twice((*self.inputs, *self.outputs), list(names.values()), findings)
-        inputs = tuple(names[id(b)] for b in self.inputs)
-        outputs = tuple(names[id(b)] for b in self.outputs)
-        found: list[list[Variable]] = []
-        for blocks in (self.inputs, self.outputs):
-            is_input, python = blocks is self.inputs, self.profile.name == "pyfuzzylite"
-            found.append(
-                [
-                    read_variable(b, names[id(b)], Place(names[id(b)], inputs, outputs, is_input, python), findings)
-                    for b in blocks
-                ]
-            )
-        return found[0], found[1]
+    # --- variables ---------------------------------------------------------------------------------------------
 
-    def _input_range(self, variable: Variable) -> tuple[Number, Number]:
-        return finite_range(variable, corners(t.membership for t in variable.terms), self.findings)
+    def _name(self, block: Block) -> str:
+        """Return the name of a variable; what no name of a rule can hold is left out, as fuzzylite does."""
+        given = block.head.value.text
+        name = "".join(c for c in given if not c.isspace() and c not in "()")
+        if not name:
+            help_text = f"write: {block.head.span.text.strip(': ')}: NAME"
+            self.translation.error("FZ212", "the variable has no name", block.head.span, help=help_text)
+        elif name != given:
+            message = f"'{given[:60]}' is no name for rules; it becomes '{name[:60]}'"
+            help_text = "names have no blanks and no parentheses"
+            self.translation.warning("FZ604", message, block.head.value, help=help_text)
+        return name
 
-    def _input(self, variable: Variable, ends: tuple[Number, Number]) -> Input:
-        unbounded = math.isinf(variable.lower.value) or math.isinf(variable.upper.value)
-        if not variable.enabled:
+    def _read(self, variable: _Variable) -> None:
+        block, translation = variable.block, self.translation
+        place = replace(self.place, variable=variable.name, is_input=not variable.is_output)
+        found: list[Term] = []
+        for line in block.all("term"):
+            self._term(line, place, found, variable.unread)
+        help_text = "rules mean the first; give it a name of its own"
+        variable.terms = told_apart(found, variable.name, translation, help_text)
+        self._range(variable)
+        joined = block.line("aggregation")
+        below = not variable.is_output or joined is None or joined.value.text != "Maximum"
+        shown = [t for t in variable.terms if not variable.is_output or t.membership.kind == "formula"]
+        ends = variable.lower.value, variable.upper.value
+        warn_of_degrees_beyond(shown, variable.name, ends, translation, below=below)
+        variable.enabled = self._flag(block, True, "enabled")
+        variable.locked = self._flag(block, False, "lock-range")
+        if not variable.is_output and not variable.enabled:
             message = f"input '{variable.name}' is disabled, so that nothing can be one of its terms"
-            self.findings.warning("FZ611", message, variable.span, help="enable it, or remove it")
-        return Input(
-            name=variable.name,
-            label=variable.label,
-            lower=ends[0],
-            upper=ends[1],
-            terms=variable.terms,
-            extrapolate=not variable.lock_range or unbounded,
-            span=variable.span,
-        )
+            translation.warning("FZ611", message, variable.span, help="enable it, or remove it")
+
+    def _term(self, line: Line, place: Place, found: list[Term], unread: list[Span]) -> None:
+        parts = words(line.value)
+        if len(parts) < 2:
+            help_text = "a term is written: term: NAME Triangle 0 1 2"
+            self.translation.error("FZ601", "the term has no name or no kind", line.span, help=help_text)
+            unread += parts
+            return
+        name, kind, *rest = parts
+        membership = self._membership(place, kind, rest, line.value)
+        if membership is not None:
+            found.append(Term(name=name.text, membership=membership, span=name))
+        else:
+            unread.append(name)
+
+    def _membership(self, place: Place, kind: Span, rest: list[Span], span: Span) -> Membership | None:
+        word = self.translation.look_up(kind, TERMS, "term")
+        if word is None:
+            return None
+        if word.kind != "function":
+            given = [self.translation.number(s) for s in rest]
+            numbers = tuple(n for n in given if n is not None)
+            return self.terms.shape(place, kind, word, numbers, span) if len(numbers) == len(given) else None
+        if rest:
+            return self.terms.formula(place, rest[0].to(rest[-1]), span)
+        self.translation.error("FZ303", "'Function' has no formula", span, help="write, for example: sin(x) / x")
+        return None
+
+    def _range(self, variable: _Variable) -> None:
+        line = variable.block.line("range")
+        if line is None:
+            return
+        ends = [self.translation.number(end) for end in words(line.value)]
+        if len(ends) != 2:
+            help_text = "write, for example: range: 0.0 10.0"
+            self.translation.error("FZ601", "a range has two numbers", line.value, help=help_text)
+        low, high = ends if len(ends) == 2 else (None, None)
+        variable.lower, variable.upper = low or Number(0.0), high or Number(1.0)
+
+    def _flag(self, block: Block, usual: bool, *keys: str) -> bool:
+        """Return a switch, or the usual one where it is not given."""
+        line = block.line(*keys)
+        if line is None:
+            return usual
+        text = line.value.text.lower()
+        if text not in ("true", "false"):
+            message = f"'{line.key}' is true or false, got '{line.value.text[:40]}'"
+            self.translation.error("FZ601", message, line.value)
+            return usual
+        return text == "true"
+
+    def _add(self, variable: _Variable, ends: tuple[Number, Number], clauses: Sequence[sx.Clause] = ()) -> None:
+        keyword = "output" if variable.is_output else "input"
+        described = variable.block.line("description")
+        label = described.value.text if described is not None else ""
+        name = sx.Word(variable.name, variable.span)
+        self.translation.variable(keyword, name, ends, variable.terms, clauses, label=label, unread=variable.unread)
+
+    def _input(self, variable: _Variable) -> tuple[float, float]:
+        needed, ends = corners(t.membership for t in variable.terms), (variable.lower, variable.upper)
+        low, high = finite_range(variable.name, ends, needed, variable.span, self.translation)
+        is_free = not variable.locked or not variable.is_bounded
+        self._add(variable, (low, high), [sx.ExtrapolateClause(variable.span)] if is_free else [])
+        return low.value, high.value
+
+    def _method(self, variable: _Variable, concluded: set[str]) -> tuple[str, Defuzzifier]:
+        """Return the aggregation and the defuzzifier of an output."""
+        translation, block = self.translation, variable.block
+        line = block.line("defuzzifier")
+        own = defuzzifier(line, variable.name, variable.span, variable.terms, self.profile, translation)
+        is_set = variable.name in concluded
+        if own is None and is_set and is_none(line):
+            message = f"output '{variable.name}' has no defuzzifier"
+            translation.error("FZ212", message, variable.span, help="write, for example: defuzzifier: Centroid 1000")
+        own = own or self.profile.defuzzifier("centroid")
+        line = block.line("aggregation", "accumulation")
+        aggregation = norm(line, translation, "aggregation")
+        if aggregation is None and is_none(line) and is_set and not own.over_rules:
+            message = f"output '{variable.name}' has no aggregation, which '{own.kind}' needs"
+            translation.error("FZ212", message, variable.span, help="write: aggregation: Maximum")
+        return aggregation or ("sum" if own.over_rules else "max"), own
 
     def _output(
-        self, variable: Variable, blocks: Sequence[FoundBlock], ranges: Sequence[tuple[Number, Number]]
-    ) -> Output:
-        findings = self.findings
-        block = variable.block
-        method = defuzzifier(block.line("defuzzifier"), variable, self.profile, findings)
-        is_set = any(variable.name in b.outputs for b in blocks)
-        if method is None and is_set and is_none(block.line("defuzzifier")):
-            message = f"output '{variable.name}' has no defuzzifier"
-            findings.error("FZ212", message, variable.span, help="write, for example: defuzzifier: Centroid 1000")
-        method = method or self.profile.defuzzifier("centroid")
-        over_rules = method.kind not in ("centroid", "bisector", "som", "lom", "mom")
-        line = block.line("aggregation", "accumulation")
-        aggregation = norm(line, findings, kind="aggregation")
-        if aggregation is None and is_none(line) and is_set and not over_rules:
-            message = f"output '{variable.name}' has no aggregation, which '{method.kind}' needs"
-            findings.error("FZ212", message, variable.span, help="write: aggregation: Maximum")
-        lower, upper = self._output_range(variable, ranges, over_rules)
-        return Output(
-            name=variable.name,
-            label=variable.label,
-            lower=lower,
-            upper=upper,
-            terms=variable.terms,
-            otherwise=otherwise(block, findings),
-            clamped=variable.lock_range and math.isfinite(variable.lower.value + variable.upper.value),
-            aggregation=aggregation or ("sum" if over_rules else "max"),
-            defuzzifier=method,
-            span=variable.span,
-        )
+        self, variable: _Variable, own: dict[str, object], over_rules: bool, ranges: Sequence[tuple[float, float]]
+    ) -> None:
+        span = variable.span
+        clauses: list[sx.Clause] = [
+            sx.SettingClause(setting(n, v, span), span) for n, v in own.items() if isinstance(v, str | Defuzzifier)
+        ]
+        clauses.append(fallback(self._otherwise(variable.block), span))
+        if variable.locked and variable.is_bounded:
+            clauses.append(sx.ClampClause(span))
+        self._add(variable, self._ends(variable, over_rules, ranges), clauses)
 
-    def _output_range(
-        self, variable: Variable, ranges: Sequence[tuple[Number, Number]], over_rules: bool
+    def _ends(
+        self, variable: _Variable, over_rules: bool, ranges: Sequence[tuple[float, float]]
     ) -> tuple[Number, Number]:
         """Return the range of an output; averages do not look at it: a file may give an infinite or empty one."""
+        ends = variable.lower, variable.upper
         if not over_rules:
-            if not math.isfinite(variable.lower.value + variable.upper.value):
+            if not variable.is_bounded:
                 message = f"the range of '{variable.name}' is infinite, and its defuzzifier samples it"
                 place = variable.lower.span or variable.span
-                self.findings.error("FZ302", message, place, help="write, for example: range: 0.0 10.0")
-            return variable.lower, variable.upper
-        inputs = [(low.value, high.value) for low, high in ranges]
-        ends = [e for t in variable.terms for e in reached(t.membership, inputs)]
-        ends += corners(t.membership for t in variable.terms if t.membership.kind not in ("constant", "linear"))
+                self.translation.error("FZ302", message, place, help="write, for example: range: 0.0 10.0")
+                return Number(0.0), Number(1.0)
+            return ends
+        needed = [e for t in variable.terms for e in reached(t.membership, ranges)]
+        needed += corners(t.membership for t in variable.terms if t.membership.kind not in ("constant", "linear"))
         kind = "infinite"
         if variable.lower.value == variable.upper.value:
-            kind = "empty" if math.isfinite(variable.lower.value) else kind
-            unknown = Number(-math.inf, span=variable.lower.span)
-            variable = Variable(**{**variable.__dict__, "lower": unknown, "upper": Number(math.inf)})
-        return finite_range(variable, ends, self.findings, kind)
+            kind = "empty" if variable.is_bounded else kind
+            ends = Number(-math.inf, span=variable.lower.span), Number(math.inf)
+        return finite_range(variable.name, ends, needed, variable.span, self.translation, kind)
+
+    def _otherwise(self, block: Block) -> Expr | Fallback | Hold:
+        """Return what an output is where no rule fires: its default, or its previous value where that is locked."""
+        line = block.line("default")
+        default: Number | None = None
+        if line is not None and line.value.text.lower() not in ("nan", "-nan"):
+            default = self.translation.number(line.value)
+        start: Number | Literal["nan"] = default if default is not None else "nan"
+        return Hold(start=start) if self._flag(block, False, "lock-previous", "lock-valid") else start
+
+    # --- rules -------------------------------------------------------------------------------------------------
+
+    def _rule_blocks(self) -> tuple[list[tuple[Block, FoundBlock]], list[sx.Rule]]:
+        """Return the blocks that are enabled and have rules, and the rules that set only outputs left out."""
+        found, idle = [], list[sx.Rule]()
+        for block in self._of("ruleblock"):
+            if not self._flag(block, True, "enabled"):
+                name = block.head.value.text[:60]
+                named = f"rule block '{name}'" if name else "the rule block"
+                message = f"{named} is disabled; it is left out, and {counted(len(block.all('rule')), 'rule')} with it"
+                self.translation.warning("FZ611", message, block.head.span, help="enable it, or remove it")
+                continue
+            made = self._rule_block(block, idle)
+            if made.rules:
+                found.append((block, made))
+        return found, idle
+
+    def _rule_block(self, block: Block, idle: list[sx.Rule]) -> FoundBlock:
+        translation = self.translation
+        terms = {v.name: v.names for v in (*self.inputs, *self.outputs)}
+        disabled = [v.name for v in (*self.inputs, *self.outputs) if not v.enabled]
+        off = {v.name for v in self.outputs if not v.enabled}
+        rules = []
+        for line in block.all("rule"):
+            rule = RuleText(line.value, terms, HEDGE_WORDS, disabled, translation).read()
+            if rule is not None and rule.consequents and all(c.output.text in off for c in rule.consequents):
+                message = "the rule sets only disabled outputs, so it has no effect"
+                translation.warning("FZ611", message, rule.span, help="enable one, or remove it")
+                idle.append(rule)
+            elif rule is not None:
+                rules.append(rule)
+        implication, method = block.line("implication"), block.line("activation")
+        if implication is None and method is not None and method.value.text in T_NORMS:
+            implication, method = method, None  # fuzzylite 4 and 5 called the implication so
+        return FoundBlock(
+            block.head.value.text,
+            tuple(rules),
+            norm(block.line("conjunction"), translation, "and"),
+            norm(block.line("disjunction"), translation, "or"),
+            norm(implication, translation, "and"),
+            activation(method, translation),
+            block.head.span,
+        )
+
+    def _require_norms(self, blocks: Sequence[tuple[Block, FoundBlock]], sets: Sequence[str]) -> None:
+        """Report blocks that lack a norm which their rules need; an implication is needed by outputs that are sets."""
+        for block, found in blocks:
+            for word, key, usual in _CONNECTIVES:
+                joining = next((r for r in found.rules if word in joins_of(r)), None)
+                if joining is not None and is_none(block.line(key)):
+                    message = f"the rule joins by '{word}', and its rule block has no {key}"
+                    self.translation.error("FZ212", message, joining.span, help=f"write: {key}: {usual}")
+            lacks = found.implication is None and is_none(block.line("implication"))
+            for output in sets if lacks else ():
+                if output in found.outputs:
+                    message = f"the rule block sets '{output}', which is a fuzzy set, and has no implication"
+                    if not is_none(block.line("activation")):
+                        message += " that is available"
+                    self.translation.error("FZ212", message, block.head.span, help="write: implication: Minimum")
+
+    def _report_no_rule(self) -> None:
+        """Report why no rule acts."""
+        blocks = self._of("ruleblock")
+        enabled = [b for b in blocks if self._flag(b, True, "enabled")]
+        place, help_text = (
+            (enabled or blocks or self.blocks)[0].head.span,
+            "write, for example: rule: if A is x then C is z",
+        )
+        if not any(v.enabled for v in self.outputs):
+            message, place, help_text = "all outputs are disabled", self.outputs[0].span, "enable one"
+        elif not blocks:
+            message, help_text = "the file has no RuleBlock", "write: RuleBlock: NAME, with rules"
+        elif not enabled:
+            message = "all rule blocks are disabled" if len(blocks) > 1 else "the only rule block is disabled"
+            help_text = "enable one"
+        elif any(b.all("rule") for b in enabled):
+            message = "no rule sets an output that is enabled"
+        else:
+            message = "the rule block has no rule" if len(enabled) == 1 else "the rule blocks have no rule"
+        self.translation.error("FZ212", message, place, help=help_text)
 
 
 def _numerics(source: SourceText, blocks: Sequence[Block]) -> Profile:

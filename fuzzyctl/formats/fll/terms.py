@@ -1,27 +1,18 @@
-"""Terms from lines `term: NAME Triangle 0 1 2`."""
+"""Terms of fuzzylite and MATLAB: a word, then numbers or a formula."""
 
 from __future__ import annotations
 
-import math
-import re
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Final
 
 from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.diagnostics.suggestions import counted
-from fuzzyctl.expr import ONE, Expr, Name, Number, names_in, replace_names
-from fuzzyctl.formats.common.report import Findings, Names, ParseError, meant
+from fuzzyctl.expr import ONE, ZERO, Expr, Name, Number, names_in, replace_names
+from fuzzyctl.formats.common.report import Findings, Names, ParseError
 from fuzzyctl.formats.common.shape_words import ShapeWord
 from fuzzyctl.formats.fll.functions import read_formula
-from fuzzyctl.formats.fll.lines import Line
-from fuzzyctl.formats.fll.vocabulary import TERM_WORDS, TERMS
 from fuzzyctl.formats.fuzzylite.degenerate_terms import NOT_BEYOND, membership_as_computed, step_to_itself, with_places
 from fuzzyctl.model.variable import Membership, Term
-from fuzzyctl.support.numerals import TOO_LARGE, to_number
-
-_WORD: Final = re.compile(r"\S+")
-
-_FORM: Final = "a term is written: term: NAME Triangle 0 1 2"
 
 
 @dataclass(frozen=True)
@@ -33,7 +24,7 @@ class Place:
         inputs: The inputs in order.
         outputs: The outputs in order.
         is_input: Whether the variable is an input.
-        python: Whether pyfuzzylite's numerics are asked for, and formulas are read as it reads them.
+        python: Whether formulas are read as pyfuzzylite reads them.
     """
 
     variable: str
@@ -59,167 +50,128 @@ class Place:
         return names[: names.index(self.variable)] if self.variable in names else ()
 
 
-def words(span: Span) -> list[Span]:
-    """Return the words of a text with their places."""
-    return [Span(span.source, m.start(), m.end()) for m in _WORD.finditer(span.source.text, span.start, span.end)]
-
-
-def number(span: Span, findings: Findings) -> Number | None:
-    """Return a number, which may be infinite; None for what is none."""
-    try:
-        value = to_number(span.text)
-    except OverflowError:
-        findings.error("FZ108", TOO_LARGE, span, help="write 'inf'")
-        return None
-    except ValueError:
-        value = math.nan
-    if math.isnan(value):
-        findings.error("FZ601", f"'{span.text[:40]}' is no number", span)
-        return None
-    return Number(value, span=span)
-
-
+@dataclass
 class TermReader:
-    """Read the terms of a variable.
+    """Makes terms of a file.
 
     Args:
-        place: Where they stand.
         findings: Where mistakes go.
+        fuzzylite: Whether terms are as fuzzylite computes them.
+        fll: Whether a number behind the parameters is a height, linear consequents may lack their constant, and
+            formulas may be sets.
     """
 
-    def __init__(self, place: Place, findings: Findings) -> None:
-        self.place = place
-        self.findings = findings
-        self.names = Names()
+    findings: Findings
+    fuzzylite: bool = True
+    fll: bool = True
+    padded: bool = False
 
-    def read(self, line: Line) -> Term | None:
-        """Return a term; None for one that is reported."""
-        found = words(line.value)
-        if len(found) < 2:
-            self.findings.error("FZ601", "the term has no name or no kind", line.span, help=_FORM)
+    def shape(
+        self, place: Place, kind: Span, word: ShapeWord, given: tuple[Number, ...], span: Span
+    ) -> Membership | None:
+        """Return a term of numbers, None for one that is reported.
+
+        Args:
+            place: Where it stands.
+            kind: What the file calls it.
+            word: What that means.
+            given: Its numbers.
+            span: All of it.
+        """
+        if word.kind == "linear":
+            return self._linear(place, kind, given, span)
+        listed = word.count is None
+        count = word.count if word.count is not None else len(given) // 2 * 2 if self.fll else len(given)
+        if len(given) < count or (listed and (len(given) < (2 if self.fll else 4) or count % 2)):
+            due = f"instead of {count}" if not listed else "and takes pairs"
+            help_text = f"they are: {word.form}{', and perhaps a height' if self.fll else ''}"
+            message = f"'{kind.text}' has {counted(len(given), 'parameter')} {due}"
+            self.findings.error("FZ303", message, span, help=help_text)
             return None
-        name, kind, *rest = found
-        membership = self._membership(kind, rest, line)
-        if membership is None:
+        most = count + (self.fll and word.kind != "constant")
+        self._surplus(kind, given, most)
+        height = given[count] if count < most and len(given) > count else Number(1.0)
+        given = given[:count]
+        if word.kind == "constant" and place.is_input and self.fuzzylite:  # its degree, whatever the input is
+            if 0.0 <= given[0].value <= 1.0:
+                return Membership(kind="function", arguments=given, span=span)
+            message = f"the degree {given[0].value:g} lies outside [0, 1]"
+            self.findings.error("FZ302", message, given[0].span or span, help=NOT_BEYOND)
             return None
-        return Term(name=self._name(name), membership=membership, span=name)
+        if self.fuzzylite and word.form == "start direction" and given[0] == given[1]:
+            return step_to_itself(place.input, span, self.findings, word=kind.text)
+        own, parameters = word.shape(tuple(n.value for n in given))
+        arguments, largest = with_places(parameters, given), ONE if height.value == 1 else height
+        made = Membership(kind=own, arguments=arguments, height=largest, span=span)
+        if not self.fuzzylite:
+            return made
+        return membership_as_computed(made, place.input, self.findings, word=kind.text, python=place.python)
 
-    def _name(self, name: Span) -> str:
-        own = self.names.take(name.text)
-        if own != name.text:
-            message = f"a second term of '{self.place.variable}' is called '{name.text}'; it becomes '{own}'"
-            self.findings.warning("FZ604", message, name, help="rules mean the first; give it a name of its own")
-        return own
+    def _surplus(self, kind: Span, given: Sequence[Number], most: int) -> None:
+        """Warn of numbers that have no effect; of the zeros that old versions of MATLAB fill up with only once."""
+        surplus = given[most:]
+        zeros = not self.fll and all(n.value == 0 for n in surplus)
+        if not surplus or (zeros and self.padded):
+            return
+        self.padded |= zeros
+        first, last = surplus[0].span, surplus[-1].span
+        assert first is not None
+        place = first.to(last or first)
+        message = f"'{kind.text}' takes {counted(most, 'number')}; '{place.text[:40]}' has no effect"
+        facts = ("old versions fill up with zeros; those of other functions are not listed",) if zeros else ()
+        self.findings.warning("FZ603", message, place, help="remove it", facts=facts)
 
-    def _membership(self, kind: Span, rest: list[Span], line: Line) -> Membership | None:
-        if kind.text == "Function":
-            return self._function(rest, line)
-        if kind.text in ("Constant", "Linear", "Discrete"):
-            given = self._numbers(rest)
-            return None if given is None else self._special(kind.text, given, line)
-        word = TERM_WORDS.get(kind.text)
-        if word is None:
-            message = f"there is no term '{kind.text[:40]}'"
-            facts = (f"terms: {', '.join(TERMS)}",)
-            self.findings.error("FZ602", message, kind, help=meant(kind.text, TERMS), facts=facts)
+    def _linear(self, place: Place, kind: Span, given: tuple[Number, ...], span: Span) -> Membership | None:
+        """Return a sum over the inputs: a coefficient for each, and a constant."""
+        due = len(place.inputs) + 1
+        if self.fll and len(given) == due - 1:
+            given = (*given, ZERO)
+        if len(given) < due or (self.fll and len(given) > due):
+            message = f"'{kind.text}' has {counted(len(given), 'parameter')} for {counted(due - 1, 'input')}"
+            constant = "perhaps" if self.fll else "then"
+            help_text = f"they are: a coefficient for each input, and {constant} a constant"
+            self.findings.error("FZ303", message, span, help=help_text)
             return None
-        given = self._numbers(rest)
-        return None if given is None else self._shape(word, kind.text, given, line)
+        self._surplus(kind, given, due)
+        return Membership(kind="linear", arguments=given[:due], span=span)
 
-    def _numbers(self, rest: list[Span]) -> tuple[Number, ...] | None:
-        given = [number(span, self.findings) for span in rest]
-        return None if any(n is None for n in given) else tuple(n for n in given if n is not None)
-
-    def _shape(self, word: ShapeWord, kind: str, given: tuple[Number, ...], line: Line) -> Membership | None:
-        count = len(word.form.split())
-        if len(given) < count:
-            self._too_few(kind, given, word.form, line)
-            return None
-        self._surplus(kind, given, count + 1)
-        height = given[count] if len(given) > count else ONE
-        own, parameters = word.shape(tuple(n.value for n in given[:count]))
-        arguments = with_places(parameters, given[:count])
-        if kind == "Binary" and given[0] == given[1]:
-            return step_to_itself(self.place.input, line.value, self.findings, word=kind)
-        found = Membership(kind=own, arguments=arguments, height=_height(height), span=line.value)
-        return self._computed(found, kind)
-
-    def _computed(self, found: Membership, kind: str) -> Membership | None:
-        return membership_as_computed(found, self.place.input, self.findings, word=kind, python=self.place.python)
-
-    def _too_few(self, kind: str, given: tuple[Number, ...], form: str, line: Line) -> None:
-        message = f"'{kind}' has {counted(len(given), 'parameter')} instead of {len(form.split())}"
-        self.findings.error("FZ303", message, line.value, help=f"they are: {form}, and perhaps a height")
-
-    def _surplus(self, kind: str, given: tuple[Number, ...], most: int) -> None:
-        for extra in given[most : most + 1]:
-            message = f"'{kind}' takes {counted(most, 'number')} at most; what follows has no effect"
-            self.findings.warning("FZ603", message, extra.span, help="remove it")
-
-    def _special(self, kind: str, given: tuple[Number, ...], line: Line) -> Membership | None:
-        if kind == "Discrete":
-            return self._discrete(given, line)
-        if kind == "Constant":
-            if not given:
-                self._too_few(kind, given, "value", line)
-                return None
-            self._surplus(kind, given, 1)
-            if self.place.is_input and not 0.0 <= given[0].value <= 1.0:
-                message = f"the degree {given[0].value:g} lies outside [0, 1]"
-                self.findings.error("FZ302", message, given[0].span or line.value, help=NOT_BEYOND)
-                return None
-            if self.place.is_input:  # its degree is its value, whatever the input is
-                return Membership(kind="function", arguments=given[:1], span=line.value)
-            return Membership(kind="constant", arguments=given[:1], span=line.value)
-        due = len(self.place.inputs)
-        if len(given) == due:
-            given = (*given, Number(0.0))  # the constant may be left out
-        if len(given) != due + 1:
-            message = f"'Linear' has {counted(len(given), 'parameter')} for {counted(due, 'input')}"
-            help_text = "they are: a coefficient for each input, and perhaps a constant"
-            self.findings.error("FZ303", message, line.value, help=help_text)
-            return None
-        return Membership(kind="linear", arguments=given, span=line.value)
-
-    def _discrete(self, given: tuple[Number, ...], line: Line) -> Membership | None:
-        """Return a polygon; an odd number behind its pairs is the height."""
-        if len(given) < 2:
-            self._too_few("Discrete", given, "x1 y1 x2 y2", line)
-            return None
-        pairs = len(given) // 2 * 2
-        height = given[pairs] if len(given) > pairs else ONE
-        found = Membership(kind="piecewise", arguments=given[:pairs], height=_height(height), span=line.value)
-        return self._computed(found, "Discrete")
-
-    def _function(self, rest: list[Span], line: Line) -> Membership | None:
+    def formula(self, place: Place, text: Span, span: Span) -> Membership | None:
         """Return a formula: of the variable itself in a term of an input, of the inputs in one of an output."""
-        if not rest:
-            self.findings.error("FZ303", "'Function' has no formula", line.value, help="write, for example: sin(x) / x")
-            return None
-        span = rest[0].to(rest[-1])
-        place = self.place
-        names = {place.variable, "x"} if place.is_input else {*place.inputs, *place.earlier}
+        own_place = {"x"} - {*place.inputs}
+        names = {place.variable, *own_place} if place.is_input else {*place.inputs, *place.earlier}
+        known = {*names, "x", *place.inputs, *place.outputs} if self.fll else names
         try:
-            known = {*names, "x", *place.inputs, *place.outputs}
-            formula = read_formula(span, known, python=place.python, differs=self.findings.differs)
+            formula = read_formula(text, known, python=place.python, differs=self.findings.differs)
         except ParseError as error:
             self.findings.refuse(error)
             return None
-        if names_in(formula) and place.is_own(formula):
+        if self.fll and place.is_own(formula):
             own = replace_names(formula, {"x": Name(place.variable)})
-            return Membership(kind="formula", arguments=(own,), span=line.value)
+            return Membership(kind="formula", arguments=(own,), span=span)
         for name in names_in(formula):
             if name.name not in names and name.name != "pi":
-                due = f"'{place.variable}' itself" if place.is_input else "inputs, and outputs declared before it"
-                message = f"a formula of '{place.variable}' may name {due}, and this one names '{name.name}'"
-                if name.name == "x":
-                    message = f"a formula of output '{place.variable}' names 'x', its place, beside other variables"
-                self.findings.error("FZ602", message, name.span, help="write the set as another term, such as Discrete")
+                self._refuse_name(place, name)
                 return None
-        if place.is_input and "x" not in place.inputs:
+        if place.is_input and own_place:
             formula = replace_names(formula, {"x": Name(place.variable)})
-        return Membership(kind="function", arguments=(formula,), span=line.value)
+        return Membership(kind="function", arguments=(formula,), span=span)
+
+    def _refuse_name(self, place: Place, name: Name) -> None:
+        due = f"'{place.variable}' itself" if place.is_input else "inputs, and outputs declared before it"
+        message = f"a formula of '{place.variable}' may name {due}, and this one names '{name.name}'"
+        if name.name == "x":
+            message = f"a formula of output '{place.variable}' names 'x', its place, beside other variables"
+        self.findings.error("FZ602", message, name.span, help="write the set as another term, such as Discrete")
 
 
-def _height(height: Number) -> Number:
-    return ONE if height.value == 1 else height
+def told_apart(terms: Sequence[Term], variable: str, findings: Findings, help: str) -> list[Term]:
+    """Return terms whose names differ; new names are reported once for a variable, as tools give all the same name."""
+    names = Names()
+    found = [t.model_copy(update={"name": names.take(t.name)}) for t in terms]
+    again = [(old, new) for old, new in zip(terms, found, strict=True) if old.name != new.name]
+    if again:
+        (old, new), *others = again
+        message = f"a second term of '{variable}' is called '{old.name}'; it becomes '{new.name}'"
+        facts = (f"and so on, {counted(len(others), 'more term')}",) if others else ()
+        findings.warning("FZ604", message, old.span, help=help, facts=facts)
+    return found

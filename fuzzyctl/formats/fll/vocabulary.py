@@ -48,7 +48,13 @@ TERM_WORDS: Final[dict[str, ShapeWord]] = {
 }
 
 #: All names of terms.
-TERMS: Final = (*TERM_WORDS, "Constant", "Discrete", "Function", "Linear")
+TERMS: Final[dict[str, ShapeWord]] = {
+    **TERM_WORDS,
+    "Constant": ShapeWord("constant", "value"),
+    "Discrete": ShapeWord("piecewise", "x1 y1 x2 y2 ..."),
+    "Function": ShapeWord("function", "formula"),
+    "Linear": ShapeWord("linear", "coefficients constant"),
+}
 
 T_NORMS: Final[dict[str, str]] = {
     "Minimum": "min",

@@ -88,10 +88,17 @@ FOREIGN = {
 }
 
 
+#: Files whose names become identifiers when they are read.
+TRANSLATED = ["x.fll", "x.fis"]
+
+
 @pytest.mark.parametrize("length", [199, 200, 201, 1000])
 @pytest.mark.parametrize("file", FOREIGN)
 def test_a_long_name_of_another_format_is_written_only_where_it_is_read_back(file, length):
     system = fuzzyctl.loads(FOREIGN[file].replace("NAME", "n" * (length - 1)), file)
+    if file in TRANSLATED and length > 200:
+        assert fuzzyctl.loads(fuzzyctl.dumps(system)).outputs[0].name == system.outputs[0].name
+        return
     assert len(system.outputs[0].name) == length
     if length <= 200:
         assert fuzzyctl.loads(fuzzyctl.dumps(system)).outputs[0].name == system.outputs[0].name
@@ -105,7 +112,7 @@ def test_a_long_name_of_another_format_is_written_only_where_it_is_read_back(fil
 
 @pytest.mark.parametrize("name", ["two words", "a\x1b[2Jb", "a\u202eb", "1st"])
 def test_a_name_that_no_rule_file_can_hold_is_not_written(name):
-    system = fuzzyctl.loads(FOREIGN["x.fis"].replace("NAME", name), "x.fis")
+    system = fuzzyctl.loads(FOREIGN["x.fis"], "x.fis").model_copy(update={"name": name})
     with pytest.raises(fuzzyctl.ValueOutOfBoundsError, match="a name of a rule file"):
         fuzzyctl.dumps(system)
     fuzzyctl.loads(fuzzyctl.dumps(with_identifiers(system)[0]))

@@ -11,9 +11,10 @@ from fuzzyctl.explain.trace import trace
 from fuzzyctl.expr import Number
 from fuzzyctl.formats.common.report import ParseError
 from fuzzyctl.formats.common.vectors import read_vector
-from fuzzyctl.formats.fis import read
+from fuzzyctl.formats.fis import read, write
 from fuzzyctl.formats.fis.memberships import written
-from fuzzyctl.loading.load import load
+from fuzzyctl.formats.fz import dumps
+from fuzzyctl.loading.load import load, loads
 from fuzzyctl.model.method import Defuzzifier
 from fuzzyctl.model.profiles import profile
 from fuzzyctl.model.rule import And, Is, Or
@@ -55,9 +56,17 @@ class TestMatlab:
         assert method.defuzzifier == Defuzzifier(resolution=101, grid="endpoints", rule="plain")
         assert method.semantics == profile("matlab").semantics
 
-    def test_variables_keep_their_names_and_extrapolate(self):
-        found = system(changed("'service'", "'Age_(years) it''s'"))
-        assert [v.name for v in found.inputs] == ["Age_(years) it's", "food"]
+    def test_names_become_identifiers_with_the_names_of_the_file_as_labels(self):
+        text = TIPPER.replace("'service'", "'Age_(years) it''s'").replace("'tipper'", "'simple-dimmer'")
+        found = system(text.replace("'poor'", "'very poor'"))
+        assert [(v.name, v.label) for v in found.inputs] == [("Age_years_it_s", "Age_(years) it's"), ("food", "")]
+        assert (found.name, found.title) == ("simple_dimmer", "simple-dimmer")
+        assert said(text) == [("FZ604", "hint", 1, 1)]
+        assert loads(dumps(found)).inputs[0].terms[0].name == "very_poor"
+        assert "Name='Age_(years) it''s'" in write(found)[0]
+
+    def test_inputs_extrapolate_and_outputs_have_the_middle_where_no_rule_fires(self):
+        found = system(TIPPER)
         assert all(v.extrapolate for v in found.inputs)
         assert found.outputs[0].otherwise == "midpoint"
 

@@ -372,7 +372,7 @@ class TestMistakes:
             ("if a is low then", "if (a is low then", ("FZ103", "error", 23, 12)),
             ("if a is low then", "if a is low and then", ("FZ202", "error", 23, 25)),
             ("if a is low then y is low", "if a is low", ("FZ601", "error", 23, 19)),
-            ("if a is low then y is low", "if a is low then b is low", ("FZ202", "error", 23, 26)),
+            ("if a is low then y is low", "if a is low then b is low", ("FZ214", "error", 23, 26)),
             ("if a is low then y is low", "if a is low then y is low with 2", ("FZ302", "error", 23, 40)),
             ("if a is low then y is low", "if a is low then y is low with x", ("FZ601", "error", 23, 40)),
             ("if a is low then y is low", "if a is low then y is low or y is high", ("FZ601", "error", 23, 35)),

@@ -8,12 +8,12 @@ from typing import Final
 from fuzzyctl.diagnostics.suggestions import counted
 from fuzzyctl.formats.common.blocks import FoundBlock
 from fuzzyctl.formats.common.report import Findings
-from fuzzyctl.formats.fll.lines import Block
-from fuzzyctl.formats.fll.methods import activation, is_none, norm
-from fuzzyctl.formats.fll.rules import RuleReader
-from fuzzyctl.formats.fll.variables import flag
-from fuzzyctl.formats.fll.vocabulary import T_NORMS
 from fuzzyctl.model.rule import And, Or, is_joined_by
+from tests.oracles.fll.lines import Block
+from tests.oracles.fll.methods import activation, is_none, norm
+from tests.oracles.fll.rules import RuleReader
+from tests.oracles.fll.variables import flag
+from tests.oracles.fll.vocabulary import T_NORMS
 
 #: What joins the conditions of a rule: its key, its word, its kind and a norm to suggest.
 _CONNECTIVES: Final[tuple[tuple[str, str, type[And] | type[Or], str], ...]] = (

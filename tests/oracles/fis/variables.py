@@ -14,14 +14,14 @@ from fuzzyctl.expr import Name, Number, replace_names
 from fuzzyctl.formats.common.degree_range import warn_of_degrees_beyond
 from fuzzyctl.formats.common.report import Findings, Names, ParseError, meant
 from fuzzyctl.formats.common.shape_words import Shape, ShapeWord, Values
-from fuzzyctl.formats.fis import values
-from fuzzyctl.formats.fis.sections import Entry, Section
-from fuzzyctl.formats.fis.values import RawTerm, Text
-from fuzzyctl.formats.fis.vocabulary import MEMBERSHIP_WORDS, Dialect
-from fuzzyctl.formats.fll.functions import read_formula
-from fuzzyctl.formats.fll.vocabulary import TERM_WORDS
 from fuzzyctl.formats.fuzzylite.degenerate_terms import NOT_BEYOND, membership_as_computed, step_to_itself
 from fuzzyctl.model.variable import Membership, Term
+from tests.oracles.fis import values
+from tests.oracles.fis.sections import Entry, Section
+from tests.oracles.fis.values import RawTerm, Text
+from tests.oracles.fis.vocabulary import MEMBERSHIP_WORDS, Dialect
+from tests.oracles.fll.functions import read_formula
+from tests.oracles.fll.vocabulary import TERM_WORDS
 
 #: The key of a membership function: its number, and U or L of interval type-2 sets.
 _NUMBERED: Final = re.compile(r"mf *([0-9]{1,6}) *([ul]?)$", re.IGNORECASE)

@@ -13,9 +13,9 @@ from fuzzyctl.expr import Expr, Number
 from fuzzyctl.formats.common.degree_range import warn_of_degrees_beyond
 from fuzzyctl.formats.common.ranges import linear_range
 from fuzzyctl.formats.common.report import Findings
-from fuzzyctl.formats.fll.lines import Block, Line
-from fuzzyctl.formats.fll.terms import Place, TermReader, number, words
 from fuzzyctl.model.variable import Fallback, Hold, Membership, Term
+from tests.oracles.fll.lines import Block, Line
+from tests.oracles.fll.terms import Place, TermReader, number, words
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,251 @@
+"""Translation of a file of another tool: its parts become nodes of the syntax tree, which `resolve` gives a meaning.
+
+A reader splits its file, looks up words in its tables and adds statements, each with its location in the file. Names,
+terms and rules are checked where those of rule files are.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from typing import Any, Final, TypeVar
+
+from fuzzyctl.diagnostics.diagnostic import Diagnostic
+from fuzzyctl.diagnostics.source import SourceText, Span
+from fuzzyctl.expr import ONE, ZERO, Expr, Name, Number
+from fuzzyctl.formats.common.blocks import Arrangement
+from fuzzyctl.formats.common.identifiers import as_read
+from fuzzyctl.formats.common.report import Findings, meant
+from fuzzyctl.lang import syntax as sx
+from fuzzyctl.model.method import Activation, Defuzzifier
+from fuzzyctl.model.profiles import Profile
+from fuzzyctl.model.rule import And, Antecedent, Is, Not, Or, Rule, RuleBlock
+from fuzzyctl.model.system import FuzzySystem
+from fuzzyctl.model.variable import Fallback, Hold, Term
+from fuzzyctl.resolve import resolve
+from fuzzyctl.support.numerals import TOO_LARGE, to_number
+
+Meaning = TypeVar("Meaning")
+
+#: Keywords of rule files for the fields of a method.
+_KEYWORDS: Final = {
+    "conjunction": "and",
+    "disjunction": "or",
+    "implication": "implication",
+    "aggregation": "aggregation",
+    "defuzzifier": "defuzzifier",
+}
+
+
+class Translation(Findings):
+    """The statements of one file, and what is wrong with it.
+
+    Attributes:
+        statements: The statements so far.
+        left_out: Outputs that are declared, so that rules may name them, and left out of the system.
+    """
+
+    def __init__(self, source: SourceText) -> None:
+        super().__init__(source)
+        self.statements: list[sx.Statement] = []
+        self.left_out: set[str] = set()
+        self._declared: set[str] = set()
+
+    def number(self, span: Span) -> Number | None:
+        """Return a number, which may be infinite; report anything else."""
+        try:
+            value = to_number(span.text)
+        except OverflowError:
+            self.error("FZ108", TOO_LARGE, span, help="write 'inf'")
+            return None
+        except ValueError:
+            value = math.nan
+        if math.isnan(value):
+            self.error("FZ601", f"'{span.text[:40]}' is no number", span)
+            return None
+        return Number(value, span=span)
+
+    def weight(self, place: Span, help: str = "") -> Number | None:
+        """Return the weight of a rule; report one that is no number from 0 to 1."""
+        text = place.text.strip()
+        try:
+            value = to_number(text)
+        except (ValueError, OverflowError):
+            value = math.nan
+        if math.isnan(value):
+            self.error("FZ601", f"the weight is a number, got '{text[:40]}'", place, help=help)
+            return None
+        if not 0 <= value <= 1:
+            self.error(
+                "FZ302",
+                f"the weight {text[:40]} lies outside [0, 1]",
+                place,
+                help="a weight is a number between 0 and 1",
+            )
+            return None
+        return ONE if value == 1 else Number(value, span=place)
+
+    def look_up(
+        self, place: Span, table: Mapping[str, Meaning], what: str, *, word: str = "", otherwise: str = ""
+    ) -> Meaning | None:
+        """Return the meaning of a word of the file, and report one that its format does not have.
+
+        Args:
+            place: The word.
+            table: The words with their meanings.
+            what: What they are, for people.
+            word: The word without quotes and in small letters, where that differs from the text.
+            otherwise: What to do if no word of the table is like it.
+        """
+        text = word or place.text
+        if text in table:
+            return table[text]
+        facts = (f"there are: {', '.join(table)}",)
+        help_text = meant(text, table) or otherwise
+        self.error("FZ602", f"there is no {what} '{text[:40]}'", place, facts=facts, help=help_text)
+        return None
+
+    def head(self, name: str, title: str, span: Span, profile: Profile) -> None:
+        """Add the name of the system and the numerics of its tool."""
+        word = sx.Word(profile.name, span)
+        self.statements.append(sx.System(span, sx.Word(name, span), title.replace('"', "'")))
+        self.statements.append(sx.Semantics(span, sx.Word("semantics", span), word))
+
+    def variable(
+        self,
+        keyword: str,
+        name: sx.Word,
+        ends: tuple[Expr, Expr],
+        terms: Sequence[Term],
+        clauses: Sequence[sx.Clause] = (),
+        *,
+        label: str = "",
+        unread: Sequence[Span] = (),
+    ) -> None:
+        """Add an input or an output; `unread` are names of terms that are reported and may be named all the same."""
+        lines = (
+            [] if name.text in self._declared else [term_line(t) for t in terms]
+        )  # of a second one they mean nothing
+        self._declared.add(name.text)
+        lines += [sx.TermLine(s, sx.Word(s.text, s), sx.Word("constant", s), (_argument(ZERO, s),)) for s in unread]
+        word = sx.Word(keyword, name.span)
+        label = label.replace('"', "'")
+        self.statements.append(sx.Variable(name.span, word, name, label, *ends, tuple(clauses), tuple(lines)))
+
+    def rules(self, arrangement: Arrangement, idle: Sequence[sx.Rule] = ()) -> None:
+        """Add the rules of a file, in blocks where these have a meaning; `idle` are those of outputs left out."""
+        self.statements += [*arrangement.loose, *idle]
+        for name, block, own in arrangement.blocks:
+            place = block.span or Span(self.source, 0, 0)
+            self.statements.append(sx.Rules(place, sx.Word(name, place), settings(own, place)))
+            self.statements += block.rules
+
+    def system(self) -> FuzzySystem | None:
+        """Return what the statements mean; None after a mistake."""
+        tree = sx.SyntaxTree(self.source, tuple(self.statements))
+        system, diagnostics = resolve(tree, (), self.failed, foreign=True)
+        self.diagnostics += map(_without_fz, diagnostics)
+        if self.failed or system is None:
+            return None
+        named, changes = as_read(without_outputs(system, self.left_out))
+        if changes:
+            message = f"{changes[0].what.removeprefix('the ')} has letters that no name has here; {changes[0].why}"
+            facts = tuple(f"{c.where}: {c.what.removeprefix('the name ')}: {c.why}" for c in changes[1:])
+            self.diagnostics.append(Diagnostic("FZ604", message, named.span, "hint", facts=facts, file=self.file))
+        return named
+
+
+def _without_fz(diagnostic: Diagnostic) -> Diagnostic:
+    """Return a diagnostic without what one writes in rule files only."""
+    suggests = diagnostic.help.startswith("did you mean") and "the form is" not in diagnostic.help
+    return replace(diagnostic, help=diagnostic.help if suggests else "", fix=None)
+
+
+def _argument(value: Expr, span: Span, keyword: str = "") -> sx.Argument:
+    return sx.Argument(value, sx.Word(keyword, span) if keyword else None, span)
+
+
+def term_line(term: Term) -> sx.TermLine:
+    """Return the line of a term; a formula of the place itself is a function there."""
+    own = term.membership
+    place = own.span or term.span
+    assert place is not None
+    assert term.span is not None
+    arguments = [_argument(a, place) for a in own.arguments]
+    if own.height != ONE:
+        arguments.append(_argument(own.height, place, "height"))
+    kind = "function" if own.kind == "formula" else own.kind
+    return sx.TermLine(term.span, sx.Word(term.name, term.span), sx.Word(kind, place), tuple(arguments))
+
+
+def fallback(value: Expr | Fallback | Hold, span: Span) -> sx.FallbackClause:
+    """Return what an output is where no rule fires."""
+    if isinstance(value, Hold):
+        start = Name(value.start, span) if isinstance(value.start, str) else value.start
+        return sx.FallbackClause(sx.Held(start, span) if start is not None else sx.Word("hold", span), span)
+    return sx.FallbackClause(sx.Word(value, span) if isinstance(value, str) else value, span)
+
+
+def settings(fields: Mapping[str, Any], span: Span) -> tuple[sx.Setting | sx.Activation, ...]:
+    """Return the settings of a system or of a rule block, by the fields of its method; None is not said."""
+    said = {name: value for name, value in fields.items() if value is not None}
+    return tuple(
+        activation(v, span) if isinstance(v, Activation) else setting(_KEYWORDS[n], v, span) for n, v in said.items()
+    )
+
+
+def setting(keyword: str, value: str | Defuzzifier, span: Span) -> sx.Setting:
+    """Return a norm, or a defuzzifier with its number of samples; the rest of it is that of the profile."""
+    options: tuple[sx.Option, ...] = ()
+    if isinstance(value, Defuzzifier):
+        if value.resolution is not None:
+            options = (sx.Option(sx.Word("resolution", span), sx.Word(str(value.resolution), span)),)
+        value = value.kind
+    return sx.Setting(span, sx.Word(keyword, span), sx.Word(value, span), options)
+
+
+def activation(own: Activation, span: Span) -> sx.Activation:
+    """Return an activation method."""
+    span = own.span or span
+    given: dict[str, Expr] = {}
+    if own.count is not None:
+        given["count"] = Number(float(own.count))
+    if own.threshold is not None:
+        given[own.comparison or "threshold"] = own.threshold
+    options = tuple(sx.ActivationOption(sx.Word(name, span), value) for name, value in given.items())
+    return sx.Activation(span, sx.Word("activation", span), sx.Word(own.kind, span), options)
+
+
+def without_outputs(system: FuzzySystem, names: set[str]) -> FuzzySystem:
+    """Return a system without some outputs; conditions on one of them are false, as those on a disabled input are."""
+    if not names:
+        return system
+    outputs = tuple(o for o in system.outputs if o.name not in names)
+    some = next((v for v in (*system.inputs, *outputs) if v.terms), None)
+
+    def condition(antecedent: Antecedent) -> Antecedent:
+        match antecedent:
+            case Is(variable=variable) if variable in names and some is not None:
+                new = {"variable": some.name, "term": some.terms[0].name, "hedges": ("not", "any")}
+                return antecedent.model_copy(update=new)
+            case Not(operand=operand):
+                return antecedent.model_copy(update={"operand": condition(operand)})
+            case And(operands=operands) | Or(operands=operands):
+                return antecedent.model_copy(update={"operands": tuple(map(condition, operands))})
+        return antecedent
+
+    def kept(rules: Sequence[Any]) -> Iterator[Rule]:
+        for rule in rules:
+            consequents = tuple(c for c in rule.consequents if c.output not in names)
+            if consequents:
+                new = {"consequents": consequents, "antecedent": condition(rule.antecedent)}
+                yield rule.model_copy(update=new)
+
+    blocks: list[Rule | RuleBlock] = []
+    for block in system.blocks:
+        if isinstance(block, RuleBlock):
+            blocks.append(block.model_copy(update={"rules": tuple(kept(block.rules))}))
+        else:
+            blocks += kept([block])
+    return system.model_copy(update={"blocks": tuple(blocks), "outputs": outputs})

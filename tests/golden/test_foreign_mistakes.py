@@ -1,0 +1,80 @@
+"""Files of other tools with one mistake each: every one is answered at its place, in words of its format.
+
+After an intended change of wording: FUZZYCTL_UPDATE_GOLDEN=1 python -m pytest tests/golden/test_foreign_mistakes.py,
+then read the difference.
+"""
+
+import os
+from pathlib import Path
+
+import pytest
+
+from fuzzyctl.diagnostics.diagnostic import render_all
+from fuzzyctl.diagnostics.source import SourceText
+from fuzzyctl.formats.foreign import examine_foreign
+from fuzzyctl.formats.registry import FORMATS
+
+TABLE = Path(__file__).parent / "foreign_mistakes.txt"
+SAMPLES = Path(__file__).parent.parent / "fuzzyctl" / "formats" / "samples"
+
+#: By format what is broken and how, each with its line and column.
+MISTAKES = {
+    "fll": [
+        ("  term: cheap Constant", "  trem: cheap Constant", 37, 3),
+        ("range: 0.000 30.000", "range: 0.000 ten", 20, 16),
+        ("term: good Triangle", "term: good Trianlge", 10, 14),
+        ("Triangle 2.500 5.000 7.500", "Triangle 2.500 5.000", 10, 9),
+        ("Triangle 2.500 5.000 7.500", "Triangle 7.500 2.500 five", 10, 35),
+        ("aggregation: Maximum", "aggregation: Maximun", 22, 16),
+        ("Centroid 200", "Centroid many", 23, 25),
+        ("Centroid 200", "Centre 200", 23, 16),
+        ("conjunction: AlgebraicProduct", "conjunction: Product", 42, 16),
+        ("activation: General", "activation: Highest none", 45, 23),
+        ("if service is poor", "if servise is poor", 46, 12),
+        ("if service is poor", "if service is por", 46, 23),
+        ("if (service is excellent", "if ((service is excellent", 49, 12),
+        ("with 0.5", "with 1.5", 48, 90),
+        ("OutputVariable: tsTip", "OutputVariable: service", 29, 17),
+    ],
+    "fis": [
+        ("Type='mamdani'", "Type='mamdami'", 3, 6),
+        ("AndMethod='min'", "AndMethod='minimum_of'", 8, 11),
+        ("DefuzzMethod='centroid'", "DefuzzMethod='wtaver'", 12, 14),
+        ("[Input2]", "[Inputs]", 22, 1),
+        ("Range=[0 30]", "Range=[0 ten]", 31, 10),
+        ("Range=[0 30]", "Range=[30]", 31, 7),
+        ("Range=[0 30]\n", "", 29, 1),
+        ("'trimf',[0 5 10]", "'trimf',[0 5]", 33, 5),
+        ("'trimf',[0 5 10]", "'trinf',[0 5 10]", 33, 14),
+        ("'trimf',[0 5 10]", "'trimf',[10 5 0]", 33, 5),
+        ("'trimf',[0 5 10]", "'trimf',[0 5 10", 33, 21),
+        ("1 1, 1 (1) : 2", "1 5, 1 (1) : 2", 38, 3),
+        ("1 1, 1 (1) : 2", "1 1 1, 1 (1) : 2", 38, 1),
+        ("1 1, 1 (1) : 2", "1 1, 1 (1.5) : 2", 38, 9),
+        ("1 1, 1 (1) : 2", "1 1, 1 (1) : 4", 38, 12),
+    ],
+}
+CASES = [(format, *case) for format, cases in MISTAKES.items() for case in cases]
+
+
+def answer(format, old, new):
+    """Return the first error of a broken file and all of its answer, as text."""
+    text = (SAMPLES / f"tipper.{format}").read_text(encoding="utf-8")
+    assert old in text, old
+    _, found = examine_foreign(FORMATS[format], SourceText(f"tipper.{format}", text.replace(old, new, 1)))
+    errors = [d for d in found if d.severity == "error"]
+    return errors[0], f"--- {old.strip()} -> {new.strip()}\n{render_all(errors)}\n"
+
+
+@pytest.mark.parametrize(("format", "old", "new", "line", "column"), CASES)
+def test_each_is_answered_at_its_place(format, old, new, line, column):
+    error, _ = answer(format, old, new)
+    assert (error.span.line, error.span.column) == (line, column or error.span.column)
+    assert error.span.text.strip() or not new.strip()
+
+
+def test_they_are_as_in_the_table():
+    shown = "\n".join(answer(format, old, new)[1] for format, old, new, _, _ in CASES)
+    if os.environ.get("FUZZYCTL_UPDATE_GOLDEN"):
+        TABLE.write_text(shown, encoding="utf-8", newline="\n")
+    assert TABLE.read_text(encoding="utf-8") == shown

@@ -1,0 +1,135 @@
+"""Blocks of an `.fll` file: `key: value` lines, without comments and blank lines."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import Final
+
+from fuzzyctl.diagnostics.source import SourceText, Span
+from fuzzyctl.formats.common.report import Findings, meant
+
+#: Keys that begin a block, each with the keys of its lines; those behind the dash are of fuzzylite 4 and 5.
+BLOCKS: Final[dict[str, tuple[str, ...]]] = {
+    "engine": ("description",),
+    "inputvariable": ("description", "enabled", "range", "lock-range", "term"),
+    "outputvariable": (
+        "description", "enabled", "range", "lock-range", "aggregation", "defuzzifier", "default", "lock-previous",
+        "term", "accumulation", "lock-valid",
+    ),
+    "ruleblock": ("description", "enabled", "conjunction", "disjunction", "implication", "activation", "rule"),
+}  # fmt: skip
+
+#: How files spell the keys that begin blocks.
+SPELT: Final = {
+    "engine": "Engine",
+    "inputvariable": "InputVariable",
+    "outputvariable": "OutputVariable",
+    "ruleblock": "RuleBlock",
+}
+
+#: Keys that a block may have many of.
+_MANY: Final = ("term", "rule")
+
+#: A semicolon that separates lines: one with a key behind it.
+_SEPARATOR: Final = re.compile(
+    r";(?=[ \t]{0,20}(?:engine|inputvariable|outputvariable|ruleblock|description|enabled|range|lock-range|aggregation|"
+    r"defuzzifier|default|lock-previous|lock-valid|accumulation|term|conjunction|disjunction|implication|activation|"
+    r"rule)[ \t]{0,20}:)",
+    re.IGNORECASE,
+)
+
+
+@dataclass(frozen=True)
+class Line:
+    """One line `key: value`; `key` is in small letters."""
+
+    key: str
+    value: Span
+    span: Span
+
+
+@dataclass(frozen=True)
+class Block:
+    """A block: the line that begins it and the lines below."""
+
+    kind: str
+    head: Line
+    lines: list[Line] = field(default_factory=list)
+
+    def line(self, *keys: str) -> Line | None:
+        """Return the last line of one of some keys."""
+        return next((line for line in reversed(self.lines) if line.key in keys), None)
+
+    def all(self, key: str) -> list[Line]:
+        """Return all lines of a key."""
+        return [line for line in self.lines if line.key == key]
+
+
+def split(source: SourceText, findings: Findings) -> list[Block]:
+    """Split a file into blocks; lines that belong nowhere are reported."""
+    blocks: list[Block] = []
+    lost = False
+    for number, span in enumerate(_lines(source), 1):
+        if findings.too_many(number, span):
+            break
+        text = span.text
+        key, colon, _ = text.partition(":")
+        plain = key.strip().lower()
+        if not colon:
+            help_text = "a line is written: key: value"
+            findings.error("FZ601", "the line has no colon", span, help=help_text)
+            continue
+        value = _trimmed(source, span.start + len(key) + 1, span.end)
+        line = Line(plain, value, span)
+        if plain in BLOCKS:
+            blocks.append(Block(plain, line))
+        elif blocks:
+            _add(blocks[-1], line, findings)
+        elif not lost:
+            lost = True  # one message is enough
+            message, help_text = "unexpected line before the first block", "a file begins with: Engine: NAME"
+            findings.error("FZ601", message, span, help=help_text)
+    return blocks
+
+
+def _add(block: Block, line: Line, findings: Findings) -> None:
+    known = BLOCKS[block.kind]
+    if line.key not in known:
+        spelt = SPELT[block.kind]
+        message = f"'{spelt}' has no key '{line.key[:40]}'"
+        facts = (f"keys of {spelt}: {', '.join(known)}",)
+        place = Span(line.span.source, line.span.start, line.span.start + line.span.text.find(":"))
+        findings.error("FZ601", message, place, help=meant(line.key, [*known, *SPELT.values()]), facts=facts)
+        return
+    earlier = block.line(line.key) if line.key not in _MANY else None
+    if earlier is not None:
+        findings.given_twice(f"'{line.key}'", line.span, earlier.span)
+    block.lines.append(line)
+
+
+def _lines(source: SourceText) -> Iterator[Span]:
+    """Yield what stands between line ends, or semicolons before keys, without comments and blanks around it."""
+    at = 0
+    for raw in source.text.split("\n"):
+        comment = raw.find("#")
+        text = raw if comment < 0 else raw[:comment]
+        start = at
+        for match in _SEPARATOR.finditer(text):
+            yield from _unless_empty(_trimmed(source, start, at + match.start()))
+            start = at + match.end()
+        yield from _unless_empty(_trimmed(source, start, at + len(text)))
+        at += len(raw) + 1
+
+
+def _unless_empty(span: Span) -> Iterator[Span]:
+    if span.start < span.end:
+        yield span
+
+
+def _trimmed(source: SourceText, start: int, end: int) -> Span:
+    text = source.text[start:end]
+    left = len(text) - len(text.lstrip(" \t\r;\ufeff\v\f"))
+    right = len(text.rstrip(" \t\r;\v\f"))
+    return Span(source, start + left, start + max(left, right))
