@@ -22,8 +22,8 @@ every 10 ms
 """
 PLANT = 'plant lag "A lag" = tf(num=[1], den=[1, 1], delay=0.1 s)\n'
 LOOP = (
-    PLANT
-    + 'loop step\nblock p = lag(r)\nlet r = steps(0: 1)\nmeasure m "M" unit "s" = settling(p.y, r)\nrun 5 s step 10 ms\n'
+    PLANT + "loop step\nblock p = lag(r)\nlet r = steps(0: 1)\n"
+    'measure m "M" unit "s" = settling(p.y, r)\nrun 5 s step 10 ms\n'
 )
 FILES = {"controller": CONTROLLER, "plant": PLANT, "loop": LOOP}
 SYSTEM = """system rule
