@@ -53,7 +53,7 @@ def page(file: str, out: str | None, choice: Choice) -> int:
     from fuzzyctl.page.proofs import LEAST_SECONDS, PAGE_SECONDS
     from fuzzyctl.support.writing import write_together
 
-    began = clock.now()
+    began = clock.used()
     examined = examined_file(file, loop=choice.name)
     reported = examined.reported(examined.diagnostics)
     if any(d.severity == "error" for d in reported):
@@ -64,7 +64,7 @@ def page(file: str, out: str | None, choice: Choice) -> int:
     loops = [loop for loop in examined.loops if choice.name in (None, loop.name)]
     _known_settings(examined, loops, choice)
     diagnostics = list(reported)
-    until = max(began + PAGE_SECONDS, clock.now() + LEAST_SECONDS)
+    until = clock.now() + max(PAGE_SECONDS - (clock.used() - began), LEAST_SECONDS)
     sections = [
         *_sections(examined, choice, diagnostics, until),
         *_runs(loops, choice, diagnostics),
@@ -103,9 +103,10 @@ def _sections(examined: Examined, choice: Choice, diagnostics: list[Diagnostic],
     """
     from fuzzyctl.analysis import clock
     from fuzzyctl.analysis.prove import CLAIM_SECONDS
+    from fuzzyctl.codegen import javascript_source
     from fuzzyctl.codegen.errors import CodegenError
     from fuzzyctl.codegen.prepare import prepare
-    from fuzzyctl.page.document import require_javascript, require_size, unit_section
+    from fuzzyctl.page.document import require_size, unit_section
     from fuzzyctl.page.proofs import LEAST_SECONDS, proofs
 
     blocks: tuple[Any, ...] = (*examined.systems, *examined.controllers)
@@ -122,10 +123,11 @@ def _sections(examined: Examined, choice: Choice, diagnostics: list[Diagnostic],
             of_file = None if block.is_function else found
             with clock.limited(max(until - clock.now(), LEAST_SECONDS)):
                 unit = prepare(changed, examined.source.text, settings=settings)
-            require_javascript(unit)
+            if unit.is_step:
+                javascript_source.require_size(javascript_source.size_of(unit.program))
             verdicts, rows = proofs(changed, quick, CLAIM_SECONDS, until=until)
             _add(diagnostics, [*found, *claim_reports(verdicts, found)])
-            yield unit_section(replace(unit, verdicts=tuple(verdicts)), verdicts, rows)
+            yield unit_section(replace(unit, verdicts=verdicts), verdicts, rows)
         except CodegenError as error:
             raise DiagnosticError([_refused(block.name, block.span, error)]) from None
 

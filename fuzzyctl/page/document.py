@@ -66,12 +66,6 @@ def require_size(system: FuzzySystem) -> None:
     javascript_source.require_size(written(plan(system)) + _SHOWN * terms)
 
 
-def require_javascript(unit: Unit) -> None:
-    """Raise CodegenError for a controller that JavaScript cannot compute, before its proofs take seconds."""
-    if unit.is_step:
-        javascript_source.module(unit)
-
-
 def unit_section(unit: Unit, verdicts: Sequence[Verdict], rows: Mapping[str, Any]) -> Section:
     """Return the section of a block.
 

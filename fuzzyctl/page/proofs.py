@@ -16,7 +16,7 @@ from fuzzyctl.model.system import FuzzySystem
 BOUND_SECONDS: Final = 0.5
 #: Seconds that reading, all claims and all bounds of a page may take together; the least for claims and bounds.
 PAGE_SECONDS: Final = 2.5
-LEAST_SECONDS: Final = 0.5
+LEAST_SECONDS: Final = 1.0
 
 
 def bound_row(bound: OutputBound, unit: str) -> list[str]:
