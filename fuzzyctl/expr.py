@@ -539,3 +539,22 @@ def _text(expr: Expr, outer: int) -> str:
 
 def _wrap(text: str, own: int, outer: int) -> str:
     return f"({text})" if own < outer else text
+
+
+def plus(a: Expr, b: Expr) -> Expr:
+    """Return a + b without what adds nothing."""
+    return b if a == ZERO else a if b == ZERO else a + b
+
+
+def minus(a: Expr, b: Expr) -> Expr:
+    """Return a - b without what takes nothing."""
+    return a if b == ZERO else a - b
+
+
+def times(a: Expr, b: Expr) -> Expr:
+    """Return a · b; a factor 1 is left out."""
+    if a == ONE:
+        return b
+    if b == ONE:
+        return a
+    return a * b

@@ -256,11 +256,6 @@ def test_a_light_command_loads_nothing_heavy(arguments, tmp_path):
     assert loaded_after(code) & HEAVY == set()
 
 
-def test_a_file_of_plain_lines_is_read_without_the_grammar():
-    code = f"import fuzzyctl\nfuzzyctl.load({str(ROOT / 'rules' / 'ais_reaction.fz')!r})"
-    assert "lark" not in loaded_after(code)
-
-
 def test_a_check_without_findings_imports_neither_other_formats_nor_the_compiler_nor_what_writes_fixes():
     code = f"import fuzzyctl, fuzzyctl.cli.check\nfuzzyctl.check({str(ROOT / 'rules' / 'tipper.fz')!r})\n"
     others = ("formats.foreign", "kernels.compile", "loading.policy", "cli.unified_diff", "support.writing")

@@ -35,7 +35,7 @@ async function archive() {
   const [lark] = JSON.parse(execFileSync(python, ["-c", "import json, lark; print(json.dumps(list(lark.__path__)))"], { encoding: "utf8" }));
   const pyodide = await loadPyodide();
   for (const folder of [join(ROOT, "fuzzyctl"), lark]) {
-    for (const path of files(folder, /\.(py|lark|js|css)$/)) {
+    for (const path of files(folder, /\.(py|lark|tables|js|css)$/)) {
       const target = `/pack/${relative(dirname(folder), path)}`;
       pyodide.FS.mkdirTree(dirname(target));
       pyodide.FS.writeFile(target, readFileSync(path));

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Final
+from typing import Any, Final
 
 from fuzzyctl.analysis import bounds
 from fuzzyctl.analysis.bounds import OutputBound
+from fuzzyctl.model.block import Block
 from fuzzyctl.model.controller import Controller
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.support import arguments
@@ -35,8 +36,9 @@ def output_bounds(system: FuzzySystem | Controller, *, timeout: float = TIMEOUT)
         ValueOutOfBoundsError: For a negative timeout.
     """
     timeout = arguments.seconds("'timeout'", timeout)
-    if not isinstance(system, Controller):
-        return bounds.output_bounds(system)
+    block: Any = arguments.instance("the system", Block, "a FuzzySystem or a Controller", system)
+    if not block.is_sampled:
+        return bounds.output_bounds(block)
     from fuzzyctl.analysis.induction.bounds import controller_bounds
 
-    return controller_bounds(system, timeout)
+    return controller_bounds(block, timeout)

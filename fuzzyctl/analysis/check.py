@@ -163,6 +163,8 @@ def _analysed(
     work = Work() if work is None else work
     imprecise = accuracy.diagnostics(system, flat, work)
     uncovered = coverage.uncovered_of(flat, work)
+    if not any(uncovered.values()):  # what is proved with less work is proved
+        system.derived.setdefault("uncovered", uncovered)
     found = coverage.diagnostics_of(system, flat, uncovered, work)
     idle = effects.diagnostics(system, flat, work)
     if _has_errors(found):

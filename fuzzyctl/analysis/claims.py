@@ -126,7 +126,7 @@ def claim_of(system: FuzzySystem | Controller, guarantee: Guarantee) -> Claim:
     """Return a guarantee in normal form."""
     tolerance = Fraction(0)
     text = to_text(guarantee.claim)
-    written = _inlined(system, guarantee)
+    written = inlined(system, guarantee)
     if guarantee.within is not None:
         tolerance = Fraction(system.number(guarantee.within))
         text += f" within {to_text(guarantee.within)}"
@@ -139,16 +139,11 @@ def claim_of(system: FuzzySystem | Controller, guarantee: Guarantee) -> Claim:
 
 def outside(system: FuzzySystem | Controller, guarantee: Guarantee) -> Claim | None:
     """Return the claim that no point is in the region of a guarantee, None for one that speaks of all points."""
-    when = _inlined(system, guarantee).when
+    when = inlined(system, guarantee).when
     if guarantee.when is None or when is None:
         return None
     text = to_text(guarantee.when)
     return Claim(f"not ({text})", _truth(system, when, Fraction(0), False), ALWAYS)
-
-
-def _inlined(system: FuzzySystem | Controller, guarantee: Guarantee) -> Guarantee:
-    """Return a guarantee without lets; those of a controller are part of its step."""
-    return inlined(system, guarantee) if isinstance(system, FuzzySystem) else guarantee
 
 
 def speaks_of_all_points(truth: Truth) -> bool:

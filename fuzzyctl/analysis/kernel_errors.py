@@ -13,22 +13,16 @@ from itertools import pairwise
 from typing import Final
 
 from fuzzyctl.formulas import Vertex
-from fuzzyctl.kernels.algorithms import diagonal, rule_cells
-from fuzzyctl.kernels.algorithms.diagonal import Band, Diagonals, diagonals_of
+from fuzzyctl.kernels.algorithms import rule_cells
 from fuzzyctl.kernels.algorithms.rule_cells import Active, active_of, linear_parts
 from fuzzyctl.kernels.plan.build import OutputPlan, Plan
 
 #: Rounding of one operation, twice what it is: products of such errors need no further thought.
 _ULP: Final = Fraction(1, 1 << 52)
-#: The area of a set whose highest rule has at least half, in steps of its terms: the integral of min(1/2, 1 - t).
-_LEAST_AREA: Final = Fraction(3, 8)
 
 
 def kernel_errors(plan: Plan) -> list[float]:
     """Bound for each output how far kernels that look at the rules that act alone are from all rules."""
-    bands = diagonals_of(plan)
-    if isinstance(bands, Diagonals):
-        return [_upward(_of_band(plan, bands, k)) for k in range(len(plan.outputs))]
     table = active_of(plan, least_gain=0.0)
     if isinstance(table, Active):
         return [_upward(_of_average(plan, table, output)) for output in plan.outputs]
@@ -116,59 +110,6 @@ def _least_of_the_highest(axis: rule_cells.Axis) -> Fraction:
         if (a - c) * (b - d) < 0:
             least = min(least, a + (b - a) * (a - c) / ((a - c) - (b - d)))
     return least
-
-
-def _of_band(plan: Plan, own: Diagonals, position: int) -> Fraction:
-    """Bound the error of the centroid of a band.
-
-    In steps of the output's terms the area is at least 3/8. Four pieces within two steps of the middle have heights
-    that are off as the degrees of inputs are, and as the shapes of terms are, which may also be above 0 elsewhere.
-    """
-    band, output = own.bands[position], plan.outputs[position]
-    heights = sum((_off_inputs(plan, axis) for axis in own.axes), Fraction(0))
-    shapes = _off_terms(output, band)
-    steps = band.last + 3
-    # Some 70 operations on numbers of at most 4 make area and moment, three on the number of a term.
-    off = 16 * (heights + shapes) + 4 * steps**2 * shapes + (72 + 2 * band.last) * _ULP
-    ends = max(map(abs, map(Fraction, (*band.hull, band.middle))))
-    return off / _LEAST_AREA * Fraction(band.step) + 8 * _ULP * ends
-
-
-def _off_inputs(plan: Plan, axis: diagonal.Axis) -> Fraction:
-    """Return how far the shares of an input are from the degrees of its terms."""
-    knots = [Fraction(k) for k in axis.knots]
-    counted = _off_even(knots) if axis.is_even else Fraction(0)
-    sets = [_finite(d.set.vertices) for d in plan.degrees if d.variable == axis.position]
-    return counted + max(_off_triangles(corners, knots) for corners in sets)
-
-
-def _off_terms(output: OutputPlan, band: Band) -> Fraction:
-    """Return how far the terms of an output are from triangles with even peaks."""
-    used = sorted({e.term for e in output.implied}, key=lambda t: output.terms[t].peak)
-    first, last = (Fraction(output.terms[t].peak) for t in (used[0], used[-1]))
-    step = (last - first) / band.last
-    points = [first + k * step for k in range(band.low, band.high + 2)]
-    low, high = Fraction(output.lower), Fraction(output.upper)
-    return max(_off_triangles(_within(_finite(output.terms[t].vertices), low, high), points) for t in used)
-
-
-def _off_even(knots: Sequence[Fraction]) -> Fraction:
-    step = (knots[-1] - knots[0]) / (len(knots) - 1)
-    return max(abs((x - knots[0]) / step - k) for k, x in enumerate(knots))
-
-
-def _off_triangles(corners: Sequence[tuple[Fraction, Fraction]], knots: Sequence[Fraction]) -> Fraction:
-    """Return how far a term is from the triangle over three neighbouring knots that it is nearest to."""
-    top = max(range(len(knots)), key=lambda k: _at(corners, knots[k]))
-    ideal = [(x, Fraction(int(k == top))) for k, x in enumerate(knots)]
-    points = [*knots, *(x for x, _ in corners if knots[0] <= x <= knots[-1])]
-    return max(abs(_at(corners, x) - _at(ideal, x)) for x in points)
-
-
-def _within(
-    corners: Sequence[tuple[Fraction, Fraction]], low: Fraction, high: Fraction
-) -> list[tuple[Fraction, Fraction]]:
-    return [(low, _at(corners, low)), *((x, y) for x, y in corners if low < x < high), (high, _at(corners, high))]
 
 
 def _finite(vertices: Iterable[Vertex]) -> list[tuple[Fraction, Fraction]]:

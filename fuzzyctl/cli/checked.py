@@ -5,7 +5,7 @@ from __future__ import annotations
 from bisect import bisect_left
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 from fuzzyctl.cli.common import show
 from fuzzyctl.cli.loading import Choice
@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from fuzzyctl.analysis.verdicts import Verdict
     from fuzzyctl.loading.load import Examined
     from fuzzyctl.model.block import Block
+    from fuzzyctl.model.controller import Controller
 
 AnyBlock = TypeVar("AnyBlock", bound="Block")
 
@@ -25,24 +26,40 @@ def checked(examined: Examined, block: AnyBlock, choice: Choice) -> tuple[AnyBlo
     Raises:
         DiagnosticError: With all that `fuzzyctl check` finds, if some of it is an error, see `_require_claims`.
     """
-    from fuzzyctl.analysis.check import check_changed, check_examined
     from fuzzyctl.analysis.prove import CLAIM_SECONDS, prove
 
-    inner: Any = block
-    if inner.kind == "system":
-        found = check_changed(examined, choice.changed(inner))
-        if found.system is None:
-            raise DiagnosticError(found.diagnostics)
-        _require_claims([*found.diagnostics, *claim_reports(found.verdicts, found.diagnostics)], choice)
-        inner = found.system
-        return inner, found.verdicts
-    _, diagnostics = check_examined(examined, profile=choice.profile)
+    changed, verdicts, diagnostics = analysed(examined, block, choice)
+    if changed.is_sampled:
+        verdicts = prove(cast("Controller", changed), timeout=CLAIM_SECONDS)
+    _require_claims([*diagnostics, *claim_reports(verdicts, diagnostics)], choice)
+    return changed, verdicts
+
+
+def analysed(
+    examined: Examined, block: AnyBlock, choice: Choice, found: list[Diagnostic] | None = None
+) -> tuple[AnyBlock, tuple[Verdict, ...], list[Diagnostic]]:
+    """Return a block with params set, what quick methods say of its claims, and what `fuzzyctl check` finds.
+
+    Args:
+        examined: The file.
+        block: A block of it.
+        choice: The params and the profile.
+        found: What was found of the file for another block that is no system.
+
+    Raises:
+        DiagnosticError: For errors other than claims that do not hold.
+    """
+    from fuzzyctl.analysis.check import check_changed, check_examined
+
+    changed: Any = choice.changed(block)
+    if changed.is_function:
+        checked_system = check_changed(examined, changed)
+        verdicts, diagnostics = checked_system.verdicts, checked_system.diagnostics
+    else:
+        verdicts, diagnostics = (), check_examined(examined, profile=choice.profile)[1] if found is None else found
     if any(d.stops for d in diagnostics):
         raise DiagnosticError(diagnostics)
-    changed = choice.changed(inner)
-    verdicts = () if changed.kind == "plant" else prove(changed, timeout=CLAIM_SECONDS)  # plants claim nothing
-    _require_claims([*diagnostics, *claim_reports(verdicts)], choice)
-    return changed, verdicts
+    return changed, verdicts, diagnostics
 
 
 def _require_claims(diagnostics: list[Diagnostic], choice: Choice) -> None:

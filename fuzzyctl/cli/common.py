@@ -53,7 +53,7 @@ BLOCK = click.option("--block", "name", metavar="NAME", help="Which system, cont
 ALGORITHM = click.option(
     "--algorithm",
     # As kernels.algorithm.ALGORITHMS, which takes long to import.
-    type=click.Choice(["auto", "interpolation", "diagonals", "active", "rules"]),
+    type=click.Choice(["auto", "interpolation", "active", "rules"]),
     default="auto",
     show_default=True,
     help="How it evaluates.",
@@ -290,18 +290,18 @@ def _list(names: Sequence[str]) -> str:
 
 
 def point_of(block: Any, texts: Iterable[str], command: str) -> dict[str, float]:
-    """Return the point that `INPUT=VALUE` arguments of a command give; a controller may also have `dt`.
+    """Return the point that `INPUT=VALUE` arguments of a command give; a controller without period may have `dt`.
 
     Raises:
         DiagnosticError: For mistakes in them, and for inputs without a value.
     """
-    time = ["dt"] if block.kind == "controller" else []
+    time = ["dt"] if block.is_sampled and block.period is None else []
     given = assignments(texts, [*(v.name for v in block.inputs), *time], "input")
     missing = missing_inputs(block, given, command)
     if time and "dt" not in given:
         from fuzzyctl.kernels.plan.expansion import equations_of
 
-        if block.period is None and equations_of(block).reads_time:
+        if equations_of(block).reads_time:
             facts = ("the time since the step before [s]; the controller has no 'every' line",)
             missing.append(Diagnostic("FZ501", "'dt' has no value", facts=facts, help="write dt=SECONDS as well"))
     if missing:
@@ -346,17 +346,23 @@ def end_of_range(value: float) -> float | str | None:
 
 
 def state_of(kernel: Kernel, texts: Iterable[str]) -> dict[str, float]:
-    """Return the state that `NAME=VALUE` texts give, by name; other numbers are those of the start.
+    """Return the state that `NAME=VALUE` texts give, by name; see `states_of`."""
+    return states_of(texts, kernel)[0]
+
+
+def states_of(texts: Iterable[str], *kernels: Kernel) -> list[dict[str, float]]:
+    """Return the state of each kernel by name: that of the start, with the numbers of `NAME=VALUE` texts that it has.
 
     Raises:
-        DiagnosticError: For mistakes in them, and for a block without a state.
+        DiagnosticError: For mistakes in them, and for blocks without a state.
     """
-    texts = tuple(texts)
-    if texts and not kernel.n_states:
+    texts, known = tuple(texts), list(dict.fromkeys(n for kernel in kernels for n in kernel.state_names))
+    if texts and not known:
         help_text = "leave out --state: it is for outputs that adapt or hold, and for states of controllers"
         raise DiagnosticError([Diagnostic("FZ502", "the block has no state", help=help_text)])
-    start = dict(zip(kernel.state_names, kernel.start().tolist(), strict=True))
-    return start | assignments(texts, kernel.state_names, "state")
+    given = assignments(texts, known, "state")
+    starts = (zip(kernel.state_names, kernel.start().tolist(), strict=True) for kernel in kernels)
+    return [{name: given.get(name, value) for name, value in start} for start in starts]
 
 
 def missing_inputs(block: Block, given: Mapping[str, float], command: str) -> list[Diagnostic]:

@@ -18,13 +18,11 @@ from fuzzyctl.cli.common import (
     show,
     state_of,
 )
-from fuzzyctl.cli.loading import Choice, chooses, load_checked_block
+from fuzzyctl.cli.loading import Choice, chooses, load_evaluable
 from fuzzyctl.cli.streams import say, write_json
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
-
-    from fuzzyctl.model.block import Block
 
 
 @click.command("eval")
@@ -56,11 +54,7 @@ def evaluate(
     state begins with that of the start: the rows of a CSV follow each other in time. A controller without 'every'
     takes dt=SECONDS.
     """
-    from fuzzyctl.model.controller import Controller
-    from fuzzyctl.model.system import FuzzySystem
-
-    kinds: tuple[type[Block], ...] = (FuzzySystem, Controller)
-    system = load_checked_block(file, choice, *kinds)
+    system = load_evaluable(file, choice)
     if points is not None:
         if values:
             raise click.UsageError("give INPUT=VALUE or --points, not both")

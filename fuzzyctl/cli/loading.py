@@ -47,10 +47,8 @@ class Choice:
         """
         values = assignments(self.settings, block.settable, "param")
         if values:
-            from fuzzyctl.loading.block_equations import with_params
-
             try:
-                block = with_params(block, values)
+                block = block.with_params(**values)
             except DiagnosticError as error:
                 raise blamed(error, self.settings) from None
         return under(block, self.profile)
@@ -218,13 +216,22 @@ def load_checked(file: str, choice: Choice, examined: Examined | None = None) ->
     return load_checked_block(file, choice, FuzzySystem, examined=examined)
 
 
+def load_evaluable(file: str, choice: Choice, examined: Examined | None = None) -> Any:
+    """Open the one system of a file, else the one controller, or the one named, as `load_checked` does."""
+    from fuzzyctl.model.controller import Controller
+    from fuzzyctl.model.system import FuzzySystem
+
+    kinds: tuple[type[Block], ...] = (FuzzySystem, Controller)
+    return load_checked_block(file, choice, *kinds, examined=examined)
+
+
 def load_checked_block(file: str, choice: Choice, *kinds: type[AnyBlock], examined: Examined | None = None) -> AnyBlock:
     """Open the one block of a file that is meant as `load_checked` does; the checks are those of its systems."""
     from fuzzyctl.analysis.coverage import coverage
 
     block, examined, _ = open_block(file, choice.name, *kinds, examined=examined)
     block = choice.changed(block)
-    gaps = chain.from_iterable(map(coverage.diagnostics, block.systems))
+    gaps = chain.from_iterable(map(coverage.diagnostics, block.all_systems))
     diagnostics = examined.reported([*examined.diagnostics, *gaps])
     if _errors(diagnostics):
         raise DiagnosticError(diagnostics)

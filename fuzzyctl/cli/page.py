@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from dataclasses import replace
 from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from fuzzyctl.cli.checked import claim_reports
+from fuzzyctl.cli.checked import analysed, claim_reports
 from fuzzyctl.cli.common import DONE, FAILED, QUIET, UNDECIDED, answers_with_diagnostics, assignments, show
 from fuzzyctl.cli.loading import Choice, chooses, examined_file
 from fuzzyctl.cli.loops import settings_of
@@ -49,9 +50,10 @@ def page(file: str, out: str | None, choice: Choice) -> int:
     from fuzzyctl.model.loop import Loop
     from fuzzyctl.model.system import FuzzySystem
     from fuzzyctl.page.document import document, page_title
-    from fuzzyctl.page.proofs import PAGE_SECONDS
+    from fuzzyctl.page.proofs import LEAST_SECONDS, PAGE_SECONDS
     from fuzzyctl.support.writing import write_together
 
+    began = clock.used()
     examined = examined_file(file, loop=choice.name)
     reported = examined.reported(examined.diagnostics)
     if any(d.severity == "error" for d in reported):
@@ -62,10 +64,9 @@ def page(file: str, out: str | None, choice: Choice) -> int:
     loops = [loop for loop in examined.loops if choice.name in (None, loop.name)]
     _known_settings(examined, loops, choice)
     diagnostics = list(reported)
-    until = clock.now() + PAGE_SECONDS
+    until = clock.now() + max(PAGE_SECONDS - (clock.used() - began), LEAST_SECONDS)
     sections = [
-        *_systems(examined, choice, diagnostics, until),
-        *_controllers(examined, choice, diagnostics, until),
+        *_sections(examined, choice, diagnostics, until),
         *_runs(loops, choice, diagnostics),
     ]
     show(diagnostics)
@@ -94,70 +95,41 @@ def _known_settings(examined: Examined, loops: list[Loop], choice: Choice) -> No
     assignments(choice.settings, list(dict.fromkeys([*chain.from_iterable(own), *of_loops])), "param")
 
 
-def _systems(examined: Examined, choice: Choice, diagnostics: list[Diagnostic], until: float) -> Iterator[Section]:
-    """Yield the sections of systems, and add what their checks find.
+def _sections(examined: Examined, choice: Choice, diagnostics: list[Diagnostic], until: float) -> Iterator[Section]:
+    """Yield the sections of systems and controllers, and add what their checks find.
 
     Raises:
-        DiagnosticError: For a system with errors, and one that JavaScript cannot compute.
+        DiagnosticError: For a block with errors, and one that JavaScript cannot compute.
     """
-    from fuzzyctl.analysis.check import check_changed
+    from fuzzyctl.analysis import clock
     from fuzzyctl.analysis.prove import CLAIM_SECONDS
+    from fuzzyctl.codegen import javascript_source
     from fuzzyctl.codegen.errors import CodegenError
     from fuzzyctl.codegen.prepare import prepare
-    from fuzzyctl.page.document import require_size, system_section
-    from fuzzyctl.page.proofs import decided
-    from fuzzyctl.page.systems import SystemFacts
+    from fuzzyctl.page.document import require_size, unit_section
+    from fuzzyctl.page.proofs import LEAST_SECONDS, proofs
 
-    for system in examined.systems:
-        if choice.name not in (None, system.name):
+    blocks: tuple[Any, ...] = (*examined.systems, *examined.controllers)
+    of_file: list[Diagnostic] | None = None
+    for block in blocks:
+        if choice.name not in (None, block.name):
             continue
+        own = choice.of_params(block.settable)
+        settings = assignments(own.settings, block.settable, "param")
         try:
-            require_size(system)  # before proofs, which take seconds where there is much to prove
+            for system in block.systems:
+                require_size(system)  # before proofs, which take seconds where there is much to prove
+            changed, quick, found = analysed(examined, block, own, of_file)
+            of_file = None if block.is_function else found
+            with clock.limited(max(until - clock.now(), LEAST_SECONDS)):
+                unit = prepare(changed, examined.source.text, settings=settings)
+            if unit.is_step:
+                javascript_source.require_size(javascript_source.size_of(unit.program))
+            verdicts, rows = proofs(changed, quick, CLAIM_SECONDS, until=until)
+            _add(diagnostics, [*found, *claim_reports(verdicts, found)])
+            yield unit_section(replace(unit, verdicts=verdicts), verdicts, rows)
         except CodegenError as error:
-            raise DiagnosticError([_refused(system.name, system.span, error)]) from None
-        own = choice.of_params(system.settable)
-        checked = check_changed(examined, own.changed(system))
-        if checked.system is None:
-            raise DiagnosticError(checked.diagnostics)
-        verdicts = decided(checked.system, checked.verdicts, CLAIM_SECONDS, until)
-        found = [*checked.diagnostics, *claim_reports(verdicts, checked.diagnostics)]
-        _add(diagnostics, found)
-        settings = assignments(own.settings, [p.name for p in system.params], "param")
-        try:
-            unit = prepare(checked.system, examined.source.text, settings=settings, verdicts=verdicts)
-            yield system_section(SystemFacts(unit, verdicts))
-        except CodegenError as error:
-            raise DiagnosticError([_refused(system.name, system.span, error)]) from None
-
-
-def _controllers(examined: Examined, choice: Choice, diagnostics: list[Diagnostic], until: float) -> Iterator[Section]:
-    """Yield the sections of controllers; see `_systems`."""
-    from fuzzyctl.analysis.check import check_examined
-    from fuzzyctl.analysis.prove import CLAIM_SECONDS
-    from fuzzyctl.codegen.errors import CodegenError
-    from fuzzyctl.codegen.prepare import prepare
-    from fuzzyctl.page.blocks import controller_data
-    from fuzzyctl.page.document import controller_section
-    from fuzzyctl.page.proofs import controller_proofs
-
-    chosen = [c for c in examined.controllers if choice.name in (None, c.name)]
-    if not chosen:
-        return
-    _, found = check_examined(examined, profile=choice.profile)
-    if any(d.stops for d in found):
-        raise DiagnosticError(found)
-    _add(diagnostics, found)
-    for controller in chosen:
-        own = choice.of_params(controller.settable)
-        changed = own.changed(controller)
-        settings = assignments(own.settings, controller.settable, "param")
-        try:
-            unit = prepare(changed, examined.source.text, settings=settings)
-            verdicts, rows = controller_proofs(changed, CLAIM_SECONDS, until)
-            diagnostics += claim_reports(verdicts)
-            yield controller_section(controller_data(unit) | rows, unit)
-        except CodegenError as error:
-            raise DiagnosticError([_refused(controller.name, controller.span, error)]) from None
+            raise DiagnosticError([_refused(block.name, block.span, error)]) from None
 
 
 def _add(diagnostics: list[Diagnostic], found: Iterable[Diagnostic]) -> None:

@@ -9,22 +9,12 @@ from fuzzyctl.kernels.backends.numba.compile_cost import MOST_OPERATIONS, operat
 from fuzzyctl.kernels.inference.defuzzify.defuzzify import closed_form
 from fuzzyctl.kernels.plan.build import Plan, plan
 from fuzzyctl.kernels.program.program import Accumulate, Assign, Between, Fold, Locate, Program
-from fuzzyctl.model.method import MAXIMA, TSUKAMOTO
+from fuzzyctl.model.method import DEFUZZIFIERS, MAXIMA, TSUKAMOTO
 from fuzzyctl.model.system import FuzzySystem
-
-#: What people call the defuzzifiers that look at a set.
-NAMES: Final = {
-    "centroid": "centroid",
-    "bisector": "bisector",
-    "som": "smallest of maxima",
-    "lom": "largest of maxima",
-    "mom": "mean of maxima",
-}
 
 #: What an algorithm does, before the reason for it.
 _BECAUSE: Final = {
     "interpolation": "looks up",
-    "diagonals": "integrates around the rules that act:",
     "active": "averages over the rules that act:",
 }
 
@@ -71,7 +61,7 @@ def _output(flat: Plan, position: int) -> dict[str, Any]:
         terms = [output.terms[e.term] for e in output.implied]
         exact = "in closed form" if output.kind in MAXIMA or closed_form(output, terms) else "by adaptive integrals"
         form = exact if output.resolution is None else f"of {output.resolution} samples"
-        how = f"{NAMES[output.kind]} {form}"
+        how = f"{DEFUZZIFIERS[output.kind].title} {form}"
     return {"name": output.name, "how": how, "reads": [flat.outputs[k].name for k in output.reads]}
 
 

@@ -5,29 +5,29 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Callable
+from dataclasses import replace
 from functools import wraps
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, cast
+from typing import Any, cast
 
 import click
 from click.core import ParameterSource
 
 from fuzzyctl.cli.common import (
     QUIET,
+    STATE,
     SVG_TEXT,
     answers_with_diagnostics,
     assignments,
     outside_range,
     show,
+    state_of,
 )
-from fuzzyctl.cli.loading import Choice, chooses, load_checked, load_checked_block
+from fuzzyctl.cli.loading import Choice, chooses, load_evaluable
 from fuzzyctl.cli.streams import say
 from fuzzyctl.diagnostics.diagnostic import ArgumentError, Diagnostic, DiagnosticError
 from fuzzyctl.diagnostics.suggestions import closest
 from fuzzyctl.plot.axis_choice import chosen_axes
-
-if TYPE_CHECKING:
-    from fuzzyctl.model.block import Block
 
 #: What matplotlib is asked to write.
 SUFFIXES = (".png", ".svg", ".pdf")
@@ -42,6 +42,7 @@ def _options(command: Callable[..., None]) -> Callable[..., None]:
     @click.option(
         "--at", "at", multiple=True, metavar="VAR=VALUE", help="Value of another input.  [default: mid-range]"
     )
+    @STATE
     @click.option("-z", "output", metavar="VAR", help="Output to draw.  [default: the first]")
     @click.option(
         "--resolution", type=click.IntRange(2, 2001), default=121, show_default=True, help="Points along an axis."
@@ -61,7 +62,7 @@ def _options(command: Callable[..., None]) -> Callable[..., None]:
 @click.command("plot-surface")
 @_options
 def plot_surface(**options: Any) -> None:
-    """Draw an output of a system, or of the first step of a controller, over one or two inputs.
+    """Draw an output of a system, or of a step of a controller, over one or two inputs.
 
     \b
     fuzzyctl plot-surface ais_reaction -o f.png
@@ -73,7 +74,11 @@ def plot_surface(**options: Any) -> None:
 
 
 @click.command("plot")
-@click.option("--terms", is_flag=True, help="Draw the terms of all inputs and outputs instead.")
+@click.option(
+    "--terms",
+    is_flag=True,
+    help="Draw the terms of all inputs and outputs instead, of a controller those of its systems.",
+)
 @_options
 def plot(
     terms: bool,
@@ -95,16 +100,19 @@ def plot(
     source = click.get_current_context().get_parameter_source
     given = [name for name in options if source(name) is ParameterSource.COMMANDLINE]
     if given:
-        raise click.UsageError("--terms takes no inputs, output and resolution")
-    system = load_checked(file, choice)
+        raise click.UsageError("--terms takes no inputs, state, output and resolution")
+    block = load_evaluable(file, choice)
+    if not block.all_systems:
+        help_text = "terms are those of the systems that it calls; 'fuzzyctl plot' draws an output"
+        raise DiagnosticError([Diagnostic("FZ503", f"{block.kind} '{block.name}' calls no systems", help=help_text)])
     from fuzzyctl.plot.names import file_part
 
-    target = picture_file(out, f"{file_part(system.name)}-terms.png")
+    target = picture_file(out, f"{file_part(block.name)}-terms.png")
     from fuzzyctl.plot.memberships import draw_terms
     from fuzzyctl.plot.style import saved
 
     with saved(target, svg_text=svg_text) as figure:
-        draw_terms(figure, system)
+        draw_terms(figure, block)
     say(f"wrote {target}")
 
 
@@ -113,17 +121,14 @@ def _draw_surface(
     x: str | None,
     y: str | None,
     at: tuple[str, ...],
+    state: tuple[str, ...],
     output: str | None,
     resolution: int,
     out: str | None,
     svg_text: bool,
     choice: Choice,
 ) -> None:
-    from fuzzyctl.model.controller import Controller
-    from fuzzyctl.model.system import FuzzySystem
-
-    kinds: tuple[type[Block], ...] = (FuzzySystem, Controller)
-    system: Any = load_checked_block(file, choice, *kinds)
+    system = load_evaluable(file, choice)
     inputs = [v.name for v in system.inputs]
     if not inputs:
         help_text = "a plot is over one or two inputs; 'fuzzyctl eval' makes a step"
@@ -153,11 +158,12 @@ def _draw_surface(
 
     try:
         drawn = Sampled.of(system)
+        drawn = replace(drawn, state=state_of(drawn.kernel, state)) if state else drawn
         _ = [drawn.range(axis) for axis in axes]
     except ArgumentError as error:
         raise DiagnosticError([Diagnostic("FZ503", error.args[0])]) from None
     with saved(target, svg_text=svg_text) as figure:
-        draw_surface(figure, system, axes, fixed, chosen, resolution)
+        draw_surface(figure, drawn, axes, fixed, chosen, resolution)
     say(f"wrote {target}")
 
 

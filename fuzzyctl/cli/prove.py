@@ -35,11 +35,11 @@ if TYPE_CHECKING:
 
 @dataclass
 class Proof:
-    """What is proved of a system or a controller.
+    """What is proved of a block.
 
     Args:
         file: The file.
-        block: The system or controller.
+        block: The block.
         claims: How many claims there are.
         verdicts: What is proved of each so far.
     """
@@ -86,9 +86,6 @@ def prove(files: tuple[str, ...], choice: Choice, bounds: bool, timeout: float |
 
         return print_bounds(files[0], choice, 5.0 if timeout is None else timeout, form)
     timeout = 10.0 if timeout is None else timeout
-    from fuzzyctl.model.controller import Controller
-    from fuzzyctl.model.system import FuzzySystem
-
     proofs: list[Proof] = []
     mistakes: list[Diagnostic] = []
     tell = report if form == "text" else None
@@ -100,7 +97,8 @@ def prove(files: tuple[str, ...], choice: Choice, bounds: bool, timeout: float |
                 mistakes.extend(error.diagnostics)
                 continue
             shown = STDIN if file == "-" else file
-            for block in (*opened.of(FuzzySystem), *opened.of(Controller)):
+            claiming = [b for b in opened.blocks if not b.unclaimed]
+            for block in claiming or opened.blocks:
                 proofs.append(Proof(shown, block))
                 _prove(proofs[-1], timeout, tell)
     except KeyboardInterrupt:
@@ -120,7 +118,7 @@ def prove(files: tuple[str, ...], choice: Choice, bounds: bool, timeout: float |
 
 
 def _opened(file: str, choice: Choice) -> Opened:
-    """Return the systems and controllers of a file, or the one named; undecided coverage is printed.
+    """Return the blocks of a file, or the one named; undecided coverage is printed.
 
     Raises:
         DiagnosticError: With the mistakes of the file.
@@ -141,6 +139,10 @@ def _prove(proof: Proof, timeout: float, tell: Callable[[str], None] | None) -> 
     """Prove the claims of a block; report each as soon as it is settled."""
     from fuzzyctl.analysis.prove import prover_of
 
+    if proof.block.unclaimed:
+        if tell is not None:
+            tell(f"{proof.file}: {proof.block.name}: no guarantees; {proof.block.unclaimed}")
+        return
     prover = prover_of(proof.block, timeout)
     proof.claims = len(prover.own)
     if tell is not None and not proof.claims:

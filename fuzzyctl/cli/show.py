@@ -58,8 +58,9 @@ def show_system(
     opened = open_blocks(file, choice)
     systems = opened.of(FuzzySystem)
     if only_plan:
-        systems = systems or [open_block(file, choice.name, FuzzySystem, examined=opened.file)[0]]
-        return _show_plan(systems, algorithm, form)
+        called = systems or [s for block in opened.blocks for s in block.all_systems if choice.name is not None]
+        called = called or [open_block(file, choice.name, FuzzySystem, examined=opened.file)[0]]
+        return _show_plan(called, algorithm, form)
     pages = [summary(system) for system in systems]
     others: list[dict[str, Any]] = []
     if len(opened.blocks) > len(systems):

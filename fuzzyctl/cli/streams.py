@@ -103,6 +103,8 @@ class Program(click.Group):
             result = super().invoke(ctx)
         except click.ClickException as error:
             error.message = _lines(error.message)  # type: ignore[misc]  # final in its annotation only
+            if isinstance(error, click.NoSuchOption) and error.option_name == "--system":
+                error.possibilities = ["--block"]  # type: ignore[misc]  # the option of earlier versions
             raise
         except KeyboardInterrupt:
             say("interrupted", err=True)

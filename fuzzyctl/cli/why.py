@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
@@ -20,12 +20,11 @@ from fuzzyctl.cli.common import (
     show,
     state_of,
 )
-from fuzzyctl.cli.loading import Choice, chooses, load_checked_block
+from fuzzyctl.cli.loading import Choice, chooses, load_evaluable
 from fuzzyctl.cli.streams import say, write_json
 
 if TYPE_CHECKING:
     from fuzzyctl.explain.trace import Trace
-    from fuzzyctl.model.block import Block
     from fuzzyctl.model.system import FuzzySystem
 
 
@@ -65,17 +64,14 @@ def why(
     from fuzzyctl.explain.block_trace import BlockTrace, trace_block
     from fuzzyctl.explain.trace import Trace, trace
     from fuzzyctl.kernels.compile import compile
-    from fuzzyctl.model.controller import Controller
-    from fuzzyctl.model.system import FuzzySystem
 
-    kinds: tuple[type[Block], ...] = (FuzzySystem, Controller)
-    block: Any = load_checked_block(file, choice, *kinds)
+    block = load_evaluable(file, choice)
     if out is not None and block.kind != "system":
         raise click.UsageError("-o draws the rules of a system; name one with --block")
     given = point_of(block, values, "why")
-    before = state_of(compile(block, "python"), state) if state else {}
+    before = state_of(compile(block, "python"), state) if state else None
     if block.kind == "system":
-        found: Trace | BlockTrace = trace(block, given, list(before.values()) or None)
+        found: Trace | BlockTrace = trace(block, given, None if before is None else list(before.values()))
     else:
         found = trace_block(block, given, before)
     warnings = outside_range(block, given)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from fuzzyctl.codegen.javascript_source import JavaScriptLayout
 from fuzzyctl.codegen.javascript_text import DIALECT, block, file_text, helpers, tables, value_text
@@ -14,6 +14,7 @@ from fuzzyctl.expr import Expr, Name, replace_names
 from fuzzyctl.formulas import aggregation, conjunction
 from fuzzyctl.kernels.inference import inference
 from fuzzyctl.kernels.plan.build import SetPlan
+from fuzzyctl.kernels.plan.sets import ITSELF
 from fuzzyctl.kernels.program.builder import Builder, clip
 from fuzzyctl.kernels.program.printer import INDENT
 from fuzzyctl.kernels.program.program import Program
@@ -80,7 +81,13 @@ def _values(unit: Unit, expressions: Sequence[Expr]) -> Program:
 
 def _degrees(sets: Sequence[SetPlan]) -> Program:
     builder, x = Builder(), Name("x")
-    return lean(builder.program([x], [builder.let(own.degree(x)) for own in sets]))
+    degrees = []
+    for own in sets:
+        degree = builder.let(replace(own, changes=()).degree(x))
+        for change in own.changes:  # each names the degree more than once: 90 of them would double it 90 times
+            degree = builder.let(replace_names(change, {ITSELF: degree}))
+        degrees.append(degree)
+    return lean(builder.program([x], degrees))
 
 
 def _norm(value: Expr) -> Program:

@@ -104,7 +104,7 @@ def _helpers(used: set[str]) -> Iterator[str]:
     unknown = wanted - set(FUNCTIONS)
     if unknown:
         raise CodegenError(f"the function {min(unknown)!r} has no text in Python")
-    wanted |= ({"divide"} if "power" in wanted else set()) | ({"decay"} if "exp" in wanted else set())
+    wanted |= {"divide"} if "power" in wanted else set()
     for name in sorted(wanted - {"abs"}):
         yield (
             _plain(FUNCTIONS[name]) if isfunction(FUNCTIONS[name]) else f"\n{name} = math.{FUNCTIONS[name].__name__}\n"

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Final, Literal
+from typing import Final, Literal, cast
 
 from fuzzyctl.analysis.bounds import OutputBound
 from fuzzyctl.analysis.verdicts import Verdict
@@ -119,14 +119,12 @@ class Unit:
     @property
     def controller(self) -> Controller:
         """The controller that is written."""
-        assert isinstance(self.block, Controller), "a system is no controller"
-        return self.block
+        return cast("Controller", self.block)
 
     @property
     def equations(self) -> Equations:
         """What the controller computes."""
-        assert self.step is not None, "a system has no equations"
-        return self.step
+        return cast("Equations", self.step)
 
     @property
     def algorithm(self) -> Algorithm:

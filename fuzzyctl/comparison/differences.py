@@ -1,16 +1,17 @@
-"""Differences between the outputs of two systems: mean, largest, and where."""
+"""Differences between the outputs of two blocks: mean, largest, and where."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from fuzzyctl.comparison.points import common_points
 from fuzzyctl.diagnostics.diagnostic import ArgumentError
 from fuzzyctl.kernels.compile import compile as compile_system
 from fuzzyctl.kernels.kernel import Kernel
+from fuzzyctl.model.block import Block
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.support import arguments
 
@@ -37,11 +38,11 @@ Progress = Callable[[str], None]
 
 @dataclass(frozen=True)
 class Place:
-    """A point, and what two systems say of an output there.
+    """A point, and what two blocks say of an output there.
 
     Args:
-        point: The inputs of the first system by name.
-        first: What the first system says; NaN for nothing.
+        point: The inputs of the first block by name.
+        first: What the first block says; NaN for nothing.
         second: What the second says.
     """
 
@@ -52,18 +53,18 @@ class Place:
 
 @dataclass(frozen=True)
 class Difference:
-    """How far one output of two systems is apart.
+    """How far one output of two blocks is apart.
 
     Args:
-        output: Its name in the first system.
+        output: Its name in the first block, `next NAME` for the next value of a state.
         largest: The largest difference found where both have a value; infinite where one of the values is, or where at
             each point only one has a value.
-        point: Where it is: the inputs of the first system by name.
-        first: What the first system says there; NaN for nothing.
+        point: Where it is: the inputs of the first block by name.
+        first: What the first block says there; NaN for nothing.
         second: What the second says there.
         mean: The mean difference over all points where both have a value.
         points: How many points were compared.
-        one_sided: At how many of them only one system has a value.
+        one_sided: At how many of them only one block has a value.
         gap: The first of these; None where there is none.
     """
 
@@ -88,38 +89,46 @@ class Difference:
 
 
 def differences(
-    a: FuzzySystem, b: FuzzySystem, *, points: int = POINTS, seed: int = 0, progress: Progress | None = None
+    a: Block,
+    b: Block,
+    *,
+    points: int = POINTS,
+    seed: int = 0,
+    progress: Progress | None = None,
+    states: Sequence[Sequence[float] | None] = (None, None),
 ) -> tuple[Difference, ...]:
-    """Evaluate two systems at the same points.
+    """Evaluate two systems, or one step of two controllers, at the same points.
 
     Corners of all terms, an even grid and random points are compared; around the worst of them it is looked for a
     worse one. Where no rule fires and a system says `else error`, it has no value; adaptive outputs, and those that
-    hold their previous value, are evaluated with their initial state at each point.
+    hold their previous value, are evaluated with the same state at each point, as each step of a controller is.
 
     Args:
-        a: The first system.
+        a: The first system or controller.
         b: The second one, with the same inputs and outputs: by name, those of other names in order.
         points: How many points to compare.
         seed: For those at random.
         progress: Called now and then.
+        states: The state of each; None for that of the start.
 
     Returns:
-        One difference for each output of the first system.
+        One difference for each output of the first block, then for the next value of each state that both have.
 
     Raises:
-        ArgumentError: For systems whose inputs or outputs cannot be paired.
+        ArgumentError: For blocks whose inputs or outputs cannot be paired, an input without a finite range, and a
+            controller whose steps depend on a time that it does not declare.
     """
-    for system in (a, b):
-        arguments.instance("what is compared", FuzzySystem, "a FuzzySystem", system)
+    for block in (a, b):
+        arguments.instance("what is compared", Block, "a FuzzySystem or a Controller", block)
     inputs, outputs = pairing(a, b)
     where = common_points(a, b, inputs, points, seed)
-    pair = _Pair(a, b, inputs, outputs, progress)
+    pair = _Pair(a, b, inputs, outputs, states, progress)
     first, second = pair.values(where)
-    return tuple(_difference(pair, where, (first[:, k], second[:, k]), k, seed) for k in range(len(a.outputs)))
+    return tuple(_difference(pair, where, (first[:, k], second[:, k]), k, seed) for k in range(first.shape[1]))
 
 
-def pairing(a: FuzzySystem, b: FuzzySystem) -> tuple[list[int], list[int]]:
-    """Return for each input and output of the first system its position in the second.
+def pairing(a: Block, b: Block) -> tuple[list[int], list[int]]:
+    """Return for each input and output of the first block its position in the second one.
 
     Raises:
         ArgumentError: Where names differ and numbers too.
@@ -131,29 +140,38 @@ def pairing(a: FuzzySystem, b: FuzzySystem) -> tuple[list[int], list[int]]:
 
 def _positions(what: str, own: list[str], other: list[str]) -> list[int]:
     if len(own) != len(other):
-        message = f"the systems have different {what}s: {', '.join(own)} and {', '.join(other)}"
+        message = f"the blocks have different {what}s: {', '.join(own)} and {', '.join(other)}"
         raise ArgumentError(message)
     unnamed = (k for k, name in enumerate(other) if name not in own)
     return [other.index(name) if name in other else next(unnamed) for name in own]
 
 
 class _Pair:
-    """Both systems compiled, evaluated at the points of the first."""
+    """Both blocks compiled, evaluated at the points of the first."""
 
     def __init__(
         self,
-        a: FuzzySystem,
-        b: FuzzySystem,
+        a: Block,
+        b: Block,
         inputs: list[int],
         outputs: list[int],
+        states: Sequence[Sequence[float] | None],
         progress: Progress | None,
     ) -> None:
         import numpy as np
 
-        self.a, self.names, self.outputs = a, [v.name for v in a.inputs], outputs
+        self.names = [v.name for v in a.inputs]
         self.columns = list(np.argsort(inputs))
         self.progress = progress
-        self.kernels = [compile_system(quiet(s), backend="numpy") for s in (a, b)]
+        self.kernels, self.states = [_compiled(block) for block in (a, b)], states
+        first, second = (k.state_names if k.form.moves else () for k in self.kernels)
+        kept = [(k, second.index(name)) for k, name in enumerate(first) if name in second]
+        self.results = [*(o.name for o in a.outputs), *(f"next {first[k]}" for k, _ in kept)]
+        #: The columns of the results of each that are compared.
+        self.chosen = [
+            [*range(len(outputs)), *(len(outputs) + k for k, _ in kept)],
+            [*outputs, *(len(outputs) + k for _, k in kept)],
+        ]
 
     def point(self, at: FloatArray) -> dict[str, float]:
         return dict(zip(self.names, map(float, at), strict=True))
@@ -172,16 +190,33 @@ class _Pair:
         return first, second
 
     def _values(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
-        first, second = self.kernels
-        return _batch(first, points), _batch(second, points[:, self.columns])[:, self.outputs]
+        ordered = (points, points[:, self.columns])
+        first, second = (
+            _batch(kernel, own, state)[:, chosen]
+            for kernel, own, state, chosen in zip(self.kernels, ordered, self.states, self.chosen, strict=True)
+        )
+        return first, second
 
 
-def _batch(kernel: Kernel, points: FloatArray) -> FloatArray:
-    """Return all outputs of a kernel at points, shape (n, outputs)."""
+def _compiled(block: Any) -> Kernel:
+    """Return the kernel of a block that has no value where it would raise.
+
+    Raises:
+        ArgumentError: For a controller whose steps depend on a time that it does not declare.
+    """
+    kernel: Kernel = compile_system(block.with_systems(quiet), backend="numpy")
+    if kernel.form.needs_time:
+        raise ArgumentError(f"controller '{block.name}' has no 'every' line: its outputs depend on 'dt', too")
+    return kernel
+
+
+def _batch(kernel: Kernel, points: FloatArray, state: Sequence[float] | None = None) -> FloatArray:
+    """Return all outputs of a kernel at points, shape (n, outputs), of a controller with its next states."""
     import numpy as np
 
-    results = np.asarray(kernel.batch(np.ascontiguousarray(points)))
-    return results.reshape(len(points), -1)
+    found = kernel.batch(np.ascontiguousarray(points), state)
+    parts = found if kernel.form.moves else (found,)
+    return np.concatenate([np.asarray(part).reshape(len(points), -1) for part in parts], axis=1)
 
 
 def quiet(system: FuzzySystem) -> FuzzySystem:
@@ -213,11 +248,11 @@ def _difference(
     both = np.isfinite(distance)
     worst = _worst(first, second)
     at, one, other = points[worst], float(first[worst]), float(second[worst])
-    if 0.0 < distance[worst] < np.inf:
+    if 0.0 < distance[worst] < np.inf and points.shape[1]:
         at, one, other = _refined(pair, points, at, output, seed)
     gap = int(np.argmax(lonely))
     return Difference(
-        output=pair.a.outputs[output].name,
+        output=pair.results[output],
         largest=float(apart(np.array([one]), np.array([other]))[0]),
         point=pair.point(at),
         first=one,
@@ -248,7 +283,7 @@ def _refined(
     size = (high - low) / max(2.0, len(points) ** (1.0 / points.shape[1]))
     for k in range(ROUNDS):
         if pair.progress is not None:
-            pair.progress(f"looking for where {pair.a.outputs[output].name} differs most: {100 * k // ROUNDS} %")
+            pair.progress(f"looking for where {pair.results[output]} differs most: {100 * k // ROUNDS} %")
         near = np.clip(at + size * rng.uniform(-1.0, 1.0, (AROUND, points.shape[1])), low, high)
         near[0] = at
         first, second = (values[:, output] for values in pair.values(near))

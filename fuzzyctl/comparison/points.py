@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
+from fuzzyctl.diagnostics.diagnostic import ArgumentError
 from fuzzyctl.expr import ExprError
 from fuzzyctl.formulas import MEMBERSHIP
-from fuzzyctl.model.system import FuzzySystem
-from fuzzyctl.model.variable import Input
+from fuzzyctl.model.block import Block
 
 if TYPE_CHECKING:
     import numpy as np
@@ -21,21 +21,26 @@ if TYPE_CHECKING:
 EVEN: Final = 0.5
 
 
-def common_points(a: FuzzySystem, b: FuzzySystem, order: Sequence[int], count: int, seed: int) -> FloatArray:
-    """Return points of the joint input range of two systems.
+def common_points(a: Block, b: Block, order: Sequence[int], count: int, seed: int) -> FloatArray:
+    """Return points of the joint input range of two blocks.
 
     Args:
-        a: The first system, in whose order of inputs the points are.
-        b: The second system.
+        a: The first block, in whose order of inputs the points are.
+        b: The second block.
         order: For each input of the first the position of the same input in the second.
         count: How many, about.
         seed: For those at random.
 
     Returns:
         Shape (n, inputs), n at most `count`; the corners of all terms are among them where there is room.
+
+    Raises:
+        ArgumentError: For an input without a finite range.
     """
     import numpy as np
 
+    if not a.inputs:
+        return np.empty((1, 0))
     ranges = [_range(a, b, v, b.inputs[order[i]]) for i, v in enumerate(a.inputs)]
     low, high = np.array(ranges).T
     axes = [
@@ -66,11 +71,15 @@ def _axis(low: float, high: float, corners: Sequence[float], room: int) -> Float
     return np.unique(np.concatenate([inside, np.linspace(low, high, room - len(inside) + 2)]))
 
 
-def _range(a: FuzzySystem, b: FuzzySystem, v: Input, w: Input) -> tuple[float, float]:
-    return min(a.number(v.lower), b.number(w.lower)), max(a.number(v.upper), b.number(w.upper))
+def _range(a: Block, b: Block, v: Any, w: Any) -> tuple[float, float]:
+    (low, high), (lower, upper) = a.range_of(v), b.range_of(w)
+    low, high = min(low, lower), max(high, upper)
+    if not (math.isfinite(low) and math.isfinite(high)):
+        raise ArgumentError(f"input '{v.name}' has no finite range to compare over")
+    return low, high
 
 
-def _corners(system: FuzzySystem, variable: Input) -> list[float]:
+def _corners(system: Block, variable: Any) -> list[float]:
     """Return where the formulas of an input's terms change, and their peaks."""
     corners: list[float] = []
     for term in variable.terms:

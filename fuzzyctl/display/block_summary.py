@@ -35,7 +35,7 @@ def block_summary(block: EquationBlock) -> dict[str, Any]:
             for p in block.params
         ],
     }
-    if block.kind == "controller":
+    if block.is_sampled:
         data["period"] = number(block.period)
     if isinstance(block, Loop):
         data |= {"duration": number(block.duration), "step": number(block.step)}

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from typing import Final
 from xml.sax.saxutils import escape
 
+from fuzzyctl.formulas import is_number
 from fuzzyctl.kernels.compile import degree_function
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import LinguisticVariable, Term
@@ -48,7 +49,7 @@ def _line(
     """Return the points of a term's line in the picture."""
     scale = (_WIDTH - 2) / (ends[1] - ends[0])
     base, height = _HEIGHT - _MARGIN, _HEIGHT - _MARGIN - 4
-    if term.membership.kind in ("singleton", "constant"):
+    if is_number(term.membership.kind):
         at = 1 + (system.number(term.membership.arguments[0]) - ends[0]) * scale
         return f"{at:.1f},{base} {at:.1f},{base - height * system.number(term.membership.height):.1f}"
     degree = degree_function(system, variable, term)

@@ -11,6 +11,7 @@ from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.editor.document import Document
 from fuzzyctl.lang import syntax as sx
 from fuzzyctl.lang.edits import masked
+from fuzzyctl.lang.tokens import tokens
 
 #: What parts the names of a declaration from its range and its clauses.
 _RANGE: Final = re.compile(r"\s+in\s*\[")
@@ -50,7 +51,7 @@ def _terms(document: Document, s: sx.Variable) -> list[list[str]]:
     """Return the words of the term lines; nothing where these cannot be moved."""
     if not s.terms or s.incomplete or s.value is not None or "#" in _below(document, s).text:
         return []
-    return [re.findall(r"\w+|\S", line.span.text) for line in s.terms]
+    return [[t.text for t in tokens(line.span.text) if t.kind != "blank"] for line in s.terms]
 
 
 def _below(document: Document, s: sx.Variable) -> Span:

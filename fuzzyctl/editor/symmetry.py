@@ -12,7 +12,7 @@ from typing import Final
 from fuzzyctl.diagnostics.fixes import Replacement
 from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.expr import Name
-from fuzzyctl.formulas import MEMBERSHIP
+from fuzzyctl.formulas import MEMBERSHIP, is_number
 from fuzzyctl.kernels.plan.build import planned_set
 from fuzzyctl.kernels.program.scalar import scalar_function
 from fuzzyctl.lang import syntax as sx
@@ -25,8 +25,6 @@ Mirror = Mapping[str, str]
 _ROUNDING: Final = 1e-9
 #: A cell: characters that are no blanks, and blanks within brackets, which may be nested once.
 _CELL: Final = re.compile(r"(?:\[[^\]]*\]|\((?:[^()]|\([^()]*\))*\)|[^\s\[(])+")
-#: The consequents that are a number.
-_NUMBERS: Final = ("singleton", "constant")
 
 
 def mirror_of(system: FuzzySystem, variable: LinguisticVariable) -> Mirror | None:
@@ -52,7 +50,7 @@ _Shape = list[tuple[float, float]]
 def _shape(system: FuzzySystem, variable: LinguisticVariable, term: Term, low: float, high: float) -> _Shape | None:
     """Return what tells a term from others: its degrees at the places where it bends, and halfway between them."""
     own = term.membership
-    if own.kind in _NUMBERS:
+    if is_number(own.kind):
         return [((system.number(own.arguments[0]) - low) / (high - low), system.number(own.height))]
     planned = planned_set(system, variable, term) if own.kind in MEMBERSHIP else None
     if planned is None:

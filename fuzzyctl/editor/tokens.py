@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Final
@@ -13,7 +12,8 @@ from fuzzyctl.editor.symbols import Symbol
 from fuzzyctl.editor.words import called
 from fuzzyctl.lang.highlight import CLAUSES
 from fuzzyctl.lang.lines import LogicalLine
-from fuzzyctl.lang.syntax import NAME
+from fuzzyctl.lang.tokens import Token as Piece
+from fuzzyctl.lang.tokens import tokens as pieces
 from fuzzyctl.resolve.settings import SETTINGS
 
 #: Kinds of tokens by their names in the protocol; a token's number there is its position here.
@@ -35,9 +35,8 @@ _OF_SYMBOLS: Final = {
     "input": "parameter",
     "term": "enumMember",
 }
-_PIECE: Final = re.compile(
-    rf'(?P<comment>#[^\n]*)|(?P<string>"[^"\n]*"?)|(?P<name>{NAME})|(?P<number>(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)'
-)
+#: Kinds of tokens that need no names to be known, by their kinds in texts.
+_ALWAYS: Final = {"comment": "comment", "text": "string", "number": "number"}
 _WORDS: Final = frozenset(CLAUSES)
 
 
@@ -62,20 +61,16 @@ def tokens(document: Document, start: int = 0, end: int | None = None) -> Iterat
     names = {span.start: (span, s) for span, s in document.symbols.uses if span.source.name == source.name}
     lines = iter([*document.lines, LogicalLine(len(text), len(text), "", "blank", "")])
     line, following = next(lines), None
-    for m in _PIECE.finditer(text, start, len(text) if end is None else end):
-        while following is None or following.start <= m.start():
+    for piece in pieces(text, start, end):
+        while following is None or following.start <= piece.start:
             line, following = following or line, next(lines, None)
             if following is None:
                 break
-        span = Span(source, *m.span())
-        if m.lastgroup != "name":
-            yield Token(span, m.lastgroup or "")
-        elif m.start() in names:
-            yield _named(*names[m.start()])
-        else:
-            kind = _word(text, line, m)
-            if kind:
-                yield Token(span, kind)
+        kind = _ALWAYS.get(piece.kind, "")
+        if piece.kind == "name" and piece.start in names:
+            yield _named(*names[piece.start])
+        elif kind := kind or (_word(text, line, piece) if piece.kind == "name" else ""):
+            yield Token(Span(source, piece.start, piece.end), kind)
 
 
 def _named(span: Span, symbol: Symbol) -> Token:
@@ -87,13 +82,13 @@ def _named(span: Span, symbol: Symbol) -> Token:
     return Token(span, _OF_SYMBOLS.get(symbol.kind, "variable"), tuple(found))
 
 
-def _word(text: str, line: LogicalLine, m: re.Match[str]) -> str:
+def _word(text: str, line: LogicalLine, piece: Piece) -> str:
     """Return what a word is that names nothing; an empty text for what is not known."""
-    word = m[0]
-    begins = not text[line.start : m.start()].strip()
+    word = piece.text
+    begins = not text[line.start : piece.start].strip()
     if begins and word == line.word and line.kind in ("statement", "block_statement"):
         return "keyword"
-    if text[m.end() : m.end() + 8].lstrip(" \t").startswith("(") and word in called(line.in_block):
+    if text[piece.end : piece.end + 8].lstrip(" \t").startswith("(") and word in called(line.in_block):
         return "function"
     if word in _WORDS or (word == "x" and line.word == "table"):
         return "keyword"

@@ -10,7 +10,7 @@ from typing import Final
 
 from fuzzyctl import expr as ex
 from fuzzyctl.formulas import MEMBERSHIP
-from fuzzyctl.formulas.hedges import HEDGE_SUMMARIES, HEDGES
+from fuzzyctl.formulas.hedges import HEDGES
 from fuzzyctl.lang.mistakes import BLOCK_FORMS, FORMS, LET_FORM
 from fuzzyctl.lang.syntax import BLOCKS, NAME, STATEMENT_KEYWORDS
 from fuzzyctl.model.measures import MEASURES
@@ -168,8 +168,8 @@ def snippet(word: LanguageWord) -> str:
 
 def hedges() -> Iterator[LanguageWord]:
     """Yield the hedges that need no declaration."""
-    for name in HEDGES:
-        yield LanguageWord(name, "hedge", f"VARIABLE is {name} TERM", f"of a degree x: {HEDGE_SUMMARIES[name]}")
+    for name, hedge in HEDGES.items():
+        yield LanguageWord(name, "hedge", f"VARIABLE is {name} TERM", f"of a degree x: {hedge.summary}")
 
 
 @cache

@@ -118,11 +118,11 @@ def trace_block(
     Args:
         controller: A well-formed controller.
         values: A number for every input, and `dt` [s] for a controller whose steps depend on it.
-        state: The states before the step that are not those of the start, by name.
+        state: The numbers of the state before the step by name; None for those of the start.
 
     Raises:
-        UnknownNameError: For a name that is no input or no state.
-        ArgumentError: When an input is missing or no number.
+        UnknownNameError: For a name that is no input.
+        ArgumentError: When an input is missing or no number, and for a state of other names.
         ValueOutOfBoundsError: For a `dt` that is not positive and finite.
         NoRuleFiresError: Where no rule of a system fires whose output says `else error`.
     """
@@ -136,9 +136,10 @@ def trace_block(
     if missing:
         raise ArgumentError(f"a value is missing for: {', '.join(missing)}")
     point = {n: input_number(n, values[n]) for n in names}
-    before = state_of(kernel, state)
+    start = dict(zip(kernel.state_names, kernel.start().tolist(), strict=True))
+    before = start if state is None else {n: input_number(n, x) for n, x in state.items()}
     inputs = [point[n] for n in kernel.input_names]
-    found, after = kernel(*inputs, list(before.values()), dt=point.get(DT))
+    found, after = kernel(*inputs, before or [], dt=point.get(DT))
     results = (found,) if len(kernel.output_names) == 1 else tuple(found)
     known = {**point, **before}
     known.setdefault(DT, 1.0 if kernel.period is None else kernel.period)
@@ -167,21 +168,6 @@ def trace_block(
         outputs=dict(zip(kernel.output_names, results, strict=True)),
         next_state=dict(zip(kernel.state_names, after.tolist(), strict=True)),
     )
-
-
-def state_of(kernel: Kernel, changed: Mapping[str, float] | None) -> dict[str, float]:
-    """Return the state to begin with by name, some of its entries changed.
-
-    Raises:
-        UnknownNameError: For a name of no state.
-        ArgumentError: For what is no number.
-    """
-    before = dict(zip(kernel.state_names, kernel.start().tolist(), strict=True))
-    for name, value in (changed or {}).items():
-        if name not in before:
-            raise UnknownNameError("state", name, kernel.state_names)
-        before[name] = input_number(name, value)
-    return before
 
 
 def _value(expr: Expr, known: Mapping[str, float]) -> float:

@@ -6,10 +6,10 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable
-from typing import Final
 
-from fuzzyctl.formulas.formula import MembershipFormula, Parameters, Vertex
-from fuzzyctl.formulas.hedges import HEDGE_SUMMARIES, HEDGES, Hedge, hedge, inverse_hedge
+from fuzzyctl.expr import Expr
+from fuzzyctl.formulas.formula import Cut, MembershipFormula, Parameters, Vertex
+from fuzzyctl.formulas.hedges import HEDGES, HedgeFormula, hedge, inverse_hedge
 from fuzzyctl.formulas.memberships import MEMBERSHIP, VARIANTS, formula_of
 from fuzzyctl.formulas.norms import (
     AGGREGATIONS,
@@ -28,21 +28,18 @@ __all__ = [
     "AGGREGATIONS",
     "CONJUNCTIONS",
     "DISJUNCTIONS",
-    "EXACT_AGGREGATIONS",
-    "EXACT_IMPLICATIONS",
-    "FINITE",
     "HEDGES",
-    "HEDGE_SUMMARIES",
     "IMPLICATIONS",
-    "INVERTIBLE",
     "MEMBERSHIP",
     "VARIANTS",
-    "Hedge",
+    "Cut",
+    "HedgeFormula",
     "MembershipFormula",
     "Norm",
     "Parameters",
     "Vertex",
     "aggregation",
+    "alpha_cut",
     "conjunction",
     "disjunction",
     "exact_centroid_possible",
@@ -52,35 +49,38 @@ __all__ = [
     "hedge",
     "held",
     "inverse_hedge",
+    "is_endless",
     "is_monotone",
+    "is_number",
+    "is_straight",
     "one_minus",
-    "piecewise_linear",
 ]
 
-#: Implications and aggregations for which the centroid of piecewise-linear sets has a closed form.
-EXACT_IMPLICATIONS: Final = ("min", "product")
-EXACT_AGGREGATIONS: Final = ("max", "sum")
 
-
-def piecewise_linear(kind: str) -> bool:
+def is_straight(kind: str) -> bool:
     """Return whether terms of a kind have straight sides and an area, so that they may have an exact centroid."""
+    return kind in MEMBERSHIP and MEMBERSHIP[kind].straight
+
+
+def is_endless(kind: str) -> bool:
+    """Return whether the degree of a kind changes up to infinity on one side at least."""
+    return kind in MEMBERSHIP and MEMBERSHIP[kind].endless
+
+
+def is_number(kind: str) -> bool:
+    """Return whether a kind is a consequent without an area: a singleton or a constant."""
+    return kind in MEMBERSHIP and not MEMBERSHIP[kind].fuzzy
+
+
+def alpha_cut(kind: str, degree: Expr, parameters: Parameters) -> Cut | None:
+    """Return where a term has at least some degree, infinite where that has no end; None if unknown."""
     formula = MEMBERSHIP.get(kind)
-    return formula is not None and formula.fuzzy and kind in _STRAIGHT
-
-
-_STRAIGHT: Final = ("triangle", "trapezoid", "rectangle", "ramp", "piecewise")
-
-
-#: Curved kinds that are 0 beyond their feet.
-FINITE: Final = ("s_shape", "z_shape", "pi_shape", "cosine", "arc", "semi_ellipse")
-
-#: Curved kinds whose alpha-cuts are known in closed form.
-INVERTIBLE: Final = ("gaussian", "gaussian2", "bell", "sigmoid", "spike", "concave", *FINITE)
+    return formula.cut(degree, parameters) if formula is not None and formula.cut is not None else None
 
 
 def exact_norms(implication: str, aggregation: str) -> bool:
     """Return whether sets with straight sides stay such sets, so that they have closed forms."""
-    return implication in EXACT_IMPLICATIONS and aggregation in EXACT_AGGREGATIONS
+    return IMPLICATIONS[implication].straight and AGGREGATIONS[aggregation].straight
 
 
 def exact_maxima_possible(kinds: Iterable[str], implications: Collection[str], aggregation: str) -> bool:
@@ -88,9 +88,9 @@ def exact_maxima_possible(kinds: Iterable[str], implications: Collection[str], a
     own = set(kinds)
     if not all(exact_norms(implication, aggregation) for implication in implications):
         return False
-    if all(map(piecewise_linear, own)) and len(set(implications)) == 1:
+    if all(map(is_straight, own)) and len(set(implications)) == 1:
         return True
-    return aggregation == "max" and all(k in INVERTIBLE or (piecewise_linear(k) and k != "piecewise") for k in own)
+    return aggregation == "max" and all(k in MEMBERSHIP and MEMBERSHIP[k].cut is not None for k in own)
 
 
 def exact_centroid_possible(kind: str, implication: str, aggregation: str) -> bool:
@@ -98,7 +98,7 @@ def exact_centroid_possible(kind: str, implication: str, aggregation: str) -> bo
 
     Elsewhere a centroid needs a resolution.
     """
-    return piecewise_linear(kind) and implication in EXACT_IMPLICATIONS and aggregation in EXACT_AGGREGATIONS
+    return is_straight(kind) and exact_norms(implication, aggregation)
 
 
 def is_monotone(kind: str, parameters: Parameters) -> bool:

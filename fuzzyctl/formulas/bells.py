@@ -5,10 +5,14 @@ from __future__ import annotations
 import math
 from typing import Final
 
-from fuzzyctl.expr import ONE, ZERO, Call, Compare, Expr, Number, Where
-from fuzzyctl.formulas.formula import MembershipFormula, Parameters
+from fuzzyctl.expr import ONE, ZERO, Call, Compare, Expr, Number, Where, minus, times
+from fuzzyctl.formulas.formula import Cut, MembershipFormula, Parameters
 from fuzzyctl.formulas.mistakes import positive
-from fuzzyctl.formulas.shared import first, is_infinite, scaled, square
+from fuzzyctl.formulas.shared import around, first, is_infinite, scaled, square
+
+#: Deviations at which a Gaussian ends where a file gives no range, and the odds at which a bell does.
+_DEVIATIONS: Final = 4.0
+_ODDS: Final = 999.0
 
 
 def _gaussian_degree(x: Expr, p: Parameters) -> Expr:
@@ -69,6 +73,31 @@ def _bell_degree(x: Expr, p: Parameters) -> Expr:
     return 1.0 / (1.0 + distance ** (2.0 * p[2]))
 
 
+def _spread(sigma: float, degree: Expr) -> Expr:
+    return times(Number(sigma), Call("sqrt", (times(Number(-2.0), Call("log", (degree,))),)))
+
+
+def _gaussian_cut(degree: Expr, p: Parameters) -> Cut:
+    return around(p[0], _spread(p[1], degree), p[0], _spread(p[1], degree))
+
+
+def _gaussian2_cut(degree: Expr, p: Parameters) -> Cut | None:
+    return around(p[0], _spread(p[1], degree), p[2], _spread(p[3], degree)) if p[0] <= p[2] else None
+
+
+def _bell_cut(degree: Expr, p: Parameters) -> Cut:
+    reach = times(Number(p[1]), (minus(ONE, degree) / degree) ** (0.5 / p[2]))
+    return around(p[0], reach, p[0], reach)
+
+
+def _bell_extent(p: Parameters) -> tuple[float, float]:
+    try:
+        reach = _ODDS ** (1.0 / (2.0 * p[2])) * abs(p[1])
+    except (ZeroDivisionError, OverflowError):
+        reach = abs(p[1])
+    return p[0] - reach, p[0] + reach
+
+
 BELLS: Final[tuple[MembershipFormula, ...]] = (
     MembershipFormula(
         name="gaussian",
@@ -78,6 +107,12 @@ BELLS: Final[tuple[MembershipFormula, ...]] = (
         mistake=positive(sigma=1),
         core=first,
         pieces=lambda p: p[:1],
+        peaked=True,
+        continuous=True,
+        endless=True,
+        cut=_gaussian_cut,
+        scales=lambda p: ((p[0], p[1], "normal"),),
+        extent=lambda p: (p[0] - _DEVIATIONS * p[1], p[0] + _DEVIATIONS * p[1]),
     ),
     MembershipFormula(
         name="gaussian2",
@@ -90,6 +125,11 @@ BELLS: Final[tuple[MembershipFormula, ...]] = (
         inverse=_gaussian2_inverse,
         infinite=frozenset({"mean_left", "mean_right"}),
         pieces=lambda p: (p[0], p[2]),
+        continuous=True,
+        endless=True,
+        cut=_gaussian2_cut,
+        scales=lambda p: ((p[0], p[1], "normal"), (p[2], p[3], "normal")),
+        extent=lambda p: (p[0] - _DEVIATIONS * p[1], p[2] + _DEVIATIONS * p[3]),
     ),
     MembershipFormula(
         name="bell",
@@ -99,5 +139,11 @@ BELLS: Final[tuple[MembershipFormula, ...]] = (
         mistake=positive(width=1, slope=2),
         core=first,
         pieces=lambda p: p[:1],
+        peaked=True,
+        continuous=True,
+        endless=True,
+        cut=_bell_cut,
+        scales=lambda p: ((p[0], p[1], "power"),),
+        extent=_bell_extent,
     ),
 )

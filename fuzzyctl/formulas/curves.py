@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from typing import Final
 
-from fuzzyctl.expr import ONE, ZERO, Call, Compare, CompareOp, Expr, Number, Where
-from fuzzyctl.formulas.formula import MembershipFormula, Parameters
+from fuzzyctl.expr import ONE, ZERO, Call, Compare, CompareOp, Expr, Number, Where, minus, plus, times
+from fuzzyctl.formulas.formula import Cut, MembershipFormula, Parameters, between
 from fuzzyctl.formulas.mistakes import different, positive, rising
-from fuzzyctl.formulas.shared import EDGE, compare, first, scaled, second, square
+from fuzzyctl.formulas.shared import EDGE, around, compare, first, one_sided, scaled, second, square, union
 
 
 def _cosine_degree(x: Expr, p: Parameters) -> Expr:
@@ -61,6 +61,25 @@ def _middle(p: Parameters) -> tuple[float, float]:
     return 0.5 * p[0] + 0.5 * p[1], 0.5 * p[0] + 0.5 * p[1]
 
 
+def _cosine_cut(degree: Expr, p: Parameters) -> Cut:
+    """Compute acos(2 degree - 1) by its cosine and sine, so that nothing cancels near the top."""
+    sine = Call("sqrt", (times(Number(4.0), times(degree, minus(ONE, degree))),))
+    angle = Call("atan2", (sine, minus(times(Number(2.0), degree), ONE)))
+    reach = times(Number(p[1] / (2.0 * math.pi)), angle)
+    return around(p[0], reach, p[0], reach)
+
+
+def _spike_cut(degree: Expr, p: Parameters) -> Cut:
+    reach = times(Number(-0.1 * p[1]), Call("log", (degree,)))
+    return around(p[0], reach, p[0], reach)
+
+
+def _semi_ellipse_cut(degree: Expr, p: Parameters) -> Cut:
+    half = Call("sqrt", (times(minus(ONE, degree), plus(ONE, degree)),))
+    reach, (center, _) = times(Number(0.5 * (p[1] - p[0])), half), _middle(p)
+    return around(center, reach, center, reach)
+
+
 CURVES: Final[tuple[MembershipFormula, ...]] = (
     MembershipFormula(
         name="cosine",
@@ -70,6 +89,10 @@ CURVES: Final[tuple[MembershipFormula, ...]] = (
         mistake=positive(width=1),
         core=first,
         pieces=lambda p: (p[0] - 0.5 * p[1], p[0], p[0] + 0.5 * p[1]),
+        peaked=True,
+        continuous=True,
+        cut=_cosine_cut,
+        extent=lambda p: (p[0] - p[1] / 2.0, p[0] + p[1] / 2.0),
     ),
     MembershipFormula(
         name="spike",
@@ -79,6 +102,12 @@ CURVES: Final[tuple[MembershipFormula, ...]] = (
         mistake=positive(width=1),
         core=first,
         pieces=lambda p: p[:1],
+        peaked=True,
+        continuous=True,
+        endless=True,
+        cut=_spike_cut,
+        scales=lambda p: ((p[0], 0.1 * p[1], "exponential"),),
+        extent=lambda p: (p[0] - p[1], p[0] + p[1]),
     ),
     MembershipFormula(
         name="concave",
@@ -89,6 +118,11 @@ CURVES: Final[tuple[MembershipFormula, ...]] = (
         mistake=different(("inflection", "end")),
         core=second,
         inverse=_concave_inverse,
+        continuous=True,
+        endless=True,
+        cut=lambda degree, p: one_sided(_concave_inverse(degree, p), rises=p[1] > p[0]),
+        scales=lambda p: ((p[1], abs(p[1] - p[0]), "power"),),
+        extent=lambda p: union(between(p), (2 * p[0] - p[1], 2 * p[0] - p[1])),
     ),
     MembershipFormula(
         name="arc",
@@ -99,6 +133,7 @@ CURVES: Final[tuple[MembershipFormula, ...]] = (
         mistake=different(EDGE),
         core=second,
         inverse=_arc_inverse,
+        cut=lambda degree, p: one_sided(_arc_inverse(degree, p), rises=p[1] > p[0]),
     ),
     MembershipFormula(
         name="semi_ellipse",
@@ -108,5 +143,6 @@ CURVES: Final[tuple[MembershipFormula, ...]] = (
         mistake=rising(EDGE),
         core=_middle,
         pieces=lambda p: (p[0], 0.5 * p[0] + 0.5 * p[1], p[1]),
+        cut=_semi_ellipse_cut,
     ),
 )

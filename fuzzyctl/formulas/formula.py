@@ -1,9 +1,11 @@
-"""Type of a membership function: degree as an expression, corners, core, inverse and checks of its parameters."""
+"""Type of a membership function: everything that is known of a kind is a field of its entry."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from math import isfinite
+from typing import Literal
 
 from fuzzyctl.expr import ONE, Expr
 
@@ -11,6 +13,10 @@ from fuzzyctl.expr import ONE, Expr
 Vertex = tuple[float, float]
 #: Numbers of one term, in the order of its kind's `parameters`.
 Parameters = tuple[float, ...]
+#: Left and right end of an alpha-cut.
+Cut = tuple[Expr, Expr]
+#: A place around which a curved function changes, over which width, and how it decays there.
+Scale = tuple[float, float, Literal["normal", "exponential", "power"]]
 
 
 def _no_vertices(_: Parameters) -> tuple[Vertex, ...]:
@@ -19,6 +25,16 @@ def _no_vertices(_: Parameters) -> tuple[Vertex, ...]:
 
 def _never(_w: Expr, _p: Parameters) -> Expr | None:
     return None
+
+
+def _no_scales(_: Parameters) -> tuple[Scale, ...]:
+    return ()
+
+
+def between(p: Parameters) -> tuple[float, float]:
+    """Return the ends of the finite ones of some places; 0 and 1 without any."""
+    places = [x for x in p if isfinite(x)]
+    return (min(places), max(places)) if places else (0.0, 1.0)
 
 
 @dataclass(frozen=True)
@@ -42,6 +58,14 @@ class MembershipFormula:
         variadic: Whether the group of parameters may be repeated.
         pieces: Points besides the corners of the core where the formula changes or bends.
         fuzzy: Whether it is a fuzzy set with an area.
+        straight: Whether it is a fuzzy set with straight sides, given by its vertices.
+        peaked: Whether it has one top in its middle, so that neighbouring terms have an order.
+        continuous: Whether a curved function is continuous for all parameters.
+        endless: Whether its degree changes up to infinity on one side at least.
+        cut: The alpha-cut of a degree above 0, an interval with infinite ends where it has none; None if
+            it is unknown for the parameters. The field is None if the kind has no closed form.
+        scales: Where and how a curved function decays, for the subdivision of integrals.
+        extent: The interval that is taken for its support where a file gives no range, as jFuzzyLogic does.
     """
 
     name: str
@@ -56,6 +80,13 @@ class MembershipFormula:
     variadic: bool = False
     pieces: Callable[[Parameters], tuple[float, ...]] = lambda p: p
     fuzzy: bool = True
+    straight: bool = False
+    peaked: bool = False
+    continuous: bool = False
+    endless: bool = False
+    cut: Callable[[Expr, Parameters], Cut | None] | None = None
+    scales: Callable[[Parameters], tuple[Scale, ...]] = _no_scales
+    extent: Callable[[Parameters], tuple[float, float]] = between
 
     def monotone(self, p: Parameters) -> bool:
         """Return whether the function with these parameters is monotone, so that `tsukamoto` can invert it."""

@@ -3,12 +3,33 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Final
 
 from fuzzyctl.expr import ONE, ZERO, Call, Compare, Expr, Number, Where
 from fuzzyctl.formulas.norms import one_minus
 
-Hedge = Callable[[Expr], Expr]
+#: The degree that a hedge makes of a degree.
+Change = Callable[[Expr], Expr]
+
+
+@dataclass(frozen=True)
+class HedgeFormula:
+    """Define a hedge.
+
+    Args:
+        change: The changed degree as an expression of a degree.
+        summary: The same as a line for the reference, of a degree x.
+        inverse: The change that undoes it, for semantics that undo hedges; None if there is none.
+    """
+
+    change: Change
+    summary: str
+    inverse: Change | None = None
+
+    def __call__(self, x: Expr) -> Expr:
+        """Change a degree."""
+        return self.change(x)
 
 
 def _very(x: Expr) -> Expr:
@@ -47,44 +68,24 @@ def _cube(x: Expr) -> Expr:
 
 
 #: Hedges by name; of several in a row the one nearest to the term applies first.
-HEDGES: Final[dict[str, Hedge]] = {
-    "very": _very,
-    "somewhat": _somewhat,
-    "extremely": _extremely,
-    "slightly": _slightly,
-    "seldom": _seldom,
-    "any": _any,
-    "not": one_minus,
-}
-
-#: What each hedge makes of a degree x, for the reference.
-HEDGE_SUMMARIES: Final[dict[str, str]] = {
-    "very": "x²",
-    "somewhat": "√x",
-    "extremely": "2x² for x ≤ ½, else 1 - 2(1 - x)²",
-    "slightly": "x^(1/3)",
-    "seldom": "√(x/2) for x ≤ ½, else 1 - √((1 - x)/2)",
-    "any": "1",
-    "not": "1 - x",
+HEDGES: Final[dict[str, HedgeFormula]] = {
+    "very": HedgeFormula(_very, "x²", inverse=_somewhat),
+    "somewhat": HedgeFormula(_somewhat, "√x", inverse=_very),
+    "extremely": HedgeFormula(_extremely, "2x² for x ≤ ½, else 1 - 2(1 - x)²", inverse=_seldom),
+    "slightly": HedgeFormula(_slightly, "x^(1/3)", inverse=_cube),
+    "seldom": HedgeFormula(_seldom, "√(x/2) for x ≤ ½, else 1 - √((1 - x)/2)", inverse=_extremely),
+    "any": HedgeFormula(_any, "1"),
+    "not": HedgeFormula(one_minus, "1 - x", inverse=one_minus),
 }
 
 
-#: The hedges whose effect the inverse of another undoes, for semantics that undo them.
-INVERSES: Final[dict[str, Hedge]] = {
-    "very": _somewhat,
-    "somewhat": _very,
-    "extremely": _seldom,
-    "seldom": _extremely,
-    "slightly": _cube,
-    "not": one_minus,
-}
-
-
-def hedge(name: str, *, cube: bool = False) -> Hedge:
+def hedge(name: str, *, cube: bool = False) -> Change:
     """Return a hedge; `cube` says that `extremely` is x³ rather than a contrast."""
     return _cube if cube and name == "extremely" else HEDGES[name]
 
 
-def inverse_hedge(name: str, *, cube: bool = False) -> Hedge | None:
-    """Return the inverse of a hedge, None where it has none."""
-    return _slightly if cube and name == "extremely" else INVERSES.get(name)
+def inverse_hedge(name: str, *, cube: bool = False) -> Change | None:
+    """Return the inverse of a hedge, None if it has no inverse or is unknown."""
+    if cube and name == "extremely":
+        return _slightly
+    return HEDGES[name].inverse if name in HEDGES else None

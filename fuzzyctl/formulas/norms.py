@@ -7,11 +7,43 @@ Operands may be mentioned several times, so callers pass names. Formulas are arr
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass, replace
 from typing import Final, Literal
 
 from fuzzyctl.expr import ONE, ZERO, Call, Compare, Expr, Logic, Number, Where
 
-Norm = Callable[[Expr, Expr], Expr]
+#: The degree that two degrees give.
+Combination = Callable[[Expr, Expr], Expr]
+
+
+@dataclass(frozen=True)
+class Norm:
+    """Define how two degrees are combined: a triangular norm, a conorm, or the plain sum.
+
+    Args:
+        combine: The combination as an expression of two degrees.
+        jumps: Whether it is discontinuous.
+        straight: Whether sets with straight sides stay such sets, so that they have closed forms; by an implication
+            a degree is cut or scaled.
+        bends: Where a combined set bends or jumps between the corners of its parts: where both degrees are equal, or
+            where their sum is 1; None if nowhere.
+        tolerant: The combination if degrees that differ by less than a number are taken for equal; None if it does
+            not compare degrees.
+    """
+
+    combine: Combination
+    jumps: bool = False
+    straight: bool = False
+    bends: Literal["equal", "sum"] | None = None
+    tolerant: Callable[[float], Combination] | None = None
+
+    def __call__(self, a: Expr, b: Expr) -> Expr:
+        """Combine two degrees."""
+        return self.combine(a, b)
+
+    def within(self, equal: float) -> Norm:
+        """Return the norm that takes degrees for equal if they differ by less than a number."""
+        return replace(self, combine=self.tolerant(equal)) if equal > 0.0 and self.tolerant is not None else self
 
 
 def one_minus(a: Expr) -> Expr:
@@ -87,6 +119,37 @@ def _nilpotent_maximum(a: Expr, b: Expr) -> Expr:
     return Where(below, Where(Compare(">", a, b), a, b), ONE)
 
 
+def _near(a: Expr, b: Expr, equal: float) -> Expr:
+    """Return whether two degrees differ by less than a number."""
+    return Logic("and", (Compare("<", a - b, Number(equal)), Compare("<", b - a, Number(equal))))
+
+
+def _tolerant_drastic_product(equal: float) -> Combination:
+    return lambda a, b: Where(_near(_maximum(a, b), ONE, equal), _minimum(a, b), ZERO)
+
+
+def _tolerant_drastic_sum(equal: float) -> Combination:
+    return lambda a, b: Where(_near(_minimum(a, b), ZERO, equal), _maximum(a, b), ONE)
+
+
+def _tolerant_nilpotent_minimum(equal: float) -> Combination:
+    """Return min(a, b) where a + b is above 1, and not equal to it."""
+    return lambda a, b: Where(Compare(">=", a - one_minus(b), Number(equal)), _minimum(a, b), ZERO)
+
+
+def _tolerant_nilpotent_maximum(equal: float) -> Combination:
+    """Return max(a, b) where a + b is below 1, and not equal to it."""
+    return lambda a, b: Where(Compare("<=", a - one_minus(b), Number(-equal)), _maximum(a, b), ONE)
+
+
+def _tolerant_hamacher_product(equal: float) -> Combination:
+    return lambda a, b: Where(Compare("<", a + b, Number(equal)), ZERO, _hamacher_product(a, b))
+
+
+def _tolerant_hamacher_sum(equal: float) -> Combination:
+    return lambda a, b: Where(_near(a * b, ONE, equal), ONE, _hamacher_sum(a, b))
+
+
 Conjunction = Literal[
     "min",
     "product",
@@ -98,13 +161,13 @@ Conjunction = Literal[
 ]
 #: Triangular norms: what `and` may name.
 CONJUNCTIONS: Final[dict[str, Norm]] = {
-    "min": _minimum,
-    "product": _product,
-    "bounded_difference": _bounded_difference,
-    "drastic_product": _drastic_product,
-    "einstein_product": _einstein_product,
-    "hamacher_product": _hamacher_product,
-    "nilpotent_minimum": _nilpotent_minimum,
+    "min": Norm(_minimum, straight=True, bends="equal"),
+    "product": Norm(_product, straight=True),
+    "bounded_difference": Norm(_bounded_difference, bends="sum"),
+    "drastic_product": Norm(_drastic_product, jumps=True, tolerant=_tolerant_drastic_product),
+    "einstein_product": Norm(_einstein_product),
+    "hamacher_product": Norm(_hamacher_product, tolerant=_tolerant_hamacher_product),
+    "nilpotent_minimum": Norm(_nilpotent_minimum, jumps=True, bends="sum", tolerant=_tolerant_nilpotent_minimum),
 }
 
 Disjunction = Literal[
@@ -118,13 +181,13 @@ Disjunction = Literal[
 ]
 #: Triangular conorms: what `or` may name.
 DISJUNCTIONS: Final[dict[str, Norm]] = {
-    "max": _maximum,
-    "probabilistic_sum": _probabilistic_sum,
-    "bounded_sum": _bounded_sum,
-    "drastic_sum": _drastic_sum,
-    "einstein_sum": _einstein_sum,
-    "hamacher_sum": _hamacher_sum,
-    "nilpotent_maximum": _nilpotent_maximum,
+    "max": Norm(_maximum, straight=True),
+    "probabilistic_sum": Norm(_probabilistic_sum),
+    "bounded_sum": Norm(_bounded_sum),
+    "drastic_sum": Norm(_drastic_sum, jumps=True, tolerant=_tolerant_drastic_sum),
+    "einstein_sum": Norm(_einstein_sum),
+    "hamacher_sum": Norm(_hamacher_sum, tolerant=_tolerant_hamacher_sum),
+    "nilpotent_maximum": Norm(_nilpotent_maximum, jumps=True, bends="sum", tolerant=_tolerant_nilpotent_maximum),
 }
 
 #: How an activation cuts or scales a consequent set: any triangular norm.
@@ -132,50 +195,22 @@ IMPLICATIONS: Final = CONJUNCTIONS
 
 Aggregation = Literal["sum"] | Disjunction
 #: How the implied sets of all rules are joined: the plain sum, which may exceed 1, or any triangular conorm.
-AGGREGATIONS: Final[dict[str, Norm]] = {"sum": lambda a, b: a + b, **DISJUNCTIONS}
-
-
-def _near(a: Expr, b: Expr, equal: float) -> Expr:
-    """Return whether two degrees differ by less than a number."""
-    return Logic("and", (Compare("<", a - b, Number(equal)), Compare("<", b - a, Number(equal))))
-
-
-def _lenient(name: str, equal: float) -> Norm | None:
-    """Return a norm that takes degrees for equal which differ by less than a number; None for one that does not ask."""
-    beyond = Number(equal)
-
-    def above(a: Expr, b: Expr) -> Expr:
-        """Return whether a + b is above 1, and not equal to it."""
-        return Compare(">=", a - one_minus(b), beyond)
-
-    def below(a: Expr, b: Expr) -> Expr:
-        """Return whether a + b is below 1, and not equal to it."""
-        return Compare("<=", a - one_minus(b), Number(-equal))
-
-    norms: dict[str, Norm] = {
-        "drastic_product": lambda a, b: Where(_near(_maximum(a, b), ONE, equal), _minimum(a, b), ZERO),
-        "drastic_sum": lambda a, b: Where(_near(_minimum(a, b), ZERO, equal), _maximum(a, b), ONE),
-        "nilpotent_minimum": lambda a, b: Where(above(a, b), _minimum(a, b), ZERO),
-        "nilpotent_maximum": lambda a, b: Where(below(a, b), _maximum(a, b), ONE),
-        "hamacher_product": lambda a, b: Where(Compare("<", a + b, beyond), ZERO, _hamacher_product(a, b)),
-        "hamacher_sum": lambda a, b: Where(_near(a * b, ONE, equal), ONE, _hamacher_sum(a, b)),
-    }
-    return norms.get(name)
+AGGREGATIONS: Final[dict[str, Norm]] = {"sum": Norm(lambda a, b: a + b, straight=True), **DISJUNCTIONS}
 
 
 def conjunction(name: str, equal: float = 0.0) -> Norm:
     """Return a triangular norm; `equal` is what degrees may differ by that count as equal."""
-    return (_lenient(name, equal) if equal > 0.0 else None) or CONJUNCTIONS[name]
+    return CONJUNCTIONS[name].within(equal)
 
 
 def disjunction(name: str, equal: float = 0.0) -> Norm:
     """Return a triangular conorm; see `conjunction`."""
-    return (_lenient(name, equal) if equal > 0.0 else None) or DISJUNCTIONS[name]
+    return DISJUNCTIONS[name].within(equal)
 
 
 def aggregation(name: str, equal: float = 0.0) -> Norm:
     """Return how implied sets are joined; see `conjunction`."""
-    return (_lenient(name, equal) if equal > 0.0 else None) or AGGREGATIONS[name]
+    return AGGREGATIONS[name].within(equal)
 
 
 def held(x: Expr) -> Expr:

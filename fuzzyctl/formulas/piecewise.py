@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import Final, Literal
 
 from fuzzyctl.expr import Call, Compare, Expr, Number, Where
-from fuzzyctl.formulas.formula import MembershipFormula, Parameters, Vertex
+from fuzzyctl.formulas.formula import MembershipFormula, Parameters, Vertex, between
 
 
 def _piecewise_degree(x: Expr, p: Parameters) -> Expr:
@@ -107,4 +107,6 @@ PIECEWISE: Final = MembershipFormula(
     inverse=_piecewise_inverse,
     variadic=True,
     pieces=lambda p: p[::2],
+    straight=True,
+    extent=lambda p: between(p[::2]),
 )

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from typing import Final
 
-from fuzzyctl.expr import Compare, CompareOp, Expr, Number
-from fuzzyctl.formulas.formula import Parameters
+from fuzzyctl.expr import Compare, CompareOp, Expr, Number, minus, plus
+from fuzzyctl.formulas.formula import Cut, Parameters
 
 #: Parameters of an edge, which rises from its start to its end.
 EDGE: Final = ("start", "end")
@@ -48,3 +48,18 @@ def second(p: Parameters) -> tuple[float, float]:
 def tops(p: Parameters) -> tuple[float, float]:
     """Return the core of a trapezoid."""
     return p[1], p[2]
+
+
+def around(left: float, before: Expr, right: float, after: Expr) -> Cut:
+    """Return the alpha-cut from some distance before one place to some distance after another."""
+    return minus(Number(left), before), plus(Number(right), after)
+
+
+def one_sided(place: Expr, *, rises: bool) -> Cut:
+    """Return the alpha-cut of a monotone function from where it has a degree."""
+    return (place, Number(math.inf)) if rises else (Number(-math.inf), place)
+
+
+def union(*ends: tuple[float, float]) -> tuple[float, float]:
+    """Return the smallest interval that holds all others."""
+    return min(e[0] for e in ends), max(e[1] for e in ends)

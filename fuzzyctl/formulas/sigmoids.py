@@ -7,11 +7,14 @@ from dataclasses import replace
 from typing import Final
 
 from fuzzyctl.expr import ZERO, Call, Compare, Expr, Number, Where
-from fuzzyctl.formulas.formula import MembershipFormula, Parameters
+from fuzzyctl.formulas.formula import MembershipFormula, Parameters, Scale
 from fuzzyctl.formulas.mistakes import not_zero
+from fuzzyctl.formulas.shared import one_sided, union
 from fuzzyctl.formulas.sigmoid_extrema import difference_extrema, product_extrema
 
 _SIGMOIDS: Final = ("left", "rising", "falling", "right")
+#: Multiples of its steepness at which a sigmoid ends where a file gives no range.
+_STEEPNESSES: Final = 9.0
 
 
 def _sigmoid_degree(x: Expr, p: Parameters) -> Expr:
@@ -49,6 +52,24 @@ def _between_inflections(p: Parameters) -> tuple[float, float]:
     return middle, middle
 
 
+def _extent(center: float, slope: float) -> tuple[float, float]:
+    reach = _STEEPNESSES / abs(slope) if slope else 1.0
+    return center - reach, center + reach
+
+
+def _extent_of_two(p: Parameters) -> tuple[float, float]:
+    return union(*(_extent(*q) for q in _sigmoids(p)))
+
+
+def _scale(p: Parameters) -> Scale:
+    return p[0], abs(1.0 / p[1]), "exponential"
+
+
+def _scales_of_two(p: Parameters) -> tuple[Scale, ...]:
+    left, right = _sigmoids(p)
+    return _scale(left), _scale(right)
+
+
 SIGMOIDS: Final[tuple[MembershipFormula, ...]] = (
     MembershipFormula(
         name="sigmoid",
@@ -59,6 +80,11 @@ SIGMOIDS: Final[tuple[MembershipFormula, ...]] = (
         core=_sigmoid_core,
         inverse=_sigmoid_inverse,
         pieces=lambda p: p[:1],
+        continuous=True,
+        endless=True,
+        cut=lambda degree, p: one_sided(_sigmoid_inverse(degree, p), rises=p[1] > 0.0),
+        scales=lambda p: (_scale(p),),
+        extent=lambda p: _extent(*p),
     ),
     MembershipFormula(
         name="sigmoid_difference",
@@ -68,6 +94,10 @@ SIGMOIDS: Final[tuple[MembershipFormula, ...]] = (
         mistake=not_zero(rising=1, falling=2),
         core=_between_inflections,
         pieces=lambda p: (p[0], p[3], *difference_extrema(p)),
+        continuous=True,
+        endless=True,
+        scales=_scales_of_two,
+        extent=_extent_of_two,
     ),
     MembershipFormula(
         name="sigmoid_product",
@@ -77,6 +107,10 @@ SIGMOIDS: Final[tuple[MembershipFormula, ...]] = (
         mistake=not_zero(rising=1, falling=2),
         core=_between_inflections,
         pieces=lambda p: (p[0], p[3], *product_extrema(p)),
+        continuous=True,
+        endless=True,
+        scales=_scales_of_two,
+        extent=_extent_of_two,
     ),
 )
 

@@ -6,9 +6,21 @@ import math
 from typing import Final
 
 from fuzzyctl.expr import ONE, ZERO, Call, Compare, CompareOp, Expr, Number, Where
-from fuzzyctl.formulas.formula import MembershipFormula, Parameters
+from fuzzyctl.formulas.formula import Cut, MembershipFormula, Parameters
 from fuzzyctl.formulas.mistakes import ordered, rising
-from fuzzyctl.formulas.shared import EDGE, FEET, TRAPEZOID, compare, first, scaled, second, square, tops
+from fuzzyctl.formulas.shared import (
+    EDGE,
+    FEET,
+    TRAPEZOID,
+    compare,
+    first,
+    is_infinite,
+    one_sided,
+    scaled,
+    second,
+    square,
+    tops,
+)
 
 
 def _s_degree(x: Expr, p: Parameters) -> Expr:
@@ -60,6 +72,16 @@ def _pi_inverse(w: Expr, p: Parameters) -> Expr | None:
     return None
 
 
+def _pi_cut(degree: Expr, p: Parameters) -> Cut:
+    return _side(degree, p[0], p[1], -math.inf), _side(degree, p[3], p[2], math.inf)
+
+
+def _side(degree: Expr, foot: float, top: float, end: float) -> Expr:
+    if is_infinite(foot):
+        return Number(end)
+    return Number(top) if foot == top else _s_inverse(degree, (foot, top))
+
+
 SPLINES: Final[tuple[MembershipFormula, ...]] = (
     MembershipFormula(
         name="s_shape",
@@ -69,6 +91,8 @@ SPLINES: Final[tuple[MembershipFormula, ...]] = (
         mistake=rising(EDGE),
         core=second,
         inverse=_s_inverse,
+        continuous=True,
+        cut=lambda degree, p: one_sided(_s_inverse(degree, p), rises=True),
     ),
     MembershipFormula(
         name="z_shape",
@@ -78,6 +102,8 @@ SPLINES: Final[tuple[MembershipFormula, ...]] = (
         mistake=rising(EDGE),
         core=first,
         inverse=lambda w, p: _s_inverse(w, _swapped(p)),
+        continuous=True,
+        cut=lambda degree, p: one_sided(_s_inverse(degree, _swapped(p)), rises=False),
     ),
     MembershipFormula(
         name="pi_shape",
@@ -89,5 +115,7 @@ SPLINES: Final[tuple[MembershipFormula, ...]] = (
         core=tops,
         inverse=_pi_inverse,
         infinite=FEET,
+        peaked=True,
+        cut=_pi_cut,
     ),
 )

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from typing import Final
 
-from fuzzyctl.expr import ONE, ZERO, Compare, Expr, Number, Where
-from fuzzyctl.formulas.formula import MembershipFormula, Parameters, Vertex
+from fuzzyctl.expr import ONE, ZERO, Compare, Expr, Number, Where, plus, times
+from fuzzyctl.formulas.formula import Cut, MembershipFormula, Parameters, Vertex
 from fuzzyctl.formulas.mistakes import different, ordered, rising
 from fuzzyctl.formulas.shared import EDGE, FEET, TRAPEZOID, second, tops
 
@@ -82,6 +82,17 @@ def _ramp_inverse(w: Expr, p: Parameters) -> Expr:
     return start + (end - start) * w
 
 
+def _straight_cut(degree: Expr, corners: tuple[Vertex, ...]) -> Cut:
+    tops = [x for x, y in corners if y == 1.0]
+    left: Expr = Number(-math.inf)
+    right: Expr = Number(math.inf)
+    if corners[0][1] == 0.0:
+        left = plus(Number(corners[0][0]), times(Number(tops[0] - corners[0][0]), degree))
+    if corners[-1][1] == 0.0:
+        right = plus(Number(corners[-1][0]), times(Number(tops[-1] - corners[-1][0]), degree))
+    return left, right
+
+
 TRAPEZOIDS: Final[tuple[MembershipFormula, ...]] = (
     MembershipFormula(
         name="triangle",
@@ -93,6 +104,9 @@ TRAPEZOIDS: Final[tuple[MembershipFormula, ...]] = (
         vertices=lambda p: _trapezoid_vertices(_as_trapezoid(p)),
         inverse=lambda w, p: _trapezoid_inverse(w, _as_trapezoid(p)),
         infinite=FEET,
+        straight=True,
+        peaked=True,
+        cut=lambda degree, p: _straight_cut(degree, _trapezoid_vertices(_as_trapezoid(p))),
     ),
     MembershipFormula(
         name="trapezoid",
@@ -104,6 +118,9 @@ TRAPEZOIDS: Final[tuple[MembershipFormula, ...]] = (
         vertices=_trapezoid_vertices,
         inverse=_trapezoid_inverse,
         infinite=FEET,
+        straight=True,
+        peaked=True,
+        cut=lambda degree, p: _straight_cut(degree, _trapezoid_vertices(p)),
     ),
     MembershipFormula(
         name="rectangle",
@@ -114,6 +131,8 @@ TRAPEZOIDS: Final[tuple[MembershipFormula, ...]] = (
         core=lambda p: _as_block(p)[1:3],
         vertices=lambda p: _trapezoid_vertices(_as_block(p)),
         infinite=FEET,
+        straight=True,
+        cut=lambda degree, p: _straight_cut(degree, _trapezoid_vertices(_as_block(p))),
     ),
     MembershipFormula(
         name="ramp",
@@ -124,5 +143,7 @@ TRAPEZOIDS: Final[tuple[MembershipFormula, ...]] = (
         core=second,
         vertices=lambda p: _trapezoid_vertices(_as_shoulder(p)),
         inverse=_ramp_inverse,
+        straight=True,
+        cut=lambda degree, p: _straight_cut(degree, _trapezoid_vertices(_as_shoulder(p))),
     ),
 )

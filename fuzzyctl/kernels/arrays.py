@@ -94,8 +94,3 @@ def derivatives(form: Form, by: str) -> Program:
     inputs = program.arguments[: len(form.input_names)]
     names = {"inputs": inputs, "state": state, "all": (*inputs, *state)}[by]
     return with_values_as_array(differentiated(program, names), state)
-
-
-def jacobian(rows: FloatArray, outputs: int) -> FloatArray:
-    """Return derivatives, shape (..., outputs · arguments), as (..., arguments) for one output, else with its axis."""
-    return rows if outputs == 1 else rows.reshape(*rows.shape[:-1], outputs, rows.shape[-1] // outputs)

@@ -84,7 +84,7 @@ def compile(
             imported, else numpy, and a warning says so once. Of systems that numba would take longer over than most
             programs run, "auto" is numpy too (`compile_cost`). numba compiles at the first call, and at the first
             batch.
-        algorithm: "interpolation", "diagonals", "active" or "rules", which compute the same, up to rounding; or "auto",
+        algorithm: "interpolation", "active" or "rules", which compute the same, up to rounding; or "auto",
             which takes the fastest that the system allows. For a controller, that of all systems that it calls.
         free: Names of numbers that become arguments, such as params, "e.PS.peak" and "force.weights"; see
             `model.free_numbers`. All rules are then evaluated: no algorithm looks up what depends on numbers. A

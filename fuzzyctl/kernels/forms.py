@@ -147,7 +147,10 @@ class Form:
         if in_rows and array.ndim != 2:
             wanted = f"(n, {width}) for {', '.join(self.input_names)}"
             raise ArgumentError(f"points must have the shape {wanted}, got {array.shape}")
-        return self.with_times(array, dt)
+        whole = self.with_times(array, dt)
+        if in_rows and whole.shape[:-1] != array.shape[:-1]:
+            raise ArgumentError(f"'dt' must be one number or have the shape {array.shape[:-1]}")
+        return whole
 
     def with_times(self, points: Any, dt: Any) -> Any:
         """Return points with the times of the steps as a last column, for a block that takes them."""

@@ -78,9 +78,10 @@ class StepPromises(Promises):
         """Return the rows with an output that is NaN though no argument is."""
         import numpy as np
 
-        outputs = results[:, : len(self._equations.outputs)]
-        if not np.isnan(np.min(outputs, initial=np.inf)):
+        least = np.minimum.reduce(results, axis=None, initial=np.inf)  # NaN if any is; all is faster than a part
+        if least == least:
             return []
+        outputs = results[:, : len(self._equations.outputs)]
         return np.flatnonzero(np.isnan(outputs).any(axis=1) & ~np.isnan(points).any(axis=1)).tolist()
 
 
@@ -162,7 +163,7 @@ class StepForm(Form):
             return [1.0]  # any time makes the same step
         if dt is None:
             raise ArgumentError("'dt' is missing: the controller has no 'every' line")
-        time = input_number(DT, dt)
+        time = dt if type(dt) is float else input_number(DT, dt)
         if not 0.0 < time < math.inf:
             raise ValueOutOfBoundsError(DT, dt, _TIME)
         return [time]
@@ -174,10 +175,18 @@ class StepForm(Form):
         if self.period is not None:
             self.times(dt)
             return points
-        times = float_array(self.times(None)[0] if dt is None else dt, DT)
-        if times.ndim and times.shape != points.shape[:-1]:
-            raise ArgumentError(f"'dt' must be one number or have the shape {points.shape[:-1]}, got {times.shape}")
-        is_time = (times > 0) & (times < math.inf)
-        if not np.all(is_time):
-            raise ValueOutOfBoundsError(DT, float(times[~is_time].flat[0]), _TIME)
-        return np.concatenate([points, np.broadcast_to(times, points.shape[:-1])[..., np.newaxis]], axis=-1)
+        shape = points.shape[:-1]
+        if dt is None or type(dt) is float:  # the usual case
+            times: Any = self.times(dt)[0]
+        else:
+            times = float_array(dt, DT)
+            try:
+                shape = np.broadcast_shapes(shape, times.shape)
+            except ValueError:
+                raise ArgumentError(f"'dt' of shape {times.shape} does not fit points of shape {shape}") from None
+            is_time = (times > 0) & (times < math.inf)
+            if not np.all(is_time):
+                raise ValueOutOfBoundsError(DT, float(times[~is_time].flat[0]), _TIME)
+        whole = np.empty((*shape, points.shape[-1] + 1))
+        whole[..., :-1], whole[..., -1] = points, times
+        return whole

@@ -11,7 +11,6 @@ from fuzzyctl.diagnostics.diagnostic import Diagnostic
 from fuzzyctl.diagnostics.source import SourceText, Span
 from fuzzyctl.diagnostics.suggestions import counted
 from fuzzyctl.lang import syntax as sx
-from fuzzyctl.lang.fast_path_expressions import NAME
 from fuzzyctl.lang.lines import LogicalLine
 from fuzzyctl.lang.parser import MAX_MISTAKES, parse_line
 
@@ -23,7 +22,7 @@ CSV_FORM: Final = (
 
 _LINE: Final = re.compile(r"[^\n]+")
 #: A field that the grammar need not read.
-_PLAIN: Final = re.compile(NAME)
+_PLAIN: Final = re.compile(r"[A-Za-z_][A-Za-z0-9_]{0,50}")
 _LONE_CR: Final = re.compile(r"\r(?!\n|\Z)")
 
 

@@ -4,13 +4,17 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import islice
 from typing import Final
 
 from fuzzyctl.lang.syntax import NAME, STATEMENT_KEYWORDS
+
+#: A number with its sign, and a formula; signs with a blank only before them begin a cell of their own.
+NUMBER: Final = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
+VALUE: Final = rf"[-+]?[\w.]+(?:(?:\s*[*/^]\s*|[-+]|\s+[-+]\s+)[\w.(]+\)*)+|[-+]{NAME}"
 
 #: A line that needs more edits of one kind holds no slip.
 _MOST: Final = 40
@@ -124,6 +128,49 @@ class Surroundings:
 
 #: A repair: the edits that it makes of a line, which it sees with its texts and comments masked, and in full.
 Repair = Callable[[str, str, Surroundings], Iterable[Edit]]
+
+
+#: Makes the replacement of a match of its groups; None if there is none.
+Replacement = Callable[["list[str]", Surroundings], "str | None"]
+
+
+def row(
+    pattern: str, new: str | dict[str, str] | Replacement, why: str, *, heads: str = "", sure: bool = True
+) -> Repair:
+    """Return the repair of all matches of a pattern.
+
+    Args:
+        pattern: A regular expression.
+        new: The replacement, with `{1}` for the first group, one for each named group, or a function of all groups.
+        why: The rule of the language behind it.
+        heads: First words of the lines that it concerns; all lines if empty.
+        sure: Whether the replacement is what was meant.
+    """
+    form = re.compile(pattern, re.IGNORECASE | re.MULTILINE)
+    words = frozenset(heads.split())
+
+    def repair(code: str, text: str, around: Surroundings) -> Iterator[Edit]:
+        for m in form.finditer(code) if not words or head(code) in words else ():
+            name: str | int = next((n for n in form.groupindex if m[n] is not None), 0)
+            start, end = m.span(name)
+            groups = [text[m.start(i) : m.end(i)] if m.start(i) >= 0 else "" for i in range(form.groups + 1)]
+            meant = new[str(name)] if isinstance(new, dict) else new
+            result = meant.format(*groups) if isinstance(meant, str) else meant(groups, around)
+            if result is not None and result != text[start:end]:
+                yield Edit(start, end, result, why, sure)
+
+    return repair
+
+
+def head(code: str) -> str:
+    """Return the first word of a line in small letters."""
+    word = re.match(rf"\s*({NAME})", code)
+    return word[1].lower() if word else ""
+
+
+def depth(code: str) -> int:
+    """Return how many parentheses and brackets are open behind a text."""
+    return len(re.findall(r"[(\[]", code)) - len(re.findall(r"[)\]]", code))
 
 
 def masked(text: str) -> str:

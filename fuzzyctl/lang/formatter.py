@@ -13,15 +13,7 @@ from typing import Final
 
 from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.lang.lines import LogicalLine, split
-from fuzzyctl.lang.syntax import NAME
-
-_NUMBER: Final = r"(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?"
-#: An output of another system is one token, except in rows, where a point is a cell.
-_MEMBER: Final = rf"{NAME}(?:\.{NAME})?"
-_TOKEN: Final = re.compile(rf'"[^"\n]*"|{_NUMBER}|{_MEMBER}|<=|>=|==|!=|[^\s]')
-#: What stands before the first equals sign outside of labels, and this sign.
-_TO_EQUAL: Final = re.compile(r'(?:"[^"\n]*"|[^"=])*=')
-_CELL_TOKEN: Final = re.compile(rf"{_NUMBER}|{NAME}|[^\s]")
+from fuzzyctl.lang.tokens import is_name, tokens
 
 #: Words after which an opening parenthesis stands apart.
 _APART: Final = frozenset(
@@ -107,56 +99,60 @@ def _as_typed(text: str) -> str:
     return "\n".join(part.rstrip() for part in text.strip("\n").split("\n"))
 
 
+def _pieces(text: str) -> list[str]:
+    return [t.text for t in tokens(text) if t.kind != "blank"]
+
+
 def _code(line: LogicalLine, text: str) -> str:
-    tokens = _TOKEN.findall(text)
+    pieces = _pieces(text)
     if line.kind == "statement" and line.word == "terms":
-        return _INDENT + _items(tokens, text)
+        return _INDENT + _items(pieces)
     if line.kind == "statement" and line.word in ("if", "otherwise"):
-        return _spaced(tokens, tight="=", text=text)
+        return _spaced(pieces, tight="=")
     if line.kind == "statement" and line.word in ("rules", "output"):
-        at = _outer_equal(tokens)
-        before = _spaced(tokens[:at], tight="=", text=text)
-        return before if at == len(tokens) else f"{before} = {_spaced(tokens[at + 1 :], tight='', text=text)}"
+        at = _outer_equal(pieces)
+        before = _spaced(pieces[:at], tight="=")
+        return before if at == len(pieces) else f"{before} = {_spaced(pieces[at + 1 :], tight='')}"
     if line.kind == "term_line":
-        head, rest = tokens[:2], tokens[2:]
-        return f"{_INDENT}{head[0]} = {_spaced(rest, tight='=', text=text)}"
-    if line.in_block and "=" in tokens:
+        head, rest = pieces[:2], pieces[2:]
+        return f"{_INDENT}{head[0]} = {_spaced(rest, tight='=')}"
+    if line.in_block and "=" in pieces:
         # Only the first equals sign stands apart; the others name arguments of calls.
-        at = tokens.index("=")
-        return f"{_spaced(tokens[:at], tight='', text=text)} = {_spaced(tokens[at + 1 :], tight='=', text=text)}"
-    return _spaced(tokens, tight="", text=text)
+        at = pieces.index("=")
+        return f"{_spaced(pieces[:at], tight='')} = {_spaced(pieces[at + 1 :], tight='=')}"
+    return _spaced(pieces, tight="")
 
 
-def _items(tokens: Sequence[str], text: str) -> str:
+def _items(pieces: Sequence[str]) -> str:
     """Join the tokens of a `terms` line: blanks separate its items, and operators only inside parentheses."""
     joined, depth = "", 0
-    for part in re.split(r"( [*/] |[()])", _spaced(tokens, tight="=@", text=text)):
+    for part in re.split(r"( [*/] |[()])", _spaced(pieces, tight="=@")):
         depth += (part == "(") - (part == ")")
         joined += part.strip() if part in (" * ", " / ") and depth == 0 else part
     return joined
 
 
 def _setting(text: str, width: int) -> str:
-    keyword, *rest = _TOKEN.findall(text)
-    return f"{keyword:<{width}} {_spaced(rest, tight='=', text=text)}"
+    keyword, *rest = _pieces(text)
+    return f"{keyword:<{width}} {_spaced(rest, tight='=')}"
 
 
 def _equal_signs(codes: list[str]) -> list[str]:
     """Align the first equals sign of each line, labels aside."""
-    places = [found.end() - 1 if (found := _TO_EQUAL.match(code)) else None for code in codes]
+    places = [next((t.start for t in tokens(code) if t.text == "="), None) for code in codes]
     width = max((at for code, at in zip(codes, places, strict=True) if at is not None and "\n" not in code), default=0)
     pairs = zip(codes, places, strict=True)
     return [code if at is None else f"{code[:at]:<{width}}{code[at:]}" for code, at in pairs]
 
 
-def _outer_equal(tokens: Sequence[str]) -> int:
+def _outer_equal(pieces: Sequence[str]) -> int:
     """Return the position of the equals sign outside of parentheses, or the number of tokens."""
     depth = 0
-    for position, token in enumerate(tokens):
-        depth += (token in "([") - (token in ")]")
-        if token == "=" and depth == 0:
+    for position, piece in enumerate(pieces):
+        depth += (piece in "([") - (piece in ")]")
+        if piece == "=" and depth == 0:
             return position
-    return len(tokens)
+    return len(pieces)
 
 
 def _table(block: list[LogicalLine], texts: list[str]) -> list[str]:
@@ -180,7 +176,7 @@ def _cells(text: str) -> list[str]:
     """Split a row into cells: blanks separate them, except inside parentheses and around `/`, `*` and signs."""
     cells: list[str] = []
     depth, before = 0, ""
-    for token in _CELL_TOKEN.findall(text):
+    for token in _pieces(text):
         is_call = token == "(" and before in ("linear", "function", "constant")
         inside = depth > 0 or token in ("/", "*") or before in ("/", "*", "+", "-")
         if cells and (is_call or inside):
@@ -193,12 +189,12 @@ def _cells(text: str) -> list[str]:
     return cells
 
 
-def _spaced(tokens: Sequence[str], *, tight: str, text: str) -> str:
+def _spaced(pieces: Sequence[str], *, tight: str) -> str:
     """Join tokens with canonical spacing; operators in `tight` have none around them inside this line."""
     out: list[str] = []
     before = ""
     unary = False
-    for token in tokens:
+    for token in pieces:
         glue = "" if not out or unary else _glue(before, token, tight)
         unary = token in "+-" and _begins_operand(before, tight)
         out.append(glue + token)
@@ -212,11 +208,10 @@ def _begins_operand(before: str, tight: str) -> bool:
 
 
 def _glue(before: str, token: str, tight: str) -> str:
-    if before in "([^" or token in ")],^:" or before in tight or token in tight:
+    if before in "([^." or token in ")],^:." or before in tight or token in tight:
         return ""
     if token == "(":
-        is_call = re.fullmatch(_MEMBER, before) is not None and before not in _APART
-        return "" if is_call else " "
+        return "" if is_name(before) and before not in _APART else " "
     return " "
 
 

@@ -1,20 +1,54 @@
-"""Grammar of logical lines: a line becomes a node, or a diagnostic."""
+"""Grammar of logical lines: a line becomes a node, or a diagnostic.
+
+Computing the tables of the grammar takes longer than reading a file, so they are shipped beside it. They belong to one
+version of lark and to one text of the grammar; with any other they are computed. After a change of either write them
+anew: `python -m fuzzyctl.lang.grammar`.
+"""
 
 from __future__ import annotations
 
+import io
+import pickle
+import re
 import threading
+import zlib
+from collections.abc import Iterator
 from functools import cache
 from importlib import resources
-from typing import Any
+from pathlib import Path
+from typing import Any, Final, NoReturn
 
-from lark import Lark
-from lark.exceptions import UnexpectedInput, UnexpectedToken
+import lark
+from lark import Lark, Token
+from lark.common import LexerConf
+from lark.exceptions import UnexpectedCharacters, UnexpectedInput, UnexpectedToken
+from lark.lexer import Lexer
 
 from fuzzyctl.diagnostics.diagnostic import Diagnostic
 from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.lang.builder import Builder
 from fuzzyctl.lang.lines import LineKind, LogicalLine
 from fuzzyctl.lang.mistakes import describe
+from fuzzyctl.lang.tokens import MEMBER, QUANTITY, TOKEN
+
+#: The file of the tables: a line with their key, then what `Lark.save` writes.
+TABLES: Final = "grammar.tables"
+
+#: Terminals of signs; those of two kinds never stand at one place.
+_SIGNS: Final[dict[str, tuple[str, ...]]] = {
+    **dict.fromkeys(("<=", ">=", "!=", "<", ">"), ("COMPARE",)),
+    **dict.fromkeys("+-", ("SUM",)),
+    "==": ("COMPARE", "EQUAL"), "=": ("EQUAL",), "*": ("STAR", "PRODUCT"), "/": ("SLASH", "PRODUCT"), "^": ("POWER",),
+    "(": ("LPAR",), ")": ("RPAR",), "[": ("LSQB",), "]": ("RSQB",), ",": ("COMMA",), "@": ("AT",), "|": ("VBAR",),
+    ".": ("DOT",), ":": ("COLON",), "×": ("X",),
+}  # fmt: skip
+#: Lengths of the tokens of terminals that are shorter than a sign.
+_SHORT: Final = {"EQUAL": 1, "DOT": 1}
+
+#: What may follow a number that has no unit.
+_ENDS: Final = re.compile(r"(?![\w.])")
+
+_STARTS: Final = ("statement", "block_statement", "term_line", "header", "row", "label", "cell")
 
 # Lark calls the builder while it parses, and the builder must know where the line stands; one parse at a time.
 _LOCK = threading.Lock()
@@ -26,28 +60,121 @@ def grammar_text() -> str:
     return resources.files("fuzzyctl.lang").joinpath("grammar.lark").read_text(encoding="utf-8")
 
 
+def key() -> str:
+    """Return what tables belong to: the version of lark, and a checksum of the grammar with its start symbols."""
+    return f"{lark.__version__} {zlib.crc32((grammar_text() + ' '.join(_STARTS)).encode()):08x}"
+
+
+def computed_tables() -> bytes:
+    """Return the content of the file of tables."""
+    machine = Lark(grammar_text(), parser="lalr", lexer="contextual", start=list(_STARTS), maybe_placeholders=True)
+    tables = io.BytesIO()
+    machine.save(tables)
+    return f"{key()}\n".encode() + tables.getvalue()
+
+
+def shipped_tables() -> bytes:
+    """Return the content of the file of tables; nothing if there is none."""
+    file = resources.files("fuzzyctl.lang").joinpath(TABLES)
+    return file.read_bytes() if file.is_file() else b""
+
+
+def _tables() -> bytes:
+    """Return the shipped tables if they fit, else computed ones."""
+    shipped = shipped_tables()
+    return shipped if shipped.startswith(f"{key()}\n".encode()) else computed_tables()
+
+
+class LineLexer(Lexer):
+    """Names the tokens of a line: a word is a keyword only where the grammar accepts one."""
+
+    __future_interface__ = 2  # of lark: the state of the parser is an argument
+
+    def __init__(self, conf: LexerConf) -> None:
+        #: Keywords, each with its terminals and with what must follow, the strictest first.
+        self.keywords: dict[str, list[tuple[str, re.Pattern[str] | None]]] = {}
+        for terminal in sorted(conf.terminals, key=lambda t: -t.priority):
+            word, pattern = re.match("[a-z]*", terminal.pattern.value), terminal.pattern.value
+            if word is not None and word[0]:
+                follows = None if pattern in (rf"{word[0]}\b", r"x\b|×") else re.compile(pattern)
+                self.keywords.setdefault(word[0], []).append((terminal.name, follows))
+
+    def lex(self, lexer_state: Any, parser_state: Any) -> Iterator[Token]:
+        """Yield the tokens of a line.
+
+        Raises:
+            UnexpectedToken: For one that the grammar does not accept at its place.
+            UnexpectedCharacters: For a character that begins no token.
+        """
+        text: str = getattr(lexer_state.text, "text", lexer_state.text)
+        states, at = parser_state.parse_conf.states, 0
+        while at < len(text):
+            found = TOKEN.match(text, at)
+            assert found is not None, "any character is matched"
+            kind, at = found.lastgroup, found.end()
+            if kind == "blank" or kind == "comment":
+                continue
+            accepted = states[parser_state.position]
+            first = None
+            for name, end in self._terminals(text, found):
+                first = first or (name, end)
+                if name in accepted:
+                    break
+            else:
+                self._refuse(text, found.start(), first, accepted)
+            yield Token(name, text[found.start() : end], found.start(), end_pos=end)
+            at = end
+
+    def _terminals(self, text: str, found: re.Match[str]) -> Iterator[tuple[str, int]]:
+        """Yield the terminals that a token may be and where it ends then, in the order of their priorities."""
+        start, end = found.span()
+        match found.lastgroup:
+            case "name":
+                for name, follows in self.keywords.get(found[0], ()):
+                    if follows is None or follows.match(text, start):
+                        yield name, end
+                if text.startswith(".", end) and (member := MEMBER.match(text, start)):
+                    yield "MEMBER", member.end()
+                yield "NAME", end
+            case "number":
+                if quantity := QUANTITY.match(text, start):
+                    yield "QUANTITY", quantity.end()
+                if quantity is None or _ENDS.match(text, end):
+                    yield "NUMBER", end
+                if found[0].startswith("."):
+                    yield "DOT", start + 1
+            case "sign":
+                for name in _SIGNS[found[0]]:
+                    yield name, start + _SHORT.get(name, len(found[0]))
+            case "text" if found[0].endswith('"', 1):
+                yield "STRING", end
+
+    @staticmethod
+    def _refuse(text: str, at: int, first: tuple[str, int] | None, accepted: dict[str, Any]) -> NoReturn:
+        expected = {name for name in accepted if name.isupper() and name != "$END"} or {"<END-OF-FILE>"}
+        if first is None:
+            raise UnexpectedCharacters(text, at, 1, at + 1, allowed=expected)  # type: ignore[no-untyped-call]
+        token = Token(first[0], text[at : first[1]], at, end_pos=first[1])
+        raise UnexpectedToken(token, expected)  # type: ignore[no-untyped-call]
+
+
 @cache
 def _machine() -> tuple[Lark, Builder]:
     builder = Builder()
-    starts = ["statement", "block_statement", "term_line", "header", "row", "label", "cell"]
-    lark = Lark(
-        grammar_text(),
-        parser="lalr",
-        lexer="contextual",
-        start=starts,
-        transformer=builder,
-        maybe_placeholders=True,
-    )
-    return lark, builder
+    tables = pickle.loads(_tables().partition(b"\n")[2])
+    # Functions and classes are not saved.
+    tables["data"]["options"]["transformer"] = builder
+    tables["data"]["parser"]["lexer_conf"]["lexer_type"] = LineLexer
+    return Lark.load(tables), builder
 
 
 def parse_line(source: SourceText, line: LogicalLine, kind: LineKind) -> tuple[Any, list[Diagnostic]]:
     """Parse one line as one kind; the node is None when it could not be read."""
-    lark, builder = _machine()
+    machine, builder = _machine()
     with _LOCK:
         builder.begin(source, line)
         try:
-            node = lark.parse(source.text[line.start : line.end], start=kind)
+            node = machine.parse(source.text[line.start : line.end], start=kind)
         except UnexpectedInput as error:
             return None, [describe(source, line, error)]
         return (None if builder.problems else node), builder.problems
@@ -55,11 +182,11 @@ def parse_line(source: SourceText, line: LogicalLine, kind: LineKind) -> tuple[A
 
 def read_line(source: SourceText, line: LogicalLine, kind: LineKind) -> tuple[Any, int]:
     """Parse one line without saying what is wrong: the node, None when it cannot be read, and where reading stops."""
-    lark, builder = _machine()
+    machine, builder = _machine()
     with _LOCK:
         builder.begin(source, line)
         try:
-            node = lark.parse(source.text[line.start : line.end], start=kind)
+            node = machine.parse(source.text[line.start : line.end], start=kind)
         except UnexpectedInput as error:
             # The token of the end of a line has the place of the one before it.
             is_end = isinstance(error, UnexpectedToken) and error.token.type == "$END"
@@ -68,3 +195,7 @@ def read_line(source: SourceText, line: LogicalLine, kind: LineKind) -> tuple[An
             span = builder.problems[0].span
             return None, span.start if span is not None else line.start
         return node, line.end
+
+
+if __name__ == "__main__":
+    Path(__file__).with_name(TABLES).write_bytes(computed_tables())

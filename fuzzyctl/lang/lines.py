@@ -16,6 +16,7 @@ from fuzzyctl.diagnostics.source import SourceText, Span
 from fuzzyctl.diagnostics.suggestions import closest
 from fuzzyctl.formulas import MEMBERSHIP
 from fuzzyctl.lang.syntax import BLOCKS, HEADS, NAME, STATEMENT_KEYWORDS
+from fuzzyctl.lang.tokens import tokens
 from fuzzyctl.records import record
 
 #: Which start symbol of the grammar a line is parsed with; "unknown" is a mistake, "blank" has no code.
@@ -27,7 +28,6 @@ LineKind = Literal[
 #: Deepest nesting of parentheses.
 MAX_NESTING: Final = 100
 
-_PIECE = re.compile(r'"[^"\n]*"|"[^"\n]*|#[^\n]*|[()\[\]|\n]|[^"#()\[\]|\n]+')
 # A whole line whose strings are closed and whose parentheses nest no more than once, which nearly all are: its code,
 # whether a bar stands outside of parentheses, and its comment.
 _CODE = r'[^"#()\[\]|\n]'
@@ -126,11 +126,11 @@ def split(source: SourceText) -> Iterator[LogicalLine]:
 def _collect(source: SourceText, start: int, *, in_block: str) -> tuple[_Open, int | None]:
     """Return the line that begins at an offset, piece by piece, and where the next one begins, None for the last."""
     current, text = _Open(start, start, []), source.text
-    for match in _PIECE.finditer(text, start):
-        if match[0] != "\n":
-            _take(source, current, match[0], match.start(), in_block=in_block)
-        elif not current.opened or _resumes(text, match.end(), in_block=in_block):
-            return current, match.end()
+    for token in tokens(text, start):
+        if token.text != "\n":
+            _take(source, current, token.text, token.start, in_block=in_block)
+        elif not current.opened or _resumes(text, token.end, in_block=in_block):
+            return current, token.end
     return current, None
 
 

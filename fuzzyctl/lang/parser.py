@@ -10,7 +10,6 @@ from typing import Any, Final
 
 from fuzzyctl.diagnostics.diagnostic import Diagnostic
 from fuzzyctl.diagnostics.source import SourceText, Span
-from fuzzyctl.lang import fast_path
 from fuzzyctl.lang import syntax as sx
 from fuzzyctl.lang.foreign import foreign
 from fuzzyctl.lang.lines import LineKind, LogicalLine, half_typed, keyword_behind, meant_head, split
@@ -36,8 +35,8 @@ MAX_OPERATORS: Final = 100_000
 #: Most lines of controllers, plants and loops, and most lets, of a file.
 MAX_EQUATIONS: Final = 10_000
 
-#: Most words, numbers and parentheses of the lines of a file that the fast path leaves to the grammar.
-MAX_WORDS: Final = 100_000
+#: Most words, numbers and parentheses of a file.
+MAX_WORDS: Final = 200_000
 
 _WORDS = re.compile(sx.NAME)
 _WORD_OR_PARENTHESIS = re.compile(r"[\w.]+|\(")
@@ -107,26 +106,18 @@ def _stops(source: SourceText, line: LogicalLine, kind: LineKind) -> int | None:
     """Return where reading a line as one kind stops, or where a word of another tool stands; None for neither."""
     if kind in ("unknown", "blank"):
         return line.start
-    node = fast_path.read(source, line, kind)
-    if node is None:
-        from fuzzyctl.lang import grammar
+    from fuzzyctl.lang import grammar
 
-        node, at = grammar.read_line(source, line, kind)
-        if node is None:
-            return at
+    node, at = grammar.read_line(source, line, kind)
+    if node is None:
+        return at
     odd = foreign(node, source.text)
     return None if odd is None else odd.span.start if odd.span is not None else line.start
 
 
 def parse_line(source: SourceText, line: LogicalLine, kind: LineKind) -> tuple[Any, list[Diagnostic]]:
     """Parse one logical line, or one field of a CSV file, as one kind; the node is None when it could not be read."""
-    node = fast_path.read(source, line, kind)
-    return (node, []) if node is not None else parse_by_grammar(source, line, kind)
-
-
-def parse_by_grammar(source: SourceText, line: LogicalLine, kind: LineKind) -> tuple[Any, list[Diagnostic]]:
-    """Do the same for any line, plain or not."""
-    # Files of plain lines, which are read faster than the grammar is, need none.
+    # Commands that read no rule file do without lark.
     from fuzzyctl.lang import grammar
 
     return grammar.parse_line(source, line, kind)
@@ -320,27 +311,20 @@ class _Assembler:
             self.diagnostics.append(line.mistake)
             return None
         self._count(line)
-        problems: list[Diagnostic] = []
-        node = fast_path.read(self.source, line, kind)
-        if node is None:
-            self._count_words(line)
-            node, problems = parse_by_grammar(self.source, line, kind)
+        node, problems = parse_line(self.source, line, kind)
         self.diagnostics.extend(problems)
         odd = foreign(node, self.source.text)
         self.foreign.extend([odd] if odd is not None else [])
         return node
 
     def _count(self, line: LogicalLine) -> None:
+        """Count what takes long to read."""
         self.equations += bool(line.in_block) or line.word == "let"
         if self.equations > MAX_EQUATIONS:
             raise _TooMuchError(f"more than {MAX_EQUATIONS:,} lines of controllers, plants, loops and lets")
-
-    def _count_words(self, line: LogicalLine) -> None:
-        """Count what takes long to read."""
         self.words += sum(1 for _ in _WORD_OR_PARENTHESIS.finditer(self.source.text, line.start, line.end))
         if self.words > MAX_WORDS:
-            what = f"{MAX_WORDS:,} words, numbers and parentheses"
-            raise _TooMuchError(f"the lines that are not plain have more than {what}")
+            raise _TooMuchError(f"more than {MAX_WORDS:,} words, numbers and parentheses")
 
     def _drop_condition(self) -> None:
         """Report a `with` line that no table follows."""

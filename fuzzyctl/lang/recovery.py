@@ -18,11 +18,11 @@ from fuzzyctl.diagnostics.diagnostic import Diagnostic
 from fuzzyctl.diagnostics.fixes import Fix, Replacement
 from fuzzyctl.diagnostics.source import SourceText, Span
 from fuzzyctl.lang import syntax as sx
-from fuzzyctl.lang.character_repairs import COMMENT
 from fuzzyctl.lang.edits import Declared, Draft, Edit, Surroundings
-from fuzzyctl.lang.line_repairs import Reading, Stops, combined, kind_of, repaired_line
 from fuzzyctl.lang.lines import LogicalLine, split
 from fuzzyctl.lang.repaired_text import RepairedText, in_original
+from fuzzyctl.lang.repairs import COMMENT
+from fuzzyctl.lang.search import Reading, Stops, kind_of, repaired_line
 from fuzzyctl.lang.syntax import STATEMENT_KEYWORDS
 
 #: Largest number of rounds of reading a file again; each round reveals what the repairs of the previous one uncovered.
@@ -37,10 +37,6 @@ _MOST: Final = 10_000
 _RULE: Final = re.compile(r"[ \t]*((?:else[ \t]+)?if\b[^\n#]*)", re.IGNORECASE)
 
 _LAST_WORD: Final = re.compile(rf"{sx.NAME}\Z")
-
-#: Codes of lines that cannot be read, and how many of them get a combination of repairs, which takes many readings.
-_SYNTAX: Final = frozenset({"FZ101", "FZ102", "FZ103", "FZ105"})
-_COMBINED: Final = 4
 
 #: Longer chains of `else if` are not repaired.
 _CHAIN: Final = 10
@@ -77,7 +73,6 @@ def recover(source: SourceText, found: Found, read: Read, stops: Stops) -> tuple
     tree = dataclasses.replace(
         tree, repaired=bool(reports) and not mistakes, unread=tree.unread | _half_typed(source, reports.values())
     )
-    mistakes = _with_combined(source, text, mistakes, stops, reports)
     return tree, _joined(source, reports.values(), map(in_original, mistakes))
 
 
@@ -155,62 +150,9 @@ def _repaired(
     return RepairedText(source.name, "".join(pieces), source.encoding, source, origins, all_ends)
 
 
-def _with_combined(
-    source: SourceText,
-    text: SourceText,
-    mistakes: list[Diagnostic],
-    stops: Stops,
-    reports: dict[int, Diagnostic],
-) -> list[Diagnostic]:
-    """Return the mistakes of a text, the first ones of lines that cannot be read with a fix of the whole line, if any.
-
-    What has been reported of such a line becomes the report of all its repairs.
-    """
-    lines = [line for line in split(text) if line.kind != "blank"] if mistakes else []
-    starts = [line.start for line in lines]
-    first: dict[int, Diagnostic] = {}
-    for d in mistakes:
-        if d.span is not None and d.code in _SYNTAX and len(first) < _COMBINED and not _touches_other_lines(d):
-            first.setdefault(bisect_right(starts, d.span.start) - 1, d)
-    by_line = {d.span.line: place for place, d in reports.items() if d.span is not None}
-    left = {id(d): d for d in mistakes}
-    for k, line, around in _surrounded(text.text, lines, first):
-        draft = _as_written(source, text, line.start, min(_ends(text.text, line)))
-        found = combined(
-            draft, _known_edits(draft, first[k]), around, Reading(stops, kind_of(line, around), line.in_block)
-        )
-        if found is None or not found.edits:
-            continue
-        place = by_line.get(source.line_of(draft.origin[0]))
-        if place is None:
-            left[id(first[k])] = dataclasses.replace(in_original(first[k]), fix=_fix(source, found.edits))
-        else:
-            reports[place] = _report(source, found, reports[place], whole=True)
-            del left[id(first[k])]
-    return list(left.values())
-
-
-def _known_edits(draft: Draft, mistake: Diagnostic) -> list[Edit]:
-    """Return the edits of a line that the fix of its mistake makes."""
-    fix, at = in_original(mistake).fix, draft.origin[0]
-    if fix is None or not all(at <= r.span.start and r.span.end <= draft.origin[-1] for r in fix.replacements):
-        return []
-    sure, why = fix.applicability == "sure", mistake.help.partition(";")[0]
-    return [Edit(r.span.start - at, r.span.end - at, r.text, why, sure) for r in fix.replacements]
-
-
 def _touches_other_lines(d: Diagnostic) -> bool:
     """Whether the fix of a mistake changes another line than its own."""
     return d.fix is not None and d.span is not None and any(r.span.line != d.span.line for r in d.fix.replacements)
-
-
-def _as_written(source: SourceText, text: SourceText, start: int, stop: int) -> Draft:
-    """Return a line of a text as it stands in the original, with its comment."""
-    if isinstance(text, RepairedText):
-        start, stop = text.origin[start], text.origin[stop]
-    end = source.text.find("\n", stop)
-    stop = start + len(source.text[start : len(source.text) if end < 0 else end].rstrip())
-    return Draft(source.text[start:stop], list(range(start, stop + 1)), list(range(start + 1, stop + 1)))
 
 
 def _surrounded(

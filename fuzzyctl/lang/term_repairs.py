@@ -1,4 +1,4 @@
-"""Repairs of terms and table rows: membership functions in the notation of other tools."""
+"""Repairs of terms and rows of tables: membership functions and cells in the notation of other tools."""
 
 from __future__ import annotations
 
@@ -7,23 +7,25 @@ from collections.abc import Iterator
 from typing import Final
 
 from fuzzyctl.formulas import MEMBERSHIP
-from fuzzyctl.lang.edits import Edit, Repair, Surroundings
+from fuzzyctl.lang.edits import NUMBER, VALUE, Edit, Repair, Surroundings, depth, head, row
 from fuzzyctl.lang.other_tools import ORDERS, SCIKIT_ORDERS, known_kind
-from fuzzyctl.lang.repair_patterns import NUMBER, by_pattern, head
 from fuzzyctl.lang.syntax import NAME, STATEMENT_KEYWORDS
 
+_KEYWORD: Final = "|".join(STATEMENT_KEYWORDS)
 _NUMBERS: Final = re.compile(rf"(?:{NUMBER}|[-+]?(?:inf(?:inity)?)\b)", re.IGNORECASE)
-_INFINITY: Final = re.compile(r"^([-+]?)inf(?:inity)?$", re.IGNORECASE)
-_WITH_COMMA: Final = re.compile(r"[-+]?\d+(?:[.,]\d+)?")
 _CALL: Final = re.compile(
     rf"^\s*(?:{NAME}\[\s*\"([^\"]*)\"\s*\]|({NAME}))?\s*(?:=|:=|:|\s)\s*\"?(?:fuzz\.|mf\.|sf\.)?({NAME})\"?\s*,?\s*"
     r"([\[(]?.*)$"
 )
 _UNIVERSE: Final = re.compile(rf"^[\[(]\s*(?:{NAME}(?:\.{NAME})?)\s*,")
+_POINTS: Final = re.compile(rf"^\s*{NAME}(\s*[:=]+\s*(?:\(\s*+{NUMBER}\s*+,\s*+{NUMBER}\s*+\)\s*+,?\s*+){{2,}}+)$")
 
 
 def _call(code: str, text: str, around: Surroundings) -> Iterator[Edit]:
     """Write the membership function of a term line as here, with its numbers in the order of here."""
+    if (points := _POINTS.match(text)) is not None:
+        new = f" = piecewise({', '.join(re.findall(NUMBER, points[1]))})"
+        yield Edit(*points.span(1), new, "points of a term are written piecewise(x1, y1, x2, y2, ...)")
     found = _CALL.match(text)
     if found is None or (found[1] is None and found[2] is None) or head(code) in ("if", "with", "table", "terms"):
         return
@@ -31,24 +33,14 @@ def _call(code: str, text: str, around: Surroundings) -> Iterator[Edit]:
     rest = re.sub(r"\s*(?:#.*)?$", "", found[4])
     if kind is None:
         return
-    is_scikit = _UNIVERSE.match(rest) is not None and "[" not in rest
-    numbers = _arguments(_UNIVERSE.sub("", rest) if _UNIVERSE.match(rest) else rest)
+    is_universe = _UNIVERSE.match(rest) is not None
+    numbers = _arguments(_UNIVERSE.sub("", rest), len(MEMBERSHIP[kind].parameters), variadic=MEMBERSHIP[kind].variadic)
     if numbers is None:
         return
-    word = found[3].lower()
-    form = SCIKIT_ORDERS.get(word) if is_scikit else ORDERS.get(word)
-    parameters = MEMBERSHIP[kind].parameters
-    decimals = _with_decimal_commas(rest)
-    if len(decimals) == len(parameters) != len(numbers):
-        numbers = decimals
-    if (
-        not MEMBERSHIP[kind].variadic
-        and re.fullmatch(r"[(\[]\d+(?:,\d+)+[)\]]\s*", rest)
-        and len(numbers) == 2 * len(parameters)
-    ):
-        # All numbers have a comma, none has a blank.
-        numbers = [f"{whole}.{part}" for whole, part in zip(numbers[::2], numbers[1::2], strict=True)]
-    numbers = [n if n.lstrip("+-") in around.declared.params else _INFINITY.sub(r"\1inf", n) for n in numbers]
+    word, parameters = found[3].lower(), MEMBERSHIP[kind].parameters
+    form = SCIKIT_ORDERS.get(word) if is_universe and "[" not in rest else ORDERS.get(word)
+    infinity = re.compile(r"^([-+]?)inf(?:inity)?$", re.IGNORECASE)
+    numbers = [n if n.lstrip("+-") in around.declared.params else infinity.sub(r"\1inf", n) for n in numbers]
     why = "membership functions have names of their own here"
     if form is not None and len(numbers) == len(form.parameters) and not any("=" in n for n in numbers):
         given = dict(zip(form.parameters, numbers, strict=True))
@@ -59,146 +51,122 @@ def _call(code: str, text: str, around: Surroundings) -> Iterator[Edit]:
     elif word == "binary" and numbers[-1].startswith("-"):
         # fuzzylite writes where it begins and to which side it goes.
         numbers.reverse()
-    elif word == kind or found[3] == kind:
+    elif found[3] == kind:
         why = f"the form is: NAME = {kind}({', '.join(parameters)})"
-    new = f"{kind}({', '.join(numbers)})"
-    start = found.start(3)
+    new, start = f"{kind}({', '.join(numbers)})", found.start(3)
     if found[2] is None or text[found.end(2) : start].strip() != "=":
         start = len(text) - len(text.lstrip())
-        new = f"{found[2] or _name_of(found[1])} = {new}"
+        name = found[2] or re.sub(r"\W+", "_", found[1])
+        new = f"{name} = {new}"
     if new != text[start : found.start(4) + len(rest)]:
         yield Edit(start, found.start(4) + len(rest), new, why)
 
 
-def _name_of(label: str) -> str:
-    return re.sub(r"\W+", "_", label)
-
-
-def _arguments(rest: str) -> list[str] | None:
+def _arguments(rest: str, due: int, *, variadic: bool) -> list[str] | None:
     """Return the parameters of a call, which may lack their parentheses or commas; None for anything else."""
     inner = re.sub(r"^[\[(\s]+|[\])\s]+$", "", rest)
     if re.fullmatch(r"[^\[\](),]+(?:,[^\[\](),]+)+", inner) and not re.search(r"\d\s+[-+]?\.?\d", inner):
-        return [part.strip() for part in inner.split(",")]
-    # Points of FCL: (0, 1) (5, 0).
-    inner = re.sub(r"[\[\](),;]", " ", inner)
-    parts = inner.split()
-    return parts if parts and all(map(_NUMBERS.fullmatch, parts)) else None
+        parts = [part.strip() for part in inner.split(",")]
+    else:
+        # Points of FCL: (0, 1) (5, 0).
+        parts = re.sub(r"[\[\](),;]", " ", inner).split()
+        if not parts or not all(map(_NUMBERS.fullmatch, parts)):
+            return None
+    decimals = re.sub(r"[\[\]()]", " ", rest).split()
+    if all(re.fullmatch(r"[-+]?\d+(?:[.,]\d+)?", p) for p in decimals) and len(decimals) == due != len(parts):
+        return [p.replace(",", ".") for p in decimals]
+    if not variadic and re.fullmatch(r"[(\[]\d+(?:,\d+)+[)\]]\s*", rest) and len(parts) == 2 * due:
+        # All numbers have a comma, none has a blank.
+        return [f"{whole}.{part}" for whole, part in zip(parts[::2], parts[1::2], strict=True)]
+    return parts
 
 
-def _with_decimal_commas(rest: str) -> list[str]:
-    """Return the parameters of a call whose numbers are separated by blanks and have commas for points."""
-    parts = re.sub(r"[\[\]()]", " ", rest).split()
-    return [p.replace(",", ".") for p in parts] if all(map(_WITH_COMMA.fullmatch, parts)) else []
+def _items(groups: list[str], around: Surroundings) -> str | None:
+    """Return the items of a `terms` line, separated by blanks, each peak behind '@'."""
+    inner = (
+        re.sub(r"^\s*[:=]?\s*[\[({]?|(?<=[\w\"])\s*[\])}]\s*$", "", groups[1])
+        if "(" not in groups[1][3:]
+        else groups[1]
+    )
+    inner = re.sub(rf"(?<=\s)({NAME})(?:\(([^()]*)\)|\s*:\s*(?=[-+.\d(])|\s+at\s+(?=[-+.\d(]))", r"\1@\2", f" {inner}")
+    inner = re.sub(rf"\s*,\s*(?={NAME})", " ", inner)
+    return f" {inner.strip()}" if inner.strip() else None
 
 
-def _points(groups: list[str], around: Surroundings) -> str:
-    numbers = re.findall(NUMBER, groups[2])
-    return f" = piecewise({', '.join(numbers)})"
+def _joined_name(groups: list[str], around: Surroundings) -> str | None:
+    """Return a name with underscores for blanks and hyphens; in a rule a hyphen may be a minus sign."""
+    name = groups[1] or groups[2] or groups[3]
+    known = around.declared.variables | around.declared.params
+    if groups[3] and known.issuperset(name.split("-")):
+        return None
+    return "_".join(dict.fromkeys(name.split())) if groups[1] else name.replace("-", "_")
 
 
-def _separated(groups: list[str], around: Surroundings) -> str | None:
-    items = re.sub(r"[\[\](){},\"]", " ", groups[2]).split()
-    return f" {' '.join(items)}" if items else None
-
-
-def _cell(groups: list[str], around: Surroundings) -> str | None:
-    names = re.findall(NAME, groups[1])
-    if set(names) & around.declared.variables:
-        return f"function({groups[1]})"
-    return f"({groups[1]})" if not names or set(names) & around.declared.params else None
-
-
-def _leading_bar(groups: list[str], around: Surroundings) -> str | None:
-    """Drop the bar before the term of a row where the table has rows with terms."""
-    return "" if _two_way(around) else None
-
-
-def _two_way(around: Surroundings) -> bool:
+def _is_two_way(around: Surroundings) -> bool:
     return re.search(r"\s[x×]\s", around.statement) is not None
 
 
-def _bars(groups: list[str], around: Surroundings) -> str:
+def _cells(groups: list[str], around: Surroundings) -> str | None:
+    """Return a header without bars, or a row with one bar and blanks between its cells."""
+    line, first = groups[1].strip(), head(groups[1])
+    if around.block != "table" or first in STATEMENT_KEYWORDS:
+        return None
+    if around.is_first and line.count("|") > 1 and (header := _header(line.strip("|").split("|"), around)) is not None:
+        return header
+    if _is_two_way(around):
+        line = re.sub(rf"^\|\s*(?={NAME}\s*\|)", "", line)
+    found = re.match(rf"({NAME})?\s*([|:&])\s*(.*?)[\s|]*(?:\\\\)?$", line)
+    if found is None or not found[3] or (found[1] is None and _is_two_way(around)):
+        return None
+    body = found[3]
     # Commas without a blank are those of decimals where others have one.
-    separator = r"(?:[|&]|,(?!\d))" if re.search(r",\s", groups[1]) else "[|,&]"
-    filled = re.sub(rf"^\s*(?={separator})|(?<=[|,&])\s*(?={separator})", " . ", groups[1])
-    return " ".join(re.sub(separator, " ", filled).split())
+    separator = r"(?:[|&]|,(?!\d))" if re.search(r",\s", body) else "[|,&]"
+    if depth(body) == 0 and re.search(separator, re.sub(r"\([^()]*\)", "", body)) and "(" not in body:
+        body = re.sub(rf"^\s*(?={separator})|(?<=[|,&])\s*(?={separator})", " . ", body)
+        body = " ".join(re.sub(separator, " ", body).split())
+    body = re.sub(r"(?<!\S)-+(?!\S)", ".", body)
+    cell = rf"(?:\s|^)(?:({NUMBER})\s*\*\s*({NAME})|({NAME})\*({NAME})|({VALUE}))(?=\s|$)"
+    body = re.sub(cell, lambda m: m[0][: m[0] != m[0].lstrip()] + _cell(m, around), body)
+    return (
+        f"{found[1] or ''} | {body}".strip()
+        if found[2] != "|" or body != found[3] or line != groups[1].strip()
+        else None
+    )
 
 
-def _hyphen_name(groups: list[str], around: Surroundings) -> str:
-    return groups[1].replace("-", "_")
+def _cell(m: re.Match[str], around: Surroundings) -> str:
+    params, variables = around.declared.params, around.declared.variables
+    if m[1] and m[2] not in params | variables:
+        return f"{m[2]}*{m[1]}"
+    if m[3] and m[3] not in params | variables:
+        return f"{m[3]}*({m[4]})" if m[4] in params else m[0].strip()
+    names = set(re.findall(NAME, m[0]))
+    if names & variables:
+        return f"function({m[0].strip()})"
+    return f"({m[0].strip()})" if not names or names & params else m[0].strip()
 
 
-_ROW_WEIGHT: Final = rf"(?<=\s)(?P<x>({NUMBER})\s*\*\s*({NAME}))(?=\s|$)"
+def _header(parts: list[str], around: Surroundings) -> str | None:
+    """Return the terms of the columns if all between the bars are, but for a corner."""
+    corner, *cells = (cell.strip() for cell in parts)
+    column = re.findall(NAME, around.statement)[-1:]
+    terms = around.declared.words.get(column[0], set()) if column else set()
+    is_corner = around.declared.variables.issuperset(re.split(r"\s*[\\/]\s*", corner)) or not corner
+    names = cells if is_corner else [corner, *cells]
+    return " ".join(names) if len(set(names)) == len(names) > 0 and terms.issuperset(names) else None
 
 
-def _weight(groups: list[str], around: Surroundings) -> str | None:
-    # A param or an input times a number is a value, a term times a number is a rule with a weight.
-    return None if groups[3] in around.declared.params | around.declared.variables else f"{groups[3]}*{groups[2]}"
-
-
-def _in_rows(repair: Repair) -> Repair:
-    def only(code: str, text: str, around: Surroundings) -> Iterator[Edit]:
-        if re.match(rf"\s*{NAME}\s*\|", code) or (code.lstrip().startswith("|") and not _two_way(around)):
-            yield from repair(code, text, around)
-
-    return only
-
-
-_SPACED: Final = "cells are separated by blanks"
-#: A formula; signs with a blank only before them begin a cell of their own.
-_VALUE: Final = rf"[-+]?[\w.]+(?:(?:\s*[*/^]\s*|[-+]|\s+[-+]\s+)[\w.(]+\)*)+|[-+]{NAME}"
-
-#: What follows the name of a term.
 _FUNCTION: Final = rf"\s*=\s*(?:{'|'.join(MEMBERSHIP)})\s*\("
 
 TERMS: Final[tuple[Repair, ...]] = (
-    by_pattern(
-        rf"^\s*(?!(?:{'|'.join(STATEMENT_KEYWORDS)})\b)(?P<x>{NAME}(?:[ \t]+{NAME})+)(?={_FUNCTION})",
-        lambda g, _: "_".join(dict.fromkeys(g[1].split())),
-        "a name has no blanks",
+    row(
+        rf"^\s*(?!(?:{_KEYWORD})\b)(?P<x>{NAME}(?:[ \t]+{NAME})+)(?={_FUNCTION})"
+        rf"|^\s*(?P<y>{NAME}(?:-{NAME})+)(?=\s*=|\s*\|)"
+        rf"|\bis\s+(?:not\s+)?(?P<z>{NAME}(?:-{NAME})+)(?=\s*(?:$|,|\)|\b(?:and|or|then|weight)\b))",
+        _joined_name,
+        "a name has no blanks and no hyphens",
     ),
-    by_pattern(rf"^\s*({NAME}(?:-{NAME})+)(?=\s*=|\s*\|)", _hyphen_name, "a name has no hyphen, which is a minus sign"),
-    by_pattern(
-        rf"^\s*terms(?P<x>\s*[:=]?\s*([\[({{]?\s*\"?{NAME}\"?(?:[\s,]+\"?{NAME}\"?)+\s*[\])}}]?))\s*$",
-        _separated,
-        "terms are separated by blanks",
-        heads="terms",
-    ),
-    by_pattern(rf"(?<=\w)(?P<x>\s*,\s*)(?={NAME}\s*[=@])", " ", "terms are separated by blanks", heads="terms"),
-    by_pattern(rf"(?<=\s){NAME}(?P<x>\s*:\s*|\s+at\s+)(?=[-+.\d(])", "@", "a peak is written TERM@PEAK", heads="terms"),
-    by_pattern(rf"(?<=\s){NAME}(?P<x>\(([^()]*)\))", "@{2}", "a peak is written TERM@PEAK", heads="terms"),
-    by_pattern(
-        rf"(?<=[=@])(?P<x>({_VALUE}|{NAME}))(?=\s|$)",
-        "({2})",
-        "an expression of several parts is written in parentheses",
-        heads="terms",
-    ),
-    by_pattern(
-        rf"^\s*{NAME}(?P<x>\s*[:=]+\s*((?:\(\s*+{NUMBER}\s*+,\s*+{NUMBER}\s*+\)\s*+,?\s*+){{2,}}+))$",
-        _points,
-        "points of a term are written piecewise(x1, y1, x2, y2, ...)",
-    ),
+    row(r"^\s*terms\b(?P<x>[^#\n]*?)\s*$", _items, "terms are separated by blanks, a peak is written TERM@PEAK"),
     _call,
-    by_pattern(
-        rf"^\s*{NAME}(?P<x>\s*[:&]\s*)(?={NAME})",
-        lambda _, around: " | " if around.block == "table" else None,
-        "a row begins with its term and '|'",
-    ),
-    _in_rows(by_pattern(r"(?P<x>\s*\\\\)\s*$", "", _SPACED)),
-    _in_rows(by_pattern(r"(?<=\s)(?P<x>-+)(?=\s|$)", ".", "a cell without a rule is '.'")),
-    by_pattern(rf"^\s*(?P<x>\|\s*)(?={NAME}\s*\|)", _leading_bar, "a row begins with its term"),
-    _in_rows(by_pattern(r"\|\s*(?P<x>[^\n]*\w\s*[|,&][^\n]*)$", _bars, _SPACED)),
-    _in_rows(
-        by_pattern(
-            rf"(?<=\s)({NAME})\*(?P<x>({NAME}))(?=\s|$)",
-            lambda g, a: f"({g[3]})" if g[3] in a.declared.params and g[1] not in a.declared.variables else None,
-            "a weight other than a number is written in parentheses",
-        )
-    ),
-    _in_rows(by_pattern(_ROW_WEIGHT, _weight, "the weight of a cell is written TERM*WEIGHT")),
-    _in_rows(
-        by_pattern(
-            rf"(?<=\s)({_VALUE})(?=\s|$)", _cell, "a cell holds a term, a number, or an expression in parentheses"
-        )
-    ),
+    row(r"^(?P<x>[^#\n]*?)\s*$", _cells, "a row is written TERM | CELLS, with blanks between them and '.' for no rule"),
 )

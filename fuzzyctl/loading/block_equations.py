@@ -22,7 +22,6 @@ from fuzzyctl.expr import ZERO, Call, Expr, Keyword, Name
 from fuzzyctl.kernels.plan.algebraic_loops import feedthrough, ordered
 from fuzzyctl.kernels.plan.equations import Equation, Equations, Evaluation
 from fuzzyctl.kernels.plan.expansion import equations_of
-from fuzzyctl.model.block import Block
 from fuzzyctl.model.checks.block_numbers import numbers_of_all
 from fuzzyctl.model.controller import Controller, Definition, EquationBlock, Instance, Result, Signal
 from fuzzyctl.model.forms import bound
@@ -33,29 +32,24 @@ from fuzzyctl.model.plant import Plant
 from fuzzyctl.model.plant_forms import PLANT_FUNCTIONS
 from fuzzyctl.model.shared_params import with_values
 from fuzzyctl.model.signals import SIGNALS, TIME
-from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.support.arguments import is_finite
 
-AnyBlock = TypeVar("AnyBlock", bound=Block)
 WithEquations = TypeVar("WithEquations", bound=EquationBlock)
 
 
-def with_params(block: AnyBlock, values: Mapping[str, float]) -> AnyBlock:
+def with_params(block: WithEquations, values: Mapping[str, float]) -> WithEquations:
     """Return a block with some params set to numbers, those of a controller's instances by `INSTANCE.PARAM`.
 
     Raises:
         DiagnosticError: For numbers that the block does not take, such as one outside of the range of its param.
     """
     changed: Any = block
-    if isinstance(changed, FuzzySystem):
-        changed = changed.with_params(**values)
-        return cast("AnyBlock", changed)
     changed = with_values(with_instance_params(changed, values), values)
     found = list(numbers_of_all(changed))
     if found:
         raise DiagnosticError(found)
     parts_of(changed)
-    return cast("AnyBlock", changed)
+    return cast("WithEquations", changed)
 
 
 def with_numbers(block: WithEquations, values: Mapping[str, Any]) -> WithEquations:
@@ -83,7 +77,7 @@ def with_numbers(block: WithEquations, values: Mapping[str, Any]) -> WithEquatio
     for inner in (*block.controllers, *block.plants):
         for name in of_systems.keys() & {s.name for s in inner.systems}:
             raise ArgumentError(f"system '{name}' is called inside of {inner.kind} '{inner.name}', too")
-    systems = tuple(s.with_values(of_systems.get(s.name, {})) if s.name in of_systems else s for s in block.systems)
+    systems = tuple(_with_values(s, of_systems[s.name]) if s.name in of_systems else s for s in block.systems)
     block = dataclasses.replace(block, systems=systems)
     if isinstance(block, Loop):
         from fuzzyctl.simulation.settings import with_settings
@@ -102,9 +96,22 @@ def with_numbers(block: WithEquations, values: Mapping[str, Any]) -> WithEquatio
     return with_params(dataclasses.replace(block, instances=instances), params)
 
 
-def in_order(block: EquationBlock) -> list[Definition | Result]:
+def _with_values(system: Any, values: Mapping[str, Any]) -> Any:
+    """Return a system with other values of its numbers; errors name it."""
+    try:
+        return system.with_values(values)
+    except UnknownNameError as error:
+        raise UnknownNameError(error.kind, f"{system.name}.{error.name}", error.known) from None
+    except ArgumentError as error:
+        raise ArgumentError(f"system '{system.name}': {error}") from None
+    except ValueOutOfBoundsError as error:
+        name = f"system '{system.name}': {error.name}"
+        raise ValueOutOfBoundsError(name, error.value, error.bound, error.unit) from None
+
+
+def in_order(block: Any) -> list[Definition | Result]:
     """Return the definitions and outputs of a block without mistakes in the order in which they are computed."""
-    equations = _equations(block)
+    equations = equations_of(block) if block.is_sampled else _equations(block)
     place: dict[object, int] = {}
     for k, item in enumerate(equations.body):
         place.setdefault(item.span if isinstance(item, Evaluation) else item.name, k)
@@ -127,7 +134,7 @@ def parts_of(block: EquationBlock) -> int:
             raise DiagnosticError([_in_plant(d, block) for d in error.diagnostics]) from None
     if isinstance(block, Loop):
         return _loop_parts(block)
-    return _equations(block).parts
+    return equations_of(cast("Controller", block)).parts
 
 
 def _in_plant(d: Diagnostic, plant: Plant) -> Diagnostic:
@@ -136,9 +143,7 @@ def _in_plant(d: Diagnostic, plant: Plant) -> Diagnostic:
 
 
 def _equations(plant: EquationBlock) -> Equations:
-    """Return the equations of a controller, or of a plant in the form of one."""
-    if isinstance(plant, Controller):
-        return equations_of(plant)
+    """Return the equations of a plant or loop in the form of a controller."""
     params = plant.param_values
 
     def known(expr: Expr) -> Expr:
@@ -180,7 +185,7 @@ def _loop_parts(loop: Loop) -> int:
     """
     callees: list[Controller | Plant] = [*loop.controllers, *loop.plants]
     inputs = {b.name: [i.name for i in b.inputs] for b in callees}
-    direct = {c.name: feedthrough(_equations(c)) for c in loop.controllers}
+    direct = {c.name: feedthrough(equations_of(c)) for c in loop.controllers}
     direct |= {p.name: feedthrough(_equations(p)) for p in loop.plants if not p.external}
     outputs = {b.name: [r.name for r in b.results] for b in callees}
     arguments = [d for i in loop.instances for d in _arguments(i, inputs[i.controller])]
@@ -213,14 +218,12 @@ def _loop_parts(loop: Loop) -> int:
         ordered([Equation(m.name, m.value, m.span) for m in loop.measures])
     except DiagnosticError as error:
         raise DiagnosticError([_of_measures(d) for d in error.diagnostics]) from None
-    if loop.step is not None or any(c.period is not None for c in loop.controllers):
-        # Which controllers need not.
-        from fuzzyctl.simulation.judgement import Judgement
-        from fuzzyctl.simulation.sample_times import require_room
+    from fuzzyctl.simulation.judgement import Judgement  # which files without loops need not
+    from fuzzyctl.simulation.sample_times import require_room
 
-        sizes = {b.name: len(b.inputs) + len(b.states) + len(b.results) for b in callees}
-        recorded = len(loop.definitions) + sum(sizes[i.controller] for i in loop.instances)
-        require_room(loop, recorded + len(Judgement(loop).signals))
+    sizes = {b.name: len(b.inputs) + len(b.states) + len(b.results) for b in callees}
+    recorded = len(loop.definitions) + sum(sizes[i.controller] for i in loop.instances)
+    require_room(loop, recorded + len(Judgement(loop).signals))
     return equations.parts
 
 

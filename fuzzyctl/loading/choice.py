@@ -22,6 +22,11 @@ _HELP: Final = {
     "system": "give a file with a 'system' block; 'fuzzyctl show' prints controllers, plants and loops",
     "loop": "a 'loop' joins controllers and plants, as in 'fuzzyctl show water_tank'",
 }
+#: What works for a block that a command does not take.
+_INSTEAD: Final = {
+    "plant": "'fuzzyctl show' prints a plant, 'simulate' runs a loop with it, 'codegen --step' writes its steps",
+    "loop": "'fuzzyctl simulate' runs a loop, 'page' shows its run",
+}
 
 
 def block_name(name: object) -> str | None:
@@ -92,6 +97,7 @@ def _not_chosen(
     other = next((b for b in examined.blocks if b.name == name), None)
     if other is not None and known:
         facts.append(f"'{name}' is a {other.kind}{': a loop runs it' if word == 'loop' else ''}")
+        help_text = help_text or ("" if word == "loop" else _INSTEAD.get(other.kind, ""))
     return Diagnostic("FZ502", message, facts=tuple(facts), help=help_text, file=examined.source.name)
 
 

@@ -29,6 +29,12 @@ class Block(Node, Printed):
 
     #: The word of the rule file that begins such a block.
     kind: ClassVar[str]
+    #: Whether expressions call it; each other block is given a name, by `block NAME = ...`.
+    is_function: ClassVar[bool] = False
+    #: Whether it is sampled, so that its equations give the next state, and claims are about every step.
+    is_sampled: ClassVar[bool] = False
+    #: Why such a block has no claims to prove, an empty text for one that can have some.
+    unclaimed: ClassVar[str] = ""
 
     name: str
     title: str = ""
@@ -57,6 +63,9 @@ class Block(Node, Printed):
         def range_of(self, signal: Any) -> tuple[float, float]:
             """Return the ends of the range of an input or output; infinite without a range."""
 
+        def with_params(self, **values: float) -> Self:
+            """Return the block with some params set to numbers."""
+
         def with_systems(self, change: Callable[[Any], Any]) -> Self:
             """Return the block with each system that it evaluates changed, those of blocks inside among them."""
 
@@ -64,6 +73,21 @@ class Block(Node, Printed):
     def parts(self) -> tuple[Block, ...]:
         """The blocks that it calls, each behind those that it calls itself, and at last the block."""
         return (self,)
+
+    @property
+    def all_systems(self) -> tuple[Any, ...]:
+        """The systems that it evaluates, those of blocks inside among them, each once."""
+        return tuple({(s.name, s.path): s for part in self.parts for s in part.systems}.values())
+
+    @property
+    def lets(self) -> tuple[Any, ...]:
+        """The lets of a system, which claims take by their values; those of other blocks are part of their steps."""
+        return ()
+
+    @property
+    def states(self) -> tuple[Any, ...]:
+        """The declared states in the order of declaration; systems declare none."""
+        return ()
 
     @property
     def changes(self) -> tuple[Any, ...]:

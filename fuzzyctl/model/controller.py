@@ -25,6 +25,8 @@ class Signal(Node):
     label: str = ""
     unit: str = ""
     bounds: Bounds | None = None
+    #: Signals have no terms, as the variables of systems have.
+    terms: ClassVar[tuple[()]] = ()
 
     @property
     def title(self) -> str:
@@ -157,6 +159,16 @@ class EquationBlock(Block):
         """Return the controller or plant that an instance is of."""
         return next(b for b in (*self.controllers, *self.plants) if b.name == instance.controller)
 
+    def with_params(self, **values: float) -> Self:
+        """Return the block with some params set to numbers, those of instances by `INSTANCE.PARAM`.
+
+        Raises:
+            DiagnosticError: For numbers that the block does not take, such as one outside of the range of its param.
+        """
+        from fuzzyctl.loading.block_equations import with_params
+
+        return with_params(self, values)
+
     def with_values(self, values: Mapping[str, Any]) -> Self:
         """Return the block with other values of free numbers, see `loading.block_equations.with_numbers`."""
         from fuzzyctl.loading.block_equations import with_numbers
@@ -179,6 +191,7 @@ class Controller(EquationBlock):
     """
 
     kind: ClassVar[str] = "controller"
+    is_sampled: ClassVar[bool] = True
 
     updates: tuple[Definition, ...] = ()
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Final
+from typing import Any, Final
 
 from fuzzyctl.expr import Expr, Name, children, names_in, replace_names
 from fuzzyctl.model.guarantee import Guarantee
@@ -16,13 +16,13 @@ MOST_PARTS: Final = 5_000
 MOST_LEVELS: Final = 100
 
 
-def inlined(system: FuzzySystem, guarantee: Guarantee) -> Guarantee:
-    """Return a guarantee over params, inputs and outputs; `is_too_large` says whether that is feasible."""
-    if not system.lets or not named_lets(system, guarantee):
+def inlined(block: Any, guarantee: Guarantee) -> Guarantee:
+    """Return a guarantee with the `lets` of its block replaced; `is_too_large` says whether that is feasible."""
+    if not block.lets or not named_lets(block, guarantee):
         return guarantee
     values: dict[str, Expr] = {}
-    needed = _needed(system, guarantee)
-    for let in ordered_lets(system):
+    needed = _needed(block, guarantee)
+    for let in ordered_lets(block):
         if let.name in needed:
             values[let.name] = replace_names(let.value, values)
     claim = replace_names(guarantee.claim, values)

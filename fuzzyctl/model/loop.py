@@ -37,6 +37,7 @@ class Loop(EquationBlock):
     """
 
     kind: ClassVar[str] = "loop"
+    unclaimed: ClassVar[str] = "runs decide the requirements of loops: fuzzyctl simulate"
 
     measures: tuple[Measure, ...] = ()
     requirements: tuple[Guarantee, ...] = ()

@@ -4,33 +4,70 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Final, Literal
+from typing import Final, Literal, get_args
 
 from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.expr import Expr
 from fuzzyctl.model.node import Node
 from fuzzyctl.model.semantics import Semantics
 
-#: Defuzzifiers over rules: each rule counts with the middle of the core of its consequent term, weighted by its
-#: activation; implication and aggregation then have no effect. `center_average` is the name Mamdani systems use,
-#: `weighted_average` the one of Takagi-Sugeno systems; the formula is the same, Eq. (18) of Goto, Bertol, Martins.
-AVERAGES: Final = ("center_average", "weighted_average")
+Grid = Literal["midpoint", "endpoints", "left"]
 
-#: Defuzzifiers that take for each rule the value at which the monotone membership function of its consequent has the
-#: degree of the activation; the inverse ones take the degree that the consequent has at the activation.
-TSUKAMOTO: Final = ("tsukamoto", "tsukamoto_sum", "inverse_tsukamoto", "inverse_tsukamoto_sum")
+_GRIDS: Final = get_args(Grid)
+_MAXIMA: Final = {"resolution": (), "grid": _GRIDS, "rule": ("all", "running"), "tolerance": ()}
+_BISECTIONS: Final = ("interpolated", "first", "nearest", "walk", "two_sided", "between", "polygon")
 
-#: Defuzzifiers over rules that do not divide by the sum of the activations.
-SUMS: Final = ("weighted_sum", "tsukamoto_sum", "inverse_tsukamoto_sum")
 
-#: Defuzzifiers whose result is a sum over rules.
-OVER_RULES: Final = (*AVERAGES, "weighted_sum", *TSUKAMOTO)
+@dataclass(frozen=True)
+class DefuzzifierKind:
+    """What is known of a defuzzifier.
 
+    Args:
+        title: Its usual name in the literature.
+        takes: The number that it is of a set (`area` or `maximum`), or what a rule counts with, weighted by its
+            activation: the `middle` of the core of its consequent term, the `place` where the monotone membership
+            function of its consequent has the degree of the activation, or the `degree` that the consequent has at
+            the activation. For the last three implication and aggregation have no effect.
+        divides: Whether it is divided by the sum of the activations.
+        options: Its options, with the words that each of them takes; no words for a number.
+    """
+
+    title: str
+    takes: Literal["area", "maximum", "middle", "place", "degree"]
+    divides: bool = True
+    options: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+
+
+#: All defuzzifiers by name. `center_average` is the name that Mamdani systems use, `weighted_average` the one of
+#: Takagi-Sugeno systems; the formula is the same, Eq. (18) of Goto, Bertol, Martins.
+DEFUZZIFIERS: Final[Mapping[str, DefuzzifierKind]] = {
+    "centroid": DefuzzifierKind(
+        "centroid", "area", options={"resolution": (), "grid": _GRIDS, "rule": ("plain", "trapezoid", "polygon")}
+    ),
+    "bisector": DefuzzifierKind(
+        "bisector", "area", options={"resolution": (), "grid": _GRIDS, "rule": _BISECTIONS, "tolerance": ()}
+    ),
+    "som": DefuzzifierKind("smallest of maxima", "maximum", options={**_MAXIMA, "by": ("value", "magnitude")}),
+    "lom": DefuzzifierKind("largest of maxima", "maximum", options={**_MAXIMA, "by": ("value", "magnitude")}),
+    "mom": DefuzzifierKind("mean of maxima", "maximum", options=_MAXIMA),
+    "center_average": DefuzzifierKind("center average", "middle"),
+    "weighted_average": DefuzzifierKind("weighted average", "middle"),
+    "weighted_sum": DefuzzifierKind("weighted sum", "middle", divides=False),
+    "tsukamoto": DefuzzifierKind("Tsukamoto's method", "place"),
+    "tsukamoto_sum": DefuzzifierKind("Tsukamoto's method without division", "place", divides=False),
+    "inverse_tsukamoto": DefuzzifierKind("inverse Tsukamoto method", "degree"),
+    "inverse_tsukamoto_sum": DefuzzifierKind("inverse Tsukamoto method without division", "degree", divides=False),
+}
 #: Smallest, largest and mean of the places where the aggregated set is largest.
-MAXIMA: Final = ("som", "lom", "mom")
-
-#: All defuzzifiers.
-DEFUZZIFIERS: Final = ("centroid", "bisector", *MAXIMA, *OVER_RULES)
+MAXIMA: Final = tuple(n for n, k in DEFUZZIFIERS.items() if k.takes == "maximum")
+#: Defuzzifiers that look at a set.
+OVER_SETS: Final = tuple(n for n, k in DEFUZZIFIERS.items() if k.takes in ("area", "maximum"))
+#: Defuzzifiers whose result is a sum over rules.
+OVER_RULES: Final = tuple(n for n in DEFUZZIFIERS if n not in OVER_SETS)
+#: Of these, the ones over middles of cores.
+OVER_MIDDLES: Final = tuple(n for n, k in DEFUZZIFIERS.items() if k.takes == "middle")
+AVERAGES: Final = tuple(n for n in OVER_MIDDLES if DEFUZZIFIERS[n].divides)
+TSUKAMOTO: Final = tuple(n for n in OVER_RULES if n not in OVER_MIDDLES)
 
 #: Activation methods: which rules act, given the activations of all. `first`, `last`: the first or last COUNT rules,
 #: in the order written, whose activation is above 0 and at least THRESHOLD; `highest`, `lowest`: the COUNT rules of
@@ -39,8 +76,6 @@ DEFUZZIFIERS: Final = ("centroid", "bisector", *MAXIMA, *OVER_RULES)
 ACTIVATIONS: Final = ("general", "first", "last", "highest", "lowest", "proportional", "threshold")
 #: Of these, what looks at one rule at a time.
 EACH_ALONE: Final = frozenset({"general", "threshold"})
-
-Grid = Literal["midpoint", "endpoints", "left"]
 
 #: How samples make an integral or its half. Centroid: `plain` sums, or `trapezoid` sums. Bisector: `interpolated`,
 #: where the area to the left is half, inside a cell too; `first`, the first sample up to which the sum is half or more;

@@ -27,6 +27,7 @@ class Plant(EquationBlock):
     """
 
     kind: ClassVar[str] = "plant"
+    unclaimed: ClassVar[str] = "plants make no claims"
 
     derivatives: tuple[Definition, ...] = ()
     python: str = ""

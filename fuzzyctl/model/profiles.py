@@ -12,16 +12,12 @@ from typing import Any, Final, Literal
 
 from fuzzyctl.diagnostics.diagnostic import UnknownNameError
 from fuzzyctl.expr import ZERO, Expr
-from fuzzyctl.model.method import MAXIMA, Defuzzifier, Grid, Method, Rule
+from fuzzyctl.model.method import AVERAGES, MAXIMA, OVER_MIDDLES, OVER_SETS, Defuzzifier, Grid, Method, Rule
 from fuzzyctl.model.semantics import Semantics
 from fuzzyctl.model.variable import Fallback, Hold
 
-#: Defuzzifiers that look at a set.
-OVER_SETS: Final = ("centroid", "bisector", *MAXIMA)
 #: Words that take back an option of a defuzzifier which the profile in force sets.
 UNSET: Final[Mapping[str, str]] = MappingProxyType({"resolution": "exact", "rule": "usual", "tolerance": "usual"})
-
-_SUMS: Final = ("weighted_average", "center_average", "weighted_sum")
 
 
 @dataclass(frozen=True)
@@ -144,7 +140,7 @@ PROFILES: Final[Mapping[str, Profile]] = MappingProxyType(
                 Semantics(profile="matlab"),
                 _sampled(101, "endpoints", bisector="first", by="magnitude"),
                 otherwise="midpoint",
-                evaluates=("centroid", "bisector", *MAXIMA, *_SUMS),
+                evaluates=(*OVER_SETS, *OVER_MIDDLES),
             ),
             Profile(
                 "octave",
@@ -153,7 +149,7 @@ PROFILES: Final[Mapping[str, Profile]] = MappingProxyType(
                 replace(_OCTAVE, profile="octave"),
                 _sampled(101, "endpoints", bisector="first"),
                 otherwise="nan",
-                evaluates=("centroid", "bisector", *MAXIMA, *_SUMS),
+                evaluates=(*OVER_SETS, *OVER_MIDDLES),
                 not_imitated=_OCTAVE_BUGS,
             ),
             Profile(
@@ -163,7 +159,7 @@ PROFILES: Final[Mapping[str, Profile]] = MappingProxyType(
                 replace(_OCTAVE, profile="octave_0_4"),
                 _sampled(101, "endpoints", centroid="trapezoid", bisector="first"),
                 otherwise="nan",
-                evaluates=("centroid", "bisector", *MAXIMA, *_SUMS),
+                evaluates=(*OVER_SETS, *OVER_MIDDLES),
                 not_imitated=(
                     *_OCTAVE_BUGS,
                     "the drastic product of a single degree is 0 unless it is 1, the drastic sum of one is 1 unless it "
@@ -243,7 +239,7 @@ PROFILES: Final[Mapping[str, Profile]] = MappingProxyType(
                 _sampled(1000, "left", bisector="two_sided"),
                 otherwise=Hold(start="nan"),
                 method=Method(aggregation="sum"),
-                evaluates=("centroid", "bisector", *MAXIMA, *_SUMS),
+                evaluates=(*OVER_SETS, *OVER_MIDDLES),
                 has_blocks=True,
                 not_imitated=(
                     "AND and OR bind equally, from left to right: a matter of reading its files, not of this profile",
@@ -296,7 +292,7 @@ PROFILES: Final[Mapping[str, Profile]] = MappingProxyType(
                 Semantics(profile="fuzzylogic_jl", weight="after", total="all_rules", sigmoid_difference="clamped"),
                 _sampled(101, "endpoints", centroid="trapezoid", bisector="walk", tolerance=2.0**-52),
                 otherwise="nan",
-                evaluates=("centroid", "bisector", *MAXIMA, "weighted_average", "center_average"),
+                evaluates=(*OVER_SETS, *AVERAGES),
                 not_imitated=(
                     "a zero in a rule of a .fis file shifts the inputs behind it",
                     "the nilpotent minimum of a .fcl file is taken for the drastic product",

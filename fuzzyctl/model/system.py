@@ -40,6 +40,7 @@ class FuzzySystem(Block):
     """
 
     kind: ClassVar[str] = "system"
+    is_function: ClassVar[bool] = True
 
     hedges: tuple[Hedge, ...] = ()
     method: Method = field(default_factory=Method)

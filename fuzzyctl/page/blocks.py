@@ -19,8 +19,7 @@ from fuzzyctl.simulation.settings import params_of
 
 if TYPE_CHECKING:
     from fuzzyctl.diagnostics.source import Span
-    from fuzzyctl.model.controller import Controller, Signal
-    from fuzzyctl.model.system import FuzzySystem
+    from fuzzyctl.model.controller import Signal
     from fuzzyctl.simulation.panels import Panel
     from fuzzyctl.simulation.plain_run import PlainRun
     from fuzzyctl.simulation.run import Run
@@ -157,7 +156,7 @@ def _calls(loop: Loop, recorded: Collection[str]) -> Iterator[_Call]:
         if controller is None:
             continue
         known = [(controller.name, instance.name, instance.name, [i.name for i in controller.inputs])]
-        for system in {s.name: s for s in _systems(controller)}.values():
+        for system in {s.name: s for s in controller.all_systems}.values():
             own, names = f"{instance.name}.{system.name}", [i.name for i in system.inputs]
             known.append((system.name, instance.name, own, names))
             call = 2
@@ -168,13 +167,6 @@ def _calls(loop: Loop, recorded: Collection[str]) -> Iterator[_Call]:
             signals = [f"{prefix}.{n}" for n in names]
             if set(signals) <= set(recorded):
                 yield _Call(name, label, signals, samples[instance.name])
-
-
-def _systems(controller: Controller) -> Iterator[FuzzySystem]:
-    """Yield the systems that a controller and those inside it call."""
-    yield from controller.systems
-    for inner in controller.controllers:
-        yield from _systems(inner)
 
 
 def plain_loop_data(run: PlainRun) -> dict[str, Any]:

@@ -6,7 +6,7 @@ import base64
 import hashlib
 import json
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from html import escape
 from importlib.resources import files
@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from fuzzyctl import __version__
+from fuzzyctl.analysis.verdicts import Verdict
 from fuzzyctl.analysis.work import written
 from fuzzyctl.codegen import javascript_parts, javascript_source
 from fuzzyctl.codegen.javascript_source import JavaScriptLayout
@@ -22,6 +23,7 @@ from fuzzyctl.diagnostics.diagnostic import Diagnostic
 from fuzzyctl.diagnostics.terminal import printable
 from fuzzyctl.kernels.plan.build import plan
 from fuzzyctl.model.system import FuzzySystem
+from fuzzyctl.page.blocks import controller_data
 from fuzzyctl.page.systems import SystemFacts
 from fuzzyctl.plot.style import COLORS
 
@@ -62,6 +64,22 @@ def require_size(system: FuzzySystem) -> None:
     """
     terms = sum(len(v.terms) for v in (*system.inputs, *system.lets, *system.outputs))
     javascript_source.require_size(written(plan(system)) + _SHOWN * terms)
+
+
+def unit_section(unit: Unit, verdicts: Sequence[Verdict], rows: Mapping[str, Any]) -> Section:
+    """Return the section of a block.
+
+    Args:
+        unit: The block.
+        verdicts: Of its claims.
+        rows: What is shown of proofs.
+
+    Raises:
+        CodegenError: For a block that JavaScript cannot compute.
+    """
+    if unit.is_step:
+        return controller_section({**controller_data(unit), **rows}, unit)
+    return system_section(SystemFacts(unit, verdicts))
 
 
 def system_section(facts: SystemFacts) -> Section:

@@ -10,13 +10,13 @@ from fuzzyctl.analysis import clock
 from fuzzyctl.analysis.bounds import OutputBound
 from fuzzyctl.analysis.prove import Prover
 from fuzzyctl.analysis.verdicts import Proved, Refuted, Undecided, Verdict
-from fuzzyctl.model.controller import Controller
 from fuzzyctl.model.system import FuzzySystem
 
 #: Seconds that all bounds of a controller may take; 'fuzzyctl prove --bounds' takes longer.
 BOUND_SECONDS: Final = 0.5
-#: Seconds that all claims and bounds of a page may take together.
-PAGE_SECONDS: Final = 2.0
+#: Seconds that reading, all claims and all bounds of a page may take together; the least for claims and bounds.
+PAGE_SECONDS: Final = 2.5
+LEAST_SECONDS: Final = 1.0
 
 
 def bound_row(bound: OutputBound, unit: str) -> list[str]:
@@ -61,15 +61,34 @@ def decided(
     return tuple(prover.verdict(g) if isinstance(v, Undecided) and clock.now() <= until else v for g, v in pairs)
 
 
-def controller_proofs(
-    controller: Controller, seconds: float, until: float
+def proofs(
+    block: Any,
+    quick: Sequence[Verdict],
+    seconds: float,
+    *,
+    bound_seconds: float = BOUND_SECONDS,
+    block_seconds: float = math.inf,
+    until: float = math.inf,
 ) -> tuple[list[Verdict], dict[str, list[list[Any]]]]:
-    """Return the verdicts on a controller, and rows of them and of bounds of outputs and states over every step."""
-    from fuzzyctl.analysis.induction.bounds import bounds_by  # numpy, which the studio does without
+    """Return the verdicts on a block, and their rows; of a controller also those of bounds over every step.
+
+    Args:
+        block: A system or controller.
+        quick: What quick methods say of the claims of a system.
+        seconds: How long one claim may take.
+        bound_seconds: How long all bounds may take; 0 for no subdivision.
+        block_seconds: How long all claims may take together.
+        until: When no other claim is begun, on the clock of proofs [s].
+    """
+    if not block.is_sampled:
+        verdicts = list(decided(block, quick, min(seconds, block_seconds / max(len(quick), 1)), until))
+        return verdicts, {"verdicts": list(map(verdict_row, verdicts))}
+    from fuzzyctl.analysis.induction.bounds import bounds_by  # numpy, which the start of the studio does without
     from fuzzyctl.analysis.induction.prover import ControllerProver
 
-    prover = ControllerProver(controller, seconds, until=until)
-    verdicts = [prover.verdict(c) for c in prover.claims.own]
-    units = {s.name: s.unit for s in (*controller.results, *controller.states)}
-    bounds = [bound_row(b, units[name]) for name, b in bounds_by(prover, BOUND_SECONDS).items()]
+    prover = ControllerProver(block, seconds, until=until)
+    prover.timeout = min(seconds, block_seconds / max(len(prover.own), 1))
+    verdicts = [prover.verdict(c) for c in prover.own]
+    units = {s.name: s.unit for s in (*block.results, *block.states)}
+    bounds = [bound_row(b, units[name]) for name, b in bounds_by(prover, bound_seconds).items()]
     return verdicts, {"bounds": bounds, "verdicts": list(map(verdict_row, verdicts))}

@@ -13,6 +13,7 @@ from fuzzyctl.codegen.unit import Unit
 from fuzzyctl.explain.implied_sets import antecedent_set
 from fuzzyctl.expr import Expr, names_in
 from fuzzyctl.formats.fz import antecedent_text, cell_text, membership_text, rule_text, semantics_text
+from fuzzyctl.formulas import is_number
 from fuzzyctl.kernels.inference.defuzzify.defuzzify import consequent_hull
 from fuzzyctl.kernels.plan.build import ImpliedPlan, OutputPlan, SetPlan, planned_set
 from fuzzyctl.model.method import TSUKAMOTO
@@ -189,4 +190,4 @@ def _counted(row: Sequence[Any]) -> Iterator[tuple[Any, int]]:
 
 
 def _is_spike(planned: SetPlan) -> bool:
-    return planned.kind in ("singleton", "constant") and planned.expression is None
+    return is_number(planned.kind) and planned.expression is None

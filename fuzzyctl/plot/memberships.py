@@ -8,10 +8,11 @@ from typing import Any, Final, overload
 import numpy as np
 from matplotlib.axes import Axes
 
-from fuzzyctl.diagnostics.diagnostic import UnknownNameError
+from fuzzyctl.diagnostics.diagnostic import ArgumentError, UnknownNameError
 from fuzzyctl.formats.fz import membership_text
-from fuzzyctl.formulas import MEMBERSHIP
+from fuzzyctl.formulas import MEMBERSHIP, is_number
 from fuzzyctl.kernels.compile import degrees
+from fuzzyctl.model.block import Block
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import LinguisticVariable
 from fuzzyctl.plot.figures import Panels, finish, one, panels, place, sized, styled
@@ -27,15 +28,15 @@ FUNCTIONS: Final = 7
 
 
 @overload
-def terms(system: FuzzySystem, variable: None = None, *, ax: Axes | None = None) -> Panels: ...
+def terms(system: Block, variable: None = None, *, ax: Axes | None = None) -> Panels: ...
 @overload
 def terms(system: FuzzySystem, variable: str, *, ax: Axes | None = None) -> Axes: ...
-def terms(system: FuzzySystem, variable: str | None = None, *, ax: Axes | None = None) -> Axes | Panels:
+def terms(system: Block, variable: str | None = None, *, ax: Axes | None = None) -> Axes | Panels:
     """Draw the terms of one variable, or of all of them below each other.
 
     Args:
-        system: A well-formed system.
-        variable: Name of an input, an output or a let; None for all that have terms.
+        system: A well-formed system, or a controller, whose systems are drawn.
+        variable: Name of an input, an output or a let, of several systems `SYSTEM.VARIABLE`; None for all with terms.
         ax: Axes to draw in, whose place several panels take; None for new ones.
 
     Returns:
@@ -43,31 +44,52 @@ def terms(system: FuzzySystem, variable: str | None = None, *, ax: Axes | None =
 
     Raises:
         UnknownNameError: For a name of no variable.
-        ArgumentError: For arguments of another type, and axes that have no place in a grid.
+        ArgumentError: For arguments of another type, a controller that calls no systems, and axes that have no
+            place in a grid.
     """
-    arguments.instance("the system", FuzzySystem, "a FuzzySystem", system)
+    block = arguments.instance("the system", Block, "a FuzzySystem or a Controller", system)
+    if not block.all_systems:
+        raise ArgumentError(f"{block.kind} '{block.name}' calls no systems, whose terms could be drawn")
     with styled(ax):
         if variable is None:
             figure = place(ax)
-            draw_terms(figure, system)
+            draw_terms(figure, block)
             return panels(figure)
-        known = {v.name: v for v in system.variables if v.terms}
+        several = len(block.all_systems) > 1
+        known = {
+            f"{s.name}.{v.name}" if several else v.name: (s, v)
+            for s in block.all_systems
+            for v in s.variables
+            if v.terms
+        }
         if variable not in known:
             raise UnknownNameError("variable with terms", str(variable), list(known))
-        found: Axes = draw_variable(one(ax, (7.5, 2.6)), system, known[variable])
+        found: Axes = draw_variable(one(ax, (7.5, 2.6)), *known[variable])
         finish(found)
         return found
 
 
-def draw_terms(figure: Any, system: FuzzySystem) -> None:
-    """Draw one panel for each variable: degrees of its terms over its universe.
+def draw_terms(figure: Any, block: Block) -> None:
+    """Draw one panel for each variable of each system: degrees of its terms over its universe.
 
     Args:
         figure: An empty matplotlib figure, or a part of one.
-        system: The system to draw.
+        block: A system, or a block that calls systems.
     """
-    variables = [*system.inputs, *(v for v in system.lets if v.terms), *system.outputs]
-    sized(figure, 7.5, 2.2 * len(variables) + 0.4)
+    systems = block.all_systems
+    variables = [_drawn(system) for system in systems]
+    heights = [2.2 * len(own) + 0.4 for own in variables]
+    sized(figure, 7.5, sum(heights))
+    parts = figure.subfigures(len(systems), 1, height_ratios=heights, squeeze=False)[:, 0] if systems[1:] else [figure]
+    for part, system, own in zip(parts, systems, variables, strict=True):
+        _draw_system(part, system, own)
+
+
+def _drawn(system: FuzzySystem) -> list[LinguisticVariable]:
+    return [*system.inputs, *(v for v in system.lets if v.terms), *system.outputs]
+
+
+def _draw_system(figure: Any, system: FuzzySystem, variables: Sequence[LinguisticVariable]) -> None:
     axes = figure.subplots(len(variables), 1, squeeze=False)[:, 0]
     for ax, variable in zip(axes, variables, strict=True):
         draw_variable(ax, system, variable)
@@ -85,7 +107,7 @@ def draw_variable(ax: Any, system: FuzzySystem, variable: LinguisticVariable) ->
         y = degrees(system, variable, term, x)
         if y is None:
             functions.append((f"{term.name} = {membership_text(term.membership)}", color))
-        elif term.membership.kind in ("singleton", "constant"):
+        elif is_number(term.membership.kind):
             at, height = system.number(term.membership.arguments[0]), system.number(term.membership.height)
             ax.vlines(at, 0, height, color=color, lw=2)
             labels.append(Label(term.name, at, height, color, upright=True))

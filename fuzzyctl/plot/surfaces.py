@@ -17,8 +17,7 @@ from fuzzyctl.diagnostics.diagnostic import ArgumentError, UnknownNameError, Val
 from fuzzyctl.kernels.backends.arguments import input_number
 from fuzzyctl.kernels.compile import compile as compile_block
 from fuzzyctl.kernels.kernel import Kernel
-from fuzzyctl.model.controller import Controller
-from fuzzyctl.model.system import FuzzySystem
+from fuzzyctl.model.block import Block
 from fuzzyctl.plot.axis_choice import chosen_axes
 from fuzzyctl.plot.figures import finish, one, place, styled
 from fuzzyctl.plot.style import COLORS
@@ -26,6 +25,8 @@ from fuzzyctl.support import arguments
 
 if TYPE_CHECKING:
     from fuzzyctl.annotations import Column
+    from fuzzyctl.model.controller import Controller
+    from fuzzyctl.model.system import FuzzySystem
 
 #: Fewest and most points along an axis.
 RESOLUTIONS: Final = (2, 2001)
@@ -46,6 +47,7 @@ class Sampled:
         labels: What each variable is called, by name.
         axis_labels: The same with the unit.
         ends: Of the range of each input.
+        state: By name, at which it is drawn; None for that of the start.
     """
 
     kernel: Kernel
@@ -53,21 +55,23 @@ class Sampled:
     labels: Mapping[str, str]
     axis_labels: Mapping[str, str]
     ends: Mapping[str, tuple[float, float]]
+    state: Mapping[str, float] | None = None
 
     @classmethod
-    def of(cls, drawn: FuzzySystem | Controller | Kernel) -> Sampled:
+    def of(cls, drawn: Block | Kernel, state: Mapping[str, float] | None = None) -> Sampled:
         """Return a block or a kernel as what is drawn; the kernel of a system knows the names of its variables only."""
         if isinstance(drawn, Kernel):
             names = {n: n for n in (*drawn.input_names, *drawn.output_names)}
             ends = {i.name: (i.lower, i.upper) for i in drawn.plan.inputs}
-            return cls(Kernel(drawn.form, "numpy"), "", names, names, ends)
-        variables = (*drawn.inputs, *drawn.outputs)
-        kernel = compile_block(drawn, backend="numpy")
+            return cls(Kernel(drawn.form, "numpy"), "", names, names, ends, state)
+        block: Any = drawn
+        variables = (*block.inputs, *block.outputs)
+        kernel: Kernel = compile_block(block, backend="numpy")
         if kernel.form.needs_time:
             raise ArgumentError(f"controller '{drawn.name}' has no 'every' line: its outputs depend on 'dt', too")
         axis_labels = {v.name: v.axis_label for v in variables}
         ends = {v.name: drawn.range_of(v) for v in drawn.inputs}
-        return cls(kernel, drawn.title or drawn.name, {v.name: v.title for v in variables}, axis_labels, ends)
+        return cls(kernel, drawn.title or drawn.name, {v.name: v.title for v in variables}, axis_labels, ends, state)
 
     def range(self, name: str) -> tuple[float, float]:
         """Return the ends of an input.
@@ -93,18 +97,20 @@ def surface(
     *,
     output: str | None = None,
     at: Mapping[str, float] | Column | None = None,
+    state: Mapping[str, float] | None = None,
     resolution: int = 61,
     ax: Axes | None = None,
 ) -> Axes:
     """Draw an output over one input, or over two.
 
     Args:
-        system: A well-formed system, the kernel of one, or a controller, which makes its first step.
+        system: A well-formed system, a controller, which makes one step, or the kernel of a system.
         x: Input along the first axis; None for the first that `at` leaves free.
         y: Input along the second axis; None for the next one. With `x` alone and `at`, or a system of one input, the
             picture is a curve.
         output: None for the first.
-        at: Values of other inputs; those not named stand at mid-range.
+        at: Values of other inputs; those not named are at mid-range.
+        state: Numbers of the state by name; None for those of the start.
         resolution: Points along each axis.
         ax: Axes to draw in: over two inputs a surface where they have three dimensions, else a map. None for new ones.
 
@@ -117,9 +123,9 @@ def surface(
         ValueOutOfBoundsError: For a value that is NaN or too large for a float, and a resolution outside 2 to 2001.
         NoRuleFiresError: Where no rule fires for an output that says `else error`.
     """
-    if not isinstance(system, Kernel | FuzzySystem | Controller):
+    if not isinstance(system, Kernel | Block):
         raise arguments.wrong("the system", "a FuzzySystem, a Controller or a Kernel", system)
-    drawn = Sampled.of(system)
+    drawn = Sampled.of(system, state)
     output = _known("output", drawn.kernel.output_names, output or drawn.kernel.output_names[0])
     fixed = _fixed(drawn, at)
     axes = _checked_axes(drawn, x, y, fixed)
@@ -259,7 +265,8 @@ def _sample(
 ) -> tuple[list[Any], Any]:
     kernel = drawn.kernel
     grids, points = grid_points(drawn, axes, fixed, resolution)
-    values = kernel.batch(points)[0] if kernel.form.moves else kernel.batch(points)
+    found = kernel.batch(points, drawn.state)
+    values = found[0] if kernel.form.moves else found
     if len(kernel.output_names) > 1:
         values = values[..., kernel.output_names.index(output)]
     # An infinite value has no place in a picture.
@@ -268,7 +275,7 @@ def _sample(
 
 def draw_surface(
     figure: Any,
-    system: FuzzySystem | Controller | Kernel,
+    system: Block | Kernel | Sampled,
     axes: Sequence[str],
     fixed: Mapping[str, float],
     output: str,
@@ -279,14 +286,14 @@ def draw_surface(
 
     Args:
         figure: An empty matplotlib figure.
-        system: The system, or a kernel.
+        system: The system or controller, a kernel, or what is sampled of one.
         axes: Names of one or two inputs.
         fixed: Values of other inputs.
         output: Name of the output.
         resolution: Points along each axis.
         size: Width and height of the surface beside its map [inch].
     """
-    drawn = Sampled.of(system)
+    drawn = system if isinstance(system, Sampled) else Sampled.of(system)
     grids, values = _sample(drawn, axes, fixed, output, resolution)
     title = _title(drawn, axes, fixed, int(LINE * size[0] / SIZE[0]))
     if len(axes) == 1:
@@ -306,5 +313,8 @@ def _title(drawn: Sampled, axes: Sequence[str], fixed: Mapping[str, float], line
     for name in drawn.kernel.input_names:
         if name not in axes:
             held.append(f"{drawn.labels[name]} = {fixed.get(name, drawn.middle(name)):.4g}")
+    if drawn.state is not None:
+        start = zip(drawn.kernel.state_names, drawn.kernel.start().tolist(), strict=True)
+        held += [f"{n} = {drawn.state[n]:.4g}" for n, x in start if drawn.state[n] != x]
     title = f"{drawn.title}  ({', '.join(held)})".strip() if held else drawn.title
     return title if len(title) <= line else textwrap.fill(title, line)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence, Set
-from typing import Final
+from typing import Any, Final
 
 from fuzzyctl import expr as ex
 from fuzzyctl.diagnostics.fixes import Fix, Replacement, respelt_as_suggested
@@ -131,8 +131,8 @@ class Expressions(Names):
             return self.own_call(call, inner, pure=pure)
         if function in ex.FUNCTIONS:
             return self.context.check_call(call) and all([inner(a) for a in arguments])
-        block = self.found(function)
-        if isinstance(block, FuzzySystem):
+        block: Any = self.found(function)
+        if block is not None and block.is_function:
             return self._system(call, block, inner, pure=pure)
         if block is not None:
             self._refuse_block(call, block)
@@ -177,7 +177,7 @@ class Expressions(Names):
             return
         system, _, output = call.function.partition(".")
         called = self.found(system) if output else None
-        if isinstance(called, FuzzySystem):
+        if called is not None and called.is_function:
             # In a system the same call is written with its output.
             several = f"let NAME = {system}(...)' and read 'NAME.{output}"
             form = several if len(called.outputs) > 1 else f"{system}(...)"

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from fuzzyctl.lang import syntax as sx
-from fuzzyctl.model.rule import Rule, RuleBlock, RuleTable, rules_of
+from fuzzyctl.model.rule import Antecedent, Rule, RuleBlock, RuleTable, rules_of
 from fuzzyctl.resolve.context import Context
 from fuzzyctl.resolve.rules import resolve_otherwise, resolve_rule
 from fuzzyctl.resolve.settings import resolve_rule_settings
@@ -72,7 +72,10 @@ def _complete(context: Context, parts: Sequence[_Part], *, broken: bool) -> list
     resolved = [p for p in parts if not isinstance(p, sx.Otherwise)]
     if len(resolved) == len(parts):
         return resolved
-    others = [rule for part in resolved for rule in rules_of(part)]
+    others: dict[str, list[Antecedent]] = {}
+    for rule in (rule for part in resolved for rule in rules_of(part)):
+        for output in dict.fromkeys(c.output for c in rule.consequents):
+            others.setdefault(output, []).append(rule.antecedent)
     first: dict[str, sx.Word] = {}
     found: list[RuleTable | Rule] = []
     for part in parts:

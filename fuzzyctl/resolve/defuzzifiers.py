@@ -7,34 +7,16 @@ from collections.abc import Iterable
 from typing import Any, Final
 
 from fuzzyctl.lang import syntax as sx
-from fuzzyctl.model.method import Defuzzifier
+from fuzzyctl.model.method import DEFUZZIFIERS, Defuzzifier
 from fuzzyctl.resolve.context import Context
 
 #: Bounds of the number of samples of a set.
 RESOLUTIONS: Final = (2, 1_000_000)
 
-_GRIDS: Final = ("midpoint", "endpoints", "left")
-_MAXIMA: Final = {"resolution": (), "grid": _GRIDS, "rule": ("all", "running"), "tolerance": ()}
-_MEASURED: Final = {**_MAXIMA, "by": ("value", "magnitude")}
-
-#: Options of the defuzzifiers that look at a set, with the words that each of them takes; none for a number.
-OPTIONS: Final[dict[str, dict[str, tuple[str, ...]]]] = {
-    "centroid": {"resolution": (), "grid": _GRIDS, "rule": ("plain", "trapezoid", "polygon")},
-    "bisector": {
-        "resolution": (),
-        "grid": _GRIDS,
-        "rule": ("interpolated", "first", "nearest", "walk", "two_sided", "between", "polygon"),
-        "tolerance": (),
-    },
-    "som": _MEASURED,
-    "lom": _MEASURED,
-    "mom": _MAXIMA,
-}
-
 
 def resolve_options(context: Context, kind: str, options: Iterable[sx.Option]) -> Defuzzifier:
     """Return a defuzzifier with its options, each given at most once; report what has no meaning."""
-    known = OPTIONS.get(kind, {})
+    known = DEFUZZIFIERS[kind].options
     given: dict[str, sx.Option] = {}
     fields: dict[str, Any] = {}
     for option in options:

@@ -89,7 +89,7 @@ class _Loop(Statements):
             self.context.report("FZ214", message, ex.span_of(s.value), help=help_text)
             return None
         block = self.found(s.value.function)
-        if block is not None and block.kind == "system":
+        if block is not None and block.is_function:
             help_text = f"write: let {s.name.text} = {ex.to_text(s.value)}"
             message = f"'{block.name}' is a system, and 'block' takes a controller or plant"
             self.context.report("FZ214", message, s.value.span, help=help_text)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from typing import Final
 
@@ -127,21 +127,21 @@ def resolve_rule(context: Context, statement: sx.Rule) -> Rule | None:
 
 
 def resolve_otherwise(
-    context: Context, statement: sx.Otherwise, others: Sequence[Rule], *, broken: bool = False
+    context: Context, statement: sx.Otherwise, others: Mapping[str, Sequence[Antecedent]], *, broken: bool = False
 ) -> list[Rule]:
     """Resolve an `otherwise` line: for each output one rule, whose antecedent denies those of the other rules.
 
     Args:
         context: What is declared, and where mistakes go.
         statement: The line.
-        others: The `if` lines and cells of its block.
+        others: The antecedents of the `if` lines and cells of its block, by output.
         broken: Whether some lines could not be read, so that missing rules are no mistake of their own.
     """
     whole = _concluding(context, statement, _UNKNOWN)
     found: list[Rule] = []
     for consequent in whole.consequents:
         output = consequent.output
-        antecedents = [r.antecedent for r in others if output in {c.output for c in r.consequents}]
+        antecedents = others.get(output, ())
         if not antecedents and broken:
             continue
         if not antecedents:

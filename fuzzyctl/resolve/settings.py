@@ -23,7 +23,7 @@ _FIELDS: Final[dict[str, tuple[str, tuple[str, ...]]]] = {
     "or": ("disjunction", tuple(DISJUNCTIONS)),
     "implication": ("implication", tuple(IMPLICATIONS)),
     "aggregation": ("aggregation", tuple(AGGREGATIONS)),
-    "defuzzifier": ("defuzzifier", DEFUZZIFIERS),
+    "defuzzifier": ("defuzzifier", tuple(DEFUZZIFIERS)),
 }
 
 #: Largest number of rules that an activation method lets act.

@@ -21,7 +21,7 @@ from fuzzyctl.model.variable import Input, Let, Output
 from fuzzyctl.resolve.blocks import Block, resolve_blocks
 from fuzzyctl.resolve.context import Context
 from fuzzyctl.resolve.functions import declare_function
-from fuzzyctl.resolve.rules import MAX_OUTPUTS, MAX_RULES, resolve_require
+from fuzzyctl.resolve.rules import MAX_OUTPUTS, MAX_RULES, resolve_require, terms_of
 from fuzzyctl.resolve.semantics import resolve_semantics
 from fuzzyctl.resolve.settings import find_idle_settings, resolve_method
 from fuzzyctl.resolve.shared_terms import share_terms
@@ -29,6 +29,10 @@ from fuzzyctl.resolve.variables import resolve_param, resolve_variable
 
 #: Most inputs and outputs of a system together, those shared with other systems included.
 MAX_VARIABLES: Final = 2000
+#: Most terms of all variables of a system together; each variable may have 1000.
+MAX_TERMS_IN_ALL: Final = 25_000
+#: Most guarantees of a system.
+MAX_GUARANTEES: Final = 1000
 
 
 def resolve(
@@ -74,13 +78,22 @@ def resolve(
 
 
 def _crowded(tree: sx.SyntaxTree) -> Diagnostic | None:
-    """Report a system with more variables than any controller has, before they are resolved."""
+    """Report a system with more variables, terms or guarantees than any controller has, before they are resolved."""
     variables = [s for s in tree.statements if isinstance(s, sx.Variable)]
-    if len(variables) <= MAX_VARIABLES:
-        return None
-    message = f"the system has {len(variables)} inputs, outputs and lets, more than {MAX_VARIABLES}"
-    help_text = "spread them over several systems"
-    return Diagnostic("FZ112", message, variables[MAX_VARIABLES].name.span, help=help_text)
+    if len(variables) > MAX_VARIABLES:
+        message = f"the system has {len(variables)} inputs, outputs and lets, more than {MAX_VARIABLES}"
+        help_text = "spread them over several systems"
+        return Diagnostic("FZ112", message, variables[MAX_VARIABLES].name.span, help=help_text)
+    terms = sum(len(terms_of(v)) for v in variables)
+    if terms > MAX_TERMS_IN_ALL:
+        message = f"the variables of the system have {terms} terms, more than {MAX_TERMS_IN_ALL}"
+        return Diagnostic("FZ112", message, variables[0].name.span, help="give them fewer terms, or write a 'function'")
+    guarantees = [s for s in tree.statements if isinstance(s, sx.Require)]
+    if len(guarantees) > MAX_GUARANTEES:
+        message = f"the system has {len(guarantees)} guarantees, more than {MAX_GUARANTEES}"
+        help_text = "keep those that imply the others"
+        return Diagnostic("FZ112", message, guarantees[MAX_GUARANTEES].span, help=help_text)
+    return None
 
 
 #: What variables are, for people.

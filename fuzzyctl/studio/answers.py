@@ -26,18 +26,16 @@ from fuzzyctl.lang.formatter import format_source
 from fuzzyctl.loading.load import look_through
 from fuzzyctl.model.controller import Controller
 from fuzzyctl.model.system import FuzzySystem
-from fuzzyctl.page.blocks import controller_data, plain_loop_data, refused_loop_data
+from fuzzyctl.page.blocks import plain_loop_data, refused_loop_data
 from fuzzyctl.page.document import (
     Section,
-    controller_section,
     live_document,
     page_facts,
     page_script,
     page_title,
-    system_section,
+    unit_section,
 )
 from fuzzyctl.page.document import document as page_of
-from fuzzyctl.page.systems import SystemFacts
 from fuzzyctl.studio import proofs
 from fuzzyctl.studio.places import characters, edits, ends
 from fuzzyctl.support.reading import MAX_BYTES
@@ -228,10 +226,7 @@ def _title(document: Document) -> str:
 def _section(block: FuzzySystem | Controller, document: Document, *, decided: bool = False) -> Section:
     """Return the section of a block; with `decided`, claims that quick methods leave open are decided."""
     verdicts, rows = proofs.proofs(block) if decided else (proofs.at_once(block), {})
-    unit = prepare(block, document.text, verdicts=verdicts)
-    if unit.is_step:
-        return controller_section(controller_data(unit) | rows, unit)
-    return system_section(SystemFacts(unit, verdicts))
+    return unit_section(prepare(block, document.text, verdicts=verdicts), verdicts, rows)
 
 
 def _proofs(document: Document, asked: _Data) -> _Data:

@@ -7,9 +7,9 @@ from typing import Any, Final
 
 from fuzzyctl.analysis.prove import UNDIVIDED, quickly
 from fuzzyctl.analysis.verdicts import Undecided, Verdict
-from fuzzyctl.model.controller import Controller
-from fuzzyctl.model.system import FuzzySystem
-from fuzzyctl.page.proofs import bound_row, decided, verdict_row
+from fuzzyctl.model.block import Block
+from fuzzyctl.page.proofs import proofs as page_proofs
+from fuzzyctl.page.proofs import verdict_row
 
 #: Seconds that all claims of a block may take together, and most that one of them may.
 BLOCK: Final = 16.0
@@ -19,30 +19,19 @@ CLAIM: Final = 4.0
 FOLLOWS: Final = "it takes subdivision, which is under way"
 
 
-def proofs(block: FuzzySystem | Controller) -> tuple[list[Verdict], dict[str, list[list[Any]]]]:
+def proofs(block: Block) -> tuple[list[Verdict], dict[str, list[list[Any]]]]:
     """Return the verdicts on the claims of a block, and rows that a page shows: of a controller bounds as well."""
-    if isinstance(block, FuzzySystem):
-        found = quick(block)
-        verdicts = list(map(_with_advice, decided(block, found, min(CLAIM, BLOCK / max(len(found), 1)))))
-        return verdicts, {"verdicts": list(map(verdict_row, verdicts))}
-    from fuzzyctl.analysis.induction.bounds import bounds_by  # the start does without
-    from fuzzyctl.analysis.induction.prover import ControllerProver
-
-    prover = ControllerProver(block, CLAIM)
-    own = prover.claims.own
-    prover.timeout = min(CLAIM, BLOCK / max(len(own), 1))
-    units = {s.name: s.unit for s in (*block.results, *block.states)}
-    verdicts = [_with_advice(prover.verdict(c)) for c in own]
-    bounds = [bound_row(b, units[n]) for n, b in bounds_by(prover, 0.0).items()]
-    return verdicts, {"verdicts": list(map(verdict_row, verdicts)), "bounds": bounds}
+    verdicts, rows = page_proofs(block, quick(block), CLAIM, bound_seconds=0.0, block_seconds=BLOCK)
+    advised = list(map(_with_advice, verdicts))
+    return advised, {**rows, "verdicts": list(map(verdict_row, advised))}
 
 
-def quick(block: FuzzySystem | Controller) -> list[Verdict]:
+def quick(block: Any) -> list[Verdict]:
     """Return what quick methods say; of a controller nothing, as proofs of steps take numpy."""
-    return quickly(block)[0] if isinstance(block, FuzzySystem) else []
+    return [] if block.is_sampled else quickly(block)[0]
 
 
-def at_once(block: FuzzySystem | Controller) -> list[Verdict]:
+def at_once(block: Block) -> list[Verdict]:
     """Return what quick methods say; of what they leave open, that subdivision follows."""
     return [
         replace(v, reason=FOLLOWS) if isinstance(v, Undecided) and v.reason == UNDIVIDED else v for v in quick(block)

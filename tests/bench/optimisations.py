@@ -3,8 +3,8 @@
     python tests/bench/optimisations.py [NAME ...]
 
 A system is measured where the optimisation changes what is printed of it: W1 to W4, sizes for which optimisations were
-made, and the robots' loop; of the corpus (the shipped rule files, files of other tools, a system for each method) the
-median is printed. Numbers are times without the optimisation, in times with it: 1.3 or more is a gain.
+made, and the robots' loop; of files (shipped, of the gallery, published, of other tools), and of a system for each
+method, the median is printed. Numbers are times without the optimisation, in times with it: 1.3 or more is a gain.
 """
 
 from __future__ import annotations
@@ -34,8 +34,9 @@ from fuzzyctl.kernels.backends.numpy import backend as numpy_backend
 from fuzzyctl.kernels.backends.python import backend as python_backend
 from fuzzyctl.kernels.plan.build import plan
 from tests.bench import params
-from tests.bench.trials import CORPUS, OPTIMISATIONS, SIZES, Optimisation
+from tests.bench.trials import OPTIMISATIONS, SIZES, Optimisation, files
 from tests.bench.workloads import WORKLOADS
+from tests.frozen.systems import SYSTEMS
 
 #: Points of a trial, seconds of a run, most points of one, and rounds.
 FEW, SECONDS, MANY, ROUNDS = 200, 4e-3, 400_000, 9
@@ -46,7 +47,7 @@ TEXTS: Mapping[str, Callable[[Any], str]] = {
     "Python": lambda own: python_backend.evaluation_source(own.interpreted),
     "loop": lambda own: numba_backend.evaluation_source(own.point),
     "batch": lambda own: numba_backend.batch_source(own.many),
-    "numpy": lambda own: numpy_backend.block_source(numpy_backend.late(own.arrays)),
+    "numpy": lambda own: numpy_backend.block_source(own.arrays),
 }
 #: All columns: the uses, and what comes before them.
 COLUMNS = (*TEXTS, "to callable", "compiling", "robots", "next value")
@@ -56,8 +57,8 @@ Run = Callable[[int], Any]
 
 @cache
 def system_of(text: str) -> Any:
-    """Return a system from `.fz` text, or from the path of a file of another tool."""
-    return fuzzyctl.loads(text) if "\n" in text else fuzzyctl.load(text)
+    """Return a system from `.fz` text, or from the name of one of a file."""
+    return fuzzyctl.loads(text) if "\n" in text else files()[text]
 
 
 @contextmanager
@@ -225,17 +226,19 @@ def rows(optimisation: Optimisation) -> Iterator[tuple[str, dict[str, float]]]:
         found = measured(optimisation, text)
         if found:
             yield name, found
-    own = [name for name, text in CORPUS.items() if changed_uses(optimisation, text)]
-    if own:
-        some = own[:: -(-len(own) // MOST_OF_CORPUS)]
-        changed = [measured(optimisation, CORPUS[name]) for name in some]
-        medians = {
-            c: statistics.median(f[c] for f in changed if c in f) for c in COLUMNS if any(c in f for f in changed)
-        }
-        yield f"corpus: {len(own)} of {len(CORPUS)}", medians
+    uses: set[str] = set()
+    for what, corpus in (("files", list(files())), ("methods", list(SYSTEMS.values()))):
+        own = [text for text in corpus if changed_uses(optimisation, text)]
+        uses.update(*(changed_uses(optimisation, text) for text in own))
+        if own:
+            changed = [measured(optimisation, text) for text in own[:: -(-len(own) // MOST_OF_CORPUS)]]
+            medians = {
+                c: statistics.median(f[c] for f in changed if c in f) for c in COLUMNS if any(c in f for f in changed)
+            }
+            yield f"{what}: {len(own)} of {len(corpus)}", medians
     if optimisation.name == "parameters":
         yield "fcafsmc.fz", next_value(optimisation)
-    if optimisation.name == "parameters" or any(name.endswith(".fz") for name in own):
+    if optimisation.name == "parameters" or "loop" in uses:
         yield "robots' loop", robots(optimisation)
 
 

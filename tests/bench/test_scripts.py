@@ -12,8 +12,9 @@ import pytest
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
 from tests.bench import cores, coverage_methods, free_numbers, javascript, nan, optimisations, params, robots
-from tests.bench.trials import CORPUS, OPTIMISATIONS, SIZES
+from tests.bench.trials import OPTIMISATIONS, SIZES, files
 from tests.bench.workloads import WORKLOADS
+from tests.frozen.systems import SYSTEMS
 
 NUMBA = pytest.importorskip("numba")
 
@@ -80,7 +81,7 @@ class TestJavaScript:
 class TestOptimisations:
     #: Another text for each use, but for numbers that only `kernel.value` takes from a table.
     PRINTED = tuple(own for own in OPTIMISATIONS if own.name != "parameters")
-    TEXTS = (*(w.text for w in WORKLOADS), *SIZES.values(), *CORPUS.values())
+    TEXTS = (*(w.text for w in WORKLOADS), *SIZES.values(), *files(), *SYSTEMS.values())
 
     @pytest.mark.parametrize("optimisation", PRINTED, ids=lambda own: own.name)
     def test_each_is_switched_off(self, optimisation) -> None:
@@ -94,7 +95,7 @@ class TestOptimisations:
     def test_each_is_measured_with_and_without(self, monkeypatch) -> None:
         monkeypatch.setattr(optimisations, "ROUNDS", 1)
         monkeypatch.setattr(optimisations, "SECONDS", 0.0)
-        (decay,) = (own for own in OPTIMISATIONS if own.name == "decay")
-        found = optimisations.measured(decay, WORKLOADS[3].text)
+        (decisions,) = (own for own in OPTIMISATIONS if own.name == "decisions")
+        found = optimisations.measured(decisions, WORKLOADS[0].text)
         assert set(found) == {"Python", "to callable"}
         assert all(0.0 < ratio < 1e6 for ratio in found.values())

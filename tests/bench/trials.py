@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import random
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cache, partial
 from itertools import product
 from pathlib import Path
 from typing import Any
 
+import fuzzyctl
+from fuzzyctl.diagnostics.diagnostic import DiagnosticError
 from fuzzyctl.kernels.algorithms import interpolation, select
 from fuzzyctl.kernels.backends.numba import parameters, typed_kernels
 from fuzzyctl.kernels.backends.numba import source as numba_backend
@@ -18,22 +21,23 @@ from fuzzyctl.kernels.backends.python import backend as python_backend
 from fuzzyctl.kernels.inference import inference
 from fuzzyctl.kernels.inference.defuzzify import centroid
 from fuzzyctl.kernels.program.printer import SCALAR, counted_or_searched
+from fuzzyctl.model.system import FuzzySystem
 from tests.bench.growth import complete
-from tests.bench.workloads import RULES
-from tests.frozen.systems import SYSTEMS
 
-SAMPLES = Path(__file__).parents[1] / "fuzzyctl/formats"
-_FOREIGN = (
-    *("samples/all_terms.fll", "samples/heater_fuzzylite.fis", "samples/old.fll", "samples/one_line.fll"),
-    *("samples/pendulum.fis", "samples/portfolio_octave.fis", "samples/tipper.fis", "samples/tipper.fll"),
-    *("fcl/fuzzylite.fcl", "fcl/standard.fcl", "fml/draft.fml", "fml/mamdani.fml"),
-)
-#: Shipped rule files, files of other tools, and a system for each method.
-CORPUS: Mapping[str, str] = {
-    **{p.name: p.read_text(encoding="utf-8") for p in sorted(RULES.glob("*.fz"))},
-    **{Path(p).name: str(SAMPLES / p) for p in _FOREIGN},
-    **SYSTEMS,
-}
+ROOT = Path(__file__).parents[2]
+#: Where files of rules are that people have: shipped ones, the gallery, published ones, those of other tools.
+PLACES = ("rules", "apps/gallery", "tests/registry/published", "tests/peers/documentation", "tests/fuzzyctl/formats")
+
+
+@cache
+def files() -> dict[str, FuzzySystem]:
+    """Return the systems of all files of rules, by the name of the file and of the system."""
+    found: dict[str, FuzzySystem] = {}
+    for path in (p for place in PLACES for p in sorted((ROOT / place).rglob("*"))):
+        if path.suffix in (".fz", ".fis", ".fll", ".fcl", ".fml"):
+            with suppress(DiagnosticError):  # some show mistakes
+                found |= {f"{path.name} {b.name}": b for b in fuzzyctl.load_all(path) if isinstance(b, FuzzySystem)}
+    return found
 
 
 def sugeno(inputs: int, terms: int, kind: str = "gaussian") -> str:
@@ -111,10 +115,6 @@ def _refused(*_given: Any, **_named: Any) -> str:
     return "it is switched off"
 
 
-def _same(program: Any) -> Any:
-    return program
-
-
 def _dialects(**changed: Any) -> tuple[tuple[Any, str, Any], ...]:
     names = ("COMPILED", "_COMPILED_MANY")
     return tuple((numba_backend, n, replace(getattr(numba_backend, n), **changed)) for n in names)
@@ -138,21 +138,16 @@ OPTIMISATIONS = (
     Optimisation("cells", ((interpolation, "_has_cells", lambda *_: False),)),
     Optimisation("ramps", ((interpolation, "MOST_RAMPS", 0),)),
     Optimisation("loops over corners", ((interpolation, "LOOPED", 99),)),
-    Optimisation("corner loops in batches", ((numba_backend, "is_in_passes", lambda _: False),)),
     Optimisation("rule cells", ((select.rule_cells, "active_of", _refused),)),
-    Optimisation("diagonals", ((select, "diagonals_of", _refused),)),
     Optimisation("neighbours", ((centroid, "is_handover", lambda _: False),)),
     Optimisation("tables of degrees", ((inference, "degree_of", lambda _, term, x: term.degree(x)),)),
-    Optimisation("inlining", ((select, "inlined", _same),)),
     Optimisation("decisions", ((python_backend, "INTERPRETED", replace(_INTERPRETED, locate=_ALL_COUNTED)),)),
-    Optimisation("decay", ((python_backend, "INTERPRETED", replace(_INTERPRETED, decay="exp")),)),
     Optimisation("search", _dialects(locate=_ALL_COUNTED)),
     Optimisation("intrinsics", _dialects(smaller=SCALAR.smaller, larger=SCALAR.larger)),
     Optimisation(
         "degrees without choices",
         ((inference, "evaluation", lambda *own, many=False, **named: _EVALUATION(*own, **named)),),
     ),
-    Optimisation("schedule", ((numpy_backend, "late", _same),)),
     Optimisation("release", ((numpy_backend, "_last_uses", lambda program: [set() for _ in program.body]),)),
     Optimisation("parameters", ((typed_kernels, "Numbers", _InText),)),
 )

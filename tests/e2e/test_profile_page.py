@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 from fuzzyctl.formats.fz import otherwise_text
-from fuzzyctl.model.method import Defuzzifier, Method
-from fuzzyctl.model.profiles import OVER_SETS, PROFILES
+from fuzzyctl.model.method import OVER_SETS, Defuzzifier, Method
+from fuzzyctl.model.profiles import PROFILES
 from fuzzyctl.model.semantics import KNOBS, Semantics
 from fuzzyctl.resolve.semantics import CHOICES
 

@@ -131,7 +131,9 @@ class TestReference:
 
     def test_every_hedge_is_described_with_its_formula(self) -> None:
         rows = dict(re.findall(r"^\| `(\w+)` \| ([^|]+) \|$", _reference("language.md"), flags=re.MULTILINE))
-        assert {name: rows.get(name) for name in formulas.HEDGES} == formulas.HEDGE_SUMMARIES
+        assert {name: rows.get(name) for name in formulas.HEDGES} == {
+            name: hedge.summary for name, hedge in formulas.HEDGES.items()
+        }
 
     def test_the_limits_are_those_of_the_code(self) -> None:
         text = _reference("language.md").split("## Limits")[1].split("##")[0].replace("\u00a0", " ")

@@ -53,6 +53,7 @@ def test_the_wheel_holds_code_rules_and_scenarios_and_nothing_else(wheel):
         "fuzzyctl/rules/ais_reaction.fz",
         "fuzzyctl/explanations/FZ203.md",
         "fuzzyctl/lang/grammar.lark",
+        "fuzzyctl/lang/grammar.tables",
         "fuzzyctl/codegen/fmu/c/fmu_core.h",
         "fuzzyctl/annotations.pyi",
         "fuzzyctl/py.typed",

@@ -295,3 +295,15 @@ def steps_of_dead_times(n):
 @limit(20_000_000, exact=False)
 def numbers_of_dead_times(n):
     return CONTROLLER + f"plant tank = tf(num=[1], den=[1, 1], delay={n / 400!r} s)\n" + LOOP + RUN
+
+
+@limit(1000)
+def guarantees_of_a_system(n):
+    return SYSTEM + lines(n, "require y <= 1 + @\n")
+
+
+@limit(25_000)
+def terms_of_a_system(n):
+    counts = [min(1000, max(n - 4, 0) - first) for first in range(0, max(n - 4, 0), 1000)]
+    names = [" ".join(f"t{i}" for i in range(count)) for count in counts]
+    return SYSTEM + "".join(f"input x{k} in [0, 1]\n  terms {own}\n" for k, own in enumerate(names))

@@ -28,6 +28,7 @@ from fuzzyctl.analysis.work import COVERAGE, SpentError, Work
 from fuzzyctl.cli.checked import claim_reports
 from fuzzyctl.cli.main import main
 from fuzzyctl.cli.page import _add
+from fuzzyctl.codegen import javascript_parts
 from fuzzyctl.codegen.errors import CodegenError
 from fuzzyctl.codegen.javascript_source import module
 from fuzzyctl.codegen.prepare import prepare
@@ -53,7 +54,7 @@ from fuzzyctl.page.systems import SystemFacts
 from fuzzyctl.resolve.block_expressions import Expressions
 from fuzzyctl.resolve.context import Context
 from fuzzyctl.resolve.rules import resolve_antecedent, resolve_rule
-from fuzzyctl.resolve.system import MAX_VARIABLES
+from fuzzyctl.resolve.system import MAX_GUARANTEES, MAX_TERMS_IN_ALL, MAX_VARIABLES
 from fuzzyctl.simulation.connections import inputs_of_time
 from fuzzyctl.simulation.expansion import loop_equations
 from fuzzyctl.simulation.experiment import Experiment
@@ -342,16 +343,9 @@ def test_nested_parentheses_are_split_in_one_piece(monkeypatch):
     "value",
     ["(1 + " * 90 + "1" + ")" * 90, "-" * 90 + "1", "2^" * 90 + "1", "max(1, " * 90 + "1" + ")" * 90],
 )
-def test_expressions_as_deep_as_allowed_are_read_without_the_grammar(value, monkeypatch):
-    monkeypatch.setattr("fuzzyctl.lang.parser.parse_by_grammar", lambda *_: pytest.fail("the grammar is asked"))
+def test_expressions_as_deep_as_allowed_are_read(value):
     for line in (f"param p = {value}", f"let p = x - {value}"):
         assert parse(SourceText("worst.fz", line))[0].statements
-
-
-def test_measures_are_read_without_the_grammar(monkeypatch):
-    monkeypatch.setattr("fuzzyctl.lang.parser.parse_by_grammar", lambda *_: pytest.fail("the grammar is asked"))
-    text = 'loop l\nmeasure m "error" unit "m" = iae(p.y, 1)\nmeasure n = m / 2\n'
-    assert len(parse(SourceText("worst.fz", text))[0].statements) == 3
 
 
 PLANT = "plant p\ninput u\nstate h = 0\nder h = u - h\noutput y = h\n"
@@ -421,6 +415,17 @@ def test_what_a_page_says_of_rules_grows_with_their_number():
         return lines_of(lambda: SystemFacts(unit, ()).data())
 
     assert work(200) < 2.3 * work(100)
+
+
+def test_a_page_computes_each_hedge_of_a_row_once():
+    def work(count):
+        text = f"system s\n{HEAD}if x is {'very ' * count}low then y is small\n"
+        unit = prepare(loads(text), text)
+        facts = SystemFacts(unit, ())
+        facts.data()
+        return calls_of(lambda: javascript_parts.module(unit, facts.shown))
+
+    assert work(12) < 3 * work(6)
 
 
 def test_names_are_not_looked_through_anew_for_each_mistake_of_a_large_file(monkeypatch):
@@ -656,6 +661,24 @@ def test_variables_are_counted_before_they_are_resolved(monkeypatch):
     assert re.fullmatch(r"the system has \d+ inputs, outputs and lets, more than 2000", error.message)
 
 
+def test_terms_are_counted_before_they_are_resolved(monkeypatch):
+    monkeypatch.setattr("fuzzyctl.resolve.system.resolve_variable", lambda *_: pytest.fail("one is resolved"))
+    inputs = "".join(f"input x{k} in [0, 1]\n  terms {' '.join(f't{i}' for i in range(1000))}\n" for k in range(25))
+    _, diagnostics = checked(f"system s\n{HEAD}{inputs}")
+    assert [d.message for d in diagnostics if d.severity == "error"] == [
+        f"the variables of the system have 25004 terms, more than {MAX_TERMS_IN_ALL}"
+    ]
+
+
+def test_guarantees_are_counted_before_they_are_resolved(monkeypatch):
+    monkeypatch.setattr("fuzzyctl.resolve.system.resolve_require", lambda *_: pytest.fail("one is resolved"))
+    text = text_of("claims-that-hold", 1.0)
+    _, diagnostics = checked(text + "require y <= 2\n")
+    (error,) = (d for d in diagnostics if d.severity == "error")
+    assert (error.code, error.span.line) == ("FZ112", 1 + text.count("\n"))
+    assert error.message == f"the system has {MAX_GUARANTEES + 1} guarantees, more than {MAX_GUARANTEES}"
+
+
 def test_names_of_a_param_are_looked_for_once_to_compute_it():
     text = "".join(f"param p{k} = p{k + 1} + 1 / 0\n" for k in range(50))
     params = parse(SourceText("worst.fz", text))[0].statements
@@ -673,7 +696,7 @@ def test_fields_of_a_csv_file_are_read_without_the_grammar(monkeypatch):
     def refused(*_):
         pytest.fail("the grammar is asked")
 
-    monkeypatch.setattr("fuzzyctl.lang.parser.parse_by_grammar", refused)
+    monkeypatch.setattr("fuzzyctl.lang.csv_table.parse_line", refused)
     tree, _ = parse(SourceText("worst.fz", "table y = x\n"))
     table, mistakes = parse_csv_table(tree.statements[0], SourceText("worst.csv", ",low,high\n,small,large\n"))
     assert not mistakes

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from unittest.mock import patch
 
 from fuzzyctl.expr import ONE, ZERO, Binary, Call, Compare, Expr, Logic, Number, Where
@@ -51,7 +52,7 @@ def _above(a: Expr, b: Expr, equal: float) -> Expr:
     return Logic("and", (Logic("not", (_equal(a, b, equal),)), Compare(">", a, b)))
 
 
-def conjunctions(equal: float) -> dict[str, norms.Norm]:
+def conjunctions(equal: float) -> dict[str, norms.Combination]:
     """Return the triangular norms whose formula is another one; `equal` is what degrees that are equal differ by."""
     return {
         "bounded_difference": lambda a, b: _larger(ZERO, _minus(_plus(a, b), ONE)),
@@ -64,7 +65,7 @@ def conjunctions(equal: float) -> dict[str, norms.Norm]:
     }
 
 
-def disjunctions(equal: float) -> dict[str, norms.Norm]:
+def disjunctions(equal: float) -> dict[str, norms.Combination]:
     """Return the triangular conorms; see `conjunctions`."""
     return {
         "probabilistic_sum": lambda a, b: _minus(_plus(a, b), _times(a, b)),
@@ -79,7 +80,7 @@ def disjunctions(equal: float) -> dict[str, norms.Norm]:
     }
 
 
-def _less(norm: norms.Norm, factor: Expr) -> norms.Norm:
+def _less(norm: norms.Combination, factor: Expr) -> norms.Combination:
     return lambda a, b: _times(factor, norm(a, b))
 
 
@@ -93,19 +94,18 @@ def literal_norms(equal: float, *, shaken: bool = False) -> Iterator[None]:
     """
     factor = Number(1.0 - 2.0**-53)
     lower, upper = (
-        {**a, **b(equal)} for a, b in ((norms.CONJUNCTIONS, conjunctions), (norms.AGGREGATIONS, disjunctions))
+        {**{k: n.combine for k, n in a.items()}, **b(equal)}
+        for a, b in ((norms.CONJUNCTIONS, conjunctions), (norms.AGGREGATIONS, disjunctions))
     )
     if shaken:
         lower, upper = ({k: _less(n, factor) for k, n in d.items()} for d in (lower, upper))
-    both = {**lower, **upper}
-
-    def lenient(name: str, equal: float) -> norms.Norm | None:
-        return both.get(name)
-
+    lower, upper = (
+        {k: replace(known[k], combine=n, tolerant=lambda _, n=n: n) for k, n in d.items()}
+        for known, d in ((norms.CONJUNCTIONS, lower), (norms.AGGREGATIONS, upper))
+    )
     with (
         patch.dict(norms.CONJUNCTIONS, lower),
         patch.dict(norms.DISJUNCTIONS, {k: n for k, n in upper.items() if k in norms.DISJUNCTIONS}),
         patch.dict(norms.AGGREGATIONS, upper),
-        patch.object(norms, "_lenient", lenient),
     ):
         yield

@@ -24,7 +24,6 @@ from tests.properties.drawn_systems import KINDS
 from tests.properties.drawn_tables import systems as drawn_tables
 from tests.properties.running import quick
 from tests.properties.test_active import systems as active_tables
-from tests.properties.test_diagonals import systems as tables_of_diagonals
 from tests.sizes import examples
 
 #: Generated systems of each test.
@@ -36,7 +35,7 @@ def kernels_of(system):
     """All kernels that may differ in rounding."""
     found = []
     for backend in ("python", "numpy"):
-        for algorithm in ("rules", "interpolation", "active", "diagonals"):
+        for algorithm in ("rules", "interpolation", "active"):
             try:
                 found.append(compile_system(system, backend, algorithm=algorithm))
             except FuzzyctlError:
@@ -119,7 +118,7 @@ def test_enclosures_hold_what_kernels_return(kind, data):
 @quick(COUNT // 3, COUNT // 3)
 @given(st.data())
 def test_enclosures_hold_rules_that_act_alone(data):
-    text, _ = data.draw(active_tables() | tables_of_diagonals())
+    text, _ = data.draw(active_tables())
     check_enclosures(loads(text), data.draw(st.integers(0, 1000)))
 
 

@@ -21,6 +21,7 @@ from fuzzyctl.analysis.multilinear.surface import surface_of
 from fuzzyctl.analysis.slices import needed
 from fuzzyctl.analysis.work import enclosing, sizes_of
 from fuzzyctl.expr import CONSTANTS, Call, Expr, Name, walk
+from fuzzyctl.formulas import AGGREGATIONS, CONJUNCTIONS, MEMBERSHIP
 from fuzzyctl.kernels.algorithms.grid import Grid, grid_of
 from fuzzyctl.kernels.inference import inference
 from fuzzyctl.kernels.interval.program import Interpreter
@@ -30,22 +31,6 @@ from fuzzyctl.kernels.plan.build import plan as plan_of
 from fuzzyctl.kernels.program.program import Accumulate, Item, Place, Program
 from fuzzyctl.model.system import FuzzySystem
 
-#: Norms that jump nowhere.
-_JUMPING_NORMS: Final = ("drastic", "nilpotent")
-#: Membership functions without jumps, whatever their parameters.
-_SMOOTH: Final = (
-    "gaussian",
-    "gaussian2",
-    "bell",
-    "sigmoid",
-    "sigmoid_difference",
-    "sigmoid_product",
-    "s_shape",
-    "z_shape",
-    "cosine",
-    "spike",
-    "concave",
-)
 #: Most boxes to begin with.
 MOST_CELLS: Final = 60_000
 #: Numbers of one array: about 10 MiB with its slopes.
@@ -262,7 +247,7 @@ class System:
             return False
         if plan.least or own.equal or plan.chains or any(e.change is not None for e in own.implied):
             return False
-        if any(n.startswith(_JUMPING_NORMS) for n in norms):
+        if any({**CONJUNCTIONS, **AGGREGATIONS}[n].jumps for n in norms):
             return False
         if any(own.terms[e.term].expression is not None for e in own.implied):
             return False
@@ -317,7 +302,7 @@ def _is_continuous(kind: str, vertices: Sequence[tuple[float, float]], expressio
         return False
     if vertices:
         return all(a[0] < b[0] for a, b in pairwise(vertices))
-    return kind in _SMOOTH
+    return kind in MEMBERSHIP and MEMBERSHIP[kind].continuous
 
 
 def _widened(e: Enclosure, off: float) -> Enclosure:

@@ -24,7 +24,7 @@ from fuzzyctl.analysis.degrees import (
 )
 from fuzzyctl.analysis.work import COVERAGE, SPENT, SpentError, Work, sampling, units_of
 from fuzzyctl.expr import Name
-from fuzzyctl.formulas import CONJUNCTIONS, EXACT_IMPLICATIONS
+from fuzzyctl.formulas import CONJUNCTIONS, IMPLICATIONS
 from fuzzyctl.kernels.inference.defuzzify.curved_sets import nodes_of, places_of
 from fuzzyctl.kernels.inference.defuzzify.defuzzify import closed_form, support
 from fuzzyctl.kernels.inference.defuzzify.sampling import sampled_degrees, seen_points
@@ -243,7 +243,7 @@ class Search:
             low = low if low >= least and low > gate else 0.0
         low, high = effect_in(self.plan, entry, (low, high))
         implication = self.output.implication_of(self.output.terms[entry.term])
-        if self.output.over_rules or implication in EXACT_IMPLICATIONS:
+        if self.output.over_rules or IMPLICATIONS[implication].straight:
             return low, high
         implied = _implied(implication)
         return implied(low, top[0]), implied(high, top[1])

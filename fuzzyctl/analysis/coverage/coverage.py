@@ -12,7 +12,7 @@ from fuzzyctl.analysis.degrees import CERTAIN, Truths, degree_in
 from fuzzyctl.analysis.lets import narrowed
 from fuzzyctl.analysis.work import COVERAGE, SEARCH, SPENT, SpentError, Work
 from fuzzyctl.diagnostics.diagnostic import Diagnostic
-from fuzzyctl.formulas import EXACT_IMPLICATIONS
+from fuzzyctl.formulas import IMPLICATIONS
 from fuzzyctl.kernels.plan.build import OutputPlan, Plan, degree_name, plan
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Output
@@ -97,7 +97,7 @@ def _some_of_group_acts(flat: Plan, output: OutputPlan, group: int) -> bool:
 
 
 def _is_exact(output: OutputPlan) -> bool:
-    return all(output.implication_of(output.terms[e.term]) in EXACT_IMPLICATIONS for e in output.implied)
+    return all(IMPLICATIONS[output.implication_of(output.terms[e.term])].straight for e in output.implied)
 
 
 def _comparing(flat: Plan, output: OutputPlan) -> str:

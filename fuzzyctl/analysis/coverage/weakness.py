@@ -13,7 +13,7 @@ from fuzzyctl.diagnostics.diagnostic import Diagnostic
 from fuzzyctl.diagnostics.fixes import Fix, Replacement
 from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.expr import Call, Compare, Name
-from fuzzyctl.formulas import FINITE, MEMBERSHIP
+from fuzzyctl.formulas import is_endless
 from fuzzyctl.kernels.plan.build import Plan, plan
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Output
@@ -25,7 +25,7 @@ WEAK: Final = 0.1
 def diagnostics(system: FuzzySystem, flat: Plan) -> Iterator[Diagnostic]:
     """Report outputs for which the strongest rule acts weakly somewhere within the ranges of the inputs."""
     kinds = {d.set.kind.split()[0] for d in flat.degrees if not d.set.vertices}
-    if not kinds & MEMBERSHIP.keys() - set(FINITE) or flat.initial_state:
+    if not any(map(is_endless, kinds)) or flat.initial_state:
         return
     claimed = dict(_claims(system))
     for output in system.outputs:

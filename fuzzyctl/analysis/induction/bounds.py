@@ -33,7 +33,7 @@ _NEARER, _SAME = 1e24, 0.05
 _SIGNS: Final = 6
 #: Most states of a controller that is compiled, since that takes 10 KB for each.
 _COMPILED: Final = 20_000
-#: Most units of work of an output that is enclosed once even if the time is spent.
+#: Most units of work for outputs that are enclosed once even if the time is spent, of all of them together.
 _QUICK: Final = 100_000
 #: An end this near 0, on the side of the other end, is 0.
 _NOTHING: Final = 1e-20
@@ -60,7 +60,8 @@ def bounds_by(prover: ControllerProver, seconds: float) -> dict[str, OutputBound
         seconds: How long all ends may take; 0 for no subdivision.
     """
     prover.until = min(prover.until, clock.now() + seconds) if seconds else math.inf
-    outputs = [_Output(prover, r.name, bool(seconds)) for r in prover.controller.results]
+    quick = Work(_QUICK)
+    outputs = [_Output(prover, r.name, quick, bool(seconds)) for r in prover.controller.results]
     waiting = [(o, side) for o in outputs for side in (0, 1) if seconds and not (o.is_endless[side] or o.is_spent)]
     work = Work(SECOND * seconds)
     while waiting:
@@ -83,6 +84,7 @@ class _Output:
     Args:
         prover: Of its controller.
         name: The output.
+        quick: What may be computed although the time is spent.
         over_cells: Whether its first ends are those over cells, not over all arguments at once.
 
     Attributes:
@@ -93,6 +95,7 @@ class _Output:
 
     prover: ControllerProver
     name: str
+    quick: Work
     over_cells: bool
     ends: list[float] = field(init=False)
     is_endless: list[bool] = field(init=False)
@@ -102,7 +105,7 @@ class _Output:
         self.boxed = BoxedStep(self.prover.model, self.prover.ranges, [self.name])
         self.judge = Judge(self.prover.replay, self.boxed.inputs)
         self.ends, self.is_endless = [-math.inf, math.inf], [False, False]
-        self.is_spent = clock.now() > self.prover.until and self.boxed.units(0, 1) > _QUICK
+        self.is_spent = clock.now() > self.prover.until and not self.quick.takes(self.boxed.units(0, 1))
         self.open = [k for k, ends in enumerate(self.boxed.ends) if np.abs(ends).max() >= ABSORBED]
         if self.is_spent:
             return

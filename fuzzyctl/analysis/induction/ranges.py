@@ -21,7 +21,7 @@ from fuzzyctl.analysis import clock
 from fuzzyctl.analysis.induction.boxed_step import ANYTHING, Ends
 from fuzzyctl.analysis.induction.step_model import ABSORBED, StepModel, parted
 from fuzzyctl.analysis.work import SpentError
-from fuzzyctl.expr import Number, names_in, walk
+from fuzzyctl.expr import Expr, Name, Number, names_in, walk
 from fuzzyctl.kernels.interval.narrowing import may_be_nan
 from fuzzyctl.kernels.interval.vector import Enclosure, constant
 from fuzzyctl.kernels.plan.equations import Equation
@@ -181,8 +181,8 @@ class _Growth:
         names = self.model.evaluate(self.part, self.fixed | self._known())
         grew = False
         for state, update in zip(self.states, self.model.equations.updates, strict=True):
-            found = names.enclose(update)
-            if state.name not in self.lost and self._grow(state.name, found, is_last=is_last):
+            ends = self._copied(update) or self._ends_of(state.name, names.enclose(update))
+            if state.name not in self.lost and self._grow(state.name, ends, is_last=is_last):
                 grew = True
                 own = self.ends[state.name]
                 if state.name in self.lost:
@@ -191,15 +191,25 @@ class _Growth:
                     names.names[state.name] = _box((own[0].value, own[1].value))
         return grew
 
-    def _grow(self, name: str, found: Enclosure, *, is_last: bool) -> bool:
-        if name not in self.caps and may_be_nan(found).any():
+    def _copied(self, update: Expr) -> Ends | None:
+        """Return the ends of the state that a next value copies, as in a delay line; None for other values."""
+        if not isinstance(update, Name) or update.name in self.lost or update.name not in self.ends:
+            return None
+        low, high = self.ends[update.name]
+        return low.value, high.value
+
+    def _ends_of(self, name: str, value: Enclosure) -> Ends:
+        """Return the ends of a state's next value; (NaN, NaN) if it may be no number."""
+        is_lost = name not in self.caps and may_be_nan(value).any()
+        return LOST if is_lost else (float(value.lo.min()), float(value.hi.max()))
+
+    def _grow(self, name: str, ends: Ends, *, is_last: bool) -> bool:
+        if ends is LOST:
             self.lost.add(name)
             return True
         grew = False
-        least, most = float(found.lo.min()), float(found.hi.max())
-        for end, value, sign, cap in zip(
-            self.ends[name], (least, most), (-1.0, 1.0), self.caps.get(name, _ENDLESS), strict=True
-        ):
+        caps = self.caps.get(name, _ENDLESS)
+        for end, value, sign, cap in zip(self.ends[name], ends, (-1.0, 1.0), caps, strict=True):
             value = sign * min(sign * value, sign * cap)
             if sign * value > sign * end.value:
                 grew = True

@@ -17,7 +17,7 @@ from typing import Final
 
 from fuzzyctl.analysis.lets import without_idle
 from fuzzyctl.expr import Binary, Expr, Name, Number, names_in
-from fuzzyctl.formulas import MEMBERSHIP
+from fuzzyctl.formulas import MEMBERSHIP, is_straight
 from fuzzyctl.kernels.algorithms.grid import Grid, Table, grid_of
 from fuzzyctl.kernels.algorithms.interpolation import MOST_RAMPS
 from fuzzyctl.kernels.inference.defuzzify.defuzzify import consequent_hull
@@ -329,7 +329,7 @@ def _is_product(expr: Expr) -> bool:
 
 
 def _is_plain(term: SetPlan) -> bool:
-    return term.kind in ("triangle", "trapezoid", "ramp", "rectangle")
+    return is_straight(term.kind) and not MEMBERSHIP[term.kind].variadic
 
 
 def _operations(expr: Expr) -> int:

@@ -17,6 +17,8 @@ from fuzzyctl.codegen.fmu.description import OPTIONS
 
 #: Compilers that are looked for, after that of the environment variable CC.
 COMPILERS: Final = ("cc", "gcc", "clang")
+#: Most characters of sources that are optimised: of a function of 60,000 lines that takes many minutes and gigabytes.
+_OPTIMISED: Final = 500_000
 #: Suffix of shared libraries, and the name of the system in folders of FMI 2 and 3.
 _SYSTEMS: Final = {"linux": (".so", "linux", "linux"), "darwin": (".dylib", "darwin", "darwin"),
                    "win32": (".dll", "win", "windows")}  # fmt: skip
@@ -58,7 +60,8 @@ def shared_library(sources: Mapping[str, str], command: str) -> bytes:
         for name, text in sources.items():
             (Path(folder) / name).write_text(text, encoding="utf-8", newline="\n")
         names = [name for name in sources if name.endswith(".c")]
-        options = [*OPTIONS, "-fvisibility=hidden", "-shared", *([] if sys.platform == "win32" else ["-fPIC"])]
+        optimised = OPTIONS if sum(map(len, sources.values())) <= _OPTIMISED else (*OPTIONS, "-O0")
+        options = [*optimised, "-fvisibility=hidden", "-shared", *([] if sys.platform == "win32" else ["-fPIC"])]
         call = [command, *options, *names, "-o", "library", *([] if sys.platform == "win32" else ["-lm"])]
         try:
             run = subprocess.run(call, cwd=folder, capture_output=True, text=True, errors="replace", check=False)

@@ -5,18 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from itertools import pairwise
-from typing import Final
 
 from fuzzyctl.expr import ZERO, Number, names_in
-from fuzzyctl.formulas import MEMBERSHIP
+from fuzzyctl.formulas import MEMBERSHIP, is_endless, is_number
 from fuzzyctl.model.rule import literals
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Input, Membership, Term
-
-#: Kinds whose degree goes on changing for ever on one side at least.
-ENDLESS: Final = frozenset(
-    {"gaussian", "gaussian2", "bell", "sigmoid", "sigmoid_difference", "sigmoid_product", "spike", "concave"}
-)
 
 #: A corner of a straight function: its place and its degree.
 Point = tuple[float, float]
@@ -48,7 +42,7 @@ def _is_constant_beyond(system: FuzzySystem, membership: Membership, lower: floa
     """Whether a degree stays below the lower end what it is there, and above the upper end."""
     if membership.kind == "function":
         return not names_in(membership.arguments[0])
-    if membership.kind in ENDLESS or membership.kind not in MEMBERSHIP:
+    if membership.kind not in MEMBERSHIP or is_endless(membership.kind):
         return False
     formula = MEMBERSHIP[membership.kind]
     p = tuple(system.number(a) for a in membership.arguments)
@@ -96,7 +90,7 @@ def _with_shoulders(system: FuzzySystem, variable: Input, points: bool) -> Input
 
 def _cut(system: FuzzySystem, own: Membership, lower: float, upper: float, points: bool) -> Membership | None:
     """Return a straight function that is the same within a range, and constant beyond; None where there is none."""
-    if own.kind not in MEMBERSHIP or own.kind in ("singleton", "constant"):
+    if own.kind not in MEMBERSHIP or is_number(own.kind):
         return None
     corners = MEMBERSHIP[own.kind].vertices(tuple(system.number(a) for a in own.arguments))
     if not corners:

@@ -3,22 +3,18 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Container, Iterator, Sequence
 from typing import Final
 
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 from fuzzyctl.expr import Expr, names_in
-from fuzzyctl.formats.common.clamped_inputs import ENDLESS
 from fuzzyctl.formats.losses import Loss
-from fuzzyctl.formulas import MEMBERSHIP
+from fuzzyctl.formulas import AGGREGATIONS, CONJUNCTIONS, MEMBERSHIP, is_endless
 from fuzzyctl.model.method import MAXIMA, Defuzzifier
 from fuzzyctl.model.rule import literals
 from fuzzyctl.model.semantics import KNOBS, Semantics
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Hold, Membership, Output
-
-#: Norms that ask whether a degree equals 0 or 1, or a sum of two 1.
-_ASK_EQUALITY: Final = ("drastic", "nilpotent", "hamacher")
 
 #: Weights and heights below which a tool that leaves out activations of 1e-6 leaves out much of a term.
 _SMALL: Final = 1e-3
@@ -90,7 +86,7 @@ def _matters(system: FuzzySystem, knob: str, there: Semantics) -> bool:
         and any(shares_terms(system, o) for o in system.outputs),
         "total": any(m.averages for m in methods) and (weighted or len(system.outputs) > 1),
         "least": bool(consequent_hedges) or _least_decides(system, there),
-        "equal": any(n.startswith(_ASK_EQUALITY) for n in norms),
+        "equal": any({**CONJUNCTIONS, **AGGREGATIONS}[n].tolerant for n in norms),
         "chained": any(i.variable in outputs for r in system.rules for i in literals(r.antecedent)),
         "consequent_hedges": bool(consequent_hedges),
         "extremely": "extremely" in hedges | consequent_hedges,
@@ -115,7 +111,7 @@ def _least_decides(system: FuzzySystem, there: Semantics) -> bool:
     used = {(i.variable, i.term) for r in system.rules for i in literals(r.antecedent)}
     terms = [t.membership for v in system.inputs for t in v.terms if (v.name, t.name) in used]
     small = any(system.number(m.height) < _SMALL for m in terms)
-    return small or any(m.kind in ENDLESS or (m.kind == "function" and names_in(m.arguments[0])) for m in terms)
+    return small or any(is_endless(m.kind) or (m.kind == "function" and names_in(m.arguments[0])) for m in terms)
 
 
 def _places_leave(system: FuzzySystem, output: Output) -> bool:
@@ -134,7 +130,7 @@ def _places_leave(system: FuzzySystem, output: Output) -> bool:
 
 def _ends(system: FuzzySystem, membership: Membership) -> tuple[float, float]:
     """Return where a monotone term has the degrees 0 and 1; infinite for what is none and for endless tails."""
-    if membership.kind in ENDLESS or membership.kind not in MEMBERSHIP:
+    if membership.kind not in MEMBERSHIP or is_endless(membership.kind):
         return -math.inf, math.inf
     formula = MEMBERSHIP[membership.kind]
     p = tuple(system.number(a) for a in membership.arguments)
@@ -167,6 +163,18 @@ def impossible(system: FuzzySystem) -> Iterator[str]:
     for output in system.outputs:
         if output.adaptive is not None:
             yield f"output '{output.name}' is adaptive"
+
+
+def missing_words(system: FuzzySystem, kinds: Container[str], norms: Container[str]) -> Iterator[str]:
+    """Yield the membership functions and norms of a system that a format has no words for."""
+    for variable in (*system.inputs, *system.outputs):
+        for term in variable.terms:
+            kind = term.membership.kind
+            if kind in MEMBERSHIP and kind not in kinds:
+                yield f"term '{term.name}' of '{variable.name}' is of the kind '{kind}'"
+    for norm in sorted(used_norms(system)):
+        if norm not in norms:
+            yield f"there is no norm '{norm}'"
 
 
 def formula_sets(system: FuzzySystem) -> Iterator[str]:

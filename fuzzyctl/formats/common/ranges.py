@@ -3,68 +3,21 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from itertools import product
 from typing import Final
 
 from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.expr import Expr, ExprError, Number, evaluate
 from fuzzyctl.formats.common.report import Reporter
+from fuzzyctl.formulas.formula import between
+from fuzzyctl.formulas.shared import union
 from fuzzyctl.model.variable import Membership
 
 Ends = tuple[float, float]
 
-#: Assumed reach of a Gaussian, in deviations, and of a sigmoid, in steepnesses, as in jFuzzyLogic.
-_DEVIATIONS: Final = 4.0
-_STEEPNESSES: Final = 9.0
-
-#: A bell ends where its degree is 1 / (1 + 999), as in jFuzzyLogic.
-_BELL: Final = 999.0
-
 #: Most points at which a function of the inputs is evaluated.
 _MOST_POINTS: Final = 729
-
-
-def _all(p: tuple[float, ...]) -> Ends:
-    finite = [x for x in p if math.isfinite(x)]
-    return (min(finite), max(finite)) if finite else (0.0, 1.0)
-
-
-def _bell(p: tuple[float, ...]) -> Ends:
-    try:
-        reach = _BELL ** (1.0 / (2.0 * p[2])) * abs(p[1])
-    except (ZeroDivisionError, OverflowError):
-        reach = abs(p[1])
-    return p[0] - reach, p[0] + reach
-
-
-def _sigmoid(center: float, slope: float) -> Ends:
-    reach = _STEEPNESSES / abs(slope) if slope else 1.0
-    return center - reach, center + reach
-
-
-def _union(*ends: Ends) -> Ends:
-    return min(e[0] for e in ends), max(e[1] for e in ends)
-
-
-#: Where a term lies, for kinds whose parameters are not all places.
-_SUPPORTS: Final[Mapping[str, Callable[[tuple[float, ...]], Ends]]] = {
-    "gaussian": lambda p: (p[0] - _DEVIATIONS * p[1], p[0] + _DEVIATIONS * p[1]),
-    "gaussian2": lambda p: (p[0] - _DEVIATIONS * p[1], p[2] + _DEVIATIONS * p[3]),
-    "bell": _bell,
-    "sigmoid": lambda p: _sigmoid(p[0], p[1]),
-    "sigmoid_difference": lambda p: _union(_sigmoid(p[0], p[1]), _sigmoid(p[3], p[2])),
-    "sigmoid_product": lambda p: _union(_sigmoid(p[0], p[1]), _sigmoid(p[3], p[2])),
-    "cosine": lambda p: (p[0] - p[1] / 2.0, p[0] + p[1] / 2.0),
-    "spike": lambda p: (p[0] - p[1], p[0] + p[1]),
-    "concave": lambda p: _union(_all(p), (2 * p[0] - p[1], 2 * p[0] - p[1])),
-    "piecewise": lambda p: _all(p[::2]),
-}
-
-
-def support(kind: str, parameters: tuple[float, ...]) -> Ends:
-    """Return where a term lies, its tails cut."""
-    return _SUPPORTS.get(kind, _all)(parameters)
 
 
 def of_terms(supports: Iterable[Ends]) -> Ends | None:
@@ -72,7 +25,7 @@ def of_terms(supports: Iterable[Ends]) -> Ends | None:
     found = [s for s in supports if all(map(math.isfinite, s))]
     if not found:
         return None
-    low, high = _union(*found)
+    low, high = union(*found)
     if low < high:
         return low, high
     room = max(1.0, abs(low) * 0.5)
@@ -91,7 +44,7 @@ def of_function(expression: Expr, inputs: Mapping[str, Ends], values: Mapping[st
             found.append(evaluate(expression, {**values, **dict(zip(inputs, point, strict=True))}))
         except ExprError:
             continue
-    return _all(tuple(found)) if found else None
+    return between(tuple(found)) if found else None
 
 
 def linear_range(parameters: Sequence[float], inputs: Iterable[Ends]) -> Ends:

@@ -20,7 +20,7 @@ from fuzzyctl.formats.fcl.settings import norm_of, require_enabled
 from fuzzyctl.formats.fcl.shapes import membership
 from fuzzyctl.formats.fll.terms import Place, told_apart
 from fuzzyctl.formats.fuzzylite.weighted import KINDS, weighted_kinds
-from fuzzyctl.formulas import is_monotone
+from fuzzyctl.formulas import MEMBERSHIP, is_monotone
 from fuzzyctl.lang import syntax as sx
 from fuzzyctl.model.variable import Fallback, Hold, Term
 
@@ -308,7 +308,7 @@ class VariableReader:
                 continue
             given = [a.value if isinstance(a, Number) else self._scope.value(a) for a in own.arguments]
             known = tuple(g for g in given if g is not None)
-            supports += [ranges.support(own.kind, known)] if len(known) == len(given) else []
+            supports += [MEMBERSHIP[own.kind].extent(known)] if len(known) == len(given) else []
         return ranges.of_terms(supports) or (0.0, 1.0)
 
     def _image(self, term: Term, inputs: Sequence[Variable]) -> tuple[float, float] | None:

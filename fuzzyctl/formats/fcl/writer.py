@@ -25,6 +25,7 @@ from fuzzyctl.formats.fcl.reader import read
 from fuzzyctl.formats.fcl.written_losses import without_words
 from fuzzyctl.formats.fcl.written_names import spelt
 from fuzzyctl.formats.fcl.written_shapes import (
+    SPELT,
     linear_text,
     needs_fuzzylite,
     needs_jfuzzylogic,
@@ -88,8 +89,9 @@ def write(system: FuzzySystem) -> tuple[str, list[Loss]]:
     Raises:
         DiagnosticError: With all reasons, for a system of Tsukamoto's method that fuzzylite would take for another one.
     """
-    if formulas := list(numerics.formula_sets(system)):
-        raise numerics.cannot(system, ".fcl", formulas)
+    norms = {*CONJUNCTION_WORDS.values(), *ACCUMULATION_WORDS.values(), *_FUZZYLITE_NORMS}
+    if reasons := [*numerics.formula_sets(system), *numerics.missing_words(system, SPELT, norms)]:
+        raise numerics.cannot(system, ".fcl", reasons)
     named, losses = with_named_consequents(system, "c", fold=str.upper)
     named, averaged = with_numbers_averaged(named)
     named = with_shoulders(named, points=True)

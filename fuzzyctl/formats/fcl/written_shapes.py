@@ -24,7 +24,7 @@ from fuzzyctl.formats.fcl.dialect import DialectName
 from fuzzyctl.formats.fcl.names import FUZZYLITE_SHAPES, JFUZZYLOGIC_SHAPES
 from fuzzyctl.formats.fll.formulas import formula
 from fuzzyctl.formats.fuzzylite.discontinuities import as_written
-from fuzzyctl.formulas import MEMBERSHIP, Parameters, piecewise_linear
+from fuzzyctl.formulas import MEMBERSHIP, Parameters, is_number, is_straight
 from fuzzyctl.model.variable import Membership
 
 #: Functions of expressions that jFuzzyLogic has, by its words.
@@ -37,6 +37,8 @@ _FUZZYLITE_FUNCTIONS: Final = frozenset(
 
 _JFUZZYLOGIC: Final = words_by_kind(JFUZZYLOGIC_SHAPES)
 _FUZZYLITE: Final = words_by_kind(FUZZYLITE_SHAPES)
+#: Kinds that some dialect has words for, points and numbers included.
+SPELT: Final = frozenset({*_JFUZZYLOGIC, *_FUZZYLITE, *(k for k in MEMBERSHIP if is_straight(k) or is_number(k))})
 
 
 def numbers(membership: Membership, values: Mapping[str, float]) -> Parameters:
@@ -60,7 +62,7 @@ def needs_fuzzylite(membership: Membership, values: Mapping[str, float]) -> bool
 
 def needs_jfuzzylogic(membership: Membership) -> bool:
     """Whether the standard alone, with its points and singletons, has no words for a term."""
-    return membership.kind not in ("singleton", "constant") and not piecewise_linear(membership.kind)
+    return not is_number(membership.kind) and not is_straight(membership.kind)
 
 
 def unknown_functions(membership: Membership) -> list[str]:
@@ -77,7 +79,7 @@ def _functions(membership: Membership) -> list[str]:
 def _as_points(membership: Membership, given: Parameters, dialect: DialectName) -> bool:
     """Whether a term without a word in a dialect is straight, so that points say the same; the standard has none."""
     kind = membership.kind
-    if not piecewise_linear(kind) or kind == "piecewise":
+    if not is_straight(kind) or kind == "piecewise":
         return False
     spelt = dialect == "jfuzzylogic" and kind in _JFUZZYLOGIC
     return not spelt or any(map(math.isinf, given)) or membership.height != Number(1.0)

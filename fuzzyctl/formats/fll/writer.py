@@ -30,6 +30,7 @@ from fuzzyctl.formats.fll.vocabulary import (
 from fuzzyctl.formats.fuzzylite.discontinuities import as_written
 from fuzzyctl.formats.fuzzylite.weighted import as_inverted_there
 from fuzzyctl.formats.losses import Loss
+from fuzzyctl.formulas import MEMBERSHIP
 from fuzzyctl.model.method import Activation, Defuzzifier
 from fuzzyctl.model.profiles import Profile, profile
 from fuzzyctl.model.rule import And, Antecedent, Is, Not, Or, Rule
@@ -98,6 +99,7 @@ class _Writer:
         """Return the text and the losses."""
         system = self.system
         self.reasons.extend(numerics.impossible(system))
+        self.reasons.extend(numerics.missing_words(system, MEMBERSHIP, {*_CONJUNCTIONS, *_DISJUNCTIONS, "sum"}))
         said = [] if self.profile.name == "fuzzylite" else [f"# numerics of {self.profile.name}"]
         lines = [*said, f"Engine: {system.name}"]
         if system.title:
@@ -208,11 +210,11 @@ class _Writer:
         name = self.system.rule_blocks[part.block].name if part.block >= 0 else ""
         yield f"RuleBlock: {name}{f'_{part.number}' if name and part.number > 1 else ''}".rstrip()
         yield "  enabled: true"
-        yield f"  conjunction: {_CONJUNCTIONS[method.conjunction]}"
-        yield f"  disjunction: {_DISJUNCTIONS[method.disjunction]}"
-        yield f"  implication: {_CONJUNCTIONS[part.implication]}"
+        yield f"  conjunction: {_CONJUNCTIONS.get(method.conjunction)}"
+        yield f"  disjunction: {_DISJUNCTIONS.get(method.disjunction)}"
+        yield f"  implication: {_CONJUNCTIONS.get(part.implication)}"
         yield f"  activation: {self._activation(method.activation)}"
-        dual = DUAL_OF[method.conjunction] == method.disjunction
+        dual = DUAL_OF.get(method.conjunction) == method.disjunction
         for r, rule in part.rules:
             whole = self.system.rules[r].consequents
             if len(rule.consequents) < len(whole) and any(c.hedges for c in whole):

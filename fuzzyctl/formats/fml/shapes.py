@@ -10,7 +10,7 @@ from fuzzyctl.expr import Expr, Number
 from fuzzyctl.formats.fml.document import Element
 from fuzzyctl.formats.fml.names import POINT_SETS, SHAPE_TAGS, SHAPES
 from fuzzyctl.formats.fml.scope import Scope
-from fuzzyctl.formulas import MEMBERSHIP, piecewise_linear
+from fuzzyctl.formulas import MEMBERSHIP, is_straight
 from fuzzyctl.model.variable import Membership
 
 Ends = tuple[float, float]
@@ -105,7 +105,7 @@ def complement(membership: Membership) -> Membership | None:
         return membership.model_copy(update={"kind": other})
     if kind == "ramp":
         return membership.model_copy(update={"arguments": membership.arguments[::-1]})
-    if not piecewise_linear(kind) or kind == "rectangle" or MEMBERSHIP[kind].mistake(given) is not None:
+    if not is_straight(kind) or kind == "rectangle" or MEMBERSHIP[kind].mistake(given) is not None:
         return None
     corners = MEMBERSHIP[kind].vertices(given)
     if len({x for x, _ in corners}) < len(corners):

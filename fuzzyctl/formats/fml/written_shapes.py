@@ -11,7 +11,7 @@ from typing import Final
 
 from fuzzyctl.expr import TOO_LARGE, Binary, Call, Compare, Expr, ExprError, Number, Where, evaluate, replace
 from fuzzyctl.formats.fml.names import TAGS
-from fuzzyctl.formulas import MEMBERSHIP, Parameters, piecewise_linear
+from fuzzyctl.formulas import MEMBERSHIP, Parameters, is_straight
 from fuzzyctl.model.variable import Membership
 
 Ends = tuple[float, float]
@@ -73,7 +73,7 @@ def written_shape(membership: Membership, values: Mapping[str, float], domain: E
         return WrittenShape("piShape", given[:2])
     if kind == "pi_shape" and height == 1.0 and (edge := _edge(given)) is not None:
         return edge
-    if piecewise_linear(kind):
+    if is_straight(kind):
         return _straight(kind, given, height, domain)
     return _sampled(kind, given, height, domain)
 

@@ -12,11 +12,11 @@ from collections.abc import Sequence
 from itertools import pairwise, product
 from typing import Final
 
-from fuzzyctl.expr import Expr, Name, Number, Where, names_in
+from fuzzyctl.expr import Expr, Name, Number, Where, minus, names_in, plus, times
 from fuzzyctl.kernels.algorithms.grid import Grid, Table
 from fuzzyctl.kernels.inference.inference import raw_names
 from fuzzyctl.kernels.plan.build import Plan
-from fuzzyctl.kernels.program.builder import Builder, any_nan, clip, minus, plus, times
+from fuzzyctl.kernels.program.builder import Builder, any_nan, clip
 from fuzzyctl.kernels.program.program import NAN, Between, Item, Locate, Offset, Place, Program
 from fuzzyctl.kernels.program.traversal import parts, statements, writes
 

@@ -7,12 +7,12 @@ from collections.abc import Sequence
 from functools import reduce
 from itertools import product
 
-from fuzzyctl.expr import ZERO, Call, Expr, Logic, Number, Where
+from fuzzyctl.expr import ZERO, Call, Expr, Logic, Number, Where, minus, plus, times
 from fuzzyctl.kernels.algorithms.rule_cells import Active, Side
 from fuzzyctl.kernels.inference.defuzzify.defuzzify import average
 from fuzzyctl.kernels.inference.inference import raw_names
 from fuzzyctl.kernels.plan.build import Plan
-from fuzzyctl.kernels.program.builder import Builder, any_nan, clip, minus, plus, times
+from fuzzyctl.kernels.program.builder import Builder, any_nan, clip
 from fuzzyctl.kernels.program.program import NAN, Item, Locate, Offset, Place, Program, Refuse
 
 

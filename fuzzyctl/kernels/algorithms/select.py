@@ -7,18 +7,16 @@ from typing import Final, Literal, get_args
 
 from fuzzyctl.diagnostics.diagnostic import ArgumentError, UnknownNameError
 from fuzzyctl.kernels.algorithms import interpolation, rule_cells, rule_lookup
-from fuzzyctl.kernels.algorithms.diagonal import Diagonals, diagonals_of, window
 from fuzzyctl.kernels.algorithms.grid import Grid, grid_of
 from fuzzyctl.kernels.algorithms.rule_cells import Active
 from fuzzyctl.kernels.inference import inference
 from fuzzyctl.kernels.plan.build import Plan
-from fuzzyctl.kernels.program.passes.inline import inlined
 from fuzzyctl.kernels.program.program import Program
 from fuzzyctl.records import record
 
-#: `rules` evaluates every rule; `interpolation` looks up what the rules say in the cell of the inputs; `diagonals`
-#: integrates around the rules that act, `active` averages over them; `auto` takes the fastest that the system allows.
-AlgorithmName = Literal["auto", "interpolation", "diagonals", "active", "rules"]
+#: `rules` evaluates every rule; `interpolation` looks up what the rules say in the cell of the inputs; `active`
+#: averages over the rules that act; `auto` takes the fastest that the system allows.
+AlgorithmName = Literal["auto", "interpolation", "active", "rules"]
 ALGORITHMS: Final = get_args(AlgorithmName)
 
 #: Most pairs of lines of an exact centroid that is written out: compiled (a second for some hundreds), and
@@ -35,7 +33,6 @@ class Algorithm:
         plan: The plan.
         grid: Its values at the knots, for interpolation, else None.
         reason: Why it is not interpolation, or what is interpolated.
-        diagonals: What its tables hold, for integration around the rules that act, else None.
         active: What its rules say in each cell, for averages over the rules that act, else None.
         is_forced: Whether it was asked for, so that it is used even where another one is faster.
         most_coefficients: Of all cells that are interpolated in; beyond, values at their corners are stored.
@@ -44,7 +41,6 @@ class Algorithm:
     plan: Plan
     grid: Grid | None
     reason: str
-    diagonals: Diagonals | None = None
     active: Active | None = None
     is_forced: bool = False
     most_coefficients: int = interpolation.MOST_COEFFICIENTS
@@ -57,20 +53,16 @@ class Algorithm:
         """One of `ALGORITHMS` but `auto`."""
         if self.grid is not None:
             return "interpolation"
-        if self.active is not None:
-            return "active"
-        return "rules" if self.diagonals is None else "diagonals"
+        return "rules" if self.active is None else "active"
 
     @property
     def is_defined(self) -> bool:
         """Whether it is seen from it that some rule fires wherever the inputs are."""
-        return self.grid is not None or self.diagonals is not None
+        return self.grid is not None
 
     @cached_property
     def point(self) -> Program:
         """The program for one point."""
-        if self.diagonals is not None:
-            return window(self.plan, self.diagonals)
         if self.grid is not None:
             return interpolation.lookup(self.plan, self.grid, self.most_coefficients)
         if self.active is not None:
@@ -91,16 +83,14 @@ class Algorithm:
             return interpolation.interpreted(self.plan, self.grid)
         if self._gains(rule_cells.LEAST_GAIN_INTERPRETED):
             return self.point
-        if self.diagonals is not None:
-            return inlined(self.point)
-        return inlined(inference.evaluation(self.plan, most_pairs=INTERPRETED))
+        return inference.evaluation(self.plan, most_pairs=INTERPRETED)
 
     @cached_property
     def many(self) -> Program:
         """The program for loops over many points, in a form that compilers vectorise."""
         if self.grid is not None:
             return interpolation.batch(self.plan, self.grid)
-        if self.diagonals is not None or self._gains(rule_cells.LEAST_GAIN_MANY):
+        if self._gains(rule_cells.LEAST_GAIN_MANY):
             return self.point
         return inference.evaluation(self.plan, many=True, most_pairs=COMPILED)
 
@@ -131,12 +121,6 @@ def algorithm_of(plan: Plan, wanted: str = "auto") -> Algorithm:
         raise UnknownNameError("algorithm", wanted, ALGORITHMS)
     if wanted == "rules":
         return Algorithm(plan, None, "it was asked for")
-    found = diagonals_of(plan) if wanted in ("auto", "diagonals") else ""
-    if isinstance(found, Diagonals):
-        pieces = " x ".join(str(len(a.knots)) for a in found.axes)
-        return Algorithm(plan, None, f"the table of {pieces} terms holds diagonals", found)
-    if wanted == "diagonals":
-        raise ArgumentError(f"the system has no table of diagonals: {found}")
     grid = grid_of(plan)
     if wanted == "auto" and isinstance(grid, Grid) and interpolation.is_sparse(plan, grid):
         grid = f"{len(plan.rules)} rules are less work than the corners of a cell"

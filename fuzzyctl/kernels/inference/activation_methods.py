@@ -6,9 +6,9 @@ import math
 from collections.abc import Sequence
 from typing import Final
 
-from fuzzyctl.expr import ONE, ZERO, Compare, Expr, Logic, Number, Where
+from fuzzyctl.expr import ONE, ZERO, Compare, Expr, Logic, Number, Where, minus, plus
 from fuzzyctl.kernels.plan.build import ActivationPlan
-from fuzzyctl.kernels.program.builder import Builder, minus, plus
+from fuzzyctl.kernels.program.builder import Builder
 
 
 def acting(builder: Builder, method: ActivationPlan, activations: Sequence[Expr]) -> list[Expr]:

@@ -17,9 +17,10 @@ from fuzzyctl.expr import (
     Where,
     names_in,
     replace_names,
+    times,
     walk,
 )
-from fuzzyctl.formulas import aggregation
+from fuzzyctl.formulas import IMPLICATIONS, aggregation
 from fuzzyctl.kernels.inference.activation_methods import acting
 from fuzzyctl.kernels.inference.defuzzify.defuzzify import Activation, defuzzify
 from fuzzyctl.kernels.inference.degrees.tabulated import degree_of
@@ -37,7 +38,7 @@ from fuzzyctl.kernels.plan.build import (
     step_name,
 )
 from fuzzyctl.kernels.plan.traced import is_free
-from fuzzyctl.kernels.program.builder import Builder, any_nan, clip, times
+from fuzzyctl.kernels.program.builder import Builder, any_nan, clip
 from fuzzyctl.kernels.program.passes.embed import embed
 from fuzzyctl.kernels.program.program import NAN, STATE, Item, Program, Refuse
 
@@ -236,7 +237,7 @@ def _jumps(plan: Plan) -> bool:
         or plan.least != 0.0
         or bool(plan.chains)
         or any(e.change is not None for o in plan.outputs for e in o.implied)
-        or any(o.implication not in ("min", "product") or o.mixes_implications for o in plan.outputs)
+        or any(not IMPLICATIONS[o.implication].straight or o.mixes_implications for o in plan.outputs)
         or any(not _only_joins(e) for e in (*plan.steps, *plan.strengths))
     )
 

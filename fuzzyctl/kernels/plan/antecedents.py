@@ -7,7 +7,7 @@ from functools import reduce
 from typing import Final
 
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError, UnknownNameError
-from fuzzyctl.expr import MAX_DEPTH, ZERO, Expr, Name, Number, replace_names, walk
+from fuzzyctl.expr import MAX_DEPTH, ZERO, Expr, Name, Number, names_in, replace_names, walk
 from fuzzyctl.formulas import HEDGES, MEMBERSHIP, Norm, conjunction, disjunction, held, one_minus
 from fuzzyctl.formulas import hedge as usual_hedge
 from fuzzyctl.kernels.plan.consequents import own_set, set_of, term_of_output
@@ -20,9 +20,6 @@ from fuzzyctl.model.output_dependencies import ordered_lets
 from fuzzyctl.model.rule import And, Antecedent, Is, Not, Or
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Output, Term
-
-#: Norms whose formulas mention each operand once, so that operands need no name of their own.
-_ONCE: Final = ("min", "product", "bounded_difference", "max", "bounded_sum")
 
 #: Most operands and operators of the own hedges in all rules, each counted once for what it is applied to.
 MAX_HEDGED: Final = 100_000
@@ -90,7 +87,7 @@ class Antecedents:
 
     def _join(self, norms: Callable[[str, float], Norm], name: str, operands: tuple[Antecedent, ...]) -> Expr:
         norm, truths = norms(name, self._system.method.semantics.equal), [self._truth(operand) for operand in operands]
-        if name in _ONCE:
+        if len(list(names_in(norm(Name("a"), Name("b"))))) == 2:  # each operand once, so that nesting stays short
             return self._chain(norm, truths)
         return reduce(lambda a, b: norm(self._named(a), self._named(b)), truths)
 

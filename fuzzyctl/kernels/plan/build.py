@@ -41,7 +41,7 @@ from fuzzyctl.kernels.plan.plan import (
 )
 from fuzzyctl.kernels.plan.sets import ITSELF, SetPlan
 from fuzzyctl.model.checks.semantics import misfitting_semantics
-from fuzzyctl.model.method import AVERAGES, Activation
+from fuzzyctl.model.method import OVER_MIDDLES, Activation
 from fuzzyctl.model.output_dependencies import comparisons_that_wait, ordered_lets, reads_of
 from fuzzyctl.model.rule import Rule
 from fuzzyctl.model.system import FuzzySystem
@@ -218,7 +218,7 @@ def _output(system: FuzzySystem, output: Output, reads: tuple[int, ...]) -> Outp
     semantics = method.semantics
     aggregation = output.aggregation or method.aggregation
     # Of constants it does not matter whether those of one term are added up first.
-    joins = defuzzifier.over_rules and (aggregation != "sum" or defuzzifier.kind not in (*AVERAGES, "weighted_sum"))
+    joins = defuzzifier.over_rules and (aggregation != "sum" or defuzzifier.kind not in OVER_MIDDLES)
     lower, upper = number_of(system, output.lower), number_of(system, output.upper)
     planned = OutputPlan(
         name=output.name,

@@ -13,7 +13,7 @@ from fuzzyctl.expr import (
     Expr,
 )
 from fuzzyctl.kernels.plan.sets import SetPlan
-from fuzzyctl.model.method import AVERAGES, EACH_ALONE, OVER_RULES, SUMS
+from fuzzyctl.model.method import AVERAGES, DEFUZZIFIERS, EACH_ALONE, OVER_RULES
 from fuzzyctl.records import record
 
 
@@ -210,17 +210,17 @@ class OutputPlan:
     @property
     def sums(self) -> bool:
         """Whether it is a sum over rules that is not divided by the sum of their activations."""
-        return self.kind in SUMS
+        return not DEFUZZIFIERS[self.kind].divides
 
     @property
     def inverts(self) -> bool:
         """Whether it takes the places where monotone consequents have the activations."""
-        return self.kind in ("tsukamoto", "tsukamoto_sum")
+        return DEFUZZIFIERS[self.kind].takes == "place"
 
     @property
     def takes_degrees(self) -> bool:
         """Whether it takes the degrees that consequents have at the activations."""
-        return self.kind in ("inverse_tsukamoto", "inverse_tsukamoto_sum")
+        return DEFUZZIFIERS[self.kind].takes == "degree"
 
 
 @record(frozen=True)

@@ -21,7 +21,9 @@ from fuzzyctl.expr import (
     Number,
     Where,
     children,
+    plus,
     replace,
+    times,
 )
 from fuzzyctl.kernels.program.lowering import step
 from fuzzyctl.kernels.program.program import Assign, Item, Locate, Place, Program, Statement
@@ -179,25 +181,6 @@ def depth(value: Expr) -> int:
         deepest += 1
         level = [part for node in level for part in children(node)]
     return deepest
-
-
-def plus(a: Expr, b: Expr) -> Expr:
-    """Return a + b without what adds nothing."""
-    return b if a == ZERO else a if b == ZERO else a + b
-
-
-def minus(a: Expr, b: Expr) -> Expr:
-    """Return a - b without what takes nothing."""
-    return a if b == ZERO else a - b
-
-
-def times(a: Expr, b: Expr) -> Expr:
-    """Return a · b; a factor 1 is left out."""
-    if a == ONE:
-        return b
-    if b == ONE:
-        return a
-    return a * b
 
 
 def clip(x: Expr, lower: float | Expr, upper: float | Expr) -> Expr:

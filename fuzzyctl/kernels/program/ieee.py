@@ -93,10 +93,9 @@ def fmod(a: float, b: float) -> float:
         return nan
 
 
-#: The primitives, and `decay`, which is `exp` of what is not positive and cannot overflow.
+#: The primitives.
 FUNCTIONS: Final[Mapping[str, Callable[..., float]]] = {
     **{f.__name__: f for f in (divide, smaller, larger, clip, held, power, sqrt, exp, log, sin, cos, tan, floor, fmod)},
     "abs": abs,
     "atan2": math.atan2,
-    "decay": math.exp,
 }

@@ -5,8 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
+from functools import reduce
 
-from fuzzyctl.expr import Binary, Call, Compare, Expr, Logic, Name, Negate, Number, Where
+from fuzzyctl.expr import FUNCTIONS, Binary, Call, Compare, Expr, Logic, Name, Negate, Number, Where
+from fuzzyctl.kernels.program.primitives import PRIMITIVES
 from fuzzyctl.kernels.program.program import (
     Accumulate,
     Assign,
@@ -50,7 +52,6 @@ class Dialect:
         locate: Lines that find a knot.
         nested: Whether functions are defined where they are used.
         integral: Text of a call that integrates, from the texts of what the set depends on and of its marks.
-        decay: Name of the exponential function where its argument is not positive, so that it cannot overflow.
         item: Text of an array item.
         divide: Text of a quotient.
         constant: Text of a number.
@@ -64,7 +65,6 @@ class Dialect:
     locate: Callable[[Locate, str], list[str]]
     item: Callable[[str, int | str | Place], str] = lambda array, index: f"{array}[{index_text(index)}]"
     divide: Callable[[str, str], str] = lambda a, b: f"({a} / {b})"
-    decay: str = "exp"
     nested: bool = False
     integral: Callable[[Quadrature, str, str], str] = lambda s, given, marks: (
         f"{s.kind}({s.function}, marked({s.places}, {marks}), {given})"
@@ -148,7 +148,7 @@ SCALAR = Dialect(
 )
 
 #: Scalar Python as it is interpreted, not compiled.
-INTERPRETED = replace(SCALAR, locate=decided, decay="decay", nested=True)
+INTERPRETED = replace(SCALAR, locate=decided, nested=True)
 
 #: Plain Python where a quotient may be 0/0 or 1/0, which Python refuses and IEEE 754 (so numpy, numba) does not.
 IEEE_SCALAR = replace(INTERPRETED, divide=lambda a, b: f"divide({a}, {b})")
@@ -211,19 +211,27 @@ class _Writer:
                 return f"({self.dialect.logic[logic == 'or'].join(self.text(o) for o in operands)})"
             case Where(condition=condition, then=then, otherwise=otherwise):
                 return self.dialect.where(self.text(condition), self.text(then), self.text(otherwise))
-            case Call(function="min", arguments=(a, b)):
-                return self.dialect.smaller(self.text(a), self.text(b))
-            case Call(function="max", arguments=(a, b)):
-                return self.dialect.larger(self.text(a), self.text(b))
+            case Call(function="min" | "max" as function, arguments=(_, *_) as arguments):
+                join = self.dialect.smaller if function == "min" else self.dialect.larger
+                return reduce(join, map(self.text, arguments))
             case Call(function="clip", arguments=(a, b, c)):
                 return self.dialect.clip(self.text(a), self.text(b), self.text(c))
-            case Call(function="exp", arguments=(Binary(op="*", left=Number(value=factor), right=square),)) if (
-                factor <= 0.0 and isinstance(square, Binary) and square.op == "*" and square.left == square.right
-            ):
-                return f"{self.dialect.decay}({self.text(factor * square)})"
             case Call(function=function, arguments=arguments):
+                _check_count(function, len(arguments))
                 return f"{function}({', '.join(self.text(a) for a in arguments)})"
         raise TypeError(f"{type(expr).__name__} has no text in a program")
+
+
+def _check_count(function: str, count: int) -> None:
+    """Raise TypeError for a call that no backend can compute."""
+    if function in PRIMITIVES:
+        least = most = len(PRIMITIVES[function].arguments.split())
+    elif function in FUNCTIONS:
+        least, most = FUNCTIONS[function][0], FUNCTIONS[function][1] or count
+    else:
+        raise TypeError(f"no function '{function}'")
+    if not least <= count <= most:
+        raise TypeError(f"'{function}' takes {least} argument{'s' * (least != 1)}, not {count}")
 
 
 def _tuple(texts: Sequence[str]) -> str:

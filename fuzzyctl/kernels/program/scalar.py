@@ -7,6 +7,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from itertools import count
 from numbers import Real
 from typing import Any, Final
 
@@ -25,10 +27,31 @@ def scalar_function(expr: Expr) -> Callable[..., float]:
 def execute(source: str, namespace: dict[str, Any]) -> Callable[..., Any]:
     """Return the one function that a printed text defines."""
     before = set(namespace)
-    exec(compile(source, "<fuzzyctl kernel>", "exec"), namespace)  # noqa: S102 - printed from a plan, see above
-    (name,) = set(namespace) - before - {"__builtins__"}
+    execute_all(source, namespace)
+    (name,) = set(namespace) - before - {"__builtins__", "__name__", "__loader__"}
     function: Callable[..., Any] = namespace[name]
     return function
+
+
+def execute_all(source: str, namespace: dict[str, Any]) -> None:
+    """Execute a printed text; tracebacks through its functions show its lines."""
+    name = f"fuzzyctl kernel {next(_NUMBERS)}"
+    namespace.update(__name__=name, __loader__=_Loader(source))
+    exec(compile(source, name, "exec"), namespace)  # noqa: S102 - printed from a plan, see above
+
+
+@dataclass(frozen=True)
+class _Loader:
+    """Loader of a printed text, which `linecache` asks for its lines."""
+
+    source: str
+
+    def get_source(self, _name: str) -> str:
+        return self.source
+
+
+#: Numbers that tell printed texts apart.
+_NUMBERS: Final = count()
 
 
 def as_number(value: object, what: str = "an input") -> float:

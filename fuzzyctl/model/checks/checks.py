@@ -15,6 +15,7 @@ from fuzzyctl.model.checks.semantics import misfitting_semantics
 from fuzzyctl.model.checks.terms import SHAPE_CHECKS, SHAPE_HINTS
 from fuzzyctl.model.checks.units import unlike_units
 from fuzzyctl.model.computed_numbers import Numbers
+from fuzzyctl.model.method import OVER_MIDDLES
 from fuzzyctl.model.output_dependencies import comparisons_that_wait, reads_of, values_of
 from fuzzyctl.model.rule import And, Antecedent, Is, Not, Or, Rule, RuleTable, literals
 from fuzzyctl.model.system import FuzzySystem
@@ -260,7 +261,7 @@ def unused_terms(system: FuzzySystem) -> Iterator[Diagnostic]:
 def _takes_peaks(system: FuzzySystem, variable: LinguisticVariable) -> bool:
     """Return whether a variable is an output whose defuzzifier takes nothing of its terms but their peaks."""
     method = variable.defuzzifier or system.method.defuzzifier if isinstance(variable, Output) else None
-    return method is not None and (method.averages or method.kind == "weighted_sum")
+    return method is not None and method.kind in OVER_MIDDLES
 
 
 def unused_params(system: FuzzySystem) -> Iterator[Diagnostic]:

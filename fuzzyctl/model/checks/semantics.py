@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from fuzzyctl.diagnostics.diagnostic import Diagnostic
-from fuzzyctl.formulas import inverse_hedge
+from fuzzyctl.formulas import IMPLICATIONS, inverse_hedge
 from fuzzyctl.model.method import Defuzzifier
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Output
 
 #: Implications under which a scaled set that is cut is a cut set that is scaled.
-SCALABLE = ("min", "product")
+SCALABLE = tuple(name for name, norm in IMPLICATIONS.items() if norm.straight)
 
 
 def misfitting_semantics(system: FuzzySystem) -> Iterator[Diagnostic]:

@@ -10,11 +10,11 @@ from typing import Final
 from fuzzyctl.diagnostics.diagnostic import Diagnostic
 from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.expr import Binary, Expr, Name, Number, names_in, replace_names, span_of, walk
-from fuzzyctl.formulas import MEMBERSHIP, exact_maxima_possible, is_monotone
+from fuzzyctl.formulas import MEMBERSHIP, exact_maxima_possible, is_monotone, is_number
 from fuzzyctl.formulas.inverse import solved
 from fuzzyctl.model.checks.partitions import spoilt_partitions
 from fuzzyctl.model.computed_numbers import Numbers
-from fuzzyctl.model.method import MAXIMA, TSUKAMOTO, Defuzzifier
+from fuzzyctl.model.method import DEFUZZIFIERS, MAXIMA, TSUKAMOTO, Defuzzifier
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Hold, Input, Membership, Output, Term
 
@@ -35,7 +35,7 @@ def misfitting_defuzzifier(numbers: Numbers) -> Iterator[Diagnostic]:
             )
         if output.adaptive is not None:
             continue
-        if method.kind in ("tsukamoto", "tsukamoto_sum"):
+        if DEFUZZIFIERS[method.kind].takes == "place":
             yield from _not_monotone(numbers, output, method)
         elif method.kind in TSUKAMOTO:
             yield from _without_names(system, output, method)
@@ -68,11 +68,11 @@ def _without_peak(numbers: Numbers, output: Output, method: Defuzzifier) -> Iter
 
 def _without_area(output: Output, method: Defuzzifier) -> Iterator[Diagnostic]:
     """Report once the terms of an output that are numbers or functions, which have no area."""
-    without = [t for t in output.terms if t.membership.kind in ("linear", "function", "constant", "singleton")]
+    without = [t for t in output.terms if t.membership.kind in ("linear", "function") or is_number(t.membership.kind)]
     if not without:
         return
     first, *others = without
-    what = "a number" if first.membership.kind in ("constant", "singleton") else "a function of the inputs"
+    what = "a number" if is_number(first.membership.kind) else "a function of the inputs"
     message = f"term '{first.name}' of '{output.name}' is {what} and has no area, so it has no {method.kind}"
     facts = (f"the same holds for {', '.join(repr(t.name) for t in others)}",) if others else ()
     place = first.membership.span or first.span
@@ -86,7 +86,7 @@ def _without_centroid(system: FuzzySystem, output: Output, method: Defuzzifier) 
     sampled = f"write: defuzzifier {method.kind}(resolution=1000)"
     for term in output.terms:
         kind = term.membership.kind
-        if kind in ("linear", "function", "constant", "singleton"):
+        if kind in ("linear", "function") or is_number(kind):
             continue
         if kind == "formula" and method.resolution is None:
             message = f"'{method.kind}' of '{term.name}' of '{output.name}', which is a formula, has no closed form"
@@ -182,15 +182,16 @@ def initial_consequents_outside(numbers: Numbers) -> Iterator[Diagnostic]:
                 yield Diagnostic("FZ302", message, shape[0].span, help=help_text)
 
 
-#: Kinds with one top in their middle; of the others the order says nothing.
-_PEAKED: Final = frozenset({"triangle", "trapezoid", "gaussian", "bell", "pi_shape", "cosine", "spike"})
+def _is_peaked(term: Term) -> bool:
+    """Return whether a term has one top in its middle; of others the order says nothing."""
+    return term.membership.kind in MEMBERSHIP and MEMBERSHIP[term.membership.kind].peaked
 
 
 def terms_out_of_order(numbers: Numbers) -> Iterator[Diagnostic]:
     """Find neighbouring terms whose cores are in descending order: mostly a slip in a number."""
     for variable in numbers.system.inputs:
-        planned = [t for t in variable.terms if t.membership.kind in _PEAKED]
-        middles = [(s[0], numbers.core(s)) for s in numbers.shapes(variable) if s[0].membership.kind in _PEAKED]
+        planned = [t for t in variable.terms if _is_peaked(t)]
+        middles = [(s[0], numbers.core(s)) for s in numbers.shapes(variable) if _is_peaked(s[0])]
         if len(middles) < len(planned):
             continue  # bad parameters have a diagnostic of their own
         rising = sum(b[1] >= a[1] for a, b in pairwise(middles))

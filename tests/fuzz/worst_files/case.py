@@ -6,6 +6,7 @@ from itertools import chain, islice
 #: Largest size of a file in bytes, and the other limits of docs/reference/language.md.
 BYTES = 1 << 20
 TERMS, OUTPUTS, RULES, FILES, NAME, OPERATORS, VARIABLES = 1000, 200, 20_000, 64, 200, 100_000, 2000
+GUARANTEES = 1000
 
 #: Somewhat fewer lines of controllers, plants, loops and lets than allowed, so that others stand beside them.
 EQUATIONS = 9900
@@ -36,10 +37,14 @@ def file_case(make):
     return make
 
 
-def repetitions(cases, head="system worst\n"):
-    """Register files by name: what is repeated, numbered, and before it the pieces of a beginning."""
+def repetitions(cases, head="system worst\n", most=None):
+    """Register files by name: a piece that is repeated, at most some times, and before it the pieces of a beginning."""
     for name, pieces in cases.items():
-        _register(name, lambda size, pieces=pieces: repeated(*pieces), "" if "systems" in name else head)
+
+        def make(size, pieces=pieces):
+            return islice(repeated(*pieces), most and len(pieces) - 1 + int(most * size))
+
+        _register(name, make, "" if "systems" in name else head)
 
 
 def _register(name, make, *head):

@@ -1,6 +1,8 @@
 """Worst cases of guarantees and units."""
 
-from worst_files.case import HEAD, case, computed, cut, inputs_of, repeated, repetitions
+from itertools import islice
+
+from worst_files.case import GUARANTEES, HEAD, case, computed, cut, inputs_of, repeated, repetitions
 
 SMALL = HEAD.replace(" else 0", "") + "if x is low then y is small\nif x is high then y is large\n"
 SQUARE = inputs_of(2, "a b c d e f g") + "output y in [0, 1]\n  terms small large\n"
@@ -22,6 +24,12 @@ repetitions(
                 "output y in [0, 1]", 'output y in [0, 1] unit "s"'
             ),
         ),
+    },
+    most=GUARANTEES,
+)
+repetitions(
+    {
+        "claims-more-than-allowed": ("require y <= 1 + @\n", SMALL),
         "a-long-unit": ("m^2 s per ", HEAD.replace("y in [0, 1]", 'y in [0, 1] unit "m"'), 'param p = 1 unit "'),
     }
 )
@@ -45,9 +53,8 @@ def claims_at_other_points(size):
 @case
 def long_units(size):
     unit = " ".join(["m"] * 300)
-    yield from repeated(
-        f'param p@ = 1 unit "{unit}"\nrequire y <= p@\n', SMALL.replace("y in [0, 1]", f'y in [0, 1] unit "{unit}"')
-    )
+    head = SMALL.replace("y in [0, 1]", f'y in [0, 1] unit "{unit}"')
+    yield from islice(repeated(f'param p@ = 1 unit "{unit}"\nrequire y <= p@\n', head), 1 + int(GUARANTEES * size))
 
 
 @case

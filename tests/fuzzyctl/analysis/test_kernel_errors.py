@@ -70,26 +70,6 @@ def test_what_is_proved_holds_for_rules_that_are_looked_up():
     assert [isinstance(v, Proved) for v in verdicts] == [False, False, True]
 
 
-def pd(peaks="-1 -0.5 0 0.5 1"):
-    names = "NB NS ZO PS PB".split()
-    rows = "\n".join(
-        f"  {n} | {' '.join(names[min(max(i + j - 2, 0), 4)] for j in range(5))}" for i, n in enumerate(names)
-    )
-    terms = "  terms " + " ".join(f"{n}@{p}" for n, p in zip(names, peaks.split(), strict=True))
-    variables = "\n".join(f"{v} in [-1, 1]\n{terms}" for v in ("input e", "input de", "output u"))
-    return loads(f"system pd\ndefuzzifier centroid\n{variables}\ntable u = e x de\n  {' '.join(names)}\n{rows}\n")
-
-
-def test_peaks_that_count_as_even_are_in_the_error_of_diagonals():
-    (even,) = kernel_errors(plan(pd()))
-    system = pd(f"-1 {-0.5 + 3e-15} 0 0.5 1")
-    (uneven,) = kernel_errors(plan(system))
-    assert 0.0 < even < 1e-13 < 10 * even < uneven < 1e-11
-    rules, other = (compile_system(system, "python", algorithm=a) for a in ("rules", "diagonals"))
-    found = max(abs(rules(e, d) - other(e, d)) for e in np.linspace(-1, 1, 41) for d in np.linspace(-1, 1, 41))
-    assert 1e-15 < found <= uneven
-
-
 def test_all_rules_have_no_other_way_to_be_off():
     text = ROUNDED.format(norm="min", foot=0.3).replace("if x is D", "if not x is A")
     assert kernel_errors(plan(loads(text))) == [0.0]

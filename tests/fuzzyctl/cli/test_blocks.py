@@ -4,7 +4,10 @@ import json
 from itertools import product
 
 import pytest
+from click.testing import CliRunner
 
+import fuzzyctl
+from fuzzyctl.cli.main import main
 from tests.commands import runner
 
 CONTROLLER = """controller law "A law"
@@ -33,9 +36,9 @@ table u = e
 """
 
 #: Commands that need a system.
-ON_SYSTEMS = ("show --plan", "plot --terms -o p.png")
+ON_SYSTEMS = ("show --plan",)
 #: Commands that take controllers as well.
-OTHERS = ("eval", "eval x=1", "why x=1", "plot-surface")
+OTHERS = ("eval", "eval x=1", "why x=1", "plot-surface", "plot --terms -o p.png", "compare plant.fz")
 
 
 @pytest.fixture
@@ -146,3 +149,55 @@ class TestDiff:
 def test_a_conversion_names_the_blocks_that_it_leaves_out(folder):
     done = run("convert", "both.fz", "both.fll")
     assert "controller 'law': left out: only systems are converted" in done.output
+
+
+@pytest.mark.parametrize(
+    ("block", "reason"),
+    [("lag", "plants make no claims"), ("step", "runs decide the requirements of loops: fuzzyctl simulate")],
+)
+def test_prove_says_why_nothing_is_proved(block, reason, folder):
+    done = run("prove", "loop.fz", "--block", block)
+    assert (done.exit_code, done.output) == (0, f"loop.fz: {block}: no guarantees; {reason}\n0 proved\n")
+
+
+@pytest.mark.parametrize("command", ["eval", "plot", "compare loop.fz", "prove --bounds"])
+def test_a_block_of_another_kind_is_answered_with_what_works(command, folder):
+    (folder / "all.fz").write_text(SYSTEM + LOOP, encoding="utf-8")
+    done = run(command, "all.fz", "--block", "lag")
+    assert done.exit_code == 2
+    assert "'lag' is a plant\n" in done.output
+    assert "'simulate' runs a loop with it" in done.output
+
+
+@pytest.mark.parametrize("command", ["eval", "prove", "show"])
+def test_the_option_of_earlier_versions_is_answered_with_that_of_today(command, folder):
+    words = [command, "both.fz", "--system", "rule"]
+    done = CliRunner().invoke(main, words)
+    assert done.exit_code == 2
+    assert "No such option '--system'" in done.stderr
+    assert "Did you mean '--block'?" in done.stderr
+
+
+def test_numbers_of_a_called_system_are_refused_with_its_name(folder):
+    text = (folder / "both.fz").read_text(encoding="utf-8").replace("let a = k * x", "let a = k * rule(x)")
+    law = fuzzyctl.loads(text, block="law")
+    with pytest.raises(fuzzyctl.UnknownNameError, match=r"no free number 'rule\.q'"):
+        law.with_values({"rule.q": 1})
+    with pytest.raises(fuzzyctl.ArgumentError, match="system 'rule': free number"):
+        law.with_values({"rule.e.N.peak": None})
+    with pytest.raises(fuzzyctl.ValueOutOfBoundsError, match="system 'rule': free number"):
+        law.with_values({"rule.e.N.peak": float("nan")})
+
+
+def test_params_are_set_by_one_method_for_every_block(folder):
+    law = fuzzyctl.load("controller.fz", block="law")
+    assert law.with_params(k=3).values == {"k": 3.0}
+    with pytest.raises(fuzzyctl.DiagnosticError, match="outside of"):
+        law.with_params(k=6)
+
+
+@pytest.mark.parametrize("time", [["dt=1"], []])
+def test_dt_is_taken_by_controllers_without_period_only(time, folder):
+    done = run("eval x=1", "controller.fz", *time)
+    assert done.exit_code == (2 if time else 0)
+    assert "no input 'dt'" in done.output or not time

@@ -295,9 +295,9 @@ class TestController:
         assert names(tmp_path) == ["one.fz", "refuted.fz", "two.fz"]
 
     def test_an_algorithm_that_a_system_does_not_allow_is_refused(self, run, file):
-        result = run(file, "--target", "c", "--algorithm", "diagonals")
+        result = run(file, "--target", "c", "--algorithm", "interpolation")
         assert result.exit_code == 1
-        assert "the system has no table of diagonals" in result.output
+        assert "the system does not interpolate" in result.output
 
 
 #: A system whose guarantee holds, but takes subdivision.

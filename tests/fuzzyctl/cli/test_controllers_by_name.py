@@ -49,6 +49,13 @@ state n = 2
 next n = n + dt * a
 output y "Number" unit "m" = n
 """
+SUM = """controller sum
+input a in [0, 1]
+state n = 2
+next n = n + a
+output y = 2 * n + a
+every 10 ms
+"""
 
 
 @pytest.fixture
@@ -167,6 +174,66 @@ class TestPlotSurface:
             assert result.exit_code == 2
             assert message in result.stderr
             assert not (tmp_path / "no.png").exists()
+
+    def test_a_state_is_that_of_the_start_or_as_given(self, tmp_path):
+        controller = fuzzyctl.loads(SUM)
+        (first, second) = (fuzzyctl.plot.surface(controller, state=state).lines[0] for state in (None, {"n": 5}))
+        np.testing.assert_allclose(first.get_ydata() + 6, second.get_ydata())
+        path = tmp_path / "sum.fz"
+        path.write_text(SUM)
+        result = run("plot", path, "--state", "n=5", "-o", tmp_path / "sum.svg", "--svg-text")
+        assert result.exit_code == 0, result.output
+        assert "(n = 5)" in (tmp_path / "sum.svg").read_text()
+        assert "no state 'm'" in run("plot", path, "--state", "m=5").stderr
+
+    def test_terms_are_those_of_each_system(self, file, tmp_path):
+        result = run("plot", file, "--terms", "--block", "tree", "-o", tmp_path / "terms.svg", "--svg-text")
+        assert result.exit_code == 0, result.output
+        drawn = (tmp_path / "terms.svg").read_text()
+        assert ">first<" in drawn
+        assert ">second<" in drawn
+        tree = fuzzyctl.load(file, block="tree")
+        assert [ax.get_xlabel() for ax in fuzzyctl.plot.terms(tree)] == ["a", "b", "x", "x", "c", "y"]
+        assert fuzzyctl.plot.terms(tree, "second.c").get_xlabel() == "c"
+        result = run("plot", file, "--terms", "--block", "count")
+        assert (result.exit_code, "controller 'count' calls no systems" in result.stderr) == (2, True)
+
+
+class TestCompare:
+    @pytest.fixture
+    def other(self, tmp_path):
+        path = tmp_path / "other.fz"
+        path.write_text(TREE.replace("input c\n", "input c in [0, 1]\n").replace("= second(", "= 0.5 * second("))
+        return str(path)
+
+    def test_trees_differ_by_their_largest_difference(self, other, tmp_path):
+        path = tmp_path / "tree.fz"
+        path.write_text(TREE.replace("input c\n", "input c in [0, 1]\n"))
+        result = run("compare", path, other, "--block", "tree", "--points", 100)
+        assert result.exit_code == 0, result.output
+        assert "  y: largest difference 5 at a = " in result.stdout
+        assert run("compare", path, other, "--block", "tree", "--within", 1).exit_code == 1
+
+    def test_a_step_is_made_from_the_start_or_as_given(self, tmp_path):
+        paths = [tmp_path / "a.fz", tmp_path / "b.fz"]
+        paths[0].write_text(SUM)
+        paths[1].write_text(SUM.replace("2 * n", "3 * n"))
+        for words, value in (([], "2 at"), (["--state", "n=5"], "5 at")):
+            result = run("compare", *paths, "--points", 10, *words)
+            assert f"y: largest difference {value}" in result.stdout
+            assert "next n: no difference" in result.stdout
+        assert "no state 'm'" in run("compare", *paths, "--state", "m=5").stderr
+
+    def test_tools_compute_the_systems_of_a_tree(self, other):
+        result = run("compare", other, "--as", "matlab,exact", "--block", "tree", "--points", 100)
+        assert result.stdout.startswith(f"{other} as matlab  and  {other} as exact: ")
+
+    @pytest.mark.parametrize(("block", "message"), [("tree", "input 'c' has no finite range"), ("count", "'a' has no")])
+    def test_what_cannot_be_compared_is_a_diagnostic(self, file, block, message):
+        result = run("compare", file, file, "--block", block)
+        assert result.exit_code == 2
+        assert message in result.stderr
+        assert "'--loops' compares runs" in result.stderr
 
 
 def test_a_controller_without_inputs_has_a_step_and_no_plot(tmp_path):

@@ -6,6 +6,8 @@ from pathlib import Path
 
 import pytest
 
+from fuzzyctl.codegen.errors import CodegenError
+from fuzzyctl.codegen.fmu.binary import shared_library
 from tests.commands import runner
 
 run = runner("codegen", "--target", "fmu")
@@ -72,6 +74,18 @@ def test_a_compiler_that_fails_is_an_error_and_nothing_is_written(monkeypatch):
     assert result.exit_code == 1
     assert "the C compiler '/bin/false' refuses the source of the FMU:\nit said nothing; exit code 1" in result.stderr
     assert not Path("tipper.fmu").exists()
+
+
+@pytest.mark.parametrize(("comment", "optimised"), [("", True), (" " * 600_000, False)])
+def test_a_large_source_is_compiled_without_optimisation(comment, optimised, tmp_path):
+    echo = tmp_path / "compiler"
+    echo.write_text('#!/bin/sh\necho "$@" >&2\nexit 1\n', encoding="utf-8")
+    echo.chmod(0o755)
+    with pytest.raises(CodegenError) as raised:
+        shared_library({"s.c": f"//{comment}\n"}, str(echo))
+    options = str(raised.value).split()
+    assert ("-O0" not in options) == optimised
+    assert "-ffp-contract=off" in options
 
 
 @pytest.mark.parametrize(

@@ -56,26 +56,6 @@ def averaged(name, settings="", **more):
     return text(name, f"{settings}\ndefuzzifier weighted_average", outputs=CONSTANTS, **more)
 
 
-DIAGONAL = """
-system diagonal
-defuzzifier centroid
-input e in [-1, 1]
-  terms N@-1 S@0.25 P@1
-input de in [-2, 2] extrapolate
-  terms N Z P
-output u in [-1.5, 1]
-  NB = triangle(-1.5, -1, -0.5)
-  NS = triangle(-1, -0.5, 0)
-  Z  = triangle(-0.5, 0, 0.5)
-  PS = triangle(0, 0.5, 1)
-  PB = triangle(0.5, 1, 1.5)
-table u = e x de
-     N   Z   P
-  N | PB PS Z
-  S | PS Z  NS
-  P | Z  NS NB
-"""
-
 ACTIVE = """
 system active
 and min
@@ -97,7 +77,6 @@ table u = e x de
 """
 
 TEXTS = {
-    "diagonal": DIAGONAL,
     "active": ACTIVE,
     "exact": text("exact"),
     "scaled": text("scaled", "implication product\naggregation max"),
@@ -173,7 +152,7 @@ ALL = [*TEXTS, *(p.stem for p in shipped.SYSTEMS)]
 
 #: One of each family; before a release, all.
 SOME = (
-    *("active", "adaptive", "chained", "diagonal", "exact", "fcafsmc", "first", "greek", "holding", "refusing"),
+    *("active", "adaptive", "chained", "exact", "fcafsmc", "first", "greek", "holding", "refusing"),
     *("sampled", "takagi", "tipper", "tsukamoto"),
 )
 

@@ -88,7 +88,7 @@ class TestError:
         assert all(worst(u)[0] <= b for u, b in zip(units, bounds, strict=True))
         assert bounds[2] < 0.01
 
-    def test_of_a_table_of_diagonals_is_near_what_is_attained(self):
+    def test_of_a_table_along_diagonals_is_near_what_is_attained(self):
         names = "NB NS ZO PS PB".split()
         rows = "\n".join(
             f"  {n} | {' '.join(names[min(max(i + j - 2, 0), 4)] for j in range(5))}" for i, n in enumerate(names)

@@ -12,7 +12,7 @@ from fuzzyctl.expr import Name
 from fuzzyctl.formulas import (
     MEMBERSHIP,
     is_monotone,
-    piecewise_linear,
+    is_straight,
 )
 from fuzzyctl.kernels.backends.numpy.backend import array_function
 from fuzzyctl.kernels.program.scalar import scalar_function
@@ -138,7 +138,7 @@ class TestEveryKind:
     @pytest.mark.parametrize(("kind", "p"), EXAMPLES)
     def test_has_at_its_corners_the_larger_degree_and_between_them_straight_lines(self, kind, p):
         f, corners = degree(kind, *p), MEMBERSHIP[kind].vertices(p)
-        assert piecewise_linear(kind) == (bool(corners) and kind not in ("singleton", "constant"))
+        assert is_straight(kind) == (bool(corners) and kind not in ("singleton", "constant"))
         for x, _ in corners:
             assert f(x) == max(v for u, v in corners if u == x)
         for (x0, y0), (x1, y1) in pairwise(corners):

@@ -278,6 +278,22 @@ class TestStep:
             with pytest.raises(ValueOutOfBoundsError, match="dt"):
                 free.run([0.0, 0.0], dt=[0.1, dt])
 
+    @pytest.mark.parametrize("backend", ["python", "numba"])
+    def test_times_broadcast_with_points_and_states(self, controller, backend):
+        text = "controller c\ninput x\noutput y = s + dt * x\nstate s = 1\nnext s = s + dt\n"
+        step, times = fuzzyctl.compile(controller(text), backend), [0.25, 0.5, 1.0]
+        outputs, states = step.batch([2.0], [[1.0], [2.0], [3.0]], dt=times)
+        assert outputs.tolist() == [1.5, 3.0, 5.0]
+        assert states.tolist() == [[1.25], [2.5], [4.0]]
+        assert step.batch([[2.0]], dt=times)[0].tolist() == [1.5, 2.0, 3.0]
+        assert step.batch([[2.0], [4.0]], dt=np.ones((3, 1)))[0].tolist() == [[3.0, 5.0]] * 3
+        for run in (step.batch, step.run):
+            with pytest.raises(ArgumentError, match="'dt'"):
+                run([[2.0], [4.0]], dt=times)
+        for dt in ([times], np.ones((3, 1))):
+            with pytest.raises(ArgumentError, match=r"'dt' must be one number or have the shape \(1,\)"):
+                step.run([[2.0]], dt=dt)
+
     def test_arguments_of_another_shape_are_refused(self, controller):
         step = fuzzyctl.compile(controller(PID), "python")
         state = step.start()

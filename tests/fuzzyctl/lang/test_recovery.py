@@ -11,6 +11,7 @@ from fuzzyctl.cli.reports import as_sarif
 from fuzzyctl.diagnostics.diagnostic import render
 from fuzzyctl.diagnostics.fixes import fixed
 from fuzzyctl.diagnostics.source import SourceText
+from fuzzyctl.lang import repairs
 from fuzzyctl.lang.parser import parse
 from fuzzyctl.support.shipped import rules_folder
 from tests.fuzzyctl.messages import BASE, said
@@ -81,9 +82,8 @@ class TestMeaning:
         (found,) = diagnostics(f"{BASE}if e = N then u is constant (5)\n")
         assert found.help == "write: if e is N then u is constant(5)"
 
-    @pytest.mark.parametrize("rule", ["if e iz N then u is a", "if e is N, then u is"])
-    def test_else_below_a_rule_that_cannot_be_read_is_no_misspelt_keyword(self, rule):
-        found = [d for d in diagnostics(f"{BASE}{rule}\nelse u is b\n") if d.span.text == "else"]
+    def test_else_below_a_rule_that_cannot_be_read_is_no_misspelt_keyword(self):
+        found = [d for d in diagnostics(f"{BASE}if e is N, then u is\nelse u is b\n") if d.span.text == "else"]
         assert [(d.message, d.help) for d in found] == [("'else' begins no statement", "")]
 
     @pytest.mark.parametrize("name", ["height", "wanted"])
@@ -175,7 +175,6 @@ class TestCombinations:
             ("if e iz N then u is a;", "if e is N then u is a"),
             ("if e iz N then u iz a;  % note", "if e is N then u is a  # note"),
             ("IF e iz N THEN u is a", "if e is N then u is a"),
-            ("if (e is N and de is N then u iz a", "if (e is N and de is N) then u is a"),
             ("param k = = 0,5;", "param k = 0.5"),
             ("param k in 0 .. 1 := 1;", "param k in [0, 1] = 1"),
             ("nd min;,", "and min"),
@@ -186,7 +185,6 @@ class TestCombinations:
                 "if (e is N || e is P && de is N) && de is P then u is a",
                 "if (e is N or (e is P and de is N)) and de is P then u is a",
             ),
-            ("-2, 2 (0.5) : 1;", "if e is not Z then u is b weight 0.5"),
         ],
     )
     def test_is_the_fix_of_the_line(self, line, right):
@@ -316,6 +314,10 @@ class TestLocations:
     def test_what_cannot_be_repaired_is_a_fact_of_the_line(self):
         (found,) = diagnostics("param k = 3 4 'm'")
         assert found.facts == ("column 13: unexpected '4'",)
+
+
+def test_the_table_of_repairs_has_at_most_forty_rows():
+    assert len(repairs.CHARACTERS) + len(repairs.ROWS) <= 40
 
 
 class TestLimits:

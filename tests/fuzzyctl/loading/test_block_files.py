@@ -28,7 +28,7 @@ LOOP = """plant lag = tf(num=[1], den=[1, 1])
 loop l
 let r = csv({})
 block a = lag(r)
-run 1 s
+run 1 s step 10 ms
 """
 
 #: Arguments of `csv`, and what is reported of each.
@@ -88,7 +88,7 @@ class TestPython:
 
     def test_a_loop_connects_it_by_its_names(self, tmp_path):
         (tmp_path / "cart.py").write_text(PYTHON, encoding="utf-8")
-        text = 'plant cart = python("cart.py")\nloop l\nblock c = cart(force={})\nrun 1 s\n'
+        text = 'plant cart = python("cart.py")\nloop l\nblock c = cart(force={})\nrun 1 s step 10 ms\n'
         assert errors_in(text.format("-c.place"), tmp_path) == []
         assert [m for _, m, _ in errors_in(text.format("-c.x"), tmp_path)] == ["no name 'c.x'"]
 

@@ -127,14 +127,6 @@ def test_a_value_is_no_param_under_the_name_of_a_variable():
     assert text_of(f"{RIGHT}y = 5\n", likely=True) == f"{RIGHT}y = 5\n"
 
 
-def test_index_rules_are_likely():
-    text = RIGHT.replace("output y", "input z in [0, 1]\n  terms p q\noutput y")
-    assert text_of(f"{text}1 -2, 2 (0.5) : 2;\n0 1, 1 (1) : 1\n", likely=True) == (
-        f"{text}if x is a or z is not q then y is hi weight 0.5\nif z is p then y is lo\n"
-    )
-    assert text_of(f"{text}1 -2, 2 (0.5) : 2\n") == f"{text}1 -2, 2 (0.5) : 2\n"
-
-
 BLOCKS = """controller law
 input e
 every 10 ms

@@ -14,7 +14,7 @@ from fuzzyctl.formats.common import ranges
 from fuzzyctl.formats.common.degree_range import warn_of_degrees_beyond
 from fuzzyctl.formats.common.report import Names
 from fuzzyctl.formats.fuzzylite.weighted import KINDS, weighted_kinds
-from fuzzyctl.formulas import is_monotone
+from fuzzyctl.formulas import MEMBERSHIP, is_monotone
 from fuzzyctl.model.guarantee import Param
 from fuzzyctl.model.params import ParamValues
 from fuzzyctl.model.variable import Fallback, Hold, Input, Term
@@ -325,7 +325,7 @@ class VariableResolver:
                 continue
             given = [self._parameter(a) for a in term.membership.arguments]
             if all(g is not None for g in given):
-                supports.append(ranges.support(term.membership.kind, tuple(g for g in given if g is not None)))
+                supports.append(MEMBERSHIP[term.membership.kind].extent(tuple(g for g in given if g is not None)))
         return ranges.of_terms(supports) or (0.0, 1.0)
 
     def _parameter(self, expr: Expr) -> float | None:

@@ -28,7 +28,6 @@ if numba.config.DISABLE_JIT:
 
 from fuzzyctl.expr import Expr
 from fuzzyctl.kernels.backends.numba import intrinsics
-from fuzzyctl.kernels.backends.numba.corner_loops import is_in_passes, pass_lines
 from fuzzyctl.kernels.backends.numba.integrals import INNER, SCALAR, integrals_lines
 from fuzzyctl.kernels.backends.numba.parameters import TABLE, Numbers
 from fuzzyctl.kernels.backends.python.backend import RESULT
@@ -137,15 +136,11 @@ def batch_source(program: Program) -> str:
 
     dialect = replace(_COMPILED_MANY, item=item)
     signature = f"int64({', '.join(['CPointer(float64)'] * 4)}, int64)"
-    head = f"def kernel(points, states, results, {TABLE}, count):"
-    if is_in_passes(program):
-        loops = [INDENT + line for line in pass_lines(program, dialect)]
-        return module_source(program, signature, [head, *loops, f"{INDENT}return -1"])
     width = len(program.results)
     body = [f"{pad}{x} = points[{len(program.arguments)} * i + {k}]" for k, x in enumerate(program.arguments)]
     body += block(program.body, dialect, refuse, 2)
     body += [pad + line for line in store_lines(program.results, dialect, lambda k: f"results[{width} * i + {k}]")]
-    lines = [head, f"{INDENT}for i in range(count):"]
+    lines = [f"def kernel(points, states, results, {TABLE}, count):", f"{INDENT}for i in range(count):"]
     return module_source(program, signature, [*lines, *body, f"{INDENT}return -1"])
 
 

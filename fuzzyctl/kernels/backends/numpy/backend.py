@@ -13,7 +13,6 @@ from fuzzyctl.expr import Expr, names_in
 from fuzzyctl.kernels.backends import blocks
 from fuzzyctl.kernels.backends.numpy import quadrature
 from fuzzyctl.kernels.backends.python.backend import point_text
-from fuzzyctl.kernels.program.passes.schedule import late
 from fuzzyctl.kernels.program.primitives import PRIMITIVES
 from fuzzyctl.kernels.program.printer import ARRAYS, INDENT, block, set_functions, text
 from fuzzyctl.kernels.program.program import (
@@ -24,6 +23,7 @@ from fuzzyctl.kernels.program.program import (
     Program,
     Quadrature,
 )
+from fuzzyctl.kernels.program.scalar import execute_all
 from fuzzyctl.kernels.program.traversal import locals_of, parts, read, reads, writes
 
 FloatArray = npt.NDArray[np.float64]
@@ -99,10 +99,9 @@ def _of_integrals(program: Program, tables: Mapping[str, FloatArray]) -> int:
 
 def compile_batch(program: Program, input_names: Sequence[str]) -> Callable[..., None]:
     """Return the function that fills results (n, outputs) from points (n, inputs) and states (n, states) or None."""
-    program = late(program)
     tables = {name: np.array(values) for name, values in program.tables}
     namespace: dict[str, Any] = {**_RUNTIME, **tables, **_sets(program, tables)}
-    exec(compile(block_source(program), "<fuzzyctl kernel>", "exec"), namespace)  # noqa: S102 - printed from a plan
+    execute_all(block_source(program), namespace)
     of_block: Callable[..., None] = namespace["block"]
     numbers, integrals = _most_alive(program) + SPARE, _of_integrals(program, tables)
     # The stretches of integrals need four times as much as the block.
@@ -131,7 +130,7 @@ def _sets(program: Program, tables: Mapping[str, FloatArray]) -> dict[str, Any]:
         if isinstance(statement, Quadrature):
             namespace: dict[str, Any] = {**_RUNTIME, **tables}
             source = "\n".join(set_functions(statement, ARRAYS)) + "\n"
-            exec(compile(source, "<fuzzyctl set>", "exec"), namespace)  # noqa: S102 - printed from a plan
+            execute_all(source, namespace)
             function = namespace[statement.function]
             found[statement.function] = quadrature.SetFunction(function, len(statement.body))
             if statement.crossings is not None:
@@ -144,7 +143,7 @@ def array_function(expr: Expr) -> Callable[..., FloatArray]:
     names = ", ".join(dict.fromkeys(n.name for n in names_in(expr)))
     namespace: dict[str, Any] = dict(_RUNTIME)
     source = f"def function({names}):\n{INDENT}return {text(expr, ARRAYS)}\n"
-    exec(compile(source, "<fuzzyctl expression>", "exec"), namespace)  # noqa: S102 - printed from a formula
+    execute_all(source, namespace)
     function: Callable[..., FloatArray] = namespace["function"]
 
     def quietly(*arrays: FloatArray) -> FloatArray:

@@ -5,23 +5,20 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from fuzzyctl.expr import ONE, ZERO, Call, Compare, Expr, Name, Number, Where
-from fuzzyctl.formulas import MEMBERSHIP, Parameters
+from fuzzyctl.expr import ONE, ZERO, Call, Compare, Expr, Name, Number, Where, minus, times
+from fuzzyctl.formulas import MEMBERSHIP, Cut, alpha_cut
 from fuzzyctl.formulas.shared import is_infinite
 from fuzzyctl.kernels.inference.defuzzify.centroid import Height
 from fuzzyctl.kernels.inference.defuzzify.envelope import sorted_atoms
 from fuzzyctl.kernels.inference.defuzzify.maxima import Hits, place_of, tolerance
 from fuzzyctl.kernels.plan.build import OutputPlan, SetPlan
-from fuzzyctl.kernels.program.builder import Builder, clip, minus, plus, times
+from fuzzyctl.kernels.program.builder import Builder, clip
 from fuzzyctl.kernels.program.scalar import scalar_function
-
-#: Left and right end of where a set has some degree at least.
-Ends = tuple[Expr, Expr]
 
 
 def has_cuts(term: SetPlan) -> bool:
     """Return whether every alpha-cut of the term is one interval with closed-form end points."""
-    return term.expression is None and not term.changes and ends_of(term.kind, ONE, term.parameters) is not None
+    return term.expression is None and not term.changes and alpha_cut(term.kind, ONE, term.parameters) is not None
 
 
 def maximum_of_union(builder: Builder, output: OutputPlan, heights: Sequence[Height]) -> tuple[Expr, Expr]:
@@ -36,7 +33,7 @@ def maximum_of_union(builder: Builder, output: OutputPlan, heights: Sequence[Hei
         Its place, counted from the middle of the range, not computed yet; and the largest degree as an atom.
     """
     tops: list[Expr] = []
-    ends: list[Ends] = []
+    ends: list[Cut] = []
     for t, activation, _ in heights:
         top, own = _top(builder, output, output.terms[t], activation)
         tops.append(top)
@@ -47,7 +44,7 @@ def maximum_of_union(builder: Builder, output: OutputPlan, heights: Sequence[Hei
     return place_of(builder, output, _disjoint(builder, hits, ends)), most
 
 
-def _top(builder: Builder, output: OutputPlan, term: SetPlan, activation: Expr) -> tuple[Expr, Ends]:
+def _top(builder: Builder, output: OutputPlan, term: SetPlan, activation: Expr) -> tuple[Expr, Cut]:
     """Return the largest degree of an implied set, and where it has it."""
     peak = _peak(output, term)
     if peak <= 0.0:
@@ -60,7 +57,7 @@ def _top(builder: Builder, output: OutputPlan, term: SetPlan, activation: Expr) 
     share = builder.let(term.share(level))
     # Where the activation is 0 the set is not largest anywhere, and its ends do not matter.
     positive = builder.let(Where(Compare(">", share, ZERO), share, ONE))
-    found = ends_of(term.kind, positive, term.parameters)
+    found = alpha_cut(term.kind, positive, term.parameters)
     assert found is not None
     middle = 0.5 * output.lower + 0.5 * output.upper
     left, right = (builder.let(clip(builder.let(e), output.lower, output.upper)) for e in found)
@@ -81,7 +78,7 @@ def _peak(output: OutputPlan, term: SetPlan) -> float:
     return degree
 
 
-def _disjoint(builder: Builder, hits: Sequence[Expr], ends: Sequence[Ends]) -> Hits:
+def _disjoint(builder: Builder, hits: Sequence[Expr], ends: Sequence[Cut]) -> Hits:
     """Return intervals that do not overlap, and their ends in order.
 
     Sets that are not largest are put where one is that is. Of the ends in order, left ones and right ones each, the
@@ -107,78 +104,3 @@ def _disjoint(builder: Builder, hits: Sequence[Expr], ends: Sequence[Ends]) -> H
         points += [(ONE, start), (ONE, right)]
         before = right
     return Hits(tuple(intervals), tuple(points))
-
-
-# --- where a set has some degree at least ----------------------------------------------------------------------------
-
-
-def ends_of(kind: str, share: Expr, p: Parameters) -> Ends | None:
-    """Return where a term has at least some share of its height; infinite where that has no end.
-
-    Args:
-        kind: Kind of membership function.
-        share: An atom, above 0.
-        p: Its parameters.
-    """
-    match kind:
-        case "triangle" | "trapezoid" | "rectangle" | "ramp":
-            return _straight(share, MEMBERSHIP[kind].vertices(p))
-        case "gaussian":
-            return _around(p[0], _spread(p[1], share), p[0], _spread(p[1], share))
-        case "gaussian2" if p[0] <= p[2]:
-            return _around(p[0], _spread(p[1], share), p[2], _spread(p[3], share))
-        case "bell":
-            odds = minus(ONE, share) / share
-            reach = times(Number(p[1]), odds ** (0.5 / p[2]))
-            return _around(p[0], reach, p[0], reach)
-        case "cosine":
-            # acos(2 s - 1), its cosine and sine written so that nothing cancels near the top.
-            sine = Call("sqrt", (times(Number(4.0), times(share, minus(ONE, share))),))
-            angle = Call("atan2", (sine, minus(times(Number(2.0), share), ONE)))
-            reach = times(Number(p[1] / (2.0 * math.pi)), angle)
-            return _around(p[0], reach, p[0], reach)
-        case "spike":
-            reach = times(Number(-0.1 * p[1]), Call("log", (share,)))
-            return _around(p[0], reach, p[0], reach)
-        case "semi_ellipse":
-            half = Call("sqrt", (times(minus(ONE, share), plus(ONE, share)),))
-            reach, center = times(Number(0.5 * (p[1] - p[0])), half), 0.5 * p[0] + 0.5 * p[1]
-            return _around(center, reach, center, reach)
-        case "pi_shape":
-            return _rise(share, p[0], p[1], -math.inf), _rise(share, p[3], p[2], math.inf)
-        case "sigmoid" | "s_shape" | "z_shape" | "concave" | "arc":
-            place = MEMBERSHIP[kind].inverse(share, p)
-            assert place is not None
-            rises = {"sigmoid": p[1] > 0.0, "s_shape": True, "z_shape": False}.get(kind, p[-1] > p[0])
-            return (place, Number(math.inf)) if rises else (Number(-math.inf), place)
-    return None
-
-
-def _straight(share: Expr, corners: Sequence[tuple[float, float]]) -> Ends:
-    tops = [x for x, y in corners if y == 1.0]
-    left: Expr = Number(-math.inf)
-    right: Expr = Number(math.inf)
-    if corners[0][1] == 0.0:
-        left = plus(Number(corners[0][0]), times(Number(tops[0] - corners[0][0]), share))
-    if corners[-1][1] == 0.0:
-        right = plus(Number(corners[-1][0]), times(Number(tops[-1] - corners[-1][0]), share))
-    return left, right
-
-
-def _rise(share: Expr, foot: float, top: float, infinite: float) -> Expr:
-    """Return where a side of a curved trapezoid has a share."""
-    if is_infinite(foot):
-        return Number(infinite)
-    if foot == top:
-        return Number(top)
-    place = MEMBERSHIP["s_shape"].inverse(share, (foot, top))
-    assert place is not None
-    return place
-
-
-def _spread(sigma: float, share: Expr) -> Expr:
-    return times(Number(sigma), Call("sqrt", (times(Number(-2.0), Call("log", (share,))),)))
-
-
-def _around(left: float, before: Expr, right: float, after: Expr) -> Ends:
-    return minus(Number(left), before), plus(Number(right), after)

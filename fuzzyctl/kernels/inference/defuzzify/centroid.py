@@ -14,11 +14,11 @@ from fractions import Fraction
 from itertools import combinations, pairwise
 from typing import Final
 
-from fuzzyctl.expr import ONE, ZERO, Call, Compare, Expr, Number, Where
+from fuzzyctl.expr import ONE, ZERO, Call, Compare, Expr, Number, Where, minus, plus, times
 from fuzzyctl.formulas import Vertex
 from fuzzyctl.kernels.plan.build import OutputPlan
 from fuzzyctl.kernels.plan.traced import exact, is_free, rounded
-from fuzzyctl.kernels.program.builder import Builder, minus, plus, times
+from fuzzyctl.kernels.program.builder import Builder
 from fuzzyctl.records import record
 
 #: (term, its activation as an atom, the largest value the activation can have)

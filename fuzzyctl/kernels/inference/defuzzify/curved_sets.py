@@ -6,14 +6,15 @@ from collections.abc import Iterator, Sequence
 from itertools import pairwise
 from typing import Final
 
-from fuzzyctl.expr import ONE, ZERO, Compare, Expr, Logic, Name, Number, Where, names_in
-from fuzzyctl.kernels.inference.defuzzify.alpha_cuts import ends_of, has_cuts
+from fuzzyctl.expr import ONE, ZERO, Compare, Expr, Logic, Name, Number, Where, minus, names_in, plus, times
+from fuzzyctl.formulas import AGGREGATIONS, IMPLICATIONS, MEMBERSHIP, alpha_cut
+from fuzzyctl.kernels.inference.defuzzify.alpha_cuts import has_cuts
 from fuzzyctl.kernels.inference.defuzzify.centroid import Height, in_units, unit_of
 from fuzzyctl.kernels.inference.defuzzify.sampling import aggregated, implied_degrees
 from fuzzyctl.kernels.inference.defuzzify.turning_points import turning_points
 from fuzzyctl.kernels.inference.degrees.tabulated import degree_of
 from fuzzyctl.kernels.plan.build import OutputPlan, SetPlan
-from fuzzyctl.kernels.program.builder import Builder, clip, minus, plus, times
+from fuzzyctl.kernels.program.builder import Builder, clip
 from fuzzyctl.kernels.program.program import Quadrature
 from fuzzyctl.kernels.program.quadrature import NODES
 from fuzzyctl.kernels.program.traversal import parts as parts_of
@@ -21,15 +22,13 @@ from fuzzyctl.kernels.program.traversal import writes
 
 #: Where the slopes of curved terms change much, in multiples of their widths: bell-shaped ones that vanish fast, those
 #: that vanish as an exponential does, and those that vanish as a power does.
-_FAST: Final = (1.5, 4.0, 10.0, 20.0, 39.0)
-_EXPONENTIAL: Final = (2.0, 8.0, 30.0, 100.0, 300.0, 750.0)
-_POWER: Final = tuple(0.5 * 3.0**k for k in range(40))
-#: Implications that bend where a degree is the activation, and those that bend or jump where both together are 1.
-_AT_ACTIVATION: Final = ("min",)
-_AT_REST: Final = ("bounded_difference", "nilpotent_minimum")
-#: Norms that jump. Where a set vanishes, or is 1, the values on both sides of a jump beside that place tell too little
-#: from each other for the integral to find it. Such places have others beside them, at these parts of the range.
-_JUMPING: Final = frozenset({"nilpotent_minimum", "nilpotent_maximum"})
+_MULTIPLES: Final = {
+    "normal": (1.5, 4.0, 10.0, 20.0, 39.0),
+    "exponential": (2.0, 8.0, 30.0, 100.0, 300.0, 750.0),
+    "power": tuple(0.5 * 3.0**k for k in range(40)),
+}
+#: Where a set vanishes, or is 1, the values on both sides of a jump near that place tell too little from each other for
+#: the integral to see it. Such places get neighbours at these parts of the range.
 _BESIDE: Final = (1e-8, 1e-6, 1e-4, 1e-2)
 #: Places nearer to another one than this part of their distance from the middle of their term are left out.
 _NEAR: Final = 0.3
@@ -71,13 +70,13 @@ def _ends(builder: Builder, output: OutputPlan, term: SetPlan, activation: Expr)
 
     Terms whose places have no closed form have none; there stretches are halved until they are short.
     """
-    implication = output.implication_of(term)
-    if implication not in (*_AT_ACTIVATION, *_AT_REST) or not has_cuts(term):
+    bends = IMPLICATIONS[output.implication_of(term)].bends
+    if bends is None or not has_cuts(term):
         return []
-    level = activation if implication in _AT_ACTIVATION else builder.let(minus(ONE, activation))
+    level = activation if bends == "equal" else builder.let(minus(ONE, activation))
     share = builder.let(term.share(level))
     inside = Logic("and", (Compare(">", share, ZERO), Compare("<=", share, ONE)))
-    found = ends_of(term.kind, builder.let(Where(inside, share, ONE)), term.parameters)
+    found = alpha_cut(term.kind, builder.let(Where(inside, share, ONE)), term.parameters)
     assert found is not None
     middle = 0.5 * output.lower + 0.5 * output.upper
     ends = [builder.let(clip(builder.let(e), output.lower, output.upper)) for e in found]
@@ -104,32 +103,19 @@ def places_of(output: OutputPlan, terms: Sequence[SetPlan]) -> list[float]:
 def _beside_jumps(output: OutputPlan, term: SetPlan) -> Iterator[float]:
     """Yield places beside those of a term whose implied set jumps where no closed form says."""
     lower, upper = output.lower, output.upper
-    if has_cuts(term) or not {output.implication_of(term), output.aggregation} & _JUMPING:
+    norms = IMPLICATIONS[output.implication_of(term)], AGGREGATIONS[output.aggregation]
+    if has_cuts(term) or not any(norm.jumps and norm.bends for norm in norms):
         return
     for place in (lower, upper, *term.pieces, *turning_points(term, lower, upper)):
         for part in _BESIDE:
             yield from (place - part * (upper - lower), place + part * (upper - lower))
 
 
-def _scales(term: SetPlan) -> list[tuple[float, float, tuple[float, ...]]]:
-    """Return around which places a curved term changes, over which width."""
-    p = term.parameters
-    match term.kind.split()[0]:
-        case "gaussian":
-            return [(p[0], p[1], _FAST)]
-        case "gaussian2":
-            return [(p[0], p[1], _FAST), (p[2], p[3], _FAST)]
-        case "bell":
-            return [(p[0], p[1], _POWER)]
-        case "concave":
-            return [(p[1], abs(p[1] - p[0]), _POWER)]
-        case "spike":
-            return [(p[0], 0.1 * p[1], _EXPONENTIAL)]
-        case "sigmoid":
-            return [(p[0], abs(1.0 / p[1]), _EXPONENTIAL)]
-        case "sigmoid_difference" | "sigmoid_product":
-            return [(p[0], abs(1.0 / p[1]), _EXPONENTIAL), (p[3], abs(1.0 / p[2]), _EXPONENTIAL)]
-    return []
+def _scales(term: SetPlan) -> Iterator[tuple[float, float, tuple[float, ...]]]:
+    """Yield around which places a curved term changes, over which width, and the multiples of it to look at."""
+    kind = term.kind.split()[0]
+    for center, width, decay in MEMBERSHIP[kind].scales(term.parameters) if kind in MEMBERSHIP else ():
+        yield center, width, _MULTIPLES[decay]
 
 
 def nodes_of(output: OutputPlan, term: SetPlan) -> list[float]:

@@ -7,8 +7,8 @@ from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from typing import Final
 
-from fuzzyctl.expr import ZERO, Compare, Expr, Logic, Name, Number, Where, replace_names
-from fuzzyctl.formulas import FINITE, Vertex, exact_norms
+from fuzzyctl.expr import ZERO, Compare, Expr, Logic, Name, Number, Where, replace_names, times
+from fuzzyctl.formulas import MEMBERSHIP, Vertex, exact_norms, is_endless
 from fuzzyctl.kernels.inference.defuzzify.alpha_cuts import has_cuts, maximum_of_union
 from fuzzyctl.kernels.inference.defuzzify.centroid import Height, exact_centroid, has_many_pieces, unit_of
 from fuzzyctl.kernels.inference.defuzzify.curved_sets import adaptive
@@ -20,7 +20,7 @@ from fuzzyctl.kernels.inference.defuzzify.sampled_polygon import sampled_polygon
 from fuzzyctl.kernels.inference.defuzzify.sampling import Samples, points_at, sampled_moments
 from fuzzyctl.kernels.plan.build import OutputPlan, SetPlan
 from fuzzyctl.kernels.plan.traced import greatest, is_free, least
-from fuzzyctl.kernels.program.builder import Builder, clip, times
+from fuzzyctl.kernels.program.builder import Builder, clip
 from fuzzyctl.kernels.program.program import NAN, STATE, Item
 from fuzzyctl.kernels.program.scalar import scalar_function
 from fuzzyctl.model.method import MAXIMA
@@ -269,7 +269,7 @@ def _stretches(output: OutputPlan, term: SetPlan) -> list[tuple[float, float]]:
         return [(x0, x1) for (x0, y0), (x1, y1) in pairwise(_whole(term.vertices)) if max(y0, y1) > 0.0]
     places = sorted({output.lower, *term.pieces, output.upper})
     # A formula is above 0 all over a stretch, or nowhere but for what rounds to 0 far from its middle.
-    if term.kind not in FINITE or term.changes:
+    if term.kind not in MEMBERSHIP or is_endless(term.kind) or term.changes:
         return list(pairwise(places))
     degree = scalar_function(term.degree(Name("x")))
     return [(a, b) for a, b in pairwise(places) if degree(0.5 * a + 0.5 * b) > 0.0]

@@ -11,10 +11,10 @@ from collections.abc import Iterator, Sequence
 from fractions import Fraction
 from itertools import combinations, pairwise
 
-from fuzzyctl.expr import ONE, ZERO, Call, Compare, Expr, Logic, Number, Where
+from fuzzyctl.expr import ONE, ZERO, Call, Compare, Expr, Logic, Number, Where, minus, plus, times
 from fuzzyctl.kernels.inference.defuzzify.centroid import Height, Line, Piece, is_handover, line_ends, pieces, uncrossed
 from fuzzyctl.kernels.plan.build import OutputPlan
-from fuzzyctl.kernels.program.builder import Builder, clip, minus, plus, times
+from fuzzyctl.kernels.program.builder import Builder, clip
 from fuzzyctl.records import record
 
 

@@ -6,11 +6,11 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Final
 
-from fuzzyctl.expr import ONE, ZERO, Call, Compare, CompareOp, Expr, Logic, Number, Where
+from fuzzyctl.expr import ONE, ZERO, Call, Compare, CompareOp, Expr, Logic, Number, Where, minus, plus, times
 from fuzzyctl.kernels.inference.defuzzify.centroid import in_units, unit_of
 from fuzzyctl.kernels.inference.defuzzify.sampling import HALF, Carried, Samples, Step, largest
 from fuzzyctl.kernels.plan.build import OutputPlan
-from fuzzyctl.kernels.program.builder import Builder, clip, minus, plus, times
+from fuzzyctl.kernels.program.builder import Builder, clip
 from fuzzyctl.records import record
 
 #: Degrees that fall short of the largest by less than this part of it count as largest, unless a file says otherwise.

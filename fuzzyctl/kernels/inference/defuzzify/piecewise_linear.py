@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Final
 
-from fuzzyctl.expr import ONE, ZERO, Call, Compare, Expr, Logic, Number, Where
+from fuzzyctl.expr import ONE, ZERO, Call, Compare, Expr, Logic, Number, Where, minus, plus, times
 from fuzzyctl.kernels.inference.defuzzify.centroid import Height
 from fuzzyctl.kernels.inference.defuzzify.envelope import Knot, joints, largest_of, outline, segments
 from fuzzyctl.kernels.inference.defuzzify.maxima import Hits, place_of, tolerance
 from fuzzyctl.kernels.inference.defuzzify.sampled_bisector import SLACK, past_gap, share_of
 from fuzzyctl.kernels.inference.defuzzify.sampled_polygon import moments_of
 from fuzzyctl.kernels.plan.build import OutputPlan
-from fuzzyctl.kernels.program.builder import Builder, minus, plus, times
+from fuzzyctl.kernels.program.builder import Builder
 
 _HALF: Final = Number(0.5)
 #: Degrees that are the same but for rounding.

@@ -6,9 +6,9 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Final
 
-from fuzzyctl.expr import ONE, ZERO, Call, Compare, Expr, Logic, Name, Number, Where
+from fuzzyctl.expr import ONE, ZERO, Call, Compare, Expr, Logic, Name, Number, Where, minus, plus, times
 from fuzzyctl.kernels.inference.defuzzify.sampling import HALF, Carried, Samples, total
-from fuzzyctl.kernels.program.builder import Builder, clip, minus, plus, times
+from fuzzyctl.kernels.program.builder import Builder, clip
 from fuzzyctl.kernels.program.program import Assign, Fold
 
 #: Parts of the area that are taken for rounding: where half of it ends up to this, a gap may follow.

@@ -7,11 +7,11 @@ from dataclasses import replace
 from functools import partial
 from itertools import pairwise
 
-from fuzzyctl.expr import ONE, ZERO, Compare, Expr, Logic, Name, Number, Where
+from fuzzyctl.expr import ONE, ZERO, Compare, Expr, Logic, Name, Number, Where, minus, plus, times
 from fuzzyctl.kernels.inference.defuzzify.envelope import sorted_atoms
 from fuzzyctl.kernels.inference.defuzzify.sampled_bisector import share_of
 from fuzzyctl.kernels.inference.defuzzify.sampling import HALF, Carried, Samples, carry
-from fuzzyctl.kernels.program.builder import Builder, clip, minus, plus, times
+from fuzzyctl.kernels.program.builder import Builder, clip
 from fuzzyctl.kernels.program.program import Item
 
 #: The two ends of a side: their places, or their degrees.

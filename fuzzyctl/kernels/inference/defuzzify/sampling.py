@@ -7,10 +7,10 @@ from functools import reduce
 from itertools import groupby
 from typing import Final
 
-from fuzzyctl.expr import ZERO, Call, Expr, Name, Number
+from fuzzyctl.expr import ZERO, Call, Expr, Name, Number, times
 from fuzzyctl.formulas import aggregation, conjunction
 from fuzzyctl.kernels.plan.build import OutputPlan, SetPlan
-from fuzzyctl.kernels.program.builder import Builder, times
+from fuzzyctl.kernels.program.builder import Builder
 from fuzzyctl.kernels.program.program import Accumulate, Assign, Fold, Item
 from fuzzyctl.kernels.program.scalar import scalar_function
 from fuzzyctl.records import record

@@ -11,8 +11,24 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
-from fuzzyctl.expr import ONE, ZERO, Binary, Call, Compare, CompareOp, Expr, Logic, Name, Negate, Number, Where
-from fuzzyctl.kernels.program.builder import is_atom, minus, plus, times
+from fuzzyctl.expr import (
+    ONE,
+    ZERO,
+    Binary,
+    Call,
+    Compare,
+    CompareOp,
+    Expr,
+    Logic,
+    Name,
+    Negate,
+    Number,
+    Where,
+    minus,
+    plus,
+    times,
+)
+from fuzzyctl.kernels.program.builder import is_atom
 from fuzzyctl.kernels.program.passes.jumps import comparisons
 from fuzzyctl.kernels.program.passes.slopes import SLOPES, STEEP, STEPS
 from fuzzyctl.kernels.program.program import (

@@ -2,8 +2,8 @@
 
 import math
 
-from fuzzyctl.expr import ONE, ZERO, Binary, Call, Name, Number, Where
-from fuzzyctl.kernels.program.builder import Builder, any_nan, clip, plus, times
+from fuzzyctl.expr import ONE, ZERO, Binary, Call, Name, Number, Where, plus, times
+from fuzzyctl.kernels.program.builder import Builder, any_nan, clip
 from fuzzyctl.kernels.program.scalar import scalar_function
 
 X, Y = Name("x"), Name("y")

@@ -1,11 +1,15 @@
 """What generated Python calls."""
 
 import math
+import re
+import traceback
 
 import numpy as np
 import pytest
 
-from fuzzyctl.kernels.program.scalar import RUNTIME
+from fuzzyctl.expr import Binary, Call, Name
+from fuzzyctl.kernels.backends.numpy.backend import array_function
+from fuzzyctl.kernels.program.scalar import RUNTIME, scalar_function
 
 
 class TestRuntime:
@@ -42,3 +46,31 @@ class TestRuntime:
 
     def test_generated_text_reaches_nothing_else(self):
         assert set(RUNTIME["__builtins__"]) == {"range", "type", "float", "abs"}
+
+
+class TestPrintedText:
+    @pytest.mark.parametrize("function", [scalar_function, array_function])
+    def test_of_any_number_of_values_there_is_a_least_and_a_largest(self, function):
+        x, y, z = map(Name, "xyz")
+        least, largest = function(Call("min", (x, y, z))), function(Call("max", (x, y, z)))
+        assert [least(3.0, 1.0, 2.0), largest(3.0, 1.0, 2.0), function(Call("min", (x,)))(4.0)] == [1.0, 3.0, 4.0]
+
+    @pytest.mark.parametrize(
+        ("name", "count", "message"),
+        [
+            ("foo", 1, "no function 'foo'"),
+            ("sin", 2, "'sin' takes 1 argument, not 2"),
+            ("atan2", 1, "'atan2' takes 2 arguments, not 1"),
+            ("min", 0, "'min' takes 1 argument, not 0"),
+        ],
+    )
+    def test_a_call_that_cannot_be_computed_is_refused_when_its_text_is_made(self, name, count, message):
+        for function in (scalar_function, array_function):
+            with pytest.raises(TypeError, match=re.escape(message)):
+                function(Call(name, (Name("x"),) * count))
+
+    @pytest.mark.parametrize("function", [scalar_function, array_function])
+    def test_tracebacks_show_its_lines(self, function):
+        with pytest.raises(TypeError) as raised:
+            function(Binary("*", Name("x"), Call("sqrt", (Name("y"),))))(1.0, "text")
+        assert "return (x * sqrt(y))" in "".join(traceback.format_exception(raised.value))

@@ -1,4 +1,4 @@
-"""What generated Python does otherwise than compiled code: inlined values, calls without detours."""
+"""What generated Python does otherwise than compiled code: calls without detours."""
 
 import math
 
@@ -121,20 +121,8 @@ class TestSets:
             assert python(x, y) == pytest.approx(plain(x, y), rel=1e-12, abs=1e-13), (x, y)
 
 
-class TestInlining:
-    def test_numbers_needed_once_have_no_name(self, monkeypatch):
-        linear = "output u in [-9, 9]\n  p = linear(1, 2, 3)\n  q = linear(3, -1, 0.5)\n  r = linear(0, 1, -2)\n"
-        head, _, rest = MIN.format(conjunction="product").partition("output u in [0, 1] else 0.125\n  terms p q r\n")
-        system = loads(head + linear.replace("9]", "9] else 0.125") + rest)
-        short = compile_system(system, "python")
-        monkeypatch.setattr("fuzzyctl.kernels.algorithms.select.inlined", lambda program: program)
-        long = compile_system(system, "python")
-        assert short.source.count(" = ") < long.source.count(" = ")
-        # The steps are the same, so that the numbers are, to the last bit.
-        assert [short(*p) for p in points().tolist()] == [long(*p) for p in points().tolist()]
-
-    def test_long_sums_are_not_nested_deeper_than_python_reads(self):
-        rules = "".join(f"if x{i} is a then u is linear({'0, ' * 150}{i})\n" for i in range(150))
-        inputs = "".join(f"input x{i} in [0, 1]\n  terms a b\n" for i in range(150))
-        system = loads(f"system s\ndefuzzifier weighted_average\n{inputs}output u in [0, 200] else 0\n{rules}")
-        assert compile_system(system, "python")(*[0.0] * 150) == pytest.approx(74.5)
+def test_long_sums_are_not_nested_deeper_than_python_reads():
+    rules = "".join(f"if x{i} is a then u is linear({'0, ' * 150}{i})\n" for i in range(150))
+    inputs = "".join(f"input x{i} in [0, 1]\n  terms a b\n" for i in range(150))
+    system = loads(f"system s\ndefuzzifier weighted_average\n{inputs}output u in [0, 200] else 0\n{rules}")
+    assert compile_system(system, "python")(*[0.0] * 150) == pytest.approx(74.5)

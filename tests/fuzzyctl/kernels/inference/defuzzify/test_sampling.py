@@ -1,6 +1,7 @@
 """Sampled defuzzifiers against plain loops that say what each rule means."""
 
 import math
+import tracemalloc
 
 import hypothesis.strategies as st
 import numpy as np
@@ -8,6 +9,8 @@ import pytest
 from hypothesis import given
 
 from fuzzyctl import loads, output_bounds
+from fuzzyctl.kernels.inference.defuzzify.defuzzify import support_hull
+from fuzzyctl.kernels.plan.build import plan
 from tests.fuzzyctl.kernels.joined import LOWER, UPPER, build, evaluated
 from tests.properties.running import quick
 
@@ -388,3 +391,20 @@ if x is on then u is a
             for kind in ("som", "lom")
         ]
         assert found == [-8, -2, -2, -8]
+
+
+def test_samples_between_the_ends_of_sets_are_neither_computed_nor_kept():
+    text = (
+        "system s\nand product\nimplication product\naggregation max\ndefuzzifier centroid(resolution=1000000)\n"
+        "input x in [0, 1]\n  terms low high\noutput u in [-1, 1]\n  N = gaussian(-1, 0.4)\n  P = gaussian(1, 0.4)\n"
+        "table u = x\n  low high\n| N P\n"
+    )
+    (output,) = plan(loads(text)).outputs
+    tracemalloc.start()
+    try:
+        low, high = support_hull(output, [0, 1])
+        _, peak = tracemalloc.get_traced_memory()
+    finally:
+        tracemalloc.stop()
+    assert (low, high) == (pytest.approx(-1.0, abs=1e-5), pytest.approx(1.0, abs=1e-5))
+    assert peak < 1e6  # a million numbers take 32 MB

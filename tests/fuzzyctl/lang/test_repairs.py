@@ -12,11 +12,7 @@ CASES = [
     ("input x in [0, 1]]", "sure", "input x in [0, 1]"),
     ("output y in [0, 1] elsse 0", "sure", "output y in [0, 1] else 0"),
     ("if a iz b then c is d", "likely", "if a is b then c is d"),
-    ("input x im [0, 1]", "likely", "input x in [0, 1]"),
-    ("input x [in 0, 1]", "likely", "input x in [0, 1]"),
-    ("input x iin [0, 1]", "likely", "input x in [0, 1]"),
     ("input x in [0 1 1]", "likely", None),
-    ("if a s b then c is d", "likely", "if a is b then c is d"),
     ("table y = a x b x c", "likely", None),
     ("rules low highest(count=1)", "likely", None),
 ]
@@ -34,22 +30,8 @@ def test_one_token(line, applicability, right):
         assert fixed(source, [mistake.fix]).split("\n")[1].split() == right.split()
 
 
-def test_one_token_of_a_controller():
-    source = SourceText("a.fz", "controller c\ninput x\nparam k = 8\noutput y [in -1, 1] = k * x\n")
-    _, (mistake,) = parse(source)
-    assert mistake.fix.applicability == "likely"
-    assert "output y in [-1, 1] = k * x" in fixed(source, [mistake.fix])
-
-
 def test_several_ways_give_none():
     # `x = ` or `= 1` may be missing, and more.
     source = SourceText("a.fz", "system t\nparam 1\n")
     _, (mistake,) = parse(source)
     assert mistake.fix is None
-
-
-def test_only_the_first_broken_lines_are_tried():
-    source = SourceText("a.fz", "system t\n" + "param k = = 1\n" * 50)
-    _, mistakes = parse(source)
-    assert [d.fix is not None for d in mistakes[:4]] == [True] * 4
-    assert not any(d.fix for d in mistakes[4:])
