@@ -23,7 +23,7 @@ from fuzzyctl.model.method import Activation, Defuzzifier
 from fuzzyctl.model.profiles import Profile
 from fuzzyctl.model.rule import And, Antecedent, Is, Not, Or, Rule, RuleBlock
 from fuzzyctl.model.system import FuzzySystem
-from fuzzyctl.model.variable import Fallback, Hold, Term
+from fuzzyctl.model.variable import Fallback, Hold, LinguisticVariable, Term
 from fuzzyctl.resolve import resolve
 from fuzzyctl.support.numerals import TOO_LARGE, to_number
 
@@ -159,12 +159,23 @@ class Translation(Findings):
         self.diagnostics += map(_without_fz, diagnostics)
         if self.failed or system is None:
             return None
-        named, changes = as_read(without_outputs(system, self.left_out))
-        if changes:
-            message = f"{changes[0].what.removeprefix('the ')} has letters that no name has here; {changes[0].why}"
-            facts = tuple(f"{c.where}: {c.what.removeprefix('the name ')}: {c.why}" for c in changes[1:])
-            self.diagnostics.append(Diagnostic("FZ604", message, named.span, "hint", facts=facts, file=self.file))
+        system = without_outputs(system, self.left_out)
+        named, _ = as_read(system)
+        changed = [(old, new) for old, new in zip(_parts(system), _parts(named), strict=True) if old.name != new.name]
+        if changed:
+            (old, new), *others = changed
+            message = f"'{old.name[:60]}' is no name here; it is called '{new.name[:60]}'"
+            facts = tuple(f"'{o.name[:60]}' is called '{n.name[:60]}'" for o, n in others[:20])
+            self.diagnostics.append(Diagnostic("FZ604", message, old.span, "hint", facts=facts, file=self.file))
         return named
+
+
+def _parts(system: FuzzySystem) -> list[FuzzySystem | LinguisticVariable | Term]:
+    """Return what has a name in a system, from the system itself to the terms."""
+    found: list[FuzzySystem | LinguisticVariable | Term] = [system]
+    for variable in (*system.inputs, *system.outputs):
+        found += [variable, *variable.terms]
+    return found
 
 
 def _without_fz(diagnostic: Diagnostic) -> Diagnostic:
