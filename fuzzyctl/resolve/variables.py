@@ -69,7 +69,7 @@ def resolve_variable(context: Context, statement: sx.Variable) -> Input | Output
         "lower": statement.lower,
         "upper": statement.upper,
         "terms": tuple(terms),
-        "span": statement.name.span,
+        "span": statement.span if context.foreign else statement.name.span,
     }
     _clauses(context, statement, fields)
     if statement.keyword.text == "input":

@@ -15,7 +15,13 @@ from fuzzyctl.formats.foreign import examine_foreign
 from fuzzyctl.formats.registry import FORMATS
 
 TABLE = Path(__file__).parent / "foreign_mistakes.txt"
-SAMPLES = Path(__file__).parent.parent / "fuzzyctl" / "formats" / "samples"
+FORMATS_TESTS = Path(__file__).parent.parent / "fuzzyctl" / "formats"
+SAMPLES = {
+    "fll": FORMATS_TESTS / "samples" / "tipper.fll",
+    "fis": FORMATS_TESTS / "samples" / "tipper.fis",
+    "fcl": FORMATS_TESTS / "fcl" / "jfuzzylogic.fcl",
+    "fml": FORMATS_TESTS / "fml" / "mamdani.fml",
+}
 
 #: By format what is broken and how, each with its line and column.
 MISTAKES = {
@@ -70,13 +76,30 @@ MISTAKES = {
         ("THEN speed IS stop", "THN speed IS stop", 48, 0),
         ("WITH 0.9", "WITH much", 49, 71),
     ],
+    "fml": [
+        ('<fuzzyTerm name="slow"', '<fuzyTerm name="slow"', 8, 15),
+        ('param1="10.0" param2="40.0"', 'param1="10.0" param2="forty"', 23, 46),
+        ('<zShape param1="10.0" param2="40.0"/>', '<zShape param1="10.0"/>', 23, 17),
+        ("<gaussianShape", "<gaussShape", 26, 17),
+        ('param1="0.0" param2="1.0" param3="3.0"', 'param1="3.0" param2="1.0" param3="0.0"', 38, 17),
+        ('interpolationMethod="linear"', 'interpolationMethod="spline"', 29, 52),
+        ('domainleft="0.0" domainright="30.0"', 'domainleft="0.0"', 5, 9),
+        ('name="distance"', 'name="speed"', 21, 29),
+        ('accumulation="MAX"', 'accumulation="MAXIMUM"', 36, 109),
+        ('defuzzifier="COG"', 'defuzzifier="COOG"', 36, 127),
+        ('connector="and" weight', 'connector="xor" weight', 46, 54),
+        ('weight="0.9"', 'weight="1.9"', 66, 65),
+        ('<clause modifier="very">', '<clause modifier="verry">', 52, 34),
+        ("<term>full</term>", "<term>ful</term>", 61, 25),
+        ("<variable>force</variable>", "<variable>speed</variable>", 60, 25),
+    ],
 }
 CASES = [(format, *case) for format, cases in MISTAKES.items() for case in cases]
 
 
 def answer(format, old, new):
     """Return the first error of a broken file and all of its answer, as text."""
-    path = SAMPLES.parent / "fcl" / "jfuzzylogic.fcl" if format == "fcl" else SAMPLES / f"tipper.{format}"
+    path = SAMPLES[format]
     text = path.read_text(encoding="utf-8")
     assert old in text, old
     _, found = examine_foreign(FORMATS[format], SourceText(path.name, text.replace(old, new, 1)))

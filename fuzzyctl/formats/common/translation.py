@@ -132,17 +132,30 @@ class Translation(Findings):
         clauses: Sequence[sx.Clause] = (),
         *,
         label: str = "",
-        unread: Sequence[Span] = (),
+        unread: Sequence[Span | sx.Word] = (),
+        place: Span | None = None,
     ) -> None:
-        """Add an input or an output; `unread` are names of terms that are reported and may be named all the same."""
+        """Add an input or an output.
+
+        Args:
+            keyword: Which it is.
+            name: Its name.
+            ends: Its range.
+            terms: Its terms.
+            clauses: What else is said of it.
+            label: What it is called.
+            unread: Names of terms that are reported and may be named all the same.
+            place: Where it stands, if that is not its name.
+        """
         lines = (
             [] if name.text in self._declared else [term_line(t) for t in terms]
         )  # of a second one they mean nothing
         self._declared.add(name.text)
-        lines += [sx.TermLine(s, sx.Word(s.text, s), sx.Word("constant", s), (_argument(ZERO, s),)) for s in unread]
+        words = [u if isinstance(u, sx.Word) else sx.Word(u.text, u) for u in unread]
+        lines += [sx.TermLine(w.span, w, sx.Word("constant", w.span), (_argument(ZERO, w.span),)) for w in words]
         word = sx.Word(keyword, name.span)
         label = label.replace('"', "'")
-        self.statements.append(sx.Variable(name.span, word, name, label, *ends, tuple(clauses), tuple(lines)))
+        self.statements.append(sx.Variable(place or name.span, word, name, label, *ends, tuple(clauses), tuple(lines)))
 
     def rules(self, arrangement: Arrangement, idle: Sequence[sx.Rule] = ()) -> None:
         """Add the rules of a file, in blocks where these have a meaning; `idle` are those of outputs left out."""

@@ -10,9 +10,10 @@ from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.expr import ONE, Expr, number_text
 from fuzzyctl.formats.common import numerics
 from fuzzyctl.formats.common.consequents import with_named_consequents, with_numbers_averaged
+from fuzzyctl.formats.common.identifiers import name_before, with_names
 from fuzzyctl.formats.common.read_back import losses_of
-from fuzzyctl.formats.fml.names import CONJUNCTION_WORDS, DEFUZZIFIER_WORDS, DISJUNCTION_WORDS
 from fuzzyctl.formats.fml.reader import read
+from fuzzyctl.formats.fml.vocabulary import CONJUNCTION_WORDS, DEFUZZIFIER_WORDS, DISJUNCTION_WORDS, word_for
 from fuzzyctl.formats.fml.written_rules import WrittenRules
 from fuzzyctl.formats.fml.written_shapes import WrittenShape, written_consequent, written_shape
 from fuzzyctl.formats.losses import Loss
@@ -34,12 +35,24 @@ def write(system: FuzzySystem) -> tuple[str, list[Loss]]:
     if reasons := (*_impossible(system), *numerics.formula_sets(system)):
         raise numerics.cannot(system, ".fml", reasons)
     named, losses = with_named_consequents(system, "c")
-    named, averaged = with_numbers_averaged(named)
+    named, averaged = with_numbers_averaged(_with_names_before(named))
     writer = _Writer(named)
     text = "\n".join(writer.lines()) + "\n"
     back, _ = read(SourceText("written.fml", text))
     found = losses_of(named, back, writer.order)
     return text, sorted({*losses, *averaged, *writer.losses, *writer.rules.losses, *found})
+
+
+def _with_names_before(system: FuzzySystem) -> FuzzySystem:
+    """Return a system whose variables are called as in the file that it was read from."""
+    before = {v.name: name_before(v.name, v.label) for v in (*system.inputs, *system.outputs)}
+
+    def spelt(name: str, where: str) -> str:
+        if where == "variable":
+            return before[name]
+        return name_before(name, system.title) if where.startswith("system ") else name
+
+    return with_names(system, spelt)[0]
 
 
 class _Writer:
@@ -104,8 +117,8 @@ class _Writer:
             return
         defuzzifier = output.defuzzifier or self._system.method.defuzzifier
         aggregation = output.aggregation or self._system.method.aggregation
-        word = _word(DISJUNCTION_WORDS, aggregation, "MAX")
-        method = _word(DEFUZZIFIER_WORDS, defuzzifier.kind, "COG")
+        word = word_for(DISJUNCTION_WORDS, aggregation, "MAX")
+        method = word_for(DEFUZZIFIER_WORDS, defuzzifier.kind, "COG")
         more = f'type="output" accumulation="{word}" defuzzifier="{method}" {default}'
         yield from self._sets(output, "fuzzyVariable", "fuzzyTerm", more)
 
@@ -138,9 +151,9 @@ class _Writer:
     def _rule_bases(self) -> Iterator[str]:
         for base in self.rules.groups():
             tag = _RULE_BASES[base.kind]
-            act = _word(CONJUNCTION_WORDS, base.implication, "MIN")
-            conjunction = _word(CONJUNCTION_WORDS, base.method.conjunction, "MIN")
-            disjunction = _word(DISJUNCTION_WORDS, base.method.disjunction, "MAX")
+            act = word_for(CONJUNCTION_WORDS, base.implication, "MIN")
+            conjunction = word_for(CONJUNCTION_WORDS, base.method.conjunction, "MIN")
+            disjunction = word_for(DISJUNCTION_WORDS, base.method.disjunction, "MAX")
             norms = f'activationMethod="{act}" andMethod="{conjunction}" orMethod="{disjunction}"'
             yield f"  <{tag} name={_quoted(base.name)} {norms}>"
             for index, rule in base.rules:
@@ -179,10 +192,6 @@ def _impossible(system: FuzzySystem) -> Iterator[str]:
         for c in rule.consequents:
             if c.hedges and kinds[c.output] in OVER_RULES:
                 yield f"rule {number}: a consequent of an average, '{c.output}', has no modifiers"
-
-
-def _word(words: dict[str, str], name: str, usual: str) -> str:
-    return next((word for word, meaning in words.items() if meaning == name), usual)
 
 
 def _shape_lines(shape: WrittenShape) -> Iterator[str]:

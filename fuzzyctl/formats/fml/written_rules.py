@@ -4,27 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Final
 from xml.sax.saxutils import escape, quoteattr
 
 from fuzzyctl.formats.common.report import Names
 from fuzzyctl.formats.fml.hedges import own_modifier
-from fuzzyctl.formats.fml.names import CONJUNCTION_WORDS, DISJUNCTION_WORDS
+from fuzzyctl.formats.fml.vocabulary import MODIFIERS, NORMS, word_for
 from fuzzyctl.formats.losses import Loss
 from fuzzyctl.model.method import OVER_RULES, RuleMethod
 from fuzzyctl.model.rule import And, Antecedent, Is, Not, Or, Rule
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Output
-
-#: Modifiers for hedges, apart from `extremely`, which depends on what is meant by it.
-_MODIFIERS: Final = {
-    "very": "very",
-    "somewhat": "somewhat",
-    "slightly": "more_or_less",
-    "seldom": "seldom",
-    "any": "any",
-    "not": "not",
-}
 
 
 @dataclass(frozen=True)
@@ -125,11 +114,9 @@ class WrittenRules:
         """Yield a condition as a tree of pairs, since the schema joins two at a time."""
         tag = "and" if isinstance(antecedent, And) else "or"
         method = self._method
-        words, norm = (
-            (CONJUNCTION_WORDS, method.conjunction) if tag == "and" else (DISJUNCTION_WORDS, method.disjunction)
-        )
-        word = next((w for w, meaning in words.items() if meaning == norm), next(iter(words)))
-        attribute = "t-norm" if tag == "and" else "t-conorm"
+        words, attribute = NORMS[tag]
+        norm = method.conjunction if tag == "and" else method.disjunction
+        word = word_for(words, norm, next(iter(words)))
         *before, last = antecedent.operands
         yield f'<{tag} {attribute}="{word}">'
         first = before[0] if len(before) == 1 else antecedent.model_copy(update={"operands": tuple(before)})
@@ -186,7 +173,7 @@ class WrittenRules:
         if hedge == "extremely":
             return "extremely" if self._system.method.semantics.extremely == "cube" else "intensify"
         own = next((h for h in self._system.hedges if h.name == hedge), None)
-        word = own_modifier(own) if own is not None else _MODIFIERS.get(hedge)
+        word = own_modifier(own) if own is not None else word_for(MODIFIERS, hedge) or None
         if word is None:
             self.losses.append(Loss("rules", f"hedge '{hedge}'", "FML has no such modifier; it is left out"))
         return word or ""

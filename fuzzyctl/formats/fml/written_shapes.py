@@ -10,7 +10,7 @@ from dataclasses import replace as replace_fields
 from typing import Final
 
 from fuzzyctl.expr import TOO_LARGE, Binary, Call, Compare, Expr, ExprError, Number, Where, evaluate, replace
-from fuzzyctl.formats.fml.names import TAGS
+from fuzzyctl.formats.fml.vocabulary import TAGS
 from fuzzyctl.formulas import MEMBERSHIP, Parameters, is_straight
 from fuzzyctl.model.variable import Membership
 

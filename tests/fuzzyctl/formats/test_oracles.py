@@ -15,9 +15,10 @@ from tests.oracles.comparing import differences
 from tests.oracles.drawn_fcl import fcl
 from tests.oracles.drawn_fis import fis
 from tests.oracles.drawn_fll import fll
+from tests.oracles.drawn_fml import fml
 from tests.sizes import examples
 
-DRAWN = {"fll": fll, "fis": fis, "fcl": fcl}
+DRAWN = {"fll": fll, "fis": fis, "fcl": fcl, "fml": fml}
 SAMPLES = {
     format: [p.read_text(encoding="utf-8") for p in sorted(Path(__file__).parent.rglob(f"*.{format}"))]
     for format in DRAWN

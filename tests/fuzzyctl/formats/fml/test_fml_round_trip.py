@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from fuzzyctl.diagnostics.diagnostic import DiagnosticError
 from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.expr import ONE, Binary, Call, Name, Number
+from fuzzyctl.formats.common.identifiers import as_read
 from fuzzyctl.formats.fml import read, write
 from fuzzyctl.formats.fml.hedges import OWN_HEDGES
 from fuzzyctl.kernels.compile import compile as compile_system
@@ -38,7 +39,9 @@ def test_what_is_written_reads_back_as_the_same_system(system):
     assume(not any(d.severity == "error" and d.code != "FZ214" for d in check_model(system)))
     text, losses = write(system)
     assert losses == [], text
-    assert read_back(text) == system, text
+    back = read_back(text)
+    assert back == as_read(system)[0], text
+    assert read_back(write(back)[0]) == back
 
 
 def minimal(**update):

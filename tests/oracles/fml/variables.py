@@ -12,11 +12,11 @@ from fuzzyctl.expr import Expr, Number
 from fuzzyctl.formats.common import ranges
 from fuzzyctl.formats.common.report import Names
 from fuzzyctl.formats.fml.document import Element
-from fuzzyctl.formats.fml.names import ACCUMULATION_WORDS, DEFUZZIFIER_WORDS, SHAPES
-from fuzzyctl.formats.fml.scope import Scope
-from fuzzyctl.formats.fml.shapes import complement, shape_of
 from fuzzyctl.model.method import Defuzzifier
 from fuzzyctl.model.variable import Input, Membership, Output, Term
+from tests.oracles.fml.names import ACCUMULATION_WORDS, DEFUZZIFIER_WORDS, SHAPES
+from tests.oracles.fml.scope import Scope
+from tests.oracles.fml.shapes import complement, shape_of
 
 _VARIABLES: Final = (
     *("fuzzyvariable", "tskvariable", "tsukamotovariable", "aggregatedfuzzyvariable", "takagisugenovariable"),
