@@ -53,15 +53,33 @@ MISTAKES = {
         ("1 1, 1 (1) : 2", "1 1, 1 (1.5) : 2", 38, 9),
         ("1 1, 1 (1) : 2", "1 1, 1 (1) : 4", 38, 12),
     ],
+    "fcl": [
+        ("gap : REAL;", "gap REAL;", 7, 6),
+        ("RANGE := (0 .. 5)", "RANGE := (0 .. )", 7, 14),
+        ("TRAPE 0 0 1 2", "TRAPE 0 0 1", 17, 15),
+        ("TRAPE 0 0 1 2", "TRAPEZ 0 0 1 2", 17, 15),
+        ("TRAPE 0 0 1 2", "TRAPE 0 0 one 2", 17, 25),
+        ("FUZZIFY closing", "FUZZIFY closng", 22, 9),
+        ("METHOD : COG;", "METHOD : COK;", 31, 11),
+        ("METHOD : COGF", "METOD : COGF", 39, 2),
+        ("TRIAN 0.3 0.6 1", "TRIAN 1 0.6 0.3", 29, 0),
+        ("AND : PROD", "AND : PRDO", 44, 8),
+        ("DEFAULT := 0;", "DEFAULT := never;", 32, 13),
+        ("IF gap IS near", "IF gab IS near", 48, 14),
+        ("IF gap IS near", "IF gap IS neer", 48, 21),
+        ("THEN speed IS stop", "THN speed IS stop", 48, 0),
+        ("WITH 0.9", "WITH much", 49, 71),
+    ],
 }
 CASES = [(format, *case) for format, cases in MISTAKES.items() for case in cases]
 
 
 def answer(format, old, new):
     """Return the first error of a broken file and all of its answer, as text."""
-    text = (SAMPLES / f"tipper.{format}").read_text(encoding="utf-8")
+    path = SAMPLES.parent / "fcl" / "jfuzzylogic.fcl" if format == "fcl" else SAMPLES / f"tipper.{format}"
+    text = path.read_text(encoding="utf-8")
     assert old in text, old
-    _, found = examine_foreign(FORMATS[format], SourceText(f"tipper.{format}", text.replace(old, new, 1)))
+    _, found = examine_foreign(FORMATS[format], SourceText(path.name, text.replace(old, new, 1)))
     errors = [d for d in found if d.severity == "error"]
     return errors[0], f"--- {old.strip()} -> {new.strip()}\n{render_all(errors)}\n"
 

@@ -46,6 +46,13 @@ CONTROLS = [
     ("fis", "fis/rules.py", 'words = ("any",) if raw.connective == "and"', 'words = ("any",) if True'),
     ("fis", "fis/vocabulary.py", '"trapmf": TERM_WORDS["Trapezoid"],', ""),
     ("fis", "fis/settings.py", "if said is None and dialect ==", "if said is None and None =="),
+    ("fcl", "fcl/rules.py", "infix = _FROM_THE_LEFT if", "infix = _AND_FIRST if"),
+    ("fcl", "fcl/reader.py", '"places"} if averaged and', '"places"} if False and'),
+    ("fcl", "fcl/reader.py", '{"sigmoid_difference": "clamped"} if', "{} if"),
+    ("fcl", "fcl/settings.py", 'if word.upper == "NSUM" and', "if False and"),
+    ("fcl", "fcl/settings.py", "return (name, dual[name]) if", "return (name, 'max') if"),
+    ("fcl", "fcl/variables.py", "is_needed = held or not terms or", "is_needed = not terms or"),
+    ("fcl", "fcl/variables.py", 'return "nan" if value is None and setting', 'return "nan" if False and setting'),
     ("fis", "fll/terms.py", 'if word.kind == "constant" and place.is_input and self.fuzzylite', "if False"),
 ]
 
