@@ -101,7 +101,8 @@ def _with_values(system: Any, values: Mapping[str, Any]) -> Any:
     try:
         return system.with_values(values)
     except UnknownNameError as error:
-        raise UnknownNameError(error.kind, f"{system.name}.{error.name}", error.known) from None
+        known = [f"{system.name}.{name}" for name in error.known]
+        raise UnknownNameError(error.kind, f"{system.name}.{error.name}", known) from None
     except ArgumentError as error:
         raise ArgumentError(f"system '{system.name}': {error}") from None
     except ValueOutOfBoundsError as error:

@@ -156,7 +156,7 @@ def _with_parameter(
         raise ArgumentError(f"'{prefix}' is a function: make the numbers in it params, and name these")
     name = f"{prefix}.{parameter}"
     if parameter not in known:
-        raise UnknownNameError(_WORD, name, [f"{prefix}.{p}" for p in known])
+        raise UnknownNameError(_WORD, name.removesuffix("."), [f"{prefix}.{p}" for p in known])
     if parameter == "height":
         params = _params(system, name, own.height)
         terms = tuple(_with(t, height=Name(name)) if t is term else t for t in variable.terms)

@@ -186,6 +186,8 @@ def test_numbers_of_a_called_system_are_refused_with_its_name(folder):
     law = fuzzyctl.loads(text, block="law")
     with pytest.raises(fuzzyctl.UnknownNameError, match=r"no free number 'rule\.q'"):
         law.with_values({"rule.q": 1})
+    with pytest.raises(fuzzyctl.UnknownNameError, match=r"'rule\.e\.N'; there are: rule\.e\.N\.left"):
+        law.with_values({"rule.e.N": 1})
     with pytest.raises(fuzzyctl.ArgumentError, match="system 'rule': free number"):
         law.with_values({"rule.e.N.peak": None})
     with pytest.raises(fuzzyctl.ValueOutOfBoundsError, match="system 'rule': free number"):
