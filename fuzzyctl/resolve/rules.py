@@ -321,7 +321,7 @@ def known_term(context: Context, variable: sx.Variable, term: sx.Word, param_hel
     is_termless = not names and not context.foreign
     if is_termless and variable.keyword.text == "output" and not is_unsure(variable):
         _report_termless(context, variable, term)
-    elif not is_termless and not is_unsure(variable):
+    elif (not is_termless or context.has_functions) and not is_unsure(variable):  # else an input that lacks terms
         near = context.near(term.text, names)
         is_param = term.text in context.params
         help_text = param_help if is_param else f"did you mean '{near}'?" if near else ""

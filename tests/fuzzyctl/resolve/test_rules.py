@@ -182,3 +182,14 @@ class TestWordsOfOtherTools:
         found = said(after=f"if e is N then u is {end}\n")
         assert any(advice in words for _, _, words in found), found
         assert advice == "did you mean 'weight'?" or not any("did you mean 'weight'" in words for _, _, words in found)
+
+
+def test_a_rule_that_reads_an_input_without_terms_is_refused_where_functions_need_none():
+    text = (
+        "system s\ndefuzzifier weighted_average\ninput a in [0, 1]\n  lo = ramp(1, 0)\ninput x in [0, 1]\n"
+        "output y in [0, 9] else 0\n  c = linear(1, 2, 3)\nif a is lo then y is c\nif x is foo then y is c\n"
+    )
+    with pytest.raises(DiagnosticError) as caught:
+        loads(text)
+    (error,) = caught.value.diagnostics
+    assert (error.code, error.message, error.span.text) == ("FZ203", "input 'x' has no term 'foo'", "foo")

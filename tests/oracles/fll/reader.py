@@ -11,13 +11,13 @@ from typing import Final
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, Note
 from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.expr import Number
-from fuzzyctl.formats.common.blocks import FoundBlock, combined, without_common
 from fuzzyctl.formats.common.report import Findings
 from fuzzyctl.formats.fuzzylite.versions import profile_of_version, version_said
 from fuzzyctl.model.method import Method
 from fuzzyctl.model.profiles import Profile, profile
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Input, Output
+from tests.oracles.blocks import FoundBlock, combined, without_common
 from tests.oracles.fll.lines import SPELT, Block, split
 from tests.oracles.fll.methods import defuzzifier, is_none, norm
 from tests.oracles.fll.rule_blocks import (

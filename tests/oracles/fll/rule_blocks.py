@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from typing import Final
 
 from fuzzyctl.diagnostics.suggestions import counted
-from fuzzyctl.formats.common.blocks import FoundBlock
 from fuzzyctl.formats.common.report import Findings
 from fuzzyctl.model.rule import And, Or, is_joined_by
+from tests.oracles.blocks import FoundBlock
 from tests.oracles.fll.lines import Block
 from tests.oracles.fll.methods import activation, is_none, norm
 from tests.oracles.fll.rules import RuleReader

@@ -1,0 +1,185 @@
+"""Rule blocks of other tools' files: settings of the system, and those of each block."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+from fuzzyctl.diagnostics.source import Span
+from fuzzyctl.formats.common.report import Names
+from fuzzyctl.model.method import Activation, Method, RuleMethod
+from fuzzyctl.model.rule import And, Or, Rule, RuleBlock, parts_of
+from fuzzyctl.model.system import FuzzySystem
+from fuzzyctl.model.variable import Output
+
+
+@dataclass(frozen=True)
+class FoundBlock:
+    """A rule block of a file.
+
+    Args:
+        name: Its name, empty for none; the first of several that has none is no block then.
+        rules: Its rules.
+        conjunction: How they join by `and`; it counts only where one does.
+        disjunction: How they join by `or`; it counts only where one does.
+        implication: What activations make of the sets that they conclude, None where they conclude none.
+        activation: Which of them act.
+        span: Where it begins.
+    """
+
+    name: str
+    rules: tuple[Rule, ...]
+    conjunction: str | None
+    disjunction: str | None
+    implication: str | None
+    activation: Activation
+    span: Span | None = None
+
+    @property
+    def outputs(self) -> set[str]:
+        """The outputs that its rules set."""
+        return {c.output for rule in self.rules for c in rule.consequents}
+
+
+@dataclass(frozen=True)
+class Combined:
+    """All rules of a file.
+
+    Args:
+        blocks: The rules, or rule blocks.
+        method: What the system says: the fields `conjunction`, `disjunction`, `implication`, `activation` of its
+            method, without those that no rule needs.
+        implications: Implications that outputs say themselves, since no block does.
+    """
+
+    blocks: tuple[Rule | RuleBlock, ...]
+    method: dict[str, Any] = field(default_factory=dict)
+    implications: dict[str, str] = field(default_factory=dict)
+
+
+#: What rule blocks may say, as fields of a block and of a method.
+_FIELDS = ("conjunction", "disjunction", "implication", "activation")
+
+
+def combined(found: Sequence[FoundBlock], sets: Collection[str], *, keep: bool) -> Combined:
+    """Return the rules of a file, in blocks only where these have a meaning.
+
+    Args:
+        found: The blocks, each with some rule.
+        sets: The outputs whose defuzzifiers look at sets; implication matters to no others.
+        keep: Whether several blocks stay blocks though they differ in nothing.
+    """
+    own = [_without_idle(block, sets) for block in found]
+    method = {name: first for name in _FIELDS if (first := _first(own, name)) is not None}
+    by_output = {o: dict.fromkeys(b.implication for b in own if b.implication and o in b.outputs) for o in sets}
+    same = all(len({getattr(b, n) for b in own} - {None}) < 2 for n in ("conjunction", "disjunction", "activation"))
+    told_by_outputs = all(len(implications) < 2 for implications in by_output.values())
+    compares = len(own) > 1 and any(b.activation.compares for b in own)
+    if len(own) < 2 or (same and told_by_outputs and not compares and not keep):
+        said = {o: next(iter(i)) for o, i in by_output.items() if i}
+        return Combined(tuple(r for b in own for r in b.rules), method, said)
+    # The first block has the methods of the system, so that without a name it need be none.
+    loose = own[0].rules if not own[0].name else ()
+    names = Names(b.name for b in own)
+    used: set[str] = set()
+    made: list[RuleBlock] = []
+    for k, block in enumerate(own[1:] if loose else own, 2 if loose else 1):
+        name = block.name if block.name and block.name not in used else names.take(block.name or f"block{k}")
+        used.add(name)
+        made.append(_block(block, name, method))
+    return Combined((*loose, *made), method)
+
+
+def _without_idle(block: FoundBlock, sets: Collection[str]) -> FoundBlock:
+    """Return a block without norms by which no rule joins, and an implication that no output of its rules heeds."""
+    joins = {type(part) for rule in block.rules for part in parts_of(rule.antecedent)}
+    return replace(
+        block,
+        conjunction=block.conjunction if And in joins else None,
+        disjunction=block.disjunction if Or in joins else None,
+        implication=block.implication if any(o in sets for o in block.outputs) else None,
+    )
+
+
+def _first(blocks: Iterable[FoundBlock], name: str) -> Any:
+    return next((value for b in blocks if (value := getattr(b, name)) is not None), None)
+
+
+def _block(block: FoundBlock, name: str, method: dict[str, Any]) -> RuleBlock:
+    """Return a block that says only what the system does not say."""
+    own = {n: getattr(block, n) for n in _FIELDS}
+    said = {n: None if v == method.get(n) else v for n, v in own.items()}
+    return RuleBlock(name=name, rules=block.rules, span=block.span, **said)
+
+
+def without_common(output: Output, method: Method) -> Output:
+    """Return an output without what it shares with the system."""
+    shared = (n for n in ("implication", "aggregation", "defuzzifier") if getattr(output, n) == getattr(method, n))
+    return output.model_copy(update=dict.fromkeys(shared))
+
+
+@dataclass(frozen=True)
+class BlockPart:
+    """A rule block as formats have it that know one implication for all that it concludes.
+
+    Args:
+        block: Position of the rule block of the system, -1 for the rules of none.
+        number: Its number among the parts of one block, from 1 on.
+        method: What its rules have.
+        implication: What activations make of the sets that its rules conclude.
+        rules: Its rules with their positions in the system, each with the consequents that have this implication.
+    """
+
+    block: int
+    number: int
+    method: RuleMethod
+    implication: str
+    rules: tuple[tuple[int, Rule], ...]
+
+
+def block_parts(system: FuzzySystem) -> list[BlockPart]:
+    """Return the rules of a system in blocks of one implication; consequents of averages stay with the first."""
+    found: list[BlockPart] = []
+    for block in sorted({m.block for m in system.rule_methods}):
+        positions = [r for r, m in enumerate(system.rule_methods) if m.block == block]
+        method = system.rule_methods[positions[0]]
+        for number, (implication, outputs) in enumerate(by_implication(system, positions).items(), 1):
+            rules = []
+            for r in positions:
+                consequents = tuple(c for c in system.rules[r].consequents if c.output in outputs)
+                if consequents:
+                    rules.append((r, system.rules[r].model_copy(update={"consequents": consequents})))
+            found.append(BlockPart(block, number, method, implication, tuple(rules)))
+    return found
+
+
+def by_implication(system: FuzzySystem, rules: Sequence[int]) -> dict[str, list[str]]:
+    """Return the outputs that rules of one block set by their implication; outputs over rules go with the first."""
+    concluded = {c.output for r in rules for c in system.rules[r].consequents}
+    found: dict[str, list[str]] = {}
+    over_rules: list[str] = []
+    for output in (o for o in system.outputs if o.name in concluded):
+        if (output.defuzzifier or system.method.defuzzifier).over_rules:
+            over_rules.append(output.name)
+        else:
+            found.setdefault(system.implication_of(rules[0], output), []).append(output.name)
+    if not found:
+        return {system.rule_methods[rules[0]].implication or system.method.implication: over_rules}
+    next(iter(found.values())).extend(over_rules)
+    return found
+
+
+def flattened(system: FuzzySystem) -> FuzzySystem:
+    """Return a system whose rules all have the methods of the first one, for formats without blocks.
+
+    An implication that a block says is said by the outputs that its rules set, as far as they agree.
+    """
+    if not system.rule_blocks:
+        return system
+    first = system.rule_methods[0]
+    method = system.method.model_copy(
+        update={n: getattr(first, n) for n in ("conjunction", "disjunction", "activation")}
+    )
+    outputs = tuple(o.model_copy(update={"implication": system.implications_of(o)[0]}) for o in system.outputs)
+    return system.model_copy(update={"blocks": system.rules, "method": method, "outputs": outputs})
