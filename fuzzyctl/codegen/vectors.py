@@ -75,18 +75,12 @@ class Expected:
         return TOLERANCE[precision] * self.scales[output]
 
 
-def vectors(unit: Unit, *, seed: int = 1) -> list[Vector]:
-    """Return vectors at corners of the terms, at random points, outside the ranges, and at NaN and infinities.
-
-    A system with a state is evaluated from its initial state on, one vector after the other, and adapts by one step of
-    `STEP` after each.
-    """
-    anywhere, here = in_parts(unit, seed=seed)
-    return [*anywhere, *here]
-
-
 def in_parts(unit: Unit, *, seed: int = 1) -> tuple[list[Vector], list[Vector]]:
-    """Return vectors that hold wherever `double` has 32 bits only, too, and those behind them that do not."""
+    """Return vectors that hold wherever `double` has 32 bits only, too, and those behind them that do not.
+
+    They lie at corners of the terms, at random points, outside the ranges, and at NaN and infinities. A system with a
+    state is evaluated from its start on, and adapts by one step of `STEP` after each vector.
+    """
     tried = points(unit, random.Random(seed))
     wide, narrow = Reference(unit), _narrowed(unit)
     if narrow is None:

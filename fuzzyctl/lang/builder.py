@@ -348,9 +348,12 @@ class Builder(Transformer[Token, Any]):
         return sx.Argument(value, word, word.span.to(ex.span_of(value) or word.span))
 
     def header(self, *terms: Token | sx.Word) -> sx.HeaderLine:
-        return sx.HeaderLine(self.line, tuple(map(self.label, terms)))
+        return sx.HeaderLine(self.line, tuple(map(self._label_word, terms)))
 
     def label(self, term: Token | sx.Word) -> sx.Word:
+        return self._label_word(term)
+
+    def _label_word(self, term: Token | sx.Word) -> sx.Word:
         return self._word(term) if isinstance(term, Token) else term
 
     def number_label(self, sign: Token | None, number: Token) -> sx.Word:
@@ -358,7 +361,7 @@ class Builder(Transformer[Token, Any]):
         return sx.Word(ex.to_text(value), value.span or self.line)
 
     def row(self, label: Token | sx.Word | None, *cells: sx.CellText) -> sx.RowLine:
-        return sx.RowLine(self.line, self.label(label) if label is not None else None, cells)
+        return sx.RowLine(self.line, self._label_word(label) if label is not None else None, cells)
 
     def cell(self, *parts: Any) -> sx.CellText:
         *given, weight = parts

@@ -36,7 +36,7 @@ MAX_OPERATORS: Final = 100_000
 MAX_EQUATIONS: Final = 10_000
 
 #: Most words, numbers and parentheses of a file.
-MAX_WORDS: Final = 200_000
+MAX_WORDS: Final = 100_000
 
 _WORDS = re.compile(sx.NAME)
 _WORD_OR_PARENTHESIS = re.compile(r"[\w.]+|\(")

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, TypeVar
 
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError, Note
-from fuzzyctl.diagnostics.source import SourceText
+from fuzzyctl.diagnostics.source import SourceText, Span
 from fuzzyctl.formats.registry import format_of
 from fuzzyctl.lang import syntax as sx
 from fuzzyctl.lang.parser import parse
@@ -204,10 +204,13 @@ class _Used:
 
     def __init__(self, tree: sx.SyntaxTree, folder: Path | None, opened: Opened) -> None:
         self.opened = opened
-        names = dict.fromkeys(s.path for s in tree.statements if isinstance(s, sx.Use))
-        # Files that lie elsewhere or cannot be read are reported where they are brought in.
-        paths = [path_below(folder, name) for name in names] if folder is not None else []
-        self.paths = [path for path in paths if path is not None]
+        self.uses: dict[Path, sx.Use] = {}
+        for use in tree.statements:
+            # Files that lie elsewhere or cannot be read are reported where they are brought in.
+            if isinstance(use, sx.Use) and folder is not None and (path := path_below(folder, use.path)) is not None:
+                self.uses.setdefault(path, use)
+        self.paths = [*self.uses]
+        self.compared: set[str] = set()
         self.blocks: dict[str, Callee] = {}
         self.mistakes: list[Diagnostic] = []
 
@@ -216,7 +219,26 @@ class _Used:
         while name not in self.blocks and self.paths:
             path = self.paths.pop(0)
             self.blocks = {s.name: s for s in self._opened(path)} | self.blocks
-        return self.blocks.get(name)
+        found = self.blocks.get(name)
+        if found is not None and found.span is not None and name not in self.compared and len(self.uses) > 1:
+            self.compared.add(name)
+            self.mistakes.extend(self._others(found.kind, name, found.span))
+        return found
+
+    def _others(self, kind: str, name: str, first: Span) -> Iterator[Diagnostic]:
+        """Yield warnings of further used files that declare a block of a name that is called."""
+        for path, use in self.uses.items():
+            try:
+                source = read_source(path, only_regular=True)
+            except DiagnosticError:
+                continue
+            tree = parse(source)[0] if name in source.text and source.name != first.source.name else None
+            for head in () if tree is None else tree.statements:
+                if isinstance(head, sx.System | sx.Head) and head.name.text == name:
+                    message = f"{use.path_span.text} declares a block '{name}', too"
+                    notes = (Note(first, f"this {kind} is called"), Note(head.name.span, "this block is not"))
+                    help_text = "rename one of them, or use only the file that is meant"
+                    yield Diagnostic("FZ201", message, use.path_span, "warning", help=help_text, notes=notes)
 
     def system(self, name: str) -> FuzzySystem | None:
         """Return the system of that name in the first file that holds one."""

@@ -222,7 +222,7 @@ def _any(
 
 def _runs_on(context: Context, hedges: Sequence[sx.Word]) -> bool:
     """Report words of the language among what stands between `is` and the term: the antecedent has run on."""
-    for k, (before, word) in enumerate(zip((None, *hedges), hedges, strict=False)):
+    for k, (before, word) in enumerate(zip((None, *hedges), hedges if not context.foreign else (), strict=False)):
         small = word.text.lower()
         if small not in RULE_WORDS or word.text in HEDGES or word.text in context.hedges:
             continue

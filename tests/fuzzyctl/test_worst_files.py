@@ -688,8 +688,8 @@ def test_names_of_a_param_are_looked_for_once_to_compute_it():
 
 def test_rules_are_counted_before_they_are_resolved(monkeypatch):
     monkeypatch.setattr("fuzzyctl.resolve.system.resolve_blocks", lambda *_, **__: pytest.fail("rules are resolved"))
-    _, diagnostics = checked(text_of("a-table-that-is-too-large", 0.2))
-    assert [d.message for d in diagnostics] == ["the system has 40000 rules, more than 20000"]
+    _, diagnostics = checked(text_of("a-table-that-is-too-large", 0.15))
+    assert [d.message for d in diagnostics] == ["the system has 22500 rules, more than 20000"]
 
 
 def test_fields_of_a_csv_file_are_read_without_the_grammar(monkeypatch):

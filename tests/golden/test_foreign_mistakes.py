@@ -19,6 +19,7 @@ FORMATS_TESTS = Path(__file__).parent.parent / "fuzzyctl" / "formats"
 SAMPLES = {
     "fll": FORMATS_TESTS / "samples" / "tipper.fll",
     "fis": FORMATS_TESTS / "samples" / "tipper.fis",
+    "fcl": FORMATS_TESTS / "fcl" / "jfuzzylogic.fcl",
     "fml": FORMATS_TESTS / "fml" / "mamdani.fml",
 }
 
@@ -57,6 +58,23 @@ MISTAKES = {
         ("1 1, 1 (1) : 2", "1 1 1, 1 (1) : 2", 38, 1),
         ("1 1, 1 (1) : 2", "1 1, 1 (1.5) : 2", 38, 9),
         ("1 1, 1 (1) : 2", "1 1, 1 (1) : 4", 38, 12),
+    ],
+    "fcl": [
+        ("gap : REAL;", "gap REAL;", 7, 6),
+        ("RANGE := (0 .. 5)", "RANGE := (0 .. )", 7, 14),
+        ("TRAPE 0 0 1 2", "TRAPE 0 0 1", 17, 15),
+        ("TRAPE 0 0 1 2", "TRAPEZ 0 0 1 2", 17, 15),
+        ("TRAPE 0 0 1 2", "TRAPE 0 0 one 2", 17, 25),
+        ("FUZZIFY closing", "FUZZIFY closng", 22, 9),
+        ("METHOD : COG;", "METHOD : COK;", 31, 11),
+        ("METHOD : COGF", "METOD : COGF", 39, 2),
+        ("TRIAN 0.3 0.6 1", "TRIAN 1 0.6 0.3", 29, 0),
+        ("AND : PROD", "AND : PRDO", 44, 8),
+        ("DEFAULT := 0;", "DEFAULT := never;", 32, 13),
+        ("IF gap IS near", "IF gab IS near", 48, 14),
+        ("IF gap IS near", "IF gap IS neer", 48, 21),
+        ("THEN speed IS stop", "THN speed IS stop", 48, 0),
+        ("WITH 0.9", "WITH much", 49, 71),
     ],
     "fml": [
         ('<fuzzyTerm name="slow"', '<fuzyTerm name="slow"', 8, 15),

@@ -50,8 +50,11 @@ class Fll:
             lines += [f"InputVariable: {name}", *self.variable(name, True)]
         for name in self.outputs:
             lines += [f"OutputVariable: {name}", *self.output(name)]
-        for k in range(rng.choice([1, 1, 1, 2, 3])):
-            lines += self.block(k)
+        blocks = [[*self.block(k)] for k in range(rng.choice([1, 1, 1, 2, 3]))]
+        if rng.random() < 0.3:  # blocks of no name that differ in their rules only
+            common = ["RuleBlock:", *(line for line in blocks[0][1:] if "rule:" not in line)]
+            blocks = [[*common, *(line for line in block if "rule:" in line)] for block in blocks]
+        lines += [line for block in blocks for line in block]
         text = head + "\n".join(lines) + "\n"
         return text.replace("\n", "\r\n") if rng.random() < 0.05 else text
 

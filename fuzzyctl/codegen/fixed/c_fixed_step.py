@@ -200,14 +200,8 @@ class _StepText(FixedText):
             case "where":
                 condition, a, b = item.operands
                 return f"v{condition} ? {self._converted(a, bits)} : {self._converted(b, bits)}"
-            case "argument":
-                form = self.fixed.systems[item.system].fixed.format
-                own = max(bits, fractions[0])
-                x = self._aligned(item.operands[0], own)
-                x = self._moved(x, own, bits) if own > bits else x
-                return f"{self.layout.name}_within({x}, {literal(-form.most - 1)}, {literal(form.most)})"
-            case "output":
-                form = self.form
+            case "argument" | "output":
+                form = self.form if item.kind == "output" else self.fixed.systems[item.system].fixed.format
                 x = self._aligned(item.operands[0], max(bits, fractions[0]))
                 x = self._moved(x, fractions[0], bits) if fractions[0] > bits else x
                 return f"{self.layout.name}_within({x}, {literal(-form.most - 1)}, {literal(form.most)})"

@@ -43,6 +43,10 @@ class FoundBlock:
         named = (c.output for rule in self.rules for c in rule.consequents)
         return {o.text if isinstance(o, sx.Word) else o for o in named}
 
+    def with_norms(self, conjunction: str | None, disjunction: str | None, implication: str | None) -> FoundBlock:
+        """Return the block with other norms."""
+        return replace(self, conjunction=conjunction, disjunction=disjunction, implication=implication)
+
     @property
     def joins(self) -> set[str]:
         """What its rules join their conditions by."""

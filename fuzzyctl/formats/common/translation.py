@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
+from types import MappingProxyType
 from typing import Any, Final, TypeVar
 
 from fuzzyctl.diagnostics.diagnostic import Diagnostic
@@ -22,7 +23,7 @@ from fuzzyctl.model.method import Activation, Defuzzifier
 from fuzzyctl.model.profiles import Profile
 from fuzzyctl.model.rule import And, Antecedent, Is, Not, Or, Rule, RuleBlock
 from fuzzyctl.model.system import FuzzySystem
-from fuzzyctl.model.variable import Fallback, Hold, Term
+from fuzzyctl.model.variable import Fallback, Hold, LinguisticVariable, Term
 from fuzzyctl.resolve import resolve
 from fuzzyctl.support.numerals import TOO_LARGE, to_number
 
@@ -87,7 +88,14 @@ class Translation(Findings):
         return ONE if value == 1 else Number(value, span=place)
 
     def look_up(
-        self, place: Span, table: Mapping[str, Meaning], what: str, *, word: str = "", otherwise: str = ""
+        self,
+        place: Span,
+        table: Mapping[str, Meaning],
+        what: str,
+        *,
+        word: str = "",
+        otherwise: str = "",
+        code: str = "FZ602",
     ) -> Meaning | None:
         """Return the meaning of a word of the file, and report one that its format does not have.
 
@@ -97,20 +105,23 @@ class Translation(Findings):
             what: What they are, for people.
             word: The word without quotes and in small letters, where that differs from the text.
             otherwise: What to do if no word of the table is like it.
+            code: The code of the error.
         """
         text = word or place.text
         if text in table:
             return table[text]
         facts = (f"there are: {', '.join(table)}",)
         help_text = meant(text, table) or otherwise
-        self.error("FZ602", f"there is no {what} '{text[:40]}'", place, facts=facts, help=help_text)
+        self.error(code, f"there is no {what} '{text[:40]}'", place, facts=facts, help=help_text)
         return None
 
-    def head(self, name: str, title: str, span: Span, profile: Profile, knobs: Sequence[sx.Option] = ()) -> None:
-        """Add the name of the system and the numerics of its tool; `knobs` are what differs from these."""
-        word = sx.Word(profile.name, span)
+    def head(
+        self, name: str, title: str, span: Span, profile: Profile, knobs: Mapping[str, str] = MappingProxyType({})
+    ) -> None:
+        """Add the name of the system and the numerics of its tool, with the knobs that the file sets itself."""
+        options = tuple(sx.Option(sx.Word(n, span), sx.Word(v, span)) for n, v in knobs.items())
         self.statements.append(sx.System(span, sx.Word(name, span), title.replace('"', "'")))
-        self.statements.append(sx.Semantics(span, sx.Word("semantics", span), word, tuple(knobs)))
+        self.statements.append(sx.Semantics(span, sx.Word("semantics", span), sx.Word(profile.name, span), options))
 
     def variable(
         self,
@@ -161,12 +172,23 @@ class Translation(Findings):
         self.diagnostics += map(_without_fz, diagnostics)
         if self.failed or system is None:
             return None
-        named, changes = as_read(without_outputs(system, self.left_out))
-        if changes:
-            message = f"{changes[0].what.removeprefix('the ')} has letters that no name has here; {changes[0].why}"
-            facts = tuple(f"{c.where}: {c.what.removeprefix('the name ')}: {c.why}" for c in changes[1:])
-            self.diagnostics.append(Diagnostic("FZ604", message, named.span, "hint", facts=facts, file=self.file))
+        system = without_outputs(system, self.left_out)
+        named, _ = as_read(system)
+        changed = [(old, new) for old, new in zip(_parts(system), _parts(named), strict=True) if old.name != new.name]
+        if changed:
+            (old, new), *others = changed
+            message = f"'{old.name[:60]}' is no name here; it is called '{new.name[:60]}'"
+            facts = tuple(f"'{o.name[:60]}' is called '{n.name[:60]}'" for o, n in others[:20])
+            self.diagnostics.append(Diagnostic("FZ604", message, old.span, "hint", facts=facts, file=self.file))
         return named
+
+
+def _parts(system: FuzzySystem) -> list[FuzzySystem | LinguisticVariable | Term]:
+    """Return what has a name in a system, from the system itself to the terms."""
+    found: list[FuzzySystem | LinguisticVariable | Term] = [system]
+    for variable in (*system.inputs, *system.outputs):
+        found += [variable, *variable.terms]
+    return found
 
 
 def _without_fz(diagnostic: Diagnostic) -> Diagnostic:

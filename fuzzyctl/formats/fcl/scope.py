@@ -4,48 +4,46 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection
-from dataclasses import dataclass, field
 from typing import Final
 
-from fuzzyctl.diagnostics.diagnostic import Diagnostic
-from fuzzyctl.diagnostics.source import Span
+from fuzzyctl.diagnostics.source import SourceText, Span
 from fuzzyctl.diagnostics.suggestions import did_you_mean, listed
 from fuzzyctl.expr import CONSTANTS, FUNCTIONS, Binary, Call, Expr, ExprError, Name, Negate, Number, evaluate, span_of
-from fuzzyctl.formats.common.report import Reporter
+from fuzzyctl.formats.common.translation import Translation
 from fuzzyctl.formats.fcl.dialect import Dialect
 from fuzzyctl.formats.fcl.syntax import Word
 from fuzzyctl.formats.fuzzylite.functions import ARGUMENTS, expanded
-from fuzzyctl.model.guarantee import Param
-from fuzzyctl.model.params import ParamValues
 
 #: Functions of both tools under other names, by what they are here.
 _SAME: Final = {"ln": "log", "fabs": "abs"}
 
 
-@dataclass
-class Scope(Reporter):
-    """What is declared in a function block, and what was found wrong in it.
+class Scope(Translation):
+    """The statements of a function block, what is declared in it, and what is wrong with it.
 
     Args:
+        source: The file.
         dialect: The dialect of the file.
+
+    Attributes:
         inputs: Names of VAR_INPUT.
         outputs: Names of VAR_OUTPUT.
-        params: Variables of VAR with a constant.
-        diagnostics: Filled while resolving.
-        readable: What functions may name where one is resolved, with the variable that it stands for.
+        params: Values of the variables of VAR with a constant.
+        readable: What functions may name where one is read, with the variable that it is.
         clamped_differences: Whether a difference of sigmoids is 0 where it is negative, as in jFuzzyLogic.
         empty_sets: First and last point of each term, of the variable that is read, which is 0 everywhere.
     """
 
-    dialect: Dialect
-    inputs: dict[str, Word] = field(default_factory=dict)
-    outputs: dict[str, Word] = field(default_factory=dict)
-    params: dict[str, Param] = field(default_factory=dict)
-    diagnostics: list[Diagnostic] = field(default_factory=list)
-    clamped_differences: bool = False
-    readable: dict[str, str] = field(default_factory=dict)
-    empty_sets: list[tuple[float, float]] = field(default_factory=list)
-    _told: set[str] = field(default_factory=set)
+    def __init__(self, source: SourceText, dialect: Dialect) -> None:
+        super().__init__(source)
+        self.dialect = dialect
+        self.inputs: dict[str, Word] = {}
+        self.outputs: dict[str, Word] = {}
+        self.params: dict[str, float] = {}
+        self.readable: dict[str, str] = {}
+        self.clamped_differences = False
+        self.empty_sets: list[tuple[float, float]] = []
+        self._told: set[str] = set()
 
     def spelt(self, name: str, known: Collection[str], span: Span) -> str | None:
         """Return a declared name, found by its letters where only capitals differ, as the standard allows."""
@@ -60,39 +58,32 @@ class Scope(Reporter):
             self.warning("FZ604", message, span, help="tools that mind capitals do not know it")
         return alike[0]
 
-    def number(self, expr: Expr, what: str) -> Expr | None:
+    def constant(self, expr: Expr, what: str) -> Expr | None:
         """Return a parameter that is a number or a constant; None, with an error, for any other."""
         if isinstance(expr, Number):
             if not math.isnan(expr.value):
                 return expr
             self.error("FZ302", f"{what} is not a number", expr.span)
             return None
-        if isinstance(expr, Name):
-            return self._constant(expr, what)
-        return expr
-
-    def _constant(self, name: Name, what: str) -> Expr | None:
-        if name.name in self.params:
-            return name
-        place = name.span
-        if name.name in self.inputs or name.name in self.outputs:
-            if name.name in self._told:
-                return None
-            self._told.add(name.name)
-            kind = "input" if name.name in self.inputs else "output"
-            message = f"{what} is the {kind} '{name.name}', so the term would change with it; that is not available"
-            self.error("FZ602", message, place, help="write a number, or declare it in a VAR block with ':= value'")
+        if not isinstance(expr, Name) or expr.name in self.params:
+            return expr
+        help_text = "write a number, or declare it in a VAR block with ':= value'"
+        if expr.name in self.inputs or expr.name in self.outputs:
+            if expr.name not in self._told:
+                self._told.add(expr.name)
+                kind = "input" if expr.name in self.inputs else "output"
+                changes = "so the term would change with it; that is not available"
+                self.error("FZ602", f"{what} is the {kind} '{expr.name}', {changes}", expr.span, help=help_text)
             return None
-        known = [*self.params]
-        help_text = did_you_mean(name.name, known) or "write a number, or declare it in a VAR block with ':= value'"
-        facts = (f"constants: {listed(known)}",) if known else ()
-        self.error("FZ202", f"'{name.name}' is no number and not declared", place, facts=facts, help=help_text)
+        facts = (f"constants: {listed(self.params)}",) if self.params else ()
+        help_text = did_you_mean(expr.name, [*self.params]) or help_text
+        self.error("FZ202", f"'{expr.name}' is no number and not declared", expr.span, facts=facts, help=help_text)
         return None
 
     def value(self, expr: Expr) -> float | None:
         """Return the finite value of a parameter, None where it has none."""
         try:
-            value = evaluate(expr, ParamValues(tuple(self.params.values())).values)
+            value = evaluate(expr, self.params)
         except ExprError:
             return None
         return value if math.isfinite(value) else None
@@ -132,8 +123,8 @@ class Scope(Reporter):
         if name.name.lower() in CONSTANTS:
             return Number(CONSTANTS[name.name.lower()], "", name.span)
         known = [*self.readable, *self.params]
-        help_text = did_you_mean(name.name, known)
-        self.error("FZ202", f"no variable '{name.name}'", name.span, facts=(f"known: {listed(known)}",), help=help_text)
+        facts, help_text = (f"known: {listed(known)}",), did_you_mean(name.name, known)
+        self.error("FZ202", f"no variable '{name.name}'", name.span, facts=facts, help=help_text)
         return None
 
     def _call(self, call: Call) -> Expr | None:
@@ -151,8 +142,8 @@ class Scope(Reporter):
             name = "log10"
         least, most = (ARGUMENTS[name],) * 2 if name in ARGUMENTS else FUNCTIONS.get(name, (0, -1))
         if name not in FUNCTIONS and name not in ARGUMENTS:
-            message = f"the function '{call.function}' is not available"
             known = listed(sorted({*FUNCTIONS, *ARGUMENTS}))
+            message = f"the function '{call.function}' is not available"
             return self._refused(message, call.span, facts=(f"functions: {known}",))
         if len(given) < least or (most is not None and len(given) > most):
             self.error("FZ303", f"'{call.function}' does not take {len(given)} arguments", call.span)

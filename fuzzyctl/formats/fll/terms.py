@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.diagnostics.suggestions import counted
-from fuzzyctl.expr import ONE, ZERO, Expr, Name, Number, names_in, replace_names
+from fuzzyctl.expr import ONE, ZERO, Expr, Name, Number, names_in, replace_names, span_of
 from fuzzyctl.formats.common.report import Findings, Names, ParseError
 from fuzzyctl.formats.common.shape_words import ShapeWord
 from fuzzyctl.formats.fll.functions import read_formula
@@ -67,15 +67,15 @@ class TermReader:
     padded: bool = False
 
     def shape(
-        self, place: Place, kind: Span, word: ShapeWord, given: tuple[Number, ...], span: Span
+        self, place: Place, kind: Span, word: ShapeWord, given: tuple[Expr, ...], span: Span
     ) -> Membership | None:
-        """Return a term of numbers, None for one that is reported.
+        """Return a term of numbers, or names of constants, None for one that is reported.
 
         Args:
             place: Where it stands.
             kind: What the file calls it.
             word: What that means.
-            given: Its numbers.
+            given: What stands behind it.
             span: All of it.
         """
         if word.kind == "linear":
@@ -90,38 +90,53 @@ class TermReader:
             return None
         most = count + (self.fll and word.kind != "constant")
         self._surplus(kind, given, most)
-        height = given[count] if count < most and len(given) > count else Number(1.0)
+        height = given[count] if count < most and len(given) > count else ONE
+        height = ONE if isinstance(height, Number) and height.value == 1 else height
         given = given[:count]
+        numbers = tuple(n for n in given if isinstance(n, Number))
         if word.kind == "constant" and place.is_input and self.fuzzylite:  # its degree, whatever the input is
-            if 0.0 <= given[0].value <= 1.0:
+            beyond = next((n for n in numbers if not 0.0 <= n.value <= 1.0), None)
+            if beyond is None:
                 return Membership(kind="function", arguments=given, span=span)
-            message = f"the degree {given[0].value:g} lies outside [0, 1]"
-            self.findings.error("FZ302", message, given[0].span or span, help=NOT_BEYOND)
+            message = f"the degree {beyond.value:g} lies outside [0, 1]"
+            self.findings.error("FZ302", message, beyond.span or span, help=NOT_BEYOND)
             return None
+        if len(numbers) < len(given):
+            return self._of_names(kind, word, given, height, span)
         if self.fuzzylite and word.form == "start direction" and given[0] == given[1]:
             return step_to_itself(place.input, span, self.findings, word=kind.text)
-        own, parameters = word.shape(tuple(n.value for n in given))
-        arguments, largest = with_places(parameters, given), ONE if height.value == 1 else height
-        made = Membership(kind=own, arguments=arguments, height=largest, span=span)
+        own, parameters = word.shape(tuple(n.value for n in numbers))
+        made = Membership(kind=own, arguments=with_places(parameters, numbers), height=height, span=span)
         if not self.fuzzylite:
             return made
         return membership_as_computed(made, place.input, self.findings, word=kind.text, python=place.python)
 
-    def _surplus(self, kind: Span, given: Sequence[Number], most: int) -> None:
+    def _of_names(
+        self, kind: Span, word: ShapeWord, given: tuple[Expr, ...], height: Expr, span: Span
+    ) -> Membership | None:
+        """Return a term with constants by their names among its parameters; a step needs its direction as a number."""
+        if word.form == "start direction":
+            self.findings.error("FZ302", f"'{kind.text}' needs two numbers: {word.form}", span)
+            return None
+        ordered = enumerate(word.ordered(given))
+        arguments = tuple(_doubled(a) if i in word.doubled else a for i, a in ordered)
+        return Membership(kind=word.kind, arguments=arguments, height=height, span=span)
+
+    def _surplus(self, kind: Span, given: Sequence[Expr], most: int) -> None:
         """Warn of numbers that have no effect; of the zeros that old versions of MATLAB fill up with only once."""
         surplus = given[most:]
-        zeros = not self.fll and all(n.value == 0 for n in surplus)
+        zeros = not self.fll and all(n == ZERO for n in surplus)
         if not surplus or (zeros and self.padded):
             return
         self.padded |= zeros
-        first, last = surplus[0].span, surplus[-1].span
+        first, last = span_of(surplus[0]), span_of(surplus[-1])
         assert first is not None
         place = first.to(last or first)
         message = f"'{kind.text}' takes {counted(most, 'number')}; '{place.text[:40]}' has no effect"
         facts = ("old versions fill up with zeros; those of other functions are not listed",) if zeros else ()
         self.findings.warning("FZ603", message, place, help="remove it", facts=facts)
 
-    def _linear(self, place: Place, kind: Span, given: tuple[Number, ...], span: Span) -> Membership | None:
+    def _linear(self, place: Place, kind: Span, given: tuple[Expr, ...], span: Span) -> Membership | None:
         """Return a sum over the inputs: a coefficient for each, and a constant."""
         due = len(place.inputs) + 1
         if self.fll and len(given) == due - 1:
@@ -162,6 +177,10 @@ class TermReader:
         if name.name == "x":
             message = f"a formula of output '{place.variable}' names 'x', its place, beside other variables"
         self.findings.error("FZ602", message, name.span, help="write the set as another term, such as Discrete")
+
+
+def _doubled(expr: Expr) -> Expr:
+    return Number(2.0 * expr.value, "", expr.span) if isinstance(expr, Number) else 2.0 * expr
 
 
 def told_apart(terms: Sequence[Term], variable: str, findings: Findings, help: str) -> list[Term]:

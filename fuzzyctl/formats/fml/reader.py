@@ -119,8 +119,7 @@ class _Document:
         found = arranged(rules.blocks, sets, keep=keep)
         place = root.span
         markup.statements += rules.hedges
-        cube = sx.Option(sx.Word("extremely", place), sx.Word("cube", place))
-        knobs = [cube] if "extremely" in rules.modifiers else []
+        knobs = {"extremely": "cube"} if "extremely" in rules.modifiers else {}
         name = one_line(root.attributes.get("name", "")) or PurePath(markup.source.name).stem
         markup.head(name, "", place, profile("exact"), knobs)
         shared = {"implication": "min", **found.method, **(outputs[0].method if outputs else {})}
@@ -189,7 +188,7 @@ class _Document:
         if not variable.words:
             markup.error("FZ212", f"'{name.text}' has no terms", element.span, help="add: <fuzzyTerm ...>")
         said = element.attributes.get("type", "output" if is_tsukamoto else "input").strip().upper()
-        keyword = markup.look_up(element.place("type"), _TYPES, "type", word=said)
+        keyword = markup.look_up(element.place("type"), _TYPES, "type", word=said, code="FZ213")
         variable.keyword = keyword or _TYPES[closest(said, list(_TYPES)) or "INPUT"]
         if variable.keyword == "output":
             self._method(variable, is_tsukamoto)

@@ -21,7 +21,10 @@ output y = b + s
 every 10 ms
 """
 PLANT = 'plant lag "A lag" = tf(num=[1], den=[1, 1], delay=0.1 s)\n'
-LOOP = PLANT + 'loop step\nblock p = lag(r)\nlet r = steps(0: 1)\nmeasure m "M" unit "s" = settling(p.y, r)\nrun 5 s\n'
+LOOP = (
+    PLANT + "loop step\nblock p = lag(r)\nlet r = steps(0: 1)\n"
+    'measure m "M" unit "s" = settling(p.y, r)\nrun 5 s step 10 ms\n'
+)
 FILES = {"controller": CONTROLLER, "plant": PLANT, "loop": LOOP}
 SYSTEM = """system rule
 defuzzifier center_average
@@ -136,7 +139,7 @@ class TestDiff:
         (folder / "other.fz").write_text(LOOP.replace("run 5 s", "run 6 s") + PLANT.replace("lag", "slow"))
         assert run("compare", "--changes", "loop.fz", "other.fz").output.splitlines() == [
             "loop step",
-            "~ run: run 5 s → run 6 s",
+            "~ run: run 5 s step 10 ms → run 6 s step 10 ms",
             "plant slow",
             "+ plant slow: in the second file only",
         ]

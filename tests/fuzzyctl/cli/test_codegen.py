@@ -294,7 +294,9 @@ class TestController:
         assert "state 's' has no 'next' line" in result.output
         assert names(tmp_path) == ["one.fz", "refuted.fz", "two.fz"]
 
-    def test_an_algorithm_that_a_system_does_not_allow_is_refused(self, run, file):
+    def test_an_algorithm_that_a_system_does_not_allow_is_refused(self, run, file, tmp_path):
+        curved = (tmp_path / file).read_text().replace("  terms N P\n", "  N = gaussian(-1, 1)\n  P = gaussian(1, 1)\n")
+        (tmp_path / file).write_text(curved)
         result = run(file, "--target", "c", "--algorithm", "interpolation")
         assert result.exit_code == 1
         assert "the system does not interpolate" in result.output

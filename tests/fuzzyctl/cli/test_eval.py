@@ -5,6 +5,8 @@ import math
 
 import pytest
 
+import fuzzyctl
+from fuzzyctl.formats.registry import FORMATS
 from fuzzyctl.support.shipped import rules_folder
 from tests.bench import startup
 from tests.commands import runner
@@ -203,14 +205,13 @@ class TestPoints:
 
 def test_a_name_may_hold_the_sign_that_ends_it(tmp_path):
     """Names of other tools may; the longest known one counts."""
-    path = tmp_path / "odd.fis"
-    path.write_text(
-        "[System]\nName='odd'\nType='sugeno'\nNumInputs=1\nNumOutputs=1\nNumRules=1\nAndMethod='prod'\n"
-        "OrMethod='probor'\nImpMethod='prod'\nAggMethod='sum'\nDefuzzMethod='wtaver'\n"
-        "[Input1]\nName='b=c'\nRange=[0 1]\nNumMFs=1\nMF1='all':'trapmf',[-1 0 1 2]\n"
-        "[Output1]\nName='y'\nRange=[0 1]\nNumMFs=1\nMF1='m':'linear',[2 1]\n[Rules]\n1, 1 (1) : 1\n",
-        encoding="utf-8",
+    system = fuzzyctl.loads(
+        "system odd\ndefuzzifier weighted_average\ninput b in [0, 1]\n  all = trapezoid(-1, 0, 1, 2)\n"
+        "output y in [0, 3] else 0\n  m = constant(1.5)\nif b is all then y is m\n"
     )
+    text, _ = FORMATS["fml"].write(system)
+    path = tmp_path / "odd.fml"
+    path.write_text(text.replace('"b"', '"b=c"').replace(">b<", ">b=c<"), encoding="utf-8")
     result = run(path, "b=c=0.25")
     assert result.exit_code == 0, result.output
     assert result.stdout == "y = 1.5\n"

@@ -3,9 +3,10 @@
 import math
 import re
 
+from fuzzyctl.codegen.files import expected_of
 from fuzzyctl.codegen.names import ST_RESERVED
 from fuzzyctl.codegen.st_source import function_block
-from fuzzyctl.codegen.vectors import STEP, vectors
+from fuzzyctl.codegen.vectors import STEP
 
 TOKEN = re.compile(
     r"\s*(?:(?P<comment>\(\*.*?\*\))|(?P<real>\d+\.\d+(?:E-?\d+)?)|(?P<int>\d+(?!\.\d))|(?P<name>[A-Za-z](?:_?[A-Za-z0-9])*)"
@@ -317,7 +318,7 @@ def differences(unit):
     worst = 0.0
     names = [n for n in block.inputs if n != "time_step"]
     step = {"time_step": STEP} if "time_step" in block.inputs else {}
-    for vector in vectors(unit):
+    for vector in expected_of(unit).vectors:
         found = block(**dict(zip(names, vector.inputs, strict=True)), **step)
         for k, wanted in enumerate(vector.outputs):
             value, valid = found[2 * k], found[2 * k + 1]

@@ -9,9 +9,9 @@ import pytest
 from fuzzyctl import loads
 from fuzzyctl.codegen import c_source
 from fuzzyctl.codegen.errors import CodegenError
-from fuzzyctl.codegen.files import generate
+from fuzzyctl.codegen.files import expected_of, generate
 from fuzzyctl.codegen.prepare import prepare
-from fuzzyctl.codegen.vectors import Reference, points, vectors
+from fuzzyctl.codegen.vectors import Reference, points
 from tests import sizes
 from tests.fuzzyctl.codegen.conftest import SOME, UNDEFINED, prepared
 
@@ -38,7 +38,7 @@ class TestSelfTest:
         unit = unit_of(kind)
         built = compiled(unit, sanitized if kind in SOME or sizes.LONG else UNDEFINED)
         assert built.code == 0, built.output
-        assert f"{len(vectors(unit))} vectors, 0 failures" in built.output
+        assert f"{len(expected_of(unit).vectors)} vectors, 0 failures" in built.output
         for position in range(len(unit.plan.outputs)):
             assert unit.tolerance(position) <= 1e-12 * unit.scale(position)
 
@@ -79,7 +79,7 @@ class TestSelfTest:
 
     def test_vectors_cover_what_a_target_may_get_wrong(self, unit_of, some_kind):
         unit = unit_of(some_kind)
-        found = vectors(unit)
+        found = expected_of(unit).vectors
         tried = points(unit, random.Random(1))
         # Vectors at jumps are left out, never most of them.
         assert len(found) >= 0.6 * len(tried)
@@ -157,7 +157,7 @@ class TestSource:
             "if x is a then u is p\nif x is b then U is q\n"
         )
         unit = prepare(loads(text), text)
-        assert {v.refused for v in vectors(unit)} >= {"u", "U"}
+        assert {v.refused for v in expected_of(unit).vectors} >= {"u", "U"}
         built = compiled(unit, sanitized)
         assert built.code == 0, built.output
 

@@ -9,9 +9,10 @@ import pytest
 from fuzzyctl import compile as compile_system
 from fuzzyctl import loads
 from fuzzyctl.codegen.errors import CodegenError
+from fuzzyctl.codegen.files import expected_of
 from fuzzyctl.codegen.prepare import prepare
 from fuzzyctl.codegen.python_source import module, module_name
-from fuzzyctl.codegen.vectors import STEP, vectors
+from fuzzyctl.codegen.vectors import STEP
 from tests.frozen.systems import SYSTEMS
 
 
@@ -28,7 +29,7 @@ class TestNumbers:
         names = run(unit)
         function = names[module_name(unit)]
         state = names["init"]() if "init" in names else None
-        for vector in vectors(unit):
+        for vector in expected_of(unit).vectors:
             arguments = [*vector.inputs, *([] if state is None else [state])]
             if vector.refused:
                 with pytest.raises(ArithmeticError, match=vector.refused):

@@ -8,9 +8,9 @@ import pytest
 
 from fuzzyctl import compile, loads
 from fuzzyctl.codegen.errors import CodegenError
+from fuzzyctl.codegen.files import expected_of
 from fuzzyctl.codegen.prepare import prepare
 from fuzzyctl.codegen.st_source import function_block
-from fuzzyctl.codegen.vectors import vectors
 from tests.fuzzyctl.codegen.structured_text import Block, differences
 
 GUARDED = """system s
@@ -52,7 +52,7 @@ class TestGuards:
         text = GUARDED.format(value=value, degree="y / 2")
         unit = prepare(loads(text), text)
         assert differences(unit) <= 1.0
-        assert sum(v.outputs[0] == v.outputs[0] for v in vectors(unit)) > 20
+        assert sum(v.outputs[0] == v.outputs[0] for v in expected_of(unit).vectors) > 20
 
     @pytest.mark.parametrize("degree", ["sqrt(y)", "log(y)", "1 / y", "max(sqrt(y), 0.2)", "1 - y^0.5"])
     def test_of_degrees_do_too(self, degree):

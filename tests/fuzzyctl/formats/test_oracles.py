@@ -12,14 +12,15 @@ import pytest
 
 from tests.fuzz.mutating import mutated
 from tests.oracles.comparing import differences
+from tests.oracles.drawn_fcl import fcl
 from tests.oracles.drawn_fis import fis
 from tests.oracles.drawn_fll import fll
 from tests.oracles.drawn_fml import fml
 from tests.sizes import examples
 
-DRAWN = {"fll": fll, "fis": fis, "fml": fml}
+DRAWN = {"fll": fll, "fis": fis, "fcl": fcl, "fml": fml}
 SAMPLES = {
-    format: [p.read_text(encoding="utf-8") for p in sorted(Path(__file__).parent.glob(f"*/*.{format}"))]
+    format: [p.read_text(encoding="utf-8") for p in sorted(Path(__file__).parent.rglob(f"*.{format}"))]
     for format in DRAWN
 }
 TOKEN = re.compile(r"[\d.]+|[^\W\d]\w*|\n *|.", re.DOTALL)

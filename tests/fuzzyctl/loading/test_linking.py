@@ -97,6 +97,19 @@ class TestComparedSystems:
         assert [type(v) for v in prove(path)] == [Proved]
         assert [v.name for v in load(path).inputs] == ["e"]
 
+    def test_a_block_of_two_used_files_is_warned_of_where_it_is_called(self, tmp_path):
+        call = "controller c\ninput e in [-1, 1]\noutput v = fine(e)\n"
+        first, second = OTHER.lstrip(), OTHER.lstrip().replace("system fine", "\nsystem fine")
+        for name, text in (("first.fz", first), ("second.fz", second), ("third.fz", first.replace("fine", "rough"))):
+            (tmp_path / name).write_text(text)
+        (tmp_path / "c.fz").write_text('use "first.fz"\nuse "third.fz"\nuse "second.fz"\nuse "first.fz"\n' + call)
+        _, (warning,) = fuzzyctl.check(tmp_path / "c.fz")
+        assert (warning.code, warning.severity, warning.span.line) == ("FZ201", "warning", 3)
+        places = [(n.span.source.name.rsplit("/", 1)[-1], n.span.line, n.span.text) for n in warning.notes]
+        assert places == [("first.fz", 1, "fine"), ("second.fz", 2, "fine")]
+        (tmp_path / "c.fz").write_text('use "first.fz"\nuse "second.fz"\n' + call.replace("fine(e)", "2 * e"))
+        assert fuzzyctl.check(tmp_path / "c.fz")[1] == []
+
     def test_a_shared_param_is_set_in_both(self):
         text = "param top = 8\n" + ONE.replace("=8", "=(top)") + "require u == fine.w within 1e-9\n"
         system = loads(

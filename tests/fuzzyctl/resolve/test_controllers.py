@@ -208,7 +208,10 @@ class TestMistakes:
 
     @pytest.mark.parametrize(
         ("slip", "message"),
-        [("param g = = 2\n", "unexpected '='"), ("let b = nope(x)\n", "no function or system 'nope'")],
+        [
+            ("param g = = 2\n", "unexpected '=': it stands there twice"),
+            ("let b = nope(x)\n", "no function or system 'nope'"),
+        ],
     )
     def test_outputs_of_a_call_whose_system_is_not_known_are_no_mistakes(self, slip, message):
         """A mistake in any line may leave the systems of a file without a meaning."""

@@ -69,5 +69,8 @@ def test_a_number_is_named_by_a_param_as_before():
     with pytest.raises(DiagnosticError) as caught:
         fuzzyctl.loads(HEAD + "let z = 2e-3\n" + OUTPUT + TABLE)
     (found,) = caught.value.diagnostics
-    assert (found.code, found.message) == ("FZ101", "unexpected 'let': a named constant begins with 'param'")
+    assert (found.code, found.message) == (
+        "FZ101",
+        "unexpected 'let': a statement begins with its keyword and goes on with its value",
+    )
     assert found.help == "write: param z = 2e-3"

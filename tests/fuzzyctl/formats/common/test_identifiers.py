@@ -89,7 +89,7 @@ FOREIGN = {
 
 
 #: Files whose names become identifiers when they are read.
-TRANSLATED = ["x.fll", "x.fis"]
+TRANSLATED = ["x.fll", "x.fis", "x.fcl"]
 
 
 @pytest.mark.parametrize("length", [199, 200, 201, 1000])

@@ -30,7 +30,7 @@ def test_a_file_of_jfuzzylogic():
 
 def test_a_file_of_fuzzylite():
     system = load(HERE / "fuzzylite.fcl")
-    assert system.name == "blind for a window"
+    assert system.title == "blind for a window"
     assert system.method.semantics.profile == "fuzzylite_6"
     assert system.method.disjunction == "einstein_sum"
     assert system.output("motor").defuzzifier.kind == "tsukamoto"

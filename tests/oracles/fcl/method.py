@@ -7,15 +7,15 @@ from typing import Final
 
 from fuzzyctl.diagnostics.diagnostic import Note
 from fuzzyctl.formats.common.blocks import Combined, FoundBlock, combined, without_common
-from fuzzyctl.formats.fcl import syntax as sx
-from fuzzyctl.formats.fcl.rules import RuleResolver, Vocabulary, same_either_way
-from fuzzyctl.formats.fcl.scope import Scope
-from fuzzyctl.formats.fcl.settings import Norms, is_switched_off, norms
-from fuzzyctl.formats.fcl.variables import OutputDraft
 from fuzzyctl.model.method import TSUKAMOTO, Activation, Method
 from fuzzyctl.model.rule import And, Antecedent, Or, Rule, parts_of
 from fuzzyctl.model.semantics import Semantics
 from fuzzyctl.model.variable import Output
+from tests.oracles.fcl import syntax as sx
+from tests.oracles.fcl.rules import RuleResolver, Vocabulary, same_either_way
+from tests.oracles.fcl.scope import Scope
+from tests.oracles.fcl.settings import Norms, is_switched_off, norms
+from tests.oracles.fcl.variables import OutputDraft
 
 #: Defuzzifiers over rules, for which implication has no effect, and accumulation only where terms are merged.
 _OVER_RULES: Final = frozenset({"weighted_average", "weighted_sum", *TSUKAMOTO})
