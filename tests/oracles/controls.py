@@ -72,7 +72,7 @@ CONTROLS = [
     ),
     ("fml", "fml/reader.py", "kind in _AVERAGED for t", "kind in () for t"),
     ("fml", "fml/reader.py", '"sum" if kind in OVER_RULES else joined', "joined"),
-    ("fml", "fml/reader.py", '[cube] if "extremely" in rules.modifiers', "[cube] if False"),
+    ("fml", "fml/reader.py", 'if "extremely" in rules.modifiers else', "if False else"),
     ("fml", "fml/reader.py", "variable.negated.add(name.text)", "pass"),
     ("fml", "fml/rules.py", '("not",) if clause.attributes', "() if clause.attributes"),
     ("fml", "fml/rules.py", 'name = "" if name == "rules1"', 'name = "" if name == "rules"'),

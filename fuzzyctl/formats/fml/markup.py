@@ -109,7 +109,7 @@ class Markup(Translation):
         text = element.attributes.get(attribute, "").strip()
         if not text:
             return usual
-        meaning = self.look_up(element.place(attribute), words, what, word=text.upper())
+        meaning = self.look_up(element.place(attribute), words, what, word=text.upper(), code="FZ213")
         return usual if meaning is None else meaning
 
     def flag(self, element: Element, attribute: str) -> bool:

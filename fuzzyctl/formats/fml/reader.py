@@ -188,7 +188,7 @@ class _Document:
         if not variable.words:
             markup.error("FZ212", f"'{name.text}' has no terms", element.span, help="add: <fuzzyTerm ...>")
         said = element.attributes.get("type", "output" if is_tsukamoto else "input").strip().upper()
-        keyword = markup.look_up(element.place("type"), _TYPES, "type", word=said)
+        keyword = markup.look_up(element.place("type"), _TYPES, "type", word=said, code="FZ213")
         variable.keyword = keyword or _TYPES[closest(said, list(_TYPES)) or "INPUT"]
         if variable.keyword == "output":
             self._method(variable, is_tsukamoto)

@@ -5,6 +5,7 @@ from hypothesis import HealthCheck, given, settings
 
 from fuzzyctl.diagnostics.diagnostic import render_all
 from fuzzyctl.diagnostics.source import SourceText
+from fuzzyctl.formats.common.identifiers import as_read
 from fuzzyctl.formats.common.words import DUAL_OF
 from fuzzyctl.formats.registry import FORMATS
 from fuzzyctl.loading.load import loads
@@ -49,7 +50,7 @@ def test_rule_blocks_survive_an_fml_file(system):
     text, losses = FORMATS["fml"].write(system)
     assert [str(x) for x in losses if not x.exact] == []
     back, _ = read("fml", text)
-    keeps_blocks(system, back)
+    keeps_blocks(as_read(system)[0], back)
 
 
 SYSTEM = """
