@@ -36,6 +36,10 @@ def membership(line: TermLine, scope: Scope, place: Place) -> Membership | None:
         return None
     if known is JFUZZYLOGIC_SHAPES["DSIGM"]:
         scope.clamped_differences = True
+    most = {"Constant": 1, "Binary": 3}.get(word or "", len(arguments))
+    if len(arguments) > most:
+        scope.error("FZ303", f"'{word}' takes {counted(most, 'number')}, got {len(arguments)}", shape.span)
+        return None
     reader = TermReader(scope, fuzzylite=word is not None, fll=word is not None)
     made = reader.shape(place, shape.kind.span, known, arguments, shape.span)
     if made is not None and made.kind == "constant":
