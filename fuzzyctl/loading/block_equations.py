@@ -219,12 +219,14 @@ def _loop_parts(loop: Loop) -> int:
         ordered([Equation(m.name, m.value, m.span) for m in loop.measures])
     except DiagnosticError as error:
         raise DiagnosticError([_of_measures(d) for d in error.diagnostics]) from None
-    from fuzzyctl.simulation.judgement import Judgement  # which files without loops need not
-    from fuzzyctl.simulation.sample_times import require_room
+    if loop.step is not None or any(c.period is not None for c in loop.controllers):
+        # Which controllers need not.
+        from fuzzyctl.simulation.judgement import Judgement
+        from fuzzyctl.simulation.sample_times import require_room
 
-    sizes = {b.name: len(b.inputs) + len(b.states) + len(b.results) for b in callees}
-    recorded = len(loop.definitions) + sum(sizes[i.controller] for i in loop.instances)
-    require_room(loop, recorded + len(Judgement(loop).signals))
+        sizes = {b.name: len(b.inputs) + len(b.states) + len(b.results) for b in callees}
+        recorded = len(loop.definitions) + sum(sizes[i.controller] for i in loop.instances)
+        require_room(loop, recorded + len(Judgement(loop).signals))
     return equations.parts
 
 

@@ -26,6 +26,7 @@ from fuzzyctl.loading.load import examine
 from fuzzyctl.model.rule import RuleBlock
 from fuzzyctl.model.system import FuzzySystem
 from tests.commands import runner
+from tests.own_fields import names_of
 
 run = runner()
 
@@ -224,7 +225,7 @@ class TestPython:
 
     def test_rules_of_no_block_stand_before_all_blocks(self):
         base = loads(averages(BOTH))
-        fields = {k: getattr(base, k) for k in FuzzySystem.__dataclass_fields__ if k != "kind"}
+        fields = {k: getattr(base, k) for k in names_of(FuzzySystem)}
         block = RuleBlock(name="p", rules=base.blocks)
         with pytest.raises(ValueError, match="come before all rule blocks"):
             FuzzySystem(**fields | {"blocks": (block, *base.blocks)})

@@ -13,6 +13,7 @@ from fuzzyctl.model.method import Activation, Defuzzifier, Method
 from fuzzyctl.model.rule import And, Consequent, Is, Or, Rule
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Input, Membership, Output, Term
+from tests.own_fields import names_of
 
 
 def mf(kind, *numbers, height=1.0):
@@ -192,7 +193,7 @@ class TestCoverage:
         )
         extra = Rule(antecedent=is_("y", "up"), consequents=(Consequent(output="v", term=mf("constant", 1)),))
         changed = FuzzySystem(
-            **{k: getattr(made, k) for k in type(made).__dataclass_fields__ if k != "kind"}
+            **{k: getattr(made, k) for k in names_of(type(made))}
             | {"outputs": (*made.outputs, other), "blocks": (*made.blocks, extra)}
         )
         assert isinstance(uncovered(changed)["u"], Undecided)
@@ -206,7 +207,7 @@ class TestCoverage:
                 name="v", lower=Number(0.0), upper=Number(1.0), terms=(), defuzzifier=Defuzzifier(kind="weighted_sum")
             )
             extra = Rule(antecedent=is_("u", term), consequents=(Consequent(output="v", term=mf("constant", 1)),))
-            fields = {k: getattr(made, k) for k in type(made).__dataclass_fields__ if k != "kind"}
+            fields = {k: getattr(made, k) for k in names_of(type(made))}
             return FuzzySystem(**fields | {"outputs": (*made.outputs, last), "blocks": (*made.blocks, extra)})
 
         assert uncovered(chain("low", Number(0.0)))["v"] is None
@@ -222,7 +223,5 @@ class TestCoverage:
         made = system([(is_("x", "f"), LINE, 1.0)], extrapolate=True)
         wave = Term(name="f", membership=function(Binary("+", Number(2.0), Binary("*", Number(0.0), X))))
         inputs = tuple(i.model_copy(update={"terms": (*i.terms, wave)}) if i.name == "x" else i for i in made.inputs)
-        changed = FuzzySystem(
-            **{k: getattr(made, k) for k in type(made).__dataclass_fields__ if k != "kind"} | {"inputs": inputs}
-        )
+        changed = FuzzySystem(**{k: getattr(made, k) for k in names_of(type(made))} | {"inputs": inputs})
         assert isinstance(uncovered(changed)["u"], Undecided)

@@ -312,7 +312,7 @@ class TestSampleTimes:
 
     def test_a_loop_without_any_sample_time_is_a_mistake(self, loop):
         with pytest.raises(DiagnosticError, match="has no sample time") as error:
-            loop(driven(LAG, "1", "1 s"))  # which `check` says
+            Experiment(loop(driven(LAG, "1", "1 s")))
         assert error.value.diagnostics[0].code == "FZ702"
 
     def test_the_proposed_step_divides_all_periods(self, loop):
