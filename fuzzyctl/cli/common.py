@@ -361,8 +361,15 @@ def states_of(texts: Iterable[str], *kernels: Kernel) -> list[dict[str, float]]:
         help_text = "leave out --state: it is for outputs that adapt or hold, and for states of controllers"
         raise DiagnosticError([Diagnostic("FZ502", "the block has no state", help=help_text)])
     given = assignments(texts, known, "state")
-    starts = (zip(kernel.state_names, kernel.start().tolist(), strict=True) for kernel in kernels)
-    return [{name: given.get(name, value) for name, value in start} for start in starts]
+    starts = [dict(zip(kernel.state_names, kernel.start().tolist(), strict=True)) for kernel in kernels]
+    # NaN only where a start is NaN, too: an output that holds, before its first value.
+    numbers = {name for start in starts for name, value in start.items() if not math.isnan(value)}
+    mistakes = [
+        _no_number("state", name, "nan") for name, value in given.items() if math.isnan(value) and name in numbers
+    ]
+    if mistakes:
+        raise DiagnosticError(mistakes)
+    return [{name: given.get(name, value) for name, value in start.items()} for start in starts]
 
 
 def missing_inputs(block: Block, given: Mapping[str, float], command: str) -> list[Diagnostic]:
