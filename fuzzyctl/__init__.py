@@ -9,6 +9,8 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from fuzzyctl.operations import register
+
 if TYPE_CHECKING:
     from fuzzyctl import plot as plot
     from fuzzyctl.analysis.block_bounds import output_bounds
@@ -124,6 +126,22 @@ __all__ = [
     "simulate",
     "why",
 ]
+
+register(
+    {
+        "by_name": "fuzzyctl.kernels.compile:ByName",
+        "html": "fuzzyctl.display.display:html",
+        "line": "fuzzyctl.display.display:line",
+        "plot_run": "fuzzyctl.plot.time_series:runs",
+        "plot_surface": "fuzzyctl.plot.surfaces:surface",
+        "plot_trace": "fuzzyctl.plot.rule_viewer:viewer",
+        "require_well_formed": "fuzzyctl.model.checks.checks:require_well_formed",
+        "text": "fuzzyctl.display.display:text",
+        "with_numbers": "fuzzyctl.model.free_numbers:with_numbers",
+        "with_params": "fuzzyctl.loading.block_equations:with_params",
+        "with_values": "fuzzyctl.loading.block_equations:with_numbers",
+    }
+)
 
 #: The public modules.
 _MODULES = {"build": "fuzzyctl.building.build", "plot": "fuzzyctl.plot"}

@@ -1,6 +1,8 @@
-"""What notebooks and `print` show of an object: written by `fuzzyctl.display`, which is loaded when it is asked."""
+"""Objects that notebooks and `print` show as `fuzzyctl.display` writes them."""
 
 from __future__ import annotations
+
+from fuzzyctl.operations import operation
 
 
 class Described:
@@ -9,9 +11,8 @@ class Described:
     __slots__ = ()
 
     def __repr__(self) -> str:
-        from fuzzyctl.display.display import line
-
-        return line(self)
+        line: str = operation("line")(self)
+        return line
 
 
 class Displayed:
@@ -20,9 +21,8 @@ class Displayed:
     __slots__ = ()
 
     def _repr_html_(self) -> str:
-        from fuzzyctl.display.display import html
-
-        return html(self)
+        html: str = operation("html")(self)
+        return html
 
 
 class Printed(Displayed):
@@ -31,6 +31,5 @@ class Printed(Displayed):
     __slots__ = ()
 
     def __str__(self) -> str:
-        from fuzzyctl.display.display import text
-
-        return text(self)
+        text: str = operation("text")(self)
+        return text

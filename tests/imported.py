@@ -12,12 +12,6 @@ def imported(path):
             yield f"{module}.{name}"
 
 
-def imported_at_once(path):
-    """Return the modules that a module imports outside of functions."""
-    body = ast.parse(path.read_text(encoding="utf-8")).body
-    return {statement.module for statement in body if isinstance(statement, ast.ImportFrom)}
-
-
 @cache
 def _imports(text):
     """Return modules and the names that are imported from them, "" for the modules themselves."""

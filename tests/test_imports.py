@@ -7,13 +7,15 @@ from pathlib import Path
 
 import pytest
 
-from tests.imported import circles, imported, imported_at_once, imports_between
+from fuzzyctl import operations
+from tests.imported import circles, imported, imports_between
 from tests.own_files import own_files
 
 ROOT = Path(__file__).parent.parent
 
 #: Packages of fuzzyctl from the bottom up; a module may import its own package and those on lower lines.
 ORDER = [
+    ["operations"],
     ["displayed", "records"],
     ["diagnostics"],
     ["expr", "support"],
@@ -43,23 +45,6 @@ SUBORDER = {
     "kernels/program": [["passes"]],
     "model": [["checks"]],
     "studio": [["arrays"]],
-}
-
-#: Imports against the order, each in a method that only forwards.
-ALLOWED = {
-    # `system(x=1)` compiles at the first call.
-    ("fuzzyctl.model.system", "fuzzyctl.kernels.compile"),
-    # `system.with_params(a=1)` checks the result.
-    ("fuzzyctl.model.system", "fuzzyctl.model.checks.checks"),
-    # `block.with_values({"a": 1})` changes numbers in their places.
-    ("fuzzyctl.model.system", "fuzzyctl.model.free_numbers"),
-    ("fuzzyctl.model.controller", "fuzzyctl.loading.block_equations"),
-    # `system.plot()`, `run.plot()` and `why(...).plot()` draw.
-    ("fuzzyctl.model.system", "fuzzyctl.plot.surfaces"),
-    ("fuzzyctl.simulation.run", "fuzzyctl.plot.time_series"),
-    ("fuzzyctl.explain.trace", "fuzzyctl.plot.rule_viewer"),
-    # A notebook and `print` show what `display` writes.
-    ("fuzzyctl.displayed", "fuzzyctl.display.display"),
 }
 
 #: Third parties and the only places that may import them.
@@ -121,7 +106,7 @@ def package_arrows(package, order):
     dotted = ".".join(["fuzzyctl", *Path(package).parts])
     for name, found in graph().items():
         for other in found:
-            if (name, other) in ALLOWED or not (name.startswith(dotted + ".") and other.startswith(dotted + ".")):
+            if not (name.startswith(dotted + ".") and other.startswith(dotted + ".")):
                 continue
             part, below = (n.removeprefix(dotted + ".").split(".")[0] for n in (name, other))
             if part != below and part in rank and below in rank and rank[below] >= rank[part]:
@@ -154,19 +139,12 @@ def test_every_package_has_its_rank():
 
 
 def test_files_import_each_other_in_no_circle():
-    kept = {name: {other for other in found if (name, other) not in ALLOWED} for name, found in graph().items()}
-    assert circles(kept) == []
+    assert circles(graph()) == []
 
 
-def test_what_is_allowed_is_imported_when_it_is_called_and_closes_a_circle():
-    """An exception that nothing needs any more is removed from the list."""
-    order = ranks(ORDER)
-    kept = {name: found - {other for one, other in ALLOWED if one == name} for name, found in graph().items()}
-    for name, other in ALLOWED:
-        assert other in graph()[name], f"{name} does not import {other}"
-        assert other not in imported_at_once(ROOT / f"{name.replace('.', '/')}.py"), f"{name} imports {other} at once"
-        upwards = order[name.split(".")[1]] < order[other.split(".")[1]]
-        assert upwards or circles(kept | {name: kept[name] | {other}}), f"{name} may import {other} as any module"
+def test_registered_operations_are_defined():
+    for name in operations._DEFINITIONS:
+        assert callable(operations.operation(name)), name
 
 
 def test_a_circle_of_types_and_lazy_imports_is_found(tmp_path):

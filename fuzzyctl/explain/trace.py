@@ -23,6 +23,7 @@ from fuzzyctl.kernels.plan.build import OutputPlan, Plan, SetPlan, chain_name, d
 from fuzzyctl.model.method import TSUKAMOTO
 from fuzzyctl.model.rule import Consequent
 from fuzzyctl.model.system import FuzzySystem
+from fuzzyctl.operations import operation
 from fuzzyctl.support import arguments
 
 if TYPE_CHECKING:
@@ -116,9 +117,8 @@ class Trace(Printed):
 
     def plot(self, *, most: int = 12, ax: Axes | None = None) -> Panels:
         """Draw the rules that act, see `fuzzyctl.plot.rules`."""
-        from fuzzyctl.plot.rule_viewer import viewer
-
-        return viewer(self, most, ax)
+        panels: Panels = operation("plot_trace")(self, most, ax)
+        return panels
 
 
 def trace(system: FuzzySystem, values: Mapping[str, float], state: Sequence[float] | None = None) -> Trace:

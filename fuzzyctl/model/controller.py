@@ -15,6 +15,7 @@ from fuzzyctl.model.block import Block
 from fuzzyctl.model.guarantee import Bounds, Guarantee
 from fuzzyctl.model.node import Node
 from fuzzyctl.model.system import FuzzySystem
+from fuzzyctl.operations import operation
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
@@ -165,15 +166,13 @@ class EquationBlock(Block):
         Raises:
             DiagnosticError: For numbers that the block does not take, such as one outside of the range of its param.
         """
-        from fuzzyctl.loading.block_equations import with_params
-
-        return with_params(self, values)
+        block: Self = operation("with_params")(self, values)
+        return block
 
     def with_values(self, values: Mapping[str, Any]) -> Self:
         """Return the block with other values of free numbers, see `loading.block_equations.with_numbers`."""
-        from fuzzyctl.loading.block_equations import with_numbers
-
-        return with_numbers(self, values)
+        block: Self = operation("with_values")(self, values)
+        return block
 
     def range_of(self, signal: Any) -> tuple[float, float]:
         """Return the ends of the range of an input, state or output; infinite without a range."""

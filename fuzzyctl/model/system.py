@@ -16,6 +16,7 @@ from fuzzyctl.model.guarantee import Guarantee, Hedge
 from fuzzyctl.model.method import Method, RuleMethod
 from fuzzyctl.model.rule import Rule, RuleBlock, RuleTable, rule_count, rules_of
 from fuzzyctl.model.variable import Hold, Input, Let, LinguisticVariable, Output
+from fuzzyctl.operations import operation
 from fuzzyctl.support.arguments import is_finite
 from fuzzyctl.support.signatures import InputSignature
 
@@ -203,16 +204,13 @@ class FuzzySystem(Block):
         compared = tuple(self._followed(c, values) for c in self.compared)
         called = tuple(self._followed(c, values) for c in self.called)
         changed = replace(self, params=params, compared=compared, called=called)
-        from fuzzyctl.model.checks.checks import require_well_formed
-
-        require_well_formed(changed)
+        operation("require_well_formed")(changed)
         return changed
 
     def with_values(self, values: Mapping[str, Any]) -> FuzzySystem:
         """Return the system with other values of free numbers, see `model.free_numbers.with_numbers`."""
-        from fuzzyctl.model.free_numbers import with_numbers
-
-        return with_numbers(self, values)
+        system: FuzzySystem = operation("with_numbers")(self, values)
+        return system
 
     def _followed(self, compared: FuzzySystem, values: Mapping[str, float]) -> FuzzySystem:
         """Set in another system the params that are declared in one place for both."""
@@ -231,9 +229,8 @@ class FuzzySystem(Block):
         ax: Axes | None = None,
     ) -> Axes:
         """Draw an output over one or two inputs, see `fuzzyctl.plot.surface`."""
-        from fuzzyctl.plot.surfaces import surface
-
-        return surface(self, x, y, output=output, at=at, resolution=resolution, ax=ax)
+        axes: Axes = operation("plot_surface")(self, x, y, output=output, at=at, resolution=resolution, ax=ax)
+        return axes
 
     @overload
     def __call__(self, **inputs: Scalar) -> NamedOutputs: ...  # type: ignore[overload-overlap]
@@ -269,10 +266,9 @@ class FuzzySystem(Block):
 
     @cached_property
     def _by_name(self) -> Callable[[Mapping[str, Any]], NamedOutputs | NamedArrays | NamedColumns]:
-        """What evaluates: the model is below the kernels, and this is the one place that looks up to them."""
-        from fuzzyctl.kernels.compile import ByName
-
-        return ByName(self)
+        """Evaluation by name, compiled at the first call."""
+        by_name: Callable[[Mapping[str, Any]], Any] = operation("by_name")(self)
+        return by_name
 
 
 _Variable = TypeVar("_Variable", Input, Output)

@@ -15,6 +15,7 @@ from fuzzyctl.diagnostics.terminal import printable
 from fuzzyctl.displayed import Displayed
 from fuzzyctl.expr import Expr, Name, evaluate
 from fuzzyctl.model.loop import Loop
+from fuzzyctl.operations import operation
 from fuzzyctl.simulation.judgement import Judgement, Requirement
 from fuzzyctl.simulation.settings import params_of
 
@@ -63,9 +64,8 @@ class Run(Displayed):
 
     def plot(self, *, ax: Axes | None = None) -> Panels:
         """Draw the signals over time, see `fuzzyctl.plot.runs`."""
-        from fuzzyctl.plot.time_series import runs
-
-        return runs(self, ax=ax)
+        panels: Panels = operation("plot_run")(self, ax=ax)
+        return panels
 
     @property
     def names(self) -> tuple[str, ...]:
