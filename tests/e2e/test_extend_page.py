@@ -21,6 +21,7 @@ def checkout(tmp_path_factory):
     folder = tmp_path_factory.mktemp("checkout")
     shutil.copytree(ROOT / "fuzzyctl", folder / "fuzzyctl", ignore=shutil.ignore_patterns("__pycache__"))
     for name, text in FILE.findall(PAGE):
+        (folder / name).parent.mkdir(exist_ok=True)
         (folder / name).write_text(text, encoding="utf-8")
     for name, side, line, addition in ADDITION.findall(PAGE):
         path = folder / name
@@ -77,3 +78,17 @@ def test_what_another_format_has_no_word_for_is_said(checkout, suffix):
     assert done.returncode == 1
     assert "FZ608" in done.stderr or "cannot be expressed, and changes numbers" in done.stderr
     assert not (checkout / f"dim.{suffix}").exists()
+
+
+def test_the_new_format_is_written_and_read_back(checkout):
+    assert run(checkout, "convert", "lamp.tri", "again.tri").returncode == 0
+    assert (checkout / "again.tri").read_text(encoding="utf-8") == (checkout / "lamp.tri").read_text(encoding="utf-8")
+    assert "FZ608" in run(checkout, "convert", "dim.fz", "dim.tri").stderr
+
+
+def test_mistakes_in_the_new_format_are_reported_at_their_places(checkout):
+    text = (checkout / "lamp.tri").read_text(encoding="utf-8")
+    (checkout / "wrong.tri").write_text(text.replace("is dark", "is drak").replace("0 1 2", "0 1 x"), encoding="utf-8")
+    message = run(checkout, "check", "wrong.tri").stderr
+    assert "wrong.tri:3:21: error[FZ601]: 'x' is no number" in message
+    assert "wrong.tri:7:13: error[FZ203]: input 'light' has no term 'drak'" in message
