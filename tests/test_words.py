@@ -2,10 +2,12 @@
 
 import ast
 import io
+import json
 import re
 import tokenize
 from pathlib import Path
 
+from tests import habits
 from tests.own_files import own_files
 
 ROOT = Path(__file__).parent.parent
@@ -28,7 +30,7 @@ PAGES = sorted(
         *(ROOT / name for name in ("README.md", "CONTRIBUTING.md")),
     ]
 )
-TESTS = [path for path in (ROOT / "tests").rglob("*.py") if path.name != Path(__file__).name]
+TESTS = [path for path in (ROOT / "tests").rglob("*.py") if path.name not in (Path(__file__).name, "habits.py")]
 SOURCES = sorted([*(ROOT / "fuzzyctl").rglob("*.py"), *own_files(ROOT / "apps", "*.py"), *TESTS])
 
 
@@ -72,3 +74,25 @@ def test_turns_are_found():
 
 def test_what_is_told_apart_is_plain():
     assert found("Two terms are told apart by their names.") == []
+
+
+def test_counts_of_habits_only_fall():
+    assert habits.risen(habits.counts(), json.loads(habits.STORED.read_text(encoding="utf-8"))) == []
+
+
+def test_a_habit_is_found(tmp_path):
+    page = tmp_path / "page.md"
+    page.write_text("An axis that nothing names is none.\n```\nIt is none.\n```\n", encoding="utf-8")
+    assert [habit for habit, _, _ in habits.places(page)] == ["nothing-subject", "is-none"]
+    code = tmp_path / "code.py"
+    code.write_text('def f():\n    """Return what is said."""\n    found = 1\n', encoding="utf-8")
+    assert [(habit, line) for habit, line, _ in habits.places(code)] == [
+        ("what-clause", 2),
+        ("said-told-due", 2),
+        ("participle", 1),
+    ]
+
+
+def test_a_count_that_rises_is_found():
+    assert habits.risen({"docs": {"own": 3}}, {"docs": {"own": 2}}) == [("docs", "own", 2, 3)]
+    assert habits.risen({"docs": {"own": 2}}, {"docs": {"own": 2, "stands": 1}}) == []
