@@ -14,7 +14,7 @@ from fuzzyctl.loading.load import Examined, look_through
 from fuzzyctl.model.as_profile import as_profile
 from fuzzyctl.model.block import Block
 from fuzzyctl.model.checks.checks import check_model
-from fuzzyctl.model.checks.profile_limits import kept
+from fuzzyctl.model.checks.methods import kept
 from fuzzyctl.model.profiles import ProfileName
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.support import arguments

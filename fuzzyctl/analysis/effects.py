@@ -19,8 +19,8 @@ from fuzzyctl.expr import Number, number_text
 from fuzzyctl.formats.fz import antecedent_text
 from fuzzyctl.kernels.interval.scalar import Interval, hull
 from fuzzyctl.kernels.plan.build import DegreePlan, Plan, degree_name
+from fuzzyctl.model.method import Semantics
 from fuzzyctl.model.rule import And, Antecedent, Is, Not, Or, Rule, literals
-from fuzzyctl.model.semantics import Semantics
 from fuzzyctl.model.system import FuzzySystem
 
 #: Most cells looked at for one rule that names an input twice.

@@ -28,9 +28,8 @@ from fuzzyctl.diagnostics.diagnostic import ArgumentError
 from fuzzyctl.expr import Expr
 from fuzzyctl.formulas.norms import Aggregation, Conjunction, Disjunction
 from fuzzyctl.model.guarantee import Guarantee, Hedge, Param
-from fuzzyctl.model.method import Activation, Defuzzifier
+from fuzzyctl.model.method import Activation, Defuzzifier, Semantics
 from fuzzyctl.model.rule import Rule, RuleBlock, RuleTable
-from fuzzyctl.model.semantics import Semantics
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Input, Let, Output
 from fuzzyctl.support import arguments

@@ -13,10 +13,9 @@ from fuzzyctl.expr import FUNCTIONS, ONE, Expr, Name, Number, as_number, replace
 from fuzzyctl.lang import syntax as sx
 from fuzzyctl.lang.parser import parse
 from fuzzyctl.model.guarantee import Guarantee, Hedge
-from fuzzyctl.model.method import Activation, Defuzzifier, Method
+from fuzzyctl.model.method import Activation, Defuzzifier, Method, Semantics
 from fuzzyctl.model.profiles import PROFILES, Profile
 from fuzzyctl.model.rule import And, Antecedent, Cell, Consequent, Is, Not, Or, Rule
-from fuzzyctl.model.semantics import Semantics
 from fuzzyctl.model.variable import Hold, Membership, Output
 from fuzzyctl.resolve.context import Context
 from fuzzyctl.resolve.semantics import resolve_semantics

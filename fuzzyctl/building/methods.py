@@ -6,9 +6,8 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 from fuzzyctl.building import fragments, values
-from fuzzyctl.model.method import Activation, Defuzzifier, Method
+from fuzzyctl.model.method import Activation, Defuzzifier, Method, Semantics
 from fuzzyctl.model.profiles import PROFILES, Profile
-from fuzzyctl.model.semantics import Semantics
 from fuzzyctl.support import arguments
 
 

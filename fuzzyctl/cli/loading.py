@@ -244,7 +244,7 @@ def under(block: AnyBlock, profile: ProfileName | None) -> AnyBlock:
     if profile is None:
         return block
     from fuzzyctl.model.as_profile import as_profile
-    from fuzzyctl.model.checks.profile_limits import kept
+    from fuzzyctl.model.checks.methods import kept
 
     def changed(system: FuzzySystem) -> FuzzySystem:
         under_profile = as_profile(system, profile)

@@ -17,9 +17,8 @@ from fuzzyctl.expr import ExprError, to_text
 from fuzzyctl.formats.fz import block_text, defuzzifier_text, let_lines, membership_text
 from fuzzyctl.formats.fz_strings import guarantee_text
 from fuzzyctl.model.guarantee import Hedge
-from fuzzyctl.model.method import Method
+from fuzzyctl.model.method import KNOBS, Method
 from fuzzyctl.model.node import Node
-from fuzzyctl.model.semantics import KNOBS
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Input, Let, LinguisticVariable, Output, Term
 from fuzzyctl.support import arguments

@@ -9,8 +9,7 @@ from typing import Any, Final
 
 from fuzzyctl.comparison.settings import defuzzifier_settings, described, otherwise_text, settings
 from fuzzyctl.formats.fz import activation_text, block_text
-from fuzzyctl.model.method import Activation, Defuzzifier, Method
-from fuzzyctl.model.semantics import KNOBS
+from fuzzyctl.model.method import KNOBS, Activation, Defuzzifier, Method
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import LinguisticVariable
 

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from fuzzyctl.expr import Expr, Number, replace, to_text
 from fuzzyctl.formats.fz import activation_text, defuzzifier_text
-from fuzzyctl.model.method import Defuzzifier, Method
-from fuzzyctl.model.semantics import KNOBS
+from fuzzyctl.model.method import KNOBS, Defuzzifier, Method
 from fuzzyctl.model.variable import Hold
 
 

@@ -17,9 +17,8 @@ from fuzzyctl.formats.fz import (
     rule_text,
 )
 from fuzzyctl.formats.fz_strings import guarantee_text
-from fuzzyctl.model.method import Activation, Defuzzifier, Method
+from fuzzyctl.model.method import KNOBS, Activation, Defuzzifier, Method, Semantics
 from fuzzyctl.model.rule import Rule, RuleBlock, RuleTable
-from fuzzyctl.model.semantics import KNOBS, Semantics
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Hold, Input, LinguisticVariable, Output, Term
 

@@ -13,9 +13,8 @@ from fuzzyctl.formulas import MEMBERSHIP
 from fuzzyctl.formulas.hedges import HEDGES
 from fuzzyctl.lang.mistakes import BLOCK_FORMS, FORMS, LET_FORM
 from fuzzyctl.lang.syntax import BLOCKS, NAME, STATEMENT_KEYWORDS
-from fuzzyctl.model.measures import MEASURES
-from fuzzyctl.model.plant_forms import PLANTS
-from fuzzyctl.model.signals import SIGNALS
+from fuzzyctl.model.loop import MEASURES, SIGNALS
+from fuzzyctl.model.plant import PLANTS
 from fuzzyctl.model.stateful_operators import OPERATORS
 
 #: Statements with placeholders, where their form is not one.

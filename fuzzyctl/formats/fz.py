@@ -13,10 +13,9 @@ from fuzzyctl.expr import ONE, Expr, Number, number_text, to_text
 from fuzzyctl.formats.fz_strings import guarantee_text, param_text, quoted, require_names
 from fuzzyctl.lang.formatter import format_source
 from fuzzyctl.model.block import Block
-from fuzzyctl.model.method import Activation, Defuzzifier, Method
+from fuzzyctl.model.method import KNOBS, Activation, Defuzzifier, Method, Semantics
 from fuzzyctl.model.profiles import PROFILES, UNSET, Profile
 from fuzzyctl.model.rule import And, Antecedent, Cell, Is, Not, Or, Rule, RuleBlock, RuleTable
-from fuzzyctl.model.semantics import KNOBS, Semantics
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import ANYWHERE, Fallback, Hold, Input, Let, LinguisticVariable, Membership, Output
 from fuzzyctl.support import arguments

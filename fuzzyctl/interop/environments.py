@@ -14,7 +14,7 @@ from fuzzyctl.expr import Call, Expr, Name, evaluate
 from fuzzyctl.interop.numbers import number, numbers
 from fuzzyctl.interop.opened_loops import OpenedLoop
 from fuzzyctl.model.forms import bound
-from fuzzyctl.model.measures import MEASURES
+from fuzzyctl.model.loop import MEASURES
 from fuzzyctl.simulation.experiment import Experiment, LoopBackend, Stepper
 from fuzzyctl.simulation.measures import measured
 

@@ -12,7 +12,7 @@ from fuzzyctl.kernels.free_values import FreeValues, changed_values, ends_of, re
 from fuzzyctl.kernels.plan.equations import Equation, Equations, Evaluation
 from fuzzyctl.kernels.plan.expansion import equations_of, with_values
 from fuzzyctl.kernels.plan.free import free_plan
-from fuzzyctl.model.checks.ranges import has_computed_params, outside_ranges
+from fuzzyctl.model.checks.terms import has_computed_params, outside_ranges
 from fuzzyctl.model.controller import Controller
 from fuzzyctl.model.shared_params import with_shared
 

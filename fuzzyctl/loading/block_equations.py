@@ -22,16 +22,13 @@ from fuzzyctl.expr import ZERO, Call, Expr, Keyword, Name
 from fuzzyctl.kernels.plan.algebraic_loops import feedthrough, ordered
 from fuzzyctl.kernels.plan.equations import Equation, Equations, Evaluation
 from fuzzyctl.kernels.plan.expansion import equations_of
-from fuzzyctl.model.checks.block_numbers import numbers_of_all
+from fuzzyctl.model.checks.blocks import numbers_of_all
 from fuzzyctl.model.controller import Controller, Definition, EquationBlock, Instance, Result, Signal
 from fuzzyctl.model.forms import bound
 from fuzzyctl.model.instance_params import with_instance_params
-from fuzzyctl.model.loop import Loop
-from fuzzyctl.model.measures import MEASURES
-from fuzzyctl.model.plant import Plant
-from fuzzyctl.model.plant_forms import PLANT_FUNCTIONS
+from fuzzyctl.model.loop import MEASURES, SIGNALS, TIME, Loop
+from fuzzyctl.model.plant import PLANT_FUNCTIONS, Plant
 from fuzzyctl.model.shared_params import with_values
-from fuzzyctl.model.signals import SIGNALS, TIME
 from fuzzyctl.support.arguments import is_finite
 
 WithEquations = TypeVar("WithEquations", bound=EquationBlock)

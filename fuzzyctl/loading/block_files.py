@@ -16,9 +16,8 @@ from fuzzyctl.expr import Call, Name, Number, Text, walk
 from fuzzyctl.lang import syntax as sx
 from fuzzyctl.model.controller import Result, Signal, State
 from fuzzyctl.model.forms import bound
-from fuzzyctl.model.loop import Loop
+from fuzzyctl.model.loop import SIGNALS, Loop
 from fuzzyctl.model.plant import Plant
-from fuzzyctl.model.signals import SIGNALS
 from fuzzyctl.support.reading import files_in, is_below, read_source
 
 #: What a plant in Python assigns, the form of each and an example.

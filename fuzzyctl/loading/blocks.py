@@ -11,9 +11,8 @@ from fuzzyctl.kernels.plan.expansion import DEEPEST_INSTANCES
 from fuzzyctl.lang import syntax as sx
 from fuzzyctl.loading.assembly import Part
 from fuzzyctl.loading.block_equations import parts_of
-from fuzzyctl.model.checks.block_numbers import numbers
-from fuzzyctl.model.checks.block_reads import unread_names
-from fuzzyctl.model.checks.block_units import unlike_units
+from fuzzyctl.model.checks.blocks import numbers, unread_names
+from fuzzyctl.model.checks.units import unlike_block_units
 from fuzzyctl.model.controller import EquationBlock
 from fuzzyctl.model.loop import Loop
 from fuzzyctl.model.params import ParamValues
@@ -139,7 +138,7 @@ class Blocks:
         if not (failed or _has_errors(found)):
             found.extend(self._expanded(block))
         if not (failed or _has_errors(found)):
-            found.extend(unlike_units(block))
+            found.extend(unlike_block_units(block))
             found.extend(d for d in unread_names(block) if not part.is_shared(d.span))
         if isinstance(block, Loop) and not (failed or _has_errors(found)):
             from fuzzyctl.simulation.noise import equal_seeds  # which other blocks need not

@@ -8,8 +8,8 @@ from typing import Final
 
 from fuzzyctl.expr import Expr, Name, Number, names_in, replace_names
 from fuzzyctl.model.controller import Controller, Definition, Result, State
+from fuzzyctl.model.loop import TIME
 from fuzzyctl.model.plant import Plant
-from fuzzyctl.model.signals import TIME
 
 #: Of the stages of the classical method of fourth order what the step is divided by for their weights, and where in the
 #: step they lie. `RunSource` prints the same method into loops, fmu_rk4.h has it in C, dwmr.plant in compiled Python; a

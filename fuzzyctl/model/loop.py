@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import ClassVar, Final
 
 from fuzzyctl.diagnostics.suggestions import counted
 from fuzzyctl.diagnostics.terminal import printable
 from fuzzyctl.expr import Expr
 from fuzzyctl.model.controller import Definition, EquationBlock
+from fuzzyctl.model.forms import NEEDED, Form
 from fuzzyctl.model.guarantee import Guarantee
 from fuzzyctl.model.plant import Plant
 
@@ -49,3 +50,88 @@ class Loop(EquationBlock):
         blocks = ", ".join(f"{i.name} = {i.controller}" for i in self.instances)
         judged = f"{counted(len(self.measures), 'measure')}, {counted(len(self.requirements), 'requirement')}"
         return printable(f"Loop({self.name}: {blocks}; {judged})")
+
+
+def _measure(form: str, what: str, *signals: str, **settings: float) -> Form:
+    """Return a measure; each may be limited to the samples with begin <= t <= end."""
+    return Form(form, what, signals, {**settings, "begin": 0.0, "end": float("inf")})
+
+
+_BOTH = ("y", "reference")
+
+#: The measures by name. Every one takes `begin=` and `end=` as well: only samples between these times count.
+MEASURES: Final[dict[str, Form]] = {
+    "overshoot": _measure(
+        "overshoot(y, reference)",
+        "how far y goes beyond the last value of the reference, as a part of the step from the first value of y to it; "
+        "0 where it does not",
+        *_BOTH,
+    ),
+    "rise_time": _measure(
+        "rise_time(y, reference, low=10 %, high=90 %)",
+        "the time from low to high, parts of the step from the first value of y to the last one of the reference [s]",
+        *_BOTH,
+        low=0.1,
+        high=0.9,
+    ),
+    "settling": _measure(
+        "settling(y, reference, band=2 %)",
+        "the time from begin until y stays within the band around the last value of the reference, the band as a part "
+        "of the step from the first value of y to it [s]; inf where it does not settle",
+        *_BOTH,
+        band=0.02,
+    ),
+    "steady_state_error": _measure(
+        "steady_state_error(y, reference)", "the mean of reference - y over the last twentieth of the time", *_BOTH
+    ),
+    "iae": _measure("iae(y, reference)", "the integral of abs(reference - y)", *_BOTH),
+    "ise": _measure("ise(y, reference)", "the integral of (reference - y)^2", *_BOTH),
+    "itae": _measure("itae(y, reference)", "the integral of (t - begin) abs(reference - y)", *_BOTH),
+    "integral": _measure("integral(x)", "the integral of x", "x"),
+    "effort": _measure("effort(u)", "the integral of u^2", "u"),
+    "maximum": _measure("maximum(x)", "the largest value of x", "x"),
+    "minimum": _measure("minimum(x)", "the smallest value of x", "x"),
+    "final": _measure("final(x)", "the last value of x", "x"),
+    "mean": _measure("mean(x)", "the integral of x divided by the time", "x"),
+    "rms": _measure("rms(x)", "the root of the mean of x^2", "x"),
+}
+
+
+#: Name of the time of a run [s], in plants and loops.
+TIME: Final = "t"
+
+#: The signals by name; all their arguments depend on params only.
+SIGNALS: Final[dict[str, Form]] = {
+    "steps": Form(
+        form="steps(0: 1.0, 25 s: 0.5)",
+        what="the value of the last time that has come; 0 before the first one; times ascend",
+        pairs=True,
+    ),
+    "pulse": Form(
+        form="pulse(begin, end)",
+        what="1 for begin <= t < end, else 0",
+        settings={"begin": NEEDED, "end": NEEDED},
+    ),
+    "ramp": Form(
+        form="ramp(begin, end, low=0, high=1)",
+        what="low until begin, then on a straight line to high at end",
+        settings={"begin": NEEDED, "end": NEEDED, "low": 0.0, "high": 1.0},
+    ),
+    "sine": Form(
+        form="sine(frequency, amplitude=1, phase=0)",
+        what="amplitude sin(2 pi frequency t + phase), frequency in Hz, phase in rad",
+        settings={"frequency": NEEDED, "amplitude": 1.0, "phase": 0.0},
+    ),
+    "noise": Form(
+        form="noise(sigma, seed=0)",
+        what="normal with mean 0 and standard deviation sigma, drawn for each sample of the record and held",
+        settings={"sigma": NEEDED, "seed": 0.0},
+    ),
+    "csv": Form(
+        form='csv("file.csv", column="NAME", time="NAME")',
+        what="a column of a CSV file with a header, on straight lines between its rows; constant before and behind "
+        "them; 'time' names the column of ascending times [s], the first one if left out",
+        settings={"file": NEEDED, "column": NEEDED, "time": ""},
+        texts=("file", "column", "time"),
+    ),
+}

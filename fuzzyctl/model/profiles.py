@@ -12,8 +12,7 @@ from typing import Any, Final, Literal
 
 from fuzzyctl.diagnostics.diagnostic import UnknownNameError
 from fuzzyctl.expr import ZERO, Expr
-from fuzzyctl.model.method import AVERAGES, MAXIMA, OVER_MIDDLES, OVER_SETS, Defuzzifier, Grid, Method, Rule
-from fuzzyctl.model.semantics import Semantics
+from fuzzyctl.model.method import AVERAGES, MAXIMA, OVER_MIDDLES, OVER_SETS, Defuzzifier, Grid, Method, Rule, Semantics
 from fuzzyctl.model.variable import Fallback, Hold
 
 #: Words that take back an option of a defuzzifier which the profile in force sets.

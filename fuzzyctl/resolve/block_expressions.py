@@ -10,8 +10,7 @@ from fuzzyctl.diagnostics.fixes import Fix, Replacement, respelt_as_suggested
 from fuzzyctl.diagnostics.suggestions import a_or_an, counted, did_you_mean, listed
 from fuzzyctl.model.controller import EquationBlock
 from fuzzyctl.model.forms import NEEDED, Form
-from fuzzyctl.model.measures import MEASURES
-from fuzzyctl.model.signals import SIGNALS
+from fuzzyctl.model.loop import MEASURES, SIGNALS
 from fuzzyctl.model.stateful_operators import OPERATORS
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.resolve.block_names import CALLED, FUNCTIONS, Names

@@ -14,10 +14,8 @@ from fuzzyctl.lang import syntax as sx
 from fuzzyctl.model.checks.checks import in_order
 from fuzzyctl.model.controller import Instance
 from fuzzyctl.model.guarantee import Guarantee
-from fuzzyctl.model.loop import Loop, Measure
-from fuzzyctl.model.measures import MEASURES
-from fuzzyctl.model.plant_forms import PLANTS
-from fuzzyctl.model.signals import SIGNALS, TIME
+from fuzzyctl.model.loop import MEASURES, SIGNALS, TIME, Loop, Measure
+from fuzzyctl.model.plant import PLANTS
 from fuzzyctl.model.stateful_operators import OPERATORS
 from fuzzyctl.resolve.block_expressions import Inner
 from fuzzyctl.resolve.block_names import Find

@@ -13,7 +13,7 @@ from fuzzyctl.model.controller import Definition, Result, Signal
 from fuzzyctl.model.forms import bound
 from fuzzyctl.model.guarantee import Param
 from fuzzyctl.model.params import ParamValues
-from fuzzyctl.model.plant_forms import PLANTS
+from fuzzyctl.model.plant import PLANTS
 from fuzzyctl.resolve.block_expressions import Expressions
 from fuzzyctl.resolve.linear import LinearPlant, Root, is_finite, sections, times
 

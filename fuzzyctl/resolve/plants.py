@@ -11,10 +11,8 @@ from fuzzyctl.diagnostics.fixes import respelt_as_suggested
 from fuzzyctl.diagnostics.suggestions import did_you_mean
 from fuzzyctl.lang import syntax as sx
 from fuzzyctl.model.checks.checks import in_order
-from fuzzyctl.model.measures import MEASURES
-from fuzzyctl.model.plant import Plant
-from fuzzyctl.model.plant_forms import PLANT_FUNCTIONS, PLANTS
-from fuzzyctl.model.signals import SIGNALS, TIME
+from fuzzyctl.model.loop import MEASURES, SIGNALS, TIME
+from fuzzyctl.model.plant import PLANT_FUNCTIONS, PLANTS, Plant
 from fuzzyctl.model.stateful_operators import OPERATORS
 from fuzzyctl.resolve.block_expressions import Inner
 from fuzzyctl.resolve.block_names import Find

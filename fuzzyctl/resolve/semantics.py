@@ -10,8 +10,8 @@ from typing import Any, Final, get_args, get_type_hints
 from fuzzyctl.diagnostics.fixes import respelt
 from fuzzyctl.diagnostics.suggestions import closest
 from fuzzyctl.lang import syntax as sx
+from fuzzyctl.model.method import KNOBS, Semantics
 from fuzzyctl.model.profiles import PROFILES
-from fuzzyctl.model.semantics import KNOBS, Semantics
 from fuzzyctl.resolve.context import Context
 
 _TYPES: Final = get_type_hints(Semantics)

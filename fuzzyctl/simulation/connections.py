@@ -6,8 +6,7 @@ from collections.abc import Iterator
 
 from fuzzyctl.expr import Call, Expr, Keyword, Name, names_in, walk
 from fuzzyctl.model.forms import bound
-from fuzzyctl.model.loop import Loop
-from fuzzyctl.model.measures import MEASURES
+from fuzzyctl.model.loop import MEASURES, Loop
 
 #: How the signal that another one should follow is called among the arguments of measures.
 _REFERENCE = "reference"

@@ -12,7 +12,7 @@ from typing import Final
 from fuzzyctl.diagnostics.diagnostic import ArgumentError
 from fuzzyctl.kernels.plan.algebraic_loops import feedthrough
 from fuzzyctl.kernels.plan.equations import Equation, Equations
-from fuzzyctl.model.signals import TIME
+from fuzzyctl.model.loop import TIME
 from fuzzyctl.simulation.equations import LoopEquations
 from fuzzyctl.simulation.sample_times import MOST_KEPT
 

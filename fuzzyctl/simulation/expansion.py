@@ -14,9 +14,8 @@ from fuzzyctl.kernels.program.builder import any_nan
 from fuzzyctl.kernels.program.program import NAN
 from fuzzyctl.model.controller import Controller
 from fuzzyctl.model.guarantee import Bounds
-from fuzzyctl.model.loop import Loop
+from fuzzyctl.model.loop import SIGNALS, TIME, Loop
 from fuzzyctl.model.plant import Plant
-from fuzzyctl.model.signals import SIGNALS, TIME
 from fuzzyctl.simulation.equations import DeadTime, External, LoopEquations, PlantState, block_signals, needs
 from fuzzyctl.simulation.noise import with_streams
 from fuzzyctl.simulation.sample_times import require_room, sample_times, samples_at

@@ -12,8 +12,7 @@ from typing import TYPE_CHECKING
 from fuzzyctl.expr import Call, Compare, Expr, ExprError, Logic, Name, Number, evaluate, names_in, replace
 from fuzzyctl.model.forms import bound
 from fuzzyctl.model.guarantee import Guarantee
-from fuzzyctl.model.loop import Loop
-from fuzzyctl.model.measures import MEASURES
+from fuzzyctl.model.loop import MEASURES, Loop
 from fuzzyctl.model.params import ParamValues
 
 if TYPE_CHECKING:

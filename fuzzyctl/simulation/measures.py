@@ -70,7 +70,7 @@ def measured(name: str, t: FloatArray, signals: tuple[FloatArray, ...], settings
     """Compute a measure.
 
     Args:
-        name: One of `model.measures.MEASURES`.
+        name: One of `model.loop.MEASURES`.
         t: Times of the samples, shape (n,) [s].
         signals: What it takes, each of shape (n,).
         settings: Its settings, `begin` and `end` among them.

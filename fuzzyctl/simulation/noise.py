@@ -10,8 +10,7 @@ from dataclasses import replace as with_fields
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, Note
 from fuzzyctl.expr import Call, Expr, Keyword, Number, evaluate, replace, walk
 from fuzzyctl.model.forms import bound
-from fuzzyctl.model.loop import Loop
-from fuzzyctl.model.signals import SIGNALS
+from fuzzyctl.model.loop import SIGNALS, Loop
 
 
 def with_streams(loop: Loop) -> Loop:

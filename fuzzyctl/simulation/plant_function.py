@@ -12,8 +12,8 @@ from fuzzyctl.expr import Call, Number, evaluate, walk
 from fuzzyctl.kernels.compile import Backend, compile
 from fuzzyctl.model.controller import Controller, Definition, Result, Signal
 from fuzzyctl.model.discrete_plant import BEFORE, STAGES
+from fuzzyctl.model.loop import TIME
 from fuzzyctl.model.plant import Plant
-from fuzzyctl.model.signals import TIME
 from fuzzyctl.simulation.python_plant import PythonPlant
 
 if TYPE_CHECKING:

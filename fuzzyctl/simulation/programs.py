@@ -10,7 +10,7 @@ from fuzzyctl.kernels.plan.equations import Equation, Evaluation
 from fuzzyctl.kernels.program.builder import Builder
 from fuzzyctl.kernels.program.program import STATE, Item, Program
 from fuzzyctl.kernels.step_program import evaluated, numeric, system_program
-from fuzzyctl.model.signals import TIME
+from fuzzyctl.model.loop import TIME
 from fuzzyctl.records import record
 from fuzzyctl.simulation.equations import LoopEquations, reached
 from fuzzyctl.simulation.expansion import free_name

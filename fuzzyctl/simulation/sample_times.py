@@ -8,13 +8,11 @@ from typing import Final
 
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 from fuzzyctl.expr import Call, evaluate, span_of, walk
-from fuzzyctl.model.checks.block_numbers import MOST_SAMPLES
+from fuzzyctl.model.checks.blocks import MOST_SAMPLES
 from fuzzyctl.model.controller import Definition, Instance, Result
 from fuzzyctl.model.forms import bound
-from fuzzyctl.model.loop import Loop
-from fuzzyctl.model.measures import MEASURES
-from fuzzyctl.model.plant import Plant
-from fuzzyctl.model.plant_forms import PLANT_FUNCTIONS
+from fuzzyctl.model.loop import MEASURES, Loop
+from fuzzyctl.model.plant import PLANT_FUNCTIONS, Plant
 from fuzzyctl.simulation.settings import block_params
 
 #: Most numbers that a run records: 0.8 gigabytes.

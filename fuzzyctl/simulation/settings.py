@@ -8,8 +8,8 @@ from dataclasses import replace
 
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError, UnknownNameError, ValueOutOfBoundsError
 from fuzzyctl.expr import Expr, Keyword, Number, evaluate, names_in
-from fuzzyctl.model.checks.block_numbers import numbers_of_all
-from fuzzyctl.model.checks.ranges import has_computed_params, outside_ranges
+from fuzzyctl.model.checks.blocks import numbers_of_all
+from fuzzyctl.model.checks.terms import has_computed_params, outside_ranges
 from fuzzyctl.model.controller import Controller, Instance
 from fuzzyctl.model.guarantee import Param
 from fuzzyctl.model.instance_params import with_instance_params

@@ -11,7 +11,7 @@ from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.expr import ONE, ZERO, Call, Compare, Expr, Logic, Name, Number, Text, Where, span_of
 from fuzzyctl.kernels.program.builder import LAST_ENTRY
 from fuzzyctl.model.forms import bound, pairs_of
-from fuzzyctl.model.signals import SIGNALS, TIME
+from fuzzyctl.model.loop import SIGNALS, TIME
 from fuzzyctl.records import record
 
 #: Times this part of a sample time beside a sample are that of the sample.

@@ -7,9 +7,8 @@ from pathlib import Path
 import pytest
 
 from fuzzyctl.formats.fz import otherwise_text
-from fuzzyctl.model.method import OVER_SETS, Defuzzifier, Method
+from fuzzyctl.model.method import KNOBS, OVER_SETS, Defuzzifier, Method, Semantics
 from fuzzyctl.model.profiles import PROFILES
-from fuzzyctl.model.semantics import KNOBS, Semantics
 from fuzzyctl.resolve.semantics import CHOICES
 
 PAGE = Path(__file__).parents[2] / "docs" / "reference" / "semantics-profiles.md"

@@ -25,11 +25,10 @@ from fuzzyctl.lang.mistakes import BLOCK_FORMS
 from fuzzyctl.lang.syntax import MAX_NAME
 from fuzzyctl.loading.assembly import MAX_FILES
 from fuzzyctl.model.forms import Form
-from fuzzyctl.model.measures import MEASURES
+from fuzzyctl.model.loop import MEASURES, SIGNALS
 from fuzzyctl.model.method import ACTIVATIONS, DEFUZZIFIERS, Grid
-from fuzzyctl.model.plant_forms import PLANTS
+from fuzzyctl.model.plant import PLANTS
 from fuzzyctl.model.profiles import PROFILES
-from fuzzyctl.model.signals import SIGNALS
 from fuzzyctl.model.stateful_operators import OPERATORS
 from fuzzyctl.model.variable import Fallback
 from fuzzyctl.resolve.block_names import FUNCTIONS

@@ -15,9 +15,8 @@ from fuzzyctl.codegen.fmu.model import Model, Variable, c_text, closed_range
 from fuzzyctl.codegen.prepare import prepare
 from fuzzyctl.expr import Call, Expr, evaluate, walk
 from fuzzyctl.model.controller import Controller, Definition, Result, Signal
-from fuzzyctl.model.plant import Plant
-from fuzzyctl.model.plant_forms import PLANT_FUNCTIONS
-from fuzzyctl.model.signals import TIME
+from fuzzyctl.model.loop import TIME
+from fuzzyctl.model.plant import PLANT_FUNCTIONS, Plant
 
 #: Longest step of integration, unless the importer sets another [s].
 INTEGRATION_STEP: Final = 1e-3

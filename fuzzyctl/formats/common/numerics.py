@@ -10,9 +10,8 @@ from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 from fuzzyctl.expr import Expr, names_in
 from fuzzyctl.formats.losses import Loss
 from fuzzyctl.formulas import AGGREGATIONS, CONJUNCTIONS, MEMBERSHIP, is_endless
-from fuzzyctl.model.method import MAXIMA, Defuzzifier
+from fuzzyctl.model.method import KNOBS, MAXIMA, Defuzzifier, Semantics
 from fuzzyctl.model.rule import literals
-from fuzzyctl.model.semantics import KNOBS, Semantics
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Hold, Membership, Output
 

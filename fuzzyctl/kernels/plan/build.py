@@ -40,7 +40,7 @@ from fuzzyctl.kernels.plan.plan import (
     step_name,
 )
 from fuzzyctl.kernels.plan.sets import ITSELF, SetPlan
-from fuzzyctl.model.checks.semantics import misfitting_semantics
+from fuzzyctl.model.checks.methods import misfitting_semantics
 from fuzzyctl.model.method import OVER_MIDDLES, Activation
 from fuzzyctl.model.output_dependencies import comparisons_that_wait, ordered_lets, reads_of
 from fuzzyctl.model.rule import Rule

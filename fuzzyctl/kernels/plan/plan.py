@@ -150,14 +150,14 @@ class OutputPlan:
         otherwise: What it is where no rule fires.
         rate: For an adaptive output dC_k/dt divided by ξ_k over the names of the inputs, else None.
         reads: Positions of the outputs it depends on, directly or through others.
-        merge: What a sum over rules runs over; see `model.semantics`.
+        merge: What a sum over rules runs over; see `model.method`.
         total: What an average divides by; see there.
         equal: What degrees may differ by that count as equal; see there.
         clamped: Whether its value is held within its range.
         rule: What is made of the samples; see `model.method.Defuzzifier`.
         tolerance: Part of the largest degree by which maxima may fall short of it, None for the usual one.
         by: What smallest and largest of the maxima are measured by.
-        places: Whether places that Tsukamoto's method finds are clamped to the range; see `model.semantics`.
+        places: Whether places that Tsukamoto's method finds are clamped to the range; see `model.method`.
         none_active: What the maxima of a set are that is 0 everywhere; see there.
         fallback: Where it is what its `else` says; see there.
         value: What it is, over the names of inputs, lets and other outputs, where no rules set it; else None.

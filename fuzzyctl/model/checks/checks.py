@@ -9,9 +9,9 @@ from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError, Note
 from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.expr import Expr, Number, names_in, span_of
 from fuzzyctl.formulas import MEMBERSHIP
+from fuzzyctl.model.checks.methods import misfitting_semantics
 from fuzzyctl.model.checks.parameters import VALUE_CHECKS, computed_numbers
 from fuzzyctl.model.checks.partitions import helps_by_line, removal
-from fuzzyctl.model.checks.semantics import misfitting_semantics
 from fuzzyctl.model.checks.terms import SHAPE_CHECKS, SHAPE_HINTS
 from fuzzyctl.model.checks.units import unlike_units
 from fuzzyctl.model.computed_numbers import Numbers
@@ -297,8 +297,7 @@ def _functions(system: FuzzySystem) -> Iterator[Expr]:
 def slips_in_tables(system: FuzzySystem) -> Iterator[Diagnostic]:
     """Find cells that jump in a table, or break its symmetry."""
     if any(isinstance(part, RuleTable) for part in system.tables_and_rules):
-        from fuzzyctl.model.checks.rule_tables import jumping_tables
-        from fuzzyctl.model.checks.symmetry import odd_cells
+        from fuzzyctl.model.checks.tables import jumping_tables, odd_cells
 
         yield from jumping_tables(system)
         yield from odd_cells(system)

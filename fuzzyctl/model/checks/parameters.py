@@ -11,9 +11,23 @@ from typing import Final
 
 from fuzzyctl.diagnostics.diagnostic import Diagnostic
 from fuzzyctl.diagnostics.source import Span
-from fuzzyctl.expr import Expr, Number, span_of, to_text
+from fuzzyctl.expr import (
+    DIVISION,
+    FUNCTIONS,
+    REPAIRS,
+    Binary,
+    Call,
+    Compare,
+    Expr,
+    Name,
+    Negate,
+    Number,
+    children,
+    span_of,
+    to_text,
+    walk,
+)
 from fuzzyctl.formulas import MEMBERSHIP
-from fuzzyctl.model.checks.claims import bad_claims, uncomputable_claims
 from fuzzyctl.model.computed_numbers import Numbers, Shape, parameters
 from fuzzyctl.model.params import ParamCycleError
 from fuzzyctl.model.system import FuzzySystem
@@ -228,6 +242,107 @@ def bad_weights(numbers: Numbers) -> Iterator[Diagnostic]:
 def _range_span(v: LinguisticVariable) -> Span | None:
     first, last = span_of(v.lower), span_of(v.upper)
     return (first.to(last) if first is not None and last is not None else first or last) or v.span
+
+
+#: Whether a name has a value before anything runs.
+IsKnown = Callable[[str], bool]
+
+
+def constants(expr: Expr, is_known: IsKnown) -> list[Expr]:
+    """Return the largest parts of an expression that depend on params only, from left to right; numbers are none.
+
+    Parts of the choices of `where` are none either: its condition may leave them out.
+    """
+    found, whole = _parts(expr, is_known)
+    return [expr] if whole and not isinstance(expr, Number) else found
+
+
+def quotients(expr: Expr, is_known: IsKnown) -> Iterator[tuple[Expr, Expr]]:
+    """Yield quotients and remainders of what depends on variables, each with a divisor that depends on params only."""
+    choices = {id(n) for node in walk(expr) if _is_choice(node) for c in children(node)[1:] for n in walk(c)}
+    for node in walk(expr):
+        divisor = _divisor(node)
+        if divisor is not None and id(node) not in choices:
+            (_, whole), (_, below) = _parts(node, is_known), _parts(divisor, is_known)
+            if below and not whole:
+                yield node, divisor
+
+
+def _divisor(expr: Expr) -> Expr | None:
+    match expr:
+        case Binary(op="/", right=divisor) | Call(function="mod" | "fmod", arguments=(_, divisor)):
+            return divisor
+    return None
+
+
+def _is_choice(expr: Expr) -> bool:
+    return isinstance(expr, Call) and expr.function == "where"
+
+
+def _parts(expr: Expr, is_known: IsKnown) -> tuple[list[Expr], bool]:
+    """Return the largest parts below an expression that depend on params only, and whether all of it does."""
+    inner = children(expr)[:1] if _is_choice(expr) else children(expr)
+    parts = [(child, *_parts(child, is_known)) for child in inner]
+    whole = _is_arithmetic(expr, is_known) and all(is_whole for _, _, is_whole in parts)
+    if whole:
+        return [], True
+    found: list[Expr] = []
+    for child, below, is_whole in parts:
+        found += below if not is_whole else [] if isinstance(child, Number) else [child]
+    return found, False
+
+
+def _is_arithmetic(expr: Expr, is_known: IsKnown) -> bool:
+    match expr:
+        case Name(name=name):
+            return is_known(name)
+        case Call(function=function):
+            return function in FUNCTIONS
+    return isinstance(expr, Number | Negate | Binary)
+
+
+def uncomputable_claims(numbers: Numbers) -> Iterator[Diagnostic]:
+    """Find parts of guarantees that depend on params only and have no value, or no finite one."""
+    variables = {v.name for v in numbers.variables}
+
+    def is_known(name: str) -> bool:
+        return name not in variables and "." not in name
+
+    for guarantee in numbers.system.guarantees:
+        for expr in (guarantee.claim, guarantee.when):
+            for constant in constants(expr, is_known) if expr is not None else ():
+                place = span_of(constant) or guarantee.span
+                error, value = numbers.failure(constant), numbers.value(constant)
+                if error is not None:
+                    yield Diagnostic("FZ307", error.message, error.span or place, help=error.help)
+                elif value is not None and math.isinf(value):
+                    message = "a number of the guarantee is infinite"
+                    yield Diagnostic("FZ302", message, place, help="only feet may be infinite; leave the bound out")
+            for quotient, divisor in quotients(expr, is_known) if expr is not None else ():
+                if numbers.value(divisor) == 0.0:
+                    place = span_of(quotient) or guarantee.span
+                    yield Diagnostic("FZ307", DIVISION, place, help=REPAIRS[DIVISION])
+
+
+def bad_claims(numbers: Numbers) -> Iterator[Diagnostic]:
+    """Find bounds that no output can keep: a lower one above the upper one, and a negative slope."""
+    for guarantee in numbers.system.guarantees:
+        for node in walk(guarantee.claim):
+            if isinstance(node, Call) and node.function == "bounded":
+                low, high = (numbers.finite(a) for a in node.arguments[1:])
+                if low is not None and high is not None and low > high:
+                    message = f"the lower bound {low:.6g} is greater than the upper one, {high:.6g}"
+                    yield Diagnostic("FZ302", message, node.span or guarantee.span, help="swap them")
+            elif isinstance(node, Compare) and isinstance(node.left, Call) and node.left.function == "total":
+                least = numbers.finite(node.right)
+                if least is not None and not 0 < least <= 1:
+                    message = f"the strength {least:.6g} lies outside (0, 1]"
+                    yield Diagnostic("FZ302", message, span_of(node.right) or guarantee.span)
+            elif isinstance(node, Compare) and isinstance(node.left, Call) and node.left.function == "lipschitz":
+                bound = numbers.finite(node.right)
+                if bound is not None and bound < 0:
+                    message = f"the bound {bound:.6g} of a slope is below 0"
+                    yield Diagnostic("FZ302", message, span_of(node.right) or guarantee.span)
 
 
 #: Each needs no more than the numbers it looks at, so all run on whatever part of a system could be resolved.

@@ -4,9 +4,8 @@ import hypothesis.strategies as st
 from hypothesis import assume
 
 from fuzzyctl.expr import ONE, Number
-from fuzzyctl.model.method import Defuzzifier, Method
+from fuzzyctl.model.method import Defuzzifier, Method, Semantics
 from fuzzyctl.model.rule import And, Consequent, Is, Not, Or, Rule
-from fuzzyctl.model.semantics import Semantics
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Input, Output
 from tests.fuzzyctl.formats.drawn_parts import NUMBERS, number, variables

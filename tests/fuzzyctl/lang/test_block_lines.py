@@ -7,9 +7,8 @@ from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.lang import highlight
 from fuzzyctl.lang.formatter import format_source
 from fuzzyctl.lang.highlight import FuzzyLexer
-from fuzzyctl.model.measures import MEASURES
-from fuzzyctl.model.plant_forms import PLANTS
-from fuzzyctl.model.signals import SIGNALS
+from fuzzyctl.model.loop import MEASURES, SIGNALS
+from fuzzyctl.model.plant import PLANTS
 from tests.fuzzyctl.resolve.mistakes import errors_in, repairs_in, require_one
 
 TYPED = """plant p "A plant"

@@ -10,9 +10,8 @@ from fuzzyctl.diagnostics.source import SourceText, Span
 from fuzzyctl.expr import Number
 from fuzzyctl.loading.load import loads
 from fuzzyctl.model.block import Block
-from fuzzyctl.model.method import Defuzzifier, Method
+from fuzzyctl.model.method import Defuzzifier, Method, Semantics
 from fuzzyctl.model.rule import Is, RuleBlock
-from fuzzyctl.model.semantics import Semantics
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Hold, Input, Membership, Output, Term
 

@@ -4,8 +4,7 @@ import pytest
 
 from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.loading.load import look_through
-from fuzzyctl.model.measures import MEASURES
-from fuzzyctl.model.signals import SIGNALS
+from fuzzyctl.model.loop import MEASURES, SIGNALS
 from tests.fuzzyctl.resolve.mistakes import errors_in, require_one
 
 BLOCKS = """controller law

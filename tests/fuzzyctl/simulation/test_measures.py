@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from fuzzyctl.model.measures import MEASURES
+from fuzzyctl.model.loop import MEASURES
 from fuzzyctl.simulation.measures import measured
 
 T = np.linspace(0.0, 40.0, 40_001)

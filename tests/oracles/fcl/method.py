@@ -6,9 +6,8 @@ from collections.abc import Sequence
 from typing import Final
 
 from fuzzyctl.diagnostics.diagnostic import Note
-from fuzzyctl.model.method import TSUKAMOTO, Activation, Method
+from fuzzyctl.model.method import TSUKAMOTO, Activation, Method, Semantics
 from fuzzyctl.model.rule import And, Antecedent, Or, Rule, parts_of
-from fuzzyctl.model.semantics import Semantics
 from fuzzyctl.model.variable import Output
 from tests.oracles.blocks import Combined, FoundBlock, combined, without_common
 from tests.oracles.fcl import syntax as sx

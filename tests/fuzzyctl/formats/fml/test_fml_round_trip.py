@@ -16,9 +16,8 @@ from fuzzyctl.kernels.compile import compile as compile_system
 from fuzzyctl.loading.load import loads
 from fuzzyctl.model.checks.checks import check_model
 from fuzzyctl.model.guarantee import Hedge
-from fuzzyctl.model.method import Defuzzifier, Method
+from fuzzyctl.model.method import Defuzzifier, Method, Semantics
 from fuzzyctl.model.rule import And, Consequent, Is, Rule
-from fuzzyctl.model.semantics import Semantics
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Hold, Input, Membership, Output, Term
 from tests.effort import at_most

@@ -2,7 +2,7 @@ import pytest
 
 from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.loading.load import examine, loads
-from fuzzyctl.model.checks.rule_tables import culprit as culprit_of
+from fuzzyctl.model.checks.tables import culprit as culprit_of
 from tests.shipped import SYSTEMS
 
 
