@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any, ClassVar, Generic, NamedTuple, Protocol, TypeVar
 
 from fuzzyctl.diagnostics.diagnostic import Diagnostic
-from fuzzyctl.experiments.results.summary import versions
-from fuzzyctl.experiments.settings.layers import UnknownScenarioError, exists
+from fuzzyctl.experiments.result_files import versions
+from fuzzyctl.experiments.scenario_layers import UnknownScenarioError, exists
 
 
 class Scenario(Protocol):

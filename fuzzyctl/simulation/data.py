@@ -8,8 +8,8 @@ from typing import Final
 import numpy as np
 
 from fuzzyctl.diagnostics.diagnostic import ArgumentError
-from fuzzyctl.experiments.results.columns import write_csv
-from fuzzyctl.experiments.results.parquet import available, write_table
+from fuzzyctl.experiments.parquet import available, write_table
+from fuzzyctl.experiments.result_files import write_csv
 from fuzzyctl.simulation.run import Run
 
 #: Formats of data, each with the suffix of its files.

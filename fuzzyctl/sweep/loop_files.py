@@ -13,8 +13,8 @@ from typing import Any, Final
 
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 from fuzzyctl.diagnostics.suggestions import did_you_mean
-from fuzzyctl.experiments.settings.overrides import OverrideError, join_key, override, shorten, split_key
-from fuzzyctl.experiments.settings.validation import show
+from fuzzyctl.experiments.scenario_keys import OverrideError, join_key, override, shorten, split_key
+from fuzzyctl.experiments.value_errors import show
 from fuzzyctl.loading.load import look_through
 from fuzzyctl.model.guarantee import Param
 from fuzzyctl.model.loop import Loop, Measure

@@ -14,7 +14,7 @@ import numpy as np
 
 from fuzzyctl.diagnostics.diagnostic import ArgumentError, UnknownNameError
 from fuzzyctl.experiments.runnable import Computed, Prepared, Runnable, UsedFile
-from fuzzyctl.experiments.sweep.provenance import sources
+from fuzzyctl.experiments.sweep_journal import sources
 from fuzzyctl.model.instance_params import with_instance_params
 from fuzzyctl.model.loop import Loop
 from fuzzyctl.simulation.columns import columns

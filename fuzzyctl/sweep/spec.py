@@ -9,9 +9,8 @@ from pydantic import Field, Strict
 
 from fuzzyctl.diagnostics.diagnostic import DiagnosticError
 from fuzzyctl.diagnostics.suggestions import closest
-from fuzzyctl.experiments.sweep import spec_file
-from fuzzyctl.experiments.sweep.spec import Spec
-from fuzzyctl.experiments.sweep.spec_file import SpecFile
+from fuzzyctl.experiments import sweep_spec
+from fuzzyctl.experiments.sweep_spec import Spec, SpecFile
 from fuzzyctl.support.reading import files_in
 from fuzzyctl.support.shipped import place_of
 
@@ -30,7 +29,7 @@ def read(path: Path) -> SpecFile:
     Raises:
         DiagnosticError: With every mistake in it.
     """
-    return spec_file.read(path, LoopSpec)
+    return sweep_spec.read(path, LoopSpec)
 
 
 def against(file: SpecFile) -> tuple[Path, ...]:

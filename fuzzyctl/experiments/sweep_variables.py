@@ -11,9 +11,8 @@ from pydantic import BaseModel
 
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 from fuzzyctl.diagnostics.suggestions import did_you_mean
-from fuzzyctl.experiments.settings.overrides import join_key, split_key
-from fuzzyctl.experiments.sweep.spec import Distribution
-from fuzzyctl.experiments.sweep.spec_file import SpecFile
+from fuzzyctl.experiments.scenario_keys import join_key, split_key
+from fuzzyctl.experiments.sweep_spec import Distribution, SpecFile
 
 #: Part of a key that stands for every table in a table, or every element of a list.
 _STAR = "*"

@@ -13,9 +13,9 @@ from typing import Any, Generic
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError, UnknownNameError
 from fuzzyctl.diagnostics.suggestions import did_you_mean
 from fuzzyctl.experiments.runnable import Runnable, S
-from fuzzyctl.experiments.settings.overrides import OverrideError, literal, split_key
-from fuzzyctl.experiments.sweep.spec_file import SpecFile
-from fuzzyctl.experiments.sweep.variables import Variable, expand, generator, require_no_stars
+from fuzzyctl.experiments.scenario_keys import OverrideError, literal, split_key
+from fuzzyctl.experiments.sweep_spec import SpecFile
+from fuzzyctl.experiments.sweep_variables import Variable, expand, generator, require_no_stars
 
 #: More runs than this are refused: their results are kept in memory until the end.
 MOST_RUNS = 1_000_000

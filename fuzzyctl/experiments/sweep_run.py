@@ -1,7 +1,8 @@
-"""A sweep from its plan to its results: what is not done yet is computed, and kept whatever becomes of the process."""
+"""Run of a sweep from its plan to the files of its results."""
 
 from __future__ import annotations
 
+import json
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
@@ -9,13 +10,45 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from fuzzyctl.experiments.results.folder import results
-from fuzzyctl.experiments.sweep import cluster, journal, pool
-from fuzzyctl.experiments.sweep.journal import Journal
-from fuzzyctl.experiments.sweep.plan import Plan, Run
-from fuzzyctl.experiments.sweep.results import NAMES, write
-from fuzzyctl.experiments.sweep.worker import Outcome, Setup, SweepError, setup_of
+from fuzzyctl.experiments import dask_workers, parquet, sweep_journal, sweep_workers
+from fuzzyctl.experiments.result_files import Columns, Results, columns_of, results, write_csv
+from fuzzyctl.experiments.sweep_journal import ABOUT, Journal
+from fuzzyctl.experiments.sweep_plan import Plan, Run
+from fuzzyctl.experiments.sweep_workers import Outcome, Setup, SweepError, setup_of
 from fuzzyctl.support.cores import cores
+
+#: Files that a sweep may leave.
+NAMES = ("results.csv", "results.parquet", ABOUT, "times.csv")
+FORMATS = ("csv", "parquet")
+
+
+def table(runs: Sequence[Run], done: Mapping[int, Outcome]) -> Columns:
+    """Return the results by column, in the order of the runs; what a run does not have is None."""
+    return columns_of([_row(run, done[run.number]) for run in runs])
+
+
+def _row(run: Run, outcome: Outcome) -> dict[str, Any]:
+    head = {"run": run.number, "scenario": run.scenario, "controller": run.controller, "repetition": run.repetition}
+    return {**head, **run.values, **outcome.row}
+
+
+def write(
+    files: Results, formats: Iterable[str], plan: Plan[Any], done: Mapping[int, Outcome], about: Mapping[str, Any]
+) -> None:
+    """Write the results; with the same description they are the same bytes, `times.csv` aside."""
+    found = table(plan.runs, done)
+    application = plan.runnable.application
+    whole = {**about, "columns": {name: {"unit": plan.runnable.unit(plan.scenario, name)} for name in found}}
+    files.write_text(ABOUT, json.dumps(whole, indent=2, ensure_ascii=False) + "\n")
+    for one in formats:
+        if one == "csv":
+            files.write("results.csv", lambda path: write_csv(path, found))
+        else:
+            files.write("results.parquet", lambda path: parquet.write_table(path, found, whole, application))
+    times: Columns = {"run": [r.number for r in plan.runs], "wall_s": [done[r.number].wall_s for r in plan.runs]}
+    files.write("times.csv", lambda path: write_csv(path, times))
+    files.publish()
+
 
 #: Shows how many of some runs are done while it is entered; gives a function to call with their number.
 Shown = Callable[[int], AbstractContextManager[Callable[[int], None]]]
@@ -44,8 +77,8 @@ class Workers:
             SweepError: When the workers cannot be reached, or are lost.
         """
         if self.cluster is not None:
-            return cluster.compute(setup, runs, self.cluster)
-        return pool.compute(setup, runs, min(self.jobs or cores(), max(1, len(runs))))
+            return dask_workers.compute(setup, runs, self.cluster)
+        return sweep_workers.compute(setup, runs, min(self.jobs or cores(), max(1, len(runs))))
 
 
 @dataclass(frozen=True)
@@ -104,9 +137,9 @@ def run(
     Args:
         plan: The runs.
         measures: What to keep of each.
-        about: From `provenance.describe`.
+        about: From `sweep_journal.describe`.
         folder: Of the results.
-        formats: Of `results.FORMATS`.
+        formats: Of `FORMATS`.
         workers: Who computes.
         resume: Whether a journal that is there goes on.
         shown: Shows how many runs are done.
@@ -117,17 +150,17 @@ def run(
         InterruptedSweepError: When Ctrl-C came; the journal keeps what is done.
         SweepError: When a run cannot be computed at all; the journal keeps what is done.
     """
-    journal.require_own(folder, NAMES)
+    sweep_journal.require_own(folder, NAMES)
     with results(folder, NAMES) as files:
         if resume:
-            journal.require_something(folder, about)
-        with journal.journal(folder, about, resume) as kept:
+            sweep_journal.require_something(folder, about)
+        with sweep_journal.journal(folder, about, resume) as kept:
             left = [one for one in plan.runs if one.number not in kept.done]
             if left:
                 _compute(workers.compute(setup_of(plan, measures=measures), left), len(left), kept, folder, shown)
             with shielded():
                 write(files, formats, plan, kept.done, about)
-                journal.remove(folder)
+                sweep_journal.remove(folder)
     return Finished(_summary(plan, kept, len(left), folder), kept.done)
 
 

@@ -3,7 +3,7 @@
 import pytest
 
 from fuzzyctl.diagnostics.diagnostic import DiagnosticError
-from fuzzyctl.experiments.settings.layers import Shipped, UnknownScenarioError, merge, overlay, read_layers
+from fuzzyctl.experiments.scenario_layers import Shipped, UnknownScenarioError, merge, overlay, read_layers
 
 
 @pytest.fixture

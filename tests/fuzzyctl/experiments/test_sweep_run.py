@@ -9,12 +9,11 @@ from functools import partial
 import pytest
 
 from fuzzyctl.diagnostics.diagnostic import DiagnosticError
-from fuzzyctl.experiments.comparison import entries
-from fuzzyctl.experiments.results import parquet
-from fuzzyctl.experiments.sweep import plan, pool, provenance, run, spec_file
-from fuzzyctl.experiments.sweep.run import InterruptedSweepError, Workers
-from fuzzyctl.experiments.sweep.worker import SweepError, setup_of, work
-from tests.fuzzyctl.experiments.sweep.tanks import Tanks
+from fuzzyctl.experiments import parquet, sweep_journal, sweep_plan, sweep_run, sweep_spec, sweep_workers
+from fuzzyctl.experiments.estimates import entries
+from fuzzyctl.experiments.sweep_run import InterruptedSweepError, Workers
+from fuzzyctl.experiments.sweep_workers import SweepError, setup_of, work
+from tests.fuzzyctl.experiments.tanks import Tanks
 
 SPEC = """
 scenario = "{scenario}"
@@ -47,16 +46,16 @@ def tank(tmp_path):
 def spec(tank, text=SPEC):
     path = tank.parent / "spec.toml"
     path.write_text(text.format(scenario=tank.name), encoding="utf-8")
-    return spec_file.read(path)
+    return sweep_spec.read(path)
 
 
 def made(tank, text=SPEC, overrides=(), **tanks):
-    return plan.make(Tanks(tank.parent / "shipped", **tanks), spec(tank, text), overrides)
+    return sweep_plan.make(Tanks(tank.parent / "shipped", **tanks), spec(tank, text), overrides)
 
 
 def swept(found, folder, resume=False, workers=ALONE, formats=("csv",), **options):
-    about = provenance.describe(spec(found.scenario.path), found, ())
-    return run.run(found, ("level",), about, folder, formats, workers, resume, **options).summary
+    about = sweep_journal.describe(spec(found.scenario.path), found, ())
+    return sweep_run.run(found, ("level",), about, folder, formats, workers, resume, **options).summary
 
 
 def rows(folder):
@@ -157,7 +156,7 @@ class TestRun:
             swept(made(tank), tmp_path / name, workers=workers)
         assert (tmp_path / "here" / "results.csv").read_bytes() == (tmp_path / "dask" / "results.csv").read_bytes()
 
-    @pytest.mark.parametrize("error", [KeyboardInterrupt, pool.WorkerLostError("a worker ended")])
+    @pytest.mark.parametrize("error", [KeyboardInterrupt, sweep_workers.WorkerLostError("a worker ended")])
     def test_goes_on_where_it_was_ended(self, tank, tmp_path, error):
         kind = InterruptedSweepError if error is KeyboardInterrupt else SweepError
         with pytest.raises(kind, match=r"5 of 12 runs are kept in .*; go on with --resume"):
@@ -241,7 +240,7 @@ class TestComparison:
         other = tank.with_name("other.toml")
         other.write_text('extends = "mine.toml"\n[tank]\nlevel = 4.0\n', encoding="utf-8")
         plans = [made(tank), made(other)]
-        runs = plan.joined(plans)
+        runs = sweep_plan.joined(plans)
         assert [one.number for one in runs] == list(range(24))
         done = {one.number: work(setup_of(*plans, measures=("level",)), one) for one in runs}
         found = list(entries(runs, done, ["measures.level"], partial(plans[0].runnable.unit, plans[0].scenario)))
@@ -263,6 +262,6 @@ class TestComparison:
 
 
 def test_the_description_is_plain_data(tank):
-    about = provenance.describe(spec(tank), made(tank), ["tank.level=1"])
+    about = sweep_journal.describe(spec(tank), made(tank), ["tank.level=1"])
     assert json.loads(json.dumps(about)) == about
     assert about["overrides"] == ["tank.level=1"]

@@ -8,9 +8,8 @@ from itertools import islice
 from typing import Any
 
 from fuzzyctl.experiments.runnable import Runnable
-from fuzzyctl.experiments.sweep.plan import Run
-from fuzzyctl.experiments.sweep.pool import WorkerLostError
-from fuzzyctl.experiments.sweep.worker import Outcome, Setup, SweepError, work
+from fuzzyctl.experiments.sweep_plan import Run
+from fuzzyctl.experiments.sweep_workers import Outcome, Setup, SweepError, WorkerLostError, work
 
 #: An address of this form is a cluster of N processes on this computer.
 LOCAL = "local:"

@@ -8,9 +8,8 @@ from pathlib import Path
 
 from fuzzyctl.diagnostics.diagnostic import DiagnosticError, UnknownNameError
 from fuzzyctl.experiments.runnable import Computed, Prepared, Runnable, UsedFile
-from fuzzyctl.experiments.settings.layers import Shipped, merge, read_layers
-from fuzzyctl.experiments.settings.locations import Places
-from fuzzyctl.experiments.settings.overrides import override
+from fuzzyctl.experiments.scenario_keys import Places, override
+from fuzzyctl.experiments.scenario_layers import Shipped, merge, read_layers
 
 #: What a tank may say.
 KEYS = ("area", "level", "steps", "seed", "law")

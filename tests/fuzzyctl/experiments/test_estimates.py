@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from fuzzyctl.experiments.intervals import mean_interval, share_interval
+from fuzzyctl.experiments.estimates import mean_interval, share_interval
 
 
 class TestIntervals:

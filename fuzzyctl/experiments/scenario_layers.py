@@ -13,8 +13,7 @@ from typing import Any
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 from fuzzyctl.diagnostics.source import SourceText, Span
 from fuzzyctl.diagnostics.suggestions import did_you_mean
-from fuzzyctl.experiments.settings.locations import EXTENDS, Places
-from fuzzyctl.experiments.settings.toml_locations import Path as Key
+from fuzzyctl.experiments.scenario_keys import EXTENDS, KeyPath, Places
 
 #: Scenario files are small; a larger one is refused before it is read.
 LARGEST_FILE = 1 << 20
@@ -174,7 +173,7 @@ def _mergeable(under: Any, value: Any) -> bool:
     return both and value.get("kind", under.get("kind")) == under.get("kind")
 
 
-def replaced(below: Mapping[str, Any], above: Mapping[str, Any], prefix: Key = ()) -> Iterator[Key]:
+def replaced(below: Mapping[str, Any], above: Mapping[str, Any], prefix: KeyPath = ()) -> Iterator[KeyPath]:
     """Yield the keys below which nothing of the lower table is left."""
     for key, value in above.items():
         under = below.get(key)

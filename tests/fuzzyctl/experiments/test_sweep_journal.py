@@ -4,22 +4,22 @@ import resource
 import pytest
 
 from fuzzyctl.diagnostics.diagnostic import DiagnosticError
-from fuzzyctl.experiments.sweep import journal
-from fuzzyctl.experiments.sweep.journal import NAME, Journal
-from fuzzyctl.experiments.sweep.worker import Outcome
+from fuzzyctl.experiments import sweep_journal
+from fuzzyctl.experiments.sweep_journal import NAME, Journal
+from fuzzyctl.experiments.sweep_workers import Outcome
 
 ABOUT = {"runs": 3, "scenario": {"sha256": "ab"}}
 
 
 class TestJournal:
     def write(self, folder, count=2):
-        with journal.journal(folder, ABOUT, False) as one:
+        with sweep_journal.journal(folder, ABOUT, False) as one:
             for k in range(count):
                 one.add(Outcome(k, {"rmse": 0.1 + k, "stop_reason": "σ", "none": None, "nan": float("nan")}, 0.5))
         return (folder / NAME).read_bytes()
 
     def resumed(self, folder, about=None) -> Journal:
-        with journal.journal(folder, about or ABOUT, True) as one:
+        with sweep_journal.journal(folder, about or ABOUT, True) as one:
             return one
 
     def test_gives_back_what_was_done(self, tmp_path):
@@ -48,11 +48,11 @@ class TestJournal:
         assert self.write(tmp_path, 1) == whole
 
     def test_without_runs_there_is_nothing_to_keep(self, tmp_path):
-        with journal.journal(tmp_path, ABOUT, False):
+        with sweep_journal.journal(tmp_path, ABOUT, False):
             header = (tmp_path / NAME).read_bytes()
         assert not (tmp_path / NAME).exists()
         (tmp_path / NAME).write_bytes(header)
-        with journal.journal(tmp_path, {"runs": 3}, False):
+        with sweep_journal.journal(tmp_path, {"runs": 3}, False):
             assert len((tmp_path / NAME).read_bytes()) < len(header)
 
     @pytest.mark.parametrize(("room", "kept", "repair"), [(10, [], "-o DIR"), (200, [0], "make room, and go on with")])
@@ -81,7 +81,7 @@ class TestJournal:
     def test_two_sweeps_cannot_write_into_it(self, tmp_path):
         self.write(tmp_path)
         with (
-            journal.journal(tmp_path, ABOUT, True),
+            sweep_journal.journal(tmp_path, ABOUT, True),
             pytest.raises(DiagnosticError, match="in use by another sweep"),
         ):
             self.resumed(tmp_path)
@@ -90,7 +90,10 @@ class TestJournal:
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="the platform has no named pipes")
 def test_a_journal_that_is_a_pipe_is_refused(tmp_path):
     os.mkfifo(tmp_path / "journal.jsonl")
-    with pytest.raises(DiagnosticError, match="is not a regular file"), journal.journal(tmp_path, {}, resume=True):
+    with (
+        pytest.raises(DiagnosticError, match="is not a regular file"),
+        sweep_journal.journal(tmp_path, {}, resume=True),
+    ):
         pass
 
 
@@ -98,4 +101,4 @@ def test_a_journal_that_is_a_pipe_is_refused(tmp_path):
 def test_a_description_of_a_sweep_that_is_a_pipe_is_no_sweep(tmp_path):
     os.mkfifo(tmp_path / "sweep.json")
     with pytest.raises(DiagnosticError, match="no sweep wrote that"):
-        journal.require_own(tmp_path, ["sweep.json"])
+        sweep_journal.require_own(tmp_path, ["sweep.json"])

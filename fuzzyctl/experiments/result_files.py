@@ -1,14 +1,21 @@
-"""Folder of results: checked before the run, and filled at once when all files are complete."""
+"""Files of results: a folder that is filled when all are complete, tables as CSV, the summary."""
 
 from __future__ import annotations
 
+import csv
+import json
+import math
+import platform
 import shutil
 import tempfile
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
+from typing import Any
 
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
+from fuzzyctl.experiments.scenario_keys import literal
 from fuzzyctl.support.writing import removed_if_empty
 
 
@@ -140,3 +147,68 @@ def _diagnostic(path: Path, reason: str, help: str) -> Diagnostic:
     shown = str(path) if len(str(path)) <= 300 else f"{str(path)[:297]}..."
     message = f"{shown} cannot be written: {reason}"
     return Diagnostic("FZ909", message, file=shown, help=help)
+
+
+Columns = dict[str, list[Any]]
+
+
+def columns_of(rows: Sequence[Mapping[str, Any]]) -> Columns:
+    """Return rows by column; what a row does not have is None."""
+    names = dict.fromkeys(name for row in rows for name in row)
+    return {name: _uniform([row.get(name) for row in rows]) for name in names}
+
+
+def _uniform(values: list[Any]) -> list[Any]:
+    """Give a column one type: numbers with a fraction make all of them such, other mixtures become text."""
+    kinds = {type(v) for v in values if v is not None}
+    if kinds == {int, float}:
+        return [None if v is None else float(v) for v in values]
+    if len(kinds) > 1 or kinds & {list, tuple, dict}:
+        return [None if v is None else literal(v) for v in values]
+    return values
+
+
+def write_csv(path: Path, columns: Mapping[str, Sequence[Any]]) -> None:
+    """Write columns of equal length; numbers read back bit for bit, None is an empty cell."""
+    with path.open("w", encoding="utf-8", newline="") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(columns)
+        writer.writerows([_cell(v) for v in row] for row in zip(*columns.values(), strict=True))
+
+
+def _cell(value: Any) -> str:
+    if value is None:
+        return ""
+    return value if isinstance(value, str) else literal(value)
+
+
+_PACKAGES = ("fuzzyctl", "numpy", "numba")
+
+
+def write_summary(files: Results, summary: Mapping[str, Any], folder: str = "") -> None:
+    """Write summary.json, behind the name of a folder inside; numbers that are not finite become null."""
+    text = json.dumps(finite(summary), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+    files.write_text(f"{folder}summary.json", text)
+
+
+def finite(data: Any) -> Any:
+    """Return plain data with None for numbers that are not finite."""
+    if isinstance(data, Mapping):
+        return {k: finite(v) for k, v in data.items()}
+    if isinstance(data, list | tuple):
+        return [finite(v) for v in data]
+    if isinstance(data, float) and not math.isfinite(data):
+        return None
+    return data
+
+
+def versions() -> dict[str, str | None]:
+    """Return the versions of what computes a run."""
+    return {"python": platform.python_version(), **{name: _version(name) for name in _PACKAGES}}
+
+
+def _version(package: str) -> str | None:
+    try:
+        return version(package)
+    except PackageNotFoundError:
+        return None
