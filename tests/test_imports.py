@@ -87,7 +87,7 @@ HOMES = {
         "apps/dwmr/calibration/search.py",
         "apps/dwmr/output/data/mat_file.py",
         "fuzzyctl/experiments/estimates.py",
-        "fuzzyctl/simulation/solvers.py",
+        "fuzzyctl/simulation/simulate.py",
     },
 }
 

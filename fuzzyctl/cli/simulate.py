@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from fuzzyctl.simulation.run import Run
     from fuzzyctl.simulation.simulate import Solver
 
-#: Formats of data, as `simulation.data.FORMATS`, which imports numpy; and of pictures.
+#: Formats of data, as `simulation.run.FORMATS`, which imports numpy; and of pictures.
 DATA: Final = ("csv", "npz", "parquet")
 PICTURES: Final = ("png", "svg", "pdf")
 
@@ -88,7 +88,7 @@ def simulate(
 
     Exit code: 0; 1 where a run is stopped or a requirement is not met.
     """
-    from fuzzyctl.simulation.data import require_format
+    from fuzzyctl.simulation.run import require_format
     from fuzzyctl.simulation.sample_times import measures_without_samples
 
     require_format(data)
@@ -181,7 +181,7 @@ def _write(
     from fuzzyctl.experiments.result_files import write_summary
     from fuzzyctl.plot.style import saved
     from fuzzyctl.plot.time_series import draw_runs
-    from fuzzyctl.simulation.data import save
+    from fuzzyctl.simulation.run import save
 
     written = []
     for labelled in runs:

@@ -15,7 +15,7 @@ from fuzzyctl.model.controller import Signal
 from fuzzyctl.model.loop import Loop
 from fuzzyctl.model.plant import Plant
 from fuzzyctl.records import record
-from fuzzyctl.simulation.settings import blocks_of
+from fuzzyctl.simulation.loop_params import blocks_of
 from fuzzyctl.simulation.signals import Given
 
 #: Larger values of a state count as infinite.

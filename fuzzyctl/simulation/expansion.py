@@ -18,10 +18,9 @@ from fuzzyctl.model.loop import Loop
 from fuzzyctl.model.plant import Plant
 from fuzzyctl.model.signals import SIGNALS, TIME
 from fuzzyctl.simulation.equations import DeadTime, External, LoopEquations, PlantState, block_signals, needs
-from fuzzyctl.simulation.noise import with_streams
+from fuzzyctl.simulation.loop_params import timing_params
 from fuzzyctl.simulation.sample_times import require_room, sample_times, samples_at
-from fuzzyctl.simulation.settings import timing_params
-from fuzzyctl.simulation.signals import Given, Signals
+from fuzzyctl.simulation.signals import Given, Signals, with_streams
 
 
 def loop_equations(loop: Loop, extra: Sequence[Expr] = (), free: Sequence[str] = ()) -> LoopEquations:

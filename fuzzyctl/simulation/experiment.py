@@ -31,11 +31,19 @@ from fuzzyctl.simulation.equations import LoopEquations, with_calls
 from fuzzyctl.simulation.expansion import loop_equations
 from fuzzyctl.simulation.fmu_plant import FmuPlant, require_fixed
 from fuzzyctl.simulation.judgement import Judgement
-from fuzzyctl.simulation.programs import LoopPrograms, programs
+from fuzzyctl.simulation.loop_params import Ranges, block_params, params_of
 from fuzzyctl.simulation.python_plant import PythonPlant
 from fuzzyctl.simulation.run import Run
-from fuzzyctl.simulation.settings import Ranges, block_params, params_of
-from fuzzyctl.simulation.source import External, compiled, external_plant, interpreted, printed, refused
+from fuzzyctl.simulation.source import (
+    External,
+    LoopPrograms,
+    compiled,
+    external_plant,
+    interpreted,
+    printed,
+    programs,
+    refused,
+)
 from fuzzyctl.simulation.stops import first_without_value, interrupted, left, without_value
 
 if TYPE_CHECKING:

@@ -9,7 +9,20 @@ from dataclasses import replace as replaced
 from graphlib import TopologicalSorter
 from typing import TYPE_CHECKING
 
-from fuzzyctl.expr import Call, Compare, Expr, ExprError, Logic, Name, Number, evaluate, names_in, replace
+from fuzzyctl.expr import (
+    Call,
+    Compare,
+    Expr,
+    ExprError,
+    Logic,
+    Name,
+    Number,
+    evaluate,
+    names_in,
+    replace,
+    to_text,
+    walk,
+)
 from fuzzyctl.model.forms import bound
 from fuzzyctl.model.guarantee import Guarantee
 from fuzzyctl.model.loop import Loop
@@ -93,8 +106,6 @@ class Judgement:
         return (ParamValues(params).values if free else self._params) | dict(free)
 
     def _requirement(self, g: Guarantee, names: Mapping[str, float], measures: Mapping[str, float]) -> Requirement:
-        from fuzzyctl.expr import to_text
-
         within = 0.0 if g.within is None else evaluate(g.within, names)
         used = dict.fromkeys(n.name for n in names_in(g.claim) if n.name in measures)
         facts = tuple(f"{n} = none" if math.isnan(measures[n]) else f"{n} = {measures[n]:.6g}" for n in used)
@@ -102,8 +113,6 @@ class Judgement:
 
 
 def _calls(expr: Expr) -> list[Call]:
-    from fuzzyctl.expr import walk
-
     return [node for node in walk(expr) if isinstance(node, Call) and node.function in MEASURES]
 
 

@@ -1,4 +1,4 @@
-"""The result of a run: signals over time, measures and requirements."""
+"""The result of a run: signals over time, measures and requirements, files of signals."""
 
 from __future__ import annotations
 
@@ -6,18 +6,21 @@ import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from fuzzyctl.diagnostics.diagnostic import Diagnostic, UnknownNameError
+from fuzzyctl.diagnostics.diagnostic import ArgumentError, Diagnostic, UnknownNameError
 from fuzzyctl.diagnostics.terminal import printable
 from fuzzyctl.displayed import Displayed
+from fuzzyctl.experiments.parquet import available, write_table
+from fuzzyctl.experiments.result_files import write_csv
 from fuzzyctl.expr import Expr, Name, evaluate
 from fuzzyctl.model.loop import Loop
 from fuzzyctl.operations import operation
 from fuzzyctl.simulation.judgement import Judgement, Requirement
-from fuzzyctl.simulation.settings import params_of
+from fuzzyctl.simulation.loop_params import params_of
 
 if TYPE_CHECKING:
     from fuzzyctl.annotations import Axes, FloatArray, Panels
@@ -135,3 +138,31 @@ class Run(Displayed):
 
 def _finite(value: float) -> float | None:
     return value if math.isfinite(value) else None
+
+
+#: Formats of data, each with the suffix of its files.
+FORMATS: Final = ("csv", "npz", "parquet")
+
+
+def require_format(form: str) -> None:
+    """Refuse a format whose package is missing.
+
+    Raises:
+        ArgumentError: For Parquet without pyarrow.
+    """
+    if form == "parquet" and not available():
+        raise ArgumentError("Parquet needs pyarrow: pip install 'fuzzyctl[data]'")
+
+
+def save(run: Run, path: Path, form: str) -> None:
+    """Write the times and signals of a run to a file of one of `FORMATS`."""
+    columns = {"t": run.t} | {name: run[name] for name in run.names}
+    if form == "npz":
+        with path.open("wb") as binary:
+            np.savez_compressed(binary, **columns)  # type: ignore[arg-type]  # no signal is called allow_pickle
+        return
+    lists = {name: values.tolist() for name, values in columns.items()}
+    if form == "csv":
+        write_csv(path, lists)
+    else:
+        write_table(path, lists, {"loop": run.loop.name}, "fuzzyctl")

@@ -15,7 +15,7 @@ from fuzzyctl.model.loop import Loop
 from fuzzyctl.model.measures import MEASURES
 from fuzzyctl.model.plant import Plant
 from fuzzyctl.model.plant_forms import PLANT_FUNCTIONS
-from fuzzyctl.simulation.settings import block_params
+from fuzzyctl.simulation.loop_params import block_params
 
 #: Most numbers that a run records: 0.8 gigabytes.
 MOST_NUMBERS: Final = 100_000_000

@@ -13,7 +13,7 @@ from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.expr import Expr, names_in, span_of, to_text
 from fuzzyctl.model.loop import Loop
 from fuzzyctl.simulation.equations import LARGEST, PlantState
-from fuzzyctl.simulation.settings import blocks_of
+from fuzzyctl.simulation.loop_params import blocks_of
 
 if TYPE_CHECKING:
     import numpy.typing as npt

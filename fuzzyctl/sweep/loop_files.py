@@ -18,7 +18,7 @@ from fuzzyctl.experiments.value_errors import show
 from fuzzyctl.loading.load import look_through
 from fuzzyctl.model.guarantee import Param
 from fuzzyctl.model.loop import Loop, Measure
-from fuzzyctl.simulation.settings import all_params, short_names, within_ranges
+from fuzzyctl.simulation.loop_params import all_params, short_names, within_ranges
 from fuzzyctl.support.reading import read_source, recorded
 
 #: Key of the number by which a run draws its noise anew.

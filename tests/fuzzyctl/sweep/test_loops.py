@@ -115,7 +115,7 @@ class TestRuns:
         loop = fuzzyctl.load(folder / "small.fz", block=fuzzyctl.Loop)
         row = rows[4]
         given = {name: float(row[name]) for name in ("law.K", "p.T", "p.begin")}
-        once = fuzzyctl.simulation.settings.with_settings(loop, given)
+        once = fuzzyctl.simulation.loop_params.with_settings(loop, given)
         found = fuzzyctl.Experiment(once).run(seed=int(row["noise.seed"]))
         assert float(row["error"]) == pytest.approx(found.measures["error"], rel=1e-13)
         assert row["require error <= 1.2"] == str(found.passed).lower()
