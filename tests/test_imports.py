@@ -64,7 +64,7 @@ HOMES = {
         "apps/dwmr",
         "fuzzyctl/experiments/sweep_spec.py",
         "fuzzyctl/experiments/sweep_variables.py",
-        "fuzzyctl/sweep/spec.py",
+        "fuzzyctl/sweep/loop_files.py",
     },
     "PIL": {"apps/dwmr/figures", "apps/gallery"},
     "lsprotocol": {"fuzzyctl/editor/server.py", "fuzzyctl/editor/session.py", "fuzzyctl/editor/requests.py"},

@@ -72,8 +72,8 @@ class Shipped:
 
 
 @dataclass(frozen=True)
-class Layer:
-    """One file of a scenario."""
+class TomlFile:
+    """A file of TOML: its text, its bytes and its tables, which files of equal text share."""
 
     path: Path
     source: SourceText
@@ -81,7 +81,7 @@ class Layer:
     data: dict[str, Any]
 
 
-def read_layers(path: Path, shipped: Shipped) -> tuple[Layer, ...]:
+def read_layers(path: Path, shipped: Shipped) -> tuple[TomlFile, ...]:
     """Read a scenario file and those it extends, the file itself first.
 
     Args:
@@ -91,17 +91,19 @@ def read_layers(path: Path, shipped: Shipped) -> tuple[Layer, ...]:
     Raises:
         DiagnosticError: When one of them cannot be read, is no TOML, or extends itself.
     """
-    layers: list[Layer] = []
+    layers: list[TomlFile] = []
     following: Path | None = path
     while following is not None:
-        content = read_bytes(following, LARGEST_FILE, "a scenario file holds a few kilobytes of TOML")
-        source = SourceText(str(following), _text(following, content, shipped.new))
-        layers.append(Layer(following, source, content, _parse(source)))
+        layer = read_toml(following, "a scenario file holds a few kilobytes of TOML")
+        if not layer.source.text.strip():
+            message = f"{following} is empty"
+            raise DiagnosticError([Diagnostic("FZ901", message, file=str(following), help=shipped.new)])
+        layers.append(layer)
         following = _extended(layers, shipped)
     return tuple(layers)
 
 
-def _extended(layers: Sequence[Layer], shipped: Shipped) -> Path | None:
+def _extended(layers: Sequence[TomlFile], shipped: Shipped) -> Path | None:
     """Return the file that the last layer extends, and take the key away."""
     last = layers[-1]
     if EXTENDS not in last.data:
@@ -137,7 +139,7 @@ def exists(path: Path) -> bool:
 
 
 def merge(
-    layers: Sequence[Layer], overrides: Mapping[str, str], common: Mapping[str, str]
+    layers: Sequence[TomlFile], overrides: Mapping[str, str], common: Mapping[str, str]
 ) -> tuple[dict[str, Any], Places]:
     """Lay the files of a scenario over one another, the first on top.
 
@@ -215,20 +217,24 @@ def read_bytes(path: Path, largest: int, help_text: str) -> bytes:
     return content
 
 
-def _text(path: Path, content: bytes, new: str) -> str:
+def read_toml(path: Path, help_text: str) -> TomlFile:
+    """Read a file of TOML.
+
+    Args:
+        path: The file.
+        help_text: What such a file holds, for one that is too large.
+
+    Raises:
+        DiagnosticError: When it cannot be read, or is no TOML.
+    """
+    content = read_bytes(path, LARGEST_FILE, help_text)
     try:
-        text = content.decode("utf-8")
+        source = SourceText(str(path), content.decode("utf-8").removeprefix("\ufeff"))
     except UnicodeDecodeError as error:
         message = f"{path} is not UTF-8 text: byte {error.start} is 0x{content[error.start]:02x}"
         raise DiagnosticError([Diagnostic("FZ002", message, file=str(path))]) from error
-    if not text.strip():
-        raise DiagnosticError([Diagnostic("FZ901", f"{path} is empty", file=str(path), help=new)])
-    return text.removeprefix("\ufeff")
-
-
-def _parse(source: SourceText) -> dict[str, Any]:
     try:
-        return dict(_tables(source.text))  # a copy: its key `extends` is taken away
+        return TomlFile(path, source, content, dict(_tables(source.text)))
     except (ValueError, RecursionError) as error:  # a plain ValueError is a whole number of thousands of digits
         span = _toml_error_place(str(error), source)
         message = "nesting is too deep" if isinstance(error, RecursionError) else str(error).split(" (at ")[0]

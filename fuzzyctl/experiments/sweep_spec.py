@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import tomllib
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
@@ -17,7 +16,7 @@ from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 from fuzzyctl.diagnostics.source import SourceText, Span
 from fuzzyctl.diagnostics.suggestions import did_you_mean
 from fuzzyctl.experiments.scenario_keys import join_key, key_places, split_key
-from fuzzyctl.experiments.scenario_layers import LARGEST_FILE, UnknownScenarioError, read_bytes
+from fuzzyctl.experiments.scenario_layers import UnknownScenarioError, read_toml
 from fuzzyctl.experiments.value_errors import length, requirement, show
 
 Pair = Annotated[tuple[float, float], Strict(False)]
@@ -148,18 +147,8 @@ def read(path: Path, kind: type[Spec] = Spec) -> SpecFile:
     Raises:
         DiagnosticError: With every mistake in it.
     """
-    content = read_bytes(path, LARGEST_FILE, "a SPEC file holds a few lines of TOML")
-    try:
-        source = SourceText(str(path), content.decode("utf-8").removeprefix("\ufeff"))
-    except UnicodeDecodeError as error:
-        message = f"{path} is not UTF-8 text: byte {error.start} is 0x{content[error.start]:02x}"
-        raise DiagnosticError([Diagnostic("FZ002", message, file=str(path))]) from error
-    try:
-        data = tomllib.loads(source.text)
-    except (ValueError, RecursionError) as error:
-        message = "nesting is too deep" if isinstance(error, RecursionError) else str(error)
-        raise DiagnosticError([Diagnostic("FZ901", f"not valid TOML: {message}", file=str(path))]) from error
-    return SpecFile(_validate(data, source, path, kind), source, path)
+    file = read_toml(path, "a SPEC file holds a few lines of TOML")
+    return SpecFile(_validate(file.data, file.source, path, kind), file.source, path)
 
 
 def _validate(data: Mapping[str, Any], source: SourceText, path: Path, kind: type[Spec]) -> Spec:

@@ -70,15 +70,6 @@ def _divisor(periods: Iterable[float]) -> float:
     return math.gcd(*(max(round(p * 1e6), 1) for p in periods)) / 1e6
 
 
-def samples_of(loop: Loop) -> int:
-    """Return how many samples a run has.
-
-    Raises:
-        DiagnosticError: For sample times that do not fit together.
-    """
-    return samples_at(loop, sample_times(loop)[0])
-
-
 def samples_at(loop: Loop, step: float) -> int:
     """Return how many samples a run has, one each `step` seconds."""
     return math.floor(evaluate(loop.duration, loop.param_values.values) / step + ALIGNED) + 1

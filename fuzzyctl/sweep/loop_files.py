@@ -1,4 +1,4 @@
-"""Rule files whose loops are swept: read once, with the values that a run gives their params."""
+"""Files of a sweep of loops: its SPEC, and rule files, read once, with the values that a run gives their params."""
 
 from __future__ import annotations
 
@@ -9,17 +9,22 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import Any, Final
+from typing import Annotated, Any, Final
+
+from pydantic import Field, Strict
 
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
-from fuzzyctl.diagnostics.suggestions import did_you_mean
+from fuzzyctl.diagnostics.suggestions import closest, did_you_mean
+from fuzzyctl.experiments import sweep_spec
 from fuzzyctl.experiments.scenario_keys import OverrideError, join_key, override, shorten, split_key
+from fuzzyctl.experiments.sweep_spec import Spec, SpecFile
 from fuzzyctl.experiments.value_errors import show
 from fuzzyctl.loading.load import look_through
 from fuzzyctl.model.guarantee import Param
 from fuzzyctl.model.loop import Loop, Measure
 from fuzzyctl.simulation.loop_params import all_params, short_names, within_ranges
-from fuzzyctl.support.reading import read_source, recorded
+from fuzzyctl.support.reading import files_in, read_source, recorded
+from fuzzyctl.support.shipped import place_of
 
 #: Key of the number by which a run draws its noise anew.
 SEED: Final = "noise.seed"
@@ -231,3 +236,41 @@ def _mistakes(files: LoopFiles, key: str, full: str, value: Any) -> Iterator[Dia
             within_ranges(loop, {full: float(value)})
         except DiagnosticError as error:
             yield from (dataclasses.replace(d, facts=(*d.facts, f"declared at {d.place}")) for d in error.diagnostics)
+
+
+class LoopSpec(Spec):
+    """What a SPEC file says: `scenario` is a file with loops or a shipped name, `controllers` names some of them."""
+
+    against: Annotated[tuple[str, ...], Strict(False)] = Field(
+        default=(), description="further files beside the SPEC, or shipped ones, whose loops are run too"
+    )
+
+
+def read(path: Path) -> SpecFile:
+    """Read a SPEC file.
+
+    Raises:
+        DiagnosticError: With every mistake in it.
+    """
+    return sweep_spec.read(path, LoopSpec)
+
+
+def against(file: SpecFile) -> tuple[Path, ...]:
+    """Return the further files of a SPEC.
+
+    Raises:
+        DiagnosticError: With each that is not there.
+    """
+    names = file.spec.against if isinstance(file.spec, LoopSpec) else ()
+    mistakes = []
+    beside = [file.path.parent / name for name in names]
+    paths = [place_of(name, folder=file.path.parent).path for name in names]
+    for path, there in zip(beside, paths, strict=True):
+        if not there.exists():
+            near = closest(path.name, files_in(path.parent, {path.suffix}))
+            help_text = f"did you mean '{near}'?" if near else ""
+            message = f"against: no file '{path.name}': there is no such file"
+            mistakes.append(file.diagnostic("FZ904", ("against",), message, help=help_text))
+    if mistakes:
+        raise DiagnosticError(mistakes)
+    return tuple(paths)

@@ -118,6 +118,12 @@ class TestPlan:
         found = mistakes(tank, SPEC.replace(old, new))
         assert any(words in f"{one.message} {one.help}" and one.span.line == line for one in found), found
 
+    def test_answers_broken_toml_at_its_place(self, tank):
+        with pytest.raises(DiagnosticError) as caught:
+            spec(tank, 'scenario = "a"\nruns = = 2\n')
+        (one,) = caught.value.diagnostics
+        assert (one.code, one.span.line, one.message) == ("FZ901", 2, "not valid TOML: Invalid value")
+
     def test_warns_of_what_varies_without_effect(self, tank):
         (found,) = made(tank, SPEC.replace('"open", "shut"', '"shut"')).warnings
         assert found.message == "grid.tank.area varies in vain: no run reads the area"

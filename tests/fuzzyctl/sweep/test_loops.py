@@ -19,8 +19,8 @@ from fuzzyctl.experiments import sweep_journal, sweep_plan, sweep_run, sweep_wor
 from fuzzyctl.experiments.scenario_keys import OverrideError
 from fuzzyctl.experiments.sweep_run import InterruptedSweepError
 from fuzzyctl.experiments.sweep_workers import SweepError, work
+from fuzzyctl.sweep.loop_files import against, read
 from fuzzyctl.sweep.loops import Loops
-from fuzzyctl.sweep.spec import against, read
 from tests.fuzzyctl.codegen.fmu.fmus import plant_fmu
 
 FILE = """
