@@ -37,10 +37,10 @@ def available() -> bool:
 def compute(setup: Setup, runs: Iterable[Run], address: str) -> Iterator[Outcome]:
     """Yield the outcomes of runs as they come, in any order.
 
-    Workers need the same versions of everything and see the files under the same paths; what differs is noticed.
+    Workers need the same versions of everything and see the files under the same paths; a difference is refused.
 
     Args:
-        setup: What the runs have in common.
+        setup: Setup of all runs.
         runs: What to compute.
         address: Of a scheduler, such as tcp://10.0.0.1:8786; or local:N for N processes here.
 
@@ -52,7 +52,7 @@ def compute(setup: Setup, runs: Iterable[Run], address: str) -> Iterator[Outcome
     from distributed import KilledWorker
     from distributed.comm.core import CommClosedError
 
-    logging.getLogger("distributed").setLevel(logging.CRITICAL)  # this program says itself what happens
+    logging.getLogger("distributed").setLevel(logging.CRITICAL)  # this program reports it itself
     with _cluster(address) as where:
         try:
             _require_scheme(where)
@@ -99,7 +99,7 @@ def _require_workers(client: Any, address: str, runnable: Runnable[Any]) -> None
     """Refuse a cluster without workers, or one with other versions.
 
     Raises:
-        ClusterError: Naming what differs.
+        ClusterError: Naming the differences.
     """
     try:
         client.wait_for_workers(1, timeout=PATIENCE)
@@ -109,8 +109,8 @@ def _require_workers(client: Any, address: str, runnable: Runnable[Any]) -> None
     for worker, theirs in client.run(runnable.software).items():
         other = sorted(name for name in mine if theirs.get(name) != mine[name])
         if other:
-            shown = ", ".join(f"{name} {str(theirs.get(name))[:16]}" for name in other)
-            raise ClusterError(f"the worker {worker} has other versions: {shown}")
+            versions = ", ".join(f"{name} {str(theirs.get(name))[:16]}" for name in other)
+            raise ClusterError(f"the worker {worker} has other versions: {versions}")
 
 
 def _feed(client: Any, setup: Setup, runs: Iterator[Run]) -> Iterator[Outcome]:

@@ -65,7 +65,7 @@ class Estimate:
 
     Args:
         n: Runs it was taken from.
-        mean: None where no run has the measure.
+        mean: None if no run has the measure.
         low, high: Confidence interval, None for a single run.
     """
 
@@ -97,8 +97,8 @@ class Entry:
 
 def mean_of(rows: Sequence[Row], column: str) -> Estimate:
     """Return the mean of a measure over the runs that came to their end and have it."""
-    found = [row.get(column) for row in rows if not row["stopped"]]
-    values = [value for value in found if value is not None and math.isfinite(value)]
+    column_values = [row.get(column) for row in rows if not row["stopped"]]
+    values = [value for value in column_values if value is not None and math.isfinite(value)]
     mean = math.fsum(values) / len(values) if values else None
     return Estimate(len(values), mean, *(mean_interval(values) or ()))
 

@@ -32,8 +32,8 @@ def read_table(path: Path, application: str) -> tuple[dict[str, list[Any]], dict
     Raises:
         ValueError: When it has no metadata of the application.
     """
-    found = read(path)
-    return found.to_pydict(), metadata_of(found, application)
+    table = read(path)
+    return table.to_pydict(), metadata_of(table, application)
 
 
 def write(path: Path, table: Any, metadata: Mapping[str, Any], application: str) -> None:

@@ -59,7 +59,7 @@ class Results:
             (self._parts / name).unlink(missing_ok=True)
 
     def publish(self) -> None:
-        """Rename all files that wait into their place; what an earlier run left under other names of a run goes.
+        """Rename all files that wait into their place; files of an earlier run under its other names are removed.
 
         Raises:
             DiagnosticError: When this cannot be done.
@@ -143,16 +143,16 @@ def _refused(path: Path, error: OSError, help: str) -> DiagnosticError:
 
 
 def _diagnostic(path: Path, reason: str, help: str) -> Diagnostic:
-    shown = str(path) if len(str(path)) <= 300 else f"{str(path)[:297]}..."
-    message = f"{shown} cannot be written: {reason}"
-    return Diagnostic("FZ909", message, file=shown, help=help)
+    name = str(path) if len(str(path)) <= 300 else f"{str(path)[:297]}..."
+    message = f"{name} cannot be written: {reason}"
+    return Diagnostic("FZ909", message, file=name, help=help)
 
 
 Columns = dict[str, list[Any]]
 
 
 def columns_of(rows: Sequence[Mapping[str, Any]]) -> Columns:
-    """Return rows by column; what a row does not have is None."""
+    """Return rows by column; None for a missing value."""
     names = dict.fromkeys(name for row in rows for name in row)
     return {name: _uniform([row.get(name) for row in rows]) for name in names}
 
@@ -202,7 +202,7 @@ def finite(data: Any) -> Any:
 
 
 def versions() -> dict[str, str | None]:
-    """Return the versions of what computes a run."""
+    """Return the versions of the software that computes a run."""
     return {"python": platform.python_version(), **{name: _version(name) for name in _PACKAGES}}
 
 

@@ -22,7 +22,7 @@ class OverrideError(Exception):
 
 #: Longest key; no table of a scenario is nested nearly as deep.
 DEEPEST = 20
-#: One part of a dotted key, quoted as TOML has it or bare, and what ends it.
+#: One part of a dotted key, quoted as TOML has it or bare, and its end.
 _BARE = re.compile(r"[^\s.=\"']+")
 _PART = re.compile(r"""\s*(?:"([^"\\]*)"|'([^']*)'|([^.="']*?))\s*([.=]|$)""")
 
@@ -34,13 +34,13 @@ def shorten(argument: str) -> str:
 
 
 def split_key(key: str) -> list[str]:
-    """Return the parts of a dotted key; a part in quotes may hold dots. What is no dotted key is one part."""
+    """Return the parts of a dotted key; a part in quotes may hold dots. Any other text is one part."""
     parts, value = _split(f"{key}=")
     return parts if value == "" else [key]
 
 
 def join_key(parts: Iterable[str]) -> str:
-    """Return parts as a dotted key, from which `split_key` gets them back: what a bare part cannot hold is quoted."""
+    """Return parts as a dotted key, from which `split_key` gets them back; parts are quoted if necessary."""
     return ".".join(part if _BARE.fullmatch(part) else f"'{part}'" if '"' in part else f'"{part}"' for part in parts)
 
 
@@ -76,11 +76,11 @@ def override(data: dict[str, Any], argument: str) -> tuple[str, str]:
 def _split(argument: str) -> tuple[list[str], str | None]:
     """Return the parts of the dotted key and the text of the value, None without one or with a stray quote."""
     parts, end = [], 0
-    while found := _PART.match(argument, end):
-        parts.append(found[1] or found[2] or found[3] or "")
-        end = found.end()
-        if found[4] != ".":
-            return parts, argument[end:] if found[4] else None
+    while match := _PART.match(argument, end):
+        parts.append(match[1] or match[2] or match[3] or "")
+        end = match.end()
+        if match[4] != ".":
+            return parts, argument[end:] if match[4] else None
     return parts, None
 
 
@@ -136,7 +136,7 @@ _PAIR = re.compile(rf"^\s*({_DOTTED})\s*=")
 def key_places(text: str) -> Mapping[KeyPath, tuple[int, int]]:
     """Return the character range of every key that begins a line, by its full path.
 
-    Keys inside inline tables and arrays have no line of their own; look up their parent. The text must be valid TOML,
+    Keys inside inline tables and arrays have no separate line; look up their parent. The text must be valid TOML,
     so a line inside a multi-line string that looks like a key can only mislead a diagnostic's line, never its content.
 
     Args:
@@ -185,14 +185,14 @@ EXTENDS = "extends"
 
 @dataclass(frozen=True)
 class Places:
-    """Where the keys of a scenario stand: a line of one of its files, or an argument of the command line.
+    """Locations of the keys of a scenario: a line of one of its files, or an argument of the command line.
 
     Args:
         source: The scenario's own file.
         overrides: Arguments of the command line, by key.
         base: Places of the scenario that it extends.
         hidden: Keys whose values replace those of the base whole.
-        common: By the name of a table of tables, the table whose values each of those takes over unless it has its own.
+        common: By the name of a table of tables, the table whose values each of those takes over unless it sets one.
     """
 
     source: SourceText
@@ -206,8 +206,8 @@ class Places:
         return key_places(self.source.text)
 
     def _exact(self, path: tuple[str, ...]) -> Span | None:
-        if found := self._keys.get(path):
-            return Span(self.source, *found)
+        if offsets := self._keys.get(path):
+            return Span(self.source, *offsets)
         if self.base is None or any(path[:k] in self.hidden for k in range(1, len(path) + 1)):
             return None
         return self.base._exact(path)
@@ -229,7 +229,7 @@ class Places:
     def resolve(self, path: tuple[str, ...]) -> tuple[str, Span | None, str]:
         """Return the key as its author wrote it, its place in the file, and its argument of the command line.
 
-        A key that is taken over from a common table is found there. A table that stands nowhere, but in which an
+        A key that is taken over from a common table is found there. A table that is in no file, but in which an
         argument gave something, has the place of that argument; any other key that of its nearest parent.
         """
         table = self.common.get(path[0]) if len(path) > 2 else None
@@ -250,8 +250,8 @@ class Places:
 
     def texts(self) -> list[dict[str, str]]:
         """Return name and text of the scenario's file and of those it extends, as they were read."""
-        own = {"file": Path(self.source.name).name, "text": self.source.text}
-        return [own, *(self.base.texts() if self.base else ())]
+        top = {"file": Path(self.source.name).name, "text": self.source.text}
+        return [top, *(self.base.texts() if self.base else ())]
 
     def did_you_mean(self, key: str, known: Collection[str]) -> str:
         """Return a help that names the known key most like the last part of a key, or an empty string.

@@ -53,19 +53,19 @@ class Shipped:
         Raises:
             UnknownScenarioError: When it is neither.
         """
-        found = self.beside(Path(), name)
-        if found is not None:
-            return found
+        base = self.beside(Path(), name)
+        if base is not None:
+            return base
         hint = did_you_mean(name, self.names())
-        known = ", ".join(self.names())
-        shown = name if len(name) <= 200 else f"{name[:197]}..."
+        names = ", ".join(self.names())
+        listing = name if len(name) <= 200 else f"{name[:197]}..."
         raise UnknownScenarioError(
-            f"no scenario {shown!r}: it is neither a file nor one of the shipped scenarios: {known}"
+            f"no scenario {listing!r}: it is neither a file nor one of the shipped scenarios: {names}"
             + (f"; {hint}" if hint else "")
         )
 
     def beside(self, folder: Path, name: str) -> Path | None:
-        """Return a scenario by its shipped name or by its path from a folder, None where there is none."""
+        """Return a scenario by its shipped name or by its path from a folder, or None."""
         if name in self.names():
             return self.path(name)
         return folder / name if exists(folder / name) else None
@@ -114,24 +114,24 @@ def _extended(layers: Sequence[TomlFile], shipped: Shipped) -> Path | None:
         raise DiagnosticError(
             [places.diagnostic("FZ904", EXTENDS, f"{EXTENDS} must be the name of a scenario in quotes")]
         )
-    found = shipped.beside(last.path.parent, name)
-    if found is None:
+    base = shipped.beside(last.path.parent, name)
+    if base is None:
         facts = (f"it is neither a file beside {last.path.name} nor one of the shipped {', '.join(shipped.names())}",)
         message = f"{EXTENDS} = {name[:200]!r} names a scenario that does not exist"
         hint = did_you_mean(name, shipped.names())
         raise DiagnosticError([places.diagnostic("FZ904", EXTENDS, message, facts=facts, help=hint)])
     way = [one.path for one in layers]
-    if any(found.samefile(one) for one in way):
-        shown = " -> ".join(p.name for p in (*way, found))
-        raise DiagnosticError([places.diagnostic("FZ904", EXTENDS, f"{EXTENDS} leads in a circle: {shown}")])
+    if any(base.samefile(one) for one in way):
+        circle = " -> ".join(p.name for p in (*way, base))
+        raise DiagnosticError([places.diagnostic("FZ904", EXTENDS, f"{EXTENDS} leads in a circle: {circle}")])
     if len(layers) >= MOST_LAYERS:
         message = f"{EXTENDS}: more than {MOST_LAYERS} scenarios upon each other"
         raise DiagnosticError([places.diagnostic("FZ904", EXTENDS, message)])
-    return found
+    return base
 
 
 def exists(path: Path) -> bool:
-    """Return whether there is such a file; a name that no file can have is none."""
+    """Return whether such a file exists; False for an impossible name."""
     try:
         return path.exists()
     except (OSError, ValueError):  # a name longer than the file system allows, or one with a null character
@@ -176,7 +176,7 @@ def _mergeable(under: Any, value: Any) -> bool:
 
 
 def replaced(below: Mapping[str, Any], above: Mapping[str, Any], prefix: KeyPath = ()) -> Iterator[KeyPath]:
-    """Yield the keys below which nothing of the lower table is left."""
+    """Yield the keys below which the lower table is replaced."""
     for key, value in above.items():
         under = below.get(key)
         if _mergeable(under, value):
@@ -195,7 +195,7 @@ def read_bytes(path: Path, largest: int, help_text: str) -> bytes:
     """Read a regular file of limited size.
 
     Raises:
-        DiagnosticError: When it is none, or cannot be read.
+        DiagnosticError: When it is not a regular file, or cannot be read.
     """
 
     def refuse(code: str, message: str, help: str = "") -> DiagnosticError:

@@ -39,21 +39,21 @@ def describe(file: SpecFile, plan: Plan[Any], overrides: Sequence[str]) -> dict[
 
 
 def sources(folder: Path, outside: tuple[str, ...] = ()) -> str:
-    """Return one checksum of the sources of a package and of what runs sweeps.
+    """Return one checksum of the sources of a package and of `experiments`.
 
     Args:
         folder: Of the package.
         outside: Beginnings of paths in it that no result depends on.
     """
     digest, experiments = hashlib.sha256(), Path(__file__).parent
-    found = [one for one in sorted(folder.rglob("*.py")) if not one.relative_to(folder).as_posix().startswith(outside)]
-    for source in (*found, *sorted(experiments.rglob("*.py"))):
+    files = [one for one in sorted(folder.rglob("*.py")) if not one.relative_to(folder).as_posix().startswith(outside)]
+    for source in (*files, *sorted(experiments.rglob("*.py"))):
         digest.update(source.read_bytes())
     return digest.hexdigest()
 
 
 def differences(before: Mapping[str, Any], now: Mapping[str, Any]) -> Iterator[str]:
-    """Yield what differs between two descriptions, in words."""
+    """Yield the differences between two descriptions, in words."""
     yield from dict.fromkeys(_in_words(*key) for key in _keys(before, now))
 
 
@@ -68,7 +68,7 @@ def _keys(before: Mapping[str, Any], now: Mapping[str, Any]) -> Iterator[tuple[s
 
 
 def _in_words(part: str, *keys: str) -> str:
-    """Return what a key of a description is about."""
+    """Return the subject of a key of a description."""
     match part, keys:
         case "spec", _:
             return f"{'.'.join(keys)} of the SPEC"
@@ -91,7 +91,7 @@ def _in_words(part: str, *keys: str) -> str:
 
 
 NAME = "journal.jsonl"
-#: What the results of a finished sweep rest on.
+#: Provenance of the results of a finished sweep.
 ABOUT = "sweep.json"
 
 
@@ -134,7 +134,7 @@ def journal(folder: Path, about: Mapping[str, Any], resume: bool) -> Iterator[Jo
 
     Args:
         folder: Of the results; it exists.
-        about: What the results rest on.
+        about: Provenance of the results.
         resume: Whether a journal that is there goes on.
 
     Raises:
@@ -150,18 +150,18 @@ def journal(folder: Path, about: Mapping[str, Any], resume: bool) -> Iterator[Jo
     with file:
         _lock(file, path)
         lines = list(_whole(file))
-        if len(lines) == 1 and not resume:  # nothing is lost with it
+        if len(lines) == 1 and not resume:  # it holds no run
             lines = []
         if lines:
             _require_same(path, lines[0], about, len(lines) - 1, resume)
         done = {number: Outcome(number, row, wall_s) for number, wall_s, row in lines[1:]}
-        kept = Journal(file, path, done)
+        opened = Journal(file, path, done)
         try:
             if not lines:
                 file.seek(0)
                 file.truncate()
-                kept.write(about)
-            yield kept
+                opened.write(about)
+            yield opened
         finally:
             if not done:
                 remove(folder)
@@ -201,7 +201,7 @@ def require_own(folder: Path, names: Sequence[str]) -> None:
 
 
 def _finished(folder: Path) -> dict[str, Any] | None:
-    """Return what the results in a folder rest on, None where there are none of a sweep."""
+    """Return the provenance of the results in a folder, None without results of a sweep."""
     if is_special(folder / ABOUT):
         return None
     try:
@@ -222,7 +222,7 @@ def _line(data: Any) -> bytes:
 
 
 def _whole(file: BinaryIO) -> Iterator[Any]:
-    """Yield the content of all whole lines, and cut off what follows them: a run that was being written."""
+    """Yield the content of all whole lines, and cut off the rest: a run that was being written."""
     end = 0
     for line in file:
         checksum, _, text = line.partition(b" ")

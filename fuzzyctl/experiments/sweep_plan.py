@@ -33,7 +33,7 @@ class Run:
         path: Its file.
         controller: Under which the scenario is run.
         repetition: Number of the draw.
-        values: What varies, by key.
+        values: Varied values by key.
         overrides: All values that replace those of the scenario, as `--set` has them.
         sha256: Of the scenario's files.
     """
@@ -53,11 +53,11 @@ class Plan(Generic[S]):
     """The runs of one sweep, and the files that they rest on.
 
     Args:
-        runnable: What is run.
+        runnable: Subject of the sweep.
         runs: In the order of the results.
         scenario: The scenario before anything varies.
         used: Checksums of the files besides the scenario's own that the runs rest on, by name.
-        warnings: What varies without effect.
+        warnings: Keys that vary without effect.
     """
 
     runnable: Runnable[S]
@@ -70,10 +70,10 @@ class Plan(Generic[S]):
 def make(
     runnable: Runnable[S], file: SpecFile, overrides: Sequence[str], report: Callable[[int], None] | None = None
 ) -> Plan[S]:
-    """Lay out the runs of a sweep, and check each of them with its drawn values; nothing is compiled or computed.
+    """Lay out the runs of a sweep, and check each of them with its drawn values; without compiling or computing.
 
     Args:
-        runnable: What is run.
+        runnable: Subject of the sweep.
         file: The SPEC.
         overrides: Values for all runs, as `--set` has them.
         report: Called with how many runs of each controller are checked.
@@ -106,15 +106,15 @@ def joined(plans: Sequence[Plan[S]]) -> list[Run]:
 
 
 def _unread(plan: Plan[S], file: SpecFile, controllers: Sequence[str]) -> Iterator[Diagnostic]:
-    """Warn of what varies although no run of the sweep reads it."""
+    """Warn of varied keys that no run of the sweep reads."""
     for table in ("grid", "random"):
         for key in getattr(file.spec, table):
             what = plan.runnable.unread(plan.scenario, controllers, plan.used, split_key(key))
             if what:
                 message = f"{table}.{key} varies in vain: no run reads {what}"
                 facts = (f"the controllers of the sweep are {', '.join(controllers)}",)
-                found = file.diagnostic("FZ904", (table, key), message, facts=facts)
-                yield dataclasses.replace(found, severity="warning")
+                remark = file.diagnostic("FZ904", (table, key), message, facts=facts)
+                yield dataclasses.replace(remark, severity="warning")
 
 
 def count(file: SpecFile) -> int:
@@ -140,7 +140,7 @@ def _controllers(plan: Plan[S], file: SpecFile) -> tuple[str, ...]:
     """Return the controllers of a sweep; words for several ones written out.
 
     Raises:
-        DiagnosticError: For a name that is none.
+        DiagnosticError: For an unknown name.
     """
     try:
         return plan.runnable.controllers(plan.scenario, file.spec.controllers or ())
@@ -152,13 +152,13 @@ def _controllers(plan: Plan[S], file: SpecFile) -> tuple[str, ...]:
 
 def _require_measures(plan: Plan[S], file: SpecFile, controllers: Sequence[str]) -> None:
     """Refuse measures that no run has; they would be missing from the results."""
-    known = plan.runnable.measures(plan.scenario, controllers)
+    names = plan.runnable.measures(plan.scenario, controllers)
     mistakes = [
         file.diagnostic(
             "FZ904", ("measures",), f"measures: there is no measure {name!r}",
-            facts=(f"there are {', '.join(known)}",), help=did_you_mean(name, known),
+            facts=(f"there are {', '.join(names)}",), help=did_you_mean(name, names),
         )
-        for name in file.spec.measures if known and name not in known
+        for name in file.spec.measures if names and name not in names
     ]  # fmt: skip
     if mistakes:
         raise DiagnosticError(mistakes)
@@ -169,8 +169,8 @@ def _drafts(
 ) -> Iterator[list[Run]]:
     """Yield the runs of every point of the grid and every repetition, one for each controller."""
     spec, number, seed = file.spec, itertools.count(), plan.runnable.seed
-    given = {*spec.grid, *spec.random, *(one.partition("=")[0] for one in fixed)}
-    seeded = spec.runs > 1 and seed != "" and seed not in given
+    keys = {*spec.grid, *spec.random, *(one.partition("=")[0] for one in fixed)}
+    seeded = spec.runs > 1 and seed != "" and seed not in keys
     name, path = plan.scenario.name, plan.scenario.path
     for point in itertools.product(*spec.grid.values()):
         for repetition in range(spec.runs):
@@ -205,7 +205,7 @@ def _check(
                 raise _blame(file, error, first.values, first.number) from None
         except DiagnosticError as error:
             for one in error.diagnostics:
-                # what is wrong in every run, such as a misspelt key, shows once
+                # a mistake in every run, such as a misspelt key, shows once
                 mistakes.setdefault((one.code, one.place, one.message.partition(": ")[2]), one)
             bad += 1
             if bad == MOST_SHOWN:
@@ -252,8 +252,8 @@ def _blamed(file: SpecFile, one: Diagnostic, values: Mapping[str, Any], number: 
     if key in values:
         facts = (*facts, f"run {number} has {key} = {literal(values[key])}")
     elif number is not None and values:
-        shown = ", ".join(f"{k} = {literal(v)}" for k, v in list(values.items())[:4])
-        facts = (*facts, f"run {number} has {shown}{', ...' if len(values) > 4 else ''}")
+        values_text = ", ".join(f"{k} = {literal(v)}" for k, v in list(values.items())[:4])
+        facts = (*facts, f"run {number} has {values_text}{', ...' if len(values) > 4 else ''}")
     if key in values or key in file.spec.set:
         return dataclasses.replace(
             one, message=message, facts=facts, span=file.span(*_written(file, key)), file=file.source.name

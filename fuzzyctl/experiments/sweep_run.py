@@ -23,7 +23,7 @@ FORMATS = ("csv", "parquet")
 
 
 def table(runs: Sequence[Run], done: Mapping[int, Outcome]) -> Columns:
-    """Return the results by column, in the order of the runs; what a run does not have is None."""
+    """Return the results by column, in the order of the runs; None for a missing value."""
     return columns_of([_row(run, done[run.number]) for run in runs])
 
 
@@ -36,15 +36,15 @@ def write(
     files: Results, formats: Iterable[str], plan: Plan[Any], done: Mapping[int, Outcome], about: Mapping[str, Any]
 ) -> None:
     """Write the results; with the same description they are the same bytes, `times.csv` aside."""
-    found = table(plan.runs, done)
+    columns = table(plan.runs, done)
     application = plan.runnable.application
-    whole = {**about, "columns": {name: {"unit": plan.runnable.unit(plan.scenario, name)} for name in found}}
+    whole = {**about, "columns": {name: {"unit": plan.runnable.unit(plan.scenario, name)} for name in columns}}
     files.write_text(ABOUT, json.dumps(whole, indent=2, ensure_ascii=False) + "\n")
     for one in formats:
         if one == "csv":
-            files.write("results.csv", lambda path: write_csv(path, found))
+            files.write("results.csv", lambda path: write_csv(path, columns))
         else:
-            files.write("results.parquet", lambda path: parquet.write_table(path, found, whole, application))
+            files.write("results.parquet", lambda path: parquet.write_table(path, columns, whole, application))
     times: Columns = {"run": [r.number for r in plan.runs], "wall_s": [done[r.number].wall_s for r in plan.runs]}
     files.write("times.csv", lambda path: write_csv(path, times))
     files.publish()
@@ -110,7 +110,7 @@ def collect(outcomes: Iterable[Outcome], total: int, ready: int, keep: Callable[
         shown: Shows how many are done.
 
     Raises:
-        SweepError: When runs cannot be computed; what is kept stays.
+        SweepError: When runs cannot be computed; kept outcomes stay.
     """
     with shown(total) as move:
         for one in outcomes:
@@ -132,7 +132,7 @@ def run(
     shown: Shown = silent,
     shielded: Callable[[], AbstractContextManager[None]] = nullcontext,
 ) -> Finished:
-    """Compute what is not done yet, and write the results.
+    """Compute the missing runs, and write the results.
 
     Args:
         plan: The runs.
@@ -147,21 +147,21 @@ def run(
 
     Raises:
         DiagnosticError: When the results cannot be written, or belong to another sweep.
-        InterruptedSweepError: When Ctrl-C came; the journal keeps what is done.
-        SweepError: When a run cannot be computed at all; the journal keeps what is done.
+        InterruptedSweepError: When Ctrl-C came; the journal keeps the finished runs.
+        SweepError: When a run cannot be computed at all; the journal keeps the finished runs.
     """
     sweep_journal.require_own(folder, NAMES)
     with results(folder, NAMES) as files:
         if resume:
             sweep_journal.require_something(folder, about)
-        with sweep_journal.journal(folder, about, resume) as kept:
-            left = [one for one in plan.runs if one.number not in kept.done]
+        with sweep_journal.journal(folder, about, resume) as log:
+            left = [one for one in plan.runs if one.number not in log.done]
             if left:
-                _compute(workers.compute(setup_of(plan, measures=measures), left), len(left), kept, folder, shown)
+                _compute(workers.compute(setup_of(plan, measures=measures), left), len(left), log, folder, shown)
             with shielded():
-                write(files, formats, plan, kept.done, about)
+                write(files, formats, plan, log.done, about)
                 sweep_journal.remove(folder)
-    return Finished(_summary(plan, kept, len(left), folder), kept.done)
+    return Finished(_summary(plan, log, len(left), folder), log.done)
 
 
 def _compute(outcomes: Iterator[Outcome], left: int, kept: Journal, folder: Path, shown: Shown) -> None:

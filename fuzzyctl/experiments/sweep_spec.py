@@ -27,7 +27,7 @@ class _Table(BaseModel):
 
 
 class Distribution(_Table):
-    """How a value is drawn: one of the distributions, and what the drawn number is to the scenario's own value."""
+    """How a value is drawn: one of the distributions, and its relation to the scenario's value."""
 
     uniform: Pair | None = Field(default=None, description="least and greatest value")
     normal: Pair | None = Field(default=None, description="mean and standard deviation")
@@ -39,12 +39,12 @@ class Distribution(_Table):
 
     @model_validator(mode="after")
     def _possible(self) -> Distribution:
-        given = [name for name in DISTRIBUTIONS if getattr(self, name) is not None]
-        if len(given) != 1:
-            raise ValueError(f"must have exactly one of {', '.join(DISTRIBUTIONS)}, has {', '.join(given) or 'none'}")
+        names = [name for name in DISTRIBUTIONS if getattr(self, name) is not None]
+        if len(names) != 1:
+            raise ValueError(f"must have exactly one of {', '.join(DISTRIBUTIONS)}, has {', '.join(names) or 'none'}")
         low, high = self.uniform or self.loguniform or (0.0, 0.0)
         if low > high:
-            raise ValueError(f"{given[0]}: {low:g} is greater than {high:g}")
+            raise ValueError(f"{names[0]}: {low:g} is greater than {high:g}")
         if self.loguniform and not low > 0.0:
             raise ValueError(f"loguniform: both values must be > 0, got {low:g}")
         if self.normal and self.normal[1] < 0.0:
@@ -64,9 +64,9 @@ DISTRIBUTIONS = ("uniform", "normal", "loguniform", "choice")
 
 
 class Spec(_Table):
-    """What a SPEC file says; the keys of `set`, `grid` and `random` are those of `--set`.
+    """Content of a SPEC file; the keys of `set`, `grid` and `random` are those of `--set`.
 
-    An application whose measures are known in advance declares them in a class of its own.
+    An application whose measures are known in advance declares them in a subclass.
     """
 
     scenario: str = Field(min_length=1, description="shipped name, or a file beside the SPEC")
@@ -89,10 +89,10 @@ TABLES = ("set", "grid", "random")
 
 @dataclass(frozen=True)
 class SpecFile:
-    """A SPEC together with where its keys stand.
+    """A SPEC together with the locations of its keys.
 
     Args:
-        spec: What it says.
+        spec: Its content.
         source: Its text.
         path: Its file.
     """
@@ -110,8 +110,8 @@ class SpecFile:
         flat = (*path[:1], *(part for one in path[1:] for part in split_key(one)))
         prefixes = [one[:k] for one in (path, flat) for k in range(len(one), 1, -1)]
         for candidate in (*prefixes, path[:1]):
-            if found := self._places.get(candidate):
-                return Span(self.source, *found)
+            if place := self._places.get(candidate):
+                return Span(self.source, *place)
         return None
 
     def diagnostic(self, code: str, path: tuple[str, ...], message: str, **more: Any) -> Diagnostic:
@@ -125,7 +125,7 @@ class SpecFile:
             find: As `Runnable.find`.
 
         Raises:
-            DiagnosticError: When there is none.
+            DiagnosticError: When it does not exist.
         """
         beside = self.path.parent / self.spec.scenario
         try:
@@ -142,7 +142,7 @@ def read(path: Path, kind: type[Spec] = Spec) -> SpecFile:
 
     Args:
         path: The file.
-        kind: What it may say.
+        kind: Class of its content.
 
     Raises:
         DiagnosticError: With every mistake in it.
@@ -163,8 +163,8 @@ def _validate(data: Mapping[str, Any], source: SourceText, path: Path, kind: typ
     try:
         spec = kind.model_validate(flat)
     except ValidationError as error:
-        found = dict.fromkeys(_diagnose(one, places) for one in error.errors(include_url=False))
-        raise DiagnosticError(sorted([*mistakes, *found], key=lambda d: d.span.start if d.span else -1)) from None
+        errors = dict.fromkeys(_diagnose(one, places) for one in error.errors(include_url=False))
+        raise DiagnosticError(sorted([*mistakes, *errors], key=lambda d: d.span.start if d.span else -1)) from None
     mistakes += repeated(spec, places)
     if mistakes:
         raise DiagnosticError(mistakes)
@@ -172,7 +172,7 @@ def _validate(data: Mapping[str, Any], source: SourceText, path: Path, kind: typ
 
 
 def repeated(spec: Spec, places: SpecFile) -> Iterator[Diagnostic]:
-    """Yield what is named twice in the lists of a SPEC: it would be run twice, or once although it looks like more."""
+    """Yield names that occur twice in the lists of a SPEC, and would be run twice, or once in spite of that."""
     lists: dict[tuple[str, ...], tuple[Any, ...]] = {
         ("controllers",): spec.controllers or (),
         ("measures",): spec.measures,
@@ -210,9 +210,9 @@ def _diagnose(error: Any, places: SpecFile) -> Diagnostic:
     match error["type"]:
         case "extra_forbidden":
             owner: type[BaseModel] = Distribution if path[0] == "random" else type(places.spec)
-            known = tuple(owner.model_fields)
-            facts = (f"{key.rpartition('.')[0] or 'a SPEC'} has the keys {', '.join(known)}",)
-            hint = did_you_mean(path[-1], known)
+            keys = tuple(owner.model_fields)
+            facts = (f"{key.rpartition('.')[0] or 'a SPEC'} has the keys {', '.join(keys)}",)
+            hint = did_you_mean(path[-1], keys)
             return places.diagnostic("FZ902", path, f"unknown key {key}", facts=facts, help=hint)
         case "missing":
             return places.diagnostic("FZ903", path, f"{key} is missing")

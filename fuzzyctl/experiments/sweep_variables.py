@@ -24,7 +24,7 @@ class Variable:
 
     Args:
         key: Of the scenario, as `--set` takes it.
-        written: As it stands in the SPEC, perhaps with a star.
+        written: As written in the SPEC, perhaps with a star.
         distribution: How it is drawn.
         base: The scenario's own value, for a factor or an offset.
     """
@@ -74,9 +74,9 @@ def expand(file: SpecFile, settings: Any, common: Mapping[str, str] | None = Non
         common: Tables that others take values over from, as in `Places`.
 
     Raises:
-        DiagnosticError: For a star that nothing matches, a key without a number to be relative to, or a key twice.
+        DiagnosticError: For a star without a match, a key without a number to be relative to, or a key twice.
     """
-    found: dict[str, Variable] = {}
+    variables: dict[str, Variable] = {}
     mistakes: list[Diagnostic] = []
     for written, distribution in file.spec.random.items():
         matches = (
@@ -99,20 +99,20 @@ def expand(file: SpecFile, settings: Any, common: Mapping[str, str] | None = Non
                 if value is None and not help_text:
                     help_text = did_you_mean(split_key(key)[-1], _beside(settings, key))
                 mistakes.append(file.diagnostic("FZ904", ("random", written), message, help=help_text))
-            elif key in found:
-                message = f"random.{written} gives {key} again, after random.{found[key].written}"
+            elif key in variables:
+                message = f"random.{written} gives {key} again, after random.{variables[key].written}"
                 mistakes.append(file.diagnostic("FZ904", ("random", written), message))
             else:
-                found[key] = Variable(key, written, distribution, value if relative else 0.0)
+                variables[key] = Variable(key, written, distribution, value if relative else 0.0)
     if mistakes:
         raise DiagnosticError(mistakes)
-    return tuple(found.values())
+    return tuple(variables.values())
 
 
 def _in_place_of(written: str, common: Mapping[str, str]) -> str:
-    """Return what to write in place of a key of a common table, which holds no values of its own."""
-    found = ((many, one) for many, one in common.items() if written.startswith(f"{one}."))
-    return next((f"give {many}.*.KEY in place of {one}.KEY" for many, one in found), "")
+    """Return what to write in place of a key of a common table, which holds no values itself."""
+    tables = ((many, one) for many, one in common.items() if written.startswith(f"{one}."))
+    return next((f"give {many}.*.KEY in place of {one}.KEY" for many, one in tables), "")
 
 
 def require_no_stars(file: SpecFile, common: Mapping[str, str]) -> None:
@@ -129,8 +129,8 @@ def require_no_stars(file: SpecFile, common: Mapping[str, str]) -> None:
     for table, written in [*(("set", key) for key in file.spec.set), *(("grid", key) for key in file.spec.grid)]:
         if _STAR in split_key(written):
             message = f"{table}.{written}: a star stands for several keys in [random] alone"
-            found = ((many, one) for many, one in common.items() if written.startswith(f"{one}."))
-            drawn = next((f"{many}.*{written.removeprefix(one)}" for many, one in found), written)
+            tables = ((many, one) for many, one in common.items() if written.startswith(f"{one}."))
+            drawn = next((f"{many}.*{written.removeprefix(one)}" for many, one in tables), written)
             help_text = f"name one key, or draw {drawn} in [random]"
             mistakes.append(file.diagnostic("FZ902", (table, written), message, help=help_text))
     if mistakes:

@@ -31,7 +31,7 @@ class Setup:
     """What all runs of a sweep have in common.
 
     Args:
-        runnable: What is run.
+        runnable: Subject of the sweep.
         used: Checksums of the files that the runs rest on, by name, as they were checked.
         measures: What to keep of each run.
     """
@@ -70,7 +70,7 @@ def work(setup: Setup, run: Run) -> Outcome:
     try:
         scenario = runnable.read(run.path, run.overrides)
         ready = runnable.prepare(scenario, run.controller, setup.measures)
-    except DiagnosticError as error:  # it was checked before: a file is not what it was, or code of the user raises
+    except DiagnosticError as error:  # it was checked before: a file has changed, or code of the user raises
         return Outcome(
             run.number, {}, 0.0, f"run {run.number} of {run.path} was checked, but cannot be prepared:\n{error}"
         )
@@ -80,23 +80,23 @@ def work(setup: Setup, run: Run) -> Outcome:
         if (name, used.sha256) not in setup.used:
             return Outcome(run.number, {}, 0.0, f"{used.path} changed while the sweep ran")
     try:
-        found = ready.compute()
+        computed = ready.compute()
     except DiagnosticError as error:  # code of the user raises
         return Outcome(run.number, {}, 0.0, f"run {run.number} of {run.path} cannot be computed:\n{error}")
-    return Outcome(run.number, found.row, found.wall_s)
+    return Outcome(run.number, computed.row, computed.wall_s)
 
 
 @cache
 def _kept(setup: Setup) -> Setup:
-    """Return the first of equal setups, so that what its runnable has read and proved serves all runs of a process."""
+    """Return the first of equal setups, so that files and proofs of its runnable serve all runs of a process."""
     return setup
 
 
-#: Runs that wait in the queue of each worker, so that none has to wait for its next one.
+#: Runs that wait in the queue of each worker, so that no worker has to wait for its next one.
 AHEAD = 3
 #: Each worker is one thread: they would get in each other's way.
 ONE_THREAD = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
-#: The record of a run is large: kept by the process from one run to the next, its pages need not be asked for anew.
+#: The record of a run is large: kept by the process from one run to the next, its pages need not be allocated anew.
 MEMORY = {"MALLOC_MMAP_THRESHOLD_": str(1 << 30), "MALLOC_TRIM_THRESHOLD_": str(1 << 30), "MALLOC_TOP_PAD_": "0"}
 
 

@@ -1,4 +1,4 @@
-"""What is wrong with a value, in words, from the errors of pydantic."""
+"""Errors of pydantic about a value, in words."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _KINDS = {
 
 
 def length(error: Any) -> str:
-    """Return what is wrong with the number of elements of a list, or of characters of a text."""
+    """Describe an error in the number of elements of a list, or of characters of a text."""
     if error["type"] == "string_too_short":
         return "must not be empty"
     few = error["type"] == "too_short"
@@ -37,7 +37,7 @@ def length(error: Any) -> str:
 
 
 def requirement(error: Any, number: Callable[[float], str] = "{:g}".format) -> str:
-    """Return what a value must be.
+    """Describe a valid value.
 
     Args:
         error: Of pydantic.

@@ -22,24 +22,26 @@ from fuzzyctl.support.arguments import is_finite
 
 def blocks_of(loop: Loop) -> dict[str, Controller | Plant]:
     """Return the controllers and plants that blocks of a loop are of, by name."""
-    found: dict[str, Controller | Plant] = {c.name: c for c in loop.controllers}
-    return found | {p.name: p for p in loop.plants}
+    blocks: dict[str, Controller | Plant] = {c.name: c for c in loop.controllers}
+    return blocks | {p.name: p for p in loop.plants}
 
 
 def block_params(loop: Loop, instance: Instance) -> dict[str, float]:
     """Return the values of the params of a block of a loop."""
     params = blocks_of(loop)[instance.controller].params
-    given = {a.name: a.value for a in instance.arguments if isinstance(a, Keyword)}
-    numbers = {p.name: Number(evaluate(given[p.name], loop.param_values.values)) for p in params if p.name in given}
+    settings = {a.name: a.value for a in instance.arguments if isinstance(a, Keyword)}
+    numbers = {
+        p.name: Number(evaluate(settings[p.name], loop.param_values.values)) for p in params if p.name in settings
+    }
     return ParamValues([replace(p, expression=numbers.get(p.name, p.expression)) for p in params]).values
 
 
 def params_of(loop: Loop) -> dict[str, float]:
     """Return the values of all params: `PARAM` of the loop, `BLOCK.PARAM` of its controllers and plants."""
-    found = dict(loop.param_values.values)
+    values = dict(loop.param_values.values)
     for instance in loop.instances:
-        found |= {f"{instance.name}.{name}": value for name, value in block_params(loop, instance).items()}
-    return found
+        values |= {f"{instance.name}.{name}": value for name, value in block_params(loop, instance).items()}
+    return values
 
 
 def all_params(loop: Loop) -> dict[str, float]:
@@ -50,28 +52,28 @@ def all_params(loop: Loop) -> dict[str, float]:
 def timing_params(loop: Loop) -> set[str]:
     """Return the full names of the params that the duration, the step and the periods of controllers depend on."""
     needed = _depends(loop.params, [e for e in (loop.duration, loop.step) if e is not None])
-    found: set[str] = set()
+    names: set[str] = set()
     for instance in loop.instances:
         block = blocks_of(loop)[instance.controller]
         if block.period is None:
             continue
-        given = {a.name: a.value for a in instance.arguments if isinstance(a, Keyword)}
-        own = _depends([p for p in block.params if p.name not in given], [block.period])
-        found |= {f"{instance.name}.{name}" for name in own}
-        needed |= _depends(loop.params, [given[name] for name in own if name in given])
-    return found | needed
+        settings = {a.name: a.value for a in instance.arguments if isinstance(a, Keyword)}
+        in_block = _depends([p for p in block.params if p.name not in settings], [block.period])
+        names |= {f"{instance.name}.{name}" for name in in_block}
+        needed |= _depends(loop.params, [settings[name] for name in in_block if name in settings])
+    return names | needed
 
 
 def _depends(params: Sequence[Param], values: Sequence[Expr]) -> set[str]:
     """Return the names that expressions use, themselves or through params."""
     expressions = {p.name: p.expression for p in params}
-    found: set[str] = set()
+    names: set[str] = set()
     stack = list(values)
     while stack:
-        new = {n.name for n in names_in(stack.pop())} - found
-        found |= new
+        new = {n.name for n in names_in(stack.pop())} - names
+        names |= new
         stack += [expressions[name] for name in new if name in expressions]
-    return found
+    return names
 
 
 def short_names(loop: Loop) -> dict[str, str]:
@@ -80,9 +82,9 @@ def short_names(loop: Loop) -> dict[str, str]:
     `BLOCK.PARAM` is also `PARAM` where the loop and its other blocks have none of that name.
     """
     full = list(params_of(loop))
-    own = [name for name in full if name.count(".") <= 1]
-    last = [name.rpartition(".")[2] for name in own]
-    return {name: name for name in full} | {n: f for n, f in zip(last, own, strict=True) if last.count(n) == 1}
+    outer = [name for name in full if name.count(".") <= 1]
+    last = [name.rpartition(".")[2] for name in outer]
+    return {name: name for name in full} | {n: f for n, f in zip(last, outer, strict=True) if last.count(n) == 1}
 
 
 def with_settings(loop: Loop, values: Mapping[str, float]) -> Loop:
@@ -92,12 +94,12 @@ def with_settings(loop: Loop, values: Mapping[str, float]) -> Loop:
         UnknownNameError: For a name of no param, or of several.
         ValueOutOfBoundsError: For a value that is no finite number.
         DiagnosticError: For values outside of the ranges of their params, or of those that follow from them, and for
-            what else `check` reports where a file has such numbers, such as a period that is not positive.
+            other errors of `check` with such numbers, such as a period that is not positive.
     """
     changed = within_ranges(loop, values)
-    found = list(numbers_of_all(changed))
-    if found:
-        raise DiagnosticError(found)
+    mistakes = list(numbers_of_all(changed))
+    if mistakes:
+        raise DiagnosticError(mistakes)
     return changed
 
 
@@ -117,8 +119,8 @@ def within_ranges(loop: Loop, values: Mapping[str, float]) -> Loop:
         if not is_finite(value):
             raise ValueOutOfBoundsError(f"param {name!r}", value, "a finite number")
     changed = _changed(loop, {names[name]: float(value) for name, value in values.items()})
-    found = outside_ranges(changed, {})
-    outside = [Diagnostic("FZ302", f"{o.what} is {o.value:g}, outside of {o.text}", o.bounds.span) for o in found]
+    violations = outside_ranges(changed, {})
+    outside = [Diagnostic("FZ302", f"{o.what} is {o.value:g}, outside of {o.text}", o.bounds.span) for o in violations]
     if outside:
         raise DiagnosticError(outside)
     return changed
@@ -141,8 +143,8 @@ class Ranges:
 
     def __init__(self, loop: Loop, names: tuple[str, ...]) -> None:
         self._loop, self._names = loop, names
-        found = [(k, _declared(loop, name, {})[0].bounds) for k, name in enumerate(names)]
-        bounds = [(k, b, b.lower, b.upper) for k, b in found if b is not None]
+        declared = [(k, _declared(loop, name, {})[0].bounds) for k, name in enumerate(names)]
+        bounds = [(k, b, b.lower, b.upper) for k, b in declared if b is not None]
         #: Those with numbers as ends, which are quickly checked, and whether there are no others.
         self._plain = [(k, b, x.value, y.value) for k, b, x, y in bounds if type(x) is type(y) is Number]
         self._only_plain = len(self._plain) == len(bounds) and not has_computed_params(loop)
@@ -174,9 +176,9 @@ class Ranges:
 
 def _declared(loop: Loop, name: str, settings: Mapping[str, float]) -> tuple[Param, dict[str, float]]:
     """Return the param of a full name, and the values of all params beside it under some settings."""
-    block, dot, own = name.partition(".") if "." in name else ("", "", name)
+    block, dot, short = name.partition(".") if "." in name else ("", "", name)
     instance = next((i for i in loop.instances if i.name == block), None)
     owner = loop if instance is None else blocks_of(loop)[instance.controller]
     values = loop.param_values.values if instance is None else block_params(loop, instance)
     changed = {p.name: settings[block + dot + p.name] for p in owner.params if block + dot + p.name in settings}
-    return next(p for p in owner.params if p.name == own), values | changed
+    return next(p for p in owner.params if p.name == short), values | changed

@@ -42,15 +42,15 @@ def references(loop: Loop) -> dict[str, Expr]:
     Measures say so, such as `overshoot(tank.y, reference)`. Where none does, a loop with one plant of one output and
     one let that depends on the time alone, or one constant, that goes into a controller follows that.
     """
-    found: dict[str, Expr] = {}
+    followers: dict[str, Expr] = {}
     for measure in loop.measures:
         for call in walk(measure.value):
             if isinstance(call, Call) and call.function in MEASURES and _REFERENCE in MEASURES[call.function].signals:
-                given = bound(MEASURES[call.function], call)
-                y = given[MEASURES[call.function].signals[0]]
+                arguments = bound(MEASURES[call.function], call)
+                y = arguments[MEASURES[call.function].signals[0]]
                 if isinstance(y, Name):
-                    found.setdefault(y.name, given[_REFERENCE])
-    return found or _only(loop)
+                    followers.setdefault(y.name, arguments[_REFERENCE])
+    return followers or _only(loop)
 
 
 def _only(loop: Loop) -> dict[str, Expr]:
@@ -69,7 +69,7 @@ def _only(loop: Loop) -> dict[str, Expr]:
 
 
 def _into_controllers(loop: Loop) -> Iterator[Expr]:
-    """Yield what the inputs of controllers are connected to."""
+    """Yield the expressions that inputs of controllers are connected to."""
     inputs = {c.name: [s.name for s in c.inputs] for c in loop.controllers}
     for instance in loop.instances:
         for argument in instance.arguments if instance.controller in inputs else ():
@@ -90,7 +90,7 @@ class Panel:
     Args:
         signal: Its name in the runs.
         label: Label of the axis.
-        reference: What it should follow, a signal or a constant; None for nothing.
+        reference: Signal or constant that it should follow, or None.
         held: Whether it changes at samples only.
         given: Whether it is a signal of time alone.
     """
@@ -103,18 +103,18 @@ class Panel:
 
 
 def panels(loop: Loop, recorded: Collection[str]) -> list[Panel]:
-    """Return what runs show: outputs of plants, of controllers, then signals of time that are no reference.
+    """Return the panels of a run: outputs of plants, of controllers, then signals of time that are no reference.
 
     Args:
-        loop: What is run.
+        loop: The loop.
         recorded: Names of the signals that a run has.
     """
     followed = references(loop)
-    found = [Panel(n, _label(n, s), followed.get(n)) for n, s in _outputs(loop, recorded, plants=True)]
-    found += [Panel(n, _label(n, s), held=True) for n, s in _outputs(loop, recorded, plants=False)]
-    used = {p.reference.name for p in found if isinstance(p.reference, Name)}
-    found += [Panel(n, n, given=True) for n in inputs_of_time(loop) if n not in used]
-    return found
+    rows = [Panel(n, _label(n, s), followed.get(n)) for n, s in _outputs(loop, recorded, plants=True)]
+    rows += [Panel(n, _label(n, s), held=True) for n, s in _outputs(loop, recorded, plants=False)]
+    used = {p.reference.name for p in rows if isinstance(p.reference, Name)}
+    rows += [Panel(n, n, given=True) for n in inputs_of_time(loop) if n not in used]
+    return rows
 
 
 def _outputs(loop: Loop, recorded: Collection[str], *, plants: bool) -> Iterator[tuple[str, Signal]]:

@@ -37,14 +37,14 @@ class Run(Displayed):
         t: Times of the samples, shape (n,) [s].
         record: All signals, shape (n, signals).
         positions: Columns of the signals by name.
-        judgement: What the run is judged by.
+        judgement: The measures and requirements of the loop.
         plant_states: Names of the states that are integrated.
         params: Values of free params.
         substeps: Steps of integration between two samples; 0 for an adaptive solver.
         stopped: Why it ended early, None for a run to the end.
         solver: What integrated the plants.
         error: Largest difference of each state from a run with half the step of integration, or a tenth of the
-            tolerances of an adaptive solver; empty if there was none.
+            tolerances of an adaptive solver; empty without such a run.
     """
 
     loop: Loop = field(repr=False)
@@ -94,7 +94,7 @@ class Run(Displayed):
         return len(self.t)
 
     def signal(self, expr: Expr) -> FloatArray:
-        """Return the record of a signal, of what a measure takes, or of a constant, shape (n,)."""
+        """Return the record of a signal, of an operand of a measure, or of a constant, shape (n,)."""
         if expr in self.judgement.signals:
             return self.record[:, self.positions[f"#{self.judgement.signals.index(expr)}"]]
         if isinstance(expr, Name) and expr.name in self.positions:
@@ -109,8 +109,8 @@ class Run(Displayed):
     @cached_property
     def requirements(self) -> tuple[Requirement, ...]:
         """Whether each requirement holds; none does in a run that was stopped."""
-        found = self.judgement.requirements(self.measures, self.params)
-        return found if self.stopped is None else tuple(replace(r, holds=False) for r in found)
+        verdicts = self.judgement.requirements(self.measures, self.params)
+        return verdicts if self.stopped is None else tuple(replace(r, holds=False) for r in verdicts)
 
     @property
     def passed(self) -> bool:
@@ -118,7 +118,7 @@ class Run(Displayed):
         return self.stopped is None and all(r.holds for r in self.requirements)
 
     def summary(self) -> dict[str, Any]:
-        """Return what is known of the run as plain data; None stands for a number that is not finite."""
+        """Return the facts of the run as plain data; None stands for a number that is not finite."""
         return {
             "loop": self.loop.name,
             "title": self.loop.title,

@@ -32,7 +32,7 @@ def sample_times(loop: Loop) -> tuple[float, dict[str, int]]:
     """Return the time between two samples [s], and every how many of them each controller runs, by name of its block.
 
     Raises:
-        DiagnosticError: Where nothing says how often, or a period is no multiple of the step.
+        DiagnosticError: If the loop has neither step nor period, or a period is no multiple of the step.
     """
     periods = dict(_periods(loop))
     if loop.step is None and not periods:
@@ -110,15 +110,15 @@ def require_room(loop: Loop, signals: int) -> None:
     step = sample_times(loop)[0]
     samples = samples_at(loop, step)
     if samples - 1 > MOST_SAMPLES:
-        found = f"the run has {samples - 1:,} samples", f"at most {MOST_SAMPLES:,}"
+        excess = f"the run has {samples - 1:,} samples", f"at most {MOST_SAMPLES:,}"
     elif samples * signals > MOST_NUMBERS:
-        found = (
+        excess = (
             f"the run records {samples * signals:,} numbers, {signals} signals at {samples:,} samples",
             f"at most {MOST_NUMBERS:,}",
         )
     else:
         return _require_dead_times(loop, step)
-    message, most = found
+    message, most = excess
     help_text = f"expected {most}: make the run shorter, or its step longer"
     raise DiagnosticError([Diagnostic("FZ703", message, span_of(loop.duration) or loop.span, help=help_text)])
 

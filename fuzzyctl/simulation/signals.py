@@ -69,7 +69,7 @@ class Table:
     span: Span | None = None
 
 
-#: What is known before a run.
+#: Columns that are known before a run.
 Given = Noise | Table
 
 

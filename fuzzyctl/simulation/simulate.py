@@ -110,7 +110,7 @@ def differences(run: Run, finer: Run) -> dict[str, float]:
 
 def warnings(run: Run) -> list[Diagnostic]:
     """Return a warning for each state whose error of integration is large, and for a signal that is not a number."""
-    found = signals_without_value(run)
+    remarks = signals_without_value(run)
     for name, error in run.error.items():
         values = run[name]
         span = float(np.max(values) - np.min(values))
@@ -120,10 +120,10 @@ def warnings(run: Run) -> list[Diagnostic]:
             facts = (f"that is {error / span:.2g} of the range that it runs through",) if span else ()
             help_text = f"take more substeps: --substeps {4 * run.substeps}; for a stiff plant: --solver Radau"
             help_text = help_text if run.substeps else "take another solver, or RK4 with many --substeps"
-            found.append(
+            remarks.append(
                 Diagnostic("FZ706", message, severity="warning", facts=facts, help=help_text, file=run.loop.path)
             )
-    return found
+    return remarks
 
 
 class _GaveUpError(Exception):
@@ -161,7 +161,7 @@ def solved(
     free = list(experiment.nominal.values())
     x = np.array([s.start for s in equations.plant_states], dtype=np.float64)
     c = [s.start for s in equations.states]
-    width, held = len(equations.signals), len(experiment.programs.held)
+    width, input_count = len(equations.signals), len(experiment.programs.held)
     record = np.empty((experiment.samples, width))
     stopped = None
     done = 0
@@ -171,8 +171,8 @@ def solved(
             if stopped is not None:
                 break
             flags = [1.0 if k % n == 0 else 0.0 for n in equations.rates.values()]
-            found = sample([t, *x.tolist(), *free, *experiment.given[k].tolist(), *flags], c)
-            record[k], inputs, c = found[:width], found[width : width + held], found[width + held :]
+            results = sample([t, *x.tolist(), *free, *experiment.given[k].tolist(), *flags], c)
+            record[k], inputs, c = results[:width], results[width : width + input_count], results[width + input_count :]
             done = k + 1
             if done < experiment.samples:
                 end, tolerances = t + experiment.step, (relative / precision, absolute / precision)
@@ -207,8 +207,8 @@ def _outside(experiment: Experiment, x: FloatArray, sample: int, record: FloatAr
     for state, value in zip(experiment.equations.plant_states, x.tolist(), strict=True):
         if not state.holds(value):
             time, positions = sample * experiment.step, experiment.positions
-            kept = experiment.equations.states
-            return left(state, value, time, experiment.loop, positions, record[:sample], kept)
+            memory = experiment.equations.states
+            return left(state, value, time, experiment.loop, positions, record[:sample], memory)
     return None
 
 

@@ -37,7 +37,7 @@ class LoopPrograms:
             states.
         derivative: From the time, the plants' states, delayed signals, free params, outputs of external plants
             and what is held to `LoopEquations.integrated`.
-        held: Names of what is held.
+        held: Names of held signals.
     """
 
     sample: Program
@@ -54,7 +54,7 @@ def programs(equations: LoopEquations, algorithm: str = "auto") -> LoopPrograms:
     """
     builder = Builder()
     wanted = equations.integrated
-    between, held = reached(equations, wanted)
+    between, held_names = reached(equations, wanted)
     state_of = {s.name: Item(STATE, k) for k, s in enumerate(equations.states)}
     shared = [TIME, *(s.name for s in equations.plant_states), *(d.name for d in equations.delays)]
     shared += [*map(free_name, equations.free), *(n for e in equations.externals for n in e.outputs)]
@@ -64,17 +64,17 @@ def programs(equations: LoopEquations, algorithm: str = "auto") -> LoopPrograms:
     arguments = [a for a in env.values() if isinstance(a, Name)]
     env |= state_of
     _write(builder, equations, equations.body, env, algorithm)
-    values = [*equations.signals.values(), *map(Name, held), *equations.updates]
+    values = [*equations.signals.values(), *map(Name, held_names), *equations.updates]
     results = [builder.let(numeric(replace_names(v, env))) for v in values]
     sample = builder.program(arguments, results, state=len(equations.states))
 
     inner = builder.inner()
-    own: dict[str, Expr] = {n: Name(f"b{k}") for k, n in enumerate([*shared, *held])}
-    arguments = [a for a in own.values() if isinstance(a, Name)]
-    _write(inner, equations, between, own, algorithm)
-    results = [inner.let(numeric(replace_names(v, own))) for v in wanted]
+    inner_env: dict[str, Expr] = {n: Name(f"b{k}") for k, n in enumerate([*shared, *held_names])}
+    arguments = [a for a in inner_env.values() if isinstance(a, Name)]
+    _write(inner, equations, between, inner_env, algorithm)
+    results = [inner.let(numeric(replace_names(v, inner_env))) for v in wanted]
     derivative = inner.program(arguments, results)
-    return LoopPrograms(sample, derivative, tuple(held))
+    return LoopPrograms(sample, derivative, tuple(held_names))
 
 
 def _write(
@@ -87,13 +87,13 @@ def _write(
     """Write equations, and enter what their names are into `env`."""
     for item in body:
         if isinstance(item, Evaluation):
-            given = (*item.arguments, *(value for _, value in item.free))
-            values = [builder.let(numeric(replace_names(a, env))) for a in given]
+            inputs = (*item.arguments, *(value for _, value in item.free))
+            values = [builder.let(numeric(replace_names(a, env))) for a in inputs]
             before = [env[s] for s in item.states]
             block = item.states[0].partition(".")[0] if item.states else ""
             dt = Number(equations.periods.get(block, equations.step))
-            found = evaluated(builder, plan(item.system), system_program(item, algorithm), values, before, dt)
-            env |= dict(zip(item.defined, found, strict=True))
+            outputs = evaluated(builder, plan(item.system), system_program(item, algorithm), values, before, dt)
+            env |= dict(zip(item.defined, outputs, strict=True))
         else:
             env[item.name] = builder.let(numeric(replace_names(item.value, env)))
 
@@ -153,7 +153,7 @@ class RunSource:
     def _sample(self) -> Iterator[str]:
         equations, program = self.equations, self.programs.sample
         columns = [n for names in equations.given for n in names]
-        given = [f"G[{len(columns)} * k + {j}]" for j in range(len(columns))]
+        columns_now = [f"G[{len(columns)} * k + {j}]" for j in range(len(columns))]
         flags = [f"(1.0 if k % {n} == 0 else 0.0)" for n in equations.rates.values()]
         yield "t = k * h"
         for position, state in enumerate(equations.plant_states):
@@ -161,14 +161,14 @@ class RunSource:
             yield from _in(1, [f"X[{position}] = x{position}", f"return {self.kinds} * k + {position}"])
         yield from self._delayed("0", "0")
         yield from self._external("t", "x")
-        values = ["t", *(f"x{k}" for k in self.states), *self._shared(), *given, *flags]
+        values = ["t", *(f"x{k}" for k in self.states), *self._shared(), *columns_now, *flags]
         yield from (f"{a} = {v}" for a, v in zip(program.arguments, values, strict=True))
         yield from self._block(program)
-        width, held = len(equations.signals), len(self.programs.held)
-        results = [text(r, self.dialect) for r in program.results[: width + held]]
+        width, input_count = len(equations.signals), len(self.programs.held)
+        results = [text(r, self.dialect) for r in program.results[: width + input_count]]
         yield from (f"R[{width} * (k - first) + {j}] = {r}" for j, r in enumerate(results[:width]))
-        yield from (f"h{j} = {r}" for j, r in enumerate(results[width : width + held]))
-        updates = program.results[width + held :]
+        yield from (f"h{j} = {r}" for j, r in enumerate(results[width : width + input_count]))
+        updates = program.results[width + input_count :]
         # The next states go behind the present ones, and replace them when all are computed.
         yield from store_lines(updates, self.dialect, lambda k: f"C[{len(updates)} + {k}]")
         if updates:
@@ -222,9 +222,9 @@ class RunSource:
     def _derivatives(self, results: Sequence[str]) -> Iterator[str]:
         """Yield lines that give each state its derivative; those of plants in Python come from calls."""
         external = [k for e in self.equations.externals for k in e.states]
-        own = [k for k in self.states if k not in external]
-        yield from (f"d{k} = {value}" for k, value in zip(own, results, strict=False))
-        first = len(own)
+        positions = [k for k in self.states if k not in external]
+        yield from (f"d{k} = {value}" for k, value in zip(positions, results, strict=False))
+        first = len(positions)
         for j, e in enumerate(self.equations.externals):
             if e.plant.fmu:
                 continue
