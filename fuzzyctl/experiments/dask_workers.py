@@ -4,19 +4,19 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Iterable, Iterator
+from contextlib import nullcontext
+from functools import partial
 from itertools import islice
 from typing import Any
 
 from fuzzyctl.experiments.runnable import Runnable
 from fuzzyctl.experiments.sweep_plan import Run
-from fuzzyctl.experiments.sweep_workers import Outcome, Setup, SweepError, WorkerLostError, work
+from fuzzyctl.experiments.sweep_workers import AHEAD, Outcome, Setup, SweepError, WorkerLostError, work
 
 #: An address of this form is a cluster of N processes on this computer.
 LOCAL = "local:"
 #: Where its processes listen, each at a port that the system chooses: two sweeps can run at once.
 HOST = "127.0.0.1"
-#: Runs that wait for each worker.
-AHEAD = 3
 #: How long a cluster has to answer [s].
 PATIENCE = 10
 
@@ -69,8 +69,6 @@ def compute(setup: Setup, runs: Iterable[Run], address: str) -> Iterator[Outcome
 
 def _cluster(address: str) -> Any:
     """Return a context with the address to connect to."""
-    from contextlib import nullcontext
-
     if not address.startswith(LOCAL):
         return nullcontext(address)
     import distributed
@@ -116,13 +114,10 @@ def _require_workers(client: Any, address: str, runnable: Runnable[Any]) -> None
 def _feed(client: Any, setup: Setup, runs: Iterator[Run]) -> Iterator[Outcome]:
     import distributed
 
+    submit = partial(client.submit, work, setup, pure=False)
     ahead = AHEAD * max(1, sum(client.nthreads().values()))
-    going = distributed.as_completed([_submit(client, setup, run) for run in islice(runs, ahead)], loop=client.loop)
+    going = distributed.as_completed([submit(run) for run in islice(runs, ahead)], loop=client.loop)
     for one in going:
         yield one.result()
         for run in islice(runs, 1):
-            going.add(_submit(client, setup, run))
-
-
-def _submit(client: Any, setup: Setup, run: Run) -> Any:
-    return client.submit(work, setup, run, pure=False)
+            going.add(submit(run))

@@ -66,23 +66,25 @@ def setup_of(*plans: Plan[Any], measures: tuple[str, ...]) -> Setup:
 
 def work(setup: Setup, run: Run) -> Outcome:
     """Compute a run."""
+
+    def failure(problem: str) -> Outcome:
+        return Outcome(run.number, {}, 0.0, problem)
+
     runnable = _kept(setup).runnable
     try:
         scenario = runnable.read(run.path, run.overrides)
         ready = runnable.prepare(scenario, run.controller, setup.measures)
     except DiagnosticError as error:  # it was checked before: a file has changed, or code of the user raises
-        return Outcome(
-            run.number, {}, 0.0, f"run {run.number} of {run.path} was checked, but cannot be prepared:\n{error}"
-        )
+        return failure(f"run {run.number} of {run.path} was checked, but cannot be prepared:\n{error}")
     if scenario.sha256 != run.sha256:
-        return Outcome(run.number, {}, 0.0, f"{run.path} changed while the sweep ran")
+        return failure(f"{run.path} changed while the sweep ran")
     for name, used in ready.used.items():
         if (name, used.sha256) not in setup.used:
-            return Outcome(run.number, {}, 0.0, f"{used.path} changed while the sweep ran")
+            return failure(f"{used.path} changed while the sweep ran")
     try:
         computed = ready.compute()
     except DiagnosticError as error:  # code of the user raises
-        return Outcome(run.number, {}, 0.0, f"run {run.number} of {run.path} cannot be computed:\n{error}")
+        return failure(f"run {run.number} of {run.path} cannot be computed:\n{error}")
     return Outcome(run.number, computed.row, computed.wall_s)
 
 
