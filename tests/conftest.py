@@ -11,7 +11,7 @@ import pytest
 from hypothesis import HealthCheck, core, settings
 
 from fuzzyctl.analysis import clock
-from fuzzyctl.experiments.sweep import pool
+from fuzzyctl.experiments import sweep_workers
 from tests import sizes
 
 
@@ -61,4 +61,4 @@ def workers_that_are_copies_of_this_process():
     Before a release they are started as users have them.
     """
     if not sizes.LONG and sys.platform == "linux":
-        pool.get_context = lambda _: multiprocessing.get_context("fork")
+        sweep_workers.get_context = lambda _: multiprocessing.get_context("fork")

@@ -37,7 +37,6 @@ ORDER = [
 SUBORDER = {
     "analysis": [["coverage", "multilinear"], ["branch_and_bound"], ["induction"]],
     "codegen": [["fixed", "fmu"]],
-    "experiments": [["settings"], ["results"], ["sweep"]],
     "formats": [["common"], ["fuzzylite"], ["fll"], ["fcl", "fis"], ["fml"]],
     "kernels": [["program"], ["interval", "plan"], ["inference"], ["algorithms"], ["backends"]],
     "kernels/backends": [["python"], ["numba"], ["numpy"]],
@@ -61,7 +60,12 @@ HOMES = {
     "matplotlib": {"fuzzyctl/plot", "apps/dwmr/figures"},
     "mpl_toolkits": {"fuzzyctl/plot", "apps/dwmr/figures"},
     "click": {"fuzzyctl/cli", "apps/dwmr/cli"},
-    "pydantic": {"apps/dwmr", "fuzzyctl/experiments/sweep", "fuzzyctl/sweep/spec.py"},
+    "pydantic": {
+        "apps/dwmr",
+        "fuzzyctl/experiments/sweep_spec.py",
+        "fuzzyctl/experiments/sweep_variables.py",
+        "fuzzyctl/sweep/loop_files.py",
+    },
     "PIL": {"apps/dwmr/figures", "apps/gallery"},
     "lsprotocol": {"fuzzyctl/editor/server.py", "fuzzyctl/editor/session.py", "fuzzyctl/editor/requests.py"},
     "pygls": {
@@ -71,8 +75,8 @@ HOMES = {
         "fuzzyctl/editor/session.py",
     },
     "pygments": {"fuzzyctl/lang/highlight.py"},
-    "pyarrow": {"fuzzyctl/experiments/results/parquet.py", "apps/dwmr/output/data/parquet_file.py"},
-    "distributed": {"fuzzyctl/experiments/sweep/cluster.py"},
+    "pyarrow": {"fuzzyctl/experiments/parquet.py", "apps/dwmr/output/data/parquet_file.py"},
+    "distributed": {"fuzzyctl/experiments/dask_workers.py"},
     "control": {"apps/gallery/beside_upa.py"},  # elsewhere by name, when it is called
     "fmpy": set(),  # by name, when a loop with an FMU is run
     "rosbags": {"apps/dwmr/output/bag.py"},
@@ -82,8 +86,8 @@ HOMES = {
     "scipy": {
         "apps/dwmr/calibration/search.py",
         "apps/dwmr/output/data/mat_file.py",
-        "fuzzyctl/experiments/intervals.py",
-        "fuzzyctl/simulation/solvers.py",
+        "fuzzyctl/experiments/estimates.py",
+        "fuzzyctl/simulation/simulate.py",
     },
 }
 

@@ -38,7 +38,7 @@ def require(formats: Sequence[str]) -> None:
     """
     if "parquet" not in formats:
         return
-    from fuzzyctl.experiments.results import parquet
+    from fuzzyctl.experiments import parquet
 
     if not parquet.available():
         raise click.ClickException("Parquet needs pyarrow, which is not installed: pip install 'fuzzyctl[data]'")

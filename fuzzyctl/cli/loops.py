@@ -42,7 +42,7 @@ def settings_of(texts: Sequence[str], loops: Sequence[Loop]) -> list[Loop]:
     if not texts:
         return list(loops)
     from fuzzyctl.model.instance_params import with_instance_params
-    from fuzzyctl.simulation.settings import short_names, with_settings
+    from fuzzyctl.simulation.loop_params import short_names, with_settings
 
     loops = [with_instance_params(loop, [t.partition("=")[0].strip() for t in texts]) for loop in loops]
     names = [short_names(loop) for loop in loops]

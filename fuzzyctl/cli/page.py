@@ -88,7 +88,7 @@ def _known_settings(examined: Examined, loops: list[Loop], choice: Choice) -> No
     """
     if not choice.settings:
         return
-    from fuzzyctl.simulation.settings import short_names
+    from fuzzyctl.simulation.loop_params import short_names
 
     own = (block.settable for block in examined.blocks)
     of_loops = (name for loop in loops for name in (*short_names(loop), *loop.instance_params))
@@ -150,7 +150,7 @@ def _runs(loops: list[Loop], choice: Choice, diagnostics: list[Diagnostic]) -> I
         return
     from fuzzyctl.page.blocks import loop_data
     from fuzzyctl.page.document import Section
-    from fuzzyctl.simulation.settings import short_names
+    from fuzzyctl.simulation.loop_params import short_names
     from fuzzyctl.simulation.simulate import simulate, warnings
 
     for loop in loops:

@@ -17,16 +17,16 @@ from fuzzyctl.cli.common import BLOCK, DONE, FAILED, FORMAT, QUIET, SVG_TEXT, an
 from fuzzyctl.cli.loops import chosen_loops, settings_of
 from fuzzyctl.cli.progress import progress
 from fuzzyctl.cli.streams import say, write_json
-from fuzzyctl.experiments.results.folder import results
+from fuzzyctl.experiments.result_files import results
 
 if TYPE_CHECKING:
     from fuzzyctl.diagnostics.diagnostic import Diagnostic
-    from fuzzyctl.experiments.results.folder import Results
+    from fuzzyctl.experiments.result_files import Results
     from fuzzyctl.model.loop import Loop
     from fuzzyctl.simulation.run import Run
     from fuzzyctl.simulation.simulate import Solver
 
-#: Formats of data, as `simulation.data.FORMATS`, which imports numpy; and of pictures.
+#: Formats of data, as `simulation.run.FORMATS`, which imports numpy; and of pictures.
 DATA: Final = ("csv", "npz", "parquet")
 PICTURES: Final = ("png", "svg", "pdf")
 
@@ -88,7 +88,7 @@ def simulate(
 
     Exit code: 0; 1 where a run is stopped or a requirement is not met.
     """
-    from fuzzyctl.simulation.data import require_format
+    from fuzzyctl.simulation.run import require_format
     from fuzzyctl.simulation.sample_times import measures_without_samples
 
     require_format(data)
@@ -178,10 +178,10 @@ def _write(
     svg_text: bool,
 ) -> list[Path]:
     """Write what is known of runs, and one picture of all of them, and return the files."""
-    from fuzzyctl.experiments.results.summary import write_summary
+    from fuzzyctl.experiments.result_files import write_summary
     from fuzzyctl.plot.style import saved
     from fuzzyctl.plot.time_series import draw_runs
-    from fuzzyctl.simulation.data import save
+    from fuzzyctl.simulation.run import save
 
     written = []
     for labelled in runs:

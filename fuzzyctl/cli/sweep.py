@@ -63,8 +63,8 @@ def sweep(
     """
     worker_options.require_one(jobs, cluster)
     data_formats.require(formats)
+    from fuzzyctl.sweep.loop_files import against, read
     from fuzzyctl.sweep.loops import Loops
-    from fuzzyctl.sweep.spec import against, read
 
     place = place_of(spec, ".toml")
     if place.path.exists():

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Final
 
-from fuzzyctl.experiments.comparison import Row, mean_of
+from fuzzyctl.experiments.estimates import Row, mean_of
 
 if TYPE_CHECKING:
-    from fuzzyctl.experiments.sweep.plan import Plan
-    from fuzzyctl.experiments.sweep.spec import Spec
-    from fuzzyctl.experiments.sweep.worker import Outcome
+    from fuzzyctl.experiments.sweep_plan import Plan
+    from fuzzyctl.experiments.sweep_spec import Spec
+    from fuzzyctl.experiments.sweep_workers import Outcome
 
 #: Most rows that are printed; the files hold all.
 MOST_ROWS: Final = 40

@@ -17,9 +17,9 @@ from fuzzyctl.cli.streams import INTERRUPTED, say
 
 if TYPE_CHECKING:
     from fuzzyctl.experiments.runnable import Runnable
-    from fuzzyctl.experiments.sweep.plan import Plan
-    from fuzzyctl.experiments.sweep.run import Finished
-    from fuzzyctl.experiments.sweep.spec_file import SpecFile
+    from fuzzyctl.experiments.sweep_plan import Plan
+    from fuzzyctl.experiments.sweep_run import Finished
+    from fuzzyctl.experiments.sweep_spec import SpecFile
 
 
 def planned(
@@ -39,16 +39,16 @@ def planned(
     Raises:
         DiagnosticError: With the mistakes in the SPEC, or of the first runs that have any.
     """
-    from fuzzyctl.experiments.settings.overrides import OverrideError
-    from fuzzyctl.experiments.sweep import plan
+    from fuzzyctl.experiments import sweep_plan
+    from fuzzyctl.experiments.scenario_keys import OverrideError
 
     if not spec.exists():
         raise click.UsageError(f"no SPEC {str(spec)[:200]!r}: there is no such file")
     with terminated_as_interrupted():
         file = read(spec)
         try:
-            with worker_options.checking(plan.count(file)) as report:
-                made = plan.make(runnable(file), file, overrides, report)
+            with worker_options.checking(sweep_plan.count(file)) as report:
+                made = sweep_plan.make(runnable(file), file, overrides, report)
         except OverrideError as error:
             raise click.UsageError(str(error)) from error
     show((*made.scenario.warnings, *made.warnings))
@@ -78,20 +78,28 @@ def swept(
     Raises:
         DiagnosticError: When the results cannot be written, or belong to another sweep.
     """
-    from fuzzyctl.experiments.sweep import provenance, run
+    from fuzzyctl.experiments import sweep_journal, sweep_run
 
-    about, shown = provenance.describe(file, plan, overrides), worker_options.computing
+    about, shown = sweep_journal.describe(file, plan, overrides), worker_options.computing
     with terminated_as_interrupted(), failures():
-        return run.run(
-            plan, file.spec.measures, about, folder, formats, run.Workers(*workers), resume, shown, interrupts_wait
+        return sweep_run.run(
+            plan,
+            file.spec.measures,
+            about,
+            folder,
+            formats,
+            sweep_run.Workers(*workers),
+            resume,
+            shown,
+            interrupts_wait,
         )
 
 
 @contextmanager
 def failures() -> Iterator[None]:
     """Print why a sweep cannot go on, in one line, and leave with status 1, or `INTERRUPTED`."""
-    from fuzzyctl.experiments.sweep.run import InterruptedSweepError
-    from fuzzyctl.experiments.sweep.worker import SweepError
+    from fuzzyctl.experiments.sweep_run import InterruptedSweepError
+    from fuzzyctl.experiments.sweep_workers import SweepError
 
     try:
         yield

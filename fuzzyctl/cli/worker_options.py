@@ -44,7 +44,7 @@ def _address(context: click.Context, option: click.Parameter, address: str | Non
 
 def require_one(jobs: int | None, cluster: str | None) -> None:
     """Refuse both ways of computing at once, and dask where it is not installed."""
-    from fuzzyctl.experiments.sweep import cluster as dask
+    from fuzzyctl.experiments import dask_workers as dask
 
     if cluster is None:
         return

@@ -1,4 +1,4 @@
-"""What experiments run: anything that is computed from settings with locations, under one of several controllers."""
+"""Interface of experiments: measures computed from settings with locations, under one of several controllers."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any, ClassVar, Generic, NamedTuple, Protocol, TypeVar
 
 from fuzzyctl.diagnostics.diagnostic import Diagnostic
-from fuzzyctl.experiments.results.summary import versions
-from fuzzyctl.experiments.settings.layers import UnknownScenarioError, exists
+from fuzzyctl.experiments.result_files import versions
+from fuzzyctl.experiments.scenario_layers import UnknownScenarioError, exists
 
 
 class Scenario(Protocol):
@@ -38,7 +38,7 @@ class Scenario(Protocol):
 
     @property
     def warnings(self) -> Sequence[Diagnostic]:
-        """What differs from what the author may expect."""
+        """Differences from the author's likely expectation."""
 
 
 class UsedFile(NamedTuple):
@@ -77,13 +77,13 @@ S = TypeVar("S", bound=Scenario)
 
 
 class Runnable(ABC, Generic[S]):
-    """What a sweep runs. Workers get a copy of it by pickle, so it is hashable and holds no results.
+    """Subject of a sweep. Workers get a copy of it by pickle, so it is hashable and holds no results.
 
     Attributes:
         application: Its name, under which files of results hold their metadata.
         seed: Key of the first number of what a run draws itself, such as noise; each repetition has another one. Empty
-            where there is none.
-        common: By the name of a table of tables, the table whose values each of those takes over unless it has its own.
+            without one.
+        common: By the name of a table of tables, the table whose values each of those takes over unless it sets one.
     """
 
     application: ClassVar[str] = "fuzzyctl"
@@ -92,7 +92,7 @@ class Runnable(ABC, Generic[S]):
 
     @abstractmethod
     def read(self, path: Path, overrides: Sequence[str]) -> S:
-        """Read a scenario with values that replace its own, each `key=value`.
+        """Read a scenario with replaced values, each `key=value`.
 
         A mistake in such a value has `--set key=value` as its file; a sweep reports it at the key of its SPEC.
 
@@ -127,7 +127,7 @@ class Runnable(ABC, Generic[S]):
         """Return the controllers that some names stand for, without names the scenario's own.
 
         Raises:
-            UnknownNameError: For a name that is none.
+            UnknownNameError: For an unknown name.
         """
         return tuple(names) or ("",)
 
@@ -144,10 +144,10 @@ class Runnable(ABC, Generic[S]):
         return {}
 
     def unread(self, scenario: S, controllers: Sequence[str], used: Mapping[str, str], key: Sequence[str]) -> str:
-        """Return what a key belongs to, where no run of these controllers reads it; else an empty string.
+        """Name the owner of a key if no run of these controllers reads it; else an empty string.
 
         Args:
-            scenario: What is run.
+            scenario: The scenario.
             controllers: Under which it is run.
             used: Checksums of the files that the runs rest on, by name.
             key: Parts of the key.
@@ -155,7 +155,7 @@ class Runnable(ABC, Generic[S]):
         return ""
 
     def unit(self, scenario: S, column: str) -> str:
-        """Return the unit of a column of the results, an empty string for what has none."""
+        """Return the unit of a column of the results, an empty string without one."""
         return ""
 
     def own_files(self, scenario: S, controllers: Sequence[str]) -> Mapping[str, str]:
@@ -163,5 +163,5 @@ class Runnable(ABC, Generic[S]):
         return {}
 
     def software(self) -> dict[str, str | None]:
-        """Return the versions of what computes a run, and checksums of its sources."""
+        """Return the versions of the software that computes a run, and checksums of its sources."""
         return versions()

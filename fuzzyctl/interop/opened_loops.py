@@ -13,8 +13,8 @@ from fuzzyctl.model.controller import Controller, Definition, Instance
 from fuzzyctl.model.guarantee import Param
 from fuzzyctl.model.loop import Loop
 from fuzzyctl.model.plant import Plant
+from fuzzyctl.simulation.loop_params import block_params
 from fuzzyctl.simulation.sample_times import sample_times
-from fuzzyctl.simulation.settings import block_params
 
 
 @dataclass(frozen=True)

@@ -18,7 +18,7 @@ from fuzzyctl.loading.load import look_through
 from fuzzyctl.model.controller import Controller, Definition, Result, Signal, State
 from fuzzyctl.model.loop import Loop
 from fuzzyctl.model.plant import Plant
-from fuzzyctl.simulation.settings import blocks_of
+from fuzzyctl.simulation.loop_params import blocks_of
 
 #: Complex roots are conjugate up to this part of them.
 CONJUGATE: Final = 1e-9

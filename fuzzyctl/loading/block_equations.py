@@ -77,7 +77,7 @@ def with_numbers(block: WithEquations, values: Mapping[str, Any]) -> WithEquatio
     systems = tuple(_with_values(s, of_systems[s.name]) if s.name in of_systems else s for s in block.systems)
     block = dataclasses.replace(block, systems=systems)
     if isinstance(block, Loop):
-        from fuzzyctl.simulation.settings import with_settings
+        from fuzzyctl.simulation.loop_params import with_settings
 
         return cast("WithEquations", with_settings(block, own))
     known = [p.name for p in block.params]

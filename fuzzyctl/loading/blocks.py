@@ -141,8 +141,8 @@ class Blocks:
             found.extend(unlike_block_units(block))
             found.extend(d for d in unread_names(block) if not part.is_shared(d.span))
         if isinstance(block, Loop) and not (failed or _has_errors(found)):
-            from fuzzyctl.simulation.noise import equal_seeds  # which other blocks need not
             from fuzzyctl.simulation.sample_times import measures_without_samples
+            from fuzzyctl.simulation.signals import equal_seeds  # which other blocks need not
 
             found.extend((*equal_seeds(block), *measures_without_samples(block)))
         self.diagnostics.extend(found)

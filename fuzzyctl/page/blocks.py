@@ -15,7 +15,7 @@ from fuzzyctl.kernels.plan.equations import Evaluation
 from fuzzyctl.kernels.plan.expansion import STARTED
 from fuzzyctl.model.loop import Loop
 from fuzzyctl.page.samples import Drawn, samples
-from fuzzyctl.simulation.settings import params_of
+from fuzzyctl.simulation.loop_params import params_of
 
 if TYPE_CHECKING:
     from fuzzyctl.diagnostics.source import Span

@@ -1,1 +1,1 @@
-"""Simulation of loops: controllers and plants as one compiled run, and what it is judged by."""
+"""Simulation of loops: controllers and plants as one compiled run, its measures and its requirements."""

@@ -25,22 +25,22 @@ def columns(given: Iterable[Given], times: FloatArray, folder: Path, seed: int |
     """Return the columns side by side, shape (samples, columns).
 
     Args:
-        given: What they are.
+        given: Noise and tables.
         times: Times of the samples, shape (samples,) [s].
-        folder: Where the files are.
-        seed: Draws each noise anew, together with its own seed; None for its own alone.
+        folder: Folder of the tables.
+        seed: Draws each noise anew, from this and the seed of the noise; None for the latter alone.
 
     Raises:
         DiagnosticError: For a file that cannot be read, and for columns that it does not have.
     """
-    found: list[FloatArray] = []
+    series: list[FloatArray] = []
     for one in given:
         if isinstance(one, Noise):
             generator = np.random.Generator(np.random.PCG64(one.seed if seed is None else [seed, one.seed]))
-            found.append(one.sigma * generator.standard_normal(len(times)))
+            series.append(one.sigma * generator.standard_normal(len(times)))
         else:
-            found += lines_of(one, times, folder)
-    return np.stack(found, axis=1) if found else np.empty((len(times), 0))
+            series += lines_of(one, times, folder)
+    return np.stack(series, axis=1) if series else np.empty((len(times), 0))
 
 
 def lines_of(table: Table, times: FloatArray, folder: Path) -> list[FloatArray]:
@@ -84,6 +84,6 @@ def _cell(table: Table, row: list[str], line: int, column: int) -> float:
             return value
     except (ValueError, IndexError):
         pass
-    shown = row[column] if column < len(row) else ""
-    message = f"'{shown}' is no finite number, in line {line} of '{table.file}'"
+    cell = row[column] if column < len(row) else ""
+    message = f"'{cell}' is no finite number, in line {line} of '{table.file}'"
     raise DiagnosticError([Diagnostic("FZ705", message, table.span)])

@@ -38,8 +38,8 @@ class DeadTimes:
         steps: Steps of integration between two samples.
         size: How many numbers dead times keep.
         integers: Offset and length for each dead time; then the lag in steps for each dead time, step and part.
-        weights: The start for each dead time; begin, in steps, and length [s] of each step; then the weights of what is
-            kept for each dead time, step and part, if it varies.
+        weights: The start for each dead time; begin, in steps, and length [s] of each step; then the weights of the
+            kept signals for each dead time, step and part, if it varies.
     """
 
     steps: int
@@ -136,8 +136,8 @@ def _lags(ratio: float, begins: Sequence[float], lengths: Sequence[float]) -> It
     """
     same = _SAME + _SAME_LONG * ratio
     for s, (begin, length) in enumerate(zip(begins, lengths, strict=True)):
-        for part, own in enumerate(PARTS):
-            at = begin + own * length - ratio
+        for part, fraction in enumerate(PARTS):
+            at = begin + fraction * length - ratio
             beside = at - same if part == _END else at + same
             sample = math.floor(beside)
             n = bisect_right(begins, beside - sample) - 1

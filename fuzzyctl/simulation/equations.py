@@ -1,4 +1,4 @@
-"""Equations of a loop: what is integrated, delayed, held and recorded, and what some values need."""
+"""Equations of a loop: integrated, delayed, held and recorded signals, and the needs of some values."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from fuzzyctl.model.controller import Signal
 from fuzzyctl.model.loop import Loop
 from fuzzyctl.model.plant import Plant
 from fuzzyctl.records import record
-from fuzzyctl.simulation.settings import blocks_of
+from fuzzyctl.simulation.loop_params import blocks_of
 from fuzzyctl.simulation.signals import Given
 
 #: Larger values of a state count as infinite.
@@ -56,7 +56,7 @@ class PlantState:
 
 @record(frozen=True)
 class DeadTime:
-    """A signal and what it was some time ago.
+    """A signal and its value some time ago.
 
     Args:
         name: Of the delayed value.
@@ -105,7 +105,7 @@ class LoopEquations:
         delays: Dead times.
         given: Signals that are known before the run, by the names of their columns.
         rates: By name of a flag every how many samples it is 1, else 0.
-        signals: What is recorded, by name.
+        signals: Recorded expressions by name.
         step: Time between two samples [s].
         samples: How many there are.
         periods: The sample time of each state's controller [s], by name of the block.
@@ -130,11 +130,11 @@ class LoopEquations:
 
     @property
     def integrated(self) -> list[Expr]:
-        """What is needed between two samples: derivatives, inputs of plants in Python, signals that are delayed."""
+        """Values needed between two samples: derivatives, inputs of plants in Python, signals that are delayed."""
         external = {k for e in self.externals for k in e.states}
-        own = [s.derivative for k, s in enumerate(self.plant_states) if k not in external]
+        derivatives = [s.derivative for k, s in enumerate(self.plant_states) if k not in external]
         inputs = [Name(n) for e in self.externals if e.plant.python for n in e.inputs]
-        return [*own, *inputs, *(d.signal for d in self.delays)]
+        return [*derivatives, *inputs, *(d.signal for d in self.delays)]
 
 
 def block_signals(loop: Loop) -> Iterator[tuple[str, Signal]]:
@@ -149,15 +149,15 @@ def with_calls(equations: LoopEquations) -> LoopEquations:
 
     Of several calls of a system in a block the second is `BLOCK.SYSTEM.2.INPUT`, and so on as they are evaluated.
     """
-    found, calls = dict(equations.signals), Counter[str]()
+    signals, calls = dict(equations.signals), Counter[str]()
     for call in equations.body:
         if isinstance(call, Evaluation):
             name = f"{call.names[0].partition('.')[0]}.{call.system.name}"
             calls[name] += 1
             prefix = name if calls[name] == 1 else f"{name}.{calls[name]}"
-            for own, argument in zip(call.system.inputs, call.arguments, strict=True):
-                found.setdefault(f"{prefix}.{own.name}", argument)
-    return replace(equations, signals=found)
+            for signal, argument in zip(call.system.inputs, call.arguments, strict=True):
+                signals.setdefault(f"{prefix}.{signal.name}", argument)
+    return replace(equations, signals=signals)
 
 
 def needs(body: Sequence[Equation | Evaluation], values: Sequence[Expr], names: Set[str]) -> bool:
@@ -166,11 +166,11 @@ def needs(body: Sequence[Equation | Evaluation], values: Sequence[Expr], names: 
     seen: set[str] = set()
     stack = list(values)
     while stack:
-        found = {n.name for n in names_in(stack.pop())} - seen
-        if found & names:
+        names_read = {n.name for n in names_in(stack.pop())} - seen
+        if names_read & names:
             return True
-        seen |= found
-        for item in (makers[n] for n in found if n in makers):
+        seen |= names_read
+        for item in (makers[n] for n in names_read if n in makers):
             stack += item.arguments if isinstance(item, Evaluation) else (item.value,)
     return False
 
@@ -181,15 +181,15 @@ def reached(equations: LoopEquations, values: Sequence[Expr]) -> tuple[list[Equa
     for item in equations.body:
         makers |= dict.fromkeys(item.defined if isinstance(item, Evaluation) else (item.name,), item)
     needed: set[int] = set()
-    held: dict[str, None] = {}
+    held_names: dict[str, None] = {}
     stack = list(values)
     while stack:
         for name in names_in(stack.pop()):
             if name.name in equations.held:
-                held[name.name] = None
+                held_names[name.name] = None
                 continue
             maker = makers.get(name.name)
             if maker is not None and id(maker) not in needed:
                 needed.add(id(maker))
                 stack += maker.arguments if isinstance(maker, Evaluation) else (maker.value,)
-    return [item for item in equations.body if id(item) in needed], list(held)
+    return [item for item in equations.body if id(item) in needed], list(held_names)

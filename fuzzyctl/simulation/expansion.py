@@ -17,10 +17,9 @@ from fuzzyctl.model.guarantee import Bounds
 from fuzzyctl.model.loop import SIGNALS, TIME, Loop
 from fuzzyctl.model.plant import Plant
 from fuzzyctl.simulation.equations import DeadTime, External, LoopEquations, PlantState, block_signals, needs
-from fuzzyctl.simulation.noise import with_streams
+from fuzzyctl.simulation.loop_params import timing_params
 from fuzzyctl.simulation.sample_times import require_room, sample_times, samples_at
-from fuzzyctl.simulation.settings import timing_params
-from fuzzyctl.simulation.signals import Given, Signals
+from fuzzyctl.simulation.signals import Given, Signals, with_streams
 
 
 def loop_equations(loop: Loop, extra: Sequence[Expr] = (), free: Sequence[str] = ()) -> LoopEquations:
@@ -48,12 +47,12 @@ def loop_equations(loop: Loop, extra: Sequence[Expr] = (), free: Sequence[str] =
     signals |= {f"#{k}": expansion.expanded(e, scope) for k, e in enumerate(extra)}
     require_room(loop, len(signals))
     plants = {i.name for i in loop.instances if i.controller in {p.name for p in loop.plants}}
-    kept = [s for s in expansion.states if s.name.partition(".")[0] not in plants]
+    memory = [s for s in expansion.states if s.name.partition(".")[0] not in plants]
     return LoopEquations(
         body=ordered(expansion.body),
         plant_states=tuple(expansion.plant_states()),
-        states=tuple(kept),
-        updates=tuple(expansion.update(s.name) for s in kept),
+        states=tuple(memory),
+        updates=tuple(expansion.update(s.name) for s in memory),
         held=frozenset(expansion.held),
         delays=tuple(expansion.delays),
         given=expansion.given,
@@ -88,7 +87,7 @@ def _as_controller(block: Loop | Plant) -> Controller:
 
 
 def _recorded(loop: Loop) -> Iterator[tuple[str, Expr]]:
-    """Yield the names of what is recorded: lets of the loop, and inputs, states and outputs of its blocks."""
+    """Yield the recorded signals with their names: lets of the loop, and inputs, states and outputs of its blocks."""
     for item in loop.definitions:
         yield item.name, Name(item.name)
     for name, signal_ in block_signals(loop):
@@ -146,14 +145,14 @@ class _LoopExpansion(Expansion):
                 self.states_of_plants[name] = PlantState(
                     name, start, Name(name), *ends, unit=state.unit, span=state.span
                 )
-        known = len(self.body)
+        begin = len(self.body)
         super().enter(scope)
         if block in self.plants:
             outputs = {f"{scope.prefix}{r.name}" for r in scope.controller.results}
-            # The value of an output of a plant in Python is its own name.
-            self.body[known:] = [
+            # The value of an output of a plant in Python is its name.
+            self.body[begin:] = [
                 i
-                for i in self.body[known:]
+                for i in self.body[begin:]
                 if not (isinstance(i, Equation) and i.name in outputs and i.value == Name(i.name))
             ]
             return
@@ -179,14 +178,14 @@ class _LoopExpansion(Expansion):
         return scope.constant(expr)
 
     def _hold(self, name: str, block: str) -> None:
-        """Make an output NaN where an input is, and keep that of a controller that does not run at each sample."""
+        """Make an output NaN if an input is, and keep that of a controller that does not run at each sample."""
         at = next(k for k, item in enumerate(self.body) if isinstance(item, Equation) and item.name == name)
         item = self.body[at]
         assert isinstance(item, Equation)
-        own = f"{name}#new"
+        fresh = f"{name}#new"
         reads = block in self._lacks and needs(self.body, [item.value], {n.name for n in names_in(self._lacks[block])})
-        value = Where(self._lacks[block], NAN, Name(own)) if reads else Name(own)
-        self.body[at] = Equation(own, item.value, item.span)
+        value = Where(self._lacks[block], NAN, Name(fresh)) if reads else Name(fresh)
+        self.body[at] = Equation(fresh, item.value, item.span)
         if self.every[block] > 1:
             value = Where(_runs(self.every[block]), value, self.keep(f"{name}#kept", 0.0, Name(name)))
         self.body.append(Equation(name, value, item.span))
@@ -219,18 +218,18 @@ class _LoopExpansion(Expansion):
         return not scope.prefix or scope.prefix.partition(".")[0] in self.plants
 
     def _dead_time(self, call: Call, scope: Scope) -> Expr:
-        given, named = split(call.arguments)
-        settings = dict(zip(("time", "start"), given[1:], strict=False)) | named
+        positional, named = split(call.arguments)
+        settings = dict(zip(("time", "start"), positional[1:], strict=False)) | named
         time = scope.constant(settings["time"])
         start = scope.constant(settings["start"]) if "start" in settings else 0.0
         if not (time >= 0.0 and math.isfinite(time)):
             message = f"a dead time of {time:g} s: expected a time that is not negative"
             raise DiagnosticError([Diagnostic("FZ302", message, span_of(settings["time"]))])
         if time == 0.0:
-            return self.expanded(given[0], scope)
+            return self.expanded(positional[0], scope)
         key = Call("delay", (Name(scope.prefix), *call.arguments))
         if key not in self._delayed:
-            value = self.named(self.expanded(given[0], scope), f"{scope.prefix}delay")
+            value = self.named(self.expanded(positional[0], scope), f"{scope.prefix}delay")
             name = self.fresh(f"{scope.prefix}delayed")
             self.delays.append(DeadTime(name, value, time, start, call.span))
             self._delayed[key] = Name(name)

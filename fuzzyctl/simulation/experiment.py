@@ -31,11 +31,19 @@ from fuzzyctl.simulation.equations import LoopEquations, with_calls
 from fuzzyctl.simulation.expansion import loop_equations
 from fuzzyctl.simulation.fmu_plant import FmuPlant, require_fixed
 from fuzzyctl.simulation.judgement import Judgement
-from fuzzyctl.simulation.programs import LoopPrograms, programs
+from fuzzyctl.simulation.loop_params import Ranges, block_params, params_of
 from fuzzyctl.simulation.python_plant import PythonPlant
 from fuzzyctl.simulation.run import Run
-from fuzzyctl.simulation.settings import Ranges, block_params, params_of
-from fuzzyctl.simulation.source import External, compiled, external_plant, interpreted, printed, refused
+from fuzzyctl.simulation.source import (
+    External,
+    LoopPrograms,
+    compiled,
+    external_plant,
+    interpreted,
+    printed,
+    programs,
+    refused,
+)
 from fuzzyctl.simulation.stops import first_without_value, interrupted, left, without_value
 
 if TYPE_CHECKING:
@@ -48,7 +56,7 @@ CHUNK: Final = 50_000
 FEW: Final = 500
 #: Most states of controllers, such as those of a long `delay`, that "auto" compiles.
 MOST_STATES: Final = 40
-#: What runs take as a backend.
+#: Backends of runs.
 LoopBackend = Literal["auto", "numba", "python"]
 BACKENDS: Final = get_args(LoopBackend)
 
@@ -65,7 +73,7 @@ class Experiment(Displayed):
         backend: "numba"; "python" for generated Python; "auto" for numba where it can be imported, but for loops that
             take it longer than most programs run.
         free: Params whose values are arguments of `run`: `BLOCK.PARAM`, or `PARAM` of the loop; `BLOCK.INSTANCE.PARAM`
-            where a controller has controllers inside.
+            if a controller has controllers inside.
         algorithm: How systems are computed, see `compile`.
         record_calls: Whether runs record the inputs of systems, too, as `BLOCK.SYSTEM.INPUT`.
 
@@ -88,14 +96,14 @@ class Experiment(Displayed):
             raise ArgumentError(f"expected a Loop, got {type(loop).__name__}")
         loop = with_instance_params(loop, free)
         self.loop, self.backend = loop, _backend(backend, loop)
-        known = params_of(loop)
+        params = params_of(loop)
         for name in free:
-            if name not in known:
-                raise UnknownNameError("param", name, tuple(known))
+            if name not in params:
+                raise UnknownNameError("param", name, tuple(params))
             if list(free).count(name) > 1:
                 raise ArgumentError(f"'{name}' cannot be free: it is given twice")
         #: The free params with their values in the file.
-        self.nominal = {name: known[name] for name in free}
+        self.nominal = {name: params[name] for name in free}
         require_fixed(loop, free)
         self._ranges = Ranges(loop, tuple(self.nominal))
         self.judgement = Judgement(loop)
@@ -124,7 +132,7 @@ class Experiment(Displayed):
 
     @cached_property
     def given(self) -> FloatArray:
-        """What is known before a run: noise and tables, shape (samples, columns)."""
+        """Noise and tables, known before a run, shape (samples, columns)."""
         return self._columns(None)
 
     def _columns(self, seed: int | None) -> FloatArray:
@@ -171,7 +179,7 @@ class Experiment(Displayed):
             values: Those of the free params in order, shape (free,); None for the values of the file.
             substeps: Steps of integration between two samples; more where a dead time is shorter than one.
             progress: Called now and then in a long run.
-            seed: Draws each noise anew, together with its own seed; None for the draws of the file.
+            seed: Draws each noise anew, from this and the seed of the noise; None for the draws of the file.
 
         Returns:
             The run; one that was stopped, or interrupted, has the data up to there and says why.
@@ -184,10 +192,10 @@ class Experiment(Displayed):
         lags = self._dead_times(substeps)
         if seed is not None and not (type(seed) is int and seed >= 0):
             raise ArgumentError(f"'seed' must be an integer >= 0, got {seed!r}")
-        given = self.given if seed is None else self._columns(seed)
+        columns = self.given if seed is None else self._columns(seed)
         free = self._values(values)
         record = np.empty((self.samples, len(self.positions)))
-        done, stopped = self._advance(record, free, given, lags, progress)
+        done, stopped = self._advance(record, free, columns, lags, progress)
         if self._isolated:
             kernel: Any = self._kernel
             try:
@@ -212,14 +220,14 @@ class Experiment(Displayed):
         return Run(self.loop, t, record, self.positions, self.judgement, names, params, substeps, stopped, solver)
 
     def _values(self, values: Any) -> FloatArray:
-        found = np.array(list(self.nominal.values())) if values is None else float_array(values, "values")
-        if found.shape != (len(self.nominal),):
+        vector = np.array(list(self.nominal.values())) if values is None else float_array(values, "values")
+        if vector.shape != (len(self.nominal),):
             names = ", ".join(self.nominal) or "none"
-            raise ArgumentError(f"expected {len(self.nominal)} values ({names}), got the shape {found.shape}")
-        numbers = found.tolist()
+            raise ArgumentError(f"expected {len(self.nominal)} values ({names}), got the shape {vector.shape}")
+        numbers = vector.tolist()
         if not self._ranges.surely_hold(numbers):
             self._ranges.require(numbers)
-        return writable(found)
+        return writable(vector)
 
     def _advance(
         self, record: FloatArray, free: FloatArray, given: FloatArray, lags: DeadTimes, progress: Progress | None
@@ -232,16 +240,14 @@ class Experiment(Displayed):
             kernel.start()
         elif self.equations.externals:
             chunk = 1  # so that all samples before a mistake are kept
-        x, c, known, (kept, integers, weights) = self._state(given, lags)
+        x, c, columns, buffers = self._state(given, lags)
         done = 0
         try:
             while done < self.samples:
                 count = min(chunk, self.samples - done)
                 part = record[done : done + count].reshape(-1)
                 target: Any = part if self.backend == "numba" or self._isolated else [0.0] * len(part)
-                code = kernel(
-                    done, count, self.samples, substeps, self.step, x, c, free, known, target, kept, integers, weights
-                )
+                code = kernel(done, count, self.samples, substeps, self.step, x, c, free, columns, target, *buffers)
                 if target is not part:
                     part[:] = target
                 if code >= 0:
@@ -263,7 +269,7 @@ class Experiment(Displayed):
         return self._lags[substeps]
 
     def _state(self, given: FloatArray, lags: DeadTimes) -> tuple[Any, Any, Any, tuple[Any, Any, Any]]:
-        """Return what a run begins with: arrays, and lists for generated Python."""
+        """Return the start of a run: arrays, or lists for generated Python."""
         equations = self.equations
         x = np.array([s.start for s in equations.plant_states], dtype=np.float64)
         c = np.array([s.start for s in equations.states] * 2, dtype=np.float64)
@@ -281,8 +287,8 @@ class Experiment(Displayed):
             message = f"no rule fires for output '{outputs[kind - len(states)]}' at t = {sample * self.step:.6g} s"
             help_text = "add rules, or an 'else' to the output"
             return sample, Diagnostic("FZ701", message, self.loop.span, help=help_text)
-        time, kept = sample * self.step, self.equations.states
-        return sample, left(states[kind], float(x[kind]), time, self.loop, self.positions, record[:sample], kept)
+        time, memory = sample * self.step, self.equations.states
+        return sample, left(states[kind], float(x[kind]), time, self.loop, self.positions, record[:sample], memory)
 
 
 @final
@@ -312,8 +318,8 @@ class Stepper:
         self.experiment, self.sample = experiment, 0
         lags = experiment._dead_times(substeps)
         self._substeps = lags.steps
-        given = experiment.given if seed is None else experiment._columns(seed)
-        self._x, self._c, self._given, self._lags = experiment._state(given, lags)
+        columns = experiment.given if seed is None else experiment._columns(seed)
+        self._x, self._c, self._given, self._lags = experiment._state(columns, lags)
         self._before = np.zeros(len(experiment.positions))
         names = [s.name for s in experiment.equations.plant_states]
         for name, value in (start or {}).items():
@@ -322,21 +328,21 @@ class Stepper:
             self._x[names.index(name)] = value
 
     def look(self, values: Any) -> FloatArray | Diagnostic:
-        """Return what the record has at the present sample, shape (signals,), without going on.
+        """Return the signals at the present sample, shape (signals,), without going on.
 
         Args:
             values: Those of the free params in order, shape (free,).
 
         Returns:
-            The signals; a diagnostic where a state has left its range, or a plant in Python cannot be used.
+            The signals; a diagnostic if a state has left its range, or a plant in Python cannot be used.
         """
         return self._made(values, self._x.copy(), self._c.copy(), self.sample + 1)
 
     def advance(self, values: Any) -> FloatArray | Diagnostic:
         """Do the same, and go on to the next sample."""
-        found = self._made(values, self._x, self._c, self.sample + 2)
+        signals = self._made(values, self._x, self._c, self.sample + 2)
         self.sample += 1
-        return found
+        return signals
 
     def _made(self, values: Any, x: Any, c: Any, total: int) -> FloatArray | Diagnostic:
         experiment, k = self.experiment, self.sample
@@ -352,14 +358,14 @@ class Stepper:
             past = np.zeros((k, width))
             past[-1:] = self._before
             return experiment._stopped(code, x, past)[1]
-        found = np.asarray(record)
+        signals = np.asarray(record)
         if total == k + 2:
-            self._before = found
-        return found
+            self._before = signals
+        return signals
 
 
 def _backend(name: str, loop: Loop) -> str:
-    """Return what computes runs: numba where it can be imported; generated Python for plants in Python and FMUs."""
+    """Return the backend of runs: numba if it can be imported; generated Python for plants in Python and FMUs."""
     if name not in BACKENDS:
         raise UnknownNameError("backend", name, BACKENDS)
     called = next((p for p in loop.plants if p.external), None)

@@ -1,7 +1,4 @@
-"""FMU on disk: its variables are read without running it, its files are checked before they are unpacked.
-
-An FMU holds native code. Nothing here loads it.
-"""
+"""Description and files of an FMU, read without loading its code."""
 
 from __future__ import annotations
 
@@ -16,10 +13,58 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 from typing import Final
+from xml.parsers import expat
 
 from fuzzyctl.diagnostics.diagnostic import FuzzyctlError
 from fuzzyctl.lang import syntax as sx
-from fuzzyctl.simulation.fmu_xml import Element, elements
+
+#: Deepest nesting of elements.
+DEEPEST: Final = 100
+
+
+@dataclass(frozen=True)
+class Element:
+    """An element: its name, its attributes, and how many others it lies in."""
+
+    name: str
+    attributes: dict[str, str]
+    depth: int
+
+
+def elements(text: bytes) -> Iterator[Element]:
+    """Yield the elements in the order of their begins.
+
+    Raises:
+        ValueError: For broken XML, a document type, and deep nesting.
+    """
+    tags: list[Element] = []
+    depth = 0
+    parser = expat.ParserCreate()
+
+    def begin(name: str, attributes: dict[str, str]) -> None:
+        nonlocal depth
+        if depth == DEEPEST:
+            raise ValueError(f"elements lie more than {DEEPEST} levels inside each other")
+        tags.append(Element(name, attributes, depth))
+        depth += 1
+
+    def end(_: str) -> None:
+        nonlocal depth
+        depth -= 1
+
+    def document_type(*_: object) -> None:
+        raise ValueError("it declares a document type, which FMI has none of")
+
+    parser.StartElementHandler, parser.EndElementHandler = begin, end
+    parser.StartDoctypeDeclHandler = document_type
+    try:
+        parser.Parse(text, True)
+    except expat.ExpatError as error:
+        raise ValueError(f"{expat.ErrorString(error.code)} in line {error.lineno}") from None
+    except LookupError as error:  # an encoding that Python does not know
+        raise ValueError(str(error)) from None
+    yield from tags
+
 
 #: Most files of an FMU, and most bytes of them together and of its description.
 MOST_FILES: Final = 20_000
@@ -36,8 +81,8 @@ class FmuError(FuzzyctlError):
     """Raised for a file that is no FMU for co-simulation.
 
     Args:
-        message: What is wrong.
-        facts: What is known of it.
+        message: The mistake.
+        facts: Facts about the file.
         help_text: What to do.
     """
 
@@ -54,7 +99,7 @@ class FmuVariable:
         name: In the FMU.
         identifier: In rule files, which have letters, digits and underscores only.
         reference: Its number.
-        label: What it is, for people.
+        label: Description for people.
         unit: Its unit.
     """
 
@@ -67,7 +112,7 @@ class FmuVariable:
 
 @dataclass(frozen=True)
 class FmuDescription:
-    """What an FMU says of itself.
+    """Description of an FMU.
 
     Args:
         path: The file.
@@ -98,7 +143,7 @@ class FmuDescription:
         return f"{_MACHINES.get(machine, machine)}-{'windows' if system == 'win' else system}"
 
     def missing_binary(self) -> FmuError | None:
-        """Return what is wrong with an FMU that was built for other machines; None where it has this one's binary."""
+        """Return the error of an FMU without a binary for this machine, or None."""
         if self.platform in self.platforms:
             return None
         facts = (f"it has binaries for: {', '.join(self.platforms) or 'no machine'}; this is {self.platform}",)
@@ -108,10 +153,10 @@ class FmuDescription:
 
 
 def read_description(path: str) -> FmuDescription:
-    """Read what an FMU says of itself.
+    """Read the description of an FMU.
 
     Raises:
-        FmuError: For a file that is none, or none for co-simulation.
+        FmuError: If the file is no FMU for co-simulation.
     """
     with _opened(path) as archive:
         names = archive.namelist()
@@ -124,10 +169,10 @@ def read_description(path: str) -> FmuDescription:
         except (zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError, RuntimeError, OSError) as error:
             raise FmuError(f"modelDescription.xml cannot be unpacked: {error}", help_text="export it again") from None
     try:
-        found = list(elements(text))
+        tags = list(elements(text))
     except ValueError as error:
         raise FmuError(f"modelDescription.xml cannot be read: {error}", help_text="export it again") from None
-    return _described(path, found, names)
+    return _described(path, tags, names)
 
 
 def unpack(path: str, folder: Path) -> None:
@@ -198,14 +243,14 @@ def _described(path: str, found: list[Element], names: list[str]) -> FmuDescript
         raise FmuError(f"the FMU has the model identifier {model!r:.60}, which is no name of C")
     variables = list(_variables(found, int(version[0])))
     kinds_of = {kind: [e for e in variables if e.attributes.get("causality") == kind] for kind in _KINDS}
-    own = {kind: tuple(_variable(e) for e in of) for kind, of in kinds_of.items()}
-    _require_names([v for of in own.values() for v in of])
-    if not own["output"]:
+    interfaces = {kind: tuple(_variable(e) for e in of) for kind, of in kinds_of.items()}
+    _require_names([v for of in interfaces.values() for v in of])
+    if not interfaces["output"]:
         raise FmuError("the FMU has no real output", help_text="choose outputs when it is exported")
     parts = [PurePosixPath(name).parts for name in names]
     binaries = [p for p in parts if len(p) == 3 and p[0] == "binaries" and PurePosixPath(p[2]).stem == model]
     sources = any(p[0] == "sources" and p[-1].endswith(".c") for p in parts)
-    ordered = (own["input"], own["output"], own["parameter"])
+    ordered = (interfaces["input"], interfaces["output"], interfaces["parameter"])
     return FmuDescription(path, int(version[0]), model, *ordered, tuple(dict.fromkeys(p[1] for p in binaries)), sources)
 
 
@@ -229,11 +274,13 @@ def _variables(found: list[Element], version: int) -> Iterator[Element]:
 
 
 def _variable(element: Element) -> FmuVariable:
-    own = element.attributes
-    name, reference = own.get("name", ""), own.get("valueReference", "")
+    attributes = element.attributes
+    name, reference = attributes.get("name", ""), attributes.get("valueReference", "")
     if not (re.fullmatch(r"\d{1,10}", reference, re.ASCII) and int(reference) <= _LARGEST_REFERENCE):
         raise FmuError(f"variable {name!r:.60} of the FMU has no value reference from 0 to {_LARGEST_REFERENCE:,}")
-    return FmuVariable(name, identifier(name), int(reference), own.get("description", ""), own.get("unit", ""))
+    return FmuVariable(
+        name, identifier(name), int(reference), attributes.get("description", ""), attributes.get("unit", "")
+    )
 
 
 def identifier(name: str) -> str:
@@ -244,9 +291,9 @@ def identifier(name: str) -> str:
 
 
 def _require_names(variables: list[FmuVariable]) -> None:
-    known: dict[str, str] = {}
+    names: dict[str, str] = {}
     for v in variables:
-        if v.identifier in known:
-            message = f"variables '{known[v.identifier]}' and '{v.name}' of the FMU would both be '{v.identifier}'"
+        if v.identifier in names:
+            message = f"variables '{names[v.identifier]}' and '{v.name}' of the FMU would both be '{v.identifier}'"
             raise FmuError(message, (), "rename one of them where the FMU is made")
-        known[v.identifier] = v.name
+        names[v.identifier] = v.name

@@ -30,7 +30,7 @@ class FmuPlant:
     Args:
         plant: The plant.
         block: Name of its block in the loop.
-        span: Where the block is.
+        span: Place of the block.
         params: Values of its params, set before the run begins.
 
     Raises:
@@ -92,23 +92,23 @@ class FmuPlant:
     def _read(self, t: float) -> None:
         assert self._instance is not None
         instance = self._instance
-        found = self._guarded(instance.outputs, "give its outputs", t)
-        for variable, value in zip(self._fmu.outputs, found, strict=True):
+        values = self._guarded(instance.outputs, "give its outputs", t)
+        for variable, value in zip(self._fmu.outputs, values, strict=True):
             if not abs(value) < float("inf"):
                 message = f"output '{variable.name}' of FMU '{self._plant.name}' is {value:g} at t = {t:.6g} s"
                 raise self._mistake(
                     message, tuple(self._messages), "see that its inputs and params are in their ranges"
                 )
-        self._values = tuple(found)
+        self._values = tuple(values)
 
     def _guarded(self, call: Any, what: str, t: float) -> Any:
-        """Return what a call of the FMU returns; what FMPy raises is a diagnostic."""
+        """Return the result of a call of the FMU; exceptions of FMPy are diagnostics."""
         self.state[1], self.state[0] = t, CALLS.index(what)
         try:
             return call()
         except (DiagnosticError, KeyboardInterrupt):
             raise
-        except Exception as error:  # noqa: BLE001 - FMPy raises plain exceptions; what it raised is reported
+        except Exception as error:  # noqa: BLE001 - FMPy raises plain exceptions, which are reported
             message = f"FMU '{self._plant.name}' cannot {what} at t = {t:.6g} s"
             raise self._mistake(message, (str(error), *self._messages), "see what the tool that made it says") from None
         finally:

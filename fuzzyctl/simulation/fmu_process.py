@@ -1,4 +1,4 @@
-"""Loops with FMUs in a process of their own: a crash of native code ends that process, and is a diagnostic."""
+"""Loops with FMUs in a separate process: a crash of native code ends that process, and is a diagnostic."""
 
 from __future__ import annotations
 
@@ -120,11 +120,11 @@ class IsolatedKernel:
         self.done, self._crash = 0, None
         if self._process is not None and self._process.usable:
             return
-        kept = next((p for p in _idle if p.usable and p.files == self._files and p.own.poll() is None), None)
-        if kept is not None:
-            _idle.remove(kept)
+        idle = next((p for p in _idle if p.usable and p.files == self._files and p.own.poll() is None), None)
+        if idle is not None:
+            _idle.remove(idle)
         try:
-            process = kept or _Process(self._files)
+            process = idle or _Process(self._files)
             path = process.folder / "record"
             path.unlink(missing_ok=True)  # the one of the loop before is still mapped
             path.write_bytes(bytes(8 * (1 + 2 * len(self._plants) + _SAMPLES * self._width)))
@@ -142,18 +142,18 @@ class IsolatedKernel:
         self, first: int, count: int, total: int, substeps: int, h: float, x: Any, c: Any, free: Any, given: Any,
         record: Any, *lags: Any,
     ) -> int:  # fmt: skip
-        """Record samples, see `RunSource.lines`; raises what the other process raises."""
+        """Record samples, see `RunSource.lines`; exceptions of the other process are raised here."""
         if first == 0:
             self.start()
         if self._process is None or not self._process.usable:
             raise self._crash or self._mistake("the process of a loop with FMUs is not there any more", ())
-        kept = (given, *lags)  # which the process keeps, as it writes into these
-        new = len(self._sent) != len(kept) or any(a is not b for a, b in zip(self._sent, kept, strict=True))
+        buffers = (given, *lags)  # which the process keeps, as it writes into these
+        new = len(self._sent) != len(buffers) or any(a is not b for a, b in zip(self._sent, buffers, strict=True))
         numbers = (first, min(count, _SAMPLES), total, substeps, h)
-        self._sent = kept
+        self._sent = buffers
         self._shared[0] = 0.0
         try:
-            code, x[:], c[:] = self._request("samples", *numbers, x, c, free, kept if new else None)
+            code, x[:], c[:] = self._request("samples", *numbers, x, c, free, buffers if new else None)
         finally:
             samples = int(self._shared[0])
             record[: samples * self._width] = self._record[: samples * self._width]
@@ -208,10 +208,10 @@ class IsolatedKernel:
         if call == "make a step" or (call == "give its outputs" and t):
             self._shared[0] += 1.0
         plant, block, span = self._plants[position]
-        said = [text for k, text in messages if k == position][-MESSAGES:]
+        texts = [text for k, text in messages if k == position][-MESSAGES:]
         message = f"FMU '{plant.name}' crashed when it had to {call} at t = {t:.6g} s"
         help_text = "its native code is wrong, or its inputs and params are not in their ranges: ask who made it"
-        return self._mistake(message, (how, *said, f"it is block '{block}', {plant.fmu}"), help_text, span)
+        return self._mistake(message, (how, *texts, f"it is block '{block}', {plant.fmu}"), help_text, span)
 
     def _mistake(
         self, message: str, facts: tuple[str, ...], help_text: str = "", span: Span | None = None
@@ -260,11 +260,11 @@ class _Server:
     ) -> tuple[int, Any, Any]:
         """Record samples one by one, and return the code of the kernel and the states."""
         self._kept = kept or self._kept
-        given, *lags = self._kept
+        columns, *lags = self._kept
         end, code = time.perf_counter() + _SHARE, -1
         for k in range(count):
             record = self._record[self._width * k : self._width * (k + 1)]
-            code = self._kernel(first + k, 1, total, substeps, h, x, c, free, given, record, *lags)
+            code = self._kernel(first + k, 1, total, substeps, h, x, c, free, columns, record, *lags)
             self._shared[0] = k + 1
             if code >= 0 or time.perf_counter() > end:
                 break

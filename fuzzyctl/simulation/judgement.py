@@ -9,7 +9,20 @@ from dataclasses import replace as replaced
 from graphlib import TopologicalSorter
 from typing import TYPE_CHECKING
 
-from fuzzyctl.expr import Call, Compare, Expr, ExprError, Logic, Name, Number, evaluate, names_in, replace
+from fuzzyctl.expr import (
+    Call,
+    Compare,
+    Expr,
+    ExprError,
+    Logic,
+    Name,
+    Number,
+    evaluate,
+    names_in,
+    replace,
+    to_text,
+    walk,
+)
 from fuzzyctl.model.forms import bound
 from fuzzyctl.model.guarantee import Guarantee
 from fuzzyctl.model.loop import MEASURES, Loop
@@ -38,7 +51,7 @@ class Requirement:
 
 
 class Judgement:
-    """What a loop is judged by.
+    """Measures and requirements of a loop.
 
     Args:
         loop: The loop.
@@ -51,8 +64,8 @@ class Judgement:
         self._loop, self._params = loop, loop.param_values.values
         calls = [c for m in loop.measures for c in _calls(m.value)]
         lets = {d.name for d in loop.definitions}
-        taken = dict.fromkeys(e for c in calls for e in _signals_of(c))
-        self.signals = tuple(e for e in taken if not (isinstance(e, Name) and (e.name in lets or "." in e.name)))
+        operands = dict.fromkeys(e for c in calls for e in _signals_of(c))
+        self.signals = tuple(e for e in operands if not (isinstance(e, Name) and (e.name in lets or "." in e.name)))
 
     def measures(
         self, t: FloatArray, signal: Callable[[Expr], FloatArray], free: Mapping[str, float]
@@ -76,10 +89,10 @@ class Judgement:
 
         written = {m.name: m.value for m in self._loop.measures}
         reads = {n: [r.name for r in names_in(e) if r.name in written] for n, e in written.items()}
-        known = dict(params)
+        values = dict(params)
         for name in TopologicalSorter(reads).static_order():
-            known[name] = _number(replace(written[name], value), known)
-        return {n: known[n] for n in written}
+            values[name] = _number(replace(written[name], value), values)
+        return {n: values[n] for n in written}
 
     def requirements(self, measures: Mapping[str, float], free: Mapping[str, float]) -> tuple[Requirement, ...]:
         """Return whether each requirement holds."""
@@ -92,8 +105,6 @@ class Judgement:
         return (ParamValues(params).values if free else self._params) | dict(free)
 
     def _requirement(self, g: Guarantee, names: Mapping[str, float], measures: Mapping[str, float]) -> Requirement:
-        from fuzzyctl.expr import to_text
-
         within = 0.0 if g.within is None else evaluate(g.within, names)
         used = dict.fromkeys(n.name for n in names_in(g.claim) if n.name in measures)
         facts = tuple(f"{n} = none" if math.isnan(measures[n]) else f"{n} = {measures[n]:.6g}" for n in used)
@@ -101,8 +112,6 @@ class Judgement:
 
 
 def _calls(expr: Expr) -> list[Call]:
-    from fuzzyctl.expr import walk
-
     return [node for node in walk(expr) if isinstance(node, Call) and node.function in MEASURES]
 
 
@@ -130,12 +139,12 @@ def _truth(expr: Expr, names: Mapping[str, float], within: float) -> bool | None
     """Return whether a condition holds; comparisons hold up to a tolerance, and are open, None, for NaN."""
     match expr:
         case Logic(op="not", operands=(operand,)):
-            found = _truth(operand, names, within)
-            return None if found is None else not found
+            truth = _truth(operand, names, within)
+            return None if truth is None else not truth
         case Logic(op=op, operands=operands):
             decides = op == "or"
-            known = [_truth(o, names, within) for o in operands]
-            return decides if decides in known else None if None in known else not decides
+            truths = [_truth(o, names, within) for o in operands]
+            return decides if decides in truths else None if None in truths else not decides
         case Compare(op=op, left=left, right=right):
             a, b = _number(left, names), _number(right, names)
             if math.isnan(a) or math.isnan(b):

@@ -26,7 +26,7 @@ class Window:
 
     Args:
         t: Their times, shape (n,) [s].
-        signals: What the measure takes, each of shape (n,).
+        signals: Operands of the measure, each of shape (n,).
         settings: Its settings.
     """
 
@@ -72,7 +72,7 @@ def measured(name: str, t: FloatArray, signals: tuple[FloatArray, ...], settings
     Args:
         name: One of `model.loop.MEASURES`.
         t: Times of the samples, shape (n,) [s].
-        signals: What it takes, each of shape (n,).
+        signals: Its operands, each of shape (n,).
         settings: Its settings, `begin` and `end` among them.
 
     Returns:

@@ -21,16 +21,15 @@ from fuzzyctl.simulation.dead_times import dead_times
 from fuzzyctl.simulation.equations import LoopEquations, with_calls
 from fuzzyctl.simulation.expansion import loop_equations
 from fuzzyctl.simulation.judgement import Judgement, Requirement
-from fuzzyctl.simulation.programs import LoopPrograms, programs
 from fuzzyctl.simulation.signals import Noise, Table
-from fuzzyctl.simulation.source import interpreted, printed, refused
+from fuzzyctl.simulation.source import LoopPrograms, interpreted, printed, programs, refused
 
 #: Most operations of a run: CPython takes about a second for them, in a browser a few.
 MOST: Final = 30_000_000
 
 
 class PlainRunError(FuzzyctlError):
-    """A loop cannot be run without numpy; the message says what it has."""
+    """A loop cannot be run without numpy; the message names the reason."""
 
 
 @dataclass(frozen=True)
@@ -40,7 +39,7 @@ class PlainRun:
     Args:
         loop: The loop.
         t: Times of the samples [s].
-        signals: All signals by name, a number for each sample; `#0` and so on are what measures take.
+        signals: All signals by name, a number for each sample; `#0` and so on are operands of measures.
         substeps: Steps of integration between two samples.
         stopped: Why it ended early; empty for a run to its end.
         has_noise: Whether there is noise, which is drawn by another generator than that of numpy.
@@ -56,7 +55,7 @@ class PlainRun:
     operations: int
 
     def signal(self, expr: Expr) -> list[float]:
-        """Return a signal, what a measure takes, or a constant: a number for each sample."""
+        """Return a signal, an operand of a measure, or a constant: a number for each sample."""
         judged = Judgement(self.loop).signals
         if expr in judged:
             return self.signals[f"#{judged.index(expr)}"]
@@ -74,8 +73,8 @@ class PlainRun:
     @cached_property
     def requirements(self) -> tuple[Requirement, ...]:
         """Whether each requirement holds; none does in a run that was stopped."""
-        found = Judgement(self.loop).requirements(self.measures, {})
-        return tuple(replace(r, holds=False) for r in found) if self.stopped else found
+        verdicts = Judgement(self.loop).requirements(self.measures, {})
+        return tuple(replace(r, holds=False) for r in verdicts) if self.stopped else verdicts
 
 
 def plain_run(loop: Loop, most: int = MOST, *, record_calls: bool = False) -> PlainRun:
@@ -100,12 +99,12 @@ def plain_run(loop: Loop, most: int = MOST, *, record_calls: bool = False) -> Pl
     cost = operations(written.sample) + 4 * substeps * operations(written.derivative)
     if cost * equations.samples > most:
         raise PlainRunError(f"the run takes {cost * equations.samples:.2g} operations, more than {most:.2g}")
-    given = _given(equations, loop)
+    columns = _given(equations, loop)
     x, c = [s.start for s in equations.plant_states], [s.start for s in equations.states] * 2
     count, width = equations.samples, len(equations.signals)
     record, lags = [0.0] * (count * width), ([0.0] * delayed.size, delayed.integers, delayed.weights)
     kernel = interpreted(*printed(equations, written))
-    code = kernel(0, count, count, substeps, equations.step, x, c, [], given, record, *lags)
+    code = kernel(0, count, count, substeps, equations.step, x, c, [], columns, record, *lags)
     done, stopped = (count, "") if code < 0 else _stopped(code, equations, written)
     signals = {name: record[k : done * width : width] for k, name in enumerate(equations.signals)}
     ended = _first_without_value(loop, signals, done)
@@ -140,7 +139,7 @@ def _lines(table: Table, equations: LoopEquations, folder: Path) -> list[list[fl
 
 
 def _stopped(code: int, equations: LoopEquations, written: LoopPrograms) -> tuple[int, str]:
-    """Return how many samples there are, and what was wrong at the next."""
+    """Return how many samples there are, and the mistake at the next."""
     states, outputs = equations.plant_states, refused(written)
     sample, kind = divmod(code, max(len(states) + len(outputs), 1))
     at = f"at t = {sample * equations.step:.6g} s"

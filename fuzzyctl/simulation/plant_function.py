@@ -59,7 +59,7 @@ class PlantFunction:
         self._step = None if plant.python else compile(_as_step(plant), backend)
 
     def derivative(self, t: float, x: Numbers, u: Numbers) -> FloatArray:
-        """Return the derivatives of the states by time, shape (states,); NaN where an input is NaN.
+        """Return the derivatives of the states by time, shape (states,); NaN if an input is NaN.
 
         Args:
             t: Time [s].
@@ -80,20 +80,20 @@ class PlantFunction:
         import numpy as np
 
         try:
-            state, given = (tuple(float(v) for v in np.atleast_1d(one)) for one in (x, u))
+            state, inputs = (tuple(float(v) for v in np.atleast_1d(one)) for one in (x, u))
         except (TypeError, ValueError):
             raise ArgumentError(
                 f"expected numbers as states and inputs of plant '{self.plant.name}', got {u!r}"
             ) from None
-        for what, names, found in (("state", self.state_names, state), ("input", self.input_names, given)):
-            if len(names) != len(found):
+        for what, names, numbers in (("state", self.state_names, state), ("input", self.input_names, inputs)):
+            if len(names) != len(numbers):
                 expected = f"{counted(len(names), what)} ({', '.join(names) or 'none'})"
-                raise ArgumentError(f"expected {expected} of plant '{self.plant.name}', got {len(found)}")
+                raise ArgumentError(f"expected {expected} of plant '{self.plant.name}', got {len(numbers)}")
         if self._python is not None:
-            return np.array(self._python.output(t, state)), np.array(self._python.derivative(t, state, given))
+            return np.array(self._python.output(t, state)), np.array(self._python.derivative(t, state, inputs))
         assert self._step is not None
-        outputs, rates = self._step(*given, t, np.array(state))
-        if any(math.isnan(v) for v in given):
+        outputs, rates = self._step(*inputs, t, np.array(state))
+        if any(math.isnan(v) for v in inputs):
             rates = np.full(len(state), math.nan)
         return np.atleast_1d(np.array(outputs, dtype=np.float64)), rates
 

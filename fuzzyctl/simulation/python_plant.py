@@ -26,7 +26,7 @@ class PythonPlant:
     Args:
         plant: The plant.
         block: Name of its block in the loop.
-        span: Where the block is.
+        span: Place of the block.
 
     Raises:
         DiagnosticError: For a file that cannot be executed or lacks a function.
@@ -60,16 +60,16 @@ class PythonPlant:
     def _numbers(
         self, name: str, function: Callable[..., Any], signals: Sequence[Signal], t: float, *given: tuple[float, ...]
     ) -> Sequence[float]:
-        """Return what a function returns, a finite number for each signal."""
-        found = self._guarded(lambda: _consumed(function(t, *given)), f"'{name}'", t, given)
+        """Call a function and return a finite number for each signal."""
+        result = self._guarded(lambda: _consumed(function(t, *given)), f"'{name}'", t, given)
         try:
-            finite = all(map(math.isfinite, found))  # which refuses texts, as float does not
-            numbers = () if isinstance(found, set | frozenset) else tuple(map(float, found))
+            finite = all(map(math.isfinite, result))  # which refuses texts, as float does not
+            numbers = () if isinstance(result, set | frozenset) else tuple(map(float, result))
         except (TypeError, ValueError, OverflowError):
             finite, numbers = True, ()
         if finite and len(numbers) == len(signals):
             return numbers
-        message = f"'{name}' of plant '{self._plant.name}' returned {_shown(found)} at t = {t:.6g} s"
+        message = f"'{name}' of plant '{self._plant.name}' returned {_shown(result)} at t = {t:.6g} s"
         if len(numbers) != len(signals):
             fact = f"expected {counted(len(signals), 'number')}, one for each of: {listed([s.name for s in signals])}"
             help_text = f"return a tuple, such as {_shown((0.0,) * len(signals))}"
@@ -82,14 +82,14 @@ class PythonPlant:
     def _guarded(
         self, call: Callable[[], Any], what: str, t: float | None = None, given: Sequence[tuple[float, ...]] = ()
     ) -> Any:
-        """Return what a call of the user's code returns; what it raises is a diagnostic."""
+        """Call the user's code and return its result; exceptions are diagnostics."""
         try:
             return call()
         except (Exception, SystemExit) as error:  # noqa: BLE001 - the user's code may raise anything, which is reported
             frames = traceback.extract_tb(error.__traceback__)
             of_file = [f for f in frames if f.filename == self._plant.python]
-            own = [f for f in frames if f.filename != __file__] if self._plant.calls else of_file
-            at = f"{own[-1].filename}:{own[-1].lineno}: " if own else ""
+            user_frames = [f for f in frames if f.filename != __file__] if self._plant.calls else of_file
+            at = f"{user_frames[-1].filename}:{user_frames[-1].lineno}: " if user_frames else ""
             when = "" if t is None else f" at t = {t:.6g} s"
             message = f"{what} of plant '{self._plant.name}' raised {type(error).__name__}{when}"
             help_text = "run the file with python" if t is None else "call it with this time and these values"
@@ -106,8 +106,8 @@ class PythonPlant:
         """Return the states and inputs that a function was called with, as a fact."""
         names = (s.name for s in (*self._plant.states, *self._plant.inputs))
         values = (v for part in given for v in part)
-        shown = [f"{name} = {value:.6g}" for name, value in zip(names, values, strict=False)]
-        return (f"there {listed(shown)}",) if shown else ()
+        signals = [f"{name} = {value:.6g}" for name, value in zip(names, values, strict=False)]
+        return (f"there {listed(signals)}",) if signals else ()
 
     def _mistake(self, message: str, facts: tuple[str, ...], help_text: str = "") -> DiagnosticError:
         facts = (*facts, f"it is block '{self._block}'")
@@ -126,7 +126,7 @@ def _refusal(function: Callable[..., Any], arguments: Sequence[str]) -> str:
 
 
 def _consumed(found: Any) -> Any:
-    """Return what a generator yields, which may raise only then."""
+    """Return a generator's values, whose computation may raise."""
     return tuple(found) if isinstance(found, Iterator) else found
 
 

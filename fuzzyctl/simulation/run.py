@@ -1,4 +1,4 @@
-"""The result of a run: signals over time, measures and requirements."""
+"""The result of a run: signals over time, measures and requirements, files of signals."""
 
 from __future__ import annotations
 
@@ -6,18 +6,21 @@ import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from fuzzyctl.diagnostics.diagnostic import Diagnostic, UnknownNameError
+from fuzzyctl.diagnostics.diagnostic import ArgumentError, Diagnostic, UnknownNameError
 from fuzzyctl.diagnostics.terminal import printable
 from fuzzyctl.displayed import Displayed
+from fuzzyctl.experiments.parquet import available, write_table
+from fuzzyctl.experiments.result_files import write_csv
 from fuzzyctl.expr import Expr, Name, evaluate
 from fuzzyctl.model.loop import Loop
 from fuzzyctl.operations import operation
 from fuzzyctl.simulation.judgement import Judgement, Requirement
-from fuzzyctl.simulation.settings import params_of
+from fuzzyctl.simulation.loop_params import params_of
 
 if TYPE_CHECKING:
     from fuzzyctl.annotations import Axes, FloatArray, Panels
@@ -34,14 +37,14 @@ class Run(Displayed):
         t: Times of the samples, shape (n,) [s].
         record: All signals, shape (n, signals).
         positions: Columns of the signals by name.
-        judgement: What the run is judged by.
+        judgement: The measures and requirements of the loop.
         plant_states: Names of the states that are integrated.
         params: Values of free params.
         substeps: Steps of integration between two samples; 0 for an adaptive solver.
         stopped: Why it ended early, None for a run to the end.
         solver: What integrated the plants.
         error: Largest difference of each state from a run with half the step of integration, or a tenth of the
-            tolerances of an adaptive solver; empty if there was none.
+            tolerances of an adaptive solver; empty without such a run.
     """
 
     loop: Loop = field(repr=False)
@@ -91,7 +94,7 @@ class Run(Displayed):
         return len(self.t)
 
     def signal(self, expr: Expr) -> FloatArray:
-        """Return the record of a signal, of what a measure takes, or of a constant, shape (n,)."""
+        """Return the record of a signal, of an operand of a measure, or of a constant, shape (n,)."""
         if expr in self.judgement.signals:
             return self.record[:, self.positions[f"#{self.judgement.signals.index(expr)}"]]
         if isinstance(expr, Name) and expr.name in self.positions:
@@ -106,8 +109,8 @@ class Run(Displayed):
     @cached_property
     def requirements(self) -> tuple[Requirement, ...]:
         """Whether each requirement holds; none does in a run that was stopped."""
-        found = self.judgement.requirements(self.measures, self.params)
-        return found if self.stopped is None else tuple(replace(r, holds=False) for r in found)
+        verdicts = self.judgement.requirements(self.measures, self.params)
+        return verdicts if self.stopped is None else tuple(replace(r, holds=False) for r in verdicts)
 
     @property
     def passed(self) -> bool:
@@ -115,7 +118,7 @@ class Run(Displayed):
         return self.stopped is None and all(r.holds for r in self.requirements)
 
     def summary(self) -> dict[str, Any]:
-        """Return what is known of the run as plain data; None stands for a number that is not finite."""
+        """Return the facts of the run as plain data; None stands for a number that is not finite."""
         return {
             "loop": self.loop.name,
             "title": self.loop.title,
@@ -135,3 +138,31 @@ class Run(Displayed):
 
 def _finite(value: float) -> float | None:
     return value if math.isfinite(value) else None
+
+
+#: Formats of data, each with the suffix of its files.
+FORMATS: Final = ("csv", "npz", "parquet")
+
+
+def require_format(form: str) -> None:
+    """Refuse a format whose package is missing.
+
+    Raises:
+        ArgumentError: For Parquet without pyarrow.
+    """
+    if form == "parquet" and not available():
+        raise ArgumentError("Parquet needs pyarrow: pip install 'fuzzyctl[data]'")
+
+
+def save(run: Run, path: Path, form: str) -> None:
+    """Write the times and signals of a run to a file of one of `FORMATS`."""
+    columns = {"t": run.t} | {name: run[name] for name in run.names}
+    if form == "npz":
+        with path.open("wb") as binary:
+            np.savez_compressed(binary, **columns)  # type: ignore[arg-type]  # no signal is called allow_pickle
+        return
+    lists = {name: values.tolist() for name, values in columns.items()}
+    if form == "csv":
+        write_csv(path, lists)
+    else:
+        write_table(path, lists, {"loop": run.loop.name}, "fuzzyctl")

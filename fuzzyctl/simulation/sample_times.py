@@ -13,7 +13,7 @@ from fuzzyctl.model.controller import Definition, Instance, Result
 from fuzzyctl.model.forms import bound
 from fuzzyctl.model.loop import MEASURES, Loop
 from fuzzyctl.model.plant import PLANT_FUNCTIONS, Plant
-from fuzzyctl.simulation.settings import block_params
+from fuzzyctl.simulation.loop_params import block_params
 
 #: Most numbers that a run records: 0.8 gigabytes.
 MOST_NUMBERS: Final = 100_000_000
@@ -30,7 +30,7 @@ def sample_times(loop: Loop) -> tuple[float, dict[str, int]]:
     """Return the time between two samples [s], and every how many of them each controller runs, by name of its block.
 
     Raises:
-        DiagnosticError: Where nothing says how often, or a period is no multiple of the step.
+        DiagnosticError: If the loop has neither step nor period, or a period is no multiple of the step.
     """
     periods = dict(_periods(loop))
     if loop.step is None and not periods:
@@ -66,15 +66,6 @@ def _periods(loop: Loop) -> Iterator[tuple[str, float]]:
 def _divisor(periods: Iterable[float]) -> float:
     """Return the largest time that divides some periods, up to microseconds."""
     return math.gcd(*(max(round(p * 1e6), 1) for p in periods)) / 1e6
-
-
-def samples_of(loop: Loop) -> int:
-    """Return how many samples a run has.
-
-    Raises:
-        DiagnosticError: For sample times that do not fit together.
-    """
-    return samples_at(loop, sample_times(loop)[0])
 
 
 def samples_at(loop: Loop, step: float) -> int:
@@ -117,15 +108,15 @@ def require_room(loop: Loop, signals: int) -> None:
     step = sample_times(loop)[0]
     samples = samples_at(loop, step)
     if samples - 1 > MOST_SAMPLES:
-        found = f"the run has {samples - 1:,} samples", f"at most {MOST_SAMPLES:,}"
+        excess = f"the run has {samples - 1:,} samples", f"at most {MOST_SAMPLES:,}"
     elif samples * signals > MOST_NUMBERS:
-        found = (
+        excess = (
             f"the run records {samples * signals:,} numbers, {signals} signals at {samples:,} samples",
             f"at most {MOST_NUMBERS:,}",
         )
     else:
         return _require_dead_times(loop, step)
-    message, most = found
+    message, most = excess
     help_text = f"expected {most}: make the run shorter, or its step longer"
     raise DiagnosticError([Diagnostic("FZ703", message, span_of(loop.duration) or loop.span, help=help_text)])
 

@@ -1,4 +1,4 @@
-"""Text of a whole run as one function: samples, and between them steps of Runge and Kutta over the plants' states."""
+"""Programs of a loop, and the function of a whole run that they are printed as."""
 
 from __future__ import annotations
 
@@ -7,17 +7,96 @@ from dataclasses import replace
 from typing import Any, Final
 
 from fuzzyctl.diagnostics.source import Span
+from fuzzyctl.expr import Expr, Name, Number, replace_names
+from fuzzyctl.kernels.plan.build import plan
+from fuzzyctl.kernels.plan.equations import Equation, Evaluation
+from fuzzyctl.kernels.program.builder import Builder
 from fuzzyctl.kernels.program.printer import IEEE_SCALAR, INDENT, Dialect, block, number, text
-from fuzzyctl.kernels.program.program import Program, Refuse
+from fuzzyctl.kernels.program.program import STATE, Item, Program, Refuse
 from fuzzyctl.kernels.program.scalar import RUNTIME, execute
 from fuzzyctl.kernels.program.stores import store_lines
+from fuzzyctl.kernels.step_program import evaluated, numeric, system_program
 from fuzzyctl.model.discrete_plant import BEFORE
+from fuzzyctl.model.loop import TIME
 from fuzzyctl.model.plant import Plant
+from fuzzyctl.records import record
 from fuzzyctl.simulation.dead_times import PARTS, varies
-from fuzzyctl.simulation.equations import LARGEST, LoopEquations, PlantState
+from fuzzyctl.simulation.equations import LARGEST, LoopEquations, PlantState, reached
+from fuzzyctl.simulation.expansion import free_name
 from fuzzyctl.simulation.fmu_plant import FmuPlant
-from fuzzyctl.simulation.programs import LoopPrograms
 from fuzzyctl.simulation.python_plant import PythonPlant
+
+
+@record(frozen=True)
+class LoopPrograms:
+    """A loop as two programs, with distinct names and tables.
+
+    Args:
+        sample: From the time, the plants' states, delayed signals, free params, outputs of external plants, columns
+            known before and flags of slow controllers to what is recorded, what is held, and the controllers' next
+            states.
+        derivative: From the time, the plants' states, delayed signals, free params, outputs of external plants
+            and what is held to `LoopEquations.integrated`.
+        held: Names of held signals.
+    """
+
+    sample: Program
+    derivative: Program
+    held: tuple[str, ...]
+
+
+def programs(equations: LoopEquations, algorithm: str = "auto") -> LoopPrograms:
+    """Write the programs of a loop.
+
+    Args:
+        equations: The loop.
+        algorithm: How systems are computed, see `select.ALGORITHMS`.
+    """
+    builder = Builder()
+    wanted = equations.integrated
+    between, held_names = reached(equations, wanted)
+    state_of = {s.name: Item(STATE, k) for k, s in enumerate(equations.states)}
+    shared = [TIME, *(s.name for s in equations.plant_states), *(d.name for d in equations.delays)]
+    shared += [*map(free_name, equations.free), *(n for e in equations.externals for n in e.outputs)]
+    columns = [n for names in equations.given for n in names]
+
+    env: dict[str, Expr] = {n: Name(f"a{k}") for k, n in enumerate([*shared, *columns, *equations.rates])}
+    arguments = [a for a in env.values() if isinstance(a, Name)]
+    env |= state_of
+    _write(builder, equations, equations.body, env, algorithm)
+    values = [*equations.signals.values(), *map(Name, held_names), *equations.updates]
+    results = [builder.let(numeric(replace_names(v, env))) for v in values]
+    sample = builder.program(arguments, results, state=len(equations.states))
+
+    inner = builder.inner()
+    inner_env: dict[str, Expr] = {n: Name(f"b{k}") for k, n in enumerate([*shared, *held_names])}
+    arguments = [a for a in inner_env.values() if isinstance(a, Name)]
+    _write(inner, equations, between, inner_env, algorithm)
+    results = [inner.let(numeric(replace_names(v, inner_env))) for v in wanted]
+    derivative = inner.program(arguments, results)
+    return LoopPrograms(sample, derivative, tuple(held_names))
+
+
+def _write(
+    builder: Builder,
+    equations: LoopEquations,
+    body: Sequence[Equation | Evaluation],
+    env: dict[str, Expr],
+    algorithm: str,
+) -> None:
+    """Write equations, and enter what their names are into `env`."""
+    for item in body:
+        if isinstance(item, Evaluation):
+            inputs = (*item.arguments, *(value for _, value in item.free))
+            values = [builder.let(numeric(replace_names(a, env))) for a in inputs]
+            before = [env[s] for s in item.states]
+            block = item.states[0].partition(".")[0] if item.states else ""
+            dt = Number(equations.periods.get(block, equations.step))
+            outputs = evaluated(builder, plan(item.system), system_program(item, algorithm), values, before, dt)
+            env |= dict(zip(item.defined, outputs, strict=True))
+        else:
+            env[item.name] = builder.let(numeric(replace_names(item.value, env)))
+
 
 #: Arguments of a run: counts; the step; arrays of plant states, controller states, free params, known columns and the
 #: record; those of dead times.
@@ -74,7 +153,7 @@ class RunSource:
     def _sample(self) -> Iterator[str]:
         equations, program = self.equations, self.programs.sample
         columns = [n for names in equations.given for n in names]
-        given = [f"G[{len(columns)} * k + {j}]" for j in range(len(columns))]
+        columns_now = [f"G[{len(columns)} * k + {j}]" for j in range(len(columns))]
         flags = [f"(1.0 if k % {n} == 0 else 0.0)" for n in equations.rates.values()]
         yield "t = k * h"
         for position, state in enumerate(equations.plant_states):
@@ -82,14 +161,14 @@ class RunSource:
             yield from _in(1, [f"X[{position}] = x{position}", f"return {self.kinds} * k + {position}"])
         yield from self._delayed("0", "0")
         yield from self._external("t", "x")
-        values = ["t", *(f"x{k}" for k in self.states), *self._shared(), *given, *flags]
+        values = ["t", *(f"x{k}" for k in self.states), *self._shared(), *columns_now, *flags]
         yield from (f"{a} = {v}" for a, v in zip(program.arguments, values, strict=True))
         yield from self._block(program)
-        width, held = len(equations.signals), len(self.programs.held)
-        results = [text(r, self.dialect) for r in program.results[: width + held]]
+        width, input_count = len(equations.signals), len(self.programs.held)
+        results = [text(r, self.dialect) for r in program.results[: width + input_count]]
         yield from (f"R[{width} * (k - first) + {j}] = {r}" for j, r in enumerate(results[:width]))
-        yield from (f"h{j} = {r}" for j, r in enumerate(results[width : width + held]))
-        updates = program.results[width + held :]
+        yield from (f"h{j} = {r}" for j, r in enumerate(results[width : width + input_count]))
+        updates = program.results[width + input_count :]
         # The next states go behind the present ones, and replace them when all are computed.
         yield from store_lines(updates, self.dialect, lambda k: f"C[{len(updates)} + {k}]")
         if updates:
@@ -143,9 +222,9 @@ class RunSource:
     def _derivatives(self, results: Sequence[str]) -> Iterator[str]:
         """Yield lines that give each state its derivative; those of plants in Python come from calls."""
         external = [k for e in self.equations.externals for k in e.states]
-        own = [k for k in self.states if k not in external]
-        yield from (f"d{k} = {value}" for k, value in zip(own, results, strict=False))
-        first = len(own)
+        positions = [k for k in self.states if k not in external]
+        yield from (f"d{k} = {value}" for k, value in zip(positions, results, strict=False))
+        first = len(positions)
         for j, e in enumerate(self.equations.externals):
             if e.plant.fmu:
                 continue

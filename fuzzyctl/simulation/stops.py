@@ -13,7 +13,7 @@ from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.expr import Expr, names_in, span_of, to_text
 from fuzzyctl.model.loop import Loop
 from fuzzyctl.simulation.equations import LARGEST, PlantState
-from fuzzyctl.simulation.settings import blocks_of
+from fuzzyctl.simulation.loop_params import blocks_of
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -65,10 +65,10 @@ def left(
     else:
         ends = f"{'(' if state.without_low or state.low == -math.inf else '['}{state.low:g}, "
         ends += f"{state.high:g}{')' if state.without_high or state.high == math.inf else ']'}"
-        # What leaves the range by a rounding only is shown with all its digits.
-        shown = f"{value:.6g}"
-        shown = f"{value!r}" if state.holds(float(shown)) else shown
-        message = f"state '{state.name}' left its range {at}: {shown}{unit} is outside of {ends}"
+        # A value that leaves the range by a rounding only is shown with all its digits.
+        digits = f"{value:.6g}"
+        digits = f"{value!r}" if state.holds(float(digits)) else digits
+        message = f"state '{state.name}' left its range {at}: {digits}{unit} is outside of {ends}"
         help_text = "limit it in the plant, or declare a wider range"
     return Diagnostic(
         "FZ701", message, state.span or _span_of_signal(loop, state.name), facts=tuple(facts), help=help_text
@@ -125,13 +125,13 @@ def without_value(loop: Loop, output: str, positions: Mapping[str, int], row: Fl
         row: All signals at that sample, shape (signals,).
         time: When that is [s].
     """
-    block, _, own = output.partition(".")
+    block, _, short = output.partition(".")
     plant = blocks_of(loop)[next(i.controller for i in loop.instances if i.name == block)]
-    result = next(r for r in plant.results if r.name == own)
+    result = next(r for r in plant.results if r.name == short)
     message = f"output '{output}' is {_what(row[positions[output]])} at t = {time:.6g} s"
     names = [f"{block}.{s.name}" for s in (*plant.inputs, *plant.states)]
-    known = [f"{n} = {row[positions[n]]:.6g}" for n in names if math.isfinite(row[positions[n]])]
-    facts = (f"there {', '.join(known)}",) if known else ()
+    finite = [f"{n} = {row[positions[n]]:.6g}" for n in names if math.isfinite(row[positions[n]])]
+    facts = (f"there {', '.join(finite)}",) if finite else ()
     return Diagnostic("FZ701", message, result.span or _span_of_signal(loop, output), facts=facts, help=_KEEP_DOMAINS)
 
 
@@ -144,8 +144,8 @@ def signals_without_value(run: Run) -> list[Diagnostic]:
     if run.stopped is not None or not bad.any():
         return []
     (first, name), *others = _origins(run.loop, run.positions, bad, run.judgement.signals)
-    shown, span = _shown(name, run)
-    message = f"'{shown}' is not a number at t = {run.t[first]:.6g} s"
+    label, span = _shown(name, run)
+    message = f"'{label}' is not a number at t = {run.t[first]:.6g} s"
     facts = [f"signals have no value at {int(bad.any(axis=1).sum()):,} of {len(run):,} samples"]
     lost = [n for n, value in run.measures.items() if math.isnan(value)]
     if lost:
@@ -183,12 +183,12 @@ def _what(value: float) -> str:
 def _origins(
     loop: Loop, positions: Mapping[str, int], bad: npt.NDArray[np.bool_], judged: Sequence[Expr] = ()
 ) -> list[tuple[int, str]]:
-    """Return the signals that lost their value before what they are computed from, if that did, with the sample.
+    """Return the signals that lost their value first, before their operands, with the sample.
 
     Args:
         loop: The loop.
         positions: Columns of the record by name.
-        bad: What has no value, shape (samples, signals), some of it.
+        bad: Whether a signal has no value, shape (samples, signals), some of it.
         judged: The expressions of the signals `#0`, `#1` and so on.
 
     Returns:
@@ -197,17 +197,19 @@ def _origins(
     first = {name: int(np.argmax(bad[:, k])) for name, k in positions.items() if bad[:, k].any()}
     read = {f"#{k}": e for k, e in enumerate(judged)} | {d.name: d.value for d in loop.definitions}
     sources = {name: [n.name for n in names_in(e)] for name, e in read.items()}
-    made: dict[str, str] = {}
+    block_of: dict[str, str] = {}
     for instance in loop.instances:
         block = blocks_of(loop)[instance.controller]
-        inputs, outputs = ([f"{instance.name}.{s.name}" for s in own] for own in (block.inputs, block.results))
-        given = [n.name for a in instance.arguments for n in names_in(a)]
-        sources |= dict.fromkeys(inputs, given)
+        inputs, outputs = (
+            [f"{instance.name}.{s.name}" for s in upstream] for upstream in (block.inputs, block.results)
+        )
+        arguments = [n.name for a in instance.arguments for n in names_in(a)]
+        sources |= dict.fromkeys(inputs, arguments)
         sources |= dict.fromkeys(outputs, inputs)
-        made |= dict.fromkeys(outputs, instance.name)
-    found: dict[str, tuple[int, str]] = {}
-    for name, k in sorted(first.items(), key=lambda item: (item[1], item[0] not in made)):
-        own = sources.get(name) or sources.get(name.partition(".")[0]) or []
-        if all(first.get(n, k + 1) > k for n in own):
-            found.setdefault(made.get(name, name), (k, name))
-    return list(found.values()) or [(k, name) for name, k in first.items()][:1]
+        block_of |= dict.fromkeys(outputs, instance.name)
+    origins: dict[str, tuple[int, str]] = {}
+    for name, k in sorted(first.items(), key=lambda item: (item[1], item[0] not in block_of)):
+        upstream = sources.get(name) or sources.get(name.partition(".")[0]) or []
+        if all(first.get(n, k + 1) > k for n in upstream):
+            origins.setdefault(block_of.get(name, name), (k, name))
+    return list(origins.values()) or [(k, name) for name, k in first.items()][:1]

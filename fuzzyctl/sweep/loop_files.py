@@ -1,4 +1,4 @@
-"""Rule files whose loops are swept: read once, with the values that a run gives their params."""
+"""Files of a sweep of loops: its SPEC, and rule files, read once, with the values that a run gives their params."""
 
 from __future__ import annotations
 
@@ -9,17 +9,22 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import Any, Final
+from typing import Annotated, Any, Final
+
+from pydantic import Field, Strict
 
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
-from fuzzyctl.diagnostics.suggestions import did_you_mean
-from fuzzyctl.experiments.settings.overrides import OverrideError, join_key, override, shorten, split_key
-from fuzzyctl.experiments.settings.validation import show
+from fuzzyctl.diagnostics.suggestions import closest, did_you_mean
+from fuzzyctl.experiments import sweep_spec
+from fuzzyctl.experiments.scenario_keys import OverrideError, join_key, override, shorten, split_key
+from fuzzyctl.experiments.sweep_spec import Spec, SpecFile
+from fuzzyctl.experiments.value_errors import show
 from fuzzyctl.loading.load import look_through
 from fuzzyctl.model.guarantee import Param
 from fuzzyctl.model.loop import Loop, Measure
-from fuzzyctl.simulation.settings import all_params, short_names, within_ranges
-from fuzzyctl.support.reading import read_source, recorded
+from fuzzyctl.simulation.loop_params import all_params, short_names, within_ranges
+from fuzzyctl.support.reading import files_in, read_source, recorded
+from fuzzyctl.support.shipped import place_of
 
 #: Key of the number by which a run draws its noise anew.
 SEED: Final = "noise.seed"
@@ -36,7 +41,7 @@ class LoopFiles:
         loops: By label: their names, with the file before it where two files have one of the same name.
         read: Content of each file that was read, by its path.
         own: How many of them are the files themselves, which come first.
-        warnings: What the files report.
+        warnings: Warnings about the files.
     """
 
     path: Path
@@ -53,10 +58,10 @@ class LoopFiles:
     @cached_property
     def names(self) -> dict[str, str]:
         """The full names of all params of all loops by the names that they may be given by."""
-        taken = {m.name for loop in self.loops.values() for m in loop.measures}
-        found = {name: full for loop in self.loops.values() for name, full in short_names(loop).items()}
-        found |= {name: name for values in self.params.values() for name in values}
-        return {name: full for name, full in found.items() if name == full or name not in taken}
+        measures = {m.name for loop in self.loops.values() for m in loop.measures}
+        full_names = {name: full for loop in self.loops.values() for name, full in short_names(loop).items()}
+        full_names |= {name: name for values in self.params.values() for name in values}
+        return {name: full for name, full in full_names.items() if name == full or name not in measures}
 
 
 @dataclass(frozen=True)
@@ -85,7 +90,7 @@ class LoopScenario:
 
     @property
     def warnings(self) -> Sequence[Diagnostic]:
-        """What the files report."""
+        """Warnings about the files."""
         return self.files.warnings
 
     @property
@@ -96,31 +101,31 @@ class LoopScenario:
     @property
     def texts(self) -> list[dict[str, str]]:
         """Name and text of each file with loops."""
-        own = list(self.files.read.items())[: self.files.own]
-        return [{"file": Path(name).name, "text": content.decode(errors="replace")} for name, content in own]
+        files = list(self.files.read.items())[: self.files.own]
+        return [{"file": Path(name).name, "text": content.decode(errors="replace")} for name, content in files]
 
     @property
     def settings(self) -> dict[str, Any]:
-        """Values of the params by key, as tables for those of blocks; what differs from loop to loop is left out."""
-        found: dict[str, set[float]] = {}
+        """Values of the params by key, as tables for those of blocks; without params that differ between loops."""
+        numbers_of: dict[str, set[float]] = {}
         for values in self.files.params.values():
             for name, full in self.files.names.items():
                 if full in values:
-                    found.setdefault(name, set()).add(self.values.get(full, values[full]))
+                    numbers_of.setdefault(name, set()).add(self.values.get(full, values[full]))
         tables: dict[str, Any] = {}
-        for name, numbers in found.items():
-            *blocks, own = name.split(".")
+        for name, numbers in numbers_of.items():
+            *blocks, short = name.split(".")
             table: Any = tables
             for block in blocks:
                 table = table.setdefault(block, {}) if isinstance(table, dict) else None
             if len(numbers) == 1 and isinstance(table, dict):
-                table.setdefault(own, *numbers)
+                table.setdefault(short, *numbers)
         return tables
 
     def of(self, label: str) -> dict[str, float]:
         """Return the values that are params of a loop."""
-        known = self.files.params[label]
-        return {name: value for name, value in self.values.items() if name in known}
+        params = self.files.params[label]
+        return {name: value for name, value in self.values.items() if name in params}
 
 
 def read_files(path: Path, against: Sequence[Path]) -> LoopFiles:
@@ -129,7 +134,7 @@ def read_files(path: Path, against: Sequence[Path]) -> LoopFiles:
     Raises:
         DiagnosticError: With all errors of the first file that has any; for a file without loops.
     """
-    found: list[tuple[Path, Loop]] = []
+    loops_read: list[tuple[Path, Loop]] = []
     warnings: list[Diagnostic] = []
     with recorded() as read:
         sources = [(one, read_source(one)) for one in (path, *against)]
@@ -142,12 +147,12 @@ def read_files(path: Path, against: Sequence[Path]) -> LoopFiles:
                 help_text = "a sweep runs loops: 'loop' joins controllers and plants"
                 raise DiagnosticError([Diagnostic("FZ502", "the file holds no loop", file=str(one), help=help_text)])
             warnings += reported
-            found += [(one, loop) for loop in examined.loops]
-    _require_columns([loop for _, loop in found])
-    names = [loop.name for _, loop in found]
-    loops = {loop.name if names.count(loop.name) == 1 else f"{one.stem}.{loop.name}": loop for one, loop in found}
-    if len(loops) < len(found):
-        raise DiagnosticError(list(_same_labels(found)))
+            loops_read += [(one, loop) for loop in examined.loops]
+    _require_columns([loop for _, loop in loops_read])
+    names = [loop.name for _, loop in loops_read]
+    loops = {loop.name if names.count(loop.name) == 1 else f"{one.stem}.{loop.name}": loop for one, loop in loops_read}
+    if len(loops) < len(loops_read):
+        raise DiagnosticError(list(_same_labels(loops_read)))
     return LoopFiles(path, loops, read, len(dict.fromkeys(str(one) for one, _ in sources)), tuple(warnings))
 
 
@@ -169,10 +174,10 @@ def _require_columns(loops: Sequence[Loop]) -> None:
     named: list[Measure | Param] = []
     for loop in loops:
         named += [*loop.measures, *loop.params]
-    taken = [one for one in named if one.name in COLUMNS]
-    if taken:
+    clashes = [one for one in named if one.name in COLUMNS]
+    if clashes:
         help_text = "rename it: the results have a column of this name for each run"
-        raise DiagnosticError([Diagnostic("FZ904", f"'{m.name}' is taken", m.span, help=help_text) for m in taken])
+        raise DiagnosticError([Diagnostic("FZ904", f"'{m.name}' is taken", m.span, help=help_text) for m in clashes])
 
 
 def with_overrides(files: LoopFiles, overrides: Sequence[str]) -> LoopScenario:
@@ -182,7 +187,7 @@ def with_overrides(files: LoopFiles, overrides: Sequence[str]) -> LoopScenario:
         DiagnosticError: With every mistake.
         OverrideError: When an override is malformed.
     """
-    names, given = files.names, dict[str, str]()
+    names, arguments = files.names, dict[str, str]()
     values: dict[str, float] = {}
     seed: int | None = None
     mistakes: list[Diagnostic] = []
@@ -191,9 +196,9 @@ def with_overrides(files: LoopFiles, overrides: Sequence[str]) -> LoopScenario:
         key, written = override(table, argument)
         value = _value(table, key)
         full = names.get(key, key)
-        if full in given:
+        if full in arguments:
             raise OverrideError(f"--set {shorten(argument)}: {full} is given twice")
-        given[full] = written
+        arguments[full] = written
         if full == SEED and SEED not in names:
             seed, wrong = _seed(value)
         else:
@@ -218,7 +223,7 @@ def _seed(value: Any) -> tuple[int | None, list[Diagnostic]]:
 
 
 def _mistakes(files: LoopFiles, key: str, full: str, value: Any) -> Iterator[Diagnostic]:
-    """Yield what is wrong with the value of a param."""
+    """Yield the mistakes in the value of a param."""
     names = files.names
     if key not in names:
         facts = (f"params: {', '.join(dict.fromkeys(names.values())) or 'none'}",)
@@ -231,3 +236,41 @@ def _mistakes(files: LoopFiles, key: str, full: str, value: Any) -> Iterator[Dia
             within_ranges(loop, {full: float(value)})
         except DiagnosticError as error:
             yield from (dataclasses.replace(d, facts=(*d.facts, f"declared at {d.place}")) for d in error.diagnostics)
+
+
+class LoopSpec(Spec):
+    """Content of a SPEC file: `scenario` is a file with loops or a shipped name, `controllers` names some of them."""
+
+    against: Annotated[tuple[str, ...], Strict(False)] = Field(
+        default=(), description="further files beside the SPEC, or shipped ones, whose loops are run too"
+    )
+
+
+def read(path: Path) -> SpecFile:
+    """Read a SPEC file.
+
+    Raises:
+        DiagnosticError: With every mistake in it.
+    """
+    return sweep_spec.read(path, LoopSpec)
+
+
+def against(file: SpecFile) -> tuple[Path, ...]:
+    """Return the further files of a SPEC.
+
+    Raises:
+        DiagnosticError: With each that is not there.
+    """
+    names = file.spec.against if isinstance(file.spec, LoopSpec) else ()
+    mistakes = []
+    beside = [file.path.parent / name for name in names]
+    paths = [place_of(name, folder=file.path.parent).path for name in names]
+    for path, there in zip(beside, paths, strict=True):
+        if not there.exists():
+            near = closest(path.name, files_in(path.parent, {path.suffix}))
+            help_text = f"did you mean '{near}'?" if near else ""
+            message = f"against: no file '{path.name}': there is no such file"
+            mistakes.append(file.diagnostic("FZ904", ("against",), message, help=help_text))
+    if mistakes:
+        raise DiagnosticError(mistakes)
+    return tuple(paths)

@@ -1,4 +1,4 @@
-"""Loops as what a sweep runs."""
+"""Loops as the `Runnable` of sweeps."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ import numpy as np
 
 from fuzzyctl.diagnostics.diagnostic import ArgumentError, UnknownNameError
 from fuzzyctl.experiments.runnable import Computed, Prepared, Runnable, UsedFile
-from fuzzyctl.experiments.sweep.provenance import sources
+from fuzzyctl.experiments.sweep_journal import sources
 from fuzzyctl.model.instance_params import with_instance_params
 from fuzzyctl.model.loop import Loop
 from fuzzyctl.simulation.columns import columns
 from fuzzyctl.simulation.expansion import loop_equations
 from fuzzyctl.simulation.experiment import Experiment
 from fuzzyctl.simulation.fmu_plant import require_fixed
+from fuzzyctl.simulation.loop_params import blocks_of, with_settings
 from fuzzyctl.simulation.run import Run
-from fuzzyctl.simulation.settings import blocks_of, with_settings
 from fuzzyctl.simulation.signals import Noise, Table
 from fuzzyctl.support.shipped import place_of
 from fuzzyctl.sweep.loop_files import SEED, LoopFiles, LoopScenario, read_files, with_overrides
@@ -33,7 +33,7 @@ OUTSIDE = ("analysis/", "cli/", "codegen/", "convert/", "explain/", "interop/", 
 
 @dataclass
 class Known:
-    """What a process has read and compiled."""
+    """Files and loops that a process has read and compiled."""
 
     files: dict[Path, LoopFiles] = field(default_factory=dict)
     free: dict[tuple[str, tuple[str, ...]], set[str]] = field(default_factory=dict)
@@ -47,7 +47,7 @@ class Loops(Runnable[LoopScenario]):
 
     Args:
         against: Files whose loops are run besides those of the scenario.
-        known: What this process knows.
+        known: Cache of this process.
     """
 
     seed = SEED
@@ -56,7 +56,7 @@ class Loops(Runnable[LoopScenario]):
     known: Known = field(default_factory=Known, compare=False, repr=False)
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Leave out what this process knows."""
+        """Leave out the cache of this process."""
         return type(self), (self.against,)
 
     def find(self, name: str, folder: Path = Path()) -> Path:
@@ -97,15 +97,15 @@ class Loops(Runnable[LoopScenario]):
     def unread(
         self, scenario: LoopScenario, controllers: Sequence[str], used: Mapping[str, str], key: Sequence[str]
     ) -> str:
-        """Return the param that none of the loops has, or the seed of noise where there is none."""
+        """Return the param that the loops lack, or the seed if the loops have no noise."""
         name = ".".join(key)
         full = scenario.files.names.get(name, name)
-        known = any(full in scenario.files.params[label] for label in controllers)
-        if full == SEED and not known:
+        is_param = any(full in scenario.files.params[label] for label in controllers)
+        if full == SEED and not is_param:
             loops = [scenario.files.loops[label] for label in controllers]
-            given = [one for loop in loops for one in loop_equations(loop).given.values()]
-            return "" if any(isinstance(one, Noise) for one in given) else "a seed of noise"
-        return "" if "*" in key or known else f"param {full}"
+            columns = [one for loop in loops for one in loop_equations(loop).given.values()]
+            return "" if any(isinstance(one, Noise) for one in columns) else "a seed of noise"
+        return "" if "*" in key or is_param else f"param {full}"
 
     def prepare(self, scenario: LoopScenario, controller: str, measures: Sequence[str]) -> Prepared:
         """Compile a loop, once for all values of the params that are set."""
@@ -128,7 +128,7 @@ class Loops(Runnable[LoopScenario]):
         return next(iter([*units, *(unit for loop in loops for name, unit in _param_units(loop) if name == full)]), "")
 
     def software(self) -> dict[str, str | None]:
-        """Return the versions of what computes a run, and a checksum of its sources."""
+        """Return the versions of the software that computes a run, and a checksum of its sources."""
         return {**super().software(), "sources": sources(Path(__file__).parents[1], OUTSIDE)}
 
     def _experiment(self, scenario: LoopScenario, label: str) -> tuple[Experiment, list[float]]:
@@ -143,23 +143,23 @@ class Loops(Runnable[LoopScenario]):
     def _split(self, scenario: LoopScenario, label: str) -> tuple[dict[str, float], dict[str, float]]:
         """Return the values that are arguments of a compiled loop, and those that it has as constants."""
         loop = scenario.files.loops[label]
-        given = scenario.of(label)
-        chosen = (label, tuple(given))
+        values = scenario.of(label)
+        chosen = (label, tuple(values))
         if chosen not in self.known.free:
-            self.known.free[chosen] = {name for name in given if _can_be_free(loop, name)}
-        free = {name: value for name, value in given.items() if name in self.known.free[chosen]}
-        return free, {name: value for name, value in given.items() if name not in free}
+            self.known.free[chosen] = {name for name in values if _can_be_free(loop, name)}
+        free = {name: value for name, value in values.items() if name in self.known.free[chosen]}
+        return free, {name: value for name, value in values.items() if name not in free}
 
     def _used(self, scenario: LoopScenario, again: bool = False) -> dict[str, UsedFile]:
         """Return the files that those with loops use: tables, plants in Python, FMUs; `again` reads them anew."""
         others = list(scenario.files.read.items())[scenario.files.own :]
-        found = {}
+        files = {}
         for name, content in others:
             path = Path(name)
             content = path.read_bytes() if again and path.exists() else content
             relative = path.relative_to(scenario.path.parent) if path.is_relative_to(scenario.path.parent) else path
-            found[relative.as_posix()] = UsedFile(path, hashlib.sha256(content).hexdigest())
-        return found
+            files[relative.as_posix()] = UsedFile(path, hashlib.sha256(content).hexdigest())
+        return files
 
 
 def _can_be_free(loop: Loop, name: str) -> bool:

@@ -12,8 +12,6 @@ from fuzzyctl.formulas import AGGREGATIONS, CONJUNCTIONS, DISJUNCTIONS, MEMBERSH
 from fuzzyctl.formulas.memberships import MembershipKind
 from fuzzyctl.formulas.norms import Aggregation, Conjunction, Disjunction
 from fuzzyctl.model.profiles import PROFILES, ProfileName
-from fuzzyctl.simulation.simulate import RK4, Solver
-from fuzzyctl.simulation.solvers import SOLVERS
 
 ROOT = Path(__file__).parents[2]
 USER_CODE = Path(__file__).parent / "user_code.py"
@@ -21,7 +19,6 @@ USER_CODE = Path(__file__).parent / "user_code.py"
 
 def test_names_are_those_that_are_accepted():
     assert get_args(ProfileName) == tuple(PROFILES)
-    assert get_args(Solver) == (RK4, *SOLVERS)
     assert get_args(Conjunction) == tuple(CONJUNCTIONS)
     assert get_args(Disjunction) == tuple(DISJUNCTIONS)
     assert {name for part in get_args(Aggregation) for name in get_args(part)} == set(AGGREGATIONS)

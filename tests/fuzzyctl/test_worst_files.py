@@ -55,10 +55,10 @@ from fuzzyctl.resolve.block_expressions import Expressions
 from fuzzyctl.resolve.context import Context
 from fuzzyctl.resolve.rules import resolve_antecedent, resolve_rule
 from fuzzyctl.resolve.system import MAX_GUARANTEES, MAX_TERMS_IN_ALL, MAX_VARIABLES
-from fuzzyctl.simulation.connections import inputs_of_time
 from fuzzyctl.simulation.expansion import loop_equations
 from fuzzyctl.simulation.experiment import Experiment
 from fuzzyctl.simulation.judgement import Judgement
+from fuzzyctl.simulation.panels import inputs_of_time
 from fuzzyctl.simulation.source import RunSource
 
 sys.path.insert(0, str(Path(__file__).parent.parent / "fuzz"))

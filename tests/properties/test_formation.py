@@ -15,7 +15,7 @@ from dwmr.results.metrics import errors
 from dwmr.scenario.file import find, read
 from dwmr.scenario.model import Obstacle
 from dwmr.simulation import simulate
-from fuzzyctl.experiments.settings.overrides import literal
+from fuzzyctl.experiments.scenario_keys import literal
 from tests import explanation
 from tests.sizes import examples
 

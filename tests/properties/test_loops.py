@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 import fuzzyctl
 from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.loading.load import look_through
-from fuzzyctl.simulation.solvers import solved
+from fuzzyctl.simulation.simulate import solved
 from tests.properties.running import quick
 from tests.properties.test_controllers import controllers
 

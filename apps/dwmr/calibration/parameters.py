@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from dwmr.scenario.model import Scenario
 from fuzzyctl.diagnostics.diagnostic import DiagnosticError
-from fuzzyctl.experiments.settings.locations import Places
+from fuzzyctl.experiments.scenario_keys import Places
 
 
 class Parameter(NamedTuple):

@@ -10,7 +10,7 @@ from typing import Any
 from dwmr.calibration.parameters import keys
 from dwmr.config.shipped import SHIPPED
 from dwmr.scenario.file import ScenarioFile
-from fuzzyctl.experiments.settings.overrides import override
+from fuzzyctl.experiments.scenario_keys import override
 
 
 def scenario_text(file: ScenarioFile, values: Mapping[str, float], path: Path, head: str) -> str:

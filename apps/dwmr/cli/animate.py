@@ -176,7 +176,7 @@ def _check_film(path: Path, fps: int, at: float | None) -> None:
 
 def _film(task: run_options.Task, law: str, path: Path, shown: _Shown) -> bool:
     """Run, draw and write; return whether the run came to its end."""
-    from fuzzyctl.experiments.results.folder import one_file
+    from fuzzyctl.experiments.result_files import one_file
 
     run_options.check(task, (law,))
     with one_file(path) as files, _scene(task.file.scenario, shown) as scene:

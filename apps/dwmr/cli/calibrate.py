@@ -141,7 +141,7 @@ def _report(task: run_options.Task, found: Found, path: Path, style: str) -> Non
     from dwmr.calibration import table
     from dwmr.calibration.writing import scenario_text
     from dwmr.output import report
-    from fuzzyctl.experiments.results.summary import finite
+    from fuzzyctl.experiments.result_files import finite
     from fuzzyctl.support.writing import write_together
 
     head = (

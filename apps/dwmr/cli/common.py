@@ -21,7 +21,7 @@ def read_scenario(scenario: str, overrides: Sequence[str]) -> ScenarioFile:
     """Read a scenario given as a shipped name or a path; an unknown name or a malformed override is wrong usage."""
     from dwmr.config.shipped import SHIPPED
     from dwmr.scenario import file
-    from fuzzyctl.experiments.settings import overrides as values
+    from fuzzyctl.experiments import scenario_keys as values
 
     try:
         path = file.find(scenario)

@@ -21,9 +21,9 @@ from fuzzyctl.cli.sweeps import failures
 if TYPE_CHECKING:
     from dwmr.scenario.file import ScenarioFile
     from dwmr.sweep.comparison import Entry
-    from fuzzyctl.experiments.sweep.plan import Plan
-    from fuzzyctl.experiments.sweep.run import Workers
-    from fuzzyctl.experiments.sweep.spec_file import SpecFile
+    from fuzzyctl.experiments.sweep_plan import Plan
+    from fuzzyctl.experiments.sweep_run import Workers
+    from fuzzyctl.experiments.sweep_spec import SpecFile
 
 
 @click.command(context_settings={"show_default": True})
@@ -73,7 +73,7 @@ def compare(
     _require_format(path)
     with mistakes_as_diagnostics(style), terminated_as_interrupted():
         from dwmr.sweep import comparison
-        from fuzzyctl.experiments.sweep.run import Workers
+        from fuzzyctl.experiments.sweep_run import Workers
 
         varied = comparison.variation(vary)
         laws = run_options.words_of(names)
@@ -124,7 +124,7 @@ def _plan(
     """Lay out and check the runs of one scenario; unknown names are wrong usage."""
     from dwmr.scenario.file import UnknownScenarioError, find
     from dwmr.sweep import comparison
-    from fuzzyctl.experiments.settings.overrides import OverrideError
+    from fuzzyctl.experiments.scenario_keys import OverrideError
 
     try:
         path = find(scenario)
@@ -138,9 +138,9 @@ def _plan(
 
 def _compute(plans: Sequence[Plan[ScenarioFile]], workers: Workers) -> list[Entry]:
     from dwmr.sweep import comparison
-    from fuzzyctl.experiments.sweep.plan import joined
-    from fuzzyctl.experiments.sweep.run import collect
-    from fuzzyctl.experiments.sweep.worker import Outcome, setup_of
+    from fuzzyctl.experiments.sweep_plan import joined
+    from fuzzyctl.experiments.sweep_run import collect
+    from fuzzyctl.experiments.sweep_workers import Outcome, setup_of
 
     runs, done = joined(plans), dict[int, Outcome]()
     outcomes = workers.compute(setup_of(*plans, measures=comparison.GROUPS), runs)
@@ -152,8 +152,7 @@ def _compute(plans: Sequence[Plan[ScenarioFile]], workers: Workers) -> list[Entr
 
 
 def _write(path: Path, found: Sequence[Entry]) -> None:
-    from fuzzyctl.experiments.results.columns import write_csv
-    from fuzzyctl.experiments.results.folder import one_file
+    from fuzzyctl.experiments.result_files import one_file, write_csv
 
     columns = {f.name: [getattr(one, f.name) for one in found] for f in dataclasses.fields(found[0])}
     with one_file(path) as files:
@@ -161,7 +160,7 @@ def _write(path: Path, found: Sequence[Entry]) -> None:
             files.write(path.name, lambda part: write_csv(part, columns))
         else:
             from dwmr.output.data import parquet_file
-            from fuzzyctl.experiments.results.summary import versions
+            from fuzzyctl.experiments.result_files import versions
 
             files.write(path.name, lambda part: parquet_file.write_table(part, columns, {"versions": versions()}))
         files.publish()
@@ -169,7 +168,7 @@ def _write(path: Path, found: Sequence[Entry]) -> None:
 
 def _print(found: Sequence[Entry], style: str, runs: int, plans: Sequence[Plan[ScenarioFile]] = ()) -> None:
     if style == "json":
-        from fuzzyctl.experiments.results.summary import finite
+        from fuzzyctl.experiments.result_files import finite
 
         write_json(finite({"runs": runs, "entries": [dataclasses.asdict(one) for one in found]}))
         return

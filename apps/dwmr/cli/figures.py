@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from dwmr.figures.paper import PaperFigure
     from dwmr.scenario.model import Scenario
     from dwmr.simulation.simulate import Trajectory
-    from fuzzyctl.experiments.results.folder import Results
+    from fuzzyctl.experiments.result_files import Results
 
 INDEX = "index.md"
 
@@ -80,7 +80,7 @@ def _draw(
 ) -> bool:
     """Run the laws that the figures show, draw and write; return whether all came to their end."""
     from dwmr.figures.index import index
-    from fuzzyctl.experiments.results.folder import results
+    from fuzzyctl.experiments.result_files import results
 
     scenario = task.file.scenario
     laws = tuple(dict.fromkeys(f.law for f in wanted))

@@ -35,7 +35,7 @@ def report(
 
 def _report(task: run_options.Task, names: tuple[str, ...], path: Path) -> bool:
     """Check, run and write; return whether every run came to its end."""
-    from fuzzyctl.experiments.results.folder import one_file
+    from fuzzyctl.experiments.result_files import one_file
 
     run_options.check(task, names)
     with one_file(path) as files:

@@ -19,7 +19,7 @@ from fuzzyctl.cli.streams import say, write_json
 
 if TYPE_CHECKING:
     from dwmr.simulation.simulate import Trajectory
-    from fuzzyctl.experiments.results.folder import Results
+    from fuzzyctl.experiments.result_files import Results
 
 
 @click.command(context_settings={"show_default": True})
@@ -68,7 +68,7 @@ def run(
                 say(f"recorded {bag}")
     finished = [run["stopped"] is None for run in summary["controllers"].values()]
     if style == "json":
-        from fuzzyctl.experiments.results.summary import finite
+        from fuzzyctl.experiments.result_files import finite
 
         write_json(finite(summary))
     if not all(finished):
@@ -109,7 +109,7 @@ def _run(
 ) -> tuple[dict[str, Any], list[str]]:
     """Check, run and write; return the summary and the names of the files."""
     from dwmr.output.outputs import NAMES
-    from fuzzyctl.experiments.results.folder import results
+    from fuzzyctl.experiments.result_files import results
 
     begin("proving", 0)
     run_options.check(task, names)
@@ -165,7 +165,7 @@ def _write(
     move = begin("drawing", 3)
     from dwmr import figures
     from dwmr.output import outputs
-    from fuzzyctl.experiments.results.summary import write_summary
+    from fuzzyctl.experiments.result_files import write_summary
 
     move(1)  # matplotlib is there
     scenario = task.file.scenario

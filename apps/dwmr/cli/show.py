@@ -37,7 +37,7 @@ def show(scenario: str | None, rules_folder: Path | None, overrides: tuple[str, 
         task = run_options.read(scenario, rules_folder, overrides)
         found = _facts(task)
     if style == "json":
-        from fuzzyctl.experiments.results.summary import finite
+        from fuzzyctl.experiments.result_files import finite
 
         write_json(finite(found))
         return

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from fuzzyctl.experiments.settings.layers import Shipped
+from fuzzyctl.experiments.scenario_layers import Shipped
 
 #: Table whose values every robot takes over unless it has its own.
 COMMON = "robot"

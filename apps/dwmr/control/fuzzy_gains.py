@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from dwmr.control.rule_file_settings import RuleFile
     from dwmr.core.arrays import FloatArray
     from fuzzyctl.analysis.verdicts import Verdict
-    from fuzzyctl.experiments.settings.locations import Places
+    from fuzzyctl.experiments.scenario_keys import Places
     from fuzzyctl.model.system import FuzzySystem
 
 #: Identity of a fuzzy system: its file and the values of its params.

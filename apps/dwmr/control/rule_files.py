@@ -15,7 +15,7 @@ from fuzzyctl.support.shipped import rules_folder
 
 if TYPE_CHECKING:
     from dwmr.control.rule_file_settings import RuleFile
-    from fuzzyctl.experiments.settings.locations import Places
+    from fuzzyctl.experiments.scenario_keys import Places
 
 #: Files of the shipped control laws.
 LAWS = {

@@ -16,7 +16,7 @@ from dwmr.core.geometry import ahead, quaternion
 from dwmr.output.data.signals import kept_samples
 from dwmr.scenario.command_limits import limited
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
-from fuzzyctl.experiments.results.folder import results
+from fuzzyctl.experiments.result_files import results
 
 if TYPE_CHECKING:
     from dwmr.scenario.model import Robot, Scenario

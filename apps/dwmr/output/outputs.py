@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from fuzzyctl.experiments.results.folder import Results
-from fuzzyctl.experiments.results.summary import finite
+from fuzzyctl.experiments.result_files import Results, finite
 
 if TYPE_CHECKING:
     from dwmr.scenario.model import Scenario

@@ -7,7 +7,7 @@ from typing import Any
 
 from dwmr.control.fuzzy_gains import Rules
 from dwmr.scenario.file import ScenarioFile
-from fuzzyctl.experiments.results.summary import versions
+from fuzzyctl.experiments.result_files import versions
 
 
 def describe(file: ScenarioFile, rules: Rules, overrides: Sequence[str]) -> dict[str, Any]:

@@ -15,7 +15,7 @@ from dwmr.reference import curves, splines
 from dwmr.reference.path_files import PathRows
 from dwmr.reference.settings import Circle, CsvPath, Eight, Line, Waypoints
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
-from fuzzyctl.experiments.settings.locations import Places
+from fuzzyctl.experiments.scenario_keys import Places
 
 #: Below this a reference counts as standing still: its direction is then undefined [m/s].
 SLOWEST = 1e-3

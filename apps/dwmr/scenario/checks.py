@@ -18,8 +18,7 @@ from dwmr.scenario.rigid_bodies import rigid_bodies
 from dwmr.scenario.vehicle_checks import vehicles
 from fuzzyctl.diagnostics.diagnostic import Diagnostic
 from fuzzyctl.diagnostics.suggestions import did_you_mean
-from fuzzyctl.experiments.settings.locations import Places
-from fuzzyctl.experiments.settings.overrides import split_key
+from fuzzyctl.experiments.scenario_keys import Places, split_key
 
 #: A run keeps every sample in memory; more than this many samples of all robots are refused.
 MOST_SAMPLES = 5_000_000

@@ -21,7 +21,8 @@ from dwmr.scenario.model import Robot, Scenario
 from dwmr.scenario.remarks import remarks, too_slow
 from dwmr.scenario.vehicle_checks import turning
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
-from fuzzyctl.experiments.settings.layers import (
+from fuzzyctl.experiments.scenario_keys import EXTENDS, OverrideError, Places, override, shorten
+from fuzzyctl.experiments.scenario_layers import (
     LARGEST_FILE,
     UnknownScenarioError,
     exists,
@@ -29,8 +30,6 @@ from fuzzyctl.experiments.settings.layers import (
     read_bytes,
     read_layers,
 )
-from fuzzyctl.experiments.settings.locations import EXTENDS, Places
-from fuzzyctl.experiments.settings.overrides import OverrideError, override, shorten
 
 __all__ = ["LARGEST_FILE", "SHIPPED", "ScenarioFile", "UnknownScenarioError", "find", "read", "shipped_names"]
 

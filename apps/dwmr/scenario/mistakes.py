@@ -15,8 +15,8 @@ from dwmr.control.roles import ROLES
 from dwmr.scenario.model import FULL_TURN, Robot, Scenario
 from fuzzyctl.diagnostics.diagnostic import Diagnostic
 from fuzzyctl.diagnostics.suggestions import did_you_mean
-from fuzzyctl.experiments.settings.locations import EXTENDS, Places
-from fuzzyctl.experiments.settings.validation import BOUNDS, length, requirement, show
+from fuzzyctl.experiments.scenario_keys import EXTENDS, Places
+from fuzzyctl.experiments.value_errors import BOUNDS, length, requirement, show
 from fuzzyctl.support.shipped import rules_folder
 
 #: Mistakes of the elements of one list that are reported; a list with more of them is another list.

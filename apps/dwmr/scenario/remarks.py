@@ -16,7 +16,7 @@ from dwmr.scenario.model import Scenario, Window
 from dwmr.scenario.outlines import outline, start
 from dwmr.scenario.vehicles import Ackermann
 from fuzzyctl.diagnostics.diagnostic import Diagnostic
-from fuzzyctl.experiments.settings.locations import Places
+from fuzzyctl.experiments.scenario_keys import Places
 
 #: Remarks, or mistakes, of one kind that are given; more of them say nothing new.
 MOST_OF_A_KIND = 10

@@ -7,8 +7,7 @@ from collections.abc import Iterable
 from dwmr.scenario.model import RigidBody, Robot, Scenario
 from dwmr.scenario.vehicle_checks import others
 from fuzzyctl.diagnostics.diagnostic import Diagnostic
-from fuzzyctl.experiments.settings.locations import Places
-from fuzzyctl.experiments.settings.overrides import split_key
+from fuzzyctl.experiments.scenario_keys import Places, split_key
 
 
 def rigid_bodies(scenario: Scenario, places: Places) -> Iterable[Diagnostic]:

@@ -15,7 +15,7 @@ from dwmr.scenario.model import Robot, SafetySettings, Scenario
 from dwmr.scenario.moving import largest_speed
 from dwmr.scenario.outlines import distance_from
 from fuzzyctl.diagnostics.diagnostic import Diagnostic
-from fuzzyctl.experiments.settings.locations import Places
+from fuzzyctl.experiments.scenario_keys import Places
 
 
 def mistakes(scenario: Scenario, places: Places) -> Iterable[Diagnostic]:

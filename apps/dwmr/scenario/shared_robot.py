@@ -7,10 +7,9 @@ from typing import Any
 
 from dwmr.config.shipped import COMMON
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
-from fuzzyctl.experiments.settings.layers import overlay, replaced
-from fuzzyctl.experiments.settings.locations import Places
-from fuzzyctl.experiments.settings.toml_locations import Path as Key
-from fuzzyctl.experiments.settings.validation import show
+from fuzzyctl.experiments.scenario_keys import KeyPath, Places
+from fuzzyctl.experiments.scenario_layers import overlay, replaced
+from fuzzyctl.experiments.value_errors import show
 
 
 def give(data: Mapping[str, Any], places: Places) -> dict[str, Any]:
@@ -29,7 +28,7 @@ def give(data: Mapping[str, Any], places: Places) -> dict[str, Any]:
     return rest
 
 
-def unused(data: Mapping[str, Any]) -> tuple[Key, ...]:
+def unused(data: Mapping[str, Any]) -> tuple[KeyPath, ...]:
     """Return the keys below [robot] for which every robot has its own value."""
     common, robots = data.get(COMMON), data.get("robots")
     if not isinstance(common, dict) or not isinstance(robots, dict) or not robots:
@@ -38,7 +37,7 @@ def unused(data: Mapping[str, Any]) -> tuple[Key, ...]:
     return tuple(key for key in leaves(common) if all(_below(key, keys) for keys in own))
 
 
-def leaves(table: Mapping[str, Any], prefix: Key = ()) -> Iterator[Key]:
+def leaves(table: Mapping[str, Any], prefix: KeyPath = ()) -> Iterator[KeyPath]:
     """Yield the keys of the values of a table and of its tables."""
     for key, value in table.items():
         if isinstance(value, dict):
@@ -47,11 +46,11 @@ def leaves(table: Mapping[str, Any], prefix: Key = ()) -> Iterator[Key]:
             yield (*prefix, key)
 
 
-def _below(key: Key, heads: frozenset[Key]) -> bool:
+def _below(key: KeyPath, heads: frozenset[KeyPath]) -> bool:
     return any(key[:k] in heads for k in range(1, len(key) + 1))
 
 
-def without_effect(keys: Iterable[Key], robots: Iterable[str], places: Places) -> Iterator[Diagnostic]:
+def without_effect(keys: Iterable[KeyPath], robots: Iterable[str], places: Places) -> Iterator[Diagnostic]:
     """Describe values of [robot] that no robot takes.
 
     Args:

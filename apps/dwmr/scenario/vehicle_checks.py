@@ -13,7 +13,7 @@ from dwmr.reference.prepared import Shape
 from dwmr.scenario.model import Robot, Scenario
 from dwmr.scenario.vehicles import Ackermann, Omnidirectional
 from fuzzyctl.diagnostics.diagnostic import Diagnostic
-from fuzzyctl.experiments.settings.locations import Places
+from fuzzyctl.experiments.scenario_keys import Places
 
 #: Places of the path at which its curvature is taken, and the way between two that gives it, as a share of a step.
 PLACES = 4000

@@ -24,7 +24,7 @@ from dwmr.scenario.vehicles import Omnidirectional
 from dwmr.simulation import mujoco_plant
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError, Note
 from fuzzyctl.diagnostics.source import Span
-from fuzzyctl.experiments.settings.overrides import split_key
+from fuzzyctl.experiments.scenario_keys import split_key
 
 #: The param by which a law of cars says the greatest curvature that it asks for.
 CURVATURE = "kappa_max"

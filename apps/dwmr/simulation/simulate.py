@@ -26,7 +26,7 @@ from dwmr.simulation.mujoco_plant import MujocoPlant
 from dwmr.simulation.periods import Periods, Simulation
 from dwmr.simulation.preflight import settings_of
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
-from fuzzyctl.experiments.settings.locations import Places
+from fuzzyctl.experiments.scenario_keys import Places
 
 #: The compiled loop returns to Python this often, for the progress display and for Ctrl-C.
 PERIODS_AT_A_TIME = 4000

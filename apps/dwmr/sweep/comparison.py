@@ -13,12 +13,12 @@ from dwmr.scenario.file import ScenarioFile
 from dwmr.sweep import plan, spec
 from dwmr.sweep.columns import unit
 from dwmr.sweep.spec import Measure
-from fuzzyctl.experiments.comparison import grouped, mean_of, share_of
-from fuzzyctl.experiments.comparison import stopped as count_of_stopped
-from fuzzyctl.experiments.sweep.plan import Plan, Run
-from fuzzyctl.experiments.sweep.spec_file import SpecFile
-from fuzzyctl.experiments.sweep.variables import has
-from fuzzyctl.experiments.sweep.worker import Outcome
+from fuzzyctl.experiments.estimates import grouped, mean_of, share_of
+from fuzzyctl.experiments.estimates import stopped as count_of_stopped
+from fuzzyctl.experiments.sweep_plan import Plan, Run
+from fuzzyctl.experiments.sweep_spec import SpecFile
+from fuzzyctl.experiments.sweep_variables import has
+from fuzzyctl.experiments.sweep_workers import Outcome
 
 #: What varies unless one says otherwise.
 VARIATION = Path(__file__).with_name("variation.toml")

@@ -7,9 +7,9 @@ from pathlib import Path
 
 from dwmr.scenario.file import ScenarioFile
 from dwmr.sweep.robots import Robots
-from fuzzyctl.experiments.sweep import plan
-from fuzzyctl.experiments.sweep.plan import Plan
-from fuzzyctl.experiments.sweep.spec_file import SpecFile
+from fuzzyctl.experiments import sweep_plan
+from fuzzyctl.experiments.sweep_plan import Plan
+from fuzzyctl.experiments.sweep_spec import SpecFile
 
 
 def make(
@@ -27,4 +27,4 @@ def make(
         DiagnosticError: With the mistakes in the SPEC, or of the first runs that have any.
         OverrideError: When an override is malformed.
     """
-    return plan.make(Robots(rules_folder), file, overrides, report)
+    return sweep_plan.make(Robots(rules_folder), file, overrides, report)

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from fuzzyctl.experiments.results.summary import versions
-from fuzzyctl.experiments.sweep.provenance import sources
+from fuzzyctl.experiments.result_files import versions
+from fuzzyctl.experiments.sweep_journal import sources
 
 #: Packages that no result depends on.
 OUTSIDE = ("cli/", "figures/", "page/", "output/data/")

@@ -7,9 +7,8 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, Strict, field_validator
 
-from fuzzyctl.experiments.sweep import spec_file
-from fuzzyctl.experiments.sweep.spec import Spec
-from fuzzyctl.experiments.sweep.spec_file import SpecFile
+from fuzzyctl.experiments import sweep_spec
+from fuzzyctl.experiments.sweep_spec import Spec, SpecFile
 
 #: Groups of measures that a sweep can keep, as summary.json names them.
 Measure = Literal[
@@ -43,4 +42,4 @@ def read(path: Path) -> SpecFile:
     Raises:
         DiagnosticError: With every mistake in it.
     """
-    return spec_file.read(path, RobotSpec)
+    return sweep_spec.read(path, RobotSpec)

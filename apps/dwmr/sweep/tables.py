@@ -12,7 +12,7 @@ from rich.table import Table
 from dwmr.output.report import ABOUT_FILTER
 from dwmr.results.metrics import TABLES
 from dwmr.sweep.comparison import Entry
-from fuzzyctl.experiments.intervals import CONFIDENCE
+from fuzzyctl.experiments.estimates import CONFIDENCE
 
 #: Columns by title of the table: heads by measure.
 _TABLES = {

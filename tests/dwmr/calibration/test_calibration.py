@@ -14,7 +14,7 @@ from dwmr.calibration.search import explore
 from dwmr.calibration.writing import scenario_text
 from dwmr.scenario.file import find, read
 from fuzzyctl.diagnostics.diagnostic import DiagnosticError
-from fuzzyctl.experiments.sweep import pool
+from fuzzyctl.experiments import sweep_workers
 from tests.dwmr.process import interrupted_by_a_worker_that_starts
 
 PERFECT = dict.fromkeys(ENTRIES, 1.0)
@@ -156,7 +156,7 @@ class TestCommand:
         (tmp_path / "short.toml").write_text(SHORT)
 
     def test_the_result_does_not_depend_on_the_number_of_processes(self, dwmr, tmp_path, monkeypatch):
-        monkeypatch.setattr(search, "get_context", pool.get_context)
+        monkeypatch.setattr(search, "get_context", sweep_workers.get_context)
         said = []
         for jobs in (1, 2):
             command = ("calibrate", "short.toml", "--parameters", "constant_v,sinusoid_v", "--evaluations", 8)

@@ -104,6 +104,6 @@ def test_a_comparison_leaves_nothing(tmp_path, monkeypatch):
         collected.append(True)
         signal.raise_signal(signal.SIGINT)
 
-    monkeypatch.setattr("fuzzyctl.experiments.sweep.run.collect", collect)
+    monkeypatch.setattr("fuzzyctl.experiments.sweep_run.collect", collect)
     done = here("compare", "paper", "--controller", "smc", *SHORT, "-o", tmp_path / "a.csv", status=130)
     assert (done.stdout, done.stderr, collected, names(tmp_path)) == ("", "interrupted\n", [True], [])

@@ -13,7 +13,7 @@ import pytest
 
 from dwmr.output import data
 from dwmr.output.data import parquet_file
-from fuzzyctl.experiments.sweep import pool
+from fuzzyctl.experiments import sweep_workers
 from tests.dwmr.process import LONG, dwmr, here, in_short, interrupted_by_a_worker_that_starts
 
 SPEC = """
@@ -137,8 +137,8 @@ class TestSweep:
 HELD = """
 import sys
 from dwmr.cli.main import main
-from fuzzyctl.experiments.sweep import pool
-left, wait = int(sys.argv[1]), pool.wait
+from fuzzyctl.experiments import sweep_workers
+left, wait = int(sys.argv[1]), sweep_workers.wait
 def hold(*futures, **options):
     global left
     if left == 0:
@@ -146,7 +146,7 @@ def hold(*futures, **options):
         sys.stdin.readline()
     left -= 1
     return wait(*futures, **options)
-pool.wait = hold
+sweep_workers.wait = hold
 main(sys.argv[2:])
 """
 
@@ -199,7 +199,7 @@ class TestResume:
         require_same(long[1], tmp_path / "out")
 
     def test_an_interrupted_sweep_says_how_to_go_on(self, long, tmp_path, monkeypatch):
-        looks, wait = iter(range(3)), pool.wait
+        looks, wait = iter(range(3)), sweep_workers.wait
 
         def interrupted(*futures, **options):
             if next(looks, None) is None:
@@ -208,7 +208,7 @@ class TestResume:
 
         options = ("-o", tmp_path / "out", "--data", "csv,parquet")
         with monkeypatch.context() as patched:
-            patched.setattr(pool, "wait", interrupted)
+            patched.setattr(sweep_workers, "wait", interrupted)
             done = here("sweep", long[0], *options, "--jobs", "2", status=130)
         assert done.stdout == ""
         assert "of 30 runs are kept" in done.stderr

@@ -6,7 +6,7 @@ import pytest
 
 from dwmr.scenario.file import find, read
 from fuzzyctl.diagnostics.diagnostic import DiagnosticError
-from fuzzyctl.experiments.settings.overrides import OverrideError
+from fuzzyctl.experiments.scenario_keys import OverrideError
 
 PAPER = find("paper")
 

@@ -3,7 +3,7 @@ from pydantic import ValidationError
 
 from dwmr.scenario.file import LARGEST_FILE, UnknownScenarioError, find, read, shipped_names
 from fuzzyctl.diagnostics.diagnostic import DiagnosticError
-from fuzzyctl.experiments.settings.overrides import OverrideError
+from fuzzyctl.experiments.scenario_keys import OverrideError
 
 PAPER = find("paper")
 

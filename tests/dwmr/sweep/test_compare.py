@@ -13,8 +13,8 @@ from dwmr.output.data import parquet_file
 from dwmr.scenario.file import find
 from dwmr.sweep import comparison, tables
 from dwmr.sweep.comparison import entries
-from fuzzyctl.experiments.sweep.plan import Run
-from fuzzyctl.experiments.sweep.worker import Outcome
+from fuzzyctl.experiments.sweep_plan import Run
+from fuzzyctl.experiments.sweep_workers import Outcome
 from tests.dwmr.process import here
 
 SHORT = ("--set", "run.horizon=2")

@@ -14,10 +14,10 @@ from dwmr.sweep import columns, plan, provenance
 from dwmr.sweep import spec as spec_file
 from dwmr.sweep.robots import Robots
 from fuzzyctl.diagnostics.diagnostic import DiagnosticError
-from fuzzyctl.experiments.sweep import worker
-from fuzzyctl.experiments.sweep.provenance import describe, differences
-from fuzzyctl.experiments.sweep.variables import Variable, expand
-from fuzzyctl.experiments.sweep.worker import Setup
+from fuzzyctl.experiments import sweep_workers
+from fuzzyctl.experiments.sweep_journal import describe, differences
+from fuzzyctl.experiments.sweep_variables import Variable, expand
+from fuzzyctl.experiments.sweep_workers import Setup
 
 SPEC = """
 scenario = "paper"
@@ -286,7 +286,7 @@ class TestWork:
     def test_keeps_the_measures_of_the_run(self, tmp_path, measured):
         text = SPEC.replace("runs = 3", "").split("[grid]")[0]
         found = made(tmp_path, text)
-        outcome = worker.work(self.setup_of(found), found.runs[0])
+        outcome = sweep_workers.work(self.setup_of(found), found.runs[0])
         expected = measured("smc", "run.horizon=1.0")
         assert outcome.row["rmse.follower1.y_e"] == expected["rmse"]["follower1"]["y_e"]
         assert (outcome.row["t_end"], outcome.row["stopped"], outcome.row["obstacles_hit.leader"]) == (1.0, False, 0)
@@ -294,7 +294,7 @@ class TestWork:
 
     def test_a_run_that_diverges_is_a_row(self, tmp_path):
         found = made(tmp_path, SPEC, ["disturbances.0.start=0.5", "disturbances.0.force=1e300"])
-        outcome = worker.work(self.setup_of(found), found.runs[0])
+        outcome = sweep_workers.work(self.setup_of(found), found.runs[0])
         assert outcome.problem == ""
         assert outcome.row["stopped"] is True
         assert "not finite" in outcome.row["stop_reason"]
@@ -304,12 +304,12 @@ class TestWork:
         path.write_text('extends = "paper"\nname = "mine"\n', encoding="utf-8")
         found = made(tmp_path, SPEC.replace('"paper"', '"mine.toml"'))
         path.write_text('extends = "paper"\nname = "mine"\nobstacles = []\n', encoding="utf-8")
-        assert "changed while the sweep ran" in worker.work(self.setup_of(found), found.runs[0]).problem
+        assert "changed while the sweep ran" in sweep_workers.work(self.setup_of(found), found.runs[0]).problem
 
     def test_a_rule_file_that_changes_is_noticed(self, usual):
         setup = Setup(Robots(), tuple((name, "0" * 64) for name in usual.used), ("rmse",))
         aifqsmc = next(run for run in usual.runs if run.controller == "aifqsmc")
-        assert "ais_reaction.fz changed" in worker.work(setup, aifqsmc).problem
+        assert "ais_reaction.fz changed" in sweep_workers.work(setup, aifqsmc).problem
 
 
 class TestResults:
@@ -340,5 +340,5 @@ def test_a_sweep_that_is_terminated_while_it_checks_says_so(dwmr, tmp_path, monk
         time.sleep(600.0)  # until the signal arrives
 
     (tmp_path / "spec.toml").write_text(SPEC, encoding="utf-8")
-    monkeypatch.setattr("fuzzyctl.experiments.sweep.plan.make", terminated)
+    monkeypatch.setattr("fuzzyctl.experiments.sweep_plan.make", terminated)
     assert dwmr("sweep", tmp_path / "spec.toml") == (130, "", "interrupted\n")

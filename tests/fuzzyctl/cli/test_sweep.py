@@ -4,8 +4,8 @@ import json
 
 import pytest
 
-from fuzzyctl.experiments.sweep import pool
-from fuzzyctl.experiments.sweep.worker import work
+from fuzzyctl.experiments import sweep_workers
+from fuzzyctl.experiments.sweep_workers import work
 from fuzzyctl.support.shipped import rules_folder
 from tests.commands import runner
 
@@ -24,7 +24,7 @@ run = runner("sweep")
 @pytest.fixture(autouse=True)
 def here(monkeypatch):
     """Compute in this process."""
-    monkeypatch.setattr(pool, "compute", lambda setup, runs, jobs: (work(setup, one) for one in runs))
+    monkeypatch.setattr(sweep_workers, "compute", lambda setup, runs, jobs: (work(setup, one) for one in runs))
 
 
 @pytest.fixture

@@ -10,7 +10,7 @@ from fuzzyctl import ArgumentError, DiagnosticError, Experiment, UnknownNameErro
 from fuzzyctl.analysis.check import check_source
 from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.loading.load import look_through
-from fuzzyctl.simulation.solvers import solved
+from fuzzyctl.simulation.simulate import solved
 from fuzzyctl.support.shipped import rules_folder
 
 BACKENDS = ("python", "numba")

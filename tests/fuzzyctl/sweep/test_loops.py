@@ -15,12 +15,12 @@ import fuzzyctl
 from fuzzyctl.codegen.fmu.archive import fmu, sources
 from fuzzyctl.codegen.fmu.binary import compiler
 from fuzzyctl.diagnostics.diagnostic import DiagnosticError
-from fuzzyctl.experiments.settings.overrides import OverrideError
-from fuzzyctl.experiments.sweep import plan, pool, provenance, run
-from fuzzyctl.experiments.sweep.run import InterruptedSweepError
-from fuzzyctl.experiments.sweep.worker import SweepError, work
+from fuzzyctl.experiments import sweep_journal, sweep_plan, sweep_run, sweep_workers
+from fuzzyctl.experiments.scenario_keys import OverrideError
+from fuzzyctl.experiments.sweep_run import InterruptedSweepError
+from fuzzyctl.experiments.sweep_workers import SweepError, work
+from fuzzyctl.sweep.loop_files import against, read
 from fuzzyctl.sweep.loops import Loops
-from fuzzyctl.sweep.spec import against, read
 from tests.fuzzyctl.codegen.fmu.fmus import plant_fmu
 
 FILE = """
@@ -89,9 +89,9 @@ def swept(folder, text=SPEC, overrides=(), resume=False, workers=None):
     """Return the rows of a sweep, one for each run."""
     (folder / "spec.toml").write_text(text, encoding="utf-8")
     file = read(folder / "spec.toml")
-    made = plan.make(Loops(against(file)), file, overrides)
-    about = provenance.describe(file, made, overrides)
-    run.run(made, file.spec.measures, about, folder / "out", workers=workers or Here(), resume=resume)
+    made = sweep_plan.make(Loops(against(file)), file, overrides)
+    about = sweep_journal.describe(file, made, overrides)
+    sweep_run.run(made, file.spec.measures, about, folder / "out", workers=workers or Here(), resume=resume)
     with (folder / "out" / "results.csv").open(newline="", encoding="utf-8") as source:
         return list(csv.DictReader(source))
 
@@ -99,7 +99,7 @@ def swept(folder, text=SPEC, overrides=(), resume=False, workers=None):
 def planned(folder, text=SPEC, overrides=()):
     (folder / "spec.toml").write_text(text, encoding="utf-8")
     file = read(folder / "spec.toml")
-    return plan.make(Loops(against(file)), file, overrides)
+    return sweep_plan.make(Loops(against(file)), file, overrides)
 
 
 def mistakes(folder, text=SPEC, overrides=()):
@@ -115,7 +115,7 @@ class TestRuns:
         loop = fuzzyctl.load(folder / "small.fz", block=fuzzyctl.Loop)
         row = rows[4]
         given = {name: float(row[name]) for name in ("law.K", "p.T", "p.begin")}
-        once = fuzzyctl.simulation.settings.with_settings(loop, given)
+        once = fuzzyctl.simulation.loop_params.with_settings(loop, given)
         found = fuzzyctl.Experiment(once).run(seed=int(row["noise.seed"]))
         assert float(row["error"]) == pytest.approx(found.measures["error"], rel=1e-13)
         assert row["require error <= 1.2"] == str(found.passed).lower()
@@ -186,7 +186,7 @@ class TestRuns:
 
     def test_a_process_of_its_own_computes_the_same(self, folder):
         whole = swept(folder)
-        assert swept(folder, workers=run.Workers(jobs=1)) == whole
+        assert swept(folder, workers=sweep_run.Workers(jobs=1)) == whole
 
     def test_params_of_controllers_inside_controllers_vary(self, folder):
         outer = "controller outer\ninput r\ninput y\nblock a = law(r, y, K=3)\nblock b = law(r, y)\n"
@@ -229,7 +229,7 @@ class TestFiles:
         assert set(made.used) == {"r.csv"}
         (folder / "r.csv").write_text("t,r\n0,2\n2,1\n", encoding="utf-8")
         with pytest.raises(SweepError, match=r"r\.csv changed while the sweep ran"):
-            run.run(made, (), {}, folder / "out", workers=Here())
+            sweep_run.run(made, (), {}, folder / "out", workers=Here())
 
     def test_a_plant_in_python_that_raises_is_a_row(self, folder):
         code = 'inputs = ("u",)\nstates = {"x": 0.0}\noutputs = ("y",)\n\ndef derivative(t, x, u):\n'
@@ -278,7 +278,7 @@ class TestFiles:
         (folder / "p.fmu").write_bytes(fmu(plant, 3).data)
         loop = "loop l\nblock p = p(1)\nmeasure end_value = final(p.y)\nrun 1 s step 0.1 s\n"
         (folder / "small.fz").write_text(f'plant p = fmu("p.fmu")\nparam T = 3\n\n{loop}', encoding="utf-8")
-        workers = SimpleNamespace(compute=partial(pool.compute, jobs=1))
+        workers = SimpleNamespace(compute=partial(sweep_workers.compute, jobs=1))
         rows = swept(folder, 'scenario = "small.fz"\n[grid]\n"p.T" = [1.0, 2.0, 0.5]\n', workers=workers)
         assert [row["stop_reason"] for row in rows] == ["", "FMU 'p' crashed when it had to make a step", ""]
         assert [row["end_value"] != "" for row in rows] == [True, False, True]

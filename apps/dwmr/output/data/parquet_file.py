@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from dwmr.output.data.signals import Data, described, from_rows, rows
-from fuzzyctl.experiments.results import parquet
+from fuzzyctl.experiments import parquet
 
 #: Under this key a file holds its metadata.
 KEY = "dwmr"

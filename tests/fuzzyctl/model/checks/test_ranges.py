@@ -5,7 +5,7 @@ import pytest
 import fuzzyctl
 from fuzzyctl.diagnostics.diagnostic import DiagnosticError, ValueOutOfBoundsError
 from fuzzyctl.model.checks.terms import has_computed_params, outside_ranges
-from fuzzyctl.simulation.settings import with_settings
+from fuzzyctl.simulation.loop_params import with_settings
 from tests.fuzzyctl.resolve.mistakes import errors_in
 
 TEXT = """controller inner
