@@ -12,9 +12,18 @@ from typing import Any, Final
 from fuzzyctl.analysis import clock
 from fuzzyctl.analysis.coverage.box_search import Hole, Verdict
 from fuzzyctl.analysis.coverage.coverage import kept_of
-from fuzzyctl.analysis.coverage.fires import Silence
-from fuzzyctl.analysis.degrees import CERTAIN, Cell, Truths, activation_in, breakpoints, cells, degree_in, effect_in
-from fuzzyctl.analysis.lets import enclosed
+from fuzzyctl.analysis.coverage.silence import Silence
+from fuzzyctl.analysis.degrees import (
+    CERTAIN,
+    Cell,
+    Truths,
+    activation_in,
+    breakpoints,
+    cells,
+    degree_in,
+    effect_in,
+    enclosed,
+)
 from fuzzyctl.analysis.work import SpentError, Work, compiling
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, NoRuleFiresError
 from fuzzyctl.diagnostics.source import Span

@@ -152,7 +152,7 @@ def _analysed(
 ) -> tuple[list[Verdict], list[Diagnostic]]:
     """Return verdicts of guarantees, and what only the analysis of a system without structural errors finds."""
     from fuzzyctl.analysis import accuracy, bounds, effects, jumps
-    from fuzzyctl.analysis.coverage import coverage, weakness
+    from fuzzyctl.analysis.coverage import coverage, silence
     from fuzzyctl.analysis.work import Work
     from fuzzyctl.kernels.plan.build import plan
 
@@ -175,7 +175,7 @@ def _analysed(
         *jumps.diagnostics(system, flat, uncovered, work),
         *bounds.diagnostics(system, flat, uncovered),
         *imprecise,
-        *weakness.diagnostics(system, flat),
+        *silence.weak_coverage(system, flat),
     ]
     if guarantees and system.guarantees:
         from fuzzyctl.analysis import prove

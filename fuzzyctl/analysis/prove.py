@@ -31,8 +31,7 @@ from fuzzyctl.analysis.claims import (
 from fuzzyctl.analysis.coverage.box_search import Hole
 from fuzzyctl.analysis.coverage.box_search import Undecided as Unclear
 from fuzzyctl.analysis.coverage.coverage import uncovered_of
-from fuzzyctl.analysis.coverage.fires import Silence, unclear_at
-from fuzzyctl.analysis.coverage.pattern_search import silent_point
+from fuzzyctl.analysis.coverage.silence import Silence, silent_point, unclear_at
 from fuzzyctl.analysis.multilinear import pointwise, slopes
 from fuzzyctl.analysis.multilinear.surface import Surface, surface_of
 from fuzzyctl.analysis.verdicts import Proved, Refuted, Undecided, Verdict, Verdicts, Witness

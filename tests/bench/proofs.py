@@ -8,6 +8,7 @@ from pathlib import Path
 
 from fuzzyctl import loads, prove
 from fuzzyctl.analysis.extremes import _BySubdivision
+from fuzzyctl.analysis.witnesses import Judge
 from fuzzyctl.kernels.plan.build import plan
 from fuzzyctl.loading.load import load
 from tests import shipped
@@ -39,7 +40,7 @@ def to_one_percent(text: str) -> tuple[float, float, float, float]:
     """Return the seconds for both ends of the output, the bounds, and the larger part of what is attained left open."""
     system = loads(text)
     begun = time.perf_counter()
-    finder = _BySubdivision(system, plan(system), 60.0)
+    finder = _BySubdivision(system, plan(system), 60.0, Judge(system))
     ends = [finder.least(0, sign) for sign in (1, -1)]
     seconds = time.perf_counter() - begun
     found = [finder.judge.outputs(point)["u"] for _, point in ends if point is not None]

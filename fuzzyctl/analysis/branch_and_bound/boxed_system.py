@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from fractions import Fraction
 from functools import cached_property
 from itertools import pairwise, product
@@ -18,7 +19,6 @@ from fuzzyctl.analysis.coverage.box_search import Verdict
 from fuzzyctl.analysis.coverage.coverage import uncovered_of
 from fuzzyctl.analysis.kernel_errors import kernel_errors
 from fuzzyctl.analysis.multilinear.surface import surface_of
-from fuzzyctl.analysis.slices import needed
 from fuzzyctl.analysis.work import enclosing, sizes_of
 from fuzzyctl.expr import CONSTANTS, Call, Expr, Name, walk
 from fuzzyctl.formulas import AGGREGATIONS, CONJUNCTIONS, MEMBERSHIP
@@ -28,6 +28,7 @@ from fuzzyctl.kernels.interval.program import Interpreter
 from fuzzyctl.kernels.interval.vector import Array, Enclosure, Mask, boxes, constant
 from fuzzyctl.kernels.plan.build import Plan
 from fuzzyctl.kernels.plan.build import plan as plan_of
+from fuzzyctl.kernels.program import traversal
 from fuzzyctl.kernels.program.program import Accumulate, Item, Place, Program
 from fuzzyctl.model.system import FuzzySystem
 
@@ -79,7 +80,9 @@ class System:
         """Return the part of the program that some outputs depend on."""
         key = tuple(wanted)
         if key not in self._parts:
-            self._parts[key] = needed(self.program, wanted)
+            # Refusals of other outputs are left out, too: they do not concern these.
+            body = traversal.needed(self.program.body, [self.program.results[k] for k in wanted])
+            self._parts[key] = replace(self.program, body=body)
         return self._parts[key]
 
     def inputs_of(self, lo: Array, hi: Array, *, sloped: bool) -> dict[str, Enclosure]:

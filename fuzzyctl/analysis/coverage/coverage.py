@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Final
 
 from fuzzyctl.analysis.coverage.box_search import Hole, Search, Undecided, Verdict, counts
-from fuzzyctl.analysis.coverage.fires import Silence, at, unclear_at
-from fuzzyctl.analysis.degrees import CERTAIN, Truths, degree_in
-from fuzzyctl.analysis.lets import narrowed
+from fuzzyctl.analysis.coverage.silence import Silence, at, silent_point, unclear_at
+from fuzzyctl.analysis.degrees import CERTAIN, Truths, degree_in, narrowed
 from fuzzyctl.analysis.work import COVERAGE, SEARCH, SPENT, SpentError, Work
-from fuzzyctl.diagnostics.diagnostic import Diagnostic
+from fuzzyctl.diagnostics.diagnostic import Diagnostic, Note
 from fuzzyctl.formulas import IMPLICATIONS
 from fuzzyctl.kernels.plan.build import OutputPlan, Plan, degree_name, plan
+from fuzzyctl.model.rule import RuleBlock, RuleTable
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Output
 from fuzzyctl.support import arguments
@@ -157,9 +157,7 @@ def _at_hole(flat: Plan, output: Output, planned: OutputPlan, hole: Hole) -> Dia
 
 def _with_cells(hole: Diagnostic, system: FuzzySystem, output: Output, witness: Mapping[str, float]) -> Diagnostic:
     """Name the empty cells of tables where no rule fires: they are what is to be filled."""
-    from fuzzyctl.analysis.empty_cells import empty_cells
-
-    cells = empty_cells(system, output.name, witness)
+    cells = _empty_cells(system, output.name, witness)
     if not cells:
         return hole
     which = "the empty cell" if len(cells) == 1 else "the empty cells"
@@ -169,8 +167,6 @@ def _with_cells(hole: Diagnostic, system: FuzzySystem, output: Output, witness: 
 
 def _undecided(flat: Plan, output: Output, planned: OutputPlan, verdict: Undecided, silence: Silence) -> Diagnostic:
     """Report an output whose coverage is undecided, with a point where no rule fires if one was found."""
-    from fuzzyctl.analysis.coverage.pattern_search import silent_point
-
     point = silent_point(flat, silence)
     if point is not None:
         stopped = _stopped(flat, planned, dict(zip([i.name for i in flat.inputs], point, strict=True)))
@@ -221,3 +217,41 @@ def _stopped(flat: Plan, output: OutputPlan, at: Mapping[str, float]) -> str:
     if output.over_rules or not lost:
         return ""
     return f"rules fire there, but 'implication {lost[0]}' leaves nothing of them"
+
+
+def _empty_cells(system: FuzzySystem, output: str, point: Mapping[str, float]) -> tuple[Note, ...]:
+    """Return a note for each empty cell whose row and column both hold at a point.
+
+    Args:
+        system: The system.
+        output: Name of the output without a rule there.
+        point: Values of the inputs by name.
+    """
+    notes = []
+    for table in _tables(system, output):
+        for row, cells in zip(table.row_terms or ("",), table.cells, strict=True):
+            if table.rows is not None and not _holds(system, table.rows, row, point):
+                continue
+            for column, cell in zip(table.column_terms, cells, strict=True):
+                if not cell.terms and cell.span is not None and _holds(system, table.columns, column, point):
+                    where = f"row '{row}', column '{column}'" if row else f"column '{column}'"
+                    notes.append(Note(cell.span, f"the cell of {where} is empty"))
+    return tuple(notes)
+
+
+def _tables(system: FuzzySystem, output: str) -> Iterator[RuleTable]:
+    for block in system.blocks:
+        parts = block.rules if isinstance(block, RuleBlock) else (block,)
+        yield from (p for p in parts if isinstance(p, RuleTable) and output in p.outputs)
+
+
+def _holds(system: FuzzySystem, variable: str, term: str, point: Mapping[str, float]) -> bool:
+    # Imported here: a check without holes saves 8 ms.
+    from fuzzyctl.kernels.compile import degree_function
+
+    declared = next((i for i in system.inputs if i.name == variable), None)
+    found = declared.term(term) if declared is not None else None
+    if declared is None or found is None or variable not in point:
+        return False
+    degree = degree_function(system, declared, found)
+    return degree is not None and degree(point[variable]) > 0.0

@@ -15,11 +15,10 @@ from fuzzyctl.analysis import clock
 from fuzzyctl.analysis.bounds import SPENT, OutputBound
 from fuzzyctl.analysis.branch_and_bound.minimum import least
 from fuzzyctl.analysis.claims import ALWAYS, Bound, Claim, Every
-from fuzzyctl.analysis.induction.boxed_step import BoxedStep
 from fuzzyctl.analysis.induction.claims import NEXT
 from fuzzyctl.analysis.induction.prover import ControllerProver
 from fuzzyctl.analysis.induction.replay import Judge
-from fuzzyctl.analysis.induction.step_model import ABSORBED, FAR
+from fuzzyctl.analysis.induction.step_model import ABSORBED, FAR, BoxedStep
 from fuzzyctl.analysis.work import SECOND, Work
 from fuzzyctl.diagnostics.suggestions import listed
 from fuzzyctl.expr import Name, Number

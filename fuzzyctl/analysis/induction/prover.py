@@ -14,11 +14,10 @@ from fuzzyctl.analysis import clock
 from fuzzyctl.analysis.bounds import SPENT
 from fuzzyctl.analysis.branch_and_bound.pointwise import decide, holds_in
 from fuzzyctl.analysis.claims import Claim, bounds_in
-from fuzzyctl.analysis.induction.boxed_step import BoxedStep, Ends
 from fuzzyctl.analysis.induction.claims import Claims, StepClaim, loosened, names_in_claim, tolerance_of
 from fuzzyctl.analysis.induction.ranges import ends_of, ranges_of
 from fuzzyctl.analysis.induction.replay import Judge, Reached, Replay, Runs
-from fuzzyctl.analysis.induction.step_model import FAR, StepModel
+from fuzzyctl.analysis.induction.step_model import FAR, BoxedStep, Ends, StepModel
 from fuzzyctl.analysis.verdicts import Proved, Refuted, Undecided, Verdict, Verdicts
 from fuzzyctl.diagnostics.suggestions import counted
 from fuzzyctl.expr import Number

@@ -18,8 +18,7 @@ from typing import Final
 import numpy as np
 
 from fuzzyctl.analysis import clock
-from fuzzyctl.analysis.induction.boxed_step import ANYTHING, Ends
-from fuzzyctl.analysis.induction.step_model import ABSORBED, StepModel, parted
+from fuzzyctl.analysis.induction.step_model import ABSORBED, ANYTHING, Ends, StepModel, parted
 from fuzzyctl.analysis.work import SpentError
 from fuzzyctl.expr import Expr, Name, Number, names_in, walk
 from fuzzyctl.kernels.interval.narrowing import may_be_nan

@@ -15,7 +15,7 @@ from functools import cached_property, lru_cache
 from itertools import pairwise, product
 from typing import Final
 
-from fuzzyctl.analysis.lets import without_idle
+from fuzzyctl.analysis.degrees import without_idle
 from fuzzyctl.expr import Binary, Expr, Name, Number, names_in
 from fuzzyctl.formulas import MEMBERSHIP, is_straight
 from fuzzyctl.kernels.algorithms.grid import Grid, Table, grid_of

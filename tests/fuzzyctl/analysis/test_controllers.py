@@ -8,8 +8,8 @@ import pytest
 import fuzzyctl
 from fuzzyctl import Proved, Refuted, Undecided
 from fuzzyctl.analysis.induction.bounds import controller_bounds
-from fuzzyctl.analysis.induction.boxed_step import BoxedStep
 from fuzzyctl.analysis.induction.prover import ControllerProver
+from fuzzyctl.analysis.induction.step_model import BoxedStep
 from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.kernels.plan.expansion import _changed
 from fuzzyctl.loading.load import load, look_through

@@ -9,8 +9,7 @@ from fuzzyctl.analysis import sampling
 from fuzzyctl.analysis.coverage import box_search
 from fuzzyctl.analysis.coverage.box_search import Hole, Side, Undecided
 from fuzzyctl.analysis.coverage.coverage import diagnostics, uncovered
-from fuzzyctl.analysis.coverage.fires import Silence
-from fuzzyctl.analysis.coverage.pattern_search import silent_point
+from fuzzyctl.analysis.coverage.silence import Silence, silent_point
 from fuzzyctl.analysis.degrees import cells as cells_of
 from fuzzyctl.analysis.work import Work
 from fuzzyctl.diagnostics.diagnostic import NoRuleFiresError
