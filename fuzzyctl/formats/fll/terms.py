@@ -10,7 +10,7 @@ from fuzzyctl.diagnostics.suggestions import counted
 from fuzzyctl.expr import ONE, ZERO, Expr, Name, Number, names_in, replace_names, span_of
 from fuzzyctl.formats.common.report import Findings, Names, ParseError
 from fuzzyctl.formats.common.shape_words import ShapeWord
-from fuzzyctl.formats.fll.functions import read_formula
+from fuzzyctl.formats.fll.formulas import read_formula
 from fuzzyctl.formats.fuzzylite.degenerate_terms import NOT_BEYOND, membership_as_computed, step_to_itself, with_places
 from fuzzyctl.model.variable import Membership, Term
 

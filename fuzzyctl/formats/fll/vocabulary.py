@@ -103,13 +103,6 @@ ACTIVATION_WORDS: Final[dict[str, str]] = {
 #: Words of rules that no variable and no term may be called, besides those that are none in rule files either.
 RULE_WORDS: Final = frozenset({"if", "with"})
 
-#: Functions of formulas, which fuzzylite sees in rules too, so that no variable may be called so.
-FUNCTION_WORDS: Final = frozenset(
-    {
-        *("acos", "acosh", "asin", "asinh", "atan", "atanh", "ceil", "cosh", "eq", "fabs", "floor", "fmod", "ge", "gt"),
-        *("le", "log10", "log1p", "lt", "neq", "pow", "round", "sinh", "tanh"),
-    }
-)
 
 #: Hedges, which have the same names here.
 HEDGE_WORDS: Final = ("any", "extremely", "not", "seldom", "somewhat", "very")

@@ -15,11 +15,10 @@ from fuzzyctl.formats.common.identifiers import with_identifiers
 from fuzzyctl.formats.common.read_back import losses_of
 from fuzzyctl.formats.common.shape_words import words_by_kind
 from fuzzyctl.formats.common.words import DUAL_OF, first_words, up_to_any
-from fuzzyctl.formats.fll.formulas import formula
+from fuzzyctl.formats.fll.formulas import FUNCTION_WORDS, formula
 from fuzzyctl.formats.fll.reader import read
 from fuzzyctl.formats.fll.vocabulary import (
     ACTIVATION_WORDS,
-    FUNCTION_WORDS,
     HEDGE_WORDS,
     OF_SETS,
     RULE_WORDS,
