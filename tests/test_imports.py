@@ -36,7 +36,7 @@ SUBORDER = {
     "analysis": [["coverage", "multilinear"], ["branch_and_bound"], ["induction"]],
     "codegen": [["fixed", "fmu"]],
     "experiments": [["settings"], ["results"], ["sweep"]],
-    "formats": [["common"], ["fuzzylite"], ["fll"], ["fcl", "fis"], ["fml"]],
+    "formats": [["common"], ["fll"], ["fcl", "fis"], ["fml"]],
     "kernels": [["program"], ["interval", "plan"], ["inference"], ["algorithms"], ["backends"]],
     "kernels/backends": [["python"], ["numba"], ["numpy"]],
     "kernels/inference": [["degrees"], ["defuzzify"]],

@@ -19,10 +19,18 @@ from fuzzyctl.formats.common.ranges import corners, finite_range, reached
 from fuzzyctl.formats.common.rule_text import RuleText
 from fuzzyctl.formats.common.translation import Translation, fallback, setting, settings
 from fuzzyctl.formats.fll.lines import SPELT, Block, Line, split, words
-from fuzzyctl.formats.fll.methods import activation, defuzzifier, is_none, norm
+from fuzzyctl.formats.fll.methods import (
+    HEDGE_WORDS,
+    T_NORMS,
+    activation,
+    defuzzifier,
+    is_none,
+    norm,
+    profile_of_version,
+    version_said,
+)
+from fuzzyctl.formats.fll.shapes import TERMS
 from fuzzyctl.formats.fll.terms import Place, TermReader, told_apart
-from fuzzyctl.formats.fll.vocabulary import HEDGE_WORDS, T_NORMS, TERMS
-from fuzzyctl.formats.fuzzylite.versions import profile_of_version, version_said
 from fuzzyctl.lang import syntax as sx
 from fuzzyctl.model.method import Defuzzifier
 from fuzzyctl.model.profiles import Profile, profile

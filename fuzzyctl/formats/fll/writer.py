@@ -16,18 +16,17 @@ from fuzzyctl.formats.common.read_back import losses_of
 from fuzzyctl.formats.common.shape_words import words_by_kind
 from fuzzyctl.formats.common.words import DUAL_OF, first_words, up_to_any
 from fuzzyctl.formats.fll.formulas import FUNCTION_WORDS, formula
-from fuzzyctl.formats.fll.reader import read
-from fuzzyctl.formats.fll.vocabulary import (
+from fuzzyctl.formats.fll.methods import (
     ACTIVATION_WORDS,
     HEDGE_WORDS,
     OF_SETS,
     RULE_WORDS,
     S_NORMS,
     T_NORMS,
-    TERM_WORDS,
+    as_inverted_there,
 )
-from fuzzyctl.formats.fuzzylite.discontinuities import as_written
-from fuzzyctl.formats.fuzzylite.weighted import as_inverted_there
+from fuzzyctl.formats.fll.reader import read
+from fuzzyctl.formats.fll.shapes import TERM_WORDS, as_written
 from fuzzyctl.formats.losses import Loss
 from fuzzyctl.formulas import MEMBERSHIP
 from fuzzyctl.model.method import Activation, Defuzzifier

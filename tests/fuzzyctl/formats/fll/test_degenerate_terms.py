@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.expr import Number
-from fuzzyctl.formats.fuzzylite.degenerate_terms import as_computed
+from fuzzyctl.formats.fll.shapes import as_computed
 from fuzzyctl.formats.registry import format_of
 from fuzzyctl.kernels.compile import degrees
 from fuzzyctl.loading.load import examine
