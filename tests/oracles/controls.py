@@ -26,7 +26,7 @@ CONTROLS = [
     ("fll", "fll/reader.py", "keep=any(b.name for _, b in blocks)", "keep=False"),
     ("fll", "fll/reader.py", "if implication is None and method is not None", "if False and method is not None"),
     ("fll", "fll/methods.py", "threshold=last if most == 2 else None", "threshold=Number(0.0) if most == 2 else None"),
-    ("fll", "fll/methods.py", 'given = given or "Automatic"', 'given = "Automatic"'),
+    ("fll", "fll/methods.py", 'type or "Automatic"', '"Automatic"'),
     ("fll", "fll/terms.py", "height = values[count] if", "height = values[-2] if"),
     ("fll", "fll/terms.py", "values = (*values, ZERO)", "values = (ZERO, *values)"),
     (

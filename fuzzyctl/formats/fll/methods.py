@@ -7,17 +7,17 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from types import MappingProxyType
-from typing import Final, Literal
+from typing import Final, Literal, get_args
 
 from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.expr import Number
 from fuzzyctl.formats.common.numerics import defuzzifier_of
 from fuzzyctl.formats.common.translation import Translation
 from fuzzyctl.formats.fll.lines import Line, words
-from fuzzyctl.formulas import AGGREGATIONS, CONJUNCTIONS, DISJUNCTIONS, Parameters
+from fuzzyctl.formulas import DISJUNCTIONS, Parameters
 from fuzzyctl.model.method import TSUKAMOTO, Activation, Defuzzifier
 from fuzzyctl.model.profiles import PROFILES, Profile
 from fuzzyctl.model.system import FuzzySystem
@@ -45,7 +45,7 @@ S_NORMS: Final[dict[str, str]] = {
     "UnboundedSum": "sum",
 }
 
-#: Defuzzifiers that look at a set, by name.
+#: Defuzzifiers of a set, by name.
 OF_SETS: Final[dict[str, str]] = {
     "Centroid": "centroid",
     "Bisector": "bisector",
@@ -54,8 +54,29 @@ OF_SETS: Final[dict[str, str]] = {
     "MeanOfMaximum": "mom",
 }
 
-#: Defuzzifiers that sum over rules: whether they do not divide.
+#: Defuzzifiers over rules, by name: whether they are sums.
 WEIGHTED: Final[dict[str, bool]] = {"WeightedAverage": False, "WeightedSum": True}
+
+#: Types of weighted defuzzifiers.
+WeightedType = Literal["Automatic", "TakagiSugeno", "Tsukamoto"]
+
+#: The quantities of each rule in a weighted defuzzifier, with the average and the sum of the model.
+KINDS: Final[dict[str, tuple[str, str]]] = {
+    "function": ("weighted_average", "weighted_sum"),
+    "inverse": ("tsukamoto", "tsukamoto_sum"),
+    "degree": ("inverse_tsukamoto", "inverse_tsukamoto_sum"),
+}
+
+#: All defuzzifiers by the kind of the model, as files have them.
+DEFUZZIFIERS: Final[dict[str, str]] = {
+    **{kind: word for word, kind in OF_SETS.items()},
+    **{
+        KINDS[quantity][is_sum]: f"{word} {'Tsukamoto' if quantity == 'inverse' else 'TakagiSugeno'}"
+        for word, is_sum in WEIGHTED.items()
+        for quantity in KINDS
+    },
+    "center_average": "WeightedAverage TakagiSugeno",
+}
 
 ACTIVATION_WORDS: Final[dict[str, str]] = {
     "General": "general",
@@ -67,9 +88,8 @@ ACTIVATION_WORDS: Final[dict[str, str]] = {
     "Threshold": "threshold",
 }
 
-#: Words of rules that no variable and no term may be called, besides those that are none in rule files either.
+#: Words of rules that are no names of variables and terms, besides those of rule files.
 RULE_WORDS: Final = frozenset({"if", "with"})
-
 
 #: Hedges, which have the same names here.
 HEDGE_WORDS: Final = ("any", "extremely", "not", "seldom", "somewhat", "very")
@@ -77,13 +97,15 @@ HEDGE_WORDS: Final = ("any", "extremely", "not", "seldom", "somewhat", "very")
 
 # --- norms, activation methods and defuzzifiers --------------------------------------------------------------------
 
-_TYPES: Final[dict[str, WeightedType]] = {
-    "Automatic": "Automatic",
-    "TakagiSugeno": "TakagiSugeno",
-    "Tsukamoto": "Tsukamoto",
-}
+_TYPES: Final[dict[str, WeightedType]] = {name: name for name in get_args(WeightedType)}
 
-_DEFUZZIFIERS: Final[dict[str, str | bool]] = {**OF_SETS, **WEIGHTED}
+_MEANINGS: Final[dict[str, str | bool]] = {**OF_SETS, **WEIGHTED}
+
+_NORMS: Final = {
+    "and": T_NORMS,
+    "or": {word: norm for word, norm in S_NORMS.items() if norm in DISJUNCTIONS},
+    "aggregation": S_NORMS,
+}
 
 _COMPARISONS: Final = ("<", "<=", "==", "!=", ">=", ">")
 
@@ -95,18 +117,16 @@ _MOST: Final = 10**6
 
 
 def is_none(line: Line | None) -> bool:
-    """Whether a method is not given, or said to be none."""
+    """Return whether a method is missing or `none`."""
     return line is None or line.value.text.lower() in ("", "none")
 
 
 def norm(line: Line | None, translation: Translation, kind: Literal["and", "or", "aggregation"]) -> str | None:
-    """Return a norm as the model calls it, None for none."""
+    """Return the name of a norm in the model, or None."""
     if line is None or is_none(line):
         return None
-    here: Collection[str] = {"and": CONJUNCTIONS, "or": DISJUNCTIONS, "aggregation": AGGREGATIONS}[kind]
-    table = {word: own for word, own in (T_NORMS if kind == "and" else S_NORMS).items() if own in here}
     otherwise = "a norm of your own is a program, which cannot be read here"
-    return translation.look_up(line.value, table, f"{line.key} norm", otherwise=otherwise)
+    return translation.look_up(line.value, _NORMS[kind], f"{line.key} norm", otherwise=otherwise)
 
 
 def activation(line: Line | None, translation: Translation) -> Activation:
@@ -128,68 +148,66 @@ def activation(line: Line | None, translation: Translation) -> Activation:
             return Activation()
         return Activation(kind=kind, count=count, threshold=last if most == 2 else None, span=line.value)
     comparison = rest[0].text if rest else ">"
-    if comparison not in _COMPARISONS:
-        message = f"'{comparison[:20]}' is no comparison"
-        translation.error("FZ601", message, rest[0], help=f"one of {' '.join(_COMPARISONS)}")
-        return Activation()
-    return Activation(kind=kind, comparison=comparison, threshold=last, span=line.value)
+    if comparison in _COMPARISONS:
+        return Activation(kind=kind, comparison=comparison, threshold=last, span=line.value)
+    message = f"'{comparison[:20]}' is no comparison"
+    translation.error("FZ601", message, rest[0], help=f"one of {' '.join(_COMPARISONS)}")
+    return Activation()
 
 
 def _count(span: Span, translation: Translation) -> int | None:
-    value = translation.number(span)
-    if value is None:
-        return None
-    if not (0 < value.value <= _MOST and value.value == int(value.value)):
+    number = translation.number(span)
+    if number is not None and 0 < number.value <= _MOST and number.value == int(number.value):
+        return int(number.value)
+    if number is not None:
         translation.error("FZ601", f"expected a whole number from 1 to {_MOST}, found '{span.text[:40]}'", span)
-        return None
-    return int(value.value)
+    return None
 
 
 def defuzzifier(
     line: Line | None, name: str, place: Span, terms: Sequence[Term], profile: Profile, translation: Translation
 ) -> Defuzzifier | None:
-    """Return the defuzzifier of an output, None where there is none.
+    """Return the defuzzifier of an output, or None.
 
     Args:
         line: The line that names it.
         name: The output.
-        place: Where that is declared.
-        terms: Its terms, on which weighted ones depend.
+        place: The place of its declaration.
+        terms: Its terms, on which weighted defuzzifiers depend.
         profile: The numerics of the file.
-        translation: Where mistakes go.
+        translation: Takes mistakes.
     """
     if line is None or is_none(line):
         return None
     word, *rest = words(line.value)
-    meaning = translation.look_up(word, _DEFUZZIFIERS, "defuzzifier")
-    if isinstance(meaning, str):
-        own = profile.defuzzifier(meaning)
-        resolution = _count(rest[0], translation) if rest else None
-        return own if resolution is None else own.model_copy(update={"resolution": resolution})
+    meaning = translation.look_up(word, _MEANINGS, "defuzzifier")
     if meaning is None:
         return None
-    given = translation.look_up(rest[0], _TYPES, f"type of '{word.text}'") if rest else "Automatic"
-    given = given or "Automatic"
-    if given == "Tsukamoto":
+    if isinstance(meaning, str):
+        usual = profile.defuzzifier(meaning)
+        resolution = _count(rest[0], translation) if rest else None
+        return usual if resolution is None else usual.model_copy(update={"resolution": resolution})
+    type = translation.look_up(rest[0], _TYPES, f"type of '{word.text}'") if rest else None
+    if type == "Tsukamoto":
         _require_inverted(word.text, terms, rest[0], translation)
-    kind = weighted(terms, given, name, place, translation)
+    kind = weighted(terms, type or "Automatic", name, place, translation)
     return profile.defuzzifier(KINDS[kind][meaning])
 
 
-def weighted(terms: Sequence[Term], given: WeightedType, name: str, place: Span, translation: Translation) -> str:
-    """Return what fuzzylite's weighted defuzzifiers take of the terms of an output: a key of `KINDS`."""
-    found = weighted_kinds((t.membership for t in terms), given) or {"function"}
-    if len(found) > 1:
+def weighted(terms: Sequence[Term], type: WeightedType, name: str, place: Span, translation: Translation) -> str:
+    """Return the quantity of each rule in a weighted defuzzifier, a key of `KINDS`; report a mix of terms."""
+    kinds = weighted_kinds((t.membership for t in terms), type) or {"function"}
+    if len(kinds) > 1:
         message = f"the terms of '{name}' are of several sorts, which no average takes together"
         help_text = "take numbers and functions only, or sets only, all monotone or none"
         translation.error("FZ214", message, place, help=help_text)
-    return min(found)
+    return min(kinds)
 
 
 def _require_inverted(name: str, terms: Sequence[Term], place: Span, translation: Translation) -> None:
     """Refuse terms that fuzzylite cannot invert either: it stops at the first one that fires."""
     for term in terms:
-        if term.membership.kind not in (*INVERTED_THERE, "constant", "linear", "function"):
+        if term.membership.kind not in (*INVERTED_THERE, *_FUNCTIONS):
             message = f"'{name} Tsukamoto' inverts terms, and fuzzylite cannot invert '{term.name}'"
             known = "Arc, Concave, Ramp, Sigmoid, SShape, ZShape"
             help_text = f"terms that it can invert: {known}; or write: {name} TakagiSugeno"
@@ -198,63 +216,51 @@ def _require_inverted(name: str, terms: Sequence[Term], place: Span, translation
 
 # --- weighted defuzzifiers -----------------------------------------------------------------------------------------
 
-WeightedType = Literal["Automatic", "TakagiSugeno", "Tsukamoto"]
-
 #: Consequents that are functions of the inputs.
 _FUNCTIONS: Final = ("constant", "linear", "function")
 
 #: The terms that fuzzylite inverts; any other is never monotone to it, even a triangle with an infinite foot.
 INVERTED_THERE: Final = frozenset({"arc", "concave", "ramp", "s_shape", "sigmoid", "z_shape"})
 
-#: The defuzzifiers here for an average and for a sum, by what is taken of each rule.
-KINDS: Final[dict[str, tuple[str, str]]] = {
-    "function": ("weighted_average", "weighted_sum"),
-    "inverse": ("tsukamoto", "tsukamoto_sum"),
-    "degree": ("inverse_tsukamoto", "inverse_tsukamoto_sum"),
-}
 
+def weighted_kinds(memberships: Iterable[Membership], type: WeightedType) -> set[str]:
+    """Return the keys of `KINDS` of some terms; several for a mix, which no defuzzifier takes."""
 
-def weighted_kinds(memberships: Iterable[Membership], given: WeightedType) -> set[str]:
-    """Return the keys of `KINDS` that some terms stand for; more than one for a mix, which nothing defuzzifies."""
-    return {_taken(m, given) for m in memberships}
+    def quantity(kind: str) -> str:
+        if kind in _FUNCTIONS:
+            return "function"
+        return "inverse" if type == "Tsukamoto" or (type == "Automatic" and kind in INVERTED_THERE) else "degree"
 
-
-def _taken(membership: Membership, given: WeightedType) -> str:
-    if membership.kind in _FUNCTIONS:
-        return "function"
-    if given == "TakagiSugeno":
-        return "degree"
-    if given == "Tsukamoto":
-        return "inverse"
-    return "inverse" if membership.kind in INVERTED_THERE else "degree"
+    return {quantity(m.kind) for m in memberships}
 
 
 def as_inverted_there(system: FuzzySystem) -> tuple[FuzzySystem, list[str]]:
-    """Return a system whose terms of Tsukamoto's method are of kinds that fuzzylite inverts, as far as there are any.
+    """Return a system whose terms of Tsukamoto's method are of kinds that fuzzylite inverts.
 
     Returns:
         The system, and a reason for each term that no such kind is the same as.
     """
     reasons: list[str] = []
-    outputs = tuple(_output_inverted_there(system, o, reasons) for o in system.outputs)
-    return system.model_copy(update={"outputs": outputs}), reasons
 
-
-def _output_inverted_there(system: FuzzySystem, output: Output, reasons: list[str]) -> Output:
-    if defuzzifier_of(system, output).kind not in ("tsukamoto", "tsukamoto_sum"):
-        return output
-    terms = []
-    for term in output.terms:
-        own = term.membership
-        found = _inverted_there(own.kind, tuple(system.number(a) for a in own.arguments))
-        if found is None:
+    def inverted(output: Output, term: Term) -> Term:
+        membership = term.membership
+        shape = _inverted_there(membership.kind, tuple(system.number(a) for a in membership.arguments))
+        if shape is None:
             known = ", ".join(sorted(INVERTED_THERE))
-            what = f"term '{term.name}' of '{output.name}' is of the kind '{own.kind}'"
+            what = f"term '{term.name}' of '{output.name}' is of the kind '{membership.kind}'"
             reasons.append(f"{what}, which fuzzylite cannot invert as it can {known}")
-        elif found[0] != own.kind:
-            own = own.model_copy(update={"kind": found[0], "arguments": tuple(map(Number, found[1]))})
-        terms.append(term.model_copy(update={"membership": own}))
-    return output.model_copy(update={"terms": tuple(terms)})
+        if shape is None or shape[0] == membership.kind:
+            return term
+        update = {"kind": shape[0], "arguments": tuple(map(Number, shape[1]))}
+        return term.model_copy(update={"membership": membership.model_copy(update=update)})
+
+    outputs = tuple(
+        output.model_copy(update={"terms": tuple(inverted(output, t) for t in output.terms)})
+        if defuzzifier_of(system, output).kind in KINDS["inverse"]
+        else output
+        for output in system.outputs
+    )
+    return system.model_copy(update={"outputs": outputs}), reasons
 
 
 def _inverted_there(kind: str, p: Parameters) -> tuple[str, Parameters] | None:
@@ -274,13 +280,13 @@ def _inverted_there(kind: str, p: Parameters) -> tuple[str, Parameters] | None:
 
 
 def inferred_otherwise(system: FuzzySystem) -> list[str]:
-    """Return a reason for each output whose terms alone would tell fuzzylite another method than it has."""
+    """Return a reason for each output for whose terms fuzzylite would choose another method."""
     reasons = []
     for output in system.outputs:
         kind = defuzzifier_of(system, output).kind
-        found = weighted_kinds((t.membership for t in output.terms), "Automatic")
-        if kind in TSUKAMOTO and not any(kind in KINDS[f] for f in found if len(found) == 1):
-            what = "inverts its terms" if found == {"inverse"} else "inverts some of its terms only"
+        quantities = weighted_kinds((t.membership for t in output.terms), "Automatic")
+        if kind in TSUKAMOTO and not (len(quantities) == 1 and kind in KINDS[min(quantities)]):
+            what = "inverts its terms" if quantities == {"inverse"} else "inverts some of its terms only"
             reasons.append(f"output '{output.name}' has the defuzzifier '{kind}', but fuzzylite {what}")
     return reasons
 
@@ -289,18 +295,18 @@ def inferred_otherwise(system: FuzzySystem) -> list[str]:
 
 _GENERATED: Final = re.compile(r"generated (?:with|by) fuzzylite (\d{1,3})\b", re.IGNORECASE)
 
-#: Samples of versions before 6, where a file says no number.
+#: Samples of versions before 6, if a file gives no number.
 _SAMPLES_BEFORE_6: Final = 200
 
 
 def version_said(comments: Iterable[str]) -> int | None:
     """Return the major version of fuzzylite that a comment names."""
-    found = (_GENERATED.search(c) for c in comments)
-    return next((int(match.group(1)) for match in found if match is not None), None)
+    matches = map(_GENERATED.search, comments)
+    return next((int(match.group(1)) for match in matches if match is not None), None)
 
 
 def profile_of_version(version: int | None) -> Profile:
-    """Return the numerics of a version of fuzzylite; those of the newest where none is known."""
+    """Return the numerics of a version of fuzzylite; those of the newest if it is unknown."""
     if version is None or version > 6:
         return PROFILES["fuzzylite"]
     six = PROFILES["fuzzylite_6"]

@@ -18,7 +18,7 @@ from fuzzyctl.formats.common.degree_range import warn_of_degrees_beyond
 from fuzzyctl.formats.common.ranges import corners, finite_range, reached
 from fuzzyctl.formats.common.rule_text import RuleText
 from fuzzyctl.formats.common.translation import Translation, fallback, setting, settings
-from fuzzyctl.formats.fll.lines import SPELT, Block, Line, split, words
+from fuzzyctl.formats.fll.lines import Block, Line, split, words
 from fuzzyctl.formats.fll.methods import (
     HEDGE_WORDS,
     T_NORMS,
@@ -100,8 +100,8 @@ class _File:
         said = _SAID.search(translation.source.text)
         self.profile: Profile = profile(said.group(1)) if said is not None else _numerics(translation.source, blocks)
         self.terms = TermReader(translation)
-        self.inputs = [_Variable(b, self._name(b), False) for b in self._of("inputvariable")]
-        self.outputs = [_Variable(b, self._name(b), True) for b in self._of("outputvariable")]
+        self.inputs = [_Variable(b, self._name(b), False) for b in self._of("InputVariable")]
+        self.outputs = [_Variable(b, self._name(b), True) for b in self._of("OutputVariable")]
         inputs, outputs = (tuple(v.name for v in variables) for variables in (self.inputs, self.outputs))
         self.place = Place("", inputs, outputs, is_input=True, python=self.profile.name == "pyfuzzylite")
 
@@ -145,17 +145,17 @@ class _File:
         self.translation.rules(found, idle)
 
     def _head(self) -> None:
-        engines = self._of("engine")
+        engines = self._of("Engine")
         for again in engines[1:]:
             note = Note(engines[0].head.span, "the first one is here")
             help_text = "put each into a file of its own"
             self.translation.error(
                 "FZ215", "the file has a second engine", again.head.span, help=help_text, notes=(note,)
             )
-        for kind, variables in (("inputvariable", self.inputs), ("outputvariable", self.outputs)):
+        for kind, variables in (("InputVariable", self.inputs), ("OutputVariable", self.outputs)):
             if not variables and not self.is_broken:
-                message = f"the file has no {SPELT[kind]}"
-                self.translation.error("FZ212", message, None, help=f"write: {SPELT[kind]}: NAME")
+                message = f"the file has no {kind}"
+                self.translation.error("FZ212", message, None, help=f"write: {kind}: NAME")
         name = engines[0].head.value.text if engines else ""
         described = engines[0].line("description") if engines else None
         title = described.value.text if described is not None else ""
@@ -324,7 +324,7 @@ class _File:
     def _rule_blocks(self) -> tuple[list[tuple[Block, FoundBlock]], list[sx.Rule]]:
         """Return the blocks that are enabled and have rules, and the rules that set only outputs left out."""
         found, idle = [], list[sx.Rule]()
-        for block in self._of("ruleblock"):
+        for block in self._of("RuleBlock"):
             if not self._flag(block, True, "enabled"):
                 name = block.head.value.text[:60]
                 named = f"rule block '{name}'" if name else "the rule block"
@@ -381,7 +381,7 @@ class _File:
 
     def _report_no_rule(self) -> None:
         """Report why no rule acts."""
-        blocks = self._of("ruleblock")
+        blocks = self._of("RuleBlock")
         enabled = [b for b in blocks if self._flag(b, True, "enabled")]
         place, help_text = (
             (enabled or blocks or self.blocks)[0].head.span,

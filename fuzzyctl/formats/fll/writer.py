@@ -18,18 +18,18 @@ from fuzzyctl.formats.common.words import DUAL_OF, first_words, up_to_any
 from fuzzyctl.formats.fll.formulas import FUNCTION_WORDS, formula
 from fuzzyctl.formats.fll.methods import (
     ACTIVATION_WORDS,
+    DEFUZZIFIERS,
     HEDGE_WORDS,
-    OF_SETS,
     RULE_WORDS,
     S_NORMS,
     T_NORMS,
     as_inverted_there,
 )
 from fuzzyctl.formats.fll.reader import read
-from fuzzyctl.formats.fll.shapes import TERM_WORDS, as_written
+from fuzzyctl.formats.fll.shapes import TERMS, as_written
 from fuzzyctl.formats.losses import Loss
 from fuzzyctl.formulas import MEMBERSHIP
-from fuzzyctl.model.method import Activation, Defuzzifier
+from fuzzyctl.model.method import Activation
 from fuzzyctl.model.profiles import Profile, profile
 from fuzzyctl.model.rule import And, Antecedent, Is, Not, Or, Rule
 from fuzzyctl.model.system import FuzzySystem
@@ -38,27 +38,12 @@ from fuzzyctl.model.variable import Hold, LinguisticVariable, Membership, Output
 _CONJUNCTIONS: Final = first_words(T_NORMS)
 _DISJUNCTIONS: Final = first_words(S_NORMS)
 _ACTIVATIONS: Final = first_words(ACTIVATION_WORDS)
-_DEFUZZIFIERS: Final = first_words(OF_SETS)
-
-_WEIGHTED: Final = {
-    "weighted_average": "WeightedAverage TakagiSugeno",
-    "center_average": "WeightedAverage TakagiSugeno",
-    "weighted_sum": "WeightedSum TakagiSugeno",
-    "tsukamoto": "WeightedAverage Tsukamoto",
-    "tsukamoto_sum": "WeightedSum Tsukamoto",
-    "inverse_tsukamoto": "WeightedAverage TakagiSugeno",
-    "inverse_tsukamoto_sum": "WeightedSum TakagiSugeno",
-}
-
 
 #: Terms by kind of the model; a rectangle that never ends is fuzzylite's Binary.
 _NAMES: Final[dict[str, str]] = {
-    **{kind: name for kind, (name, _) in words_by_kind(TERM_WORDS).items()},
+    **{kind: name for kind, (name, _) in words_by_kind(TERMS).items()},
     "rectangle": "Rectangle",
-    "piecewise": "Discrete",
     "singleton": "Constant",
-    "constant": "Constant",
-    "linear": "Linear",
 }
 
 
@@ -150,16 +135,11 @@ class _Writer:
 
     def _defuzzifier(self, output: Output) -> str:
         """Return a defuzzifier with its samples: without a number each version of fuzzylite takes its own."""
-        kind = numerics.defuzzifier_of(self.system, output).kind
-        return _WEIGHTED[kind] if kind in _WEIGHTED else f"{_DEFUZZIFIERS[kind]} {self._becomes(output).resolution}"
-
-    def _becomes(self, output: Output) -> Defuzzifier:
-        """Return the defuzzifier that the reader gives an output."""
-        own = numerics.defuzzifier_of(self.system, output)
-        there = self.profile.defuzzifier("weighted_average" if own.kind == "center_average" else own.kind)
-        if own.resolution is None or there.resolution is None:
-            return there
-        return there.model_copy(update={"resolution": own.resolution})
+        defuzzifier = numerics.defuzzifier_of(self.system, output)
+        if defuzzifier.over_rules:
+            return DEFUZZIFIERS[defuzzifier.kind]
+        usual = self.profile.defuzzifier(defuzzifier.kind)
+        return f"{DEFUZZIFIERS[defuzzifier.kind]} {defuzzifier.resolution or usual.resolution}"
 
     def _lose(self, where: str, what: str, why: str, *, exact: bool = False) -> None:
         self.losses.append(Loss(where, what, why, exact))
