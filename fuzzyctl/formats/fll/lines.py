@@ -62,6 +62,12 @@ class Block:
         return [line for line in self.lines if line.key == key]
 
     @property
+    def description(self) -> str:
+        """The text of its description."""
+        line = self.line("description")
+        return line.value.text if line is not None else ""
+
+    @property
     def place(self) -> Span:
         """The place of its name, or its first line."""
         return self.head.value if self.head.value.text else self.head.span
