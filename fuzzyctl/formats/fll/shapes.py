@@ -65,7 +65,7 @@ def as_computed(kind: str, values: Values, variable: str | None) -> Substitute |
 
 
 def of_input(degree: Degree, variable: str | None) -> Substitute | None:
-    """Return a degree as a term; outputs have no terms that are formulas of their own place."""
+    """Return a degree as a term; no term of an output is a formula of its place."""
     if degree is None or isinstance(degree, Substitute):
         return degree
     if variable is None:
@@ -166,7 +166,7 @@ def _semi_ellipse(p: Values) -> Degree:
 
 
 def _s_shape(p: Values) -> Degree:
-    """Return a step: fuzzylite is 0 up to the start, and 1 behind it."""
+    """Return a step: in fuzzylite the degree is 0 up to the start, then 1."""
     start, end = p
     behind = math.nextafter(start, math.inf)
     return _term("rectangle", (behind, math.inf), "a step behind its start") if start >= end else None
@@ -294,21 +294,21 @@ class Corner(NamedTuple):
         first: The degree of the first point, to which the polygon tends from the left.
         last: The degree of the last point, to which it tends from the right.
         top: The largest degree, which holds there in the model.
-        held: The degree that holds there in the file's tool.
+        degree: The degree that holds there in the file's tool.
     """
 
     place: float
     first: float
     last: float
     top: float
-    held: float
+    degree: float
 
 
 def corners(points: Sequence[float], *, python: bool) -> list[Corner]:
     """Return the corners of a polygon.
 
     Args:
-        points: x1, y1, x2, y2, ..., where no x is below the one before.
+        points: x1, y1, x2, y2, ..., with places that do not fall.
         python: Whether the file's tool is pyfuzzylite.
     """
     pairs = zip(points[::2], points[1::2], strict=True)
@@ -329,15 +329,15 @@ def polygon(points: Sequence[float], *, python: bool = False, written: bool = Fa
         written: Whether `points` are those of the model, and those of the file are returned.
     """
     result: list[float] = []
-    for place, first, last, top, held in corners(points, python=python):
+    for place, first, last, top, degree in corners(points, python=python):
         if written and top > max(first, last):  # a degree of one place
             before, behind = (math.nextafter(place, end) for end in (-math.inf, math.inf))
             result += (before, first, place, top, behind, last)
         elif first == last:
             result += (place, first)
         else:  # the jump goes beside a place with the lower degree
-            beside = math.nextafter(place, math.inf if (held == first) != written else -math.inf)
-            jump = place if held == max(first, last) else beside
+            beside = math.nextafter(place, math.inf if (degree == first) != written else -math.inf)
+            jump = place if degree == max(first, last) else beside
             result += (jump, first, jump, last)
     if len(result) == 2:
         result += [_further(result[0]), result[1]]

@@ -234,7 +234,7 @@ def membership_as_computed(
     message = f"'{word}': {reason}; it is read as fuzzylite computes it, {substitute.description}"
     findings.warning("FZ609", message, span, help="other tools refuse it, or take it for something else")
     kind, arguments, height = substitute.kind, substitute.arguments, height * substitute.share
-    if kind == "function":  # formulas have no height of their own
+    if kind == "function":  # formulas have no height
         arguments, height = (height * arguments[0] if height not in (0.0, 1.0) else arguments[0],), 1.0
     return Membership(kind=kind, arguments=arguments, height=Number(height) if height != 1.0 else ONE, span=span)
 
@@ -249,12 +249,12 @@ def _with_jumps(
     if membership.kind != "piecewise":
         return membership
     both = zip(corners(values, python=False), corners(values, python=True), strict=True)
-    difference = next(((a, b) for a, b in both if a.held != b.held), None)
+    difference = next(((a, b) for a, b in both if a.degree != b.degree), None)
     if not python and difference is not None:
         corner, other = difference
         jump = f"'{word}' jumps at {corner.place:.6g} from {corner.first:.6g} to {corner.last:.6g}"
-        message = f"{jump}; there it is {corner.held:.6g}, as fuzzylite computes it"
-        help_text = f"pyfuzzylite has {other.held:.6g} there; move one of the points, if it is to be the same"
+        message = f"{jump}; there it is {corner.degree:.6g}, as fuzzylite computes it"
+        help_text = f"pyfuzzylite has {other.degree:.6g} there; move one of the points, if it is to be the same"
         findings.warning("FZ609", message, membership.span, help=help_text)
     points = polygon(values, python=python)
     return membership if points == values else membership.model_copy(update={"arguments": tuple(map(Number, points))})
