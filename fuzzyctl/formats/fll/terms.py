@@ -38,7 +38,7 @@ class Place:
     is_input: bool
     python: bool = False
 
-    def is_own(self, formula: Expr) -> bool:
+    def is_set(self, formula: Expr) -> bool:
         """Return whether a formula of an output is a fuzzy set: it names `x`, and no variable."""
         free = {*self.inputs, *self.outputs}
         return not self.is_input and "x" not in free and {n.name for n in names_in(formula)} - {"pi"} == {"x"}
@@ -165,7 +165,7 @@ class TermReader:
         except ParseError as error:
             self.findings.refuse(error)
             return None
-        if self.fll and place.is_own(formula):
+        if self.fll and place.is_set(formula):
             formula = replace_names(formula, {"x": Name(place.variable)})
             return Membership(kind="formula", arguments=(formula,), span=span)
         for name in names_in(formula):

@@ -28,7 +28,6 @@ from fuzzyctl.formats.fll.methods import (
 from fuzzyctl.formats.fll.reader import read
 from fuzzyctl.formats.fll.shapes import TERMS, as_written
 from fuzzyctl.formats.losses import Loss
-from fuzzyctl.formulas import MEMBERSHIP
 from fuzzyctl.model.method import Activation
 from fuzzyctl.model.profiles import Profile, profile
 from fuzzyctl.model.rule import And, Antecedent, Is, Not, Or, Rule
@@ -81,7 +80,7 @@ class _Writer:
         """Return the text and the losses."""
         system = self.system
         self.reasons.extend(numerics.impossible(system))
-        self.reasons.extend(numerics.missing_words(system, MEMBERSHIP, {*_CONJUNCTIONS, *_DISJUNCTIONS, "sum"}))
+        self.reasons.extend(numerics.missing_words(system, _NAMES, {*_CONJUNCTIONS, *_DISJUNCTIONS, "sum"}))
         comments = [] if self.profile.name == "fuzzylite" else [f"# numerics of {self.profile.name}"]
         lines = [*comments, f"Engine: {system.name}"]
         if system.title:
@@ -143,14 +142,11 @@ class _Writer:
             if text is None:
                 self.reasons.append(f"{where} is a formula with a function that fuzzylite does not have")
             return f"Function {text}"
-        if kind not in _NAMES:
-            self.reasons.append(f"{where} is of the kind '{kind}'")
-            return ""
         parameters = [self.system.number(a) for a in membership.arguments]
         if not isinstance(variable, Output) and kind in ("singleton", "constant"):
             # A Constant has its value as its degree everywhere; a triangle without sides is 1 at one place.
             kind, parameters = "triangle", parameters * 3
-        name, values = _NAMES[kind], [*as_written(kind, parameters, python=self.python)]
+        name, values = _NAMES.get(kind, kind), [*as_written(kind, parameters, python=self.python)]
         if kind == "rectangle" and any(map(math.isinf, values)):
             left, right = values
             name, values = "Binary", ([left, math.inf] if math.isfinite(left) else [right, -math.inf])
