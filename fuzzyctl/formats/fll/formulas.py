@@ -280,10 +280,8 @@ class _Formula(SpanParser[Expr]):
             return Number(float(text), span=place)
         if self._text() == "(" and text not in self.names:
             return self._call(text, place)
-        if text in self.names:
+        if text in self.names or text == "pi":
             return Name(text, place)
-        if text == "pi":
-            return Name("pi", place)
         if text in ("and", "or") or text in _SAME or not text[0].isalpha():
             raise ParseError(f"unexpected '{text[:40]}' in the formula", place)
         raise ParseError(f"the formula names '{text[:40]}', which is no variable here", place, "FZ202")

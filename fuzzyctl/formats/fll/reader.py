@@ -307,8 +307,9 @@ class _File:
     def _otherwise(self, block: Block) -> Expr | Fallback | Hold:
         """Return the output if no rule fires: its default, or its previous value if that is locked."""
         line = block.line("default")
-        is_number = line is not None and line.value.text.lower() not in ("nan", "-nan")
-        start: Number | Literal["nan"] = (self.translation.number(line.value) if is_number and line else None) or "nan"
+        start: Number | Literal["nan"] = "nan"
+        if line is not None and line.value.text.lower() not in ("nan", "-nan"):
+            start = self.translation.number(line.value) or "nan"
         return Hold(start=start) if self._flag(block, False, "lock-previous", "lock-valid") else start
 
     # --- rules -------------------------------------------------------------------------------------------------
@@ -375,10 +376,8 @@ class _File:
         """Report why no rule acts."""
         blocks = self._of("RuleBlock")
         enabled = [b for b in blocks if self._flag(b, True, "enabled")]
-        place, help_text = (
-            (enabled or blocks or self.blocks)[0].head.span,
-            "write, for example: rule: if A is x then C is z",
-        )
+        place = (enabled or blocks or self.blocks)[0].head.span
+        help_text = "write, for example: rule: if A is x then C is z"
         if not any(v.enabled for v in self.outputs):
             message, place, help_text = "all outputs are disabled", self.outputs[0].span, "enable one"
         elif not blocks:
