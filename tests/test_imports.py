@@ -37,7 +37,7 @@ ORDER = [
 SUBORDER = {
     "analysis": [["coverage", "multilinear"], ["branch_and_bound"], ["induction"]],
     "codegen": [["fixed", "fmu"]],
-    "formats": [["common"], ["fuzzylite"], ["fll"], ["fcl", "fis"], ["fml"]],
+    "formats": [["common"], ["fll"], ["fcl", "fis"], ["fml"]],
     "kernels": [["program"], ["interval", "plan"], ["inference"], ["algorithms"], ["backends"]],
     "kernels/backends": [["python"], ["numba"], ["numpy"]],
     "kernels/inference": [["degrees"], ["defuzzify"]],

@@ -1,6 +1,7 @@
 """Texts of `.fll` files drawn at random: what files in the wild have, good and bad, and no writer would write."""
 
-from fuzzyctl.formats.fll.vocabulary import HEDGE_WORDS, S_NORMS, T_NORMS, TERM_WORDS
+from fuzzyctl.formats.fll.methods import HEDGE_WORDS, S_NORMS, T_NORMS
+from fuzzyctl.formats.fll.shapes import TERM_WORDS
 
 NAMES = ["a", "b-1", "weight", "Gap_(m)", "min", "x", "é", "speed of it", "NAND", "d.e"]
 TERMS = ["low", "very-low", "high", "MED", "3rd", "pi", "not", "any", "s"]

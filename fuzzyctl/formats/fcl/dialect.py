@@ -11,7 +11,7 @@ from fuzzyctl.expr import Number
 from fuzzyctl.formats.fcl.names import FUZZYLITE_ONLY, JFUZZYLOGIC_ONLY, JFUZZYLOGIC_SHAPES, fuzzylite_word
 from fuzzyctl.formats.fcl.parser import FclFile
 from fuzzyctl.formats.fcl.syntax import FunctionBlock, Setting, Word
-from fuzzyctl.formats.fuzzylite.versions import profile_of_version, version_said
+from fuzzyctl.formats.fll.methods import profile_of_version, version_said
 from fuzzyctl.model.profiles import PROFILES, Profile
 
 DialectName = Literal["standard", "jfuzzylogic", "fuzzylite"]

@@ -12,7 +12,7 @@ from fuzzyctl.expr import CONSTANTS, FUNCTIONS, Binary, Call, Expr, ExprError, N
 from fuzzyctl.formats.common.translation import Translation
 from fuzzyctl.formats.fcl.dialect import Dialect
 from fuzzyctl.formats.fcl.syntax import Word
-from fuzzyctl.formats.fuzzylite.functions import ARGUMENTS, expanded
+from fuzzyctl.formats.fll.formulas import ARGUMENTS, expanded
 
 #: Functions of both tools under other names, by what they are here.
 _SAME: Final = {"ln": "log", "fabs": "abs"}

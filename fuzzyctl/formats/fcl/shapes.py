@@ -9,8 +9,8 @@ from fuzzyctl.expr import ONE, ZERO, Binary, Expr, Name, Number
 from fuzzyctl.formats.fcl.names import JFUZZYLOGIC_SHAPES, SHAPE_WORDS, fuzzylite_word
 from fuzzyctl.formats.fcl.scope import Scope
 from fuzzyctl.formats.fcl.syntax import Shape, TermLine
+from fuzzyctl.formats.fll.shapes import TERMS
 from fuzzyctl.formats.fll.terms import Place, TermReader
-from fuzzyctl.formats.fll.vocabulary import TERMS
 from fuzzyctl.model.variable import Membership
 
 

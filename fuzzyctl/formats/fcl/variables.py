@@ -18,8 +18,8 @@ from fuzzyctl.formats.fcl.names import ACCUMULATION_WORDS, METHOD_WORDS
 from fuzzyctl.formats.fcl.scope import Scope
 from fuzzyctl.formats.fcl.settings import norm_of, require_enabled
 from fuzzyctl.formats.fcl.shapes import membership
+from fuzzyctl.formats.fll.methods import KINDS, weighted_kinds
 from fuzzyctl.formats.fll.terms import Place, told_apart
-from fuzzyctl.formats.fuzzylite.weighted import KINDS, weighted_kinds
 from fuzzyctl.formulas import MEMBERSHIP, is_monotone
 from fuzzyctl.lang import syntax as sx
 from fuzzyctl.model.variable import Fallback, Hold, Term

@@ -31,7 +31,7 @@ from fuzzyctl.formats.fcl.written_shapes import (
     needs_jfuzzylogic,
     shape_text,
 )
-from fuzzyctl.formats.fuzzylite.weighted import as_inverted_there, inferred_otherwise
+from fuzzyctl.formats.fll.methods import as_inverted_there, inferred_otherwise
 from fuzzyctl.formats.losses import Loss
 from fuzzyctl.formulas import HEDGES
 from fuzzyctl.model.method import TSUKAMOTO

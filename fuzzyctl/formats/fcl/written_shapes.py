@@ -23,7 +23,7 @@ from fuzzyctl.formats.common.shape_words import words_by_kind
 from fuzzyctl.formats.fcl.dialect import DialectName
 from fuzzyctl.formats.fcl.names import FUZZYLITE_SHAPES, JFUZZYLOGIC_SHAPES
 from fuzzyctl.formats.fll.formulas import formula
-from fuzzyctl.formats.fuzzylite.discontinuities import as_written
+from fuzzyctl.formats.fll.shapes import as_written
 from fuzzyctl.formulas import MEMBERSHIP, Parameters, is_number, is_straight
 from fuzzyctl.model.variable import Membership
 

@@ -10,7 +10,7 @@ from fuzzyctl.expr import Number, number_text
 from fuzzyctl.formats.common.clamped_inputs import simplest
 from fuzzyctl.formats.common.shape_words import words_by_kind
 from fuzzyctl.formats.fis.vocabulary import MEMBERSHIP_WORDS, OF_FUZZYLITE
-from fuzzyctl.formats.fuzzylite.discontinuities import as_written
+from fuzzyctl.formats.fll.shapes import as_written
 from fuzzyctl.model.variable import Membership
 
 Values = Sequence[float]

@@ -22,9 +22,8 @@ from fuzzyctl.formats.fis import vocabulary as words
 from fuzzyctl.formats.fis.rules import Numbered, RuleReader, has_hedges, raw_rules
 from fuzzyctl.formats.fis.sections import Entry, Section, Sections, split
 from fuzzyctl.formats.fis.settings import check_keys, dialect_of, fuzzylite_version, kind_of, method, numerics
-from fuzzyctl.formats.fll.methods import weighted
+from fuzzyctl.formats.fll.methods import KINDS, weighted
 from fuzzyctl.formats.fll.terms import Place, TermReader, told_apart
-from fuzzyctl.formats.fuzzylite.weighted import KINDS
 from fuzzyctl.lang import syntax as sx
 from fuzzyctl.model.method import Defuzzifier
 from fuzzyctl.model.system import FuzzySystem

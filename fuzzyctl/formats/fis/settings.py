@@ -11,7 +11,7 @@ from fuzzyctl.formats.common.translation import Translation
 from fuzzyctl.formats.fis import values, vocabulary
 from fuzzyctl.formats.fis.sections import Entry, Section, Sections
 from fuzzyctl.formats.fis.vocabulary import Dialect
-from fuzzyctl.formats.fuzzylite.versions import profile_of_version, version_said
+from fuzzyctl.formats.fll.methods import profile_of_version, version_said
 from fuzzyctl.model.profiles import Profile, profile
 
 #: What fuzzyctl writes into files whose numerics are not MATLAB's.

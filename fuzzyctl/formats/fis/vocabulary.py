@@ -8,7 +8,7 @@ from decimal import Decimal
 from typing import Final, Literal
 
 from fuzzyctl.formats.common.shape_words import Shape, ShapeWord, Values
-from fuzzyctl.formats.fll.vocabulary import TERM_WORDS
+from fuzzyctl.formats.fll.shapes import TERM_WORDS
 
 Dialect = Literal["matlab", "octave", "fuzzylite"]
 

@@ -23,7 +23,7 @@ from fuzzyctl.formats.fis.settings import dialect_of, family
 from fuzzyctl.formats.fis.vocabulary import Dialect
 from fuzzyctl.formats.fis.written_rules import WrittenRules
 from fuzzyctl.formats.fll.formulas import formula
-from fuzzyctl.formats.fuzzylite.weighted import as_inverted_there, inferred_otherwise
+from fuzzyctl.formats.fll.methods import as_inverted_there, inferred_otherwise
 from fuzzyctl.formats.losses import Loss
 from fuzzyctl.model.method import MAXIMA
 from fuzzyctl.model.profiles import Profile, profile

@@ -10,29 +10,23 @@ from typing import Final
 from fuzzyctl.diagnostics.source import SourceText, Span
 from fuzzyctl.formats.common.report import Findings, meant
 
-#: Keys that begin a block, each with the keys of its lines; those behind the dash are of fuzzylite 4 and 5.
+#: Keys that begin a block, each with the keys of its lines, the last ones of fuzzylite 4 and 5.
 BLOCKS: Final[dict[str, tuple[str, ...]]] = {
-    "engine": ("description",),
-    "inputvariable": ("description", "enabled", "range", "lock-range", "term"),
-    "outputvariable": (
+    "Engine": ("description",),
+    "InputVariable": ("description", "enabled", "range", "lock-range", "term"),
+    "OutputVariable": (
         "description", "enabled", "range", "lock-range", "aggregation", "defuzzifier", "default", "lock-previous",
         "term", "accumulation", "lock-valid",
     ),
-    "ruleblock": ("description", "enabled", "conjunction", "disjunction", "implication", "activation", "rule"),
+    "RuleBlock": ("description", "enabled", "conjunction", "disjunction", "implication", "activation", "rule"),
 }  # fmt: skip
 
-#: How files spell the keys that begin blocks.
-SPELT: Final = {
-    "engine": "Engine",
-    "inputvariable": "InputVariable",
-    "outputvariable": "OutputVariable",
-    "ruleblock": "RuleBlock",
-}
+_KINDS: Final = {kind.lower(): kind for kind in BLOCKS}
 
 #: Keys that a block may have many of.
 _MANY: Final = ("term", "rule")
 
-#: A semicolon that separates lines: one with a key behind it.
+#: A semicolon that separates lines: the next word is a key.
 _SEPARATOR: Final = re.compile(
     rf";(?=[ \t]{{0,20}}(?:{'|'.join(dict.fromkeys([*BLOCKS, *(k for keys in BLOCKS.values() for k in keys)]))})"
     r"[ \t]{0,20}:)",
@@ -68,8 +62,14 @@ class Block:
         return [line for line in self.lines if line.key == key]
 
     @property
+    def description(self) -> str:
+        """The text of its description."""
+        line = self.line("description")
+        return line.value.text if line is not None else ""
+
+    @property
     def place(self) -> Span:
-        """Where its name stands, or its first line."""
+        """The place of its name, or its first line."""
         return self.head.value if self.head.value.text else self.head.span
 
 
@@ -79,7 +79,7 @@ def words(span: Span) -> list[Span]:
 
 
 def split(source: SourceText, findings: Findings) -> list[Block]:
-    """Split a file into blocks; lines that belong nowhere are reported."""
+    """Split a file into blocks; report lines that belong to no block."""
     blocks: list[Block] = []
     lost = False
     for number, span in enumerate(_lines(source), 1):
@@ -87,15 +87,12 @@ def split(source: SourceText, findings: Findings) -> list[Block]:
             break
         text = span.text
         key, colon, _ = text.partition(":")
-        plain = key.strip().lower()
         if not colon:
-            help_text = "a line is written: key: value"
-            findings.error("FZ601", "the line has no colon", span, help=help_text)
+            findings.error("FZ601", "the line has no colon", span, help="a line is written: key: value")
             continue
-        value = _trimmed(source, span.start + len(key) + 1, span.end)
-        line = Line(plain, value, span)
-        if plain in BLOCKS:
-            blocks.append(Block(plain, line))
+        line = Line(key.strip().lower(), _trimmed(source, span.start + len(key) + 1, span.end), span)
+        if line.key in _KINDS:
+            blocks.append(Block(_KINDS[line.key], line))
         elif blocks:
             _add(blocks[-1], line, findings)
         elif not lost:
@@ -108,11 +105,10 @@ def split(source: SourceText, findings: Findings) -> list[Block]:
 def _add(block: Block, line: Line, findings: Findings) -> None:
     known = BLOCKS[block.kind]
     if line.key not in known:
-        spelt = SPELT[block.kind]
-        message = f"'{spelt}' has no key '{line.key[:40]}'"
-        facts = (f"keys of {spelt}: {', '.join(known)}",)
+        message = f"'{block.kind}' has no key '{line.key[:40]}'"
+        facts = (f"keys of {block.kind}: {', '.join(known)}",)
         place = Span(line.span.source, line.span.start, line.span.start + line.span.text.find(":"))
-        findings.error("FZ601", message, place, help=meant(line.key, [*known, *SPELT.values()]), facts=facts)
+        findings.error("FZ601", message, place, help=meant(line.key, [*known, *BLOCKS]), facts=facts)
         return
     earlier = block.line(line.key) if line.key not in _MANY else None
     if earlier is not None:
@@ -121,22 +117,16 @@ def _add(block: Block, line: Line, findings: Findings) -> None:
 
 
 def _lines(source: SourceText) -> Iterator[Span]:
-    """Yield what stands between line ends, or semicolons before keys, without comments and blanks around it."""
-    at = 0
+    """Yield the stretches between line ends, or semicolons before keys, without comments and blanks around them."""
+    start = 0
     for raw in source.text.split("\n"):
-        comment = raw.find("#")
-        text = raw if comment < 0 else raw[:comment]
-        start = at
-        for match in _SEPARATOR.finditer(text):
-            yield from _unless_empty(_trimmed(source, start, at + match.start()))
-            start = at + match.end()
-        yield from _unless_empty(_trimmed(source, start, at + len(text)))
-        at += len(raw) + 1
-
-
-def _unless_empty(span: Span) -> Iterator[Span]:
-    if span.start < span.end:
-        yield span
+        text = raw.partition("#")[0]
+        edges = [0, *(end for match in _SEPARATOR.finditer(text) for end in match.span()), len(text)]
+        for left, right in zip(edges[::2], edges[1::2], strict=True):
+            span = _trimmed(source, start + left, start + right)
+            if span.start < span.end:
+                yield span
+        start += len(raw) + 1
 
 
 def _trimmed(source: SourceText, start: int, end: int) -> Span:

@@ -18,21 +18,29 @@ from fuzzyctl.formats.common.degree_range import warn_of_degrees_beyond
 from fuzzyctl.formats.common.ranges import corners, finite_range, reached
 from fuzzyctl.formats.common.rule_text import RuleText
 from fuzzyctl.formats.common.translation import Translation, fallback, setting, settings
-from fuzzyctl.formats.fll.lines import SPELT, Block, Line, split, words
-from fuzzyctl.formats.fll.methods import activation, defuzzifier, is_none, norm
+from fuzzyctl.formats.fll.lines import Block, Line, split, words
+from fuzzyctl.formats.fll.methods import (
+    HEDGE_WORDS,
+    T_NORMS,
+    activation,
+    defuzzifier,
+    is_none,
+    norm,
+    profile_of_version,
+    version_said,
+)
+from fuzzyctl.formats.fll.shapes import TERMS
 from fuzzyctl.formats.fll.terms import Place, TermReader, told_apart
-from fuzzyctl.formats.fll.vocabulary import HEDGE_WORDS, T_NORMS, TERMS
-from fuzzyctl.formats.fuzzylite.versions import profile_of_version, version_said
 from fuzzyctl.lang import syntax as sx
 from fuzzyctl.model.method import Defuzzifier
 from fuzzyctl.model.profiles import Profile, profile
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Fallback, Hold, Membership, Term
 
-#: What fuzzyctl writes into files whose numerics are not those of the newest fuzzylite.
-_SAID: Final = re.compile(r"^# numerics of (fuzzylite|fuzzylite_6|pyfuzzylite)\r?$", re.MULTILINE)
+#: A comment that fuzzyctl writes into files with other numerics than those of the newest fuzzylite.
+_NUMERICS: Final = re.compile(r"^# numerics of (fuzzylite|fuzzylite_6|pyfuzzylite)\r?$", re.MULTILINE)
 
-#: What joins the conditions of a rule: its word, its key and a norm to suggest.
+#: Connectives of a rule: the word, its key and a norm to suggest.
 _CONNECTIVES: Final = (("and", "conjunction", "Minimum"), ("or", "disjunction", "Maximum"))
 
 
@@ -54,11 +62,10 @@ def read(source: SourceText) -> tuple[FuzzySystem | None, list[Diagnostic]]:
 
 @dataclass
 class _Variable:
-    """A variable of the file, with the words for its terms that could not be read."""
+    """A variable of the file, with the names of terms that could not be read."""
 
     block: Block
     name: str
-    is_output: bool
     lower: Number = field(default_factory=lambda: Number(-math.inf))
     upper: Number = field(default_factory=lambda: Number(math.inf))
     terms: list[Term] = field(default_factory=list)
@@ -69,6 +76,10 @@ class _Variable:
     @property
     def span(self) -> Span:
         return self.block.place
+
+    @property
+    def is_output(self) -> bool:
+        return self.block.kind == "OutputVariable"
 
     @property
     def names(self) -> list[str]:
@@ -89,11 +100,11 @@ class _File:
 
     def __init__(self, blocks: Sequence[Block], translation: Translation) -> None:
         self.blocks, self.translation, self.is_broken = blocks, translation, translation.failed
-        said = _SAID.search(translation.source.text)
-        self.profile: Profile = profile(said.group(1)) if said is not None else _numerics(translation.source, blocks)
+        comment = _NUMERICS.search(translation.source.text)
+        self.profile = profile(comment.group(1)) if comment is not None else _profile(translation.source, blocks)
         self.terms = TermReader(translation)
-        self.inputs = [_Variable(b, self._name(b), False) for b in self._of("inputvariable")]
-        self.outputs = [_Variable(b, self._name(b), True) for b in self._of("outputvariable")]
+        self.inputs = [_Variable(b, self._name(b)) for b in self._of("InputVariable")]
+        self.outputs = [_Variable(b, self._name(b)) for b in self._of("OutputVariable")]
         inputs, outputs = (tuple(v.name for v in variables) for variables in (self.inputs, self.outputs))
         self.place = Place("", inputs, outputs, is_input=True, python=self.profile.name == "pyfuzzylite")
 
@@ -102,69 +113,65 @@ class _File:
 
     def translate(self) -> None:
         """Add all statements."""
+        translation = self.translation
         self._head()
         for variable in (*self.inputs, *self.outputs):
             self._read(variable)
-        for variable in self.outputs:
-            if not variable.enabled:
-                message = f"output '{variable.name}' is disabled; it is left out, and what rules say of it"
-                self.translation.warning("FZ611", message, variable.span, help="enable it, or remove it")
+        enabled = [v for v in self.outputs if v.enabled]
+        disabled = [v for v in self.outputs if not v.enabled]
+        for variable in disabled:
+            message = f"output '{variable.name}' is disabled; it is left out, and what rules say of it"
+            translation.warning("FZ611", message, variable.span, help="enable it, or remove it")
         blocks, idle = self._rule_blocks()
-        if not blocks and not self.translation.failed:
+        if not blocks and not translation.failed:
             self._report_no_rule()
         ranges = [self._input(v) for v in self.inputs]
-        enabled = [v for v in self.outputs if v.enabled]
         methods = [self._method(v, {o for _, b in blocks for o in b.outputs}) for v in enabled]
-        sets = [v.name for v, (_, own) in zip(enabled, methods, strict=True) if not own.over_rules]
+        sets = [v.name for v, (_, crisp) in zip(enabled, methods, strict=True) if not crisp.over_rules]
         self._require_norms(blocks, sets)
-        found = arranged([b for _, b in blocks], sets, keep=any(b.name for _, b in blocks))
-        usual = {n: getattr(blocks[0][1], n) for n in ("conjunction", "disjunction", "implication")} if blocks else {}
-        common = methods[0] if methods else ("max", self.profile.defuzzifier("centroid"))
+        arrangement = arranged([b for _, b in blocks], sets, keep=any(b.name for _, b in blocks))
         # A norm that no rule needs is kept all the same.
-        method = {n: norm for n, norm in usual.items() if norm is not None} | found.method
-        place = self.blocks[0].head.span
-        given = {**method, "aggregation": common[0], "defuzzifier": common[1]}
-        self.translation.statements += settings(given, place)
-        for variable, own in zip(enabled, methods, strict=True):
-            said = {"aggregation": own[0], "defuzzifier": own[1]}
-            shared = {"aggregation": common[0], "defuzzifier": common[1], "implication": method.get("implication")}
-            said["implication"] = found.implications.get(variable.name) or shared["implication"]
-            self._output(variable, {n: v for n, v in said.items() if v != shared[n]}, own[1].over_rules, ranges)
-        for variable in self.outputs:
-            if not variable.enabled:
-                self._add(variable, (Number(0.0), Number(1.0)))
-                self.translation.left_out.add(variable.name)
-        self.translation.rules(found, idle)
+        usual = {n: getattr(blocks[0][1], n) for n in ("conjunction", "disjunction", "implication")} if blocks else {}
+        method: dict[str, object] = {n: norm for n, norm in usual.items() if norm is not None} | arrangement.method
+        first = methods[0] if methods else ("max", self.profile.defuzzifier("centroid"))
+        method |= {"aggregation": first[0], "defuzzifier": first[1]}
+        translation.statements += settings(method, self.blocks[0].head.span)
+        for variable, (aggregation, crisp) in zip(enabled, methods, strict=True):
+            implication = arrangement.implications.get(variable.name) or method.get("implication")
+            fields = {"aggregation": aggregation, "defuzzifier": crisp, "implication": implication}
+            different = {n: v for n, v in fields.items() if v != method.get(n)}
+            self._output(variable, different, crisp.over_rules, ranges)
+        for variable in disabled:
+            self._add(variable, (Number(0.0), Number(1.0)))
+            translation.left_out.add(variable.name)
+        translation.rules(arrangement, idle)
 
     def _head(self) -> None:
-        engines = self._of("engine")
-        for again in engines[1:]:
-            note = Note(engines[0].head.span, "the first one is here")
-            help_text = "put each into a file of its own"
-            self.translation.error(
-                "FZ215", "the file has a second engine", again.head.span, help=help_text, notes=(note,)
-            )
-        for kind, variables in (("inputvariable", self.inputs), ("outputvariable", self.outputs)):
+        engines = self._of("Engine")
+        for second in engines[1:]:
+            notes = (Note(engines[0].head.span, "the first one is here"),)
+            message, help_text = "the file has a second engine", "put each into a file of its own"
+            self.translation.error("FZ215", message, second.head.span, help=help_text, notes=notes)
+        for kind, variables in (("InputVariable", self.inputs), ("OutputVariable", self.outputs)):
             if not variables and not self.is_broken:
-                message = f"the file has no {SPELT[kind]}"
-                self.translation.error("FZ212", message, None, help=f"write: {SPELT[kind]}: NAME")
+                message = f"the file has no {kind}"
+                self.translation.error("FZ212", message, None, help=f"write: {kind}: NAME")
         name = engines[0].head.value.text if engines else ""
-        described = engines[0].line("description") if engines else None
-        title = described.value.text if described is not None else ""
-        place = engines[0].head.span if engines else self.blocks[0].head.span
+        place = (engines or self.blocks)[0].head.span
+        title = engines[0].description if engines else ""
         self.translation.head(name or PurePath(self.translation.source.name).stem, title, place, self.profile)
 
     # --- variables ---------------------------------------------------------------------------------------------
 
     def _name(self, block: Block) -> str:
-        """Return the name of a variable; what no name of a rule can hold is left out, as fuzzylite does."""
-        given = block.head.value.text
-        name = "".join(c for c in given if not c.isspace() and c not in "()")
+        """Return the name of a variable without blanks and parentheses, which fuzzylite leaves out, too."""
+        text = block.head.value.text
+        name = "".join(c for c in text if not c.isspace() and c not in "()")
         if not name:
             help_text = f"write: {block.head.span.text.strip(': ')}: NAME"
             self.translation.error("FZ212", "the variable has no name", block.head.span, help=help_text)
-        elif name != given:
-            message = f"'{given[:60]}' is no name for rules; it becomes '{name[:60]}'"
+        elif name != text:
+            message = f"'{text[:60]}' is no name for rules; it becomes '{name[:60]}'"
             help_text = "names have no blanks and no parentheses"
             self.translation.warning("FZ604", message, block.head.value, help=help_text)
         return name
@@ -172,45 +179,43 @@ class _File:
     def _read(self, variable: _Variable) -> None:
         block, translation = variable.block, self.translation
         place = replace(self.place, variable=variable.name, is_input=not variable.is_output)
-        found: list[Term] = []
         for line in block.all("term"):
-            self._term(line, place, found, variable.unread)
+            self._term(line, place, variable)
         help_text = "rules mean the first; give it a name of its own"
-        variable.terms = told_apart(found, variable.name, translation, help_text)
+        variable.terms = told_apart(variable.terms, variable.name, translation, help_text)
         self._range(variable)
-        joined = block.line("aggregation")
-        below = not variable.is_output or joined is None or joined.value.text != "Maximum"
-        shown = [t for t in variable.terms if not variable.is_output or t.membership.kind == "formula"]
+        aggregation = block.line("aggregation")
+        below = not variable.is_output or aggregation is None or aggregation.value.text != "Maximum"
+        sets = [t for t in variable.terms if not variable.is_output or t.membership.kind == "formula"]
         ends = variable.lower.value, variable.upper.value
-        warn_of_degrees_beyond(shown, variable.name, ends, translation, below=below)
+        warn_of_degrees_beyond(sets, variable.name, ends, translation, below=below)
         variable.enabled = self._flag(block, True, "enabled")
         variable.locked = self._flag(block, False, "lock-range")
         if not variable.is_output and not variable.enabled:
             message = f"input '{variable.name}' is disabled, so that nothing can be one of its terms"
             translation.warning("FZ611", message, variable.span, help="enable it, or remove it")
 
-    def _term(self, line: Line, place: Place, found: list[Term], unread: list[Span]) -> None:
+    def _term(self, line: Line, place: Place, variable: _Variable) -> None:
         parts = words(line.value)
         if len(parts) < 2:
             help_text = "a term is written: term: NAME Triangle 0 1 2"
             self.translation.error("FZ601", "the term has no name or no kind", line.span, help=help_text)
-            unread += parts
+            variable.unread += parts
             return
         name, kind, *rest = parts
         membership = self._membership(place, kind, rest, line.value)
         if membership is not None:
-            found.append(Term(name=name.text, membership=membership, span=name))
+            variable.terms.append(Term(name=name.text, membership=membership, span=name))
         else:
-            unread.append(name)
+            variable.unread.append(name)
 
     def _membership(self, place: Place, kind: Span, rest: list[Span], span: Span) -> Membership | None:
         word = self.translation.look_up(kind, TERMS, "term")
         if word is None:
             return None
         if word.kind != "function":
-            given = [self.translation.number(s) for s in rest]
-            numbers = tuple(n for n in given if n is not None)
-            return self.terms.shape(place, kind, word, numbers, span) if len(numbers) == len(given) else None
+            numbers = tuple(n for s in rest if (n := self.translation.number(s)) is not None)
+            return self.terms.shape(place, kind, word, numbers, span) if len(numbers) == len(rest) else None
         if rest:
             return self.terms.formula(place, rest[0].to(rest[-1]), span)
         self.translation.error("FZ303", "'Function' has no formula", span, help="write, for example: sin(x) / x")
@@ -228,7 +233,7 @@ class _File:
         variable.lower, variable.upper = low or Number(0.0), high or Number(1.0)
 
     def _flag(self, block: Block, usual: bool, *keys: str) -> bool:
-        """Return a switch, or the usual one where it is not given."""
+        """Return a switch, or the usual one if it is missing."""
         line = block.line(*keys)
         if line is None:
             return usual
@@ -240,9 +245,7 @@ class _File:
         return text == "true"
 
     def _add(self, variable: _Variable, ends: tuple[Number, Number], clauses: Sequence[sx.Clause] = ()) -> None:
-        keyword = "output" if variable.is_output else "input"
-        described = variable.block.line("description")
-        label = described.value.text if described is not None else ""
+        keyword, label = "output" if variable.is_output else "input", variable.block.description
         name = sx.Word(variable.name, variable.span)
         self.translation.variable(keyword, name, ends, variable.terms, clauses, label=label, unread=variable.unread)
 
@@ -256,26 +259,25 @@ class _File:
     def _method(self, variable: _Variable, concluded: set[str]) -> tuple[str, Defuzzifier]:
         """Return the aggregation and the defuzzifier of an output."""
         translation, block = self.translation, variable.block
-        line = block.line("defuzzifier")
-        own = defuzzifier(line, variable.name, variable.span, variable.terms, self.profile, translation)
-        is_set = variable.name in concluded
-        if own is None and is_set and is_none(line):
+        line, is_set = block.line("defuzzifier"), variable.name in concluded
+        method = defuzzifier(line, variable.name, variable.span, variable.terms, self.profile, translation)
+        if method is None and is_set and is_none(line):
             message = f"output '{variable.name}' has no defuzzifier"
             translation.error("FZ212", message, variable.span, help="write, for example: defuzzifier: Centroid 1000")
-        own = own or self.profile.defuzzifier("centroid")
+        method = method or self.profile.defuzzifier("centroid")
         line = block.line("aggregation", "accumulation")
         aggregation = norm(line, translation, "aggregation")
-        if aggregation is None and is_none(line) and is_set and not own.over_rules:
-            message = f"output '{variable.name}' has no aggregation, which '{own.kind}' needs"
+        if is_none(line) and is_set and not method.over_rules:
+            message = f"output '{variable.name}' has no aggregation, which '{method.kind}' needs"
             translation.error("FZ212", message, variable.span, help="write: aggregation: Maximum")
-        return aggregation or ("sum" if own.over_rules else "max"), own
+        return aggregation or ("sum" if method.over_rules else "max"), method
 
     def _output(
-        self, variable: _Variable, own: dict[str, object], over_rules: bool, ranges: Sequence[tuple[float, float]]
+        self, variable: _Variable, fields: dict[str, object], over_rules: bool, ranges: Sequence[tuple[float, float]]
     ) -> None:
         span = variable.span
         clauses: list[sx.Clause] = [
-            sx.SettingClause(setting(n, v, span), span) for n, v in own.items() if isinstance(v, str | Defuzzifier)
+            sx.SettingClause(setting(n, v, span), span) for n, v in fields.items() if isinstance(v, str | Defuzzifier)
         ]
         clauses.append(fallback(self._otherwise(variable.block), span))
         if variable.locked and variable.is_bounded:
@@ -285,7 +287,7 @@ class _File:
     def _ends(
         self, variable: _Variable, over_rules: bool, ranges: Sequence[tuple[float, float]]
     ) -> tuple[Number, Number]:
-        """Return the range of an output; averages do not look at it: a file may give an infinite or empty one."""
+        """Return the range of an output, which may be infinite or empty for averages, as they do not use it."""
         ends = variable.lower, variable.upper
         if not over_rules:
             if not variable.is_bounded:
@@ -303,30 +305,29 @@ class _File:
         return finite_range(variable.name, ends, needed, variable.span, self.translation, kind)
 
     def _otherwise(self, block: Block) -> Expr | Fallback | Hold:
-        """Return what an output is where no rule fires: its default, or its previous value where that is locked."""
+        """Return the output if no rule fires: its default, or its previous value if that is locked."""
         line = block.line("default")
-        default: Number | None = None
+        start: Number | Literal["nan"] = "nan"
         if line is not None and line.value.text.lower() not in ("nan", "-nan"):
-            default = self.translation.number(line.value)
-        start: Number | Literal["nan"] = default if default is not None else "nan"
+            start = self.translation.number(line.value) or "nan"
         return Hold(start=start) if self._flag(block, False, "lock-previous", "lock-valid") else start
 
     # --- rules -------------------------------------------------------------------------------------------------
 
     def _rule_blocks(self) -> tuple[list[tuple[Block, FoundBlock]], list[sx.Rule]]:
-        """Return the blocks that are enabled and have rules, and the rules that set only outputs left out."""
-        found, idle = [], list[sx.Rule]()
-        for block in self._of("ruleblock"):
+        """Return the enabled blocks with rules, and the rules that set only outputs left out."""
+        blocks, idle = [], list[sx.Rule]()
+        for block in self._of("RuleBlock"):
             if not self._flag(block, True, "enabled"):
                 name = block.head.value.text[:60]
                 named = f"rule block '{name}'" if name else "the rule block"
                 message = f"{named} is disabled; it is left out, and {counted(len(block.all('rule')), 'rule')} with it"
                 self.translation.warning("FZ611", message, block.head.span, help="enable it, or remove it")
                 continue
-            made = self._rule_block(block, idle)
-            if made.rules:
-                found.append((block, made))
-        return found, idle
+            translated = self._rule_block(block, idle)
+            if translated.rules:
+                blocks.append((block, translated))
+        return blocks, idle
 
     def _rule_block(self, block: Block, idle: list[sx.Rule]) -> FoundBlock:
         translation = self.translation
@@ -343,8 +344,8 @@ class _File:
             elif rule is not None:
                 rules.append(rule)
         implication, method = block.line("implication"), block.line("activation")
-        if implication is None and method is not None and method.value.text in T_NORMS:
-            implication, method = method, None  # fuzzylite 4 and 5 called the implication so
+        if implication is None and _implied(block) is not None:
+            implication, method = method, None
         return FoundBlock(
             block.head.value.text,
             tuple(rules),
@@ -356,16 +357,16 @@ class _File:
         )
 
     def _require_norms(self, blocks: Sequence[tuple[Block, FoundBlock]], sets: Sequence[str]) -> None:
-        """Report blocks that lack a norm which their rules need; an implication is needed by outputs that are sets."""
-        for block, found in blocks:
+        """Report blocks without a norm that their rules need; outputs that are sets need an implication."""
+        for block, translated in blocks:
             for word, key, usual in _CONNECTIVES:
-                joining = next((r for r in found.rules if word in joins_of(r)), None)
+                joining = next((r for r in translated.rules if word in joins_of(r)), None)
                 if joining is not None and is_none(block.line(key)):
                     message = f"the rule joins by '{word}', and its rule block has no {key}"
                     self.translation.error("FZ212", message, joining.span, help=f"write: {key}: {usual}")
-            lacks = found.implication is None and is_none(block.line("implication"))
+            lacks = translated.implication is None and is_none(block.line("implication"))
             for output in sets if lacks else ():
-                if output in found.outputs:
+                if output in translated.outputs:
                     message = f"the rule block sets '{output}', which is a fuzzy set, and has no implication"
                     if not is_none(block.line("activation")):
                         message += " that is available"
@@ -373,12 +374,10 @@ class _File:
 
     def _report_no_rule(self) -> None:
         """Report why no rule acts."""
-        blocks = self._of("ruleblock")
+        blocks = self._of("RuleBlock")
         enabled = [b for b in blocks if self._flag(b, True, "enabled")]
-        place, help_text = (
-            (enabled or blocks or self.blocks)[0].head.span,
-            "write, for example: rule: if A is x then C is z",
-        )
+        place = (enabled or blocks or self.blocks)[0].head.span
+        help_text = "write, for example: rule: if A is x then C is z"
         if not any(v.enabled for v in self.outputs):
             message, place, help_text = "all outputs are disabled", self.outputs[0].span, "enable one"
         elif not blocks:
@@ -393,16 +392,14 @@ class _File:
         self.translation.error("FZ212", message, place, help=help_text)
 
 
-def _numerics(source: SourceText, blocks: Sequence[Block]) -> Profile:
-    """Return how the version computes that wrote a file, by its comment, else by its words."""
+def _profile(source: SourceText, blocks: Sequence[Block]) -> Profile:
+    """Return the numerics of the version that wrote a file, by its comment, else by words that version 7 has not."""
     version = version_said(line for line in source.text.splitlines() if line.lstrip().startswith("#"))
-    return profile_of_version(6 if version is None and _is_old(blocks) else version)
+    old = [line for b in blocks for line in (b.line("accumulation", "lock-valid"), _implied(b)) if line is not None]
+    return profile_of_version(6 if version is None and old else version)
 
 
-def _is_old(blocks: Sequence[Block]) -> bool:
-    """Whether the file has words that fuzzylite 7 does not know any more."""
-    for block in blocks:
-        activation = block.line("activation")
-        if block.line("accumulation", "lock-valid") or (activation and activation.value.text in T_NORMS):
-            return True
-    return False
+def _implied(block: Block) -> Line | None:
+    """Return the line of an implication that has the key of the activation, as in fuzzylite 4 and 5."""
+    line = block.line("activation")
+    return line if line is not None and line.value.text in T_NORMS else None

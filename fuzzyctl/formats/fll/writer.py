@@ -15,23 +15,20 @@ from fuzzyctl.formats.common.identifiers import with_identifiers
 from fuzzyctl.formats.common.read_back import losses_of
 from fuzzyctl.formats.common.shape_words import words_by_kind
 from fuzzyctl.formats.common.words import DUAL_OF, first_words, up_to_any
-from fuzzyctl.formats.fll.formulas import formula
-from fuzzyctl.formats.fll.reader import read
-from fuzzyctl.formats.fll.vocabulary import (
+from fuzzyctl.formats.fll.formulas import FUNCTION_WORDS, formula
+from fuzzyctl.formats.fll.methods import (
     ACTIVATION_WORDS,
-    FUNCTION_WORDS,
+    DEFUZZIFIERS,
     HEDGE_WORDS,
-    OF_SETS,
     RULE_WORDS,
     S_NORMS,
     T_NORMS,
-    TERM_WORDS,
+    as_inverted_there,
 )
-from fuzzyctl.formats.fuzzylite.discontinuities import as_written
-from fuzzyctl.formats.fuzzylite.weighted import as_inverted_there
+from fuzzyctl.formats.fll.reader import read
+from fuzzyctl.formats.fll.shapes import TERMS, as_written
 from fuzzyctl.formats.losses import Loss
-from fuzzyctl.formulas import MEMBERSHIP
-from fuzzyctl.model.method import Activation, Defuzzifier
+from fuzzyctl.model.method import Activation
 from fuzzyctl.model.profiles import Profile, profile
 from fuzzyctl.model.rule import And, Antecedent, Is, Not, Or, Rule
 from fuzzyctl.model.system import FuzzySystem
@@ -40,35 +37,20 @@ from fuzzyctl.model.variable import Hold, LinguisticVariable, Membership, Output
 _CONJUNCTIONS: Final = first_words(T_NORMS)
 _DISJUNCTIONS: Final = first_words(S_NORMS)
 _ACTIVATIONS: Final = first_words(ACTIVATION_WORDS)
-_DEFUZZIFIERS: Final = first_words(OF_SETS)
-
-_WEIGHTED: Final = {
-    "weighted_average": "WeightedAverage TakagiSugeno",
-    "center_average": "WeightedAverage TakagiSugeno",
-    "weighted_sum": "WeightedSum TakagiSugeno",
-    "tsukamoto": "WeightedAverage Tsukamoto",
-    "tsukamoto_sum": "WeightedSum Tsukamoto",
-    "inverse_tsukamoto": "WeightedAverage TakagiSugeno",
-    "inverse_tsukamoto_sum": "WeightedSum TakagiSugeno",
-}
-
 
 #: Terms by kind of the model; a rectangle that never ends is fuzzylite's Binary.
 _NAMES: Final[dict[str, str]] = {
-    **{kind: name for kind, (name, _) in words_by_kind(TERM_WORDS).items()},
+    **{kind: name for kind, (name, _) in words_by_kind(TERMS).items()},
     "rectangle": "Rectangle",
-    "piecewise": "Discrete",
     "singleton": "Constant",
-    "constant": "Constant",
-    "linear": "Linear",
 }
 
 
 def write(system: FuzzySystem) -> tuple[str, list[Loss]]:
-    """Return a system as a text, with what the text does not say.
+    """Return a system as a text, with its losses.
 
     Raises:
-        DiagnosticError: With all reasons, for a system that no `.fll` file can hold.
+        DiagnosticError: With all reasons, if no `.fll` file can hold the system.
     """
     named, losses = with_named_consequents(system)
     named, of_names = with_identifiers(named, RULE_WORDS, FUNCTION_WORDS)
@@ -80,28 +62,27 @@ class _Writer:
     def __init__(self, system: FuzzySystem, losses: list[Loss]) -> None:
         self.system, self.reasons = as_inverted_there(system)
         self.losses = losses
-        own = system.method.semantics.profile
-        self.profile: Profile = profile(own) if "fuzzylite" in own else self._nearest()
+        name = system.method.semantics.profile
+        self.profile: Profile = profile(name) if "fuzzylite" in name else self._nearest()
+        self.python = self.profile.name == "pyfuzzylite"
 
     def _nearest(self) -> Profile:
-        """Return the tool under which fewer numbers change; the file says so where it is pyfuzzylite."""
-
+        """Return the tool under which fewer numbers change; the file names pyfuzzylite if that is the one."""
         tools = [profile(name) for name in ("fuzzylite", "pyfuzzylite")]
-        found = min(tools, key=lambda tool: len(list(numerics.other_knobs(self.system, tool.semantics))))
-        if found.name != "fuzzylite":
-            why = "the file is for pyfuzzylite, and says so; fuzzylite itself computes other numbers"
-            changed = set(numerics.other_knobs(self.system, tools[0].semantics))
-            for loss in changed - set(numerics.other_knobs(self.system, found.semantics)):
-                self._lose(loss.where, loss.what, why, exact=True)
-        return found
+        losses, fewer = (list(numerics.other_knobs(self.system, tool.semantics)) for tool in tools)
+        if len(losses) <= len(fewer):
+            return tools[0]
+        why = "the file is for pyfuzzylite, and says so; fuzzylite itself computes other numbers"
+        self.losses += (Loss(loss.where, loss.what, why, exact=True) for loss in set(losses) - set(fewer))
+        return tools[1]
 
     def write(self) -> tuple[str, list[Loss]]:
         """Return the text and the losses."""
         system = self.system
         self.reasons.extend(numerics.impossible(system))
-        self.reasons.extend(numerics.missing_words(system, MEMBERSHIP, {*_CONJUNCTIONS, *_DISJUNCTIONS, "sum"}))
-        said = [] if self.profile.name == "fuzzylite" else [f"# numerics of {self.profile.name}"]
-        lines = [*said, f"Engine: {system.name}"]
+        self.reasons.extend(numerics.missing_words(system, _NAMES, {*_CONJUNCTIONS, *_DISJUNCTIONS, "sum"}))
+        comments = [] if self.profile.name == "fuzzylite" else [f"# numerics of {self.profile.name}"]
+        lines = [*comments, f"Engine: {system.name}"]
         if system.title:
             where = f"system '{system.name}'"
             lines.append(f"  description: {self._plain(system.title, where, 'the title')}")
@@ -136,59 +117,46 @@ class _Writer:
             yield f"  term: {term.name} {self._term(variable, term)}"
 
     def _output(self, output: Output) -> Iterator[str]:
-        own = numerics.defuzzifier_of(self.system, output)
+        defuzzifier = numerics.defuzzifier_of(self.system, output)
         aggregation = output.aggregation or self.system.method.aggregation
-        # Rules that stand by themselves are added up, where fuzzylite would join those of one term.
-        alone = self.system.method.semantics.merge == "rules" != self.profile.semantics.merge
-        plain_sum = own.over_rules and (aggregation == "sum" or alone)
+        # Separate rules are added up; fuzzylite would join those of one term.
+        separate = self.system.method.semantics.merge == "rules" != self.profile.semantics.merge
+        plain_sum = defuzzifier.over_rules and (aggregation == "sum" or separate)
         word = "none" if plain_sum else _DISJUNCTIONS.get(aggregation)
         if word is None:
             self.reasons.append(f"output '{output.name}': there is no aggregation '{aggregation}'")
         yield f"  aggregation: {word}"
-        yield f"  defuzzifier: {self._defuzzifier(output)}"
+        word = DEFUZZIFIERS[defuzzifier.kind]
+        if not defuzzifier.over_rules:  # without a number the versions of fuzzylite differ
+            word += f" {defuzzifier.resolution or self.profile.defuzzifier(defuzzifier.kind).resolution}"
+        yield f"  defuzzifier: {word}"
         start = numerics.value_unfired(self.system, output)
         yield f"  default: {number_text(start) if start is not None else 'nan'}"
         yield f"  lock-previous: {str(isinstance(output.otherwise, Hold)).lower()}"
 
-    def _defuzzifier(self, output: Output) -> str:
-        """Return a defuzzifier with its samples: without a number each version of fuzzylite takes its own."""
-        kind = numerics.defuzzifier_of(self.system, output).kind
-        return _WEIGHTED[kind] if kind in _WEIGHTED else f"{_DEFUZZIFIERS[kind]} {self._becomes(output).resolution}"
-
-    def _becomes(self, output: Output) -> Defuzzifier:
-        """Return the defuzzifier that the reader gives an output."""
-        own = numerics.defuzzifier_of(self.system, output)
-        there = self.profile.defuzzifier("weighted_average" if own.kind == "center_average" else own.kind)
-        if own.resolution is None or there.resolution is None:
-            return there
-        return there.model_copy(update={"resolution": own.resolution})
-
-    def _lose(self, where: str, what: str, why: str, *, exact: bool = False) -> None:
-        self.losses.append(Loss(where, what, why, exact))
-
     def _term(self, variable: LinguisticVariable, term: Term) -> str:
         membership = term.membership
-        where = f"term '{term.name}' of '{variable.name}'"
-        if membership.kind in ("function", "formula"):
-            shown = self._with_x(variable, membership, where)
-            text = formula(shown, {}, python=self.profile.name == "pyfuzzylite")
+        kind, where = membership.kind, f"term '{term.name}' of '{variable.name}'"
+        if kind in ("function", "formula"):
+            text = formula(self._with_x(variable, membership, where), {}, python=self.python)
             if text is None:
                 self.reasons.append(f"{where} is a formula with a function that fuzzylite does not have")
             return f"Function {text}"
         parameters = [self.system.number(a) for a in membership.arguments]
-        height = self.system.number(membership.height)
-        if not isinstance(variable, Output) and membership.kind in ("singleton", "constant"):
+        if not isinstance(variable, Output) and kind in ("singleton", "constant"):
             # A Constant has its value as its degree everywhere; a triangle without sides is 1 at one place.
-            return _written("triangle", parameters * 3, height) or ""
-        found = _written(membership.kind, parameters, height, python=self.profile.name == "pyfuzzylite")
-        if found is None:
-            self.reasons.append(f"{where} is of the kind '{membership.kind}'")
-        return found or ""
+            kind, parameters = "triangle", parameters * 3
+        name, values = _NAMES.get(kind, kind), [*as_written(kind, parameters, python=self.python)]
+        if kind == "rectangle" and any(map(math.isinf, values)):
+            left, right = values
+            name, values = "Binary", ([left, math.inf] if math.isfinite(left) else [right, -math.inf])
+        height = self.system.number(membership.height)
+        return " ".join([name, *map(number_text, values if height == 1 else [*values, height])])
 
     def _with_x(self, variable: LinguisticVariable, membership: Membership, where: str) -> Expr:
-        """Return a formula of numbers and variables: with `x` for the variable itself whose place it looks at.
+        """Return a formula of numbers and variables, with `x` for the variable itself if it uses its place.
 
-        Of an output fuzzylite knows that place as nothing else, and version 6 that of an input neither.
+        fuzzylite has no other name for that place of an output; version 6 neither for that of an input.
         """
         # Params first, all at once: one may be called `x`.
         expr = replace_names(membership.arguments[0], {n: Number(v) for n, v in self.system.values.items()})
@@ -221,15 +189,10 @@ class _Writer:
                 self.reasons.append(f"rule {r + 1} has hedges in consequents of outputs with several implications")
             yield f"  rule: {self._rule(rule, f'rule {r + 1}', dual=dual)}"
 
-    def _activation(self, own: Activation) -> str:
-        parts = [_ACTIVATIONS[own.kind]]
-        if own.count is not None:
-            parts.append(str(own.count))
-        if own.comparison is not None:
-            parts.append(own.comparison)
-        if own.threshold is not None:
-            parts.append(number_text(self.system.number(own.threshold)))
-        return " ".join(parts)
+    def _activation(self, method: Activation) -> str:
+        threshold = None if method.threshold is None else number_text(self.system.number(method.threshold))
+        parts = (_ACTIVATIONS[method.kind], method.count, method.comparison, threshold)
+        return " ".join(str(part) for part in parts if part is not None)
 
     def _rule(self, rule: Rule, where: str, *, dual: bool) -> str:
         antecedent = self._antecedent(rule.antecedent, where, dual=dual, negated=False, inside="or")
@@ -243,8 +206,8 @@ class _Writer:
         """Return an antecedent; `not` before a group goes to its parts, if norms are dual with the other connective."""
         match antecedent:
             case Is(variable=variable, term=term, hedges=hedges):
-                given, shown = up_to_any(("not", *hedges) if negated else hedges, term)
-                return f"{variable} is {' '.join([*self._hedges(given, where), *shown])}"
+                hedges, terms = up_to_any(("not", *hedges) if negated else hedges, term)
+                return f"{variable} is {' '.join([*self._hedges(hedges, where), *terms])}"
             case Not(operand=operand):
                 return self._antecedent(operand, where, dual=dual, negated=not negated, inside=inside)
             case And(operands=operands) | Or(operands=operands):
@@ -264,22 +227,9 @@ class _Writer:
         return list(hedges)
 
     def _plain(self, text: str, where: str, what: str) -> str:
-        """Return a description in one line without what begins a comment or ends a line."""
-        found = " ".join(text.replace("#", "").replace(";", ",").split())
+        """Return a description in one line without characters that begin a comment or end a line."""
+        plain = " ".join(text.replace("#", "").replace(";", ",").split())
         if set(text) & set("#;"):
-            self._lose(where, what, f"'#' and ';' have no place in it; it becomes '{found}'", exact=True)
-        return found
-
-
-def _written(kind: str, parameters: Sequence[float], height: float, *, python: bool = False) -> str | None:
-    """Return a term as a file for fuzzylite, or pyfuzzylite, has it; None for a kind that it does not have."""
-    name = _NAMES.get(kind)
-    if name is None:
-        return None
-    shown = list(as_written(kind, parameters, python=python))
-    if kind == "rectangle" and any(map(math.isinf, shown)):
-        left, right = shown
-        name, shown = "Binary", ([left, math.inf] if math.isfinite(left) else [right, -math.inf])
-    if height != 1:
-        shown.append(height)
-    return " ".join([name, *map(number_text, shown)])
+            why = f"'#' and ';' have no place in it; it becomes '{plain}'"
+            self.losses.append(Loss(where, what, why, exact=True))
+        return plain

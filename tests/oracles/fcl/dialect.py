@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Final, Literal
 
 from fuzzyctl.expr import Number
-from fuzzyctl.formats.fuzzylite.versions import profile_of_version, version_said
+from fuzzyctl.formats.fll.methods import profile_of_version, version_said
 from fuzzyctl.model.profiles import PROFILES, Profile
 from tests.oracles.fcl.names import FUZZYLITE_ONLY, JFUZZYLOGIC_ONLY, JFUZZYLOGIC_SHAPES, fuzzylite_word
 from tests.oracles.fcl.parser import FclFile

@@ -6,7 +6,7 @@ from typing import Final
 
 from fuzzyctl.formats.common.shape_words import ShapeWord
 from fuzzyctl.formats.common.words import DUAL_OF
-from fuzzyctl.formats.fll.vocabulary import TERM_WORDS
+from fuzzyctl.formats.fll.shapes import TERM_WORDS
 
 #: Words of jFuzzyLogic, in capitals; it takes them in small letters too.
 JFUZZYLOGIC_SHAPES: Final[dict[str, ShapeWord]] = {

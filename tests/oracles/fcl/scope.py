@@ -12,7 +12,7 @@ from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.diagnostics.suggestions import did_you_mean, listed
 from fuzzyctl.expr import CONSTANTS, FUNCTIONS, Binary, Call, Expr, ExprError, Name, Negate, Number, evaluate, span_of
 from fuzzyctl.formats.common.report import Reporter
-from fuzzyctl.formats.fuzzylite.functions import ARGUMENTS, expanded
+from fuzzyctl.formats.fll.formulas import ARGUMENTS, expanded
 from fuzzyctl.model.guarantee import Param
 from fuzzyctl.model.params import ParamValues
 from tests.oracles.fcl.dialect import Dialect

@@ -13,7 +13,7 @@ from fuzzyctl.expr import Expr, Number
 from fuzzyctl.formats.common import ranges
 from fuzzyctl.formats.common.degree_range import warn_of_degrees_beyond
 from fuzzyctl.formats.common.report import Names
-from fuzzyctl.formats.fuzzylite.weighted import KINDS, weighted_kinds
+from fuzzyctl.formats.fll.methods import KINDS, weighted_kinds
 from fuzzyctl.formulas import MEMBERSHIP, is_monotone
 from fuzzyctl.model.guarantee import Param
 from fuzzyctl.model.params import ParamValues

@@ -13,8 +13,7 @@ from fuzzyctl.diagnostics.source import SourceText, Span
 from fuzzyctl.expr import Expr, Number
 from fuzzyctl.formats.common.ranges import linear_range
 from fuzzyctl.formats.common.report import Findings, Reading
-from fuzzyctl.formats.fuzzylite.versions import profile_of_version
-from fuzzyctl.formats.fuzzylite.weighted import KINDS, weighted_kinds
+from fuzzyctl.formats.fll.methods import KINDS, profile_of_version, weighted_kinds
 from fuzzyctl.model.method import Defuzzifier, Method
 from fuzzyctl.model.profiles import Profile, profile
 from fuzzyctl.model.rule import Rule

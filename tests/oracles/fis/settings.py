@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 from fuzzyctl.formats.common.report import Findings, meant
-from fuzzyctl.formats.fuzzylite.versions import version_said
+from fuzzyctl.formats.fll.methods import version_said
 from tests.oracles.fis import values, vocabulary
 from tests.oracles.fis.sections import Entry, Section, Sections
 from tests.oracles.fis.vocabulary import Dialect

@@ -12,7 +12,7 @@ from fuzzyctl.diagnostics.suggestions import counted
 from fuzzyctl.expr import Binary, BinaryOp, Call, Expr, Name, Negate, Number
 from fuzzyctl.formats.common.infix import Operator, SpanParser, tokens_of
 from fuzzyctl.formats.common.report import ParseError, Reading
-from fuzzyctl.formats.fuzzylite.functions import ARGUMENTS, expanded, is_too_large, is_truth, negation, truth
+from fuzzyctl.formats.fll.formulas import ARGUMENTS, expanded, is_too_large, is_truth, negation, truth
 from fuzzyctl.support.numerals import TOO_LARGE
 
 #: Deepest nesting of parentheses and signs.

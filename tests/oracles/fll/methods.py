@@ -8,7 +8,7 @@ from typing import Final, Literal, cast
 from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.expr import Number
 from fuzzyctl.formats.common.report import Findings, meant
-from fuzzyctl.formats.fuzzylite.weighted import INVERTED_THERE, KINDS, WeightedType, weighted_kinds
+from fuzzyctl.formats.fll.methods import INVERTED_THERE, KINDS, WeightedType, weighted_kinds
 from fuzzyctl.formulas import AGGREGATIONS, CONJUNCTIONS, DISJUNCTIONS
 from fuzzyctl.model.method import Activation, Defuzzifier
 from fuzzyctl.model.profiles import Profile

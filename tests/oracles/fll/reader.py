@@ -12,7 +12,7 @@ from fuzzyctl.diagnostics.diagnostic import Diagnostic, Note
 from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.expr import Number
 from fuzzyctl.formats.common.report import Findings
-from fuzzyctl.formats.fuzzylite.versions import profile_of_version, version_said
+from fuzzyctl.formats.fll.methods import profile_of_version, version_said
 from fuzzyctl.model.method import Method
 from fuzzyctl.model.profiles import Profile, profile
 from fuzzyctl.model.system import FuzzySystem

@@ -11,7 +11,7 @@ from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.expr import ONE, Number
 from fuzzyctl.formats.common.infix import Operator, SpanParser
 from fuzzyctl.formats.common.report import Findings, ParseError, meant
-from fuzzyctl.formats.fuzzylite.degenerate_terms import NOT_BEYOND
+from fuzzyctl.formats.fll.terms import NOT_BEYOND
 from fuzzyctl.model.rule import And, Antecedent, Consequent, Is, Or, Rule
 from fuzzyctl.support.numerals import to_number
 from tests.oracles.fll.variables import Variable

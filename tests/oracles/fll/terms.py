@@ -12,7 +12,7 @@ from fuzzyctl.diagnostics.suggestions import counted
 from fuzzyctl.expr import ONE, Expr, Name, Number, names_in, replace_names
 from fuzzyctl.formats.common.report import Findings, Names, ParseError, meant
 from fuzzyctl.formats.common.shape_words import ShapeWord
-from fuzzyctl.formats.fuzzylite.degenerate_terms import NOT_BEYOND, membership_as_computed, step_to_itself, with_places
+from fuzzyctl.formats.fll.terms import NOT_BEYOND, membership_as_computed, step_to_itself, with_places
 from fuzzyctl.model.variable import Membership, Term
 from fuzzyctl.support.numerals import TOO_LARGE, to_number
 from tests.oracles.fll.functions import read_formula

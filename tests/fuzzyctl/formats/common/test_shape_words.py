@@ -5,7 +5,7 @@ import pytest
 from fuzzyctl.formats.common.shape_words import words_by_kind
 from fuzzyctl.formats.fcl.names import FUZZYLITE_SHAPES, JFUZZYLOGIC_SHAPES
 from fuzzyctl.formats.fis.vocabulary import MEMBERSHIP_WORDS
-from fuzzyctl.formats.fll.vocabulary import TERM_WORDS
+from fuzzyctl.formats.fll.shapes import TERM_WORDS
 from fuzzyctl.formulas import MEMBERSHIP
 
 TABLES = {"fll": TERM_WORDS, "fis": MEMBERSHIP_WORDS, "fuzzylite": FUZZYLITE_SHAPES, "jfuzzylogic": JFUZZYLOGIC_SHAPES}

@@ -7,8 +7,7 @@ import pytest
 from fuzzyctl.diagnostics.source import SourceText, Span
 from fuzzyctl.expr import Binary, Call, Name, Number, evaluate, names_in
 from fuzzyctl.formats.fll import read, write
-from fuzzyctl.formats.fll.formulas import formula
-from fuzzyctl.formats.fll.functions import read_formula
+from fuzzyctl.formats.fll.formulas import formula, read_formula
 from fuzzyctl.loading.load import examine
 from tests.fuzzyctl.formats.fll.small import SMALL, changed, system
 

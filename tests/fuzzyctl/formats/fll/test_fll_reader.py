@@ -9,7 +9,7 @@ from fuzzyctl.diagnostics.source import SourceText, Span
 from fuzzyctl.expr import ONE, Number, evaluate
 from fuzzyctl.formats.common.report import ParseError
 from fuzzyctl.formats.fll import read
-from fuzzyctl.formats.fll.functions import read_formula
+from fuzzyctl.formats.fll.formulas import read_formula
 from fuzzyctl.loading.load import load
 from fuzzyctl.model.method import Activation, Defuzzifier
 from fuzzyctl.model.profiles import profile

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fuzzyctl.diagnostics.source import SourceText
-from fuzzyctl.formats.fuzzylite.discontinuities import polygon_as_computed, polygon_as_written
+from fuzzyctl.formats.fll.shapes import polygon
 from fuzzyctl.formats.registry import FORMATS
 from fuzzyctl.kernels.compile import degrees
 from fuzzyctl.loading.load import examine
@@ -90,22 +90,22 @@ def beside(points):
 
 @given(POLYGONS, st.booleans())
 def test_a_polygon_is_read_as_computed(points, python):
-    made = polygon_as_computed(points, python=python)
+    made = polygon(points, python=python)
     for x in beside(points):
         assert of_model(made, x) == pytest.approx(computed(points, x, python=python), abs=1e-15)
 
 
 @given(POLYGONS, st.booleans())
 def test_a_polygon_is_written_to_be_computed_so(points, python):
-    shown = polygon_as_written(points, python=python)
+    shown = polygon(points, python=python, written=True)
     for x in beside(points):
         assert computed(shown, x, python=python) == pytest.approx(of_model(points, x), abs=1e-15)
 
 
 @given(POLYGONS, st.booleans())
 def test_what_was_read_is_written_and_read_as_the_same(points, python):
-    once = polygon_as_computed(points, python=python)
-    assert polygon_as_computed(polygon_as_written(once, python=python), python=python) == once
+    once = polygon(points, python=python)
+    assert polygon(polygon(once, python=python, written=True), python=python) == once
 
 
 @pytest.mark.parametrize("said", ["", "# numerics of pyfuzzylite\n"])

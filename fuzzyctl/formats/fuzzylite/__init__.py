@@ -1,1 +1,0 @@
-"""Properties of fuzzylite that its formats share: versions, functions and degenerate terms."""
