@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Any, overload
 
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 from fuzzyctl.diagnostics.source import SourceText
-from fuzzyctl.loading.choice import block_name, chosen_if_sound
-from fuzzyctl.loading.load import Examined, look_through
+from fuzzyctl.loading.load import Examined, block_name, chosen_if_sound, look_through
 from fuzzyctl.model.as_profile import as_profile
 from fuzzyctl.model.block import Block
 from fuzzyctl.model.checks.checks import check_model

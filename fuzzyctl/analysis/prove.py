@@ -117,8 +117,7 @@ def prove(
     if progress is not None and not callable(progress):
         raise arguments.wrong("'progress'", "a function, or None", progress)
     if not isinstance(path, Block):
-        from fuzzyctl.loading.choice import block_name, chosen
-        from fuzzyctl.loading.load import opened
+        from fuzzyctl.loading.load import block_name, chosen, opened
 
         kinds: tuple[type[Any], ...] = (FuzzySystem, Controller)
         return prove(chosen(opened(path), block_name(block), *kinds), timeout=timeout, progress=progress)

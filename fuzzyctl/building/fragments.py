@@ -18,8 +18,7 @@ from fuzzyctl.model.profiles import PROFILES, Profile
 from fuzzyctl.model.rule import And, Antecedent, Cell, Consequent, Is, Not, Or, Rule
 from fuzzyctl.model.variable import Hold, Membership, Output
 from fuzzyctl.resolve.context import Context
-from fuzzyctl.resolve.semantics import resolve_semantics
-from fuzzyctl.resolve.settings import resolve_method
+from fuzzyctl.resolve.settings import resolve_method, resolve_semantics
 from fuzzyctl.resolve.variables import resolve_variable
 from fuzzyctl.support import arguments
 

@@ -166,7 +166,7 @@ def open_blocks(file: str, choice: Choice, *, hints: bool = True, examined: Exam
         DiagnosticError: With all errors of the file; for an unknown name; for params that no block has or takes; for a
             system that the tool of the profile cannot evaluate.
     """
-    from fuzzyctl.loading.choice import chosen
+    from fuzzyctl.loading.load import chosen
     from fuzzyctl.model.block import Block
 
     examined, diagnostics = _without_errors(file, examined, hints=hints)
@@ -180,7 +180,7 @@ def open_blocks(file: str, choice: Choice, *, hints: bool = True, examined: Exam
 def open_block(
     file: str, name: str | None, *kinds: type[AnyBlock], examined: Examined | None = None
 ) -> tuple[AnyBlock, Examined, list[Diagnostic]]:
-    """Open the one block of a file that is meant, see `loading.choice.chosen`.
+    """Open the one block of a file that is meant, see `loading.load.chosen`.
 
     Returns:
         The block as it is written; the file with its warnings and hints.
@@ -188,7 +188,7 @@ def open_block(
     Raises:
         DiagnosticError: As `open_blocks`, with the warnings of a file with errors, as they may explain them.
     """
-    from fuzzyctl.loading.choice import chosen
+    from fuzzyctl.loading.load import chosen
 
     examined, diagnostics = _without_errors(file, examined, warnings=True)
     return chosen(examined, name, *kinds), examined, diagnostics

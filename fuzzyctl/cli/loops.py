@@ -20,7 +20,7 @@ def chosen_loops(file: str, name: str | None) -> list[tuple[str, Loop]]:
         DiagnosticError: With all errors of the file, but those of other loops than the one named; for a file without
             loops, and a name of none.
     """
-    from fuzzyctl.loading.choice import chosen
+    from fuzzyctl.loading.load import chosen
     from fuzzyctl.model.loop import Loop
 
     examined = examined_file(file, loop=name)

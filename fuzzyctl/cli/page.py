@@ -45,7 +45,7 @@ def page(file: str, out: str | None, choice: Choice) -> int:
     undecided; the page is written.
     """
     from fuzzyctl.analysis import clock
-    from fuzzyctl.loading.choice import chosen
+    from fuzzyctl.loading.load import chosen
     from fuzzyctl.model.controller import Controller
     from fuzzyctl.model.loop import Loop
     from fuzzyctl.model.system import FuzzySystem

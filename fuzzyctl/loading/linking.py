@@ -1,17 +1,149 @@
-"""Links from guarantees to outputs of other systems: `SYSTEM.OUTPUT`, of the same file or of a used one."""
+"""Links between blocks: calls of other blocks, and outputs of other systems in guarantees, SYSTEM.OUTPUT."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from typing import Final
 
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, Note
+from fuzzyctl.diagnostics.fixes import Fix, respelt_as_suggested
 from fuzzyctl.diagnostics.suggestions import counted, did_you_mean, listed
 from fuzzyctl.expr import Call, Expr, Name, span_of, walk
-from fuzzyctl.loading.calls import Elsewhere
 from fuzzyctl.model.checks.units import unlike_units
 from fuzzyctl.model.guarantee import Guarantee
 from fuzzyctl.model.system import FuzzySystem
+from fuzzyctl.model.variable import Hold
+
+#: Most systems that all systems of a file call together, each as often as it is called, and most rules of these.
+MAX_CALLED: Final = 200
+MAX_CALLED_RULES: Final = 20_000
+
+#: Finds a system of a used file by its name; None where there is none.
+Elsewhere = Callable[[str], FuzzySystem | None]
+
+
+def calls_of(system: FuzzySystem) -> Iterator[Call]:
+    """Yield the calls of other systems in the lets of a system."""
+    for let in system.lets:
+        yield from (e for e in walk(let.value) if isinstance(e, Call) and "." in e.function)
+
+
+def with_called(
+    systems: Sequence[FuzzySystem], elsewhere: Elsewhere, *, broken: bool
+) -> tuple[tuple[FuzzySystem, ...], list[Diagnostic]]:
+    """Give each system those that its lets call.
+
+    Args:
+        systems: Those of one file.
+        elsewhere: Where to look for what is none of them.
+        broken: Whether some system of the file has mistakes, so that it may be the one that is missing.
+
+    Returns:
+        The systems whose calls are sound, and the mistakes of the others.
+    """
+    if not any(True for s in systems for _ in calls_of(s)):
+        return tuple(systems), []
+    work = _Calls({s.name: s for s in systems}, elsewhere, broken)
+    found = [work.linked(s) for s in systems]
+    return tuple(s for s in found if s is not None), work.mistakes
+
+
+class _Calls:
+    """Links systems, each after those that it calls."""
+
+    def __init__(self, systems: Mapping[str, FuzzySystem], elsewhere: Elsewhere, broken: bool) -> None:
+        self.systems, self.elsewhere, self.broken = systems, elsewhere, broken
+        self.mistakes: list[Diagnostic] = []
+        self.done: dict[str, FuzzySystem | None] = {}
+        self.path: list[str] = []
+        #: Of each system how many others it calls, directly and through others, and how many rules these have.
+        self.weights: dict[str, tuple[int, int]] = {}
+        self.called = self.rules = 0
+
+    def linked(self, system: FuzzySystem) -> FuzzySystem | None:
+        """Return a system with those that it calls; None for one with a mistake in its calls."""
+        if system.name not in self.done:
+            self.path.append(system.name)
+            called: dict[str, FuzzySystem] = {}
+            fine = [self._take(call, called) for call in calls_of(system)]
+            self.path.pop()
+            fine.append(not all(fine) or self._count(system, called))
+            self.done[system.name] = replace(system, called=tuple(called.values())) if all(fine) else None
+        return self.done[system.name]
+
+    def _take(self, call: Call, called: dict[str, FuzzySystem]) -> bool:
+        name, _, output = call.function.partition(".")
+        if name in self.path:
+            circle = " → ".join([*self.path[self.path.index(name) :], name])
+            return self._refuse(
+                "FZ217", "systems call each other in a circle", call, facts=(circle,), help="remove one of these calls"
+            )
+        own = self.systems.get(name)
+        other = self.linked(own) if own is not None else None if self.broken else self.elsewhere(name)
+        if other is None:
+            known = [n for n in self.systems if n not in self.path]
+            help_text = did_you_mean(name, known) or "add the system, or 'use' the file that holds it"
+            is_blameless = self.broken or own is not None
+            fix = respelt_as_suggested(call.span, name, known)
+            return not is_blameless and self._refuse(
+                "FZ202", f"no other system '{name}'", call, help=help_text, fix=fix
+            )
+        called[name] = replace(other, guarantees=(), compared=())
+        return self._fits(call, other, output)
+
+    def _count(self, system: FuzzySystem, called: Mapping[str, FuzzySystem]) -> bool:
+        """Count what a system calls: its calls are written out one by one."""
+        calls, rules = self._calls_and_rules(system, called)
+        self.called += calls
+        self.rules += rules
+        message = ""
+        if self.called > MAX_CALLED:
+            message = f"the systems of the file call more than {MAX_CALLED} others"
+        elif self.rules > MAX_CALLED_RULES:
+            message = f"the systems that others call have more than {MAX_CALLED_RULES:,} rules"
+        facts = ("those that are called call others in turn, and each counts as often as it is called",)
+        help_text = "call a system once, or spread the systems over several files"
+        return not message or self._refuse("FZ112", message, next(calls_of(system)), facts=facts, help=help_text)
+
+    def _calls_and_rules(self, system: FuzzySystem, called: Mapping[str, FuzzySystem]) -> tuple[int, int]:
+        """Return how many systems a system calls, directly and through others, and how many rules they have."""
+        if system.name not in self.weights:
+            calls = rules = 0
+            for call in calls_of(system):
+                other = called[call.function.partition(".")[0]]
+                inner = self._calls_and_rules(other, {s.name: s for s in other.called})
+                calls += 1 + inner[0]
+                rules += len(other.rules) + inner[1]
+            self.weights[system.name] = calls, rules
+        return self.weights[system.name]
+
+    def _fits(self, call: Call, other: FuzzySystem, output: str) -> bool:
+        outputs, inputs = [o.name for o in other.outputs], [v.name for v in other.inputs]
+        if output not in outputs:
+            message, help_text = f"system '{other.name}' has no output '{output}'", did_you_mean(output, outputs)
+            return self._refuse("FZ202", message, call, facts=(f"outputs: {listed(outputs)}",), help=help_text)
+        if len(call.arguments) != len(inputs):
+            message = f"'{call.function}' takes {counted(len(inputs), 'argument')}, not {len(call.arguments)}"
+            return self._refuse("FZ303", message, call, help=f"the form is: {call.function}({', '.join(inputs)})")
+        kept = next((o.name for o in other.outputs if o.adaptive is not None or isinstance(o.otherwise, Hold)), None)
+        if kept is not None:
+            message = f"output '{kept}' of '{other.name}' keeps a state, which a system cannot hold"
+            return self._refuse("FZ214", message, call, help="call both systems from a controller")
+        return True
+
+    def _refuse(
+        self,
+        code: str,
+        message: str,
+        call: Call,
+        *,
+        facts: tuple[str, ...] = (),
+        help: str = "",
+        fix: Fix | None = None,
+    ) -> bool:
+        self.mistakes.append(Diagnostic(code, message, call.span, facts=facts, help=help, fix=fix))
+        return False
 
 
 def link(

@@ -1,17 +1,16 @@
-"""Checks of the form of guarantees: names, numbers of arguments, and conditions or numbers where expected.
-
-`SYSTEM.OUTPUT` is an output of another system; whether there is one is seen when all systems are read (`linking`).
-"""
+"""Resolution of `require` lines of systems and controllers."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Final
 
 from fuzzyctl import expr as ex
 from fuzzyctl.diagnostics.fixes import respelt_as_suggested, with_decimal_points
 from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.diagnostics.suggestions import counted, did_you_mean
+from fuzzyctl.lang import syntax as sx
+from fuzzyctl.model.guarantee import Guarantee
 from fuzzyctl.resolve.context import Context
 
 #: What a guarantee may say of an output: the forms, and whether the word is a condition by itself.
@@ -163,3 +162,48 @@ def _names(context: Context, given: ex.Expr, among: Mapping[str, object], kind: 
         return given.name in among
     context.report("FZ303", f"expected the name of an {kind}", ex.span_of(given), help=help_text)
     return False
+
+
+def resolve_claim(context: Context, statement: sx.Require, formula: Callable[..., bool]) -> Guarantee | None:
+    """Check a `require` line of a controller.
+
+    Args:
+        context: Where to report.
+        statement: The line.
+        formula: Checks an expression over the names of the controller.
+    """
+    parts = [p for p in (statement.claim, statement.when) if p is not None]
+    fine = all([_is_pointwise(context, p) and _is_condition(p, formula) for p in parts])
+    if statement.within is not None:
+        fine = context.check_names(statement.within, context.params, "param") and fine
+    if not fine:
+        return None
+    return Guarantee(claim=statement.claim, within=statement.within, when=statement.when, span=statement.span)
+
+
+def _is_pointwise(context: Context, claim: ex.Expr) -> bool:
+    """Report words about all points of a system, which a claim about a step does not have."""
+    for node in ex.walk(claim):
+        if not isinstance(node, ex.Call) or node.function not in FORMS:
+            continue
+        form = FORMS[node.function][0]
+        if node.function != "bounded":
+            message = f"'{node.function}' is a claim about a system, not about a step of a controller"
+            help_text = f"compare values of a step, or claim it in the system: require {form}"
+            context.report("FZ214", message, node.span, help=help_text)
+            return False
+        if len(node.arguments) != 3:
+            message = f"'bounded' takes {counted(3, 'argument')}, not {len(node.arguments)}"
+            context.report("FZ303", message, node.span, help=f"the form is: {form}")
+            return False
+    return True
+
+
+def _is_condition(claim: ex.Expr, formula: Callable[..., bool]) -> bool:
+    """Check a condition, `bounded` among its parts."""
+    match claim:
+        case ex.Logic(operands=operands):
+            return all([_is_condition(o, formula) for o in operands])
+        case ex.Call(function="bounded", arguments=arguments):
+            return all([formula(a, truth=False, pure=True) for a in arguments])
+    return formula(claim, truth=True, pure=True)

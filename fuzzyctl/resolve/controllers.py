@@ -15,8 +15,8 @@ from fuzzyctl.model.stateful_operators import OPERATORS
 from fuzzyctl.resolve.block_expressions import Inner
 from fuzzyctl.resolve.block_names import Find
 from fuzzyctl.resolve.block_statements import Statements
+from fuzzyctl.resolve.claims import resolve_claim
 from fuzzyctl.resolve.context import Context
-from fuzzyctl.resolve.controller_claims import resolve_claim
 
 #: Names that a controller has without declaring them: the time since the step before [s].
 GIVEN: Final = ("dt",)

@@ -2,21 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+import math
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import fields, replace
-from typing import Any, Final, TypeVar
+from typing import Any, Final, TypeVar, get_args, get_type_hints
 
 from fuzzyctl import expr as ex
-from fuzzyctl.diagnostics.fixes import respelt_as_suggested
-from fuzzyctl.diagnostics.suggestions import did_you_mean
+from fuzzyctl.diagnostics.fixes import respelt, respelt_as_suggested
+from fuzzyctl.diagnostics.suggestions import closest, did_you_mean
 from fuzzyctl.formulas import AGGREGATIONS, CONJUNCTIONS, DISJUNCTIONS, IMPLICATIONS
 from fuzzyctl.lang import syntax as sx
-from fuzzyctl.model.method import ACTIVATIONS, DEFUZZIFIERS, Activation, Defuzzifier, Method
-from fuzzyctl.model.profiles import UNSET
+from fuzzyctl.model.method import ACTIVATIONS, DEFUZZIFIERS, KNOBS, Activation, Defuzzifier, Method, Semantics
+from fuzzyctl.model.profiles import PROFILES, UNSET
 from fuzzyctl.model.rule import Rule, RuleBlock, RuleTable
 from fuzzyctl.model.variable import Output
 from fuzzyctl.resolve.context import Context
-from fuzzyctl.resolve.defuzzifiers import resolve_options
 
 _FIELDS: Final[dict[str, tuple[str, tuple[str, ...]]]] = {
     "and": ("conjunction", tuple(CONJUNCTIONS)),
@@ -266,3 +266,130 @@ def _count(context: Context, option: sx.ActivationOption) -> int:
     message = f"count = {ex.to_text(value)} is no whole number from 1 to {MOST_RULES}"
     context.report("FZ302", message, ex.span_of(value) or option.name.span)
     return 1
+
+
+#: Bounds of the number of samples of a set.
+RESOLUTIONS: Final = (2, 1_000_000)
+
+
+def resolve_options(context: Context, kind: str, options: Iterable[sx.Option]) -> Defuzzifier:
+    """Return a defuzzifier with its options, each given at most once; report what has no meaning."""
+    known = DEFUZZIFIERS[kind].options
+    given: dict[str, sx.Option] = {}
+    fields: dict[str, Any] = {}
+    for option in options:
+        name = option.name.text
+        if not known:
+            context.report("FZ213", f"'{kind}' takes no options", option.name.span, help="remove it")
+        elif name not in known:
+            context.unknown("option", option.name, tuple(known), "FZ213")
+        else:
+            given[name] = option
+            value = _value(context, option, known[name])
+            if value is not None:
+                fields[name] = value
+    _require_samples(context, kind, given)
+    return Defuzzifier(kind=kind, **fields)
+
+
+def _value(context: Context, option: sx.Option, words: tuple[str, ...]) -> str | int | float | None:
+    """Return the value of an option, None where it has been reported."""
+    text, span = option.value.text, option.value.span
+    match option.name.text:
+        case "resolution":
+            low, high = (1, RESOLUTIONS[1]) if context.foreign else RESOLUTIONS
+            if text.isdecimal() and low <= int(text) <= high:
+                return int(text)
+            context.report("FZ302", f"resolution = {text} is no whole number from {low} to {high}", span)
+        case "tolerance":
+            value = _number(text)
+            if 0.0 <= value < 1.0:
+                return value
+            message = f"tolerance = {text} is no number from 0 up to 1"
+            context.report("FZ302", message, span, help="it is a part of the largest degree, such as 1e-9")
+        case name if text not in words:
+            context.report("FZ213", f"no {name} '{text}'", span, facts=(f"one of: {', '.join(words)}",))
+        case _:
+            return text
+    return None
+
+
+def _number(text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        return math.nan
+
+
+def _require_samples(context: Context, kind: str, given: dict[str, sx.Option]) -> None:
+    for name in ("grid", "rule"):
+        if name in given and "resolution" not in given and given[name].value.text != "polygon":
+            what = "has no grid" if name == "grid" else "needs no rule"
+            example = f"{kind}(resolution=1000, {name}={given[name].value.text})"
+            message = f"'{name}' needs 'resolution': the exact {kind} {what}"
+            context.report("FZ214", message, given[name].name.span, help=f"write, for example, {example}")
+
+
+_TYPES: Final = get_type_hints(Semantics)
+#: What each knob may be; none for a number.
+CHOICES: Final[dict[str, tuple[str, ...]]] = {
+    name: tuple(word for word in get_args(_TYPES[name]) if isinstance(word, str)) for name in KNOBS
+}
+
+#: Knobs that are numbers.
+NUMBERS: Final = tuple(name for name, words in CHOICES.items() if not words)
+
+
+def resolve_semantics(context: Context, statements: Sequence[sx.Statement]) -> Semantics:
+    """Resolve the semantics of a system, and enter the profile in force into the context."""
+    found = [s for s in statements if isinstance(s, sx.Semantics)]
+    if not found:
+        return context.profile.semantics
+    first, *rest = found
+    for again in rest:
+        context.is_first(again.keyword, {"semantics": first.keyword})
+    if first.profile.text not in PROFILES:
+        context.unknown("profile", first.profile, PROFILES, "FZ213")
+    else:
+        context.profile = PROFILES[first.profile.text]
+    semantics = context.profile.semantics
+    return replace(semantics, **_knobs(context, first.options), span=first.profile.span)
+
+
+def _knobs(context: Context, options: Sequence[sx.Option]) -> dict[str, Any]:
+    """Resolve the knobs that are given."""
+    values: dict[str, Any] = {}
+    seen: dict[str, sx.Word] = {}
+    for option in options:
+        name, word = option.name.text, option.value
+        if not context.is_first(option.name, seen):
+            continue
+        if name not in KNOBS:
+            context.unknown("knob", option.name, KNOBS, "FZ213")
+        elif name in NUMBERS:
+            _knob_number(context, name, word, values)
+        elif word.text not in CHOICES[name]:
+            near = closest(word.text, CHOICES[name])
+            facts = (f"one of: {', '.join(CHOICES[name])}",)
+            help_text = f"did you mean '{near}'?" if near else ""
+            fix = respelt(word.span, word.text, near, CHOICES[name])
+            context.report("FZ213", f"'{name}' knows no '{word.text}'", word.span, facts=facts, help=help_text, fix=fix)
+        else:
+            values[name] = word.text
+    return values
+
+
+def _knob_number(context: Context, name: str, word: sx.Word, values: dict[str, Any]) -> None:
+    """Resolve a knob that is a number; `least` may be `none` as well."""
+    if name == "least" and word.text == "none":
+        values[name] = None
+        return
+    try:
+        value = float(word.text)
+    except ValueError:
+        value = math.nan
+    if not 0.0 <= value < 1.0 or word.text[0] not in "0123456789.":
+        bound = "no number from 0 to below 1" + (", and not 'none'" if name == "least" else "")
+        context.report("FZ302", f"{name} = {word.text} is {bound}", word.span)
+    else:
+        values[name] = value

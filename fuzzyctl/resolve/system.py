@@ -22,9 +22,8 @@ from fuzzyctl.resolve.blocks import Block, resolve_blocks
 from fuzzyctl.resolve.context import Context
 from fuzzyctl.resolve.functions import declare_function
 from fuzzyctl.resolve.rules import MAX_OUTPUTS, MAX_RULES, resolve_require, terms_of
-from fuzzyctl.resolve.semantics import resolve_semantics
-from fuzzyctl.resolve.settings import find_idle_settings, resolve_method
-from fuzzyctl.resolve.shared_terms import share_terms
+from fuzzyctl.resolve.settings import find_idle_settings, resolve_method, resolve_semantics
+from fuzzyctl.resolve.terms import share_terms
 from fuzzyctl.resolve.variables import resolve_param, resolve_variable
 
 #: Most inputs and outputs of a system together, those shared with other systems included.

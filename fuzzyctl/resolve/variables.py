@@ -17,9 +17,9 @@ from fuzzyctl.model.guarantee import Bounds, Param
 from fuzzyctl.model.variable import Fallback, Hold, Input, Let, Membership, Output, Term
 from fuzzyctl.resolve.context import Context
 from fuzzyctl.resolve.functions import applied, expanded
-from fuzzyctl.resolve.partitions import partition
 from fuzzyctl.resolve.rules import is_garbled, resolve_function, terms_of
 from fuzzyctl.resolve.settings import resolve_own_setting
+from fuzzyctl.resolve.terms import partition
 
 #: Most terms of one variable; more are no linguistic variable but a mistake of a generator.
 MAX_TERMS: Final = 1000

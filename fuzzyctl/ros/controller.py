@@ -18,8 +18,7 @@ from fuzzyctl.analysis.verdicts import Proved
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError, FuzzyctlError
 from fuzzyctl.kernels.compile import compile
 from fuzzyctl.kernels.kernel import Kernel
-from fuzzyctl.loading.choice import chosen
-from fuzzyctl.loading.load import opened
+from fuzzyctl.loading.load import chosen, opened
 from fuzzyctl.model.controller import Controller
 from fuzzyctl.ros.connections import Connection, connections, put, value_of
 from fuzzyctl.ros.program import ParameterError, Period, parameters, spin

@@ -9,7 +9,7 @@ import pytest
 from fuzzyctl.formats.fz import otherwise_text
 from fuzzyctl.model.method import KNOBS, OVER_SETS, Defuzzifier, Method, Semantics
 from fuzzyctl.model.profiles import PROFILES
-from fuzzyctl.resolve.semantics import CHOICES
+from fuzzyctl.resolve.settings import CHOICES
 
 PAGE = Path(__file__).parents[2] / "docs" / "reference" / "semantics-profiles.md"
 

@@ -33,8 +33,8 @@ from fuzzyctl.model.stateful_operators import OPERATORS
 from fuzzyctl.model.variable import Fallback
 from fuzzyctl.resolve.block_names import FUNCTIONS
 from fuzzyctl.resolve.claims import FORMS
-from fuzzyctl.resolve.defuzzifiers import RESOLUTIONS
 from fuzzyctl.resolve.rules import MAX_OUTPUTS, MAX_RULES
+from fuzzyctl.resolve.settings import RESOLUTIONS
 from fuzzyctl.resolve.variables import MAX_TERMS
 from tests import shipped
 from tests.commands import commands_of

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 import fuzzyctl
 from fuzzyctl.analysis.coverage.box_search import Hole
 from fuzzyctl.analysis.coverage.coverage import uncovered
-from fuzzyctl.resolve.semantics import CHOICES
+from fuzzyctl.resolve.settings import CHOICES
 from tests.reference.interpreter import Reference
 from tests.sizes import examples
 

@@ -15,8 +15,7 @@ from fuzzyctl.expr import Call, Keyword, Name, names_in, span_of, walk
 from fuzzyctl.kernels.free_values import require_bounds
 from fuzzyctl.kernels.plan.equations import Equations, KeptState
 from fuzzyctl.kernels.plan.expansion import equations_of, with_values
-from fuzzyctl.loading.choice import chosen
-from fuzzyctl.loading.load import look_through
+from fuzzyctl.loading.load import chosen, look_through
 from fuzzyctl.model.controller import Controller, Result
 from fuzzyctl.model.stateful_operators import OPERATORS
 from fuzzyctl.support.reading import read_source

@@ -6,7 +6,7 @@ import pytest
 
 from fuzzyctl import DiagnosticError, Plant, dumps, load
 from fuzzyctl.diagnostics.source import SourceText
-from fuzzyctl.loading.fmu_interface import fmu_plant
+from fuzzyctl.loading.block_files import fmu_plant
 from fuzzyctl.loading.load import look_through
 from tests.fuzzyctl.simulation.test_fmu_archive import FMI2
 
