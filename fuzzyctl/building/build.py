@@ -13,26 +13,165 @@ system = build.system("tip", [service, tip], [table], defuzzifier="weighted_aver
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
-from typing import Any
+import dataclasses
+import re
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from typing import Any, Final
 
 from fuzzyctl.building import fragments, values
-from fuzzyctl.building.cells import cell, row
 from fuzzyctl.building.fragments import rule
 from fuzzyctl.building.methods import activation_of, method_of
 from fuzzyctl.building.partition import partition
-from fuzzyctl.building.validate import require_as_file
 from fuzzyctl.building.values import Value
 from fuzzyctl.building.variables import Hold, input_variable, let_variable, membership, output_variable
-from fuzzyctl.diagnostics.diagnostic import ArgumentError
-from fuzzyctl.expr import Expr
+from fuzzyctl.diagnostics.diagnostic import ArgumentError, Diagnostic, DiagnosticError
+from fuzzyctl.diagnostics.source import SourceText
+from fuzzyctl.expr import ONE, Expr
+from fuzzyctl.formats.fz import dumps
 from fuzzyctl.formulas.norms import Aggregation, Conjunction, Disjunction
+from fuzzyctl.loading.load import examine
 from fuzzyctl.model.guarantee import Guarantee, Hedge, Param
-from fuzzyctl.model.method import Activation, Defuzzifier, Semantics
-from fuzzyctl.model.rule import Rule, RuleBlock, RuleTable
+from fuzzyctl.model.method import Activation, Defuzzifier, Method, Semantics
+from fuzzyctl.model.rule import Cell, Rule, RuleBlock, RuleTable, literals
 from fuzzyctl.model.system import FuzzySystem
-from fuzzyctl.model.variable import Input, Let, Output
+from fuzzyctl.model.variable import Input, Let, Membership, Output
 from fuzzyctl.support import arguments
+
+#: Names as the language has them; which of them are words of the language is for the checks.
+_NAME: Final = re.compile(r"[^\W\d]\w*")
+
+#: What a system names: what it is called, and the name.
+_Named = Iterator[tuple[str, str]]
+
+
+def require_as_file(built: FuzzySystem) -> None:
+    """Check a system as a rule file.
+
+    Raises:
+        DiagnosticError: With all mistakes, without places.
+        ArgumentError: For elements made by hand that cannot be expressed in .fz.
+        ValueOutOfBoundsError: For a title, label, unit or citation that a rule file cannot hold.
+    """
+    mistakes = list(_no_names(built))
+    if mistakes:  # nothing can be printed
+        raise DiagnosticError(mistakes)
+    text = dumps(built)
+    read, found = examine(SourceText(f"system {built.name}", text))
+    errors = [_without_place(d) for d in found if d.severity == "error"]
+    if errors:
+        raise DiagnosticError(errors)
+    if read is None or dumps(read) != text:  # such as a name in a rule made by hand that prints as something else
+        raise ArgumentError(f"the system {built.name!r} contains elements that cannot be expressed in .fz")
+
+
+def _without_place(d: Diagnostic) -> Diagnostic:
+    """Return a diagnostic of generated text without its location, and without the lines that its facts name."""
+    facts = tuple(re.sub(r" \(line \d+\)", "", fact) for fact in d.facts)
+    return dataclasses.replace(d, span=None, notes=(), facts=facts)
+
+
+def _no_names(built: FuzzySystem) -> Iterator[Diagnostic]:
+    """Find names that cannot be written as names of a rule file."""
+    named = [*_declared(built), *_method_names(built), *_in_rules(built), *_in_tables(built)]
+    for what, name in dict.fromkeys(named):
+        if not _NAME.fullmatch(name):
+            help_text = "a name is a letter, and letters, digits and underscores behind it"
+            yield Diagnostic("FZ102", f"{name!r} cannot be the name of {what}", help=help_text)
+
+
+def _declared(built: FuzzySystem) -> _Named:
+    yield "a system", built.name
+    for p in built.params:
+        yield "a param", p.name
+    for h in built.hedges:
+        yield "a hedge", h.name
+        yield "the parameter of a hedge", h.parameter
+    for v in built.variables:
+        yield "a variable", v.name
+        for t in v.terms:
+            yield f"a term of '{v.name}'", t.name
+            yield "a membership function", t.membership.kind
+    yield from (("a rule block", b.name) for b in built.rule_blocks)
+
+
+def _method_names(built: FuzzySystem) -> _Named:
+    owners: tuple[Method | Output | RuleBlock, ...] = (built.method, *built.outputs, *built.rule_blocks)
+    for owner in owners:
+        for field in ("conjunction", "disjunction", "implication", "aggregation"):
+            name = getattr(owner, field, None)
+            if name is not None:
+                yield f"{'an' if field[0] in 'ai' else 'a'} {field}", name
+        for field in ("activation", "defuzzifier"):
+            setting = getattr(owner, field, None)
+            if setting is not None:
+                yield f"{'an' if field[0] == 'a' else 'a'} {field}", setting.kind
+
+
+def _in_rules(built: FuzzySystem) -> _Named:
+    for r in built.rules:
+        for i in literals(r.antecedent):
+            yield from (("a part of a rule", w) for w in (i.variable, i.term, *i.hedges))
+        for c in r.consequents:
+            name = c.term.kind if isinstance(c.term, Membership) else c.term
+            yield from (("a part of a rule", w) for w in (c.output, *c.hedges, name))
+
+
+def _in_tables(built: FuzzySystem) -> _Named:
+    for table in built.tables_and_rules:
+        if isinstance(table, RuleTable):
+            words = [*table.outputs, table.columns, *([table.rows] if table.rows else [])]
+            yield from (("a part of a table", w) for w in (*words, *table.row_terms, *table.column_terms))
+
+
+def row(label: str, given: object, outputs: tuple[str, ...], columns: int) -> tuple[Cell, ...]:
+    """Return the cells of a row, given as a text or a sequence.
+
+    Args:
+        label: The term that leads the row.
+        given: What is given for it.
+        outputs: The outputs that each cell sets.
+        columns: The expected number of cells.
+
+    Raises:
+        ArgumentError: For another number of cells, and for what is no cell.
+        DiagnosticError: For a text that is none.
+    """
+    name = f"row {label!r}"
+    found = (
+        fragments.cells(given) if isinstance(given, str) else arguments.items(name, "cells in a text or a list", given)
+    )
+    if len(found) != columns:
+        raise ArgumentError(f"{name} has {len(found)} cells for {columns} columns")
+    return tuple(cell(f"a cell of {name}", c, outputs) for c in found)
+
+
+def cell(name: str, given: object, outputs: tuple[str, ...]) -> Cell:
+    """Return one cell; a cell without a term stands for no rule.
+
+    Args:
+        name: What to call it where it is refused.
+        given: A text, a number, a membership, a cell, or None for no rule.
+        outputs: The outputs that it sets.
+
+    Raises:
+        ArgumentError: For another number of terms than of outputs, and for what is no cell.
+        DiagnosticError: For a text that is none.
+    """
+    if given is None:
+        return Cell(terms=())
+    if isinstance(given, Cell):
+        made = given
+    elif isinstance(given, str):
+        texts = fragments.cells(given)
+        if len(texts) != 1:
+            raise ArgumentError(f"expected one cell, got {given!r}")
+        made = texts[0]
+    else:
+        made = Cell(terms=(values.membership(name, given),), weight=ONE)
+    if made.terms and len(made.terms) != len(outputs):
+        raise ArgumentError(f"{name} names {len(made.terms)} terms for {len(outputs)} outputs")
+    return made
+
 
 __all__ = [
     "Hold",

@@ -3,16 +3,222 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import TYPE_CHECKING, Any, Final
 
 from fuzzyctl.comparison.differences import Difference, Place, Progress, at_point, at_points, pairing
-from fuzzyctl.comparison.parts import Part, parts
 from fuzzyctl.comparison.points import common_points
+from fuzzyctl.comparison.settings import defuzzifier_settings, described, otherwise_text, settings
 from fuzzyctl.diagnostics.diagnostic import FuzzyctlError
 from fuzzyctl.expr import ExprError
+from fuzzyctl.formats.fz import activation_text, block_text
+from fuzzyctl.model.method import KNOBS, Activation, Defuzzifier, Method
 from fuzzyctl.model.system import FuzzySystem
+from fuzzyctl.model.variable import LinguisticVariable
+
+Put = Callable[[FuzzySystem], FuzzySystem]
+
+#: Words of rule files whose fields are called otherwise.
+_FIELDS: Final = {"and": "conjunction", "or": "disjunction"}
+
+#: What a rule block may have of its own, as rule files call it.
+_OF_BLOCKS: Final = {**_FIELDS, "implication": "implication", "activation": "activation"}
+
+#: Settings that outputs have none of their own of.
+_OF_THE_SYSTEM: Final = ("and", "or", "activation", *KNOBS)
+
+
+@dataclass(frozen=True)
+class Part:
+    """A setting, or a group of things, that two systems have in different ways.
+
+    Args:
+        name: What it is.
+        before: How the first system has it.
+        after: How the second one does.
+        put: Returns a system that has it as the second one.
+        last: Whether it is for where no other part goes alone.
+    """
+
+    name: str
+    before: str
+    after: str
+    put: Put
+    last: bool = False
+
+
+def parts(a: FuzzySystem, b: FuzzySystem, inputs: list[int], outputs: list[int]) -> Iterator[Part]:
+    """Yield what differs: settings one by one; variables, rules and params as wholes.
+
+    Args:
+        a: The first system.
+        b: The second one.
+        inputs: For each input of the first its position in the second.
+        outputs: The same for outputs.
+    """
+    before, after = settings(a.method), settings(b.method)
+    for name in before:
+        if before[name] != after[name] and name in _OF_THE_SYSTEM:
+            yield Part(name, before[name], after[name], partial(_set_setting, name, b.method))
+    for i, j in enumerate(outputs):
+        yield from _output_parts(a, b, i, j)
+    for i, j in enumerate(inputs):
+        if _fuzzy(a.inputs[i]) != _fuzzy(b.inputs[j]):
+            put = partial(_set_variable, "inputs", i, b.inputs[j])
+            yield Part(f"range and terms of {a.inputs[i].name}", "", "", put)
+    for name in ("params", "hedges"):
+        if getattr(a, name) != getattr(b, name):
+            yield Part(name, "", "", partial(_set_field, name, getattr(b, name)))
+    yield from _block_parts(a, b)
+    if _ruled(a) != _ruled(b) and not _differ_in_methods_only(a, b):
+        yield Part("rules", "", "", partial(_set_field, "blocks", b.blocks))
+    if _ruled(a) != _ruled(b) and (inputs == sorted(inputs) or not _is_linear(b)):
+        # Where terms were renamed, variables and rules go together only.
+        yield Part("variables and rules", "", "", partial(_set_structure, b, inputs, outputs), last=True)
+
+
+def _ruled(system: FuzzySystem) -> tuple[Any, ...]:
+    """Return rules with the rule blocks that they belong to, and what these say but for their names."""
+    blocks = tuple(block_text(replace(b, name="")) for b in system.rule_blocks)
+    return system.rules, blocks, tuple(m.block for m in system.rule_methods)
+
+
+def _differ_in_methods_only(a: FuzzySystem, b: FuzzySystem) -> bool:
+    """Return whether the same rules differ in methods only, which `_block_parts` and settings of the system name."""
+    if a.rules != b.rules:
+        return False
+    if [m.block for m in a.rule_methods] == [m.block for m in b.rule_methods]:
+        return True
+    if any(m.activation.compares for m in b.rule_methods):
+        return False  # there it counts which rules make a block
+    usual = (b.method.conjunction, b.method.disjunction, None, b.method.activation)
+    found: dict[int, set[tuple[Any, ...]]] = {-1: {usual}}
+    for own, m in zip(a.rule_methods, b.rule_methods, strict=True):
+        found.setdefault(own.block, set()).add((m.conjunction, m.disjunction, m.implication, m.activation))
+    return all(len(methods) == 1 for methods in found.values())
+
+
+def _block_parts(a: FuzzySystem, b: FuzzySystem) -> Iterator[Part]:
+    """Yield the methods that a rule block of the first system has and its rules have not in the second.
+
+    Where the rules themselves differ it is unknown which of them are the block's; those of the second system have a
+    method then if all have the same.
+    """
+    for k, block in enumerate(a.rule_blocks):
+        own = [r for r, m in enumerate(a.rule_methods) if m.block == k]
+        theirs = [b.rule_methods[r] for r in own] if a.rules == b.rules else b.rule_methods
+        for word, field in _OF_BLOCKS.items():
+            before, after = getattr(a.rule_methods[own[0]], field), {getattr(m, field) for m in theirs}
+            if len(after) == 1 and after != {before}:
+                (other,) = after
+                texts = _method_text(before), _method_text(other)
+                yield Part(f"{word} of rules {block.name}", *texts, partial(_set_block, k, field, other))
+
+
+def _method_text(value: str | Activation | None) -> str:
+    if value is None:
+        return "that of the output"
+    return activation_text(value) if isinstance(value, Activation) else value
+
+
+def _set_block(position: int, field: str, value: Any, system: FuzzySystem) -> FuzzySystem:
+    block = system.rule_blocks[position]
+    changed = replace(block, **{field: value})
+    return replace(system, blocks=tuple(changed if b is block else b for b in system.blocks))
+
+
+def _output_parts(a: FuzzySystem, b: FuzzySystem, i: int, j: int) -> Iterator[Part]:
+    """Yield what differs in an output, its own settings or those of the system that it heeds."""
+    own, other = a.outputs[i], b.outputs[j]
+    of = f" of {own.name}" if len(a.outputs) > 1 else ""
+    if _fuzzy(own) != _fuzzy(other):
+        yield Part(f"range and terms of {own.name}", "", "", partial(_set_variable, "outputs", i, other))
+    for field in ("implication", "aggregation"):
+        first = getattr(own, field) or getattr(a.method, field)
+        second = getattr(other, field) or getattr(b.method, field)
+        if first != second:
+            yield Part(f"{field}{of}", first, second, partial(_set_at, "outputs", i, {field: second}))
+    if own.clamped != other.clamped:
+        yield Part(
+            f"clamp{of}",
+            str(own.clamped),
+            str(other.clamped),
+            partial(_set_at, "outputs", i, {"clamped": other.clamped}),
+        )
+    if own.otherwise != other.otherwise:
+        texts = otherwise_text(own.otherwise) or "nothing", otherwise_text(other.otherwise) or "nothing"
+        yield Part(f"else{of}", *texts, partial(_set_at, "outputs", i, {"otherwise": other.otherwise}))
+    yield from _defuzzifier_parts(
+        own.defuzzifier or a.method.defuzzifier, other.defuzzifier or b.method.defuzzifier, i, of
+    )
+
+
+def _defuzzifier_parts(first: Defuzzifier, second: Defuzzifier, position: int, of: str) -> Iterator[Part]:
+    if first.kind != second.kind or (first.resolution is None) != (second.resolution is None):
+        put = partial(_set_at, "outputs", position, {"defuzzifier": second})
+        yield Part(f"defuzzifier{of}", described(first), described(second), put)
+        return
+    before, after = defuzzifier_settings(first), defuzzifier_settings(second)
+    for name in before:
+        if before[name] != after[name]:
+            put = partial(_set_in_defuzzifier, position, name, getattr(second, name))
+            yield Part(f"{name}{of}", before[name], after[name], put)
+
+
+def _fuzzy(v: LinguisticVariable) -> tuple[Any, ...]:
+    """Return what counts of a variable for the numbers, names left out."""
+    return (v.lower, v.upper, tuple((t.name, t.membership) for t in v.terms), getattr(v, "extrapolate", None))
+
+
+def _set_setting(name: str, method: Method, system: FuzzySystem) -> FuzzySystem:
+    own, field = system.method, _FIELDS.get(name, name)
+    if hasattr(own, field):
+        changed = replace(own, **{field: getattr(method, field)})
+    else:
+        changed = replace(own, semantics=replace(own.semantics, **{name: getattr(method.semantics, name)}))
+    return replace(system, method=changed)
+
+
+def _set_field(field: str, value: Any, system: FuzzySystem) -> FuzzySystem:
+    return replace(system, **{field: value})
+
+
+def _set_variable(field: str, position: int, other: LinguisticVariable, system: FuzzySystem) -> FuzzySystem:
+    own = getattr(system, field)[position]
+    names = (name for name in ("lower", "upper", "terms", "extrapolate") if hasattr(own, name))
+    return _set_at(field, position, {name: getattr(other, name) for name in names}, system)
+
+
+def _set_at(field: str, position: int, update: dict[str, Any], system: FuzzySystem) -> FuzzySystem:
+    """Change fields of one input or output."""
+    variables = list(getattr(system, field))
+    variables[position] = replace(variables[position], **update)
+    return _set_field(field, tuple(variables), system)
+
+
+def _is_linear(system: FuzzySystem) -> bool:
+    """Return whether consequents have coefficients in the order of the inputs."""
+    terms = [t.membership for o in system.outputs for t in o.terms]
+    terms += [c.term for rule in system.rules for c in rule.consequents if not isinstance(c.term, str)]
+    return any(m.kind == "linear" for m in terms)
+
+
+def _set_structure(b: FuzzySystem, inputs: list[int], order: list[int], system: FuzzySystem) -> FuzzySystem:
+    """Keep the settings of a system, and take all else from another, in the order of the first."""
+    kept = ("implication", "aggregation", "defuzzifier", "otherwise", "clamped")
+    outputs = tuple(
+        replace(b.outputs[j], **{name: getattr(own, name) for name in kept})
+        for own, j in zip(system.outputs, order, strict=True)
+    )
+    return replace(b, method=system.method, inputs=tuple(b.inputs[j] for j in inputs), outputs=outputs)
+
+
+def _set_in_defuzzifier(position: int, field: str, value: Any, system: FuzzySystem) -> FuzzySystem:
+    own = system.outputs[position].defuzzifier or system.method.defuzzifier
+    return _set_at("outputs", position, {"defuzzifier": replace(own, **{field: value})}, system)
+
 
 if TYPE_CHECKING:
     import numpy as np

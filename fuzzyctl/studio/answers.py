@@ -7,7 +7,7 @@ more of it is refused by name, never left out.
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, Final
@@ -18,6 +18,7 @@ from fuzzyctl.codegen.errors import CodegenError
 from fuzzyctl.codegen.files import sources
 from fuzzyctl.codegen.prepare import prepare
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError, FuzzyctlError
+from fuzzyctl.diagnostics.fixes import Replacement
 from fuzzyctl.diagnostics.source import SourceText, Span
 from fuzzyctl.diagnostics.suggestions import counted
 from fuzzyctl.editor import actions, completion, hover
@@ -37,8 +38,33 @@ from fuzzyctl.page.document import (
 )
 from fuzzyctl.page.document import document as page_of
 from fuzzyctl.studio import proofs
-from fuzzyctl.studio.places import characters, edits, ends
 from fuzzyctl.support.reading import MAX_BYTES
+
+
+def units(text: str, offset: int) -> int:
+    """Return an offset in characters as one in units of UTF-16."""
+    before = text[:offset]
+    return len(before) if before.isascii() else len(before.encode("utf-16-le", "surrogatepass")) // 2
+
+
+def characters(text: str, offset: int) -> int:
+    """Return an offset in units of UTF-16 as one in characters: the nearest within the text, never inside one."""
+    if text.isascii():
+        return min(max(offset, 0), len(text))
+    before = text.encode("utf-16-le", "surrogatepass")[: 2 * max(offset, 0)]
+    return len(before.decode("utf-16-le", "ignore"))
+
+
+def ends(span: Span) -> dict[str, int]:
+    """Return the ends of a location in its text."""
+    text = span.source.text
+    return {"from": units(text, span.start), "to": units(text, max(span.start, span.end))}
+
+
+def edits(replacements: Iterable[Replacement], file: str) -> list[dict[str, Any]]:
+    """Return the replacements of one file."""
+    return [{**ends(r.span), "text": r.text} for r in replacements if r.span.source.name == file]
+
 
 _Data = dict[str, Any]
 

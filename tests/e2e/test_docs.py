@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from fuzzyctl.codegen.fmu.binary import compiler
+from fuzzyctl.codegen.fmu.archive import compiler
 from tests import sizes
 from tests.e2e.pages import DOCS, FOLLOWED, PAGES, ROOT, Session, anchors, follow, without_code, written
 from tests.e2e.pictures import excess, pictures

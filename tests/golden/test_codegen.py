@@ -13,9 +13,9 @@ from fuzzyctl.analysis.prove import quickly
 from fuzzyctl.codegen.files import generate
 from fuzzyctl.codegen.fixed.fixed_format import to_format
 from fuzzyctl.codegen.fixed.fixed_system import fixed_point
+from fuzzyctl.codegen.fmu.archive import model_header
 from fuzzyctl.codegen.fmu.calls import block_model, tunable
 from fuzzyctl.codegen.fmu.description import model_description, page
-from fuzzyctl.codegen.fmu.model_header import model_header
 from fuzzyctl.codegen.fmu.plants import plant_model
 from fuzzyctl.codegen.prepare import prepare
 

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from typing import Final
 
 from fuzzyctl.diagnostics.source import SourceText
+from fuzzyctl.diagnostics.transliterate import in_ascii
 from fuzzyctl.expr import Expr, Number, number_text, replace_names
 from fuzzyctl.formats.common import numerics
 from fuzzyctl.formats.common.blocks import BlockPart, block_parts
@@ -20,24 +22,85 @@ from fuzzyctl.formats.fcl.names import (
     ACCUMULATION_WORDS,
     CONJUNCTION_WORDS,
     DISJUNCTION_WORDS,
+    METHOD_WORDS,
+    SHAPE_WORDS,
 )
 from fuzzyctl.formats.fcl.reader import read
-from fuzzyctl.formats.fcl.written_losses import without_words
-from fuzzyctl.formats.fcl.written_names import spelt
 from fuzzyctl.formats.fcl.written_shapes import (
     SPELT,
     linear_text,
     needs_fuzzylite,
     needs_jfuzzylogic,
+    says_otherwise,
     shape_text,
+    unknown_functions,
 )
 from fuzzyctl.formats.fll.methods import as_inverted_there, inferred_otherwise
 from fuzzyctl.formats.losses import Loss
 from fuzzyctl.formulas import HEDGES
 from fuzzyctl.model.method import TSUKAMOTO
-from fuzzyctl.model.rule import And, Antecedent, Is, Not, Or, Rule, is_joined_by
+from fuzzyctl.model.rule import And, Antecedent, Is, Not, Or, Rule, is_joined_by, literals, parts_of
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Hold, Input, Membership, Output
+
+#: Words that are no names in FCL; jFuzzyLogic takes none of them for one, wherever it stands.
+RESERVED: Final = frozenset(
+    {
+        *("AND", "OR", "NOT", "IF", "THEN", "IS", "WITH", "RULE", "TERM", "RANGE", "METHOD", "ACCU", "ACT", "DEFAULT"),
+        *("NC", "NAN", "INF", "INFINITY", "REAL", "LOCK", "ENABLED", "FUZZIFY", "DEFUZZIFY", "RULEBLOCK", "OPTIONS"),
+        *("VAR", "VAR_INPUT", "VAR_OUTPUT", "FUNCTION_BLOCK", "EXP", "LN", "LOG", "SIN", "COS", "TAN", "ABS", "NONE"),
+        *("END_VAR", "END_FUZZIFY", "END_DEFUZZIFY", "END_RULEBLOCK", "END_FUNCTION_BLOCK", "END_OPTIONS", "PI"),
+        *CONJUNCTION_WORDS,
+        *ACCUMULATION_WORDS,
+        *METHOD_WORDS,
+        *SHAPE_WORDS,
+        *(h.upper() for h in HEDGES),
+    }
+)
+
+_NAME: Final = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
+
+
+def spelt(name: str, where: str = "") -> str:
+    """Return a name that FCL can hold."""
+    if _NAME.fullmatch(name) and name.upper() not in RESERVED:
+        return name
+    found = re.sub(r"_+", "_", in_ascii(name)).strip("_") or "unnamed"
+    if not found[0].isalpha():
+        found = f"n_{found}"
+    return f"{found}_" if found.upper() in RESERVED else found
+
+
+def without_words(system: FuzzySystem, dialect: DialectName) -> Iterator[Loss]:
+    """Yield what of terms and rules is written in another way, or that only fuzzyctl reads."""
+    whole = f"system '{system.name}'"
+    if system.title:
+        yield Loss(whole, "the title", "it is a comment", exact=True)
+    for hedge in system.hedges:
+        yield Loss(whole, f"hedge '{hedge.name}'", "FCL has no hedges of one's own; it is left out")
+    for variable in (*system.inputs, *system.outputs):
+        where = f"{'input' if isinstance(variable, Input) else 'output'} '{variable.name}'"
+        for term in variable.terms:
+            if says_otherwise(term.membership, system.values, dialect):
+                why = f"the {term.membership.kind} is written as points"
+                yield Loss(where, f"term '{term.name}'", why, exact=True)
+            for name in unknown_functions(term.membership):
+                yield Loss(f"{where}, term '{term.name}'", f"function '{name}'", "no FCL tool has it")
+    yield from _of_rules(system, dialect)
+
+
+def _of_rules(system: FuzzySystem, dialect: DialectName) -> Iterator[Loss]:
+    own = {h.name for h in system.hedges}
+    no_tool = {"slightly"} if dialect == "fuzzylite" else set()
+    for number, rule in enumerate(system.rules, 1):
+        hedges = {h for i in literals(rule.antecedent) for h in i.hedges}
+        hedges |= {h for c in rule.consequents for h in c.hedges}
+        for hedge in sorted(hedges & (own | no_tool) | (hedges - set(HEDGES))):
+            why = "it is left out" if hedge not in HEDGES else "only fuzzyctl reads it"
+            yield Loss(f"rule {number}", f"hedge '{hedge}'", f"no FCL tool has it; {why}")
+        if dialect == "fuzzylite" and any(isinstance(part, Not) for part in parts_of(rule.antecedent)):
+            yield Loss(f"rule {number}", "not", "fuzzylite does not read NOT before a condition", exact=True)
+
 
 _TITLES: Final[dict[DialectName, str]] = {
     "standard": "Fuzzy Control Language of IEC 61131-7",

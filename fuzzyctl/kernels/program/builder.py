@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Sequence
 from functools import reduce
 from itertools import count
 from typing import Final
 
 from fuzzyctl.expr import (
+    COMPARISONS,
     ONE,
     SOFT,
     ZERO,
@@ -25,8 +26,48 @@ from fuzzyctl.expr import (
     replace,
     times,
 )
-from fuzzyctl.kernels.program.lowering import step
 from fuzzyctl.kernels.program.program import Assign, Item, Locate, Place, Program, Statement
+
+_HALF: Final = Number(0.5)
+
+
+def step(function: str, arguments: Sequence[Expr], let: Callable[[Expr], Expr]) -> Expr:
+    """Return a function of `expr.SOFT` as a choice over `floor` and `fmod`.
+
+    Args:
+        function: Its name.
+        arguments: What it is applied to.
+        let: Names a value, so that it is computed once.
+    """
+    a, *others = (let(x) for x in arguments)
+    match function, others:
+        case "ceil", []:
+            return -Call("floor", (-a,))
+        case "round", []:
+            return _rounded(a, let)
+        case "mod", [b]:
+            rest = let(Call("fmod", (a, b)))
+            below = Logic("and", (Compare("<", rest, ZERO), Compare(">", b, ZERO)))
+            above = Logic("and", (Compare(">", rest, ZERO), Compare("<", b, ZERO)))
+            return Where(Logic("or", (below, above)), rest + b, rest)
+        case "ne", [b]:  # without "!=", which some targets cannot tell from a test for NaN
+            return Where(Compare("==", a, b), ZERO, ONE)
+        case _, [b] if function in COMPARISONS:
+            return Where(Compare(COMPARISONS[function], a, b), ONE, ZERO)
+    return Call(function, (a, *others))
+
+
+def _rounded(x: Expr, let: Callable[[Expr], Expr]) -> Expr:
+    """Return the nearest whole number; halfway between two the even one, which is twice another."""
+    below = let(Call("floor", (x,)))
+    rest = let(x - below)
+    half = let(_HALF * below)
+    ties = Logic("and", (Compare("==", rest, _HALF), Compare("==", Call("floor", (half,)), half)))
+    stays = Logic("or", (Compare("<", rest, _HALF), ties))
+    # Where there is nothing beyond a whole number, it is that one, or x is infinite or NaN.
+    up = Where(Compare(">", rest, ZERO), below + 1.0, below)
+    return Where(Logic("and", (Compare(">", rest, ZERO), stays)), below, up)
+
 
 #: Deeper expressions are written as several statements, since parsers stop at some depth (CPython's at 200).
 DEEPEST: Final = 40

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from fuzzyctl.codegen.errors import CodegenError
-from fuzzyctl.codegen.fmu.binary import shared_library
+from fuzzyctl.codegen.fmu.archive import shared_library
 from tests.commands import runner
 
 run = runner("codegen", "--target", "fmu")

@@ -6,8 +6,7 @@ import pytest
 
 import fuzzyctl
 from fuzzyctl.comparison.differences import differences
-from fuzzyctl.comparison.explanation import causes, explanation
-from fuzzyctl.comparison.parts import parts
+from fuzzyctl.comparison.explanation import causes, explanation, parts
 
 SAMPLED = "defuzzifier centroid(resolution={}, grid={})\n"
 

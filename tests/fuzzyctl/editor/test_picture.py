@@ -3,8 +3,7 @@ from xml.etree import ElementTree
 
 import pytest
 
-from fuzzyctl.editor.hover import hover
-from fuzzyctl.editor.picture import as_markdown, picture
+from fuzzyctl.editor.hover import as_markdown, hover, picture
 from tests.fuzzyctl.editor.marked import SYSTEM, marked
 
 KINDS = {

@@ -6,8 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fuzzyctl.editor.preview import preview, strongest
-from fuzzyctl.editor.region import Side, ends_of, region
+from fuzzyctl.editor.preview import Side, ends_of, preview, region, strongest
 from tests.fuzzyctl.editor.marked import SYSTEM, marked
 
 TIP = marked(SYSTEM, "food")[0].examined.systems[0]

@@ -5,7 +5,7 @@ import math
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from fuzzyctl.page.samples import FEWEST, NUMBERS, SEEN, Drawn, samples
+from fuzzyctl.page.blocks import FEWEST, NUMBERS, SEEN, Drawn, samples
 
 VALUES = st.lists(st.floats(-1e3, 1e3) | st.just(math.nan), max_size=1500)
 

@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 from fuzzyctl import ArgumentError, DiagnosticError, Experiment, simulate
-from fuzzyctl.codegen.fmu.archive import fmu, sources
-from fuzzyctl.codegen.fmu.binary import compiler
+from fuzzyctl.codegen.fmu.archive import compiler, fmu, sources
 from fuzzyctl.model.plant import Plant
 from fuzzyctl.simulation import fmu_process
 from fuzzyctl.simulation.plant_function import PlantFunction

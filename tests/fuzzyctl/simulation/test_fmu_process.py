@@ -11,8 +11,7 @@ import numpy as np
 import pytest
 
 from fuzzyctl import DiagnosticError, Experiment, simulate
-from fuzzyctl.codegen.fmu.archive import fmu, sources
-from fuzzyctl.codegen.fmu.binary import compiler
+from fuzzyctl.codegen.fmu.archive import compiler, fmu, sources
 from fuzzyctl.interop.gymnasium import environment
 from fuzzyctl.interop.plants import python_plant, with_plant
 from fuzzyctl.simulation import fmu_process

@@ -12,8 +12,7 @@ from types import SimpleNamespace
 import pytest
 
 import fuzzyctl
-from fuzzyctl.codegen.fmu.archive import fmu, sources
-from fuzzyctl.codegen.fmu.binary import compiler
+from fuzzyctl.codegen.fmu.archive import compiler, fmu, sources
 from fuzzyctl.diagnostics.diagnostic import DiagnosticError
 from fuzzyctl.experiments import sweep_journal, sweep_plan, sweep_run, sweep_workers
 from fuzzyctl.experiments.scenario_keys import OverrideError

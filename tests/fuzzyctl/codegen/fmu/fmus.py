@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from fuzzyctl import loads
-from fuzzyctl.codegen.fmu.archive import fmu
-from fuzzyctl.codegen.fmu.binary import compiler
+from fuzzyctl.codegen.fmu.archive import compiler, fmu
 from fuzzyctl.codegen.fmu.calls import block_model, tunable
 from fuzzyctl.codegen.fmu.plants import plant_model
 from fuzzyctl.codegen.prepare import prepare

@@ -11,8 +11,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from fuzzyctl.codegen.errors import CodegenError
-from fuzzyctl.codegen.fmu.archive import fmu, sources
-from fuzzyctl.codegen.fmu.binary import compiler
+from fuzzyctl.codegen.fmu.archive import compiler, fmu, sources
 from fuzzyctl.codegen.fmu.calls import tunable
 from fuzzyctl.codegen.fmu.description import model_description, xml_text
 from fuzzyctl.codegen.fmu.model import Model
