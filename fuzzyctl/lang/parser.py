@@ -30,13 +30,13 @@ from fuzzyctl.lang.mistakes import describe_unknown_line, meant_keyword, orphan
 MAX_MISTAKES: Final = 500
 
 #: Most operators of a file; signs of numbers behind '(', '[', ',', '=' and '|' do not count.
-MAX_OPERATORS: Final = 100_000
+MAX_OPERATORS: Final = 80_000
 
 #: Most lines of controllers, plants and loops, and most lets, of a file.
 MAX_EQUATIONS: Final = 10_000
 
 #: Most words, numbers and parentheses of a file.
-MAX_WORDS: Final = 100_000
+MAX_WORDS: Final = 80_000
 
 _WORDS = re.compile(sx.NAME)
 _WORD_OR_PARENTHESIS = re.compile(r"[\w.]+|\(")

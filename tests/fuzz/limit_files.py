@@ -96,7 +96,7 @@ def letters_of_a_name(n):
     return controller + PLANT + LOOP + RUN
 
 
-@limit(100_000)
+@limit(80_000)
 def operators(n):
     rows, rest = divmod(n, 80)
     text = lines(rows, f"param p@ = {' + '.join(['1'] * 81)}\n")
@@ -126,7 +126,7 @@ def lines_of_a_plant(n):
     return CONTROLLER + PLANT + states + LOOP + RUN
 
 
-@limit(100_000, exact=False)
+@limit(80_000, exact=False)
 def words_of_steps(n):
     points = ", ".join(f"0.0{k:05d} s: {k % 7}" for k in range(max(2, n // 3)))
     return CONTROLLER + PLANT + f"{LOOP}let r = steps({points})\n{RUN}"

@@ -5,7 +5,7 @@ from itertools import chain, islice
 
 #: Largest size of a file in bytes, and the other limits of docs/reference/language.md.
 BYTES = 1 << 20
-TERMS, OUTPUTS, RULES, FILES, NAME, OPERATORS, VARIABLES = 1000, 200, 20_000, 64, 200, 100_000, 2000
+TERMS, OUTPUTS, RULES, FILES, NAME, OPERATORS, VARIABLES = 1000, 200, 20_000, 64, 200, 80_000, 2000
 GUARANTEES = 1000
 
 #: Somewhat fewer lines of controllers, plants, loops and lets than allowed, so that others stand beside them.
