@@ -48,7 +48,7 @@ CONTROLS = [
     ("fis", "fis/settings.py", "if said is None and dialect ==", "if said is None and None =="),
     ("fcl", "fcl/reader.py", "infix = _FROM_THE_LEFT if", "infix = _AND_FIRST if"),
     ("fcl", "fcl/reader.py", '"places"} if averaged and', '"places"} if False and'),
-    ("fcl", "fcl/variables.py", 'holds = holds or part.upper == "NC"', "holds = True"),
+    ("fcl", "fcl/variables.py", 'return _says(setting, "RANGE")', "return False"),
     ("fcl", "fcl/settings.py", 'if word.upper == "NSUM" and', "if False and"),
     ("fcl", "fcl/settings.py", "return (name, dual[name]) if", "return (name, 'max') if"),
     ("fcl", "fcl/variables.py", "is_needed = held or not terms or", "is_needed = not terms or"),
