@@ -146,7 +146,7 @@ def row(label: str, given: object, outputs: tuple[str, ...], columns: int) -> tu
 
 
 def cell(name: str, given: object, outputs: tuple[str, ...]) -> Cell:
-    """Return one cell; a cell without a term stands for no rule.
+    """Return one cell; an empty cell has no rule.
 
     Args:
         name: What to call it where it is refused.

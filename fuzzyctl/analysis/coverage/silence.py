@@ -136,7 +136,7 @@ Point = Sequence[float]
 
 
 def silent_point(flat: Plan, silence: Silence, inside: Callable[[Point], bool] | None = None) -> list[float] | None:
-    """Return a point where no rule moves an output, with few digits; None where none is found.
+    """Return a point where no rule moves an output, with few digits, or None.
 
     Args:
         flat: The system.
