@@ -36,15 +36,13 @@ CONVERTED: Final = 90_000
 COMPUTED: Final = 860_000
 #: Points of the first block, whose time is measured; each further one is longer by a factor until the time is telling.
 TRIED: Final = 512
-GROWTH: Final = 8
+GROWTH: Final = 4
 #: Seconds from which on the time of a block tells how long a point takes.
-TELLING: Final = 10e-6
-#: Seconds of work for each thread: with less, waking it and waiting for it costs more than it saves.
+TELLING: Final = 50e-6
+#: Seconds of the smallest share that a thread takes: with less, waking it and waiting for it costs more than it saves.
 ENOUGH: Final = 250e-6
 #: Seconds of machine code between looks for interrupts, unless the first block takes longer.
 PROMPT: Final = 5e-3
-#: Points of the smallest share that a thread takes at a time: few enough that none waits long for the last one.
-LEAST: Final = 1 << 15
 #: Seconds between looks whether interrupted threads are done.
 _NAP: Final = 1e-4
 _MASKS: Final = hasattr(signal, "pthread_sigmask")
@@ -87,7 +85,7 @@ def run_compiled(
     done, pace = _try(_work(fill, points, states, results, 1), count)
     if done < count:
         workers = max(min(cores(), int((count - done) * pace / ENOUGH)), 1) if parallel else 1
-        shares = _shares(done, count, workers, max(int(PROMPT / pace), TRIED))
+        shares = _shares(done, count, workers, *(max(int(seconds / pace), TRIED) for seconds in (ENOUGH, PROMPT)))
         _share(_work(fill, points, states, results, workers), shares, workers)
 
 
@@ -212,10 +210,10 @@ def _wait_until(done: Callable[[], bool]) -> None:
         raise
 
 
-def _shares(first: int, count: int, workers: int, most: int) -> Iterator[tuple[int, int]]:
+def _shares(first: int, count: int, workers: int, least: int, most: int) -> Iterator[tuple[int, int]]:
     """Yield what to take at a time: two thirds of a thread's part of what is left, within the least and the most."""
     while first < count:
-        share = max(2 * (count - first) // (3 * workers), LEAST) if workers > 1 else count - first
+        share = max(2 * (count - first) // (3 * workers), least) if workers > 1 else count - first
         last = min(first + min(share, most), count)
         yield first, last
         first = last

@@ -68,12 +68,11 @@ def kernel(request, tipper):
 
 @pytest.fixture
 def many(monkeypatch):
-    """Two threads, whatever the machine and however little there is to do, in shares of 500."""
+    """Two threads, whatever the machine and however little there is to do, in small shares."""
     monkeypatch.setattr(blocks, "TRIED", TRIED)
     monkeypatch.setattr(blocks, "TELLING", 0.0)
     monkeypatch.setattr(blocks, "ENOUGH", 1e-12)
     monkeypatch.setattr(blocks, "PROMPT", LONG)
-    monkeypatch.setattr(blocks, "LEAST", 500)
     monkeypatch.setattr(blocks, "cores", lambda: 2)
 
 
@@ -122,6 +121,11 @@ class TestWork:
 
     def test_that_is_long_is_shared_though_there_are_few_points(self, clock):
         assert shares_of(5000, clock, 1e-6)[0] == 2
+
+    def test_of_two_milliseconds_is_shared_in_parts_that_are_worth_a_thread(self, clock):
+        helpers, sizes = shares_of(20_000, clock, 1e-7)
+        assert helpers == 2
+        assert min(sizes[1:-1]) * 1e-7 >= 0.99 * blocks.ENOUGH
 
     def test_is_not_shared_where_one_thread_is_wanted(self, clock):
         assert shares_of(10**6, clock, 1e-6, parallel=False)[0] == 0
