@@ -16,7 +16,7 @@ from fuzzyctl.cli.loading import Choice, load_checked, open_block
 from fuzzyctl.cli.streams import write_json
 
 #: Part of the time of a controller that is left for what is under way when it ends; least time for its bounds [s].
-_REST: Final = 0.2
+_REST: Final = 0.25
 _LEAST: Final = 0.1
 #: Least time for the coverage of a system [s].
 _SURE: Final = 0.5

@@ -176,19 +176,14 @@ class Search:
         return found
 
     def _tops(self) -> dict[int, Interval]:
-        """Enclose the largest degree of each consequent set that counts."""
+        """Enclose the largest degree of each consequent set that can move the output."""
         output = self.output
         tops: dict[int, Interval] = {}
-        points: tuple[float, ...] = ()
         for t in dict.fromkeys(entry.term for entry in output.implied):
             self.work.spend(1 + sampling(output, 2))
-            if not output.over_rules and output.resolution is not None:
-                points = points or seen_points(output)
-                top = max(sampled_degrees(output.terms[t], points))
-                if top >= NARROW:
-                    tops[t] = (top, top)
-            elif counts(output, output.terms[t]):
-                tops[t] = _top(output, output.terms[t])
+            top = largest_degree(output, output.terms[t])
+            if top is not None:
+                tops[t] = top
         return tops
 
     def _is_complete_table(self) -> bool:
@@ -375,32 +370,27 @@ def _implied(implication: str) -> Callable[[float, float], float]:
     return found
 
 
-def counts(output: OutputPlan, term: SetPlan) -> bool:
-    """Return whether a consequent can move the output: a set without area in the range has no centroid there.
+def largest_degree(output: OutputPlan, term: SetPlan) -> Interval | None:
+    """Enclose the largest degree of a consequent set; None for one that cannot move the output.
 
-    A sampled set counts if some sample meets it; an exact one if its area is far from rounding to 0.
+    A set without area in the range has no centroid. A sampled set moves the output if a sample meets it, an exact one
+    if its area is far from rounding to 0. An adaptive integral sees the largest degree at its first nodes at least,
+    and at most the largest one in the range.
     """
     if output.over_rules:
-        return True
-    if output.resolution is not None:
-        return max(sampled_degrees(term, seen_points(output))) >= NARROW
-    if not closed_form(output, [term]):
-        return max(sampled_degrees(term, nodes_of(output, term))) >= NARROW
-    ends = support(output, term)
-    return bool(ends) and ends[1] - ends[0] > NARROW * (output.upper - output.lower)
-
-
-def _top(output: OutputPlan, term: SetPlan) -> Interval:
-    """Enclose the largest degree of a consequent set of an output that is not sampled.
-
-    An adaptive integral sees it at its first nodes at least, and at most what it is anywhere in the range.
-    """
-    if output.over_rules or closed_form(output, [term]):
         return 1.0, 1.0
-    nodes = max(sampled_degrees(term, nodes_of(output, term)))
+    if output.resolution is not None:
+        largest = max(sampled_degrees(term, seen_points(output)))
+        return (largest, largest) if largest >= NARROW else None
+    if closed_form(output, [term]):
+        ends = support(output, term)
+        return (1.0, 1.0) if ends and ends[1] - ends[0] > NARROW * (output.upper - output.lower) else None
+    least = max(sampled_degrees(term, nodes_of(output, term)))
+    if least < NARROW:
+        return None
     degree = term.degree(Name("x"))
     most = max(enclose(degree, {"x": ends})[1] for ends in pairwise(places_of(output, [term])))
-    return nodes, min(most, 1.0)
+    return least, min(most, 1.0)
 
 
 def _halved(box: tuple[Interval, ...]) -> list[tuple[Interval, ...]]:

@@ -6,7 +6,7 @@ import dataclasses
 from collections.abc import Iterator, Mapping
 from typing import Final
 
-from fuzzyctl.analysis.coverage.box_search import Hole, Search, Undecided, Verdict, counts
+from fuzzyctl.analysis.coverage.box_search import Hole, Search, Undecided, Verdict, largest_degree
 from fuzzyctl.analysis.coverage.silence import Silence, at, silent_point, unclear_at
 from fuzzyctl.analysis.degrees import CERTAIN, Truths, degree_in, narrowed
 from fuzzyctl.analysis.work import COVERAGE, SEARCH, SPENT, SpentError, Work
@@ -87,9 +87,9 @@ def _some_of_group_acts(flat: Plan, output: OutputPlan, group: int) -> bool:
     method = flat.activations[group]
     if method.kind == "proportional":
         return output.over_rules or _is_exact(output)
-    own = {entry.rule for entry in output.implied if counts(output, output.terms[entry.term])}
+    moving = {e.rule for e in output.implied if largest_degree(output, output.terms[e.term]) is not None}
     members = [(r, rule.weight) for r, rule in enumerate(flat.rules) if rule.group == group]
-    if not all(r in own or weight == 0.0 for r, weight in members):
+    if not all(r in moving or weight == 0.0 for r, weight in members):
         return False
     # The rule chosen may be one of the smallest activations there are, whose area is 0.
     strict = _is_exact(output) and (method.kind == "highest" or method.threshold >= CERTAIN)
@@ -207,7 +207,7 @@ def _stopped(flat: Plan, output: OutputPlan, at: Mapping[str, float]) -> str:
         return ""
     if not weighty:
         return "rules fire there, but their weight is 0"
-    if not any(counts(output, output.terms[e.term]) for e in weighty):
+    if all(largest_degree(output, output.terms[e.term]) is None for e in weighty):
         seen = f"at the {output.resolution} samples" if output.resolution is not None else "within the range"
         return f"a rule fires there, but its consequent has no area {seen}"
     leaving = [m.kind for m in flat.activations_of(output) if m.kind not in ("general", "proportional")]

@@ -180,6 +180,8 @@ class _Growth:
         names = self.model.evaluate(self.part, self.fixed | self._known())
         grew = False
         for state, update in zip(self.states, self.model.equations.updates, strict=True):
+            if clock.is_over():
+                raise SpentError
             ends = self._copied(update) or self._ends_of(state.name, names.enclose(update))
             if state.name not in self.lost and self._grow(state.name, ends, is_last=is_last):
                 grew = True

@@ -68,8 +68,8 @@ class TestSilence:
     def system(self, request, monkeypatch):
         if not request.param:
             # What the first nodes see is below the height of the set: what is then taken for a hole is none.
-            enclosed = box_search._top
-            monkeypatch.setattr(box_search, "_top", lambda *given: (enclosed(*given)[0],) * 2)
+            largest = box_search.largest_degree
+            monkeypatch.setattr(box_search, "largest_degree", lambda *parts: (e := largest(*parts)) and (e[0], e[0]))
         return loads(DIFFERENCE.format(otherwise="else 0.9"))
 
     def test_total_is_refuted_where_the_output_is_silent(self, system):

@@ -231,4 +231,4 @@ def test_reading_is_part_of_the_time_of_a_controller(tmp_path, monkeypatch):
     times = []
     monkeypatch.setattr("fuzzyctl.analysis.induction.bounds.controller_bounds", lambda _, t: times.append(t) or {})
     run(path)
-    assert times == [1.5]
+    assert times == [1.25]
