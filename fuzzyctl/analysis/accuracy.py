@@ -78,7 +78,7 @@ def _message(output: OutputPlan) -> str:
 
 
 def _unlocated(system: FuzzySystem, output: OutputPlan, part: Work, work: Work) -> Iterator[Diagnostic]:
-    """Report an output if the turning points of its own hedges are not all known."""
+    """Report an output if some turning points of its user-defined hedges are unknown."""
     hedged = dict.fromkeys(t for t in (output.terms[e.term] for e in output.implied) if own_changes(t))
     is_known = _locate(list(hedged), output, part)
     if is_known and all(is_resolved(term, output.lower, output.upper) for term in hedged):
@@ -198,7 +198,7 @@ def _is_steep(changes: tuple[Expr, ...]) -> bool:
 
 
 def _hedged(changes: tuple[Expr, ...]) -> Degree:
-    """Return what hedges make of a degree, one after the other."""
+    """Return a degree after some hedges, which are applied one after the other."""
     whole: Expr = Name(ITSELF)
     for change in changes:
         whole = replace_names(change, {ITSELF: whole})

@@ -13,7 +13,7 @@ from fuzzyctl.records import record
 
 @record(frozen=True)
 class Line:
-    """`factor · input + shift`; `input` is a position, None where the factor is 0."""
+    """`factor · input + shift`; `input` is a position, None if the factor is 0."""
 
     input: int | None
     factor: Fraction
@@ -100,7 +100,7 @@ class Reader:
             self.here.append(tuple(Line(i, Fraction(1), Fraction(0)) for i in own))
 
     def read(self, expr: Expr) -> Affine | None:
-        """Return an expression as a sum, None for one that is none."""
+        """Return an expression as a sum, None if it is not one."""
         match expr:
             case Number(value=value):
                 return _of_number(Fraction(value)) if math.isfinite(value) else None

@@ -32,7 +32,7 @@ def output_bounds(system: FuzzySystem | Controller, *, timeout: float = TIMEOUT)
         A bound for each output by name, of a controller for each declared state, too.
 
     Raises:
-        ArgumentError: For what is no system and no controller, and for a timeout that is no number.
+        ArgumentError: For an object that is neither a system nor a controller, and for a timeout that is not a number.
         ValueOutOfBoundsError: For a negative timeout.
     """
     timeout = arguments.seconds("'timeout'", timeout)

@@ -38,15 +38,15 @@ from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Hold, Output
 from fuzzyctl.support import arguments
 
-#: What is noted of a bound whose search ended for lack of time.
+#: Note on a bound whose search ended for lack of time.
 SPENT: Final = "the time is spent; with more of it the bound may be tighter"
-#: Points tried when looking for one where a bound is attained.
+#: Points tried in the search for one that attains a bound.
 TRIES: Final = 20_000
 
 
 @dataclass(frozen=True)
 class OutputBound:
-    """What an output can be.
+    """The values that an output can have.
 
     Args:
         name: The output.
@@ -77,13 +77,13 @@ def output_bounds(system: FuzzySystem) -> dict[str, OutputBound]:
     An average lies between the consequents of the rules that can fire, a weighted sum within the sum of what each rule
     can add, a centroid between the ends of their supports, an adaptive output within its range. Where it is not proved
     that some rule always fires, `else` counts too; an output that holds its previous value holds one that lies within
-    these bounds, or what it is at first. NaN, for `else nan` and for inputs that are NaN, is not bounded.
+    these bounds, or its value at the start. NaN, for `else nan` and for inputs that are NaN, is not bounded.
 
     Returns:
         A bound for each output by name.
 
     Raises:
-        ArgumentError: For what is no system.
+        ArgumentError: For an object that is not a system.
     """
     arguments.instance("the system", FuzzySystem, "a FuzzySystem", system)
     if "bounds" not in system.derived:
@@ -119,7 +119,7 @@ def diagnostics(system: FuzzySystem, flat: Plan, verdicts: Mapping[str, Verdict]
     Args:
         system: The system.
         flat: Its plan.
-        verdicts: What is known of the outputs' coverage.
+        verdicts: On the coverage of the outputs.
     """
     found: list[Diagnostic] = []
     if not any(_is_computed(o) for o in flat.outputs):
@@ -224,7 +224,7 @@ def _terms_that_fire(flat: Plan, output: OutputPlan, activations: Sequence[Inter
 
 
 def _hull(output: OutputPlan, terms: Sequence[int], box: Mapping[str, Interval]) -> Interval:
-    """Enclose what an output can be while the rules of some terms act; `box` encloses what they may read."""
+    """Enclose an output while the rules of some terms act; `box` encloses the names that they may read."""
     if not output.over_rules:
         return (output.lower, output.upper) if clock.is_over() else support_hull(output, [*dict.fromkeys(terms)])
     functions = [t for t in terms if output.terms[t].reads_inputs and output.terms[t].reach is None]
@@ -240,7 +240,7 @@ def _values(term: SetPlan, box: Mapping[str, Interval]) -> Interval:
 
 
 def _box(flat: Plan) -> dict[str, Interval]:
-    """Enclose what a formula may read."""
+    """Enclose the names that a formula may read."""
     return enclosed(flat) | {o.name: ANYTHING for o in flat.outputs}
 
 
@@ -366,7 +366,7 @@ def _value(kernel: Callable[..., Any], point: Sequence[float], position: int, ou
 def _with_otherwise(
     flat: Plan, declared: Output, value: float, verdict: Verdict, ends: tuple[_End, _End], *, only: bool
 ) -> tuple[_End, _End]:
-    """Add the value of `else`; it is attained where the hole is."""
+    """Add the value of `else`; it is attained in the hole."""
     given = declared.otherwise.start if isinstance(declared.otherwise, Hold) else declared.otherwise
     span = span_of(given) if isinstance(given, Expr) else declared.span
     low, high = ends
@@ -379,7 +379,7 @@ def _with_otherwise(
 
 
 def _confirmed(flat: Plan, name: str, verdict: Verdict) -> dict[str, float] | None:
-    """Return a point where no rule moves an output, if evaluating it there says so, too."""
+    """Return a point where no rule moves an output, if an evaluation there confirms it."""
     with suppress(SpentError):
         if isinstance(verdict, Hole) and Silence(flat, name, Work(math.inf)).confirms(verdict):
             return verdict.witness

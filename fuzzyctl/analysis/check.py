@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Checked:
-    """One system of a source, and what is found of it.
+    """One system of a source with its diagnostics.
 
     Args:
         system: None when there are errors, those of claims apart, which stop nothing.
@@ -69,7 +69,7 @@ def check(
 
     Raises:
         DiagnosticError: When the file cannot be read as text at all.
-        ArgumentError: For what is neither a path nor a system.
+        ArgumentError: For an object that is neither a path nor a system.
     """
     guarantees = arguments.flag("'guarantees'", guarantees)
     name, max_bytes = block_name(block), arguments.bytes_allowed(max_bytes)
@@ -91,9 +91,9 @@ def check_source(
 
     Args:
         source: The text.
-        folder: Where the files stand that it uses; None for a text that may use none.
+        folder: The folder of the files that it uses; None for a text that may not use any.
         guarantees: Whether to look for guarantees that are quickly refuted.
-        profile: The profile by whose numerics the systems are analysed; None for what the file says. Its structure is
+        profile: The profile by whose numerics the systems are analysed; None for the one of the file. Its structure is
             checked as the file is.
 
     Returns:
@@ -133,7 +133,7 @@ def check_changed(examined: Examined, changed: FuzzySystem) -> Checked:
 def _under(
     system: FuzzySystem, profile: ProfileName | None, source: SourceText
 ) -> tuple[FuzzySystem, list[Diagnostic]]:
-    """Return a system under a profile, and what is to be said of that: why it cannot be, or what stays as it is."""
+    """Return a system under a profile, with diagnostics: why it cannot be, or which parts do not change."""
     if profile is None:
         return system, []
     try:
@@ -162,7 +162,7 @@ def _analysed(
     work = Work() if work is None else work
     imprecise = accuracy.diagnostics(system, flat, work)
     uncovered = coverage.uncovered_of(flat, work)
-    if not any(uncovered.values()):  # what is proved with less work is proved
+    if not any(uncovered.values()):  # a proof with less work is a proof
         system.derived.setdefault("uncovered", uncovered)
     found = coverage.diagnostics_of(system, flat, uncovered, work)
     idle = effects.diagnostics(system, flat, work)

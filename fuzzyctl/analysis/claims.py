@@ -175,7 +175,7 @@ def compared_outputs(system: FuzzySystem) -> set[str]:
 
 
 def named(expr: Expr) -> Iterator[str]:
-    """Yield the names of variables and of what is called."""
+    """Yield the names of variables and of called functions and systems."""
     for node in walk(expr):
         if isinstance(node, Name):
             yield node.name
@@ -241,12 +241,12 @@ def _comparison(expr: Compare, tolerance: Fraction, wanted: bool) -> Truth:
             return _simplified(Bound(right, left, tolerance, op == "<", expr))
         case "==":
             return Every(tuple(_simplified(Bound(*p, tolerance, False, expr)) for p in ((left, right), (right, left))))
-    # What differs by anything differs; a tolerance would only make it true for all numbers.
+    # Numbers that differ at all differ; with a tolerance the claim would be true for all numbers.
     return Some(tuple(_simplified(Bound(*p, Fraction(0), True, expr)) for p in ((left, right), (right, left))))
 
 
 def _simplified(bound: Bound) -> Truth:
-    """Write magnitudes, minima and maxima that stand alone as several comparisons, unless they are too many."""
+    """Write a magnitude, minimum or maximum that is a whole side as several comparisons, unless they are too many."""
     if _alternatives(bound.left) * _alternatives(bound.right) > MOST_PARTS:
         return bound
 
@@ -272,7 +272,7 @@ def _simplified(bound: Bound) -> Truth:
 
 
 def _alternatives(expr: Expr) -> int:
-    """Return how many expressions magnitudes, minima and maxima that stand alone choose from."""
+    """Return the number of expressions that a magnitude, minimum or maximum chooses from."""
     match expr:
         case Call(function="abs", arguments=(a,)):
             return 1 + _alternatives(a)

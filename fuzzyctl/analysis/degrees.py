@@ -49,7 +49,7 @@ def chain_in(flat: Plan, position: int) -> Interval:
 
 
 class Truths(Mapping[str, Interval]):
-    """Intervals of degrees, and of the steps of firing strengths, each computed when it is asked for.
+    """Intervals of degrees, and of the steps of firing strengths, each computed at first use.
 
     Args:
         flat: The plan.
@@ -63,7 +63,7 @@ class Truths(Mapping[str, Interval]):
         self._before = before
         self._steps = flat.named_steps
         self._known = {chain_name(i): chain_in(flat, i) for i in range(len(flat.chains))} | dict(degrees)
-        # What is chained may add up to more than a degree.
+        # The rules of a chain may add up to more than a degree.
         self._most = max((high for _, high in self._known.values()), default=1.0) if flat.chains else 1.0
 
     def __getitem__(self, name: str) -> Interval:
@@ -104,7 +104,7 @@ def degree_in(term: SetPlan, x: Interval) -> Interval:
 
 
 def bounded(values: Interval, most: float) -> Interval:
-    """Return an interval held within what degrees can be."""
+    """Return an interval clamped to the range of degrees."""
     return min(max(values[0], 0.0), most), min(max(values[1], 0.0), most)
 
 
@@ -138,7 +138,7 @@ def effect_in(flat: Plan, entry: ImpliedPlan, activation: Interval) -> Interval:
             # Hedges make nothing of a rule that does not act.
             low = low if activation[0] > 0.0 else 0.0
         if flat.least is not None or method.compares:
-            # A threshold may let a rule of activation 0 act where nothing else asks for more.
+            # A threshold may let a rule of activation 0 act if it is the only condition.
             high = high if activation[1] > 0.0 else 0.0
     return low * entry.factor, high * entry.factor
 

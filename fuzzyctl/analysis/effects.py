@@ -1,6 +1,6 @@
 """Rules that can never act and terms that are never used.
 
-What is reported is proved; what is not reported may still be without effect for a reason that is not looked for.
+Each report is proved; a rule or term without a report may still be without effect for another reason.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ def diagnostics(system: FuzzySystem, flat: Plan, work: Work | None = None) -> li
 
 
 class _Idle:
-    """What has no effect.
+    """Rules, terms and inputs without effect.
 
     Attributes:
         zero: Terms of inputs that no value in the range belongs to, with the range.
@@ -156,7 +156,7 @@ class _Idle:
         one, other = self.system.rule_methods[s], self.system.rule_methods[r]
         if (one.conjunction, one.disjunction) != (other.conjunction, other.disjunction):
             return False
-        # Rules with the same antecedent have a message of their own.
+        # Rules with the same antecedent have another message.
         return self.flat.rules[s].weight >= self.flat.rules[r].weight and first != second and _at_most(second, first)
 
 
@@ -172,7 +172,7 @@ def _reach(flat: Plan, degree: DegreePlan, work: Work) -> Interval:
     return found or whole
 
 
-#: What an antecedent says: its kind with its operands or its words. Tuples of texts are compared a hundred times faster
+#: An antecedent as a tuple: its kind, then its operands or words. Tuples of texts are compared a hundred times faster
 #: than models are, and every rule of a consequent is compared with all others of it.
 _Said = tuple[str, tuple[Any, ...]]
 

@@ -27,14 +27,14 @@ GAP: Final = 0.008
 
 @record(frozen=True)
 class Extent:
-    """What an output is over all inputs.
+    """The extremes of an output over all inputs.
 
     Args:
         name: The output.
         lo, hi: Every number that a kernel returns lies between them.
         lo_at, hi_at: Points where kernels come nearest to them, as far as found.
-        lo_found, hi_found: What the output is there.
-        steepness: A bound of the slope along each input by name, in exact arithmetic; infinite where none is known.
+        lo_found, hi_found: The output there.
+        steepness: A bound of the slope along each input by name, in exact arithmetic; infinite if unknown.
         note: Why bounds are not as tight as they may be; empty if they are.
     """
 
@@ -61,7 +61,7 @@ def extents(system: FuzzySystem, *, timeout: float = TIMEOUT) -> tuple[Extent, .
         One for each output, in order.
 
     Raises:
-        ArgumentError: For what is no system, and for a timeout that is no number.
+        ArgumentError: For an object that is not a system, and for a timeout that is not a number.
         ValueOutOfBoundsError: For a negative timeout.
     """
     arguments.instance("the system", FuzzySystem, "a FuzzySystem", system)
@@ -83,7 +83,7 @@ _End = tuple[float, dict[str, float] | None, float]
 
 
 def _ends(system: FuzzySystem, position: int, known: OutputBound, finder: Any, judge: Judge) -> list[_End]:
-    """Return both ends of an output: the tighter of what the consequents and what the whole system say."""
+    """Return both ends of an output, each the tighter one of the bounds by its consequents and by the whole system."""
     ends: list[_End] = []
     for sign, value, at in ((1, known.lo, known.lo_at), (-1, known.hi, known.hi_at)):
         if known.exact and at is None:
@@ -100,7 +100,7 @@ def _ends(system: FuzzySystem, position: int, known: OutputBound, finder: Any, j
 
 
 def _consequents_alone(system: FuzzySystem, known: OutputBound) -> Extent:
-    """Return what the consequents say of an output, for which no kernel is compiled."""
+    """Return the bounds of an output by its consequents, for which no kernel is compiled."""
     steepness = {v.name: math.inf for v in system.inputs}
     return Extent(known.name, known.lo, known.hi, None, None, math.nan, math.nan, steepness, SPENT)
 

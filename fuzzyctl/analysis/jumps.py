@@ -25,9 +25,9 @@ from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Output
 from fuzzyctl.records import record
 
-#: Changes below this part of an output's range are none that anyone would feel.
+#: Jumps below this part of an output's range are not reported.
 LEAST: Final = 1e-3
-#: Most points at which the other inputs stand while one is moved over a candidate.
+#: Most points of the other inputs while one input moves over a candidate.
 MOST_POINTS: Final = 100
 #: Most candidates looked at: values of inputs at which an output may jump.
 MOST_CANDIDATES: Final = 100
@@ -68,8 +68,8 @@ def diagnostics(
     Args:
         system: The system.
         flat: Its plan.
-        verdicts: What is known of the outputs' coverage.
-        work: What may be computed for all outputs.
+        verdicts: On the coverage of the outputs.
+        work: The work that is allowed for all outputs.
     """
     search, found = _Evaluation(flat, Work() if work is None else work), []
     for output in system.outputs:
@@ -82,11 +82,11 @@ def diagnostics(
 
 
 def largest_jump(flat: Plan, name: str, verdict: Verdict, search: _Evaluation | None = None) -> Jump | None:
-    """Return the largest jump found of an output, None where there is none to be found."""
+    """Return the largest jump of an output that the search finds, None without one."""
     position = next(k for k, o in enumerate(flat.outputs) if o.name == name)
     output = flat.outputs[position]
     if flat.initial_state:
-        return None  # it also depends on what was before
+        return None  # it also depends on earlier values
     candidates = list(islice(_candidates(flat, output, isinstance(verdict, Hole)), MOST_CANDIDATES))
     if not candidates:
         return None
@@ -115,7 +115,7 @@ def _candidates(flat: Plan, output: OutputPlan, has_hole: bool) -> Iterator[tupl
 
 
 def _is_within(variable: InputPlan, x: float) -> bool:
-    """Return whether an output may jump at a value within what the system is for.
+    """Return whether an output may jump at a value within the domain of the system.
 
     An input that is clamped has its ends, beyond which nothing changes; one that extrapolates leaves its terms there.
     """
@@ -125,7 +125,7 @@ def _is_within(variable: InputPlan, x: float) -> bool:
 
 
 def _leaves_a_gap(variable: InputPlan, sets: Sequence[SetPlan]) -> bool:
-    """Return whether no term of an input has a degree somewhere, which has a message of its own."""
+    """Return whether no term of an input has a degree somewhere, which has another message."""
     return any(all(degree_in(s, cell.floats)[1] <= 0.0 for s in sets) for cell in cells(variable, sets))
 
 

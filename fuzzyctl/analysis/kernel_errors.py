@@ -1,6 +1,6 @@
 """Proved differences between kernels and rules, for algorithms that look up the rules that can act.
 
-Interpolation has a surface that knows its own error (`exact`). Here are the two ways that take rules that act alone.
+The surface of interpolation knows its error (`exact`). Here are the two methods that use rules which act alone.
 Both count corners as one that differ by rounding, and round other operations than those of all rules.
 """
 
@@ -17,7 +17,7 @@ from fuzzyctl.kernels.algorithms import rule_cells
 from fuzzyctl.kernels.algorithms.rule_cells import Active, active_of, linear_parts
 from fuzzyctl.kernels.plan.build import OutputPlan, Plan
 
-#: Rounding of one operation, twice what it is: products of such errors need no further thought.
+#: Twice the rounding error of one operation, which covers products of such errors.
 _ULP: Final = Fraction(1, 1 << 52)
 
 
@@ -63,7 +63,7 @@ def _moved_share(plan: Plan, own: Active, output: OutputPlan) -> Fraction:
 
 
 def _magnitude(plan: Plan, output: OutputPlan, term: int) -> Fraction:
-    """Return what the parts of a consequent add up to at most."""
+    """Return the largest sum of the parts of a consequent."""
     parts = linear_parts(output.terms[term])
     assert parts is not None, "others are no averages of what rules that act say"
     factors, constant = parts

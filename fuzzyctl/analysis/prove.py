@@ -50,22 +50,22 @@ from fuzzyctl.support import arguments
 
 #: Seconds that one guarantee may take.
 TIMEOUT: Final = 10.0
-#: Most products of corners and rules where no time is given.
+#: Most products of corners and rules without a time limit.
 QUICK: Final = 10_000
 #: Units of work for the slopes at a corner.
 _CORNER: Final = 100
 #: Units of work for reading an operation of a guarantee.
 _GUARANTEE: Final = 60
-#: Seconds spent on points at which a guarantee divides by 0 where no time is given.
+#: Seconds spent on points at which a guarantee divides by 0, without a time limit.
 LOOKED: Final = 1.0
 
 #: Seconds that a claim may take in a command that does more than prove.
 CLAIM_SECONDS: Final = 1.0
 
-#: What is said where a claim depends on a state.
+#: Reason of a verdict on a claim that depends on a state.
 _AT_FIRST: Final = "no point is found that breaks the claim with what is at first"
 
-#: What decides claims that subdivision cannot settle, such as equalities; said of systems that do not interpolate.
+#: Why claims that subdivision cannot decide, such as equalities, stay open for systems that do not interpolate.
 _EXACTLY: Final = "of a system that interpolates ('and product', 'center_average') it is decided exactly"
 
 #: Why such a claim is not decided exactly although all else interpolates.
@@ -93,7 +93,7 @@ def prove(
     Inputs that extrapolate run over all real numbers. Others are clamped, so that a claim that names outputs at the
     inputs as they are, and no inputs, also holds for all real numbers; a claim or a condition that names an input is
     about values in its range. A claim is about the points where the outputs it names have a value; `total(f)` says that
-    they do everywhere. Where no point of the ranges is in the region of a condition, the verdict says so.
+    they do everywhere. If no point of the ranges meets a condition, the verdict notes it.
 
     Claims of a controller are about every step that a run from its start may come to; ranges of its states and outputs
     are claims, too. A range of a state is proved by induction: it holds the start, and no step leaves it.
@@ -110,7 +110,7 @@ def prove(
 
     Raises:
         DiagnosticError: For a file with mistakes.
-        ArgumentError: For what is no path, system or controller, and for other arguments of a type they cannot have.
+        ArgumentError: For an object that is not a path, system or controller, and for other arguments of a wrong type.
         ValueOutOfBoundsError: For a negative timeout.
     """
     timeout = arguments.seconds("'timeout'", timeout)
@@ -141,13 +141,13 @@ def prover_of(block: Block, timeout: float = TIMEOUT, progress: Progress | None 
 
 @dataclass
 class Prover:
-    """Proves guarantees of one system; what they need is computed once.
+    """Proves guarantees of one system; the parts that several need are computed once.
 
     Args:
         system: The system.
         timeout: Seconds that one guarantee may take; 0 for the quick methods only.
         progress: Called now and then.
-        work: What the quick methods may compute for all guarantees; None for whatever they need.
+        work: The work that the quick methods may spend on all guarantees; None for no limit.
     """
 
     system: FuzzySystem
@@ -187,16 +187,16 @@ class Prover:
 
     @cached_property
     def bounds(self) -> Mapping[str, OutputBound]:
-        """What the outputs lie between, seen from their consequents alone."""
+        """Bounds of the outputs by their consequents alone."""
         return output_bounds(self.system)
 
     @cached_property
     def judge(self) -> Judge:
-        """What evaluates witnesses."""
+        """Evaluates witnesses."""
         return Judge(self.system, self.work)
 
     def verdict(self, guarantee: Guarantee) -> Verdict:
-        """Return what is proved of a guarantee."""
+        """Return the verdict on a guarantee."""
         claim = claim_of(self.system, guarantee)
         found = self._settled(claim)
         if isinstance(found, Undecided):
@@ -217,13 +217,13 @@ class Prover:
         return replace(found, claim=claim.text, span=guarantee.span)
 
     def _with_lets(self, witness: Witness, lets: Set[str]) -> Witness:
-        """Return a witness that also says what the lets of its claim are there."""
+        """Return a witness with the values of the lets of its claim."""
         known = known_at(self.plan, list(witness.point.values()))
         own = tuple((let.name, known[let.name]) for let in self.plan.lets if let.name in lets)
         return replace(witness, sides=(*own, *witness.sides))
 
     def _state_of(self, claim: Claim) -> str:
-        """Return what a claim depends on besides the inputs, an empty text for one that depends on nothing else."""
+        """Return the state that a claim depends on besides the inputs, an empty text if there is none."""
         spoken = outputs_in(claim.truth)
         for k, output in enumerate(self.plan.outputs):
             if output.name in spoken and k in {o for o, _ in self.plan.states}:
@@ -350,7 +350,7 @@ class Prover:
 
 
 def diagnostics(system: FuzzySystem) -> list[Diagnostic]:
-    """Report the guarantees that quick methods refute; what they leave open is not reported."""
+    """Report the guarantees that quick methods refute; the undecided ones are not reported."""
     return quickly(system)[1]
 
 
@@ -359,7 +359,7 @@ def quickly(system: FuzzySystem, work: Work | None = None) -> tuple[list[Verdict
 
     Args:
         system: The system.
-        work: What may be computed for all of them.
+        work: The work that is allowed for all of them.
     """
     work = Work() if work is None else work
     prover = Prover(system, timeout=0.0, work=work)

@@ -43,7 +43,7 @@ def witness_of(claim: Claim, plan: Plan, judge: Judge) -> Witness | None:
 def without_value(guarantee: Guarantee, claim: Claim, plan: Plan, judge: Judge) -> tuple[Expr, dict[str, float]] | None:
     """Look for a point of the region where a claim has no value; return the part that has none, and the point.
 
-    Such parts are quotients by 0, roots and logarithms of what is negative, and powers of such kinds.
+    Such parts are quotients by 0, roots and logarithms of negative numbers, and powers of such kinds.
     """
     parts = [part for part in (guarantee.claim, guarantee.when) if part is not None]
     variables = {*judge.inputs, *judge.outputs_named}
@@ -112,7 +112,7 @@ def _broken(claim: Claim, plan: Plan, judge: Judge, point: list[float]) -> Witne
 
 
 def units_of_claim(claim: Claim) -> float:
-    """Return what it takes to evaluate a claim in rational arithmetic at a point, its outputs apart."""
+    """Return the work of evaluating a claim in rational arithmetic at a point, without its outputs."""
     sides = [side for truth in (claim.truth, claim.region) for b in bounds_in(truth) for side in (b.left, b.right)]
     return 10 + sum(_RATIONAL for side in sides for _ in walk(side))
 

@@ -16,7 +16,7 @@ class Proved(Displayed):
 
     Args:
         claim: The guarantee as a rule file writes it.
-        span: Where it stands, if it came from a text.
+        span: Its place, if it came from a text.
         note: The numbers that the proof is about, where these are not the numbers that kernels return.
     """
 
@@ -34,7 +34,7 @@ class Witness:
 
     Args:
         point: Values of the inputs.
-        sides: What is compared there: texts with their values.
+        sides: The sides of the comparison there: texts with their values.
         other: A second point, for claims that compare two, such as `increasing`.
         in_full: Whether numbers with fewer digits do not break it.
     """
@@ -63,7 +63,7 @@ class Refuted(Displayed):
     Args:
         claim: The guarantee.
         witness: The point.
-        span: Where it stands.
+        span: Its place in the text.
         note: Of a controller, whether a run reaches the state of the witness.
     """
 
@@ -85,7 +85,7 @@ class Undecided(Displayed):
         reason: What would decide it.
         boxes: Where it is open: some of the boxes that remain, the ends of each input by name.
         remaining: How many boxes remain.
-        span: Where it stands.
+        span: Its place in the text.
     """
 
     claim: str

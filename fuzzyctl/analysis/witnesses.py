@@ -34,7 +34,7 @@ from fuzzyctl.model.system import FuzzySystem
 if TYPE_CHECKING:
     from fuzzyctl.kernels.compile import Kernel
 
-#: What functions such as `exp` may be off by, relative to what is compared.
+#: Largest error of functions such as `exp`, relative to the sides of the comparison.
 _ROUNDING: Final = Fraction(1, 1 << 40)
 
 #: An exact number, and whether it was computed without functions that round.
@@ -42,7 +42,7 @@ Value = tuple[Fraction, bool]
 
 
 class NoValueError(ArithmeticError):
-    """Raised where an expression has no value, such as an output that is NaN."""
+    """Raised if an expression has no value, such as an output that is NaN."""
 
 
 class Judge:
@@ -56,14 +56,14 @@ class Judge:
 
     @cached_property
     def kernel(self) -> Kernel:
-        """What users call."""
+        """The kernel that users call."""
         from fuzzyctl.kernels.compile import compile
 
         return compile(self.system, "python")
 
     @cached_property
     def units(self) -> float:
-        """What an evaluation of the kernel takes."""
+        """The work of an evaluation of the kernel."""
         flat = plan(self.system)
         if self.work is not None:
             self.work.takes(compilation(flat))
@@ -246,7 +246,7 @@ class Judge:
         return value
 
     def rounding(self, output: str) -> Fraction:
-        """Return what differences of an output, `SYSTEM.OUTPUT` for one of another system, may owe to rounding."""
+        """Return how far rounding may move differences of an output, `SYSTEM.OUTPUT` for one of another system."""
         other, _, name = output.rpartition(".")
         system = self.compared[other].system if other else self.system
         own = system.output(name)
@@ -255,7 +255,7 @@ class Judge:
 
     @cached_property
     def outputs_named(self) -> set[str]:
-        """The outputs that claims may name: its own and `SYSTEM.OUTPUT`."""
+        """The outputs that claims may name: those of the system and `SYSTEM.OUTPUT`."""
         return {o.name for o in self.system.outputs} | compared_outputs(self.system)
 
     def broken_slope(self, slope: Slope, point: Sequence[float], far: float, error: Fraction) -> Witness | None:
@@ -265,7 +265,7 @@ class Judge:
             slope: The claim.
             point: The first point.
             far: The input at the second point.
-            error: How far kernels may be off; what is broken by less may be rounding.
+            error: How far kernels may be off; a claim that is broken by less may be broken by rounding only.
         """
         k = self.inputs.index(slope.input)
         first, second = list(point), list(point)

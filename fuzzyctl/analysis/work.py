@@ -23,7 +23,7 @@ ISOLATION: Final = 750_000
 #: Units for the search of a silent point of one output.
 SEARCH: Final = 400_000
 
-#: What is said where there is no work left.
+#: Reason of a verdict if there is no work left.
 SPENT: Final = "it takes more work than a check does"
 
 #: Units for an operand or operator of an expression that intervals are computed of.
@@ -51,18 +51,18 @@ class SpentError(Exception):
 
 
 class Work:
-    """What may still be computed.
+    """The work that is left.
 
     Args:
         left: Units.
-        whole: What this is a part of.
+        whole: The work that this is a part of.
     """
 
     def __init__(self, left: float = CHECK, whole: Work | None = None) -> None:
         self.left, self.whole = left, whole
 
     def part(self, most: float) -> Work:
-        """Return a part of the work that is left; what is spent of it is spent of the whole, too."""
+        """Return a part of the work that is left; work that is spent of it is spent of the whole, too."""
         return Work(min(most, self.left), self)
 
     def spend(self, units: float) -> None:
@@ -86,7 +86,7 @@ class Work:
 
 
 def units_of(expr: Expr) -> float:
-    """Return what it takes to compute intervals of an expression."""
+    """Return the work of computing intervals of an expression."""
     return 5 + _ENCLOSED * sum(1 for _ in walk(expr))
 
 
@@ -105,7 +105,7 @@ def sizes_of(program: Program) -> tuple[int, int, int]:
 
 
 def enclosing(sizes: tuple[int, int, int], inputs: int, boxes: int) -> float:
-    """Return what it takes to enclose a program and its slopes along the inputs over some boxes, all at once."""
+    """Return the work of enclosing a program and its slopes along the inputs over some boxes, all at once."""
     nodes, entries, scalars = sizes
     return _NODE * nodes + (_NUMBER * entries * (1 + 2 * inputs) + _SCALAR * scalars) * boxes
 
@@ -116,17 +116,17 @@ def _is_scalar(expr: Expr) -> bool:
 
 
 def sampling(output: OutputPlan, terms: int) -> float:
-    """Return what it takes to compute the degrees of some terms of an output at its samples."""
+    """Return the work of computing the degrees of some terms of an output at its samples."""
     return _EVALUATED * (output.resolution or 0) * (terms + 1)
 
 
 def evaluation(flat: Plan) -> float:
-    """Return what one evaluation of a kernel takes."""
+    """Return the work of one evaluation of a kernel."""
     return _EVALUATED * (_operations(flat) + sum(_samples(o) * len(o.terms) for o in flat.outputs if not o.over_rules))
 
 
 def compilation(flat: Plan) -> float:
-    """Return what it takes to write and compile a kernel in plain Python."""
+    """Return the work of writing and compiling a kernel in plain Python."""
     sampled = sum(sampling(o, len(o.terms)) for o in flat.outputs if not o.over_rules)
     return _COMPILED * _operations(flat) + sampled
 

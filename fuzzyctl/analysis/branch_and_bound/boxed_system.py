@@ -53,12 +53,12 @@ class System:
 
     @cached_property
     def bounds(self) -> dict[str, OutputBound]:
-        """What outputs lie between, for states that hold earlier ones."""
+        """Bounds of the outputs, for states that hold earlier outputs."""
         return output_bounds(self.system)
 
     @cached_property
     def errors(self) -> list[float]:
-        """How far kernels that do not evaluate all rules may be from what the rules say."""
+        """The largest distance of kernels that do not evaluate all rules from the value by all rules."""
         if not isinstance(grid_of(self.plan), Grid):
             return kernel_errors(self.plan)
         surface = surface_of(self.plan)
@@ -236,7 +236,7 @@ class System:
                     breakpoints[argument.input] |= {float((x - argument.shift) / argument.factor) for x in bends}
 
     def whole(self, position: int) -> tuple[float, float]:
-        """Return the ends of what an input may be."""
+        """Return the ends of the range of an input."""
         variable = self.plan.inputs[position]
         return (-inf, inf) if variable.extrapolate else (variable.lower, variable.upper)
 

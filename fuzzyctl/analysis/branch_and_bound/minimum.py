@@ -46,12 +46,12 @@ def least(
     """Bound sign · output from below.
 
     Args:
-        system: What is searched.
+        system: The system whose boxes are searched.
         output: Position of the output.
         sign: 1 or -1.
         gap: How far the bound may be below an attained value.
-        value: What a kernel gives for sign · output at a point; NaN for none.
-        work: What may be computed.
+        value: Sign · output at a point by a kernel; NaN for none.
+        work: The work that is allowed.
         deadline: When to stop in any case.
 
     Returns:
@@ -76,7 +76,7 @@ class _Least:
         bounds = np.full(lo.shape[1], -np.inf)
         settled = math.inf
         while search.lo.shape[1] and not self._is_over(search) and work.takes(_units(self.system, search, self.output)):
-            # The lowest bounds stand last, where the next batch is taken from.
+            # The lowest bounds are last, and the next batch is taken from the end.
             order = np.argsort(-bounds, kind="stable")
             search.lo, search.hi, bounds = search.lo[:, order], search.hi[:, order], bounds[order]
             count = min(self.system.batch, len(bounds))
@@ -173,7 +173,7 @@ def _slopes(system: System, output: int, position: int, lo: Array, hi: Array) ->
 
 
 def _least_slopes(system: System, output: int, position: int, points: Array) -> Array:
-    """Return what the magnitude of the slope is at least at some points."""
+    """Return a lower bound of the magnitude of the slope at some points."""
     (e,), _ = system.evaluate(list(system.inputs_of(points, points, sloped=True).values()), [output])
     if e.slopes is None:
         return np.zeros(points.shape[1])

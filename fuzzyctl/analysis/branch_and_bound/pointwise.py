@@ -40,7 +40,7 @@ class Enclosed(Boxed, Protocol):
 
 
 class Judge(Protocol):
-    """What evaluates points."""
+    """Evaluates points."""
 
     def broken(self, truth: Truth, region: Truth, point: Sequence[float]) -> Witness | None:
         """Return a point as a witness if it lies in the region and the claim is false there."""
@@ -67,7 +67,7 @@ def holds_in(system: Enclosed, claim: Claim, lo: Array, hi: Array) -> bool:
     """Return whether enclosures of the sides of a claim settle some boxes as they are.
 
     Args:
-        system: What the claim is about.
+        system: The system of the claim.
         claim: The claim.
         lo, hi: Ends of the boxes, shape (inputs, boxes).
     """
@@ -83,8 +83,8 @@ def first_witness(claim: Claim, judge: Judge, lo: Array, hi: Array, deadline: fl
     """Search for a witness among middles of cells (a corner is a cell of one point) until the deadline.
 
     Args:
-        claim: What is to be broken.
-        judge: What evaluates points.
+        claim: The claim that a point has to break.
+        judge: Evaluates points.
         lo, hi: Ends of the cells, shape (inputs, cells).
         deadline: When to stop, on the monotonic clock [s].
     """
@@ -157,7 +157,7 @@ class _Pointwise:
         return not any(b.strict for b in equalities)
 
     def _step(self) -> Witness | None:
-        """Settle what can be settled of a batch, and halve the rest."""
+        """Decide the boxes of a batch that can be decided, and halve the rest."""
         lo, hi = self.search.take()
         count = lo.shape[1]
         exprs = [b.left - b.right for b in (*self.conditions, *self.compared)]

@@ -14,7 +14,7 @@ from fuzzyctl.analysis.sampling import with_signs
 from fuzzyctl.analysis.verdicts import Refuted, Undecided, Verdict, Witness
 from fuzzyctl.kernels.interval.vector import Array, Mask
 
-#: What is this much beyond its bound is not so for rounding.
+#: A value this far beyond its bound is beyond it in exact arithmetic, too.
 NEAR: Final = 1e-9
 #: Points tried as witnesses among the boxes of one step.
 TRIED: Final = 4
@@ -32,7 +32,7 @@ BoxProgress = Callable[[int, int], None]
 
 
 class Boxed(Protocol):
-    """What is searched: a system or a step over boxes."""
+    """A system or a step over boxes, which is searched."""
 
     @property
     def inputs(self) -> list[str]:
@@ -47,7 +47,7 @@ class Search:
     """One search: open boxes, taken in batches from the end.
 
     Args:
-        system: What is searched.
+        system: The system whose boxes are searched.
         lo, hi: Ends of the boxes to begin with, shape (inputs, boxes).
         deadline: When to stop.
         progress: Called after each batch.
@@ -75,7 +75,7 @@ class Search:
 
         Args:
             lo, hi: Ends of the boxes, shape (inputs, boxes).
-            steepness: How steep what is asked may be along each input, shape (inputs, boxes); infinite where unknown.
+            steepness: Bounds of the slope of the claim along each input, shape (inputs, boxes); infinite where unknown.
 
         Returns:
             Which boxes were halved, shape (boxes,): first all left halves have been put, then all right ones.
@@ -189,7 +189,7 @@ def signed_points(point: Array, lo: Array, hi: Array) -> Iterator[list[float]]:
 
 
 def middles(lo: Array, hi: Array) -> Array:
-    """Return the middles of boxes, finite also where a side is not; all of one shape."""
+    """Return the middles of boxes, finite also if a side is not; all of one shape."""
     return np.minimum(np.maximum(np.where(lo == hi, lo, _between(lo, np.maximum(hi, lo))), lo), hi)
 
 
@@ -200,10 +200,10 @@ def start_of(lo: Array, hi: Array, down: Array, up: Array) -> tuple[Array, Array
 
     Args:
         lo, hi: Ends of the boxes, shape (inputs, boxes).
-        down, up: Between what the slopes along the inputs lie, shape (inputs, boxes).
+        down, up: Bounds of the slopes along the inputs, shape (inputs, boxes).
 
     Returns:
-        Points of shape (inputs, boxes), and what values fall by at most, shape (boxes,).
+        Points of shape (inputs, boxes), and how far values fall at most, shape (boxes,).
     """
     middle = middles(lo, hi)
     start = np.where(down >= 0.0, lo, np.where(up <= 0.0, hi, middle))

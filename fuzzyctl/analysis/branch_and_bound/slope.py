@@ -65,7 +65,7 @@ class _Sloped:
         return Proved(self.claim.text, note="in exact arithmetic; kernels round") if found is None else found
 
     def _excess(self, down: Array, up: Array) -> Array:
-        """Return by how much slopes between two ends may be beyond what is claimed."""
+        """Return the largest distance of slopes between two ends from the claimed bound."""
         match self.slope.word:
             case "increasing":
                 return -down

@@ -115,8 +115,8 @@ class Search:
         plan: The system.
         output: The output.
         free_outputs: Whether outputs in antecedents are walked through like inputs, as if each could have any value in
-            its range whatever the inputs are; if not, all that is known of a degree is what it is over the range.
-        work: What may be computed.
+            its range whatever the inputs are; if not, a degree is known over the whole range only.
+        work: The work that is allowed.
     """
 
     plan: Plan
@@ -202,7 +202,7 @@ class Search:
         return {n: degree_in(d.set, floats) for n, d in own.items()}
 
     def _degrees_of(self, position: int, cell: int) -> dict[str, Interval]:
-        """Return the degrees in a cell of an input, computed when they are first asked for."""
+        """Return the degrees in a cell of an input, computed at first use."""
         found = self.known.get((position, cell))
         if found is None:
             found = self.known[position, cell] = self._degrees_in(position, self.cells[position][cell].floats)
@@ -365,7 +365,7 @@ class Search:
 
 @cache
 def _implied(implication: str) -> Callable[[float, float], float]:
-    """Return what an implication makes of an activation and a degree."""
+    """Return the function that an implication applies to an activation and a degree."""
     found: Callable[[float, float], float] = scalar_function(CONJUNCTIONS[implication](Name("a"), Name("b")))
     return found
 

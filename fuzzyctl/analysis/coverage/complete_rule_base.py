@@ -20,7 +20,7 @@ from fuzzyctl.records import record
 
 #: A degree that is high enough: products of hundreds of them do not underflow.
 _HIGH: Final = 0.25
-#: How often a cell is halved where no term has such a degree in all of it.
+#: How often a cell is halved if no term has such a degree in all of it.
 _HALVINGS: Final = 6
 #: Firing strengths that no rounding brings to where activations lose digits, whatever the order of a product.
 _CLEAR: Final = 1e-150
@@ -33,7 +33,7 @@ Literals = Mapping[int, str]
 
 @record(frozen=True)
 class Conditions:
-    """What the rules that count depend on.
+    """The degrees and steps that the rules depend on which can move the output.
 
     Args:
         plan: The system.
@@ -41,7 +41,7 @@ class Conditions:
         cells: By variable its values, cut at the corners of its terms.
         strengths: Positions of the firing strengths of the rules.
         acts: From the position of a firing strength and the interval it is in whether some rule of it surely acts.
-        work: What may be computed before it is left to a search.
+        work: The work that is allowed before a search takes over.
     """
 
     plan: Plan
@@ -52,12 +52,12 @@ class Conditions:
     work: Work
 
     def some_rule_fires(self) -> bool:
-        """Return whether the rules are a table that is known to be complete; if not, nothing is known."""
+        """Return whether the rules are a table that is known to be complete; False says nothing about the rules."""
         steps = {step_name(i): step for i, step in enumerate(self.plan.steps)}
         known = _literals_of_steps(self.degrees, steps)
         found = {s: _joined(self.plan.strengths[s], known) for s in self.strengths}
         own = {s: literals for s, literals in found.items() if literals}
-        # A rule with a hedge may stand beside a table that is complete without it.
+        # A table may be complete without a rule with a hedge.
         plain = {s: literals for s, literals in own.items() if all(n in self.degrees for n in literals.values())}
         return self._covered(own, steps) or (len(plain) < len(own) and self._covered(plain, steps))
 
@@ -101,7 +101,7 @@ def _least(cells: Sequence[Cell], candidates: Sequence[Sequence[str]], sets: _Se
 
 
 def _literals_of_steps(degrees: Mapping[str, DegreePlan], steps: Mapping[str, Expr]) -> dict[str, Literals | None]:
-    """Return what degrees and steps depend on; steps of one variable, such as hedged terms, are literals themselves."""
+    """Return the variables that degrees and steps depend on; steps of one variable, as hedged terms, are literals."""
     known: dict[str, Literals | None] = {name: {d.variable: name} for name, d in degrees.items()}
     of_variable = {name: {d.variable} for name, d in degrees.items()}
     for name, step in steps.items():
@@ -116,7 +116,7 @@ def _literals_of_steps(degrees: Mapping[str, DegreePlan], steps: Mapping[str, Ex
 
 
 def _joined(expr: Expr, known: Mapping[str, Literals | None]) -> Literals | None:
-    """Return what an expression depends on, None where it reads two literals of a variable, or anything else."""
+    """Return the variables that an expression depends on; None if it reads two literals of one, or anything else."""
     found: dict[int, str] = {}
     for name in names_in(expr):
         own = known.get(name.name)
@@ -126,7 +126,7 @@ def _joined(expr: Expr, known: Mapping[str, Literals | None]) -> Literals | None
 
 
 class _Truths(dict[str, Interval]):
-    """Intervals of literals, and of the steps that read them, each computed when it is asked for."""
+    """Intervals of literals, and of the steps that read them, each computed at first use."""
 
     def __init__(self, known: Mapping[str, Interval], steps: Mapping[str, Expr]) -> None:
         super().__init__(known)
@@ -162,7 +162,7 @@ def _candidates(cells: Sequence[Cell], names: Sequence[str], sets: Mapping[str, 
 
 
 class _Sets(NamedTuple):
-    """The terms of a variable, what reads them, and what may be computed."""
+    """The terms of a variable, the steps that read them, and the work that is allowed."""
 
     terms: Mapping[str, SetPlan]
     steps: Mapping[str, Expr]
@@ -222,7 +222,7 @@ class _Table:
 
     Args:
         literals: Of each variable.
-        work: What may be computed; where it does not suffice nothing is covered.
+        work: The work that is allowed; if it does not suffice, no box counts as covered.
     """
 
     def __init__(self, literals: Sequence[Sequence[str]], work: Work) -> None:

@@ -1,4 +1,4 @@
-"""Coverage check: whether some rule fires everywhere, and a point where none does."""
+"""Coverage check: whether some rule fires everywhere, and a point where no rule fires."""
 
 from __future__ import annotations
 
@@ -29,18 +29,18 @@ def uncovered(system: FuzzySystem) -> dict[str, Verdict]:
     """Find for each output a region where no rule fires.
 
     Returns:
-        By name of the output None (proved: some rule always fires), a `Hole`, or `Undecided`. What is proved holds for
+        By name of the output None (proved: some rule always fires), a `Hole`, or `Undecided`. A proof holds for
         the floats that kernels compute.
 
     Raises:
-        ArgumentError: For what is no system.
+        ArgumentError: For an object that is not a system.
     """
     arguments.instance("the system", FuzzySystem, "a FuzzySystem", system)
     return uncovered_of(plan(system))
 
 
 def uncovered_of(flat: Plan, work: Work | None = None) -> dict[str, Verdict]:
-    """Do the same for a plan; `work` is what may be computed for all outputs."""
+    """Do the same for a plan; `work` is the work that is allowed for all outputs."""
     whole = Work(len(flat.outputs) * COVERAGE) if work is None else work
     flat = narrowed(flat) if flat.lets else flat
     verdicts: dict[int, Verdict] = {}
@@ -121,14 +121,14 @@ def kept_of(system: FuzzySystem) -> dict[str, Verdict]:
 def diagnostics_of(
     system: FuzzySystem, flat: Plan, verdicts: Mapping[str, Verdict], work: Work | None = None
 ) -> list[Diagnostic]:
-    """Do the same for a system whose plan and verdicts are known; `work` is what may be computed for all outputs."""
+    """Do the same for a system with known plan and verdicts; `work` is the work that is allowed for all outputs."""
     work = Work() if work is None else work
     found: list[Diagnostic] = []
     silence: Silence | None = None
     for position, output in enumerate(system.outputs):
         verdict = verdicts[output.name]
         named = any(c.output == output.name for rule in system.rules for c in rule.consequents)
-        # An output without rules has a diagnostic of its own.
+        # An output without rules has another diagnostic.
         if verdict is None or output.otherwise is not None or not named:
             continue
         part = work.part(SEARCH)
@@ -140,7 +140,7 @@ def diagnostics_of(
             verdict = Undecided(SPENT, spent=True)
         if isinstance(verdict, Hole):
             hole = _at_hole(flat, output, flat.outputs[position], verdict)
-            # Where rules fire and something stops them, cells are not what is missing.
+            # If rules fire and do not move the output, empty cells are not the cause.
             stopped = _stopped(flat, flat.outputs[position], verdict.witness)
             found.append(hole if stopped else _with_cells(hole, system, output, verdict.witness))
         else:
@@ -156,7 +156,7 @@ def _at_hole(flat: Plan, output: Output, planned: OutputPlan, hole: Hole) -> Dia
 
 
 def _with_cells(hole: Diagnostic, system: FuzzySystem, output: Output, witness: Mapping[str, float]) -> Diagnostic:
-    """Name the empty cells of tables where no rule fires: they are what is to be filled."""
+    """Name the empty cells of tables where no rule fires: the user fills these."""
     cells = _empty_cells(system, output.name, witness)
     if not cells:
         return hole
@@ -183,7 +183,7 @@ def _undecided(flat: Plan, output: Output, planned: OutputPlan, verdict: Undecid
 def _silent(
     output: Output, region: str, stopped: str, before: tuple[str, ...] = (), after: tuple[str, ...] = ()
 ) -> Diagnostic:
-    """Report a point or a region where no rule moves an output, with what stops those that fire there, if any does."""
+    """Report a point or a region where no rule moves an output, with the reason if a rule fires there."""
     message = f"no rule {'moves' if stopped else 'fires for'} output '{output.name}' {region}"
     facts = (*before, stopped or "without 'else' some rule must fire everywhere", ELSEWHERE, *after)
     change = "let a rule move it there" if stopped else "let a term of the inputs reach there"
@@ -192,7 +192,7 @@ def _silent(
 
 
 def _stopped(flat: Plan, output: OutputPlan, at: Mapping[str, float]) -> str:
-    """Return what keeps rules that fire at a point from moving an output, an empty text where none fires."""
+    """Return why rules that fire at a point do not move an output, an empty text if no rule fires."""
     box = {}
     for i, d in enumerate(flat.degrees):
         if d.variable >= len(flat.inputs):

@@ -2,8 +2,8 @@
 
 Coverage by cells and boxes may stay undecided. Then a pattern search starts at the points where the rules fire least
 and moves along one input after the other; its steps grow while the activation falls and shrink otherwise. Each point
-that it returns is evaluated; without a point nothing is known. Tails of smooth terms may keep rules active far from
-their peaks: the coverage check does not report that, so weak activations are a diagnostic of their own.
+that it returns is evaluated; without a point the question stays open. Tails of smooth terms may keep rules active far
+from their peaks: the coverage check does not report that, so weak activations have another diagnostic.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ class Silence:
     Args:
         flat: The system.
         name: The output.
-        work: What may be computed; what takes more raises `SpentError`.
+        work: The work that is allowed; a search that takes more raises `SpentError`.
     """
 
     def __init__(self, flat: Plan, name: str, work: Work) -> None:
@@ -63,7 +63,7 @@ class Silence:
 
     @cached_property
     def units(self) -> float:
-        """What an evaluation takes."""
+        """The work of an evaluation."""
         return 2 + evaluation(self.flat)
 
     @cached_property
@@ -271,7 +271,7 @@ def _claims(system: FuzzySystem) -> Iterator[tuple[str, float]]:
 
 
 def _weak(system: FuzzySystem, output: Output, flat: Plan, *, is_claimed: bool) -> Iterator[Diagnostic]:
-    # Work of its own: other checks keep theirs.
+    # A separate budget, so that other checks keep theirs.
     silence = Silence(flat, output.name, Work(SEARCH))
     point = weakest_point(flat, silence, WEAK)
     if point is not None and system.method.conjunction != "min":

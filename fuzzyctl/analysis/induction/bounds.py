@@ -24,7 +24,7 @@ from fuzzyctl.diagnostics.suggestions import listed
 from fuzzyctl.expr import Name, Number
 from fuzzyctl.model.controller import Controller
 
-#: How near a bound should come to a value that is attained, as a part of what a first look leaves open.
+#: How near a bound should come to a value that is attained, as a part of the gap after the first look.
 _GAP: Final = 0.002
 #: Two magnitudes of arguments without an end; an output that grows by a larger part between them has none, either.
 _NEARER, _SAME = 1e24, 0.05
@@ -46,7 +46,7 @@ def controller_bounds(controller: Controller, timeout: float) -> dict[str, Outpu
         timeout: Seconds that all bounds may take together.
 
     Returns:
-        A bound for each output, then for each state, by name; infinite where none is known.
+        A bound for each output, then for each state, by name; infinite if unknown.
     """
     return bounds_by(ControllerProver(controller, timeout, until=clock.now() + timeout), timeout)
 
@@ -83,7 +83,7 @@ class _Output:
     Args:
         prover: Of its controller.
         name: The output.
-        quick: What may be computed although the time is spent.
+        quick: The work that is allowed although the time is spent.
         over_cells: Whether its first ends are those over cells, not over all arguments at once.
 
     Attributes:

@@ -18,7 +18,7 @@ from fuzzyctl.model.controller import Controller, Result
 from fuzzyctl.model.guarantee import Bounds
 from fuzzyctl.records import record
 
-#: What the name of a state begins with where its next value is meant.
+#: Prefix of the name of a state for its next value.
 NEXT: Final = "next "
 #: How far a range may be left for rounding, relative to its ends, where it cannot be shown to be kept exactly.
 ROUNDING: Final = 1e-9
@@ -55,7 +55,7 @@ class Claims:
         own: Those of its `require` lines and the ranges of its outputs and states, in the order written.
         inner: Ranges of the states of controllers inside it.
         equations: Its equations, with the sides of comparisons as outputs.
-        sides: What a witness shows for a comparison: texts, with the names of their values.
+        sides: The sides of a comparison as a witness shows them: texts, with the names of their values.
     """
 
     controller: Controller
@@ -116,7 +116,7 @@ class Claims:
         return Name(self._names.setdefault(expr, f"require#{len(self._names)}"))
 
     def _range(self, name: str, shown: str, bounds: Bounds, state: str = "") -> StepClaim:
-        """Return the claim that a value lies in a range; an infinite end is none."""
+        """Return the claim that a value lies in a range; an infinite end is no limit."""
         text = f"{shown} in {range_text(bounds)}"
         ends = [Number(self.controller.number(e)) for e in (bounds.lower, bounds.upper)]
         sides = ((Name(name), ends[0], bounds.without_lower), (ends[1], Name(name), bounds.without_upper))

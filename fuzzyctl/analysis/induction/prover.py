@@ -35,7 +35,7 @@ _FAR_OUT: Final = (1e32, 1e100, 1e300)
 _CELLS: Final = 2_000
 #: Seconds that runs from the start may take, as a part of the time of a claim.
 _RUNS: Final = 0.2
-#: What is noted of a witness in the state at the start, and of a range that is kept up to rounding only.
+#: Notes on a witness in the state at the start, and on a range that is kept up to rounding only.
 _FIRST: Final = "at the first step"
 _ROUNDED: Final = "up to 1e-9 of its ends; kernels round"
 
@@ -85,7 +85,7 @@ class ControllerProver:
         return replace(bounds, lower=lower, upper=upper)
 
     def verdict(self, claim: StepClaim) -> Verdict:
-        """Return what is proved of one of the claims in `claims.own`."""
+        """Return the verdict on one of the claims in `claims.own`."""
         if claim.state:
             _ = self.ranges  # which decides the ranges of states
             found = self._verdicts[claim.state]
@@ -100,7 +100,7 @@ class ControllerProver:
         return replace(found, span=claim.span)
 
     def _replayed(self, claim: StepClaim, found: Refuted) -> Verdict:
-        """Return a refutation whose witness breaks the claim by what it shows, with as many digits as this takes."""
+        """Return a refutation whose witness breaks the claim with the digits that it shows, as many as this takes."""
         tried = (loosened(claim) if claim.is_range else claim).claim
         witness = found.witness
         if not self.replay.breaks(tried, witness.point):
@@ -212,7 +212,7 @@ class ControllerProver:
         return self._decided(claim.claim, ranges, 0.5 * self.timeout, loosened(claim).claim)
 
     def _of_step(self, claim: StepClaim) -> Verdict:
-        """Return what is proved of a claim that is no range of a state."""
+        """Return the verdict on a claim that is not a range of a state."""
         if not claim.is_range:
             found = self._decided(claim.claim, self.ranges, self.timeout)
         else:
@@ -223,11 +223,11 @@ class ControllerProver:
             void = self._decided(claim.nowhere, self.ranges, 0.1 * self.timeout)
             if isinstance(void, Proved):
                 return replace(found, note="nothing is claimed: no step is in the region")
-        # What is proved is false in no run.
+        # A claim that is proved is false in no run.
         return found if isinstance(found, Proved) else self._by_run(claim) or self._with_reason(found, claim)
 
     def _with_reason(self, found: Verdict, claim: StepClaim) -> Verdict:
-        """Name the ranges of states that are not proved where a claim is undecided."""
+        """Name the ranges of states that are not proved if a claim is undecided."""
         if not isinstance(found, Undecided):
             return found
         read = self.model.slice(names_in_claim(claim.claim)).arguments
@@ -260,7 +260,7 @@ class ControllerProver:
             claim: The claim.
             ranges: Ranges of the inputs and states.
             timeout: Seconds that it may take.
-            broken: What refutes it where it is false; None for the claim itself.
+            broken: The claim that a refutation has to break; None for the claim itself.
         """
         if clock.now() > self.until:
             return Undecided(claim.text, SPENT)
@@ -300,6 +300,6 @@ def _text(number: float) -> str:
 def verdicts(
     controller: Controller, timeout: float, progress: Progress | None = None, free: Sequence[str] = ()
 ) -> Verdicts:
-    """Return what is proved of each claim of a controller, in the order written; see `ControllerProver`."""
+    """Return the verdict on each claim of a controller, in the order written; see `ControllerProver`."""
     prover = ControllerProver(controller, timeout, progress, free)
     return Verdicts(prover.verdict(c) for c in prover.claims.own)

@@ -1,6 +1,6 @@
 """Ranges that the states of a controller never leave: the least fixed point of its step over intervals.
 
-A range begins at the start and grows by what a step makes of it, until no step leaves it. Ends that keep growing jump
+A range begins at the start and grows with each step, until no step leaves it. Ends that keep growing jump
 ahead: to where they seem to converge, then to the numbers that the equations name, then by a factor. Ends that
 jumped too far are pulled back. A range counts only
 when a last step has been seen not to leave it, so that a jump may go wrong without harm. An end that no jump settles is
@@ -59,7 +59,7 @@ class _End:
         """Move to a value that lies further out, or jump beyond it."""
         marks = [sign * m for m in marks]
         passed = any(sign * self.value < m <= sign * value for m in marks)
-        # What passes a number of the equations may come to rest behind it.
+        # An end that passes a number of the equations may come to rest behind it.
         self.moves = [] if passed else [*self.moves, abs(value - self.value)]
         self.value = self.inside = value
         if len(self.moves) >= (_PATIENCE if abs(value) < _LARGE else 1):
@@ -119,7 +119,7 @@ class _Growth:
         updates = model.equations.updates
         part = model.slice(n.name for u in updates for n in names_in(u))
         still, self.part = parted(part, self.ends)
-        #: What no state changes.
+        #: The names that no state changes.
         self.fixed = model.evaluate(still, {n: _box(e) for n, e in inputs.items()}).names
         exprs = [*updates, *(i.value for i in part.body if isinstance(i, Equation))]
         numbers = {n.value for e in exprs for n in walk(e) if isinstance(n, Number) and math.isfinite(n.value)}

@@ -20,7 +20,7 @@ from fuzzyctl.kernels.plan.equations import DT
 from fuzzyctl.kernels.step_form import StepForm
 from fuzzyctl.records import record
 
-#: What two expressions that differ may owe to rounding, relative to them, where a claim is about exact arithmetic.
+#: Largest difference of two expressions by rounding, relative to them, for a claim about exact arithmetic.
 _ROUNDING: Final = Fraction(1, 1 << 36)
 #: Steps of a run, and runs of each kind.
 _STEPS, _RUNS = 60, 6
@@ -32,7 +32,7 @@ Ends = tuple[float, float]
 
 
 class NoValueError(ArithmeticError):
-    """Raised where a comparison has no value."""
+    """Raised if a comparison has no value."""
 
 
 class Replay:
@@ -53,7 +53,7 @@ class Replay:
 
     @cached_property
     def step(self) -> Kernel:
-        """The step; what is proved without a witness needs none."""
+        """The step; a proof without a witness needs none."""
         return Kernel(StepForm(self.claims.equations), "python")
 
     def breaks(self, claim: Claim, point: Mapping[str, float]) -> bool:
@@ -99,7 +99,7 @@ class Replay:
         """Return whether a claim holds for the numbers of a step.
 
         Raises:
-            NoValueError: Where a side is NaN; but a next value that is NaN has left its range.
+            NoValueError: If a side is NaN; but a next value that is NaN has left its range.
         """
         if isinstance(truth, Every | Some):
             parts = [self.holds(p, values) for p in truth.parts]
@@ -123,13 +123,13 @@ class Replay:
 
 
 class Judge:
-    """Evaluates a claim at points of a boxed step; what the claim does not depend on is as it is at the start.
+    """Evaluates a claim at points of a boxed step; states that the claim does not depend on have their start values.
 
     Args:
         replay: The step.
         names: The sides of a box.
-        shown: What a witness shows: all that the claim depends on.
-        claim: What counts as broken, of a range with room for rounding; None for the claim that is asked of.
+        shown: The names that a witness shows: all that the claim depends on.
+        claim: The claim that a witness has to break, for a range with room for rounding; None for the claim itself.
     """
 
     def __init__(

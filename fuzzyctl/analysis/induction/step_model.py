@@ -42,7 +42,7 @@ from fuzzyctl.kernels.step_program import numeric
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.records import record
 
-#: Inputs without an end are first taken up to this magnitude, so that nothing overflows where they are multiplied.
+#: Inputs without an end are first limited to this magnitude, so that their products do not overflow.
 FAR: Final = 1e30
 #: The least magnitude at which only rounding keeps an end of a range, since sums of floats stay where they are there.
 ABSORBED: Final = 1e20
@@ -124,7 +124,7 @@ class StepModel:
         self.arguments = [*equations.inputs, *(s.name for s in equations.states)]
         if equations.period is None:
             self.arguments.append(DT)
-        #: What names are as `line` says, each after those that it reads.
+        #: Names as lines, see `line`, each after those that it reads.
         self._lines: dict[str, tuple[str, float, float] | None] = {}
         for item in self.body:
             for name in defined(item):
@@ -137,7 +137,7 @@ class StepModel:
         return {name: k for k, item in enumerate(self.body) for name in defined(item)}
 
     def slice(self, names: Iterable[str]) -> Slice:
-        """Return what some names depend on."""
+        """Return the part of the step that some names depend on."""
         kept: set[int] = set()
         seen: set[str] = set()
         waiting = list(names)
@@ -180,8 +180,8 @@ class StepModel:
 
         Args:
             own: The slice.
-            arguments: Enclosures of what it reads.
-            nearest: Whether only what kernels compute is enclosed, not the real values.
+            arguments: Enclosures of the names that it reads.
+            nearest: Whether only the values that kernels compute are enclosed, not the real values.
 
         Raises:
             SpentError: When the time of the ranges is over.
@@ -272,7 +272,7 @@ _NODE, _NUMBER = 8, 0.0023
 
 #: Slopes that are not known.
 _UNKNOWN: Final = (np.full((1, 1), -inf), np.full((1, 1), inf))
-#: What may be no number.
+#: Names that may be NaN.
 ANYTHING: Final = jumping(np.array(-inf), np.array(inf))
 
 #: The least and the largest value.
@@ -285,7 +285,7 @@ class BoxedStep:
     Args:
         model: The step.
         ranges: The least and the largest value of each input, state and `dt`.
-        names: What is asked of; the sides of boxes are the arguments that these depend on.
+        names: The names to enclose; the sides of boxes are the arguments that these depend on.
         far: Boxes reach up to this magnitude.
     """
 
@@ -308,7 +308,7 @@ class BoxedStep:
     def enclose(self, exprs: Sequence[Expr], lo: Array, hi: Array, *, sloped: bool) -> tuple[list[Enclosure], Mask]:
         """Enclose expressions over names of the step; see `System.enclose`.
 
-        With slopes the ends enclose what kernels compute, without them the real values as well.
+        With slopes the ends enclose the values that kernels compute, without them the real values as well.
         """
         least, most = self.ends[:, :1], self.ends[:, 1:]
         lo, hi = np.clip(lo, least, most), np.clip(hi, least, most)
@@ -363,7 +363,7 @@ class BoxedStep:
         return (-inf if low <= -FAR else low), (inf if high >= FAR else high)
 
     def _bends(self, item: Equation | Evaluation) -> list[tuple[Expr, Sequence[float]]]:
-        """Return expressions with the values at which what reads them bends or jumps."""
+        """Return expressions with the values at which the functions that read them bend or jump."""
         if isinstance(item, Evaluation):
             boxed = self.model.called(item.system).boxed
             return [(a, [*boxed.breakpoints(i), *boxed.whole(i)]) for i, a in enumerate(item.arguments)]

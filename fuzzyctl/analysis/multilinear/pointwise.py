@@ -1,8 +1,8 @@
 """Proof of guarantees of multilinear systems at the corners of cells, in rational arithmetic.
 
 The inputs are cut where an output, at any of the arguments the claim takes it at, bends, and where a condition changes.
-In a cell what is compared is multilinear, so that it is least and largest at corners; cells are taken without their
-edges, which are cells of their own, so that strict comparisons and conditions are decided too.
+In a cell the difference is multilinear, so that it is least and largest at corners; cells are taken without their
+edges, which are separate cells, so that strict comparisons and conditions are decided too.
 """
 
 from __future__ import annotations
@@ -62,7 +62,7 @@ def decide(system: FuzzySystem, surfaces: Sequence[Surface | None], claim: Claim
         system: The system.
         surfaces: Its own, and those of the systems it is compared with; None for one that does not interpolate.
         claim: The claim.
-        judge: What evaluates witnesses.
+        judge: Evaluates witnesses.
     """
     try:
         return _Decision(system, surfaces, claim, judge).verdict()
@@ -221,7 +221,7 @@ class _Decision:
 
     @cached_property
     def margins(self) -> dict[Bound, Fraction]:
-        """How far rounding in kernels may move what is compared."""
+        """How far rounding in kernels may move the difference."""
         return {
             b: sum((self._error(t) * abs(c) for t, c in s.outputs.items()), Fraction(0))
             for b, s in self.compared.items()
@@ -239,7 +239,7 @@ class _Decision:
         return total
 
     def _is_held(self, bound: Bound) -> bool:
-        """Return whether the comparison holds because kernels hold the output within the hull of what it averages."""
+        """Return whether the comparison holds because kernels keep the output within the hull of its consequents."""
         own = self.compared[bound]
         if own.inputs or len(own.outputs) != 1:
             return False

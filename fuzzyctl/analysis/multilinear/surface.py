@@ -40,7 +40,7 @@ class Surface:
 
     Args:
         plan: The system.
-        grid: What its kernels interpolate.
+        grid: The values that its kernels interpolate.
         inputs: Positions of the inputs that rules read.
         corners: Of each of them, rising.
     """
@@ -228,7 +228,7 @@ class _Error:
 
     @cached_property
     def _relative(self) -> list[bool]:
-        """Whether each firing strength is a product of degrees whose errors are relative, so that its own is."""
+        """Whether the error of each firing strength is relative, since it is a product of degrees with relative errors."""
         plan = self.surface.plan
         sound = {degree_name(i) for i, d in enumerate(plan.degrees) if _is_plain(d.set)}
         for i, step in enumerate(plan.steps):
@@ -292,7 +292,7 @@ def _interpolated(knots: Sequence[Sequence[Fraction]], values: Sequence[float], 
 
 
 def _largest_polynomial(values: Sequence[float], lengths: Sequence[int]) -> float:
-    """Return the largest sum of what the terms of a cell's polynomial come to, and of what is cancelled in them.
+    """Return the largest sum of the magnitudes of the terms of a cell's polynomial, and of those that cancel in them.
 
     A term is a mixed difference of the values at the corners; each subtraction on the way to it is rounded relative to
     its own result, which is larger than the term where much cancels.
