@@ -228,7 +228,7 @@ class _Error:
 
     @cached_property
     def _relative(self) -> list[bool]:
-        """Whether the error of each firing strength is relative, since it is a product of degrees with relative errors."""
+        """Whether the error of each firing strength is relative: it is a product of degrees with relative errors."""
         plan = self.surface.plan
         sound = {degree_name(i) for i, d in enumerate(plan.degrees) if _is_plain(d.set)}
         for i, step in enumerate(plan.steps):
