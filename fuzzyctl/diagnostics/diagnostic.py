@@ -32,11 +32,11 @@ class Diagnostic:
 
     Args:
         code: A key of `CODES`.
-        message: One line without a full stop that names the thing and what is wrong with it.
+        message: One line without a full stop that names the thing and its mistake.
         span: Where it is, or None when it has no place in a text.
         severity: "error", "warning" or "hint".
         facts: Lines that help to see why, such as the names that would have been right.
-        help: What to do about it, or an empty string; lines to be typed may follow, each as a line of its own.
+        help: What to do about it, or an empty string; lines to be typed may follow, each as a separate line.
         notes: Other places that matter.
         file: Shown as the place when there is no span.
         fix: The repair as data, where it is known.
@@ -196,7 +196,7 @@ def _other_place(span: Span, diagnostic: Diagnostic) -> str:
     return f"line {span.line}" if same else f"{span.source.name}:{span.line}"
 
 
-#: Columns of a source line that are shown at most, and at least where a terminal is narrow.
+#: Columns of a source line that are shown at most, and at least in a narrow terminal.
 _WIDEST, _NARROWEST = 160, 20
 
 
@@ -279,7 +279,7 @@ class ValueOutOfBoundsError(FuzzyctlError, ValueError):
     """Raised when a value given to the API breaks a bound.
 
     Args:
-        name: What the value is for.
+        name: The name of the value.
         value: The value.
         bound: The bound it breaks, in words such as "> 0".
         unit: Its unit, or an empty string.
@@ -303,7 +303,7 @@ class NoRuleFiresError(FuzzyctlError, ArithmeticError):
 
 
 class BackendUnavailableError(FuzzyctlError, ImportError):
-    """Raised when a backend is asked for by name whose package cannot be imported."""
+    """Raised for the name of a backend whose package cannot be imported."""
 
     def __init__(self, backend: str, reason: str) -> None:
         self.backend, self.reason = backend, reason

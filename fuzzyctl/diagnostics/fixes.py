@@ -10,12 +10,12 @@ from typing import Any, Final, Literal
 from fuzzyctl.diagnostics.source import SourceText, Span
 from fuzzyctl.diagnostics.suggestions import closest, is_slip
 
-#: A sure fix gives what was meant; a likely one is the best guess, to be looked at.
+#: A sure fix gives the intended text; a likely one is the best guess, which the user should read.
 Applicability = Literal["sure", "likely"]
 
 APPLICABILITIES: Final[tuple[Applicability, ...]] = ("sure", "likely")
 
-#: In longer texts it is not looked for where else a name stands.
+#: Longer texts are not searched for other places of a name.
 _LONGEST: Final = 100_000
 
 
@@ -58,10 +58,10 @@ class Fix:
 
 
 def respelt(span: Span | None, name: str, meant: str | None, known: Collection[str]) -> Fix | None:
-    """Return the fix of a misspelt name; None where it is not known what was meant.
+    """Return the fix of a misspelt name; None if the intended name is unknown.
 
-    Where the name that was meant stands in the text once, where it is declared, and the other one several times, the
-    slip is in the declaration. Where each stands there once, either may be the slip, and the fix is only likely.
+    If the text has the intended name once, in its declaration, and the other one several times, the
+    slip is in the declaration. If it has each name once, either may be the slip, and the fix is only likely.
 
     Args:
         span: A location that begins with the name, such as that of a call.

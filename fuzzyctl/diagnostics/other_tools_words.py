@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Final
 
-#: Words in small letters and without underscores, each with what it may mean here; nothing where there is none.
+#: Words in small letters and without underscores, each with its possible meaning here, or an empty text.
 PEER_WORDS: Final[dict[str, tuple[str, ...]]] = {
     # Membership functions.
     "trimf": ("triangle",),
@@ -88,7 +88,7 @@ PEER_WORDS: Final[dict[str, tuple[str, ...]]] = {
     "rightmostmaximum": ("lom",),
     "rm": ("lom",),
     "best": ("highest",),
-    # Functions of expressions; what is spelt alike is another function.
+    # Functions of expressions; a similar spelling is another function.
     "ln": ("log",),
     "fabs": ("abs",),
     "sgn": ("sign",),

@@ -17,7 +17,7 @@ class SourceText:
     Args:
         name: The name.
         text: The text.
-        encoding: What its bytes were read as, for people; empty for UTF-8.
+        encoding: The encoding of its bytes, for people; empty for UTF-8.
     """
 
     name: str

@@ -65,7 +65,7 @@ def closest(name: str, known: Iterable[str]) -> str | None:
         return plain
     bare = _bare(name)
     if bare in PEER_WORDS and name not in names:
-        # What another tool calls it means more than what is spelt alike.
+        # The word of another tool is better than one of a similar spelling.
         meant = next((word for word in PEER_WORDS[bare] if word in names), None)
         if meant is not None or not PEER_WORDS[bare]:
             return meant
@@ -82,7 +82,7 @@ def closest(name: str, known: Iterable[str]) -> str | None:
 
 
 def _bare(name: str) -> str:
-    """Return a name without what spellings differ in: capitals and underscores."""
+    """Return a name in small letters without underscores, in which spellings differ."""
     return name.casefold().replace("_", "")
 
 

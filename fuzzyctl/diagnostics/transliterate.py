@@ -20,7 +20,7 @@ _GREEK: Final = dict(
 def in_ascii(name: str) -> str:
     """Return a name in ASCII letters, digits and underscores.
 
-    Greek letters are spelt out, accents dropped, and what is left outside ASCII becomes `uXXXX`.
+    Greek letters are spelt out, accents dropped, and other characters outside ASCII become `uXXXX`.
     """
     return "".join(map(_spelt, unicodedata.normalize("NFC", name)))
 

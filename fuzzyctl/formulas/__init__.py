@@ -73,7 +73,7 @@ def is_number(kind: str) -> bool:
 
 
 def alpha_cut(kind: str, degree: Expr, parameters: Parameters) -> Cut | None:
-    """Return where a term has at least some degree, infinite where that has no end; None if unknown."""
+    """Return the interval where a term has at least some degree, perhaps without an end; None if unknown."""
     formula = MEMBERSHIP.get(kind)
     return formula.cut(degree, parameters) if formula is not None and formula.cut is not None else None
 

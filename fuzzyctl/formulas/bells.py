@@ -55,7 +55,7 @@ def _gaussian2_mistake(p: Parameters) -> str | None:
 
 
 def _gaussian2_core(p: Parameters) -> tuple[float, float]:
-    """Return the stretch between the means; where they cross, the place where the product is largest."""
+    """Return the stretch between the means; if they cross, the place of the largest product."""
     mean_left, sigma_left, mean_right, sigma_right = p
     if is_infinite(mean_left):
         return mean_right, mean_right

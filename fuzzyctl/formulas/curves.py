@@ -62,7 +62,7 @@ def _middle(p: Parameters) -> tuple[float, float]:
 
 
 def _cosine_cut(degree: Expr, p: Parameters) -> Cut:
-    """Compute acos(2 degree - 1) by its cosine and sine, so that nothing cancels near the top."""
+    """Compute acos(2 degree - 1) by its cosine and sine, without cancellation near the top."""
     sine = Call("sqrt", (times(Number(4.0), times(degree, minus(ONE, degree))),))
     angle = Call("atan2", (sine, minus(times(Number(2.0), degree), ONE)))
     reach = times(Number(p[1] / (2.0 * math.pi)), angle)

@@ -46,8 +46,8 @@ class MembershipFormula:
         parameters: Names of its parameters, in order; of a variadic one the names of the first group.
         summary: One line for the reference.
         degree: The degree of x as an expression, for given parameters; within [0, 1] for every x but NaN.
-        mistake: What is wrong with given parameters, or None.
-        core: The interval where the degree is largest; its middle is what averages take (Eq. (18)). Where the largest
+        mistake: Returns the mistake in parameters, or None.
+        core: The interval where the degree is largest; averages take its middle (Eq. (18)). Where the largest
             degree stays up to infinity it is the finite end of that stretch, and infinite where the degree only tends
             to 1 (a sigmoid): such a term has no place in an average.
         vertices: Corners of a piecewise-linear function from left to right, an empty tuple for a curved one. Beyond

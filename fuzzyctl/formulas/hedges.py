@@ -20,7 +20,7 @@ class HedgeFormula:
     Args:
         change: The changed degree as an expression of a degree.
         summary: The same as a line for the reference, of a degree x.
-        inverse: The change that undoes it, for semantics that undo hedges; None if there is none.
+        inverse: The change that undoes it, for semantics that undo hedges, or None.
     """
 
     change: Change

@@ -7,7 +7,7 @@ from typing import Final
 
 from fuzzyctl.expr import ZERO, Binary, Call, Expr, Name, Negate, names_in
 
-#: What inverts a function of one argument; where a value has no place, its nearest end takes it.
+#: Inverses of functions of one argument; the place of a value out of reach is the nearest end.
 _UNDONE: Final[dict[str, Callable[[Expr], Expr]]] = {
     "exp": lambda w: Call("log", (Call("larger", (w, ZERO)),)),
     "log": lambda w: Call("exp", (w,)),

@@ -41,7 +41,7 @@ MEMBERSHIP: Final[dict[str, MembershipFormula]] = {
     f.name: f for f in (*TRAPEZOIDS, PIECEWISE, *BELLS, *SIGMOIDS, *SPLINES, *CURVES, *SINGLETONS)
 }
 
-#: Functions as other tools compute them, by the kind that rule files write and what is different.
+#: Functions as other tools compute them, by the kind that rule files write and by the difference.
 VARIANTS: Final[dict[str, MembershipFormula]] = {"sigmoid_difference clamped": CLAMPED_DIFFERENCE}
 
 

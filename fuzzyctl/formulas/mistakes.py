@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 from fuzzyctl.formulas.formula import Parameters
 
-#: What is wrong with given parameters, or None.
+#: Returns the mistake in parameters, or None.
 Check = Callable[[Parameters], str | None]
 
 

@@ -199,7 +199,7 @@ AGGREGATIONS: Final[dict[str, Norm]] = {"sum": Norm(lambda a, b: a + b, straight
 
 
 def conjunction(name: str, equal: float = 0.0) -> Norm:
-    """Return a triangular norm; `equal` is what degrees may differ by that count as equal."""
+    """Return a triangular norm; `equal` is the largest difference of degrees that count as equal."""
     return CONJUNCTIONS[name].within(equal)
 
 

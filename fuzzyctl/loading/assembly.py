@@ -1,4 +1,4 @@
-"""Assembly of a file with what it uses: other rule files, tables in CSV files; split into systems."""
+"""Assembly of a file with the files that it uses: rule files and tables in CSV files; split into systems."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def _end(statement: sx.Statement) -> int:
 
 
 def split(tree: sx.SyntaxTree) -> list[Part]:
-    """Split a file into its systems and other blocks; what comes before the first of several belongs to all of them."""
+    """Split a file into its systems and other blocks; lines before the first of several belong to all of them."""
     heads = [i for i, s in enumerate(tree.statements) if isinstance(s, sx.System | sx.Head)]
     if len(heads) < 2:
         first = tree.statements[heads[0]] if heads else None
@@ -74,7 +74,7 @@ def split(tree: sx.SyntaxTree) -> list[Part]:
 def without_other_loops(
     tree: sx.SyntaxTree, mistakes: list[Diagnostic], name: str
 ) -> tuple[sx.SyntaxTree, list[Diagnostic]]:
-    """Return a tree and its mistakes without all loops but one; all of it where no loop has that name."""
+    """Return a tree and its mistakes without all loops but one; all of it if no loop has that name."""
     heads = [s for s in tree.statements if isinstance(s, sx.System | sx.Head)]
     loops = [h for h in heads if isinstance(h, sx.Head) and h.keyword.text == "loop"]
     if name not in [h.name.text for h in loops]:
@@ -94,11 +94,11 @@ def without_other_loops(
 
 
 def bring_in(tree: sx.SyntaxTree, folder: Path | None) -> tuple[sx.SyntaxTree, list[Diagnostic]]:
-    """Read the files that a tree uses, and the tables that stand in CSV files.
+    """Read the files that a tree uses, and its tables in CSV files.
 
     Args:
-        tree: What was parsed.
-        folder: Where the file stands; only files there and below can be used. None for a text without a file.
+        tree: The syntax tree.
+        folder: The folder of the file; only files there and below can be used. None for a text without a file.
 
     Returns:
         The tree with `used` statements and filled tables, and the mistakes of all files read.
@@ -122,7 +122,7 @@ def bring_in(tree: sx.SyntaxTree, folder: Path | None) -> tuple[sx.SyntaxTree, l
 def path_below(folder: Path, name: str) -> Path | None:
     """Return the path of a file that a rule file in a folder names; None for one that lies elsewhere.
 
-    A rule file from elsewhere must not be able to show what stands in other folders.
+    A rule file from elsewhere must not be able to show files of other folders.
     """
     path = folder / name
     return path if is_below(path, folder) and not Path(name).is_absolute() else None
@@ -162,7 +162,7 @@ class _Reader:
         self.seen: set[Path] = set()
         #: Files that could be read, in the order of reading.
         self.read: list[Path] = []
-        #: What the files read could not say, as in a syntax tree.
+        #: Mistakes of the files that were read, as in a syntax tree.
         self.unread: frozenset[str] = frozenset()
         self.nameless: frozenset[str] = frozenset()
         self.lost_variable = self.lost_input = self.lost_file = False
@@ -171,7 +171,7 @@ class _Reader:
         self.sources: dict[Path, SourceText] = {}
 
     def without_repeats(self, statements: tuple[sx.Statement, ...]) -> Iterator[sx.Statement]:
-        """Leave out `system` lines that repeat a name and have nothing of their own, or follow one that has not."""
+        """Leave out `system` lines that repeat a name and have an empty block, or follow one with an empty block."""
         first: dict[str, int] = {}
         for i, s in enumerate(statements):
             if isinstance(s, sx.System):
@@ -267,7 +267,7 @@ class _Reader:
             return None
 
     def _similar(self, path: Path, place: Span) -> str:
-        """Name the file of that kind that was most likely meant, from where the file that uses it stands."""
+        """Name the file of that kind that was most likely meant, relative to the file that uses it."""
         user = Path(place.source.name).name
         files = files_in(path.parent, {path.suffix.lower()} - {""})
         names = [name for name in files if name != user or path.parent != self.folder]

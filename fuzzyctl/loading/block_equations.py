@@ -1,7 +1,7 @@
 """Dependencies between the equations of plants and loops: algebraic loops, and how large expressions become.
 
-A plant is looked at as a controller with the derivatives as next values: a state, and what is delayed, depends on
-nothing of the same time. A loop is looked at as one whose inputs are the outputs of its blocks.
+A plant is treated as a controller with the derivatives as next values: a state or a delayed value does not depend on
+other values of the same time. A loop is treated as one whose inputs are the outputs of its blocks.
 """
 
 from __future__ import annotations

@@ -23,7 +23,7 @@ from fuzzyctl.model.plant import Plant
 from fuzzyctl.simulation.fmu_archive import FmuDescription, FmuError, read_description
 from fuzzyctl.support.reading import files_in, is_below, read_source, record_file
 
-#: What a plant in Python assigns, the form of each and an example.
+#: The assignments of a plant in Python, the form of each and an example.
 _INTERFACE: Final = {
     "inputs": ("a tuple of names", 'inputs = ("u",)'),
     "states": ("a dictionary from names to numbers", 'states = {"x": 0.0}'),
@@ -34,7 +34,7 @@ _Report = Callable[[str, tuple[str, ...], str], Diagnostic]
 
 
 def with_interface(plant: Plant, head: sx.Head, folder: Path | None) -> tuple[Plant, list[Diagnostic]]:
-    """Return a plant in Python with its file and the inputs, states and outputs that this assigns; or what is wrong."""
+    """Return a plant in Python with its file and the inputs, states and outputs that this assigns; or a diagnostic."""
     text = next(e for e in walk(head.formula or Name("")) if isinstance(e, Text))
     span = text.span or head.span
 
@@ -184,7 +184,7 @@ def _check_columns(call: Call, folder: Path | None) -> list[Diagnostic]:
 
 
 def with_fmu(plant: Plant, head: sx.Head, folder: Path | None) -> tuple[Plant, list[Diagnostic]]:
-    """Return a plant with the file, inputs and outputs of its FMU; or what is wrong."""
+    """Return a plant with the file, inputs and outputs of its FMU; or a diagnostic."""
     text = next(e for e in walk(head.formula or Name("")) if isinstance(e, Text))
     span = text.span or head.span
     try:
@@ -211,7 +211,7 @@ def fmu_plant(path: str | os.PathLike[str], name: str = "plant") -> Plant:
 
     Args:
         path: The FMU, of FMI 2.0 or 3.0, for co-simulation.
-        name: What the plant is called.
+        name: The name of the plant.
 
     Raises:
         DiagnosticError: For a file that is no such FMU.

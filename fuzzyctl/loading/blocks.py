@@ -33,7 +33,7 @@ class Blocks:
         systems: Its systems without errors.
         elsewhere: Finds the blocks of used files.
         found_elsewhere: Returns those of the files that have been read to find one.
-        folder: Where the file stands; None for a text that may use no files.
+        folder: The folder of the file; None for a text that may not use files.
 
     Attributes:
         diagnostics: Their mistakes.
@@ -59,7 +59,7 @@ class Blocks:
         for part in parts:
             if isinstance(part.head, sx.Head):
                 self._parts.setdefault(part.head.name.text, part)
-        #: Names of blocks that may have mistakes of their own.
+        #: Names of blocks that may have mistakes.
         self._declared = {h.name.text: _kind(h) for h in heads if not _is_loop(h)}
 
     def _report_repeated(self, heads: Sequence[sx.System | sx.Head]) -> None:
@@ -88,7 +88,7 @@ class Blocks:
         return None if isinstance(block, Loop) else block
 
     def _callees(self) -> dict[str, str]:
-        """Return what can be called, each name with what it is; not the block itself that is being resolved."""
+        """Return the blocks that can be called, each name with its kind; without the block that is being resolved."""
         kinds = {n: b.kind for n, b in self._found_elsewhere().items()}
         return {name: kind for name, kind in (kinds | self._declared).items() if name not in self._path}
 
@@ -149,7 +149,7 @@ class Blocks:
         return None if failed or _has_errors(found) else block
 
     def _expanded(self, block: EquationBlock) -> Iterator[Diagnostic]:
-        """Yield what is wrong with the order of the equations, or their number."""
+        """Yield mistakes in the order of the equations, or their number."""
         if self._parts_left <= 0:
             message = f"the blocks of this file expand to more than {MOST_PARTS:,} parts of expressions"
             yield Diagnostic("FZ112", message, block.span, help="spread them over several files")
@@ -162,7 +162,7 @@ class Blocks:
 
 
 def _resolver(kind: str) -> Callable[..., tuple[EquationBlock, bool, list[Diagnostic]]]:
-    """Return what gives the statements of a block their meaning; a file of controllers needs no plants."""
+    """Return the resolver of the statements of a block; a file of controllers needs no plants."""
     match kind:
         case "controller":
             from fuzzyctl.resolve.controllers import resolve_controller

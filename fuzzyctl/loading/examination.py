@@ -39,13 +39,13 @@ Opened = dict[Path, tuple["Callee", ...]]
 
 @dataclasses.dataclass(frozen=True)
 class Examined:
-    """What a source holds.
+    """The contents of a source.
 
     Args:
         source: The text.
         blocks: Those without errors: systems, then controllers, plants and loops, each in the order written.
         diagnostics: All of them, whatever the file allows or denies.
-        policy: The lines that say what it does.
+        policy: The lines that allow and deny diagnostics.
     """
 
     source: SourceText
@@ -109,12 +109,12 @@ def look_through(
     loop: str | None = None,
     parsed: tuple[sx.SyntaxTree, list[Diagnostic]] | None = None,
 ) -> Examined:
-    """Examine all systems of a source; what it allows and denies is left to whoever knows all diagnostics.
+    """Examine all systems of a source; the caller, who knows all diagnostics, applies its `allow` and `deny` lines.
 
     Args:
         source: The text.
-        folder: Where the files stand that it uses.
-        hints: Whether to look for what can only be a warning.
+        folder: The folder of the files that it uses.
+        hints: Whether to look for warnings.
         opened: The systems of files that have been read for this check already.
         loop: Name of the loop that is wanted; mistakes in other loops of the file are left out.
         parsed: The statements of the source with its mistakes, where they are known.
@@ -152,7 +152,7 @@ def look_through(
         blocks = Blocks(parts, linked, used.block, lambda: used.blocks, folder)
         equations = blocks.all()
         diagnostics.extend(_without_follow_ups(source, mistakes, blocks.diagnostics))
-    # What was read after repairs is no system of the file, but its mistakes are those of the file.
+    # A system that was read after repairs is not one of the file, but its mistakes are those of the file.
     found = [in_original(d) for d in (*diagnostics, *more, *used.mistakes)]
     return Examined(source, () if mistakes else (*linked, *equations), found, tuple(policy))
 
@@ -167,14 +167,14 @@ def _examined_systems(
         if isinstance(part.head, sx.Head):
             continue
         system, found = _examine_part(part, broken, hints, key)
-        # Warnings are of the file as it is, not of what its repair would be.
+        # Warnings are about the file as it is, not as repaired.
         diagnostics.extend(d for d in found if d.severity == "error" or not tree.repaired)
         systems.extend([system] if system is not None else [])
     return systems, [*diagnostics, *_same_names(systems)]
 
 
 def _without_follow_ups(source: SourceText, mistakes: list[Diagnostic], found: list[Diagnostic]) -> list[Diagnostic]:
-    """Leave out what is wrong with the meaning of lines that begin with no keyword, or have an open parenthesis."""
+    """Leave out mistakes in the meaning of lines without a keyword, or with an open parenthesis."""
     lines = {d.span.line for d in mistakes if d.code in ("FZ101", "FZ103") and d.span is not None}
     return [d for d in found if d.span is None or d.span.source.name != source.name or d.span.line not in lines]
 
@@ -283,7 +283,7 @@ def _examine_part(
     system, diagnostics = resolve(part.tree, part.shared, broken)
     if system is not None:
         diagnostics = [*diagnostics, *(check_model(system, hints=hints) if written not in _CLEAN else ())]
-        # What is written once for several systems need not be used by each.
+        # A line for several systems need not be used by each.
         once = ("FZ208", "FZ216", "FZ219")
         diagnostics = [d for d in diagnostics if not (d.code in once and part.is_shared(d.span))]
         if written is not None and not diagnostics:

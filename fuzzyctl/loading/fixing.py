@@ -14,7 +14,7 @@ from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.lang.syntax import NAME
 from fuzzyctl.loading.load import look_through
 
-#: Rounds of fixing; each shows what the mistakes of the round before hid.
+#: Rounds of fixing; each shows the mistakes that those of the round before hid.
 _ROUNDS: Final = 8
 
 #: Codes of definitions that depend on themselves.
@@ -26,7 +26,7 @@ class Fixed:
     """A text after fixes.
 
     Args:
-        source: The text; the very one that was given where nothing was fixed.
+        source: The text; the same object if no fix was made.
         repaired: The diagnostics whose fixes were made, with their locations in the text of their round.
     """
 
@@ -41,7 +41,7 @@ def fix_source(source: SourceText, *, folder: Path | None = None, likely: bool =
 
     Args:
         source: The text of a rule file.
-        folder: Where the files stand that it uses.
+        folder: The folder of the files that it uses.
         likely: Whether to make fixes that are only likely.
     """
     wanted: tuple[Applicability, ...] = ("sure", "likely") if likely else ("sure",)

@@ -19,7 +19,7 @@ from fuzzyctl.model.variable import Hold
 MAX_CALLED: Final = 200
 MAX_CALLED_RULES: Final = 20_000
 
-#: Finds a system of a used file by its name; None where there is none.
+#: Finds a system of a used file by its name, or None.
 Elsewhere = Callable[[str], FuzzySystem | None]
 
 
@@ -36,7 +36,7 @@ def with_called(
 
     Args:
         systems: Those of one file.
-        elsewhere: Where to look for what is none of them.
+        elsewhere: Where to look for other names.
         broken: Whether some system of the file has mistakes, so that it may be the one that is missing.
 
     Returns:
@@ -93,7 +93,7 @@ class _Calls:
         return self._fits(call, other, output)
 
     def _count(self, system: FuzzySystem, called: Mapping[str, FuzzySystem]) -> bool:
-        """Count what a system calls: its calls are written out one by one."""
+        """Count the calls of a system, which are written out one by one."""
         calls, rules = self._calls_and_rules(system, called)
         self.called += calls
         self.rules += rules
@@ -153,11 +153,11 @@ def link(
 
     Args:
         systems: Those of one file.
-        elsewhere: Where to look for what is none of them.
+        elsewhere: Where to look for other names.
         broken: Whether some system of the file has mistakes, so that it may be the one that is missing.
 
     Returns:
-        The systems, without the guarantees that name what is not there, and what is wrong with these.
+        The systems, without the guarantees that name missing parts, and diagnostics on these.
     """
     linked, mistakes = [], []
     for system in systems:
@@ -197,7 +197,7 @@ class _Links:
         return not any(found)
 
     def _mistake(self, node: Expr) -> Diagnostic | bool:
-        """Return what is wrong with a name, True where something else is to blame, False for nothing."""
+        """Return the mistake in a name, True if the cause is elsewhere, False for none."""
         system, _, output = _name(node).partition(".")
         other = self._find(system)
         if other is None:

@@ -22,14 +22,14 @@ if TYPE_CHECKING:
 
 AnyBlock = TypeVar("AnyBlock", bound=Block)
 
-#: What a block may be.
+#: The kinds of blocks.
 KINDS: Final = ("system", "controller", "plant", "loop", "block")
 #: Repairs of a file without a block of a kind.
 _HELP: Final = {
     "system": "give a file with a 'system' block; 'fuzzyctl show' prints controllers, plants and loops",
     "loop": "a 'loop' joins controllers and plants, as in 'fuzzyctl show water_tank'",
 }
-#: What works for a block that a command does not take.
+#: Commands that take the blocks which another command does not.
 _INSTEAD: Final = {
     "plant": "'fuzzyctl show' prints a plant, 'simulate' runs a loop with it, 'codegen --step' writes its steps",
     "loop": "'fuzzyctl simulate' runs a loop, 'page' shows its run",
@@ -186,7 +186,7 @@ def loads(text: str, name: str = "<text>", *, block: str | type[Block] | None = 
     """Read a block from a text.
 
     Args:
-        text: What a rule file holds; it can use no other files.
+        text: The text of a rule file; it can use no other files.
         name: Shown in diagnostics; its suffix gives the format, as for `load`.
         block: The block, as for `load`.
 
@@ -228,7 +228,7 @@ def _chosen(examined: Examined, block: object) -> Block:
 
 
 def _require_characters(source: SourceText) -> None:
-    """Refuse what no text file can hold, so that what can be read can be written.
+    """Refuse characters that no text file can hold, so that each text that is read can be written.
 
     Raises:
         DiagnosticError: For NUL and for halves of surrogate pairs.
@@ -246,8 +246,8 @@ def examine(
 
     Args:
         source: The text.
-        folder: Where the files stand that it uses; None for a text that may use none.
-        hints: Whether to look for what can only be a warning; without it a file is read faster.
+        folder: The folder of the files that it uses; None for a text that may not use any.
+        hints: Whether to look for warnings; without it a file is read faster.
 
     Returns:
         The system, None when there are errors, and all diagnostics, warnings included, in the order of their places.

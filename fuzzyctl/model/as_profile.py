@@ -17,9 +17,9 @@ def as_profile(system: FuzzySystem, name: ProfileName) -> FuzzySystem:
     """Return the same system under the numerics of a profile.
 
     Variables, terms, rules and norms stay. The knobs of the profile take the place of the system's, and so do its
-    grid, rule, tolerance and number of samples; a profile whose tool lets a file say how many samples there are leaves
-    a number that the system says on purpose. What an output is where no rule fires changes where it was the default of
-    the profile in force, unless the new one has none.
+    grid, rule, tolerance and number of samples; a profile whose tool lets a file set the number of samples leaves a
+    number that the system sets. The value of an output without a firing rule changes if it was the default of the
+    profile in force, unless the new one has none.
 
     Args:
         system: A well-formed system.
@@ -71,7 +71,7 @@ def _output(own: Output, old: Profile, new: Profile) -> Output:
 
 
 def _not_evaluated(system: FuzzySystem, new: Profile) -> list[Diagnostic]:
-    """Report what the tool of a profile does not have."""
+    """Report the parts of a system that the tool of a profile does not have."""
     found: dict[str, Diagnostic] = {}
     activations = (system.method.activation, *(m.activation for m in system.rule_methods))
     activation = next((a for a in activations if a.kind != "general"), None)

@@ -21,7 +21,7 @@ class Block(Node, Printed):
 
     Args:
         name: Its identifier.
-        title: What it is, for people.
+        title: A title for people.
         citation: Where it comes from.
         params: Named constants, as expressions.
         path: The file it was read from, or an empty string.
@@ -106,7 +106,7 @@ class Block(Node, Printed):
 
     @property
     def identity(self) -> dict[str, str]:
-        """What says in JSON which block it is."""
+        """The keys that name the block in JSON."""
         return {self.kind: self.name}
 
     @cached_property

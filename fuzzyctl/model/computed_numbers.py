@@ -17,13 +17,13 @@ Shape = tuple[Term, tuple[float, ...]]
 
 
 class Numbers:
-    """What can be computed of a system.
+    """The numbers of a system that can be computed.
 
-    A check that asks here never meets a number that has a diagnostic of its own, nor a shape with bad parameters.
+    A check that asks here never meets a number that is reported elsewhere, nor a shape with bad parameters.
 
     Args:
         system: The system.
-        partial: Whether parts of it could not be read or resolved; what uses them then has no value and is no mistake.
+        partial: Whether parts of it could not be read or resolved; their users have no value then.
     """
 
     def __init__(self, system: FuzzySystem, *, partial: bool = False) -> None:
@@ -38,7 +38,7 @@ class Numbers:
         return self.system.variables
 
     def failure(self, expr: Expr) -> ExprError | None:
-        """Return why an expression has no value; None where it has one, and where the reason is reported elsewhere."""
+        """Return why an expression has no value; None if it has one, and if the reason is reported elsewhere."""
         if self.params.lacks(expr):
             return None
         try:
@@ -67,7 +67,7 @@ class Numbers:
         return (low, high) if low is not None and high is not None else None
 
     def range(self, variable: LinguisticVariable) -> tuple[float, float] | None:
-        """Return the ends of a range that is none too wide and not empty, else None."""
+        """Return the ends of a range that is neither too wide nor empty, else None."""
         ends = self.ends(variable)
         return ends if ends is not None and 0 < ends[1] - ends[0] < math.inf else None
 
@@ -109,9 +109,9 @@ class Numbers:
 
 
 def parameters(membership: Membership, name: str) -> Iterator[tuple[Expr, bool, str]]:
-    """Yield the parameters of a term with whether each may be infinite and what it is."""
+    """Yield the parameters of a term with whether each may be infinite and its description."""
     if membership.kind in ("function", "formula"):
-        return  # an expression over variables has no value of its own
+        return  # an expression over variables has no fixed value
     formula = MEMBERSHIP.get(membership.kind)
     for i, argument in enumerate(membership.arguments):
         named = formula is not None and i < len(formula.parameters)

@@ -1,4 +1,4 @@
-"""Controllers, and what they share with plants and loops: signals, definitions, params and calls of systems."""
+"""Controllers, with the parts that plants and loops have as well: signals, definitions, params and calls of systems."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from fuzzyctl.operations import operation
 
 @dataclass(frozen=True, kw_only=True, repr=False)
 class Signal(Node):
-    """What inputs, states and outputs share: a name, a label for plots, a unit and a range."""
+    """Base of inputs, states and outputs: a name, a label for plots, a unit and a range."""
 
     name: str
     label: str = ""
@@ -36,7 +36,7 @@ class Signal(Node):
 
     @property
     def axis_label(self) -> str:
-        """What a plot writes at the axis: label and unit."""
+        """The text at the axis of a plot: label and unit."""
         return f"{self.title} [{self.unit}]" if self.unit else self.title
 
 
@@ -95,7 +95,7 @@ class Instance(Node):
 
 @dataclass(frozen=True, kw_only=True, repr=False)
 class EquationBlock(Block):
-    """What controllers, plants and loops share.
+    """Base of controllers, plants and loops.
 
     Args:
         functions: Named expressions.

@@ -11,7 +11,7 @@ from fuzzyctl.model.controller import Controller, Definition, Result, State
 from fuzzyctl.model.loop import TIME
 from fuzzyctl.model.plant import Plant
 
-#: Of the stages of the classical method of fourth order what the step is divided by for their weights, and where in the
+#: Of the stages of the classical method of fourth order the divisor of the step for their weights, and where in the
 #: step they lie. `RunSource` prints the same method into loops, fmu_rk4.h has it in C, dwmr.plant in compiled Python; a
 #: test holds all of them to the same bits.
 STAGES: Final = ((6.0, 0.0), (3.0, 0.5), (3.0, 0.5), (6.0, 1.0))

@@ -19,7 +19,7 @@ class Form:
 
     Args:
         form: How it is written.
-        what: What it gives.
+        what: Its result.
         signals: Names of the arguments that may use signals; all must be given.
         settings: Names of the arguments behind them, which depend on params only, with their defaults, a number or a
             text; NEEDED for those that must be given. Each argument may be given by name.

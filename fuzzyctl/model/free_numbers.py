@@ -39,7 +39,7 @@ def parametrised(system: FuzzySystem, names: Sequence[str]) -> tuple[FuzzySystem
 
     Raises:
         UnknownNameError: For a name that the system does not have.
-        ArgumentError: For a name given twice, and for what is no finite number.
+        ArgumentError: For a name given twice, and for a value that is not a finite number.
     """
     free: list[str] = []
     for name in names:
@@ -62,7 +62,7 @@ def with_numbers(system: FuzzySystem, values: Mapping[str, Any]) -> FuzzySystem:
 
     Raises:
         UnknownNameError: For a name that the system does not have.
-        ArgumentError: For a name given twice, for what is no number, and for another number of weights.
+        ArgumentError: For a name given twice, a value that is not a number, and another number of weights.
         ValueOutOfBoundsError: For a value that is not finite.
         DiagnosticError: If the system is not well formed with these values.
     """

@@ -16,25 +16,25 @@ Block = TypeVar("Block", bound=EquationBlock)
 
 
 def with_instance_params(block: Block, names: Iterable[str]) -> Block:
-    """Return a block that computes the same, some params of its instances being params of its own.
+    """Return a block that computes the same, with some params of its instances as its params.
 
     Args:
         block: A controller, or a loop, whose own blocks have their params by name anyway.
         names: `INSTANCE.PARAM`, `INSTANCE.INSTANCE.PARAM` and so on; other names do not count.
     """
     for name in names:
-        if "." in str(name):  # what is no text is refused by who reads it
+        if "." in str(name):  # values of other types are refused by their reader
             block, _ = _with_one(block, name, block)
     return block
 
 
 def _with_one(block: Block, name: str, present: EquationBlock) -> tuple[Block, Param | None]:
-    """Return a block with one of these params, and the param, None where there is none.
+    """Return a block with one of these params, and the param, or None.
 
     Args:
         block: The block.
         name: `INSTANCE.PARAM` and so on.
-        present: The block with the values that it has where it stands, as instances give each other params.
+        present: The block with the values at its place, as instances give each other params.
     """
     first, _, rest = name.partition(".")
     inner, known = _controller_of(block, first), _controller_of(present, first)
@@ -48,7 +48,7 @@ def _with_one(block: Block, name: str, present: EquationBlock) -> tuple[Block, P
         changed, param = _with_one(inner, rest, known)
         if param is None:
             return block, None
-        # A controller of its own: other instances of the same one keep theirs.
+        # A copy of the controller: other instances of the same one keep theirs.
         changed = replace(changed, name=f"{first}.{inner.name.removeprefix(f'{first}.')}")
         block = _with_instance(block, instance, replace(instance, controller=changed.name))
         block = replace(block, controllers=(*(c for c in block.controllers if c.name != changed.name), changed))

@@ -24,12 +24,12 @@ class Measure(Definition):
 
 @dataclass(frozen=True, kw_only=True, repr=False)
 class Loop(EquationBlock):
-    """An experiment: blocks, what connects them, and what is measured.
+    """An experiment: blocks, their connections, and measures.
 
     Args:
         definitions: References, disturbances and other signals, which may use the time `t` [s] and call the functions
             of `model/signals.py`; files of `csv` are named relative to the folder of `path`.
-        measures: What the run is judged by: expressions over params, other measures and calls of the functions of
+        measures: The results of a run: expressions over params, other measures and calls of the functions of
             `model/measures.py`, whose first arguments are expressions over signals.
         requirements: Claims about measures, checked on the run.
         duration: How long a run lasts [s].

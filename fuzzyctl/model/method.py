@@ -18,9 +18,9 @@ class Semantics(Node):
     Args:
         profile: Name of the profile the knobs came from.
         weight: Whether a rule's weight multiplies its firing strength before implication, or the implied set after it.
-        merge: What a sum over rules runs over: `rules`; `terms`, where rules of one consequent term are first joined by
+        merge: The parts of a sum over rules: `rules`; `terms`, where rules of one consequent term are first joined by
             the aggregation; or `places`, the same for consequents at one place.
-        total: What an average divides by: the `activations` of the rules summed over; their firing `strengths`, weights
+        total: The divisor of an average: the `activations` of the rules summed over; their firing `strengths`, weights
             left out; or the activations of `all_rules`, those included that do not name the output.
         least: A rule acts only if its activation is above it; None for rules that always act. A rule of activation 0
             that acts has an effect only if a hedge in its consequent makes something of it.
@@ -31,13 +31,13 @@ class Semantics(Node):
             all later consequents of the rule, `carried`. `undone` changes the set too, but where an output sums over
             rules the activation, by the inverse of the hedge.
         extremely: What that hedge is: `contrast`, 2x² up to ½ and 1 - 2(1 - x)² above; or `cube`, x³.
-        sigmoid_difference: What the difference of two sigmoids is where it is negative: its `magnitude`, or 0,
+        sigmoid_difference: The degree of a negative difference of two sigmoids: its `magnitude`, or 0,
             `clamped`.
         places: Places that `tsukamoto` finds are `clamped` to the range of the output, or `free`.
-        none_active: What the maxima of a set are that is 0 everywhere: none, so that the output is what it is where no
-            rule fires, `otherwise`; or all of the `range`.
-        fallback: Where an output is what its `else` says: where it is `unfired`; or wherever it has no value,
-            `undefined`, such as where a function in a consequent has none.
+        none_active: The maxima of a set that is 0 everywhere: none, so that the output is as if no rule fires,
+            `otherwise`; or all of the `range`.
+        fallback: When an output has the value of its `else`: when no rule fires, `unfired`; or whenever it has no
+            value, `undefined`, for instance because a function in a consequent has none.
     """
 
     profile: str = "exact"
@@ -56,7 +56,7 @@ class Semantics(Node):
 
     @property
     def joins_rules(self) -> bool:
-        """Whether the aggregation matters to sums over rules, and to what reads how far a term has been activated."""
+        """Whether the aggregation matters to sums over rules and to conditions that read the activation of a term."""
         return self.merge != "rules" or self.chained == "degree"
 
     def text(self, knob: str) -> str:
@@ -78,11 +78,11 @@ _BISECTIONS: Final = ("interpolated", "first", "nearest", "walk", "two_sided", "
 
 @dataclass(frozen=True)
 class DefuzzifierKind:
-    """What is known of a defuzzifier.
+    """The properties of a defuzzifier.
 
     Args:
         title: Its usual name in the literature.
-        takes: The number that it is of a set (`area` or `maximum`), or what a rule counts with, weighted by its
+        takes: A number of the set (`area` or `maximum`), or the number by which a rule counts, weighted by its
             activation: the `middle` of the core of its consequent term, the `place` where the monotone membership
             function of its consequent has the degree of the activation, or the `degree` that the consequent has at
             the activation. For the last three implication and aggregation have no effect.
@@ -132,7 +132,7 @@ TSUKAMOTO: Final = tuple(n for n in OVER_RULES if n not in OVER_MIDDLES)
 #: highest or lowest activation above 0, of equal ones the earlier; `proportional`: activations divided by their sum;
 #: `threshold`: those that compare with THRESHOLD as said.
 ACTIVATIONS: Final = ("general", "first", "last", "highest", "lowest", "proportional", "threshold")
-#: Of these, what looks at one rule at a time.
+#: Those that look at one rule at a time.
 EACH_ALONE: Final = frozenset({"general", "threshold"})
 
 #: How samples make an integral or its half. Centroid: `plain` sums, or `trapezoid` sums. Bisector: `interpolated`,
@@ -164,14 +164,14 @@ class Defuzzifier(Node):
 
     Args:
         kind: One of `DEFUZZIFIERS`.
-        resolution: Number of sample points of a set; None for what is exact.
-        grid: Where the samples stand: the middles of equal cells, their left ends, or equal steps from end to end.
-        rule: What is made of the samples; None for the usual one: `plain` for a centroid, `interpolated` for a
+        resolution: Number of sample points of a set; None for an exact result.
+        grid: The places of the samples: the middles of equal cells, their left ends, or equal steps from end to end.
+        rule: The rule over the samples; None for the usual one: `plain` for a centroid, `interpolated` for a
             bisector, `all` for maxima.
         tolerance: Degrees that fall short of the largest by at most this part of it count as maxima; None for 1e-9.
-            For the rules `running` and `between` what degrees, or sums of them, that count as equal differ by; None
-            for 0.
-        by: What smallest and largest of `som` and `lom` are measured by: the value or its magnitude.
+            For the rules `running` and `between` the largest difference of degrees, or of sums of them, that count
+            as equal; None for 0.
+        by: The order of `som` and `lom`: by the value or by its magnitude.
     """
 
     kind: str = "centroid"
@@ -222,7 +222,7 @@ class RuleMethod:
         block: Position of its rule block, -1 for a rule of none.
         conjunction: How it joins by `and`.
         disjunction: How it joins by `or`.
-        implication: What its block says, None where it says nothing: then each output has its own.
+        implication: That of its block; None if the block has none: then each output has one.
         activation: Which rules of the block act.
     """
 

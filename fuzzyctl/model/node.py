@@ -41,7 +41,7 @@ class Node(Described):
                 raise ValueOutOfBoundsError(f"{kind.__name__}.{name}", value, f"of type {declared}")
 
     def __dir__(self) -> list[str]:
-        """Return the names to complete; `model_copy` is for code that copies what may be of either kind of model."""
+        """Return the names to complete; `model_copy` is for code that copies either kind of model."""
         return [name for name in super().__dir__() if name != "model_copy"]
 
     def model_copy(self, *, update: Mapping[str, Any] | None = None) -> Self:
@@ -50,7 +50,7 @@ class Node(Described):
 
 
 class _Accepted(NamedTuple):
-    """What a field may hold: instances of some types, words, finite numbers, tuples whose items are accepted."""
+    """The values that a field accepts: instances of some types, words, finite numbers, tuples of accepted items."""
 
     plain: tuple[type, ...]
     words: tuple[str, ...]
@@ -69,7 +69,7 @@ class _Accepted(NamedTuple):
 
 @cache
 def _fields_of(kind: Any) -> tuple[tuple[str, tuple[type, ...], Callable[[object], bool]], ...]:
-    """Return the fields of a model type with the types that they accept, and what says whether they take a value."""
+    """Return the fields of a model type with the types that they accept, and a function that checks a value."""
     hints = get_type_hints(kind)
     accepted = [(f.name, _accepted(hints[f.name])) for f in fields(kind)]
     return tuple((name, a.plain, a.takes) for name, a in accepted)

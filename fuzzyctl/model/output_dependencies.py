@@ -58,7 +58,7 @@ def values_of(system: FuzzySystem) -> Iterator[Expr]:
 
 
 def comparisons_that_wait(system: FuzzySystem) -> Iterator[Diagnostic]:
-    """Find for each rule block whose activation method compares rules one that reads what others of the block set."""
+    """Find for each rule block whose activation method compares rules one that reads an output of another one."""
     blocks: dict[int, list[Rule]] = {}
     methods: dict[int, Activation] = {}
     for rule, method in zip(system.rules, system.rule_methods, strict=True):

@@ -46,7 +46,7 @@ class ParamValues:
             self._settle(param)
 
     def _settle(self, start: Param) -> None:
-        """Compute a param and what it needs, without recursion: chains of params may be long."""
+        """Compute a param and the params that it needs, without recursion: chains of params may be long."""
         open_names = [start.name]
         is_open = {start.name}
         while open_names:
@@ -98,7 +98,7 @@ class ParamValues:
             return None
 
     def lacks(self, expr: ex.Expr) -> bool:
-        """Whether an expression has no value through no fault of its own: it uses a param that has none."""
+        """Whether an expression has no value because it uses a param without a value."""
         return (bool(self.failed) or self.partial) and self._lacks(names_in(expr))
 
     def _lacks(self, names: Iterable[ex.Name]) -> bool:

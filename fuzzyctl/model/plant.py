@@ -24,7 +24,7 @@ class Plant(EquationBlock):
             own name.
         fmu: The file of a plant that is an FMU, else an empty string. The same holds for it; it has no states here.
         calls: Of a plant whose code is functions in place of a file: its derivatives from time, states and inputs, and
-            its outputs from time and states. `python` then says what they are.
+            its outputs from time and states, by `python`.
     """
 
     kind: ClassVar[str] = "plant"

@@ -1,6 +1,6 @@
 """Profiles: the numerics of a tool as data.
 
-What each says was measured by running the tool, or read in its sources or its manual where it says so.
+The facts were measured by running the tool, or read in its sources or its manual, as each notes.
 """
 
 from __future__ import annotations
@@ -28,14 +28,14 @@ class Profile:
         tool: The tool with its version.
         evidence: How its numbers are known.
         semantics: The knobs.
-        defuzzifiers: What a defuzzifier is that is named without options; those left out are as under `exact`.
-        otherwise: What an output is where no rule fires, if the file says nothing.
+        defuzzifiers: Options of a defuzzifier that is named without options; the others are as under `exact`.
+        otherwise: The value of an output without a firing rule, unless the file sets one.
         method: Norms where a file names none.
         evaluates: The defuzzifiers that the tool has; None for all.
-        keeps_resolution: Whether its files may say how many samples there are, so that they keep their own number.
+        keeps_resolution: Whether its files may set the number of samples, so that they keep it.
         has_activations: Whether it has other activation methods than `general`.
-        has_blocks: Whether it has rule blocks with norms of their own.
-        not_imitated: What the tool is known to do otherwise, and this profile on purpose does not.
+        has_blocks: Whether it has rule blocks with norms.
+        not_imitated: Known behaviour of the tool that this profile does not imitate on purpose.
     """
 
     name: str
@@ -52,7 +52,7 @@ class Profile:
     not_imitated: tuple[str, ...] = ()
 
     def defuzzifier(self, kind: str) -> Defuzzifier:
-        """Return what a defuzzifier is that is named without options."""
+        """Return a defuzzifier that is named without options."""
         return self.defuzzifiers.get(kind, Defuzzifier(kind=kind))
 
 

@@ -14,7 +14,7 @@ from fuzzyctl.model.variable import Membership
 
 @dataclass(frozen=True, kw_only=True, repr=False)
 class Antecedent(Node):
-    """Base of what can stand between `if` and `then`."""
+    """Base of the parts of an antecedent, between `if` and `then`."""
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
@@ -60,7 +60,7 @@ class Consequent(Node):
     Args:
         output: The output.
         term: One of its terms.
-        hedges: Names of hedges as written; what they change is `Semantics.consequent_hedges`.
+        hedges: Names of hedges as written; their effect is set by `Semantics.consequent_hedges`.
     """
 
     output: str
@@ -84,7 +84,7 @@ class Cell(Node):
     Args:
         terms: A term for each output of the table, or none at all where there is no rule.
         weight: That of its rule.
-        hedges: Those of each term, as in a consequent; nothing where no term has any.
+        hedges: Those of each term, as in a consequent; empty if no term has any.
     """
 
     terms: tuple[str | Membership, ...]
@@ -141,13 +141,13 @@ class RuleTable(Node):
 
 @dataclass(frozen=True, kw_only=True, repr=False)
 class RuleBlock(Node):
-    """Rules that belong together, and that may be joined, implied and chosen by methods of their own.
+    """Rules that belong together, with methods of joining, implication and activation.
 
     Args:
         name: Its name; in a rule file each block of a system has another one.
         conjunction: How its rules join by `and`; None for the way of the system.
         disjunction: How its rules join by `or`; None for the way of the system.
-        implication: What an activation makes of the sets that its rules conclude; None for the way of each output.
+        implication: Of an activation and the sets that its rules conclude; None for that of each output.
         activation: Which of its rules act; None for the method of the system. Methods that compare rules compare those
             of one block with each other.
         rules: Rule tables and single rules in the order written, at least one.
@@ -194,7 +194,7 @@ def is_joined_by(kind: type[And] | type[Or], antecedent: Antecedent) -> bool:
 
 
 def parts_of(antecedent: Antecedent) -> list[Antecedent]:
-    """Return an antecedent and every part of it, each before its own parts, from left to right."""
+    """Return an antecedent and every part of it, each before its parts, from left to right."""
     found: list[Antecedent] = []
     left = [antecedent]
     while left:

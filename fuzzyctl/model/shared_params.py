@@ -14,7 +14,7 @@ Block = TypeVar("Block", bound=EquationBlock)
 
 
 def with_values(block: Block, values: Mapping[str, float]) -> Block:
-    """Return a block with some of its params set to numbers, and with them what it shares with the blocks inside it.
+    """Return a block with some of its params set to numbers, and with them those that the blocks inside it share.
 
     Args:
         block: A block.

@@ -15,7 +15,7 @@ class Operator:
         settings: Names of its arguments behind the first one, in order; each may be given by name.
         needed: How many of them must be given.
         form: How it is written.
-        what: What it gives.
+        what: Its result.
     """
 
     settings: tuple[str, ...]

@@ -29,15 +29,15 @@ class FuzzySystem(Block):
     """A fuzzy system as data; evaluation never writes into it.
 
     Args:
-        hedges: Hedges of its own, besides those of `formulas.HEDGES`.
+        hedges: Hedges of the file, besides those of `formulas.HEDGES`.
         method: Norms, implication, aggregation, defuzzifier.
         inputs: In the order of declaration, which is the order of a kernel's arguments.
         outputs: In the order of declaration, which is the order of a kernel's results.
         blocks: Rule tables and single rules in the order written, then rule blocks.
         guarantees: The `require` statements.
-        compared: The other systems that they name, as `SYSTEM.OUTPUT`, without guarantees of their own.
+        compared: The other systems that they name, as `SYSTEM.OUTPUT`, without their guarantees.
         lets: Named values of the inputs, in the order of declaration.
-        called: The other systems that lets call, as `SYSTEM.OUTPUT(...)`, without guarantees of their own.
+        called: The other systems that lets call, as `SYSTEM.OUTPUT(...)`, without their guarantees.
     """
 
     kind: ClassVar[str] = "system"
@@ -84,7 +84,7 @@ class FuzzySystem(Block):
         return self.lets
 
     def with_systems(self, change: Callable[[FuzzySystem], FuzzySystem]) -> FuzzySystem:
-        """Return what a change makes of the system."""
+        """Return the system after a change."""
         return change(self)
 
     @property
@@ -140,14 +140,14 @@ class FuzzySystem(Block):
         return tuple(found)
 
     def implication_of(self, rule: int, output: Output) -> str:
-        """Return what the activation of a rule, given by its position, makes of a set of an output.
+        """Return the implication of a rule, given by its position, for an output.
 
-        What is said nearest to the rule counts: by its block, else by the output, else by the system.
+        The one nearest to the rule counts: of its block, else of the output, else of the system.
         """
         return self.rule_methods[rule].implication or output.implication or self.method.implication
 
     def implications_of(self, output: Output) -> tuple[str, ...]:
-        """Return the different implications of the rules that conclude an output; its own if there is no such rule."""
+        """Return the different implications of the rules that conclude an output; without a rule that of the output."""
         rules = dict.fromkeys(r for r, _ in self.conclusions.get(output.name, ()))
         found = tuple(dict.fromkeys(self.implication_of(r, output) for r in rules))
         return found or (output.implication or self.method.implication,)

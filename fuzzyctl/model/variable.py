@@ -10,8 +10,8 @@ from fuzzyctl.expr import ONE, Expr, Number, names_in
 from fuzzyctl.model.method import Defuzzifier
 from fuzzyctl.model.node import Node
 
-#: What an output is where no rule fires, besides a value and the previous output: the middle of the range, NaN, or an
-#: error. A word of its own type, so that `nan` is never a float in the model.
+#: Words for an output without a firing rule, besides a value and the previous output: the middle of the range, NaN, an
+#: error. A word of a separate type, so that `nan` is never a float in the model.
 Fallback = Literal["midpoint", "nan", "error"]
 
 
@@ -20,7 +20,7 @@ class Hold(Node):
     """Where no rule fires an output keeps its previous value.
 
     Args:
-        start: What it is before any rule has fired; None for the middle of the range.
+        start: Its value before any rule has fired; None for the middle of the range.
     """
 
     start: Expr | Literal["nan"] | None = None
@@ -61,7 +61,7 @@ class Term(Node):
 
 @dataclass(frozen=True, kw_only=True, repr=False)
 class LinguisticVariable(Node):
-    """What inputs and outputs share: a name, a label for plots, a unit, a universe of discourse and terms."""
+    """Base of inputs and outputs: a name, a label for plots, a unit, a universe of discourse and terms."""
 
     name: str
     label: str = ""
@@ -72,12 +72,12 @@ class LinguisticVariable(Node):
 
     @property
     def title(self) -> str:
-        """The label, or the name where there is none."""
+        """The label, or the name without one."""
         return self.label or self.name
 
     @property
     def axis_label(self) -> str:
-        """What a plot writes at the axis: label and unit."""
+        """The text at the axis of a plot: label and unit."""
         return f"{self.title} [{self.unit}]" if self.unit else self.title
 
     def term(self, name: str) -> Term | None:
@@ -97,7 +97,7 @@ class Output(LinguisticVariable):
     """An output.
 
     Args:
-        otherwise: What it is where no rule fires; None promises that some rule always fires.
+        otherwise: Its value if no rule fires; None promises that some rule always fires.
         adaptive: For adaptive consequents the rate dC_k/dt divided by ξ_k, an expression over params and inputs;
             None for fixed ones. The terms then give the initial consequents and the range bounds them.
         clamped: Whether its value is held within its range, as a sum of functions of the inputs may leave it.

@@ -21,7 +21,7 @@ Inner = Callable[..., bool]
 #: Names that functions of a block may use.
 PARAMETERS: Final = "parameter or param"
 
-#: What an argument is that only some functions take.
+#: Descriptions of arguments that only some functions take.
 _ODD = {ex.Items: "a list", ex.Text: "a text", ex.Pair: "a pair 'a: b'"}
 
 
@@ -153,7 +153,7 @@ class Expressions(Names):
         self.context.report("FZ214", message, call.span, help=help_text)
 
     def refuse_state(self, call: ex.Call) -> bool:
-        """Report a call that has a state where none can be kept."""
+        """Report a call with a state in a place that cannot keep one."""
         if self.kind == "controller":
             message = f"'{call.function}' keeps a state, which only 'let', 'next', 'output' and 'block' lines may have"
             help_text = "give it a name with 'let', and pass that name on"
@@ -164,7 +164,7 @@ class Expressions(Names):
         return False
 
     def unknown_call(self, call: ex.Call, what: str, known: Sequence[str]) -> None:
-        """Report a call of what is not known."""
+        """Report a call of an unknown name."""
         context = self.context
         is_lost = call.function in context.unread or call.function in context.broken
         if is_lost or not context.nameless.isdisjoint(CALLED):

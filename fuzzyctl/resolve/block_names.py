@@ -1,4 +1,4 @@
-"""Names of a controller, plant or loop: what it declares, and the blocks that it calls."""
+"""Names of a controller, plant or loop: its declarations, and the blocks that it calls."""
 
 from __future__ import annotations
 
@@ -16,20 +16,20 @@ from fuzzyctl.model.stateful_operators import OPERATORS
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.resolve.context import Context
 
-#: What a block may call.
+#: The kinds of blocks that a block may call.
 Callee = FuzzySystem | EquationBlock
 
-#: What shares one set of names, by the kind of the block.
+#: The declarations that share one set of names, by the kind of the block.
 _SHARED: Final = {
     "controller": "params, inputs, states, lets, blocks and outputs",
     "plant": "params, inputs, states, lets and outputs",
     "loop": "params, blocks, lets and measures",
 }
 
-#: Keywords of what a block may call.
+#: Keywords of the blocks that a block may call.
 CALLED: Final = frozenset({"function", "system", "controller", "plant"})
 
-#: Finds a system, controller or plant by its name; None where there is none.
+#: Finds a system, controller or plant by its name, or None.
 Find = Callable[[str], Callee | None]
 
 #: Functions of blocks besides those of all expressions, with their arguments.
@@ -46,13 +46,13 @@ class Names:
         find: Finds the blocks that it calls.
     """
 
-    #: What the block is.
+    #: The kind of the block.
     kind: ClassVar[str]
     #: Names that it has without declaring them.
     given: ClassVar[Collection[str]] = ()
     #: Functions that only such blocks have.
     own: ClassVar[Collection[str]] = ()
-    #: Functions whose names nothing else may have.
+    #: Functions with reserved names.
     reserved: ClassVar[Collection[str]] = ()
 
     context: Context
@@ -61,9 +61,9 @@ class Names:
     named: dict[str, sx.Signal | sx.Equation] = field(default_factory=dict)
     #: Outputs of instances and of calls with several outputs, as `NAME.OUTPUT`, by the first of these names.
     members: dict[str, tuple[str, ...]] = field(default_factory=dict)
-    #: Instances and calls of what is not known, whose outputs are not known either.
+    #: Instances and calls of unknown blocks, whose outputs are unknown, too.
     lost: set[str] = field(default_factory=set)
-    #: What has been looked for, by name.
+    #: Results of earlier searches, by name.
     blocks: dict[str, Callee | None] = field(default_factory=dict)
     #: Names that were sorted last, and these in order.
     _ordered: tuple[Set[str], Sequence[str]] = (frozenset(), ())
@@ -114,7 +114,7 @@ class Names:
             self.context.conditions |= {o: ex.Compare(">", ex.Name(o), ex.ZERO) for o in outputs}
 
     def _is_lost(self, value: ex.Expr) -> bool:
-        """Whether a value calls what is not known, or has mistakes of its own."""
+        """Whether a value calls an unknown block, or one with mistakes."""
         if not isinstance(value, ex.Call) or self.found(value.function) is not None:
             return False
         return not any(
@@ -122,7 +122,7 @@ class Names:
         )
 
     def found(self, name: str) -> Callee | None:
-        """Return the system, controller or plant of a name; None where there is none."""
+        """Return the system, controller or plant of a name, or None."""
         if name not in self.blocks:
             is_function = name in self.context.functions or name in self.own or name in OPERATORS
             self.blocks[name] = None if is_function else self.find(name)
@@ -140,7 +140,7 @@ class Names:
         return self._ordered[1]
 
     def what(self, name: str) -> str:
-        """Return what a name is, such as "a param"; empty for none."""
+        """Return the kind of a name, such as "a param"; empty for an unknown name."""
         if name in self.context.params:
             return "a param"
         return a_or_an(self.named[name].keyword.text) if name in self.named else ""

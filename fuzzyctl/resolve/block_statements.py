@@ -107,7 +107,7 @@ class Statements(Expressions):
             self.context.report("FZ212", message, self.head.name.span, help="add an 'output NAME = EXPRESSION' line")
 
     def require_updates(self, statements: Sequence[sx.Statement], keyword: str, what: str) -> None:
-        """Check that each state has its next value or derivative, once, and that nothing else has one."""
+        """Check that each state has its next value or derivative, once, and that no other name has one."""
         states = {n: s for n, s in self.named.items() if isinstance(s, sx.Signal) and s.keyword.text == "state"}
         updates: dict[str, sx.Equation] = {}
         for s in statements:

@@ -23,10 +23,10 @@ def resolve_blocks(
     """Resolve all tables, rules and rule blocks.
 
     Args:
-        context: What is declared, and where mistakes go.
+        context: The declarations; collects mistakes.
         statements: All statements of a system.
         shared: How many of them, from the first on, belong to other systems as well: a block among them ends there.
-        broken: Whether some lines could not be read, so that a block without rules is no mistake of its own.
+        broken: Whether some lines could not be read, so that a block without rules is not reported.
 
     Returns:
         Tables and rules of no block, then the blocks that have some rule with a meaning.

@@ -13,7 +13,7 @@ from fuzzyctl.lang import syntax as sx
 from fuzzyctl.model.guarantee import Guarantee
 from fuzzyctl.resolve.context import Context
 
-#: What a guarantee may say of an output: the forms, and whether the word is a condition by itself.
+#: The claims of a guarantee on an output: the forms, and whether the word is a condition by itself.
 FORMS: Final[dict[str, tuple[str, bool]]] = {
     "total": ("total(OUTPUT), or total(OUTPUT) >= STRENGTH", True),
     "bounded": ("bounded(OUTPUT, LOW, HIGH)", True),
@@ -76,7 +76,7 @@ def names_output(context: Context, claim: ex.Expr) -> bool:
 
 
 def check_condition(context: Context, condition: ex.Expr) -> bool:
-    """Check what stands behind `when`: it holds at a point or not, so nothing about all points belongs there."""
+    """Check the condition behind `when`: it holds at a point or not, so that a claim about all points is refused."""
     form = next((n for n in ex.walk(condition) if isinstance(n, ex.Call) and n.function in FORMS), None)
     if form is not None:
         message = f"expected a condition, found '{form.function}', a claim about all points"
@@ -86,7 +86,7 @@ def check_condition(context: Context, condition: ex.Expr) -> bool:
 
 
 def check_tolerance(context: Context, claim: ex.Expr, within: ex.Expr) -> bool:
-    """Check what stands behind `within`; only numbers that are compared can be off by something."""
+    """Check the tolerance behind `within`, which only comparisons of numbers take."""
     if isinstance(claim, ex.Call) and claim.function == "total":
         help_text = "remove it: an output is defined everywhere or it is not"
         context.report("FZ214", "'within' does not go with 'total'", ex.span_of(within), help=help_text)

@@ -20,7 +20,7 @@ MAX_SUGGESTIONS: Final = 500
 #: Known names that count as one more misspelt one where they are looked through for it alone.
 INDEXED: Final = 64
 
-#: Words with a meaning of their own in guarantees.
+#: Words with a special meaning in guarantees.
 CLAIM_FUNCTIONS: Final = ("total", "bounded", "increasing", "decreasing", "lipschitz")
 
 #: Blocks, which may be called `pi`: they are called with parentheses, the number is not.
@@ -29,7 +29,7 @@ _BLOCKS: Final = ("a system", "a controller", "a plant", "a loop")
 
 def is_function(name: str, *, output: bool) -> bool:
     """Whether a function of the language has this name, so that no input, param or, with `output`, output may."""
-    # An output may be called in a guarantee, as `u(-e)`, where nothing would tell it from a function.
+    # An output may be called in a guarantee, as `u(-e)`, like a function.
     return name in CLAIM_FUNCTIONS or (name in ex.FUNCTIONS and (output or name not in ex.SOFT))
 
 
@@ -43,8 +43,8 @@ class Context:
         lost_input: Whether that of some input is, so that inputs cannot be counted.
         lost_file: Whether any declaration may be missing, since a used file could not be read.
         nameless: Keywords of declarations whose name is missing.
-        broken: Names of blocks that are declared and may have mistakes of their own.
-        callees: Returns the systems, controllers and plants that can be called, each name with what it is.
+        broken: Names of blocks that are declared and may have mistakes.
+        callees: Returns the systems, controllers and plants that can be called, each name with its kind.
         foreign: Whether the statements are those of a file of another tool, which reserves no words, sets an output
             twice in a rule, and leaves variables without terms.
         where: The place of each declaration.
@@ -67,7 +67,7 @@ class Context:
     inputs: dict[str, sx.Variable] = field(default_factory=dict)
     outputs: dict[str, sx.Variable] = field(default_factory=dict)
     lets: dict[str, sx.Variable] = field(default_factory=dict)
-    #: What a controller, plant or loop declares besides params.
+    #: The declarations of a controller, plant or loop besides params.
     named: Mapping[str, sx.Signal | sx.Equation] = field(default_factory=dict)
     #: Outputs of the blocks inside of it that are conditions, 1 or 0, as comparisons.
     conditions: dict[str, ex.Expr] = field(default_factory=dict)
@@ -89,7 +89,7 @@ class Context:
 
     @property
     def read(self) -> Mapping[str, Any]:
-        """What consequents, outputs that are formulas, and guarantees may read: besides `names` the lets."""
+        """The names that consequents, outputs with formulas, and guarantees may read: `names` and the lets."""
         return ChainMap[str, Any](self.outputs, self.inputs, self.lets, self.params)
 
     def near(self, name: str, known: Collection[str]) -> str | None:
@@ -115,7 +115,7 @@ class Context:
         self.diagnostics.append(Diagnostic(code, message, span, severity, tuple(facts), help, notes, fix=fix))
 
     def declare(self, word: sx.Word, what: str, shared: str = "params, inputs and outputs") -> bool:
-        """Enter a name; report and return False when it is reserved or taken; `shared` says what has such names."""
+        """Enter a name; report and return False when it is reserved or taken; `shared` describes the names."""
         is_clear = what == "a measure" and word.text in CLAIM_FUNCTIONS  # loops make no such claims
         is_word = is_function(word.text, output=what == "an output") and not is_clear
         if (word.text in sx.RESERVED or is_word) and not self.foreign:
@@ -141,7 +141,7 @@ class Context:
         return True
 
     def is_first(self, word: sx.Word, seen: dict[str, sx.Word], what: str = "") -> bool:
-        """Enter what is given, under its name or another; report and return False when it is given already."""
+        """Enter a declaration under its name or another; report and return False when there is one already."""
         first = seen.setdefault(what or word.text, word)
         if first is not word:
             note = (first.span, "first given here")
@@ -151,7 +151,7 @@ class Context:
 
     def is_free(self, word: sx.Word, what: str) -> bool:
         """Report a name that is a word of the language."""
-        # `not` is a hedge already, which has a message of its own.
+        # `not` is a hedge already, which has another message.
         is_clear = (word.text == "not" and what == "a hedge") or (word.text == "pi" and what in _BLOCKS)
         if word.text in sx.RESERVED and not is_clear and not self.foreign:
             self._reserved(word, what)
@@ -166,7 +166,7 @@ class Context:
         """Report a name that is not declared.
 
         Args:
-            kind: What it should be, such as "param or input"; or what it could have been, such as "a param nor 'x'".
+            kind: The expected kind, such as "param or input"; or the possible ones, such as "a param nor 'x'".
             word: The name.
             known: Names that would have been right.
             code: The diagnostic code.
@@ -194,7 +194,7 @@ class Context:
         help_text = f"did you mean '{near}'?" if near else ""
         fix = respelt(word.span, text, near, known)
         if constant is not None and word.span is not None:
-            # It is declared nowhere, so that the slip is here, however often each spelling stands in the text.
+            # It is declared nowhere, so that the slip is here, however often the text has each spelling.
             fix = Fix((Replacement(word.span, constant),), "sure")
         if text == "t" and "dt" in known and near is None:
             help_text = "count the time in a state, such as: next time = time + dt"
@@ -207,14 +207,14 @@ class Context:
         self.report(code, message, word.span, facts=facts, help=help_text, fix=fix)
 
     def _is_other(self, name: str, word: sx.Word | ex.Name) -> bool:
-        """Whether a name is no slip of a word: defined in the line of the word, or the time, which nothing is like."""
+        """Whether a name cannot be a slip of a word: defined in the line of the word, or the time."""
         text = word.text if isinstance(word, sx.Word) else word.name
         place = self.where.get(name)
         is_defined = place is not None and word.span is not None and place.line == word.span.line
         return is_defined or (name in ("t", "dt") and name != text.lower())
 
     def _no_constant(self, name: str, statement: sx.Signal | sx.Equation) -> str:
-        """Return what to do where a signal of a controller, plant or loop stands in place of a param."""
+        """Return the help on a signal of a controller, plant or loop in the place of a param."""
         keyword = statement.keyword.text
         if keyword == "let" and statement.value is not None and self._is_constant(statement.value):
             return f"'{name}' is a let: write 'param {name} = {ex.to_text(statement.value)}' in place of it"

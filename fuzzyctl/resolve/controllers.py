@@ -31,7 +31,7 @@ def resolve_controller(
         statements: Its own, and those that it shares with other blocks of the file.
         head: The `controller` line.
         find: Finds the systems and controllers that it names.
-        context: What is known of lines that could not be read; mistakes go there.
+        context: Facts of lines that could not be read; collects mistakes.
         path: The file.
 
     Returns:

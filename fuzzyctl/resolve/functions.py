@@ -1,4 +1,4 @@
-"""Functions of a file in the expressions and terms of a system: calls are replaced by what they stand for."""
+"""Functions of a file in the expressions and terms of a system: calls are replaced by their bodies."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ class _Expansion:
         self.failed = False
 
     def expanded(self, expr: ex.Expr, names: Mapping[str, ex.Expr]) -> ex.Expr | None:
-        """Return an expression with values for some names; None where a function has a mistake, which is reported."""
+        """Return an expression with values for some names; None if a function has a mistake, which is reported."""
         value = names.get(expr.name, expr) if isinstance(expr, ex.Name) else expr
         if value is not expr or isinstance(expr, ex.Name):
             return value if self._is_small(value, expr) else None
@@ -126,7 +126,7 @@ class _Expansion:
 
     @staticmethod
     def _is_clamp(node: ex.Expr) -> bool:
-        """Return whether a part is what functions that controllers share write as `clamp`."""
+        """Return whether a part is a `clamp` of functions that controllers share."""
         return isinstance(node, ex.Call) and node.function == "clamp" and len(node.arguments) == 3
 
     def _is_known(self, node: ex.Expr, known: set[str]) -> bool:

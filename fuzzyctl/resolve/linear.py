@@ -36,7 +36,7 @@ class LinearPlant:
     derivatives: list[Definition] = field(default_factory=list)
 
     def takes(self, names: Sequence[str], delay: Expr) -> list[Expr]:
-        """Add inputs; return what enters the equations: they themselves, or their delayed values."""
+        """Add inputs; return the names that enter the equations: the inputs, or their delayed values."""
         self.inputs += [Signal(name=n) for n in names]
         if delay == ZERO:
             return [Name(n) for n in names]

@@ -43,7 +43,7 @@ class _Loop(Statements):
     kind = "loop"
     given = (TIME,)
     own = tuple(dict.fromkeys((*SIGNALS, *MEASURES)))
-    #: What is being checked: a "let", "measure" or "require" line, or the "argument" of a measure.
+    #: The part under check: a "let", "measure" or "require" line, or the "argument" of a measure.
     line = "let"
 
     def build(self, statements: Sequence[sx.Statement], path: str) -> Loop:

@@ -276,7 +276,7 @@ class _Plant(Statements):
         return "write it as: plant NAME = " + PLANTS[call.function].form if call.function in PLANTS else ""
 
 
-#: What a plant has in place of an operator of controllers.
+#: The replacement of an operator of controllers in a plant.
 _IN_PLANTS = {
     "previous": "use a state, or delay(x, 0.1 s)",
     "difference": "use a state and its derivative",

@@ -115,7 +115,7 @@ def is_garbled(line: sx.TermLine | sx.TermsLine) -> bool:
 def is_unsure(variable: sx.Variable) -> bool:
     """Whether a variable may have other terms than those that could be read."""
     names = terms_of(variable)
-    # Where a name is given twice the slip is most likely in the name, so that another one is missing now.
+    # If a name is given twice the slip is most likely in the name, so that another one is missing now.
     is_repeated = len(set(names)) < len(names)
     return variable.incomplete or is_repeated or any(is_garbled(line) for line in variable.terms)
 
@@ -132,10 +132,10 @@ def resolve_otherwise(
     """Resolve an `otherwise` line: for each output one rule, whose antecedent denies those of the other rules.
 
     Args:
-        context: What is declared, and where mistakes go.
+        context: The declarations; collects mistakes.
         statement: The line.
         others: The antecedents of the `if` lines and cells of its block, by output.
-        broken: Whether some lines could not be read, so that missing rules are no mistake of their own.
+        broken: Whether some lines could not be read, so that missing rules are not reported.
     """
     whole = _concluding(context, statement, _UNKNOWN)
     found: list[Rule] = []
@@ -183,7 +183,7 @@ def _concluding(context: Context, statement: sx.Rule | sx.Otherwise, antecedent:
 
 
 def resolve_antecedent(context: Context, truth: sx.Truth) -> Antecedent | None:
-    """Resolve what stands between `if` and `then`, or behind `with`; None when a part of it has no meaning."""
+    """Resolve an antecedent, or the condition behind `with`; None when a part of it has no meaning."""
     match truth:
         case sx.Literal(variable=variable, hedges=hedges, term=term, span=span):
             if _runs_on(context, hedges):
@@ -221,7 +221,7 @@ def _any(
 
 
 def _runs_on(context: Context, hedges: Sequence[sx.Word]) -> bool:
-    """Report words of the language among what stands between `is` and the term: the antecedent has run on."""
+    """Report words of the language between `is` and the term: the antecedent has run on."""
     for k, (before, word) in enumerate(zip((None, *hedges), hedges if not context.foreign else (), strict=False)):
         small = word.text.lower()
         if small not in RULE_WORDS or word.text in HEDGES or word.text in context.hedges:
@@ -310,7 +310,7 @@ def _known_term(context: Context, variable: sx.Word, term: sx.Word, among: dict[
 def known_term(context: Context, variable: sx.Variable, term: sx.Word, param_help: str = "") -> bool:
     """Check that a variable has a term; silent where the variable's own lines could not all be read.
 
-    `param_help` says how a param is written where the term stands.
+    `param_help` says how a param is written in the place of the term.
     """
     # Asked for every cell; the list is long to make and never changes.
     names = context.terms.get(id(variable))

@@ -82,15 +82,15 @@ def find_idle_settings(
     outputs: Sequence[Output],
     blocks: Sequence[RuleTable | Rule | RuleBlock] = (),
 ) -> None:
-    """Warn of implications and aggregations that no output heeds, since it sums over rules or has its own.
+    """Warn of implications and aggregations without effect, since outputs sum over rules or have others.
 
     Args:
         context: Where warnings go.
         statements: All statements of a system.
-        shared: Those of them that belong to other systems as well, where they may have an effect.
-        method: What they come to.
+        shared: Those of them that other systems share, in which they may have an effect.
+        method: The method that follows from them.
         outputs: The outputs.
-        blocks: The rules; a block may have an implication of its own, so that what is said elsewhere is not heeded.
+        blocks: The rules; a block may have another implication, so that other settings do not apply.
     """
     kinds = {o.name: o.defuzzifier or method.defuzzifier for o in outputs}
     joins = method.semantics.joins_rules
@@ -117,7 +117,7 @@ def find_idle_settings(
 
 
 def _implied_elsewhere(blocks: Sequence[RuleTable | Rule | RuleBlock]) -> set[str]:
-    """Return the outputs that are set only by rule blocks with an implication of their own."""
+    """Return the outputs that are set only by rule blocks with an implication."""
     own: set[str] = set()
     others: set[str] = set()
     for b in blocks:
@@ -201,7 +201,7 @@ def _no_options(context: Context, setting: sx.Setting) -> None:
 
 
 def _defuzzifier_in_force(context: Context, setting: sx.Setting) -> Defuzzifier:
-    """Return a defuzzifier with what the profile in force has for the options that are not given."""
+    """Return a defuzzifier with the options that are not given from the profile in force."""
     options = [o for o in setting.options if UNSET.get(o.name.text) != o.value.text]
     names = [o.name.text for o in setting.options]
     base = context.profile.defuzzifier(setting.value.text)
@@ -236,7 +236,7 @@ def _activation(context: Context, s: sx.Activation) -> Activation:
             given |= {"comparison": name, "threshold": option.value}
     missing = _missing(kind, given)
     if missing:
-        # An option with a mistake of its own may be the one that is missing.
+        # An option with a mistake may be the one that is missing.
         if len(context.diagnostics) == before:
             help_text = f"write, for example: {_FORM[kind]}"
             context.report("FZ303", f"activation '{kind}' needs {missing}", s.kind.span, help=help_text)
@@ -273,7 +273,7 @@ RESOLUTIONS: Final = (2, 1_000_000)
 
 
 def resolve_options(context: Context, kind: str, options: Iterable[sx.Option]) -> Defuzzifier:
-    """Return a defuzzifier with its options, each given at most once; report what has no meaning."""
+    """Return a defuzzifier with its options, each given at most once; report those without a meaning."""
     known = DEFUZZIFIERS[kind].options
     given: dict[str, sx.Option] = {}
     fields: dict[str, Any] = {}
@@ -331,7 +331,7 @@ def _require_samples(context: Context, kind: str, given: dict[str, sx.Option]) -
 
 
 _TYPES: Final = get_type_hints(Semantics)
-#: What each knob may be; none for a number.
+#: The words of each knob; empty for a number.
 CHOICES: Final[dict[str, tuple[str, ...]]] = {
     name: tuple(word for word in get_args(_TYPES[name]) if isinstance(word, str)) for name in KNOBS
 }

@@ -43,8 +43,8 @@ def resolve(
         tree: The statements of one system that could be read.
         shared: Statements that belong to other systems as well; inputs and outputs among them that no rule of this
             system names are left out.
-        broken: Whether some lines could not be read; what is missing is then no mistake of its own.
-        foreign: Whether it is a translation of a file of another tool, whose reader has looked for what is missing.
+        broken: Whether some lines could not be read; missing parts are then not reported.
+        foreign: Whether it is a translation of a file of another tool, whose reader has reported missing parts.
 
     Returns:
         The system, or None when something has no meaning, and the diagnostics in order of their places.
@@ -95,12 +95,12 @@ def _crowded(tree: sx.SyntaxTree) -> Diagnostic | None:
     return None
 
 
-#: What variables are, for people.
+#: The kinds of variables, for people.
 KINDS: Final = {"input": "an input", "output": "an output", "let": "a let"}
 
 
 def _declare(context: Context, tree: sx.SyntaxTree) -> list[sx.System]:
-    """Enter all names first, so that statements may stand in any order."""
+    """Enter all names first, so that statements may be in any order."""
     heads: list[sx.System] = []
     for statement in tree.statements:
         match statement:

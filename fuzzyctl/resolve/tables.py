@@ -69,7 +69,7 @@ def _cells(
     context: Context, outputs: Sequence[sx.Variable], statement: sx.Table, framed: bool
 ) -> list[tuple[sx.RowLine, tuple[Cell, ...]]]:
     """Resolve the cells of all rows; while header and labels are wrong, the expected number per row is unknown."""
-    # Without a header its line may stand among the rows.
+    # Without a header its line may be among the rows.
     if statement.header is None or not _same_counts(context, statement):
         return []
     columns = statement.header.terms if framed else None
@@ -111,7 +111,7 @@ def _scaled(statement: sx.Table, scale: ex.Expr) -> sx.Table:
 
 
 def _check_frame(context: Context, statement: sx.Table, rows: sx.Variable, columns: sx.Variable) -> bool:
-    """Check what holds the cells: header and labels, each there and each a term."""
+    """Check header and labels of the cells, each present and each a term."""
     if statement.incomplete:
         _check_what_is_there(context, statement, rows, columns)
         return False
@@ -186,7 +186,7 @@ def _as_expression(context: Context, cell: Span) -> str:
 
 
 def _whole(cell: sx.CellText) -> Span:
-    """Return a cell with its weight and with what follows it without a blank, as the parts of a sum do."""
+    """Return a cell with its weight and with the text that follows without a blank, as the parts of a sum do."""
     found = _WHOLE.match(cell.span.source.text, cell.span.start)
     return cell.span if found is None else Span(cell.span.source, *found.span())
 
@@ -222,7 +222,7 @@ def _has_corner(context: Context, columns: sx.Variable, header: sx.HeaderLine) -
 
 
 def _table_form(statement: sx.Table, columns: sx.Variable, rows: sx.Variable) -> str:
-    """Say what a table looks like, with the terms of its own inputs."""
+    """Return the form of a table, with the terms of its inputs."""
     if statement.csv:
         from fuzzyctl.lang.csv_table import CSV_FORM
 

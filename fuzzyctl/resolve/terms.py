@@ -23,7 +23,7 @@ def share_terms(context: Context, statements: Sequence[sx.Statement]) -> Iterato
     """Yield the statements, those of variables that share terms with the lines that they take over.
 
     Args:
-        context: What is declared; the variables change there, too.
+        context: The declarations; its variables change, too.
         statements: All statements of a system.
     """
     first: set[int] = set()
@@ -90,7 +90,7 @@ def _lines(
 
 
 def _fits(variable: sx.Variable, other: sx.Variable) -> bool:
-    """Whether the terms of a variable mean for another one what they mean there: names alone follow any range."""
+    """Whether the terms of a variable have the same meaning for another one: bare names follow any range."""
     if (variable.lower, variable.upper) == (other.lower, other.upper):
         return True
     lines = [line for line in other.terms if not isinstance(line, sx.TermsLine)]
@@ -150,14 +150,14 @@ def _uniform(statement: sx.Variable, count: int) -> list[ex.Expr]:
     """Peaks from end to end of the range: lower + k (upper - lower) / (count - 1), the ends themselves exact."""
     lower, upper = statement.lower, statement.upper
     if not any(isinstance(n, ex.Name | ex.Call) for e in (lower, upper) for n in ex.walk(e)):
-        with contextlib.suppress(ex.ExprError):  # a range without a value has a diagnostic of its own
+        with contextlib.suppress(ex.ExprError):  # a range without a value has another diagnostic
             # Numbers, so that the system reads well when it is printed; the same as those of the expressions below.
             low, high = ex.evaluate(lower, {}), ex.evaluate(upper, {})
             inner = [(low * (count - 1 - k) + high * k) / (count - 1) for k in range(1, count - 1)]
             return [lower, *map(ex.Number, inner), upper]
     peaks: list[ex.Expr] = [lower]
     for k in range(1, count - 1):
-        # A weighted mean of the ends is symmetric where the range is: the middle of [-a, a] is exactly 0.
+        # A weighted mean of the ends is symmetric if the range is: the middle of [-a, a] is exactly 0.
         peaks.append((lower * float(count - 1 - k) + upper * float(k)) / float(count - 1))
     peaks.append(upper)
     return peaks

@@ -26,7 +26,7 @@ MAX_TERMS: Final = 1000
 
 _FALLBACKS: Final[tuple[Fallback, ...]] = ("midpoint", "nan", "error")
 _TWO_NUMBERS: Final = re.compile(r"([-+]?[\d.]+)\s+([-+][\d.]+)")
-#: What stands for an expression without a meaning: a name that nothing declares, which has no value either.
+#: Replaces an expression without a meaning: an undeclared name, which has no value.
 _NO_VALUE: Final = ex.Name("")
 
 
@@ -82,7 +82,7 @@ def resolve_variable(context: Context, statement: sx.Variable) -> Input | Output
 
 
 def _formula(context: Context, statement: sx.Variable, value: ex.Expr) -> ex.Expr:
-    """Return what a `let` or an `output` is; a let is known before any rule, so it reads no output."""
+    """Return the expression of a `let` or an `output`; a let is known before any rule, so it reads no output."""
     whole = expanded(context, value)
     if whole is None:
         return _NO_VALUE

@@ -1,4 +1,4 @@
-"""Argument checks of the public API: messages name the argument, what is expected and what was given."""
+"""Argument checks of the public API: messages name the argument, the expected type and the value."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _Kind = TypeVar("_Kind")
 
 
 def wrong(name: str, due: str, given: object) -> ArgumentError:
-    """Return the error for an argument of a type that it cannot have; what it prints as may be long."""
+    """Return the error for an argument of a wrong type; its text may be long."""
     return ArgumentError(f"{name} must be {due}, got {_called(given)}")
 
 
@@ -86,7 +86,7 @@ def names(name: str, given: object) -> tuple[str, ...]:
 
 
 def mapping(name: str, due: str, given: Any) -> dict[str, Any]:
-    """Return what is given by name; a Series of pandas has the labels of its rows as names."""
+    """Return values by name; a Series of pandas has the labels of its rows as names."""
     is_series = hasattr(given, "keys") and getattr(given, "ndim", None) == 1
     if not isinstance(given, Mapping) and not is_series:
         raise wrong(name, due, given)
@@ -98,7 +98,7 @@ def mapping(name: str, due: str, given: Any) -> dict[str, Any]:
 
 
 def path(given: object, hint: str = "") -> str:
-    """Return a path that a file system can have; `hint` is said of what is none."""
+    """Return a path that a file system can have; `hint` is added to the message on another one."""
     name = os.fspath(given) if isinstance(given, str | os.PathLike) else None
     if not isinstance(name, str) or "\0" in name or not _encodable(name):
         shown = repr(given) if isinstance(given, str | bytes) else _called(given)
@@ -139,7 +139,7 @@ def integer(name: str, given: object, least: int, most: int) -> int:
     """Return an argument that is an integer within bounds.
 
     Raises:
-        ArgumentError: For what is no integer.
+        ArgumentError: For a value that is not an integer.
         ValueOutOfBoundsError: For one outside the bounds.
     """
     if not isinstance(given, int) or isinstance(given, bool):

@@ -34,7 +34,7 @@ def granted(groups: Path, own: Path) -> int:
 
     Args:
         groups: The folder of the groups of both versions.
-        own: The file that says which groups a process is in.
+        own: The file with the groups of a process.
     """
     try:
         lines = own.read_text(encoding="utf-8", errors="surrogateescape").splitlines()
@@ -45,7 +45,7 @@ def granted(groups: Path, own: Path) -> int:
 
 
 def _folders(groups: Path, line: str) -> Iterator[Path]:
-    """Yield the folders of a group and of those that it is in; within a container its own is the outermost."""
+    """Yield the folders of a group and of those that it is in; in a container, up to its group."""
     _, controllers, path = (*line.split(":", 2), "", "")[:3]
     if controllers not in ("", "cpu", "cpu,cpuacct", "cpuacct,cpu"):
         return

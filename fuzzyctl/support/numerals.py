@@ -6,17 +6,17 @@ import math
 import re
 from typing import Final
 
-#: What a number is; Python's `float` also takes underscores and the digits of all scripts.
+#: Pattern of a number; Python's `float` also takes underscores and the digits of all scripts.
 _NUMBER: Final = re.compile(
     r"[ \t\r\n]*[+-]?((?:\d+\.?\d*|\.\d+)(?:e[+-]?\d+)?|inf|infinity|nan)[ \t\r\n]*", re.ASCII | re.IGNORECASE
 )
 
-#: What is said of a number that no double can hold.
+#: The message on a number that no double can hold.
 TOO_LARGE: Final = "a double cannot hold this number"
 
 
 def to_number(text: str) -> float:
-    """Read a number; `inf` and `nan` are numbers, what overflows is not.
+    """Read a number; `inf` and `nan` are numbers, a literal that overflows is not.
 
     Raises:
         OverflowError: For a number that a double cannot hold.

@@ -18,7 +18,7 @@ _WARNED: Final[set[str]] = set()
 
 
 def cache_folder() -> Path:
-    """Return the folder for compiled code: $FUZZYCTL_CACHE_DIR, or what is usual on the platform."""
+    """Return the folder for compiled code: $FUZZYCTL_CACHE_DIR, or the usual one of the platform."""
     named = os.environ.get("FUZZYCTL_CACHE_DIR")
     if named:
         return Path(named)
@@ -34,7 +34,7 @@ def is_private(root: Path, *parts: str) -> bool:
     """Return whether a folder can be trusted; one that does not exist is made for the user alone.
 
     The folder and those above it up to `root` must belong to the user or to root, and no other user may write to them.
-    What cannot be trusted is warned of once. Where the platform has no owners, every folder is trusted.
+    A folder that cannot be trusted is warned of once. On a platform without owners, every folder is trusted.
 
     Args:
         root: The folder of all caches.
@@ -55,7 +55,7 @@ def is_private(root: Path, *parts: str) -> bool:
 
 
 def dangers(folders: Iterable[Path]) -> Iterator[str]:
-    """Yield for each reason why a folder cannot be trusted a clause that names the folder; nothing is made or changed.
+    """Yield for each reason why a folder cannot be trusted a clause that names the folder; the folder is not changed.
 
     Raises:
         OSError: When a folder cannot be found.

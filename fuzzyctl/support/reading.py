@@ -23,7 +23,7 @@ MAX_BYTES: Final = 1 << 20
 FOREIGN: Final = frozenset({".fll", ".fis", ".fcl", ".fml", ".xml"})
 
 
-#: What is read while `recorded` is entered.
+#: The files that are read while `recorded` is entered.
 _RECORDED: ContextVar[dict[str, bytes] | None] = ContextVar("recorded", default=None)
 
 
@@ -66,7 +66,7 @@ def read_source(path: str | os.PathLike[str], *, max_bytes: int = MAX_BYTES, onl
 
     Raises:
         DiagnosticError: When the file is missing, a directory, unreadable, too large or not UTF-8 text.
-        ArgumentError: For what is no path.
+        ArgumentError: For an object that is not a path.
     """
     data, place = read_place(path, max_bytes=max_bytes, only_regular=only_regular)
     return decode(data, place.name)

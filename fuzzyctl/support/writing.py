@@ -130,7 +130,7 @@ def _permit(temporary: Path, target: Path) -> None:
 
 @contextmanager
 def _blaming(target: Path) -> Iterator[None]:
-    """Tell what the system refuses as a diagnostic of the target."""
+    """Raise errors of the operating system as a diagnostic of the target."""
     try:
         yield
     except OSError as error:
@@ -141,7 +141,7 @@ def refuse_what_is_no_file(target: Path) -> None:
     """Refuse to replace a folder, pipe or device by a file.
 
     Raises:
-        DiagnosticError: Where such a thing stands in the place of the target.
+        DiagnosticError: If such a thing is in the place of the target.
     """
     if os.path.isdir(target):
         raise DiagnosticError([Diagnostic("FZ005", "this is a folder", file=str(target), help="name a file in it")])

@@ -52,7 +52,7 @@ def numbers(block: EquationBlock, params: ParamValues) -> Iterator[Diagnostic]:
 def numbers_of_all(block: EquationBlock) -> Iterator[Diagnostic]:
     """Check the numbers of a block, and those of the blocks inside it with the params that they have there.
 
-    What follows from numbers that are reported is left out.
+    Numbers that follow from reported ones are not reported.
     """
     params = block.param_values
     found = list(numbers(block, params))
@@ -107,7 +107,7 @@ def _computed(expr: Expr, params: ParamValues) -> float | Diagnostic | None:
 
 
 def _constants(block: EquationBlock, params: ParamValues) -> Iterator[Diagnostic]:
-    """Check the parts of expressions that have a value before anything runs, and what is divided by 0."""
+    """Check the parts of expressions that have a value before a run, and quotients by 0."""
     lets = [Param(name=d.name, expression=d.value) for d in block.definitions]
     values = ParamValues([*block.params, *lets], partial=True)
     names = {*CONSTANTS, *values.values}
@@ -204,9 +204,9 @@ def _outside(what: str, value: float, span: Span | None, bounds: Bounds, shown: 
 def _instance(
     instance: Instance, callee: EquationBlock, params: ParamValues, reported: set[str]
 ) -> Iterator[Diagnostic]:
-    """Check what a block is given for its params, by their ranges and those of what follows from them.
+    """Check the params that a block gets, and the params that follow from them, by their ranges.
 
-    What uses params that are reported is left out.
+    Calls that use reported params are not reported.
     """
     names = {p.name for p in callee.params}
     given = {a.name: a.value for a in instance.arguments if isinstance(a, Keyword) and a.name in names}
@@ -214,7 +214,7 @@ def _instance(
     found = {name: _computed(e, params) for name, e in given.items()}
     yield from (value for value in found.values() if isinstance(value, Diagnostic))
     numbers = {name: value for name, value in found.items() if isinstance(value, float)}
-    written = callee.name.rpartition(".")[2]  # before it, where it became one of its own: see instance_params
+    written = callee.name.rpartition(".")[2]  # before it, if it became a separate one: see instance_params
     for name, value in numbers.items():
         if math.isinf(value):
             message = f"param '{name}' of '{written}' is infinite"
@@ -226,7 +226,7 @@ def _instance(
 
 
 def _called(call: Call, system: FuzzySystem, params: ParamValues) -> Iterator[Diagnostic]:
-    """Check what a call of a system gives for its params."""
+    """Check the params that a call of a system sets."""
     given = {a.name: a.value for a in call.arguments if isinstance(a, Keyword)}
     numbers = {name: value for name, e in given.items() if isinstance(value := _computed(e, params), float)}
     own = [replace(p, expression=Number(numbers[p.name])) if p.name in numbers else p for p in system.params]
@@ -258,7 +258,7 @@ def _dead_times(plant: Plant, params: ParamValues) -> Iterator[Diagnostic]:
 
 
 def _finite_start(what: str, start: Expr, params: ParamValues) -> Iterator[Diagnostic]:
-    """Report a start of what moves continuously that has no finite value."""
+    """Report the start of a continuous state that has no finite value."""
     value = _computed(start, params)
     if isinstance(value, Diagnostic):
         yield value

@@ -70,7 +70,7 @@ def circular_lets(system: FuzzySystem) -> Iterator[Diagnostic]:
 
 
 def unused_lets(system: FuzzySystem) -> Iterator[Diagnostic]:
-    """Find lets that nothing reads."""
+    """Find unused lets."""
     used = {i.variable for rule in system.rules for i in literals(rule.antecedent)}
     used |= {n.name for e in _functions(system) for n in names_in(e)}
     used |= {n.name for o in system.outputs if o.adaptive is not None for n in names_in(o.adaptive)}
@@ -265,7 +265,7 @@ def _takes_peaks(system: FuzzySystem, variable: LinguisticVariable) -> bool:
 
 
 def unused_params(system: FuzzySystem) -> Iterator[Diagnostic]:
-    """Find params that nothing uses."""
+    """Find unused params."""
     used: set[str] = set()
     for expr, _, _ in computed_numbers(system):
         used.update(n.name for n in names_in(expr))

@@ -1,8 +1,8 @@
 """Units as products of powers: whether two are equal, different, or unknown.
 
-What is read are the usual spellings, such as `m/s`, `m s^-1`, `m·s⁻¹`, `m per s` and `(m)/(s)`, and units whose size is
-beyond doubt. A word that is none of them, such as `apples` or `°C`, stands for itself: only where it cancels, what is
-left says something.
+The usual spellings are read, such as `m/s`, `m s^-1`, `m·s⁻¹`, `m per s` and `(m)/(s)`, and units whose size is
+beyond doubt. Any other word, such as `apples` or `°C`, is a unit without relation to others: two units can be compared
+only if such words cancel.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from fractions import Fraction
 from functools import lru_cache
 from typing import Final
 
-#: A size, and powers of what units are made of.
+#: A factor, and the powers of base units.
 _MADE_OF: Final[dict[str, tuple[int, dict[str, int]]]] = {
     "m": (1, {"m": 1}),
     "s": (1, {"s": 1}),
@@ -81,9 +81,9 @@ class Dimension:
     """A product of powers.
 
     Args:
-        size: What it is times the units that it is made of.
+        size: The factor of its base units.
         powers: The power of each unit, never 0.
-        words: Powers of words that nothing is known of.
+        words: Powers of unknown words.
     """
 
     size: Fraction
@@ -149,7 +149,7 @@ class _UnreadError(Exception):
     """Raised for a text that is no unit."""
 
 
-#: What a token is, and the dimension that it stands for.
+#: The kind of a token, and its dimension.
 _Token = tuple[str, Dimension]
 
 
@@ -190,7 +190,7 @@ def _word(word: str) -> Dimension:
 def _product(tokens: list[_Token]) -> tuple[Dimension, list[_Token]]:
     """Read factors up to the end or a closing parenthesis.
 
-    What is multiplied behind a divisor, as in `J/kg K`, people read in two ways.
+    People read a factor that follows a divisor, as in `J/kg K`, in two ways.
     """
     found, tokens = _factor(tokens)
     divided = False

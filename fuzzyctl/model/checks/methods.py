@@ -100,11 +100,11 @@ def _hedged(system: FuzzySystem) -> Iterator[Diagnostic]:
 
 
 def kept(system: FuzzySystem, name: str) -> list[Diagnostic]:
-    """Return what a profile leaves otherwise than its tool.
+    """Return hints at the parts that a profile leaves otherwise than its tool.
 
-    These are hints at another version of the system's own tool and at rule blocks that keep norms of their own, and
-    warnings of rules that the tool leaves out. Norms are what a system says, numerics what a profile says, so blocks
-    keep theirs under a profile whose tool has one norm for all rules.
+    These are hints at another version of the system's tool and at rule blocks that keep other norms, and
+    warnings of rules that the tool leaves out. A system sets norms and a profile sets numerics, so blocks keep their
+    norms under a profile whose tool has one norm for all rules.
     """
     new, old = profile(name), profile(system.method.semantics.profile)
     found = [_other_version(system, old, new)] if old.name.startswith(f"{name}_") else []
@@ -130,7 +130,7 @@ def _other_version(system: FuzzySystem, old: Profile, new: Profile) -> Diagnosti
 
 
 def _has_no_condition(rule: Rule) -> bool:
-    """Whether the antecedent is no text of its own: the reader of a `.fis` file made it of the whole rule."""
+    """Whether the antecedent is not a part of the text: the reader of a `.fis` file made it from the whole rule."""
     own = rule.antecedent
     return isinstance(own, Is) and own.hedges == ("any",) and own.span is not None and own.span == rule.span
 

@@ -85,7 +85,7 @@ def _infinite_ranges(numbers: Numbers) -> Iterator[Diagnostic]:
 
 
 def computed_numbers(system: FuzzySystem) -> Iterator[tuple[Expr, bool, str]]:
-    """Yield every expression of a system that is to be a number, with whether it may be infinite and what it is.
+    """Yield every expression of a system that is to be a number, with whether it may be infinite and its description.
 
     Plain finite numbers, which nearly all are, are left out.
     """
@@ -179,7 +179,7 @@ def bad_parameters(numbers: Numbers) -> Iterator[Diagnostic]:
 
 
 def _comes_from_range(v: LinguisticVariable, shape: Shape) -> bool:
-    """Whether a term belongs to a bare `terms` line: its peak is computed from the range, which has its own check."""
+    """Whether a term belongs to a bare `terms` line: its peak is computed from the range, which has another check."""
     term, _ = shape
     if not _is_of_partition(shape):
         return False
@@ -249,16 +249,16 @@ IsKnown = Callable[[str], bool]
 
 
 def constants(expr: Expr, is_known: IsKnown) -> list[Expr]:
-    """Return the largest parts of an expression that depend on params only, from left to right; numbers are none.
+    """Return the largest parts of an expression that depend on params only, from left to right, without numbers.
 
-    Parts of the choices of `where` are none either: its condition may leave them out.
+    Parts of the choices of `where` are left out, too: its condition may skip them.
     """
     found, whole = _parts(expr, is_known)
     return [expr] if whole and not isinstance(expr, Number) else found
 
 
 def quotients(expr: Expr, is_known: IsKnown) -> Iterator[tuple[Expr, Expr]]:
-    """Yield quotients and remainders of what depends on variables, each with a divisor that depends on params only."""
+    """Yield quotients and remainders that depend on variables, with divisors that depend on params only."""
     choices = {id(n) for node in walk(expr) if _is_choice(node) for c in children(node)[1:] for n in walk(c)}
     for node in walk(expr):
         divisor = _divisor(node)

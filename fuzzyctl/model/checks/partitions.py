@@ -14,7 +14,7 @@ from fuzzyctl.formulas import MEMBERSHIP, Vertex
 from fuzzyctl.model.computed_numbers import Numbers
 from fuzzyctl.model.variable import Input, Term
 
-#: What a sum of degrees may differ from 1 by rounding of its terms' corners.
+#: How far a sum of degrees may be from 1 by rounding of its terms' corners.
 _ROUNDING: Final = 1e-9
 #: Most neighbours whose sum one slip may spoil: those on both sides of a term.
 _MOST_BAD: Final = 2
@@ -89,7 +89,7 @@ def _met(sets: Sequence[_Set], gaps: Sequence[tuple[_Set, _Set]]) -> list[list[_
 
 
 def _sum_off(sets: Sequence[_Set], low: float, high: float) -> tuple[float, float] | None:
-    """Return a point between two cores where the degrees do not sum to 1, and their sum there; None for none."""
+    """Return a point between two cores where the degrees do not sum to 1, and their sum there, or None."""
     if len(sets) == 2 and _is_crossing(sets[0], sets[1], low, high):
         return None
     corners = sorted({low, high} | {x for s in sets for x, _ in s.vertices if low < x < high})
@@ -133,7 +133,7 @@ def _help_of(used: Sequence[Term], only_peaks: bool) -> str:
 
 
 def removal(term: Term, helps: Mapping[_Line, str], *, only_peaks: bool) -> tuple[tuple[str, ...], str]:
-    """Return what the removal of an unused term would change, and how to remove it without changing any number.
+    """Return the effect of removing an unused term, and how to remove it without changing any number.
 
     Args:
         term: The term.
@@ -157,7 +157,7 @@ def removal(term: Term, helps: Mapping[_Line, str], *, only_peaks: bool) -> tupl
 def _line_of(term: Term) -> _Line | None:
     """Return the `terms` line of a triangle whose feet are the peaks beside it, None for any other term.
 
-    Such a term has no membership function of its own in the text, so both have the same location.
+    Such a term has no separate membership function in the text, so both have the same location.
     """
     span = term.span
     if span is None or term.membership.kind != "triangle" or term.membership.span != span:

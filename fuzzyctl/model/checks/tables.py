@@ -47,7 +47,7 @@ def culprit(ranks: list[list[int]]) -> Place | None:
 
 
 def ranks_of(system: FuzzySystem, table: RuleTable) -> list[list[int]] | None:
-    """Return the position of each cell's term among the terms of the output; None where a cell is no term alone."""
+    """Return the position of each cell's term among the terms of the output; None if a cell is not a term alone."""
     order = {t.name: i for i, t in enumerate(system.output(table.outputs[0]).terms)}
     ranks: list[list[int]] = []
     if any(c.hedges for row in table.cells for c in row):
@@ -91,7 +91,7 @@ _TURNS: Final[tuple[tuple[str, _Counterpart, bool], ...]] = (
 
 @dataclass(frozen=True)
 class _Break:
-    """The one pair of cells that breaks a symmetry: one cell where it is its own counterpart."""
+    """The one pair of cells that breaks a symmetry: a single cell if it is its counterpart."""
 
     cells: frozenset[Place]
     turn: str

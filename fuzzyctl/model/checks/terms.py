@@ -140,7 +140,7 @@ def _not_monotone(numbers: Numbers, output: Output, method: Defuzzifier) -> Iter
             reason, help_text = f"a formula whose inverse '{method.kind}' does not know", _SOLVABLE
         elif kind not in MEMBERSHIP:
             reason = f"no set, and '{method.kind}' inverts sets"
-        # One with bad parameters has a diagnostic of its own.
+        # One with bad parameters has another diagnostic.
         elif term.name in shapes and not is_monotone(kind, shapes[term.name]):
             reason = f"not monotone, so '{method.kind}' cannot invert it"
         else:
@@ -151,7 +151,7 @@ def _not_monotone(numbers: Numbers, output: Output, method: Defuzzifier) -> Iter
 
 
 def _can_be_solved(numbers: Numbers, output: Output, term: Term) -> bool:
-    """Return whether the place where a formula has a degree can be written down; factors of 0 leave none."""
+    """Return whether the place of a degree of a formula can be written down, which factors of 0 prevent."""
     known = {name: Number(value) for name, value in numbers.params.values.items() if name != output.name}
     expression = replace_names(term.membership.arguments[0], known)
     factors = [part for e in walk(expression) if isinstance(e, Binary) and e.op in "*/" for part in (e.left, e.right)]
@@ -198,7 +198,7 @@ def terms_out_of_order(numbers: Numbers) -> Iterator[Diagnostic]:
         planned = [t for t in variable.terms if _is_peaked(t)]
         middles = [(s[0], numbers.core(s)) for s in numbers.shapes(variable) if _is_peaked(s[0])]
         if len(middles) < len(planned):
-            continue  # bad parameters have a diagnostic of their own
+            continue  # bad parameters have another diagnostic
         rising = sum(b[1] >= a[1] for a, b in pairwise(middles))
         if rising * 2 < len(middles) - 1:
             continue  # listed from high to low on purpose
@@ -227,7 +227,7 @@ def values_outside_range(numbers: Numbers) -> Iterator[Diagnostic]:
 
 
 def _lasting(numbers: Numbers, output: Output) -> Iterator[tuple[str, float, Span | None]]:
-    """Yield what an output can become without being clipped: what it is, its value, and its place."""
+    """Yield the values that an output can have without being clipped: a description, the value, and its place."""
     for shape in numbers.shapes(output) if output.adaptive is None else ():
         yield f"peak {{}} of '{shape[0].name}'", numbers.core(shape), shape[0].span
     otherwise = output.otherwise.start if isinstance(output.otherwise, Hold) else output.otherwise
@@ -290,7 +290,7 @@ SHAPE_HINTS: Final[tuple[Callable[[Numbers], Iterator[Diagnostic]], ...]] = (
 
 @record(frozen=True, slots=True)
 class Outside:
-    """A number outside of its range: what it is, its value, the range, and the range with the numbers of its ends."""
+    """A number outside of its range: description, value, range, and the range with the numbers of its ends."""
 
     what: str
     value: float
@@ -301,12 +301,12 @@ class Outside:
 def outside_ranges(block: EquationBlock, given: Mapping[str, float], path: str = "") -> Iterator[Outside]:
     """Yield the params and starts of states that leave their ranges, those of blocks inside too.
 
-    Where some do, what follows from them is left out.
+    Params that follow from these are not reported.
 
     Args:
         block: A well-formed block.
         given: Values of its params in place of those that it has.
-        path: What names are preceded by, such as `law.`.
+        path: Prefix of the names, such as `law.`.
     """
     own = [replace(p, expression=Number(given[p.name])) if p.name in given else p for p in block.params]
     params = ParamValues(own, partial=True)
@@ -344,7 +344,7 @@ def has_computed_params(block: EquationBlock) -> bool:
 
 
 def inside(block: EquationBlock, params: ParamValues) -> Iterator[tuple[Instance, EquationBlock, dict[str, float]]]:
-    """Yield the instances of a block, what they are of, and the values that they give its params, as far as known."""
+    """Yield the instances of a block, their blocks, and the values that they give its params, as far as known."""
     for instance in block.instances:
         inner = block.callee(instance)
         numbers = {name: params.of(e) for name, e in _given(instance, inner).items()}
@@ -352,6 +352,6 @@ def inside(block: EquationBlock, params: ParamValues) -> Iterator[tuple[Instance
 
 
 def _given(instance: Instance, inner: EquationBlock) -> dict[str, Expr]:
-    """Return what an instance gives the params of its block."""
+    """Return the values that an instance gives the params of its block."""
     names = {p.name for p in inner.params}
     return {a.name: a.value for a in instance.arguments if isinstance(a, Keyword) and a.name in names}

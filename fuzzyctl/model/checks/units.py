@@ -1,6 +1,6 @@
 """Checks of units in guarantees: sums and comparisons need equal units, where units are given.
 
-Numbers take any unit, and so does what is multiplied or divided: of units, which are texts, only the slopes of outputs
+Numbers take any unit, and so do products and quotients: of units, which are texts, only the slopes of outputs
 are computed.
 """
 
@@ -95,7 +95,7 @@ class Units:
     """Units of expressions; those that do not fit together are collected.
 
     Args:
-        of: The unit of each name, and of what each call of `arguments` gives; empty or absent for any.
+        of: The unit of each name, and of the result of each call of `arguments`; empty or absent for any.
         arguments: The units that the arguments of a call are measured in.
     """
 
