@@ -2,7 +2,7 @@
 
 An expression is a frozen tree. Rule files write them (`param f_max = (k_h_min - G_min) / k_s`), `formulas` builds the
 membership functions from them, and each interpreter (the evaluator here, the printers in `kernels`, interval
-analysis) reads the same tree, so that what is proved is what is computed.
+analysis) reads the same tree, so that proofs are about the expression that is computed.
 """
 
 from __future__ import annotations
@@ -190,9 +190,9 @@ ZERO: Final = Number(0.0)
 ONE: Final = Number(1.0)
 
 
-#: What an overflow is reported as.
+#: The name of an overflow in messages.
 TOO_LARGE: Final = "the value is too large"
-#: What a quotient by 0, an argument such as that of log(0), and a number such as inf - inf are reported as.
+#: The names of a quotient by 0, of an argument as in log(0), and of a number as inf - inf in messages.
 DIVISION: Final = "division by zero"
 DOMAIN: Final = "an argument lies outside the function's domain"
 NO_NUMBER: Final = "the value is not a real number"
@@ -215,7 +215,7 @@ class ExprError(ValueError):
 
 
 def span_of(expr: Expr) -> Span | None:
-    """Return where an expression stands in its text, if it came from one."""
+    """Return the place of an expression in its text, if it came from one."""
     return getattr(expr, "span", None)
 
 
@@ -244,7 +244,7 @@ def children(expr: Expr) -> tuple[Expr, ...]:
 
 
 def walk(expr: Expr) -> list[Expr]:
-    """Return an expression and all its parts, each before its own parts."""
+    """Return an expression and all its parts, each before its parts."""
     found: list[Expr] = []
     stack = [expr]
     while stack:
@@ -296,7 +296,7 @@ def replace(expr: Expr, change: Callable[[Expr], Expr]) -> Expr:
 
 
 def rebuilt(expr: Expr, parts: Sequence[Expr]) -> Expr:
-    """Return an expression with other children and its own span; itself where they are the same."""
+    """Return an expression with other children and its span; itself if they are the same."""
     if all(part is own for part, own in zip(parts, children(expr), strict=True)):
         return expr
     match expr:
@@ -361,7 +361,7 @@ def evaluate(expr: Expr, names: Mapping[str, float]) -> float:
 
     Raises:
         ExprError: For an unknown name, a division by zero, an argument outside a function's domain, an overflow, or a
-            comparison where a number is expected.
+            comparison in the place of a number.
     """
     match expr:
         case Number(value=value):
@@ -421,7 +421,7 @@ def rounded(x: float) -> float:
 
 
 def modulo(a: float, b: float) -> float:
-    """Return the remainder of a / b with the sign of b, as IEEE 754's fmod gives it; NaN where there is none.
+    """Return the remainder of a / b with the sign of b, as IEEE 754's fmod gives it; NaN if undefined.
 
     Raises:
         ValueError: For an infinite a, and where b is 0.
@@ -542,12 +542,12 @@ def _wrap(text: str, own: int, outer: int) -> str:
 
 
 def plus(a: Expr, b: Expr) -> Expr:
-    """Return a + b without what adds nothing."""
+    """Return a + b without summands of 0."""
     return b if a == ZERO else a if b == ZERO else a + b
 
 
 def minus(a: Expr, b: Expr) -> Expr:
-    """Return a - b without what takes nothing."""
+    """Return a - b without subtrahends of 0."""
     return a if b == ZERO else a - b
 
 

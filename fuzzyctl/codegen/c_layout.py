@@ -14,7 +14,7 @@ from fuzzyctl.kernels.plan.equations import DT
 
 #: Macros of generated files, and the constant of success, behind the name of the block in capitals.
 MACROS: Final = ("H", "OK", "MAGNITUDE", "INFINITE", "NAN", "FRACTION", "PERIOD")
-#: What the files call functions and types of their own, behind the name of the block.
+#: Names of functions and types of the files, after the name of the block.
 _OWN: Final = ("init", "step", "state", "params", "params_init", "outputs", "status", "rates", "adapt")
 
 
@@ -31,7 +31,7 @@ class CLayout:
     The state is the first parameter of a step, and follows the inputs of a system.
 
     Args:
-        unit: What is written.
+        unit: The unit to write.
         bits: Of integers in place of floating-point numbers, 0 for none.
     """
 
@@ -57,7 +57,7 @@ class CLayout:
 
     @property
     def _macros(self) -> str:
-        # What the files call their own begins with the name of the block; members of structs meet its macros only.
+        # Names of the files begin with the name of the block; members of structs meet its macros only.
         return f"{self.name.upper()}_"
 
     @cached_property
@@ -85,7 +85,7 @@ class CLayout:
 
     @property
     def slots(self) -> tuple[str, ...]:
-        """What is read of each slot."""
+        """The value that is read of each slot."""
         return tuple(f"state->{own}[state->{k}]" if k else f"state->{own}" for own, k in self.members)
 
     @property

@@ -1,4 +1,4 @@
-"""A unit as C99: header and source, without heap and globals, without <math.h> where nothing in it is needed."""
+"""A unit as C99: header and source, without heap and globals, with <math.h> only if it is needed."""
 
 from __future__ import annotations
 
@@ -36,9 +36,9 @@ def header_text(name: str, about: Sequence[str], declared: Sequence[str], includ
     """Return the text of a header.
 
     Args:
-        name: What its file is called.
+        name: The name of its file.
         about: Its comment.
-        declared: What it declares.
+        declared: Its declarations.
         included: Headers that this needs.
     """
     guard = f"{name.upper()}_H"
@@ -119,7 +119,7 @@ def struct(name: str, members: Iterable[tuple[str, str]]) -> Iterator[str]:
 
 
 def prototypes(layout: CLayout) -> Iterator[str]:
-    """Yield the declared functions, each with what it takes and returns."""
+    """Yield the declared functions, each with its parameters and its result."""
     unit, begins = layout.unit, list[str]()
     if unit.has_state:
         state = "state before the first step" if unit.is_step else "values of the rule file"
@@ -137,7 +137,7 @@ def prototypes(layout: CLayout) -> Iterator[str]:
 
 
 def _about(layout: CLayout) -> Iterator[str]:
-    """Yield the lines above the prototype: what it computes, each parameter, and what it returns."""
+    """Yield the lines above the prototype: the computation, each parameter, and the result."""
     unit, results, names = layout.unit, result_notes(layout.unit), ", ".join(layout.unit.outputs)
     change = "what outputs hold is changed" if unit.slots else "is read only"
     change = "becomes that after the step" if unit.is_step else change
@@ -176,7 +176,7 @@ def source_text(name: str, text: CText, functions: Sequence[str]) -> str:
     """Return the text of a source.
 
     Args:
-        name: What its file is called.
+        name: The name of its file.
         text: What wrote the functions.
         functions: Lines of the functions.
     """
@@ -189,7 +189,7 @@ def source_text(name: str, text: CText, functions: Sequence[str]) -> str:
 
 
 def nan_lines(precision: str, prefix: str, *, makes: bool = True, tests: bool = True) -> Iterator[str]:
-    """Yield functions that recognise NaN by its bits, since compiler options may assume that there is none.
+    """Yield functions that recognise NaN by its bits, since compiler options may assume that NaN does not occur.
 
     Args:
         precision: Type of numbers.
@@ -234,8 +234,8 @@ def init(layout: CLayout, starts: Sequence[str], text: CText | None = None) -> I
 
     Args:
         layout: What C calls things.
-        starts: What each slot begins with.
-        text: What writes the consequents of a system.
+        starts: The start of each slot.
+        text: Writes the consequents of a system.
     """
     yield f"{layout.init}\n{{"
     if text is not None:
@@ -285,7 +285,7 @@ def _guard(layout: CLayout, text: CText) -> str:
 
 
 def _stores(layout: CLayout, text: CText, results: Sequence[str]) -> Iterator[str]:
-    """Yield lines that store the outputs, then the state; what is read of it is read before."""
+    """Yield lines that store the outputs, then the state; earlier lines have read it."""
     unit = layout.unit
     yield from (f"{r} = {bare(text.text(v))};" for r, v in zip(results, unit.results, strict=True))
     if not unit.is_step:
@@ -313,7 +313,7 @@ def next_oldest(oldest: str, length: int) -> Iterator[str]:
 
 
 def _rates(layout: CLayout, text: CText, program: Program) -> Iterator[str]:
-    """Yield the function that writes dC/dt; NaN where an input is NaN or nothing can be computed."""
+    """Yield the function that writes dC/dt; NaN if an input is NaN or the rates have no value."""
     count, refusals = len(program.results), [s.output for s in program.body if isinstance(s, Refuse)]
     yield f"{layout.rates}\n{{"
     yield from text.tables(program, as_comments(table_notes(layout.unit, program)))

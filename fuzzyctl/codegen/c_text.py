@@ -44,7 +44,7 @@ class CText:
         prefix: Name of the block, before the names of its functions.
         names: Identifiers of the program's arguments.
         notes: Lines of comment before values of the program, by name.
-        helpers: Primitives used so far that need a function of their own.
+        helpers: Primitives used so far that need a function.
         libm: Whether <math.h> is used so far.
     """
 
@@ -71,7 +71,7 @@ class CText:
         return text if math.copysign(1.0, value) > 0 else f"({text})"
 
     def text(self, expr: Expr) -> str:
-        """Return an expression; everything compound stands in parentheses."""
+        """Return an expression, in parentheses if it is compound."""
         match expr:
             case Number(value=value):
                 return self.number(value)
@@ -147,7 +147,7 @@ class CText:
         return value
 
     def tables(self, program: Program, notes: Mapping[str, Sequence[str]]) -> Iterator[str]:
-        """Yield the declarations of the constant tables; knots that are compared one by one stand in the text.
+        """Yield the declarations of the constant tables; knots that are compared one by one are in the text.
 
         Args:
             program: Whose tables.

@@ -1,4 +1,4 @@
-"""Comments in generated text: its head, what arguments and tables are, and the rule that a value belongs to."""
+"""Comments in generated text: its head, the meaning of arguments and tables, and the rule that a value belongs to."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def described(unit: Unit, taken: str = "neither clamped nor checked") -> list[st
     """Return the head of generated text, line by line, in the characters of a comment.
 
     Args:
-        unit: What is written.
+        unit: The unit to write.
         taken: How inputs of a controller are taken.
     """
     block = unit.block
@@ -94,7 +94,7 @@ def guarantees(verdicts: Sequence[Verdict], of: str) -> Iterator[str]:
 def printable(text: str) -> str:
     """Return a text as a line of a comment may hold it: nothing that breaks the line or, in C, joins it to the next."""
     text = re.sub(r"[\x00-\x1f\x7f\x85\u2028\u2029]+", " ", text)
-    text = re.sub(r"[\u061c\u200e\u200f\u202a-\u202e\u2066-\u2069]", "", text)  # what turns the direction of writing
+    text = re.sub(r"[\u061c\u200e\u200f\u202a-\u202e\u2066-\u2069]", "", text)  # marks of writing direction
     return re.sub(r"\?(?=\?)", "? ", text).replace("\\", "/").rstrip()
 
 
@@ -104,7 +104,7 @@ def _declared(variable: LinguisticVariable, lower: float, upper: float) -> str:
 
 
 def argument_notes(unit: Unit) -> list[str]:
-    """Return for each argument what it is: its label, range and unit."""
+    """Return for each argument its label, range and unit."""
     if unit.is_step:
         notes = [signal_note(unit, s) for s in unit.controller.inputs]
         return [*notes, *(["time since the step before, positive [s]"] if unit.takes_time else [])]
@@ -159,7 +159,7 @@ def range_text(unit: Unit, bounds: Bounds | None) -> str:
 
 
 def ends(unit: Unit, bounds: Bounds | None) -> tuple[float, float]:
-    """Return the ends of a range, infinite where there is none."""
+    """Return the ends of a range, infinite without one."""
     if bounds is None:
         return -math.inf, math.inf
     values = unit.controller.param_values.values
@@ -177,7 +177,7 @@ def ends_of(unit: Unit, bounds: Bounds | None) -> tuple[float, float]:
 
 
 def value_notes(unit: Unit) -> dict[str, list[str]]:
-    """Return what values of the program are, by name: equations; degrees of terms, and activations of rules.
+    """Return the meaning of values of the program, by name: equations; degrees of terms, and activations of rules.
 
     The program of the activity has the same values under the same names, and says which is which.
     """
@@ -198,7 +198,7 @@ def value_notes(unit: Unit) -> dict[str, list[str]]:
 
 
 def table_notes(unit: Unit, program: Program) -> dict[str, list[str]]:
-    """Return what each table of a program holds, by its name.
+    """Return the meaning of each table of a program, by its name.
 
     Tables are known by their numbers, since one table stands for all that hold the same.
     """
@@ -242,7 +242,7 @@ def _looked_up(program: Program) -> set[str]:
 
 
 def _known(unit: Evaluated) -> Iterator[tuple[tuple[float, ...], str]]:
-    """Yield the tables that an algorithm may have, with what they hold."""
+    """Yield the tables that an algorithm may have, with their meaning."""
     grid, active = unit.algorithm.grid, unit.algorithm.active
     if grid is not None:
         names = [unit.plan.inputs[i].name for i in grid.inputs]

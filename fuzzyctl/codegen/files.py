@@ -21,13 +21,13 @@ if TYPE_CHECKING:
 
 #: Targets of code generation.
 TARGETS: Final = ("c", "st", "python", "javascript")
-#: Longest name of a file, in bytes, with room for that of a temporary one beside it.
+#: Longest name of a file, in bytes, with room for the suffix of a temporary one.
 LONGEST: Final = 200
 
 
 @dataclass(frozen=True)
 class Generated:
-    """Files by name, and what is proved of them.
+    """Files by name, and the proofs about them.
 
     Args:
         files: Text of each file by its name.
@@ -84,7 +84,7 @@ def sources(unit: Unit, target: str) -> dict[str, str]:
 
 
 def expected_of(unit: Unit) -> Expected:
-    """Return what a self-test expects: of a system at points, of a controller along a sequence."""
+    """Return the expected values of a self-test: of a system at points, of a controller along a sequence."""
     from fuzzyctl.codegen.sequence import sequence
     from fuzzyctl.codegen.vectors import Expected, in_parts
 

@@ -1,4 +1,4 @@
-"""What pages show beside the numbers of a system: degrees of its sets, activations of its rules, implied sets."""
+"""Functions of pages besides the outputs of a system: degrees of its sets, activations of its rules, implied sets."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ _A, _B = Name("a"), Name("b")
 
 @dataclass(frozen=True)
 class Shown:
-    """What is asked of a system beside its outputs.
+    """The values of a system besides its outputs.
 
     Args:
         sets: Fuzzy sets of each variable: inputs, then lets, then outputs.
-        implications: Pairs of an implication and what degrees may differ by that count as equal.
+        implications: Pairs of an implication and the largest difference of degrees that count as equal.
         values: Functions of the inputs that consequents are, over the names of inputs.
     """
 
@@ -41,7 +41,7 @@ def module(unit: Unit, shown: Shown) -> str:
     """Return the text of an ES module beside that of the system.
 
     It exports `activity(inputs, state)`, an array: the degree of each antecedent's term, the activation of each rule,
-    then what each consequent is activated with, output by output; `values(inputs)`; and arrays of functions: `sets`,
+    then the activation of each consequent, output by output; `values(inputs)`; and arrays of functions: `sets`,
     which return the degrees of all sets of a variable at a value, `implications` of an activation and a degree, and
     `aggregations` of two degrees, one for each output.
     """

@@ -40,7 +40,7 @@ from fuzzyctl.model.variable import LinguisticVariable
 
 #: Most operations of a program; a text of more is megabytes, which a browser is slow to read.
 MOST_OPERATIONS: Final = 50_000
-#: What takes the numbers that a caller gives in place of those of the rule file.
+#: The variable for numbers of the caller that replace those of the rule file.
 _GIVEN = """for (const [key, value] of Object.entries(given)) {
     if (!Object.hasOwn(params, key)) {
         throw new RangeError("there is no free number '" + key + "', only: " + Object.keys(params).join(", "));
@@ -53,7 +53,7 @@ _GIVEN = """for (const [key, value] of Object.entries(given)) {
 
 @dataclass(frozen=True)
 class JavaScriptLayout:
-    """What JavaScript calls things; the state, in which free numbers stand, too, is the first parameter of a step."""
+    """Names in JavaScript; the state, which includes free numbers, is the first parameter of a step."""
 
     unit: Unit
 
@@ -91,22 +91,22 @@ class JavaScriptLayout:
 
     @property
     def slots(self) -> tuple[str, ...]:
-        """What is read of each slot."""
+        """The value that is read of each slot."""
         return tuple(f"state.{own}[state.{k}]" if k else f"state.{own}" for own, k in self.members)
 
     @property
     def read(self) -> tuple[str, ...]:
-        """What is read of the state: adaptive consequents as one array, slots, free numbers."""
+        """The parts of the state that are read: adaptive consequents as one array, slots, free numbers."""
         consequents = (f"state.consequent[{k}]" for k in range(len(self.unit.consequents)))
         return (*consequents, *self.slots, *(f"state.{n}" for n in self.numbers))
 
     @property
     def has_state(self) -> bool:
-        """Whether there is a state, in which free numbers stand, too."""
+        """Whether there is a state, which includes free numbers."""
         return bool(self.read)
 
     def call(self, *inputs: str) -> str:
-        """Return what the function takes: the state, if there is one, and inputs."""
+        """Return the parameters of the function: the state, if there is one, and inputs."""
         state = ["state"] if self.has_state else []
         return ", ".join([*state, *inputs] if self.unit.is_step else [*inputs, *state])
 
@@ -170,7 +170,7 @@ def module(unit: Unit) -> str:
 
 
 def _signals(unit: Unit) -> Iterator[str]:
-    """Yield what pages show of inputs and outputs; without a range they go to infinity."""
+    """Yield the facts of inputs and outputs that pages show; without a range they go to infinity."""
 
     def shown(of: Signal | LinguisticVariable, lower: float, upper: float, more: Mapping[str, bool]) -> str:
         own = {"name": of.name, "label": of.label, "unit": of.unit, "lower": lower, "upper": upper}
@@ -199,7 +199,7 @@ def _begin(layout: JavaScriptLayout, nothing: str) -> Iterator[str]:
 
 
 def _returned(results: Sequence[str]) -> str:
-    """Return what a function returns: a number, or an array for several."""
+    """Return the result of a function: a number, or an array for several."""
     return f"[{', '.join(results)}]" if len(results) != 1 else results[0]
 
 
@@ -207,7 +207,7 @@ def _evaluation(layout: JavaScriptLayout) -> Iterator[str]:
     unit, read = layout.unit, layout.read
     yield f"export function {layout.function}({layout.call(*layout.arguments)}) {{"
     yield from _begin(layout, _returned(["NaN"] * len(unit.outputs)))
-    if unit.is_step:  # what is stored may be read of another slot
+    if unit.is_step:  # a stored value may be read by another slot
         given, read = read, unit.program.arguments[len(layout.arguments) :]
         yield from (f"{INDENT}const {name} = {place};" for name, place in zip(read, given, strict=True))
     program = renamed(unit.program, [*layout.arguments, *read])
@@ -255,7 +255,7 @@ def _init(layout: JavaScriptLayout) -> Iterator[str]:
 
 
 def _rates(layout: JavaScriptLayout, program: Program) -> Iterator[str]:
-    """Yield the function that returns dC/dt; NaN where an input is NaN or nothing can be computed."""
+    """Yield the function that returns dC/dt; NaN if an input is NaN or the rates have no value."""
     changed = renamed(program, [*layout.arguments, *layout.read])
     nothing = f"[{', '.join(['NaN'] * len(changed.results))}]"
     yield f"export function {layout.name}_rates({layout.call(*layout.arguments)}) {{"
@@ -265,7 +265,7 @@ def _rates(layout: JavaScriptLayout, program: Program) -> Iterator[str]:
 
 
 def _adapt(layout: JavaScriptLayout) -> Iterator[str]:
-    """Yield the function that makes an Euler step, held within the range; what has no rate stays."""
+    """Yield the function that makes an Euler step, clamped to the range; a value without a rate stays."""
     ends = [layout.unit.plan.outputs[o] for o, _ in layout.unit.plan.states]
     arguments = ", ".join(layout.arguments)
     yield f"export function {layout.name}_adapt(state, {arguments}, dt) {{"

@@ -35,10 +35,10 @@ from fuzzyctl.kernels.program.traversal import statements as all_of
 
 #: Most knots counted by comparisons; more are searched in a loop.
 COMPARED: Final = 16
-#: What is compared and chosen in the text itself.
+#: Operations that the text itself has as comparisons and choices.
 _PRINTED: Final = frozenset({"min", "max", "clip"})
 
-#: What finds the last knot that is not beyond a value.
+#: The function that finds the last knot that is not beyond a value.
 _FIND: Final = """function find(knots, x) {
     let k = 0;
     for (let step = 2 ** Math.floor(Math.log2(knots.length)); step >= 1; step /= 2) {
@@ -49,14 +49,14 @@ _FIND: Final = """function find(knots, x) {
     return k;
 }"""
 
-#: What refuses an argument that is no number, such as the text of an element of a page.
+#: The function that refuses an argument which is not a number, such as the text of an element of a page.
 REQUIRE_NUMBER: Final = """function require_number(name, value) {
     if (typeof value !== "number") {
         throw new TypeError("a number is expected for '" + name + "', not " + typeof value);
     }
 }"""
 
-#: What is thrown where no rule fires for an output that says `else error`.
+#: The error if no rule fires for an output with `else error`.
 NO_RULE_FIRES: Final = """export class NoRuleFiresError extends Error {
     constructor(output) {
         super("no rule fires for output '" + output + "'");
@@ -122,7 +122,7 @@ DIALECT: Final = Dialect(
 
 
 def value_text(value: Expr, own: Dialect) -> str:
-    """Return an expression; what is compound stands in parentheses."""
+    """Return an expression, in parentheses if it is compound."""
     return "true" if value == TRUE else text(replace(value, _called), own)
 
 
@@ -132,7 +132,7 @@ def _called(node: Expr) -> Expr:
 
 
 def tables(program: Program, notes: Mapping[str, Sequence[str]]) -> Iterator[str]:
-    """Yield the tables of a program, each behind what it holds."""
+    """Yield the tables of a program, each after a comment with its meaning."""
     for name, values in program.tables:
         yield from notes[name]
         yield f"const {name} = Float64Array.of("
@@ -227,7 +227,7 @@ def helpers(functions: Iterable[str], statements: Sequence[Statement]) -> Iterat
 
 
 def _quadrature() -> str:
-    """Return what integrates sets, with the constants of the kernels."""
+    """Return the functions that integrate sets, with the constants of the kernels."""
     text = files("fuzzyctl.codegen").joinpath("quadrature.js").read_text(encoding="utf-8")
     lines: list[str] = []
     for name, value in vars(quadrature).items():

@@ -95,7 +95,7 @@ _REST: Final = _words(
 LIBRARY: Final = _MATH | _FLOAT | _INTEGERS | _TEXT | _FILES | _REST
 
 #: Names that a function, which the linker sees, must not have: of POSIX, of the libraries of small targets, and the
-#: headers, beside which its own would stand.
+#: headers, with which its names would clash.
 LINKED: Final = _of_three_types("drem finite gamma scalb significand isinf isnan j0 j1 jn y0 y1 yn") | _words(
     """
     clearerr_unlocked feof_unlocked ferror_unlocked fflush_unlocked fgetc_unlocked fileno_unlocked fputc_unlocked
@@ -136,7 +136,7 @@ C_RESERVED: Final = (
     | _C_OWN
 )
 
-#: What a function must not be called, besides: names that the linker knows, and variables of the self-test.
+#: More names that a function must not have: names that the linker knows, and variables of the self-test.
 C_FUNCTION_RESERVED: Final = C_RESERVED | LINKED | _words("inputs expected tolerance failures worst v wanted none size")
 
 _ENDED: Final = (
@@ -165,7 +165,7 @@ ST_RESERVED: Final = (
     | _headed("any_", "bit char chars date derived duration elementary int magnitude num real signed string unsigned")
 )
 
-#: Words of Python, and what a module calls its own values beside inputs.
+#: Words of Python, and names of values of a module besides inputs.
 PYTHON_RESERVED: Final = _words(
     """
     and as assert async await break case class continue def del elif else except false finally for from global
@@ -176,10 +176,10 @@ PYTHON_RESERVED: Final = _words(
     """
 )
 
-#: What a function must not be called, besides: variables of the function `main`, which calls it.
+#: More names that a function must not have: variables of the function `main`, which calls it.
 PYTHON_FUNCTION_RESERVED: Final = PYTHON_RESERVED | _words("arguments values value point name error")
 
-#: Words of JavaScript in modules, and what a module calls its own values beside inputs.
+#: Words of JavaScript in modules, and names of values of a module besides inputs.
 JAVASCRIPT_RESERVED: Final = _words(
     """
     arguments as async await break case catch class const continue debugger default delete do else enum eval export
@@ -191,21 +191,21 @@ JAVASCRIPT_RESERVED: Final = _words(
     """
 )
 
-#: What a function must not be called, besides: `then` makes a promise of a module, and the self-test has variables.
+#: More names that a function must not have: `then` makes a promise of a module, and the self-test has variables.
 JAVASCRIPT_FUNCTION_RESERVED: Final = JAVASCRIPT_RESERVED | _words(
     "then vectors tolerance worst compare vector output round failures wanted off found refused error console process"
 )
 
-#: What generated text calls its own values: arguments, values, tables.
+#: Names of generated text: arguments, values, tables.
 _OWN: Final = re.compile(r"(r?[vstxcku]|r|rate|consequent|result|held)\d+(_.*)?$|c$", re.IGNORECASE)
-#: What tells names of a rule file from those.
+#: The suffix that tells names of a rule file from those.
 _SUFFIXED: Final = re.compile(r"_fz(_\d+)?$")
 
 
 class Names:
     """Give out identifiers, each once.
 
-    Greek letters are spelt out, accents dropped, and what is left outside ASCII becomes `uXXXX`; a name that the
+    Greek letters are spelt out, accents dropped, and other characters outside ASCII become `uXXXX`; a name that the
     language reserves, or that generated text may use, gets a final `_fz`, which no name of generated text has; one that
     is taken `_2`, `_3`, ... (IEC 61131-3 has no final underscores).
 
@@ -219,11 +219,11 @@ class Names:
         self._taken: set[str] = set()
 
     def claim(self, name: str, *, apart_from: tuple[str, ...] = ()) -> str:
-        """Return the identifier for a name, which nothing else gets.
+        """Return the identifier for a name, which no other name gets.
 
         Args:
             name: As the rule file has it.
-            apart_from: With which generated text begins names of its own.
+            apart_from: Prefixes of names of generated text.
         """
         wanted = ascii_name(name)
         while self._is_kept(wanted, apart_from):

@@ -67,7 +67,7 @@ def prepare(
             stored instead of the coefficients of many cells.
         guarded: Whether quotients of equations are to be functions, which the target calls where they have a value.
         free: Names of the numbers of a controller that the caller gives, see `compile`.
-        verdicts: What is known of its guarantees, for the record.
+        verdicts: On its guarantees, for the record.
 
     Raises:
         ArgumentError: For an algorithm that a system does not allow, and for a number that cannot be free.
@@ -219,8 +219,8 @@ def with_slots(program: Program, states: Sequence[KeptState], outputs: int) -> t
         outputs: Number of outputs.
 
     Returns:
-        The program: its last arguments `s0`, `s1`, ... are what the slots give, its results the outputs, then what each
-        slot takes.
+        The program: its last arguments `s0`, `s1`, ... are the values of the slots, its results the outputs, then the
+        new value of each slot.
     """
     runs = _runs(program, states, outputs)
     given = {run[-1]: Name(f"s{k}") for k, run in enumerate(runs)}
@@ -231,7 +231,7 @@ def with_slots(program: Program, states: Sequence[KeptState], outputs: int) -> t
 
 
 def _runs(program: Program, states: Sequence[KeptState], outputs: int) -> list[range]:
-    """Return the states of each slot: each on its own, or a chain in which each takes the value of the one before."""
+    """Return the states of each slot: a single one, or a chain in which each takes the value of the one before."""
     reads = Counter(n.index for e in expressions(program) for n in walk(e) if isinstance(n, Item) and n.array == STATE)
 
     def continues(k: int) -> bool:

@@ -23,7 +23,7 @@ from fuzzyctl.kernels.program.program import STATE, Locate, Place, Program, Quad
 #: Functions that the printer writes as comparisons.
 _PRINTED: Final = {"min", "max", "clip", "sign"}
 
-#: What the module of a controller calls its own, besides.
+#: More names of the module of a controller.
 _OWN: Final = ("start", "step", "state", DT, "PERIOD", "STATES")
 
 _MAIN: Final = '''
@@ -133,7 +133,7 @@ def _evaluation(unit: Unit, name: str, arguments: Sequence[str]) -> Iterator[str
     if not unit.plan.held:
         yield f"{INDENT}return {', '.join(results)}"
         return
-    # What is held is kept in the state, as the kernels leave it to their caller.
+    # Held outputs are kept in the state, as the kernels leave them to their caller.
     for k, result in enumerate(results):
         yield f"{INDENT}result{k} = {result}"
     for entry, o in enumerate(unit.plan.held, start=len(unit.plan.states)):
@@ -160,7 +160,7 @@ def _refusal(condition: str, output: str) -> list[str]:
 
 
 def _dialect(base: Dialect, prefix: str) -> Dialect:
-    """Return a dialect in which tables have a prefix, so that two programs stand in one module."""
+    """Return a dialect in which tables have a prefix, so that two programs fit in one module."""
 
     def item(array: str, index: int | str | Place) -> str:
         return f"{'state' if array == STATE else prefix + array}[{index_text(index)}]"
@@ -224,7 +224,7 @@ def _noted(unit: Unit, line: str) -> Iterator[str]:
 
 
 def _read(unit: Unit) -> Iterator[str]:
-    """Yield lines that name what the slots give: the oldest number of each, which comes last."""
+    """Yield lines that name the values of the slots: the oldest number of each, which comes last."""
     place = 0
     for k, slot in enumerate((*unit.slots, *unit.numbers)):
         place += slot.length
@@ -232,7 +232,7 @@ def _read(unit: Unit) -> Iterator[str]:
 
 
 def _taken(unit: Unit, values: list[str]) -> Iterator[str]:
-    """Yield the next state: what each slot takes, then what it had but for the oldest."""
+    """Yield the next state: the new value of each slot, then its earlier ones without the oldest."""
     place = 0
     for slot, value in zip(unit.slots, values, strict=True):
         yield value

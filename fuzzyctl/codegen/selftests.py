@@ -20,7 +20,7 @@ from fuzzyctl.codegen.vectors import STEP, Expected, Vector
 _WIDE: Final = "#if DBL_MANT_DIG >= 53"
 
 
-#: What compares and reports, behind the function `evaluate` that makes one turn.
+#: The text that compares and reports, after the function `evaluate` that makes one turn.
 _MAIN = """const worst = tolerance.map(() => 0);
 let failures = 0;
 function compare(found, refused, vector) {
@@ -131,7 +131,7 @@ def _main(layout: CLayout) -> Iterator[str]:
 
 
 def _comparison(layout: CLayout) -> Iterator[str]:
-    """Yield the loop that evaluates each vector and compares what is found with what is expected."""
+    """Yield the loop that evaluates each vector and compares the results with the expected ones."""
     name, real = layout.name, layout.real
     yield "for (size_t v = 0U; v < (size_t)VECTORS; ++v) {"
     yield from (INDENT + line for line in _call(layout))
@@ -201,7 +201,7 @@ def _turn(call: str, refuses: bool) -> Iterator[str]:
     """Yield lines that evaluate a vector and compare.
 
     Args:
-        call: What gives the outputs.
+        call: The call that gives the outputs.
         refuses: Whether it may throw where no rule fires.
     """
     if not refuses:

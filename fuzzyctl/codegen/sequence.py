@@ -37,7 +37,7 @@ _LARGEST: Final = {"double": 1e150, "float": 1e15}
 #: Copies of the step in double precision: the units by which all that each takes is off; 0 is one or the other.
 _OFF: Final = (0, 1, -1, 0)
 
-#: Outputs, what the slots take, and the output for which no rule fires.
+#: Outputs, new values of the slots, and the output for which no rule fires.
 Found = tuple[list[float], list[float], str]
 
 
@@ -72,9 +72,9 @@ def _steps(unit: Unit, rng: random.Random, least: float) -> Expected:
     """Draw a sequence.
 
     Args:
-        unit: What makes the steps.
+        unit: The unit that makes the steps.
         rng: Draws the inputs.
-        least: What errors are relative to at least.
+        least: The least reference of relative errors.
     """
     kernel = Kernel(StepForm(unit.equations), "python")
     state = kernel.start()
@@ -140,7 +140,7 @@ def sequence_of_points(unit: Unit, ranges: Sequence[tuple[int, int]], count: int
     """Return integer inputs one after the other: some stay, some move a little, some jump to anywhere or to an end.
 
     Args:
-        unit: What takes them.
+        unit: The unit that takes them.
         ranges: The least and the largest integer of each.
         count: How many.
         seed: Of the draws.
@@ -199,7 +199,7 @@ class _Double:
         self._found: list[Found] = []
 
     def tried(self, point: tuple[float, ...]) -> list[Found]:
-        """Return what each copy makes of a point."""
+        """Return the results of each copy at a point."""
         self._found = [self._made(point, state, k) for k, state in enumerate(self._states)]
         return self._found
 

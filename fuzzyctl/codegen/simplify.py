@@ -29,7 +29,7 @@ def lean(program: Program) -> Program:
 
 
 def folding(has_value: Callable[[str], bool]) -> Callable[[Expr], Expr]:
-    """Return what `expr.replace` takes to drop tests for NaN of the names that are none, and what follows from them."""
+    """Return the argument of `expr.replace` that drops tests for NaN of names that are never NaN."""
 
     def change(node: Expr) -> Expr:
         match node:
@@ -57,7 +57,7 @@ def _logic(op: str, operands: tuple[Expr, ...]) -> Expr:
 
 
 def _without_unread(program: Program, body: Sequence[Statement]) -> Program:
-    """Return a program of some statements without those that nothing after them needs."""
+    """Return a program of some statements without those that no later one needs."""
     live = set().union(*map(read, program.results))
     kept: list[Statement] = []
     for statement in reversed(body):
@@ -89,13 +89,13 @@ def with_state(program: Program, names: Mapping[int, Name]) -> Program:
 
 
 def renamed(program: Program, arguments: Sequence[str]) -> Program:
-    """Return a program whose arguments have other names, none of them one of its own."""
+    """Return a program whose arguments have other names, none of them a name of the program."""
     names = dict(zip(program.arguments, arguments, strict=True))
     return map_names(program, lambda name: names.get(name, name))
 
 
 def with_prefix(program: Program, prefix: str) -> Program:
-    """Return a program whose own values and tables have a prefix, so that it stands beside another one."""
+    """Return a program whose values and tables have a prefix, so that it can follow another one."""
     kept = {*program.arguments, STATE}
     return map_names(program, lambda name: name if name in kept else prefix + name)
 

@@ -1,4 +1,4 @@
-"""Interpreter of programs in single precision under several roundings: what a correct target may compute.
+"""Interpreter of programs in single precision under several roundings: the results that a correct target may have.
 
 Every result that single precision does not have is rounded to the nearest in the first lane and up or down at random in
 the others (the method of Vignes, CESTAC). Where lanes are apart, rounding decides, and targets may differ.
@@ -76,7 +76,7 @@ class Roundings:
             state: Arguments of the state, each of shape (points, lanes).
 
         Returns:
-            Results of shape (points, lanes), and names of the same shape, empty where nothing is refused.
+            Results of shape (points, lanes), and names of the same shape, empty for accepted values.
         """
         loops = [s.count for s in self.program.body if isinstance(s, Accumulate | Fold)]
         size = max(1, _AT_ONCE // (LANES * max([1, *loops])))
@@ -126,7 +126,7 @@ class Roundings:
         self._values[statement.rest] = self._rounded(held - knots[place])
 
     def _add_up(self, statement: Accumulate) -> None:
-        """Compute what is added for all entries at once, and add it one after the other."""
+        """Compute the summands of all entries at once, and add them one after the other."""
         self._values[statement.counter] = np.arange(statement.count)[:, None, None]
         for s in statement.body:
             self._do(s)

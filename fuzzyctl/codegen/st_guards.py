@@ -13,7 +13,7 @@ from fuzzyctl.kernels.program.program import NAN
 PARTIAL: Final = frozenset(["divide", "power", "sqrt", "log", "sin", "cos", "tan"])
 #: Behind the name of a function whose arguments were tested.
 TESTED: Final = "!"
-#: Selections that take the second operand where the first is NaN.
+#: Selections that take the second operand if the first is NaN.
 _SECOND: Final = frozenset(["smaller", "larger", "min", "max"])
 _INFINITE: Final = Number(math.inf)
 #: Above this a number is taken to be no integer: whole numbers are found through those of 32 bits.
@@ -132,10 +132,10 @@ def function_of(value: Expr) -> str:
 
 
 def needs_guard(function: str) -> bool:
-    """Return whether a function may have no value, or has one where an argument has none."""
+    """Return whether a function may have no value, or may have one although an argument has none."""
     return function in PARTIAL or function in _SECOND or function == "held"
 
 
 def is_named(value: Expr) -> bool:
-    """Return whether an argument can be tested as it stands."""
+    """Return whether an argument can be tested as it is."""
     return isinstance(value, Name | Number)

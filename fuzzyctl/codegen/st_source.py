@@ -43,9 +43,9 @@ def block_name(unit: Unit) -> str:
 def function_block(unit: Unit) -> str:
     """Return the text of NAME.st.
 
-    Inputs are VAR_INPUT, `time_step` last where there is no period. Each output has a BOOL `NAME_valid` beside it:
-    FALSE where an input is NaN (of a controller, no finite number) or nothing gives a value; the output is 0 then. A
-    state stands in the block. Adaptive consequents change by one Euler step of `time_step` seconds after each
+    Inputs are VAR_INPUT, `time_step` last without a period. Each output has a BOOL `NAME_valid`:
+    FALSE if an input is NaN (of a controller, not finite) or the output has no value; the output is 0 then. A
+    state is in the block. Adaptive consequents change by one Euler step of `time_step` seconds after each
     evaluation (0: none).
 
     Args:
@@ -55,7 +55,7 @@ def function_block(unit: Unit) -> str:
 
 
 def comment(text: str) -> str:
-    """Return one line as a comment that nothing in it ends or begins anew."""
+    """Return one line as a comment, without sequences that end it or begin another."""
     return f"(* {printable(text).replace('(*', '( *').replace('*)', '* )')} *)"
 
 
@@ -100,7 +100,7 @@ class _Block:
             partial = partial or bool(self.missing)
             writer = self._writer(partial=partial)
             body = list(self._evaluation(writer))
-            partial = partial or writer.undefined  # selections have to look for what has no value, too
+            partial = partial or writer.undefined  # selections have to look for operands without a value, too
             if (partial, len(self.missing)) == before:
                 break
         # Rates take the inputs as they are.
@@ -237,7 +237,7 @@ class _Block:
 
     @staticmethod
     def _result(writer: STText, name: str, value: Expr, output: str, valid: str, depth: int) -> Iterator[str]:
-        """Yield lines that compute a value and store it in an output, 0 where there is none."""
+        """Yield lines that compute a value and store it in an output, 0 without a value."""
         pad = INDENT * depth
         yield from writer.assigned(name, value, depth)
         writer.reals.append(name)
@@ -248,7 +248,7 @@ class _Block:
             yield from (f"{pad}IF {missing} THEN", f"{pad}{INDENT}{output} := {writer.number(0.0)};", f"{pad}END_IF;")
 
     def _stores(self, writer: STText, depth: int) -> Iterator[str]:
-        """Yield lines that store the state; what is read of it is read before."""
+        """Yield lines that store the state; earlier lines have read it."""
         pad = INDENT * depth
         taken = []
         for k, value in enumerate(self.unit.taken):

@@ -141,7 +141,7 @@ class STText:
         yield from self._set(name, flag, value, depth)
 
     def _carried(self, statements: Sequence[Assign]) -> None:
-        """Give flags to what may have no value in a later turn of a loop, however that comes about."""
+        """Give flags to names that may have no value in a later turn of a loop, for any reason."""
         before = -1
         while before != len(self._missing) + len(self.infinite):
             before = len(self._missing) + len(self.infinite)
@@ -152,7 +152,7 @@ class STText:
                     self._flag(s.name)
 
     def _inner(self, value: Expr, lines: list[str], depth: int) -> Expr:
-        """Return a value whose choices stand at its head only: names stand for those within it."""
+        """Return a value with choices at its head only: inner ones are replaced by names."""
         if isinstance(value, Where | Number | Name | Item):
             return value
         operands = [self._named(o, lines, depth) for o in children(value)]
@@ -203,7 +203,7 @@ class STText:
         return replace(expr, folding(lambda n: not self.partial and n not in self._missing))
 
     def may_be_missing(self, value: Expr) -> bool:
-        """Return whether a value may be NaN because one is written in it, or because of what it reads."""
+        """Return whether a value may be NaN, by itself or by a name that it reads."""
         written = any((isinstance(n, Number) and math.isnan(n.value)) or may_fail(n) for n in walk(value))
         undefined = may_be_undefined(value, self.infinite)
         return written or undefined or any(n in self._missing for n in read(value))
@@ -211,7 +211,7 @@ class STText:
     def missing(self, name: str) -> str:
         """Return the text of whether a variable has no value."""
         parts = [self._missing[name]] if name in self._missing else []
-        # Functions of the user may give NaN of their own.
+        # Functions of the user may give NaN themselves.
         own = self.names.get(name, name)
         parts += [f"({own} <> {own})"] if self.partial else []
         return f"({' OR '.join(parts)})" if len(parts) > 1 else parts[0] if parts else "FALSE"
@@ -279,7 +279,7 @@ class STText:
         raise CodegenError(f"a {type(expr).__name__} cannot be printed as a condition")
 
     def _comparison(self, op: str, left: Expr, right: Expr) -> str:
-        """Return a comparison, false where an operand has no value, as that of NaN is."""
+        """Return a comparison, false if an operand has no value, as that of NaN is."""
         sign = {"==": "=", "!=": "<>"}.get(op, op)
         text = f"({self._text(left)} {sign} {self._text(right)})"
         flags = sorted({self._missing[n] for n in read(left) | read(right) if n in self._missing})

@@ -166,7 +166,7 @@ def _compared(exact: Grid, table: Grid) -> tuple[float, ...]:
         raise CodegenError(f"the error of the table is not bounded: it has more than {_MOST_CORNERS:,} corners to test")
     errors = []
     for own, other in zip(exact.outputs, table.outputs, strict=True):
-        with np.errstate(all="ignore"):  # what overflows has no useful bound
+        with np.errstate(all="ignore"):  # a value that overflows has no useful bound
             difference = _at(own.value, exact.knots, joint) - _at(other.value, table.knots, joint)
         # Entries are rounded, and so are the weights of this comparison.
         slack = 64.0 * len(joint) * 2.0**-52 * max(map(abs, own.value))
@@ -190,7 +190,7 @@ def at_most(bound: float, digits: int = 3) -> str:
 
     Args:
         bound: Not negative.
-        digits: Significant ones; at most 15, so that what is printed is what was rounded.
+        digits: Significant ones; at most 15, so that the printed number is the rounded one.
     """
     text = f"{bound:.{digits}g}"
     if not math.isfinite(bound) or float(text) >= bound:

@@ -1,6 +1,6 @@
-"""Proved errors of lookup tables: enclosures of system and slopes, in boxes that are halved where the bound is largest.
+"""Proved errors of lookup tables: enclosures of system and slopes, in boxes; the one with the largest bound is halved.
 
-In a box both functions lie between what encloses them, and so does their difference; it also lies within its value in
+In a box both functions lie within their enclosures, and so does their difference; it also lies within its value in
 the middle and its slopes times half the width of the box (the mean value form: R. E. Moore, R. B. Kearfott and M. J.
 Cloud, *Introduction to Interval Analysis*, SIAM, 2009). The smaller bound counts.
 """
@@ -29,7 +29,7 @@ from fuzzyctl.kernels.program.program import Accumulate, Assign, Program
 MOST_OPERATIONS: Final = 40_000_000
 #: Boxes at a time.
 _AT_ONCE: Final = 1024
-#: A bound that exceeds what is attained by this is near enough.
+#: A bound that exceeds an attained value by this is near enough.
 _NEAR: Final = 1.1
 #: In boxes below this part of the range, a quotient whose denominator may be 0 will have no bound either.
 _LEAST_WIDTH: Final = 1e-3
@@ -72,12 +72,12 @@ def enclosed(flat: Plan, table: Grid) -> tuple[float, ...]:
         table: Its values at the knots, multilinear between.
 
     Returns:
-        A bound for each output, infinite where none is found.
+        A bound for each output, infinite if the search finds none.
 
     Raises:
         CodegenError: Where there are more boxes than can be enclosed in some seconds.
     """
-    with np.errstate(all="ignore"):  # what overflows has no useful bound
+    with np.errstate(all="ignore"):  # a value that overflows has no useful bound
         return _enclosed(flat, table)
 
 
@@ -182,7 +182,7 @@ def _system(program: Program, table: Grid, own: Boxes) -> list[tuple[Array, Arra
 
 
 def _swing(slopes: tuple[Array, Array], corners: Array, own: Boxes) -> Array:
-    """Return how far the difference may be from what it is in the middle: half of what it changes along each input."""
+    """Return how far the difference may be from its value in the middle: half of its change along each input."""
     total = np.zeros(own.count)
     for i, width in enumerate(own.hi - own.lo):
         pairs = corners.reshape(1 << i, 2, -1, own.count)

@@ -53,7 +53,7 @@ class Slot:
 
     Args:
         name: That of its state, or of the delay.
-        start: What it holds before the first step.
+        start: Its value before the first step.
         length: The numbers that it holds; more than one for a delay line, whose oldest number is read.
     """
 
@@ -72,16 +72,16 @@ class Unit:
     Args:
         block: The block, its params set.
         written: The step of a controller as `program` has it; of a system its evaluation, with tests for NaN.
-        systems: The systems that it evaluates, each with other params on its own; a system itself.
+        systems: The systems that it evaluates, each with other params separately; a system itself.
         slots: The state.
-        numbers: Free numbers, which the caller gives; their starts are what the file says.
-        step: What a controller computes, None for a system.
-        bounds: What is proved of the outputs of a system, by name; those of a table hold for the table too.
+        numbers: Free numbers, which the caller gives; their starts are those of the file.
+        step: The step of a controller, None for a system.
+        bounds: Proved bounds of the outputs of a system, by name; those of a table hold for the table too.
         digest: SHA-256 of the text of its rule file.
         settings: Params that were set by hand.
         precision: Type of its numbers.
         values: Names of equations by the names of their values in the program.
-        verdicts: What is known of its guarantees.
+        verdicts: On its guarantees.
     """
 
     block: FuzzySystem | Controller
@@ -101,14 +101,14 @@ class Unit:
     def program(self) -> Program:
         """The step for inputs that are no NaN.
 
-        Arguments are the inputs, `dt` where there is no period, the adaptive consequents, what the slots give and the
-        free numbers; results are the outputs and what the slots of a controller take.
+        Arguments are the inputs, `dt` without a period, the adaptive consequents, the values of the slots and the
+        free numbers; results are the outputs and the new values of the slots of a controller.
         """
         return self.written if self.is_step else with_named_state(lean(self.written))
 
     @cached_property
     def rates(self) -> Program | None:
-        """The program for dC/dt of adaptive consequents, None where nothing adapts."""
+        """The program for dC/dt of adaptive consequents, None without any."""
         return with_named_state(lean(inference.rates(self.plan))) if self.consequents else None
 
     @property
@@ -123,7 +123,7 @@ class Unit:
 
     @property
     def equations(self) -> Equations:
-        """What the controller computes."""
+        """The step of the controller."""
         return cast("Equations", self.step)
 
     @property
@@ -163,7 +163,7 @@ class Unit:
 
     @property
     def arguments(self) -> tuple[str, ...]:
-        """The names of what a step takes: the inputs, and `dt` where there is no period."""
+        """The names of the arguments of a step: the inputs, and `dt` without a period."""
         return (*self.inputs, *((DT,) if self.takes_time else ()))
 
     @property
@@ -174,7 +174,7 @@ class Unit:
 
     @property
     def consequents(self) -> tuple[float, ...]:
-        """What the adaptive consequents of a system begin with."""
+        """The start of the adaptive consequents of a system."""
         return () if self.is_step else tuple(self.plan.initial_state[: len(self.plan.states)])
 
     @property
@@ -184,12 +184,12 @@ class Unit:
 
     @property
     def results(self) -> tuple[Expr, ...]:
-        """What the outputs are."""
+        """The outputs."""
         return self.program.results[: len(self.outputs)]
 
     @property
     def taken(self) -> tuple[Expr, ...]:
-        """What the slots of a controller take."""
+        """The new values of the slots of a controller."""
         return self.program.results[len(self.outputs) :]
 
     @cached_property
@@ -198,7 +198,7 @@ class Unit:
         return tuple(dict.fromkeys(s.output for s in self.program.body if isinstance(s, Refuse)))
 
     def scale(self, position: int) -> float:
-        """Return the largest magnitude of an output, what tolerances are relative to."""
+        """Return the largest magnitude of an output, to which tolerances are relative."""
         output = self.plan.outputs[position]
         bound = self.bounds[output.name]
         ends = [abs(e) for e in (output.lower, output.upper, bound.lo, bound.hi) if abs(e) < 1e300]

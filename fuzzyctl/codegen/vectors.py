@@ -38,7 +38,7 @@ _UNDERFLOW: Final = 1e-30
 
 @dataclass(frozen=True)
 class Vector:
-    """Inputs, and what is expected.
+    """Inputs with the expected results.
 
     Args:
         inputs: One number for each input.
@@ -56,7 +56,7 @@ class Expected:
     """Vectors of a self-test.
 
     Args:
-        scales: What errors of each output are relative to, then of each slot of a controller.
+        scales: The reference of relative errors of each output, then of each slot of a controller.
         anywhere: Vectors that hold wherever `double` has 32 bits only, too, or is not used there.
         here: Further ones.
     """
@@ -76,7 +76,7 @@ class Expected:
 
 
 def in_parts(unit: Unit, *, seed: int = 1) -> tuple[list[Vector], list[Vector]]:
-    """Return vectors that hold wherever `double` has 32 bits only, too, and those behind them that do not.
+    """Return vectors that also hold if `double` has 32 bits only, and then those that do not.
 
     They lie at corners of the terms, at random points, outside the ranges, and at NaN and infinities. A system with a
     state is evaluated from its start on, and adapts by one step of `STEP` after each vector.
@@ -175,7 +175,7 @@ class Reference:
         return Vector(tuple(point), result if isinstance(result, tuple) else (result,))
 
     def next(self, point: Sequence[float]) -> Vector:
-        """Evaluate at a point, keep what is held, and adapt by one step."""
+        """Evaluate at a point, keep held outputs, and adapt by one step."""
         found = self.evaluate(point)
         self.state = self._after(found)
         if self._single is not None:
@@ -221,7 +221,7 @@ class Reference:
         return all(self._near(o, x, y) for o, x, y in zip(outputs, a, b, strict=True))
 
     def steady(self, point: Sequence[float]) -> bool:
-        """Return whether outputs stay what they are within the last bits of inputs, activations and constants."""
+        """Return whether outputs are the same within the last bits of inputs, activations and constants."""
         own = self.evaluate(point)
         if not self._alike(own, self._evaluated(self._coarse, point)):
             return False
@@ -285,7 +285,7 @@ class _Single:
 
 
 def _as_single(node: Expr) -> Expr:
-    """Take for 0 what may be 0 in single precision, and constants as they are in it, such as places of singletons."""
+    """Replace numbers that may be 0 in single precision by 0, and round constants, as places of singletons, to it."""
     match node:
         case Compare(op=">", left=left, right=Number(value=0.0)):
             return Compare(">", left, Number(_UNDERFLOW))

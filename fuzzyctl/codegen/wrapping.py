@@ -7,7 +7,7 @@ from typing import Final
 
 #: About how long lines of generated text are at most.
 WIDTH: Final = 120
-#: What an expression may be broken before.
+#: Where a line break in an expression is allowed: before these.
 _BREAKS: Final = frozenset({"?", ":", "+", "-", "*", "/", "&&", "||", "AND", "OR"})
 
 

@@ -60,7 +60,7 @@ class _StepText(FixedText):
         self.fixed, self.items, self.formats = fixed, fixed.operations.items, fixed.formats
         names = Names([*C_FUNCTION_RESERVED, *(f"{self.layout.name}_{own}" for own in ("step", "init", "state"))])
         self.read = self._read()
-        #: The systems that are called, under names of their own, by number.
+        #: The systems that are called, under unique names, by number.
         self.systems = {}
         for k in sorted({self.items[k].system for k in self.read if self.items[k].kind == "system"}):
             unit = fixed.systems[k].unit
@@ -240,7 +240,7 @@ class _StepText(FixedText):
     # The self-test.
 
     def selftest(self) -> str:
-        """Return a program that makes the steps of a sequence and compares them with what is proved."""
+        """Return a program that makes the steps of a sequence and compares them with the proved bounds."""
         name, (points, expected) = self.layout.name, self._sequence()
         about = (
             f"Self-test of {name}: compile with {name}.c and run on the target; exits with 0 if every output lies where"

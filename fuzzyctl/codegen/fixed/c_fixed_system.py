@@ -34,7 +34,7 @@ class FixedText:
     """Text that systems and steps share in fixed point.
 
     Args:
-        unit: What is written.
+        unit: The unit to write.
         form: The format of inputs and outputs.
         errors: Proved bound of each output.
     """
@@ -52,8 +52,8 @@ class FixedText:
         """Yield the lines of the header about errors.
 
         Args:
-            against: What is proved, and of what it is an error.
-            exact: What an output is compared with.
+            against: The proved bound, and the reference of the error.
+            exact: The reference of an output.
         """
         one = f"2^{self.form.fraction}"
         yield f"Fixed point {self.form}: an integer X stands for X / {one}; integer arithmetic only."

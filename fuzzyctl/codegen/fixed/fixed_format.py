@@ -9,7 +9,7 @@ from fractions import Fraction
 
 @dataclass(frozen=True)
 class Format:
-    """Qm.n: a sign, m bits before the point and n behind it, in 16 or 32 bits."""
+    """Qm.n: a sign, m bits before the point and n after it, in 16 or 32 bits."""
 
     integer: int
     fraction: int

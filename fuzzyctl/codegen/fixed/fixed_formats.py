@@ -1,7 +1,7 @@
-"""Bits behind the point of each operation of a fixed-point step, and what its rounding adds to its value.
+"""Bits after the point of each operation of a fixed-point step, and the error that its rounding adds.
 
-Every value is an integer of 32 bits with a point of its own, every product one of 64 bits. A value that such an integer
-holds whole is not rounded at all: what is computed from inputs by sums, choices and delays is equal in both programs.
+Every value is an integer of 32 bits with its point, every product one of 64 bits. A value that such an integer
+holds whole is not rounded at all: sums, choices and delays of inputs are equal in both programs.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ _MOST_FACTOR: Final = 60
 _MOST_SHIFT: Final = 62
 #: The largest integer of a value.
 _LARGEST: Final = 2**31 - 1
-#: What ranges may grow by once roundings are known, relative to their magnitude.
+#: How far ranges may grow once roundings are known, relative to their magnitude.
 _ROOM: Final = 2.0**-12
 
 
@@ -36,7 +36,7 @@ class Formats:
         systems: The systems that they call, by number.
         form: The format of inputs and outputs.
         ends: Ranges of the operations.
-        starts: What each slot begins with.
+        starts: The start of each slot.
     """
 
     operations: Operations
@@ -116,7 +116,7 @@ class Formats:
         return 0 if item.is_condition else max(own)
 
     def _most(self, position: int) -> int:
-        """Return most bits behind the point of an operation, with room for what roundings add to its range."""
+        """Return the largest number of bits after the point of an operation, with room for roundings in its range."""
         low, high = self.ends[position]
         room = _ROOM * max(abs(low), abs(high)) if math.isfinite(high - low) else math.inf
         for fraction in range(MOST_FRACTION, -1, -1):
@@ -153,7 +153,7 @@ class Formats:
 
     @staticmethod
     def _finest(item: Operation, given: Sequence[int]) -> int:
-        """Return bits behind the point beyond which nothing is left to know."""
+        """Return the largest useful number of bits after the point."""
         match item.kind:
             case "*":
                 return sum(given)
@@ -164,7 +164,7 @@ class Formats:
         return max(given[1:] if item.kind == "where" else given)
 
     def _rounding(self, k: int, item: Operation, given: Sequence[int], fraction: int) -> float:
-        """Return what the rounding of an operation adds at most."""
+        """Return the largest error that the rounding of an operation adds."""
         half = 2.0 ** -(fraction + 1)
         match item.kind:
             case "constant":
@@ -192,7 +192,7 @@ class Formats:
         self.factors[k] = (scaled(item.factor, bits), bits)
 
     def _of_scale(self, k: int, item: Operation, given: int, fraction: int) -> float:
-        """Return what the rounding of a factor and of its product add."""
+        """Return the errors by the rounding of a factor and of its product."""
         factor, bits = self.factors[k]
         off = abs(item.factor - factor / Fraction(2) ** bits)
         size = max(map(abs, self.ends[item.operands[0]]))

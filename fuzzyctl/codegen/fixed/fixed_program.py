@@ -20,7 +20,7 @@ Kind = Literal[
     "compare", "compared", "and", "or", "not", "argument", "system", "output", "store",
 ]  # fmt: skip
 
-#: What the calls of systems are named in the program, before their number.
+#: Prefix of the names of calls of systems in the program, before their number.
 SYSTEM: Final = "system "
 #: Most operations: the slopes of all along all are computed.
 MOST_OPERATIONS: Final = 1500
@@ -33,7 +33,7 @@ Operator = Literal["<", "<=", ">", ">=", "==", "!="]
 FLOAT: Final = "or write single precision with --float float"
 #: Why the error of an integrator has no bound.
 KEEPS_ERROR: Final = "it keeps its error, as an integrator does, and each step may add that of a rounding"
-#: What takes the place of `integral(x)`.
+#: The replacement of `integral(x)`.
 _AS_STATE: Final = (
     "write a state in its place, whose range it keeps and whose addend the format holds whole: "
     "'state sum in [-1, 1] = 0' and 'next sum = clamp(sum + x / 128, -1, 1)'"
@@ -55,8 +55,8 @@ class Operation:
     """One operation of a step.
 
     Args:
-        kind: `scale` is a product with a constant, `compared` a comparison with one; `argument` is what a system takes,
-            `output` and `store` are what leaves the step.
+        kind: `scale` is a product with a constant, `compared` a comparison with one; `argument` is one of a system,
+            `output` and `store` are results of the step.
         operands: Positions of operations before it.
         factor: The number of a constant, `scale` or `compared`.
         place: Position of the input, slot or output, or of a system's input or output.
@@ -85,7 +85,7 @@ class Operations:
         items: Each after those that it reads.
         names: Names of values of the program by position.
         outputs: Positions of the outputs.
-        stores: Positions of what each slot takes.
+        stores: Positions of the new values of the slots.
     """
 
     items: tuple[Operation, ...]
@@ -253,7 +253,7 @@ def refused(message: str, span: Span | None, *, facts: Sequence[str] = (), help_
 
 
 def place_of(equations: Equations, node: Expr) -> Span | None:
-    """Return where an expression stands that has lost its place: the first of its kind."""
+    """Return the place of an expression without a span: that of the first of its kind."""
     exprs = [e for i in equations.body for e in ((i.value,) if isinstance(i, Equation) else i.arguments)]
     for part in (p for e in (*exprs, *equations.updates) for p in walk(e)):
         match node, part:
@@ -271,13 +271,13 @@ def operator_of(state: str) -> str:
 
 
 def state_words(name: str) -> str:
-    """Return what a state is called in a message."""
+    """Return the name of a state in a message."""
     operator = operator_of(name)
     return f"the state of '{operator}'" if operator else f"state '{name}'"
 
 
 def range_help(name: str) -> str:
-    """Return what to write where a state has no proved range."""
+    """Return the help on a state without a proved range."""
     if operator_of(name) == "integral":
         return f"{_AS_STATE}, {FLOAT}"
     return f"give it a range that it keeps, such as with 'clamp', {FLOAT}"

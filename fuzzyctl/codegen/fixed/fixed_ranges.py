@@ -59,7 +59,7 @@ class CalledSystem:
         table = self.grid.outputs[output]
         lo, hi = outward(np.array(min(table.value)), np.array(max(table.value)))
         slopes: Slopes = None
-        # What the kernel computes from rules or from the cell.
+        # The value of the kernel, from rules or from the cell.
         size = max(abs(v) for v in table.value)
         error = np.array((len(self.unit.plan.rules) + 64) * 2.0**-52 * size)
         for d, i in enumerate(self.grid.inputs):
@@ -73,7 +73,7 @@ class CalledSystem:
 
 
 def _steepest(grid: Grid, table: Table, axis: int) -> Ends:
-    """Return the least and the largest slope along an input, 0 among what lies between."""
+    """Return the least and the largest slope along an input, with 0 between them."""
     shape = [len(k) for k in grid.knots]
     values = np.array(table.value).reshape(shape)
     if shape[axis] < 2:
@@ -95,7 +95,7 @@ class Ranges:
         inputs: Ranges of the inputs.
         slots: Ranges of the slots, which the double program never leaves.
         errors: How far each slot may be from that of the double program; None for one that is equal.
-        roundings: What is added to each operation at most.
+        roundings: The largest error that each operation adds.
     """
 
     operations: Operations
@@ -104,7 +104,7 @@ class Ranges:
     slots: Sequence[Ends]
     errors: Sequence[float | None]
     roundings: Sequence[float]
-    #: What decides conditions alike in both programs, by position.
+    #: The operands that decide conditions alike in both programs, by position.
     alike: Callable[[int], bool] = lambda _: False
     #: How far values may jump where rounding decides which one is taken, by position.
     jumps: dict[int, float] = field(default_factory=dict)

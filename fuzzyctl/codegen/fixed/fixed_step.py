@@ -54,7 +54,7 @@ from fuzzyctl.kernels.step_program import named_step
 _SECONDS: Final = 2.0
 #: Rounds in which formats and errors are found.
 _ROUNDS: Final = 24
-#: What sums and products of errors are rounded by, relative to them.
+#: Rounding of sums and products of errors, relative to them.
 _OUTWARD: Final = 1.0 + 2.0**-40
 #: By how much slopes and roundings are taken larger, relative to them, so that a solution is one after rounding, too.
 _ROOM: Final = 2.0**-24
@@ -67,7 +67,7 @@ class FixedStep:
     Args:
         unit: The step, in which systems are calls.
         form: The format of inputs and outputs.
-        operations: What it computes.
+        operations: Its operations.
         formats: In which integers.
         systems: The systems that it calls, by number.
         inputs: Ranges that the inputs are held in, as integers of the format.
@@ -123,7 +123,7 @@ def _with_calls(unit: Unit) -> tuple[Unit, dict[int, CalledSystem]]:
 
     def point(call: Evaluation) -> Program:
         if call.states:
-            _called(call)  # adapts, so that nothing interpolates
+            _called(call)  # adapts, so that no table interpolates
         key = replace(call, arguments=(), names=(), span=None)
         if key not in numbers:
             numbers[key] = len(calls)
@@ -222,7 +222,7 @@ class _Bound:
         """Find formats, and errors that no step makes larger.
 
         Raises:
-            DiagnosticError: Where there are none.
+            DiagnosticError: If there are none.
         """
         count = len(self.unit.slots)
         off: list[float | None] = [0.0] * count
@@ -287,7 +287,7 @@ class _Bound:
         return size if slopes is None else np.maximum(np.abs(slopes[0]), np.abs(slopes[1])).max(axis=1) + size
 
     def _added(self, position: int, found: Sequence[Enclosure], ranges: Ranges) -> tuple[Array, float]:
-        """Return the slopes of a value along the slots, and what the roundings of a step add to it."""
+        """Return the slopes of a value along the slots, and the error by the roundings of a step."""
         slopes = self._slopes(position, found)
         own = np.array([r + ranges.jumps.get(k, 0.0) for k, r in enumerate(ranges.roundings)])
         total = float(np.sum(np.where(own > 0.0, slopes * own, 0.0))) + float(found[position].error.max())
@@ -307,7 +307,7 @@ class _Bound:
         """Return errors of the slots that no step makes larger, 0 for those that are equal.
 
         Raises:
-            DiagnosticError: Where there are none.
+            DiagnosticError: If there are none.
         """
         kept = [s for s, e in enumerate(off) if e is not None]
         rows = [self._added(self.operations.stores[s], found, ranges) for s in kept]
@@ -315,7 +315,7 @@ class _Bound:
         added = np.array([total for _, total in rows])
         starts = np.array([2.0 ** -(formats.slots[s] + 1) for s in kept])
         self._require_contraction(kept, matrix)
-        # Both grow a little, so that what the solution is rounded by does not matter.
+        # Both grow a little, so that the rounding of the solution does not matter.
         wider, more = matrix * (1.0 + _ROOM), added * (1.0 + _ROOM)
         error = added
         for _ in range(_ROUNDS):
@@ -371,7 +371,7 @@ class _Bound:
             raise refused(message, declared.span, facts=facts, help_text=f"{help_text}, {FLOAT}")
 
     def _name(self, position: int) -> str:
-        """Return what a value is called, or what is computed from it."""
+        """Return the name of a value, or of a name that is computed from it."""
         for k in range(position, len(self.operations.items)):
             name = self.unit.values.get(self.operations.names.get(k, ""))
             if name is not None:

@@ -2,7 +2,7 @@
 
 An input x is the integer X = x · 2^n. Along each input the cell is found among integer knots, and the share of the way
 through it, rounded to p bits, weighs the entries at its ends: (a (2^p - s) + b s + 2^(p-1)) / 2^p, all in unsigned
-integers, so that nothing depends on how a compiler shifts negative numbers.
+integers, so that no result depends on how a compiler shifts negative numbers.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from fuzzyctl.kernels.plan.build import Plan
 MOST_ENTRIES: Final = 1 << 16
 #: Most inputs of a table that is made and proved only to say that it does: with more that takes a quarter of a minute.
 _TRIED: Final = 2
-#: Points of the table that is tried where a system does not interpolate, the first that leaves it small enough.
+#: Points of the table for a system that does not interpolate; the first that makes it small enough is used.
 _POINTS: Final = (33, 17, 9, 5)
 #: Most extra bits of knots and of entries.
 _EXTRA: Final = 20
@@ -87,7 +87,7 @@ def corners(axes: Sequence[Axis], cell: Sequence[int]) -> Iterator[int]:
 
 
 def strides_of(axes: Sequence[Axis]) -> list[int]:
-    """Return how far apart neighbours along each input stand among the entries."""
+    """Return the distance of neighbours along each input in the list of entries."""
     return [math.prod(len(a.knots) for a in axes[i + 1 :]) for i in range(len(axes))]
 
 
@@ -280,7 +280,7 @@ def _proved(
         slopes += slope * (axis.off + _SAME * span)
     if entries.guard:
         error += Fraction(1, 1 << (form.fraction + 1))
-    # What the table itself is off by, computed in floating point from all rules.
+    # The error of the table itself, which is computed in floating point from all rules.
     largest = max(abs(Fraction(v)) for v in table.value)
     error += slopes + (len(unit.plan.rules) + 64) * Fraction(1, 1 << 52) * largest
     return float(error) * (1.0 + 2.0**-50)

@@ -88,7 +88,7 @@ _MACHINES: Final = {"x86_64": "x86_64", "amd64": "x86_64", "aarch64": "aarch64",
 
 
 def compiler() -> str | None:
-    """Return the C compiler: that of CC, or the first of `COMPILERS`; None where there is none."""
+    """Return the C compiler: that of CC, or the first of `COMPILERS`, or None."""
     wanted = os.environ.get("CC", "")
     return next((found for name in (wanted, *COMPILERS) if name and (found := shutil.which(name))), None)
 
@@ -116,7 +116,7 @@ def shared_library(sources: Mapping[str, str], command: str) -> bytes:
         command: The compiler.
 
     Raises:
-        CodegenError: With what the compiler says, where it fails.
+        CodegenError: If the compiler fails, with its output.
     """
     with tempfile.TemporaryDirectory() as folder:
         for name, text in sources.items():
@@ -161,7 +161,7 @@ def sources(model: Model, version: int) -> dict[str, str]:
     """Return the C files of an FMU by name.
 
     Args:
-        model: What it computes.
+        model: Its computation.
         version: 2 or 3, of FMI.
     """
     names = ("fmu_core.h", *model.shared, f"fmi{version}.c")
@@ -173,7 +173,7 @@ def fmu(model: Model, version: int) -> Fmu:
     """Return an FMU; without a compiler one of sources only.
 
     Args:
-        model: What it computes.
+        model: Its computation.
         version: 2 or 3, of FMI.
 
     Raises:

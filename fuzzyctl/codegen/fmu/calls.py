@@ -1,4 +1,4 @@
-"""Models of FMUs from what is written in C: a system, or the step of a controller."""
+"""Models of FMUs from generated C: a system, or the step of a controller."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ def block_model(unit: Unit) -> Model:
 
 
 def params_of(unit: Unit) -> tuple[list[Variable], list[Variable]]:
-    """Return the free params, and those that are constants; what is computed from free ones is neither."""
+    """Return the free params, and those that are constants; params that are computed from free ones are neither."""
     block, free = unit.block, {n.name for n in unit.numbers}
     values, known = block.param_values.values, {p.name: p for p in block.params}
     params = [_param(known[n.name], values) if n.name in known else Variable(n.name, n.start) for n in unit.numbers]
@@ -131,12 +131,12 @@ def signal_variable(signal: Signal, values: Mapping[str, float]) -> Variable:
 
 
 def call_lines(layout: CLayout, arguments: Sequence[str], targets: Sequence[str]) -> Iterator[str]:
-    """Yield the lines of C that call a function, take its results, and return why there are none.
+    """Yield the lines of C that call a function, take its results, or return the reason of a failure.
 
     Args:
         layout: That of the function.
         arguments: Texts of its arguments without those for its results.
-        targets: Texts of what takes each result.
+        targets: The text of the target of each result.
     """
     arguments, refusals = [*arguments], layout.unit.refusals
     if layout.many:

@@ -28,7 +28,7 @@ class Variable:
         lower: The lower end of its range, -inf for none.
         upper: The upper end.
         unit: Its unit.
-        label: What it is, for people.
+        label: A label for people.
     """
 
     name: str
@@ -46,7 +46,7 @@ class Model:
     Args:
         name: C identifier: the name of its files and of the binary.
         block: The name in the rule file.
-        title: What it is, for people.
+        title: A title for people.
         about: The head of its C, line by line.
         inputs: In the order of declaration.
         outputs: In the order of declaration.
@@ -55,7 +55,7 @@ class Model:
         sources: Its C files by name, without those that all FMUs share.
         memory: The member of the model that holds its state, in C; an empty string for none.
         begin: Lines of C that begin this memory.
-        make: Lines of C that make a step of `dt` seconds, and return NULL, or why there is none.
+        make: Lines of C that make a step of `dt` seconds, and return NULL, or the reason of a failure.
         preview: The `dt` of the outputs before the first step.
         period: The sample time [s], None where each communication step is a step.
         helpers: C that `make` calls, line by line.

@@ -30,7 +30,7 @@ def plant_model(plant: Plant, text: str, free: Sequence[str] = ()) -> Model:
     Args:
         plant: A well-formed plant with its params set.
         text: The text of its rule file.
-        free: Params that an importer may set; all that can be set where none are named.
+        free: Params that an importer may set; empty for all that can be set.
 
     Raises:
         CodegenError: For dead time, for a plant that has no equations, and for a param that a start depends on.
@@ -113,7 +113,7 @@ def _right_side(plant: Plant) -> Controller:
 
 
 def _constants(plant: Plant) -> Iterator[Expr]:
-    """Yield what is computed before the FMU is written: starts and ranges of states."""
+    """Yield the numbers that are computed before the FMU is written: starts and ranges of states."""
     for state in plant.states:
         yield state.start
         yield from (state.bounds.lower, state.bounds.upper) if state.bounds is not None else ()
@@ -147,7 +147,7 @@ def _begin(plant: Plant) -> list[str]:
 
 
 def _states(plant: Plant, longest: int) -> Iterator[str]:
-    """Yield the number of states, the ends of their ranges, and what is said where one leaves it."""
+    """Yield the number of states, the ends of their ranges, and the message of a state that leaves its range."""
     yield f"#define FMU_STATES {len(plant.states)}U"
     yield f"#define FMU_INTEGRATION_STEP {longest}U // reference of the param"
     ends = [closed_range(s.bounds, plant.param_values.values) for s in plant.states]
