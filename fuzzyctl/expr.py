@@ -245,16 +245,16 @@ def children(expr: Expr) -> tuple[Expr, ...]:
 
 def walk(expr: Expr) -> list[Expr]:
     """Return an expression and all its parts, each before its parts."""
-    found: list[Expr] = []
+    results: list[Expr] = []
     stack = [expr]
     while stack:
         node = stack.pop()
-        found.append(node)
+        results.append(node)
         if type(node) is Binary:
             stack += (node.right, node.left)
         elif type(node) is not Number and type(node) is not Name:  # which have none
             stack.extend(reversed(children(node)))
-    return found
+    return results
 
 
 def names_in(expr: Expr) -> list[Name]:

@@ -95,13 +95,13 @@ def _bounds(system: FuzzySystem) -> dict[str, OutputBound]:
     flat = plan(system)
     verdicts = kept_of(system)
     activations = _activations(flat)
-    found: dict[str, OutputBound] = {}
+    results: dict[str, OutputBound] = {}
     for o in (flat.outputs[k] for k in flat.order):
         if o.value is None:
-            found[o.name] = _bound(system, flat, o, activations, verdicts[o.name])
+            results[o.name] = _bound(system, flat, o, activations, verdicts[o.name])
         else:
-            found[o.name] = _of_formula(flat, o, o.value, found)
-    return {o.name: found[o.name] for o in flat.outputs}
+            results[o.name] = _of_formula(flat, o, o.value, results)
+    return {o.name: results[o.name] for o in flat.outputs}
 
 
 def _of_formula(flat: Plan, output: OutputPlan, value: Expr, known: Mapping[str, OutputBound]) -> OutputBound:
@@ -121,21 +121,21 @@ def diagnostics(system: FuzzySystem, flat: Plan, verdicts: Mapping[str, Verdict]
         flat: Its plan.
         verdicts: On the coverage of the outputs.
     """
-    found: list[Diagnostic] = []
+    results: list[Diagnostic] = []
     if not any(_is_computed(o) for o in flat.outputs):
-        return found
+        return results
     activations = _activations(flat)
     for declared, output in zip(system.outputs, flat.outputs, strict=True):
         if output.value is not None:
-            found.extend(_beyond_range(declared, output, enclose(output.value, _box(flat))))
+            results.extend(_beyond_range(declared, output, enclose(output.value, _box(flat))))
             continue
         terms = _terms_that_fire(flat, output, activations)
         reaches_out = output.sums or any(output.terms[t].reads_inputs for t in terms)
         if not (_is_computed(output) and reaches_out):
             continue
         ends = _ends(declared, flat, output, terms, activations, covered=verdicts[output.name] is None)
-        found.extend(_beyond_range(declared, output, (ends[0].value, ends[1].value)))
-    return found
+        results.extend(_beyond_range(declared, output, (ends[0].value, ends[1].value)))
+    return results
 
 
 def _beyond_range(declared: Output, output: OutputPlan, ends: Interval) -> Iterator[Diagnostic]:
@@ -210,12 +210,12 @@ def _activations(flat: Plan) -> list[Interval]:
 
 def _reach(term: SetPlan, parts: Sequence[Cell]) -> Interval:
     """Enclose a degree over the cells of a variable: each of them, or all at once if there is no time."""
-    found: list[Interval] = []
+    results: list[Interval] = []
     for part in parts:
         if clock.is_over():
             return degree_in(term, (parts[0].floats[0], parts[-1].floats[1]))
-        found.append(degree_in(term, part.floats))
-    return hull(found)
+        results.append(degree_in(term, part.floats))
+    return hull(results)
 
 
 def _terms_that_fire(flat: Plan, output: OutputPlan, activations: Sequence[Interval]) -> list[int]:
@@ -342,17 +342,17 @@ def _locate(flat: Plan, output: OutputPlan, ends: tuple[_End, _End]) -> tuple[_E
         breakpoints(variable, [d.set for d in flat.degrees if d.variable == i])
         for i, variable in enumerate(flat.inputs)
     ]
-    found: list[dict[str, float] | None] = [None, None]
+    results: list[dict[str, float] | None] = [None, None]
     for point in islice(product(*axes), TRIES):
         if clock.is_over():
             break
         value = _value(kernel, point, position, len(flat.outputs))
         for k, end in enumerate(ends):
-            if found[k] is None and value == end.value:
-                found[k] = dict(zip(names, point, strict=True))
-        if None not in found:
+            if results[k] is None and value == end.value:
+                results[k] = dict(zip(names, point, strict=True))
+        if None not in results:
             break
-    return _End(ends[0].value, ends[0].span, found[0]), _End(ends[1].value, ends[1].span, found[1])
+    return _End(ends[0].value, ends[0].span, results[0]), _End(ends[1].value, ends[1].span, results[1])
 
 
 def _value(kernel: Callable[..., Any], point: Sequence[float], position: int, outputs: int) -> float:

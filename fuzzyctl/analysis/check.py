@@ -164,12 +164,12 @@ def _analysed(
     uncovered = coverage.uncovered_of(flat, work)
     if not any(uncovered.values()):  # a proof with less work is a proof
         system.derived.setdefault("uncovered", uncovered)
-    found = coverage.diagnostics_of(system, flat, uncovered, work)
+    results = coverage.diagnostics_of(system, flat, uncovered, work)
     idle = effects.diagnostics(system, flat, work)
-    if _has_errors(found):
-        return [], [*found, *idle]
-    found = [
-        *found,
+    if _has_errors(results):
+        return [], [*results, *idle]
+    results = [
+        *results,
         *idle,
         *jumps.diagnostics(system, flat, uncovered, work),
         *bounds.diagnostics(system, flat, uncovered),
@@ -180,5 +180,5 @@ def _analysed(
         from fuzzyctl.analysis import prove
 
         verdicts, refuted = prove.quickly(system, work)
-        return verdicts, [*found, *refuted]
-    return [], found
+        return verdicts, [*results, *refuted]
+    return [], results

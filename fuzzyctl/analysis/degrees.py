@@ -111,14 +111,14 @@ def bounded(values: Interval, most: float) -> Interval:
 def degrees_read(flat: Plan, strengths: Iterable[Expr]) -> set[str]:
     """Return the names of the degrees that some firing strengths depend on."""
     steps = flat.named_steps
-    found: set[str] = set()
+    results: set[str] = set()
     waiting = list(strengths)
     while waiting:
-        for name in {n.name for n in names_in(waiting.pop())} - found:
-            found.add(name)
+        for name in {n.name for n in names_in(waiting.pop())} - results:
+            results.add(name)
             if name in steps:
                 waiting.append(steps[name])
-    return found - steps.keys()
+    return results - steps.keys()
 
 
 def activation_in(flat: Plan, rule: RulePlan, strength: Interval) -> Interval:
@@ -164,11 +164,11 @@ def _chosen(flat: Plan, rule: RulePlan, strength: Interval) -> Interval:
 
 def breakpoints(variable: InputPlan, sets: Sequence[SetPlan]) -> list[float]:
     """Return the values at which the formulas of some terms of an input change, and the ends of its range."""
-    found = {variable.lower, variable.upper}
+    results = {variable.lower, variable.upper}
     for term in sets:
         corners = [x for x, _ in term.vertices] or term.pieces
-        found |= {x for x in corners if variable.extrapolate or variable.lower <= x <= variable.upper}
-    return sorted(found)
+        results |= {x for x in corners if variable.extrapolate or variable.lower <= x <= variable.upper}
+    return sorted(results)
 
 
 def cells(variable: InputPlan, sets: Sequence[SetPlan]) -> list[Cell]:
@@ -176,17 +176,17 @@ def cells(variable: InputPlan, sets: Sequence[SetPlan]) -> list[Cell]:
     points: list[float] = list(breakpoints(variable, sets))
     if variable.extrapolate:
         points = [-math.inf, *points, math.inf]
-    found: list[Cell] = []
+    results: list[Cell] = []
     for a, b in pairwise(points):
         if not math.isinf(a):
-            found.append(Cell((a, a), (a, a), True))
+            results.append(Cell((a, a), (a, a), True))
         between = (a if math.isinf(a) else math.nextafter(a, b), b if math.isinf(b) else math.nextafter(b, a))
         if between[0] <= between[1]:
-            found.append(Cell(between, (a, b), False))
+            results.append(Cell(between, (a, b), False))
     last = points[-1]
     if not math.isinf(last):
-        found.append(Cell((last, last), (last, last), True))
-    return found
+        results.append(Cell((last, last), (last, last), True))
+    return results
 
 
 def enclosed(flat: Plan) -> dict[str, Interval]:
@@ -231,5 +231,5 @@ def _called(call: CallPlan, arguments: Sequence[Interval]) -> Interval:
     program = inference.evaluation(call.system)
     given = dict(zip(program.arguments, (constant(*ends) for ends in arguments), strict=True))
     with np.errstate(all="ignore"):
-        (found,) = Interpreter(given).run(program, [call.output])
-    return (float(found.lo), float(found.hi)) if found.lo <= found.hi else ANYTHING
+        (result,) = Interpreter(given).run(program, [call.output])
+    return (float(result.lo), float(result.hi)) if result.lo <= result.hi else ANYTHING

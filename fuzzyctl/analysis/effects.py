@@ -42,14 +42,14 @@ def diagnostics(system: FuzzySystem, flat: Plan, work: Work | None = None) -> li
     if semantics.least is None or semantics.chained != "value":
         return []  # there a rule may act that does not fire, or fire though its terms lie apart
     idle = _Idle(system, flat, Work() if work is None else work)
-    found = [_dead_term(system, idle, term) for term in idle.zero]
+    results = [_dead_term(system, idle, term) for term in idle.zero]
     for position, rule in enumerate(system.rules):
         named = {(i.variable, i.term) for i in literals(rule.antecedent)}
         if position in idle.dead and not named & idle.zero.keys():
-            found.append(_dead_rule(idle, rule, idle.dead[position]))
+            results.append(_dead_rule(idle, rule, idle.dead[position]))
         elif position in idle.covered:
-            found.append(_covered_rule(rule, idle.covered[position]))
-    return found
+            results.append(_covered_rule(rule, idle.covered[position]))
+    return results
 
 
 class _Idle:
@@ -162,14 +162,14 @@ class _Idle:
 
 def _reach(flat: Plan, degree: DegreePlan, work: Work) -> Interval:
     """Enclose the degrees that a term has in the range of its variable; all there are where there is no work left."""
-    whole, found = (0.0, degree.set.height), None
+    whole, result = (0.0, degree.set.height), None
     units = units_of(degree.set.degree_of_x)
     for cell in cells(flat.variable(degree.variable), [degree.set]):
-        if found == whole or not work.takes(min(units, _MOST_ENCLOSED)):
+        if result == whole or not work.takes(min(units, _MOST_ENCLOSED)):
             return whole
         own = degree_in(degree.set, cell.floats)
-        found = own if found is None else hull([found, own])
-    return found or whole
+        result = own if result is None else hull([result, own])
+    return result or whole
 
 
 #: An antecedent as a tuple: its kind, then its operands or words. Tuples of texts are compared a hundred times faster

@@ -71,14 +71,14 @@ def diagnostics(
         verdicts: On the coverage of the outputs.
         work: The work that is allowed for all outputs.
     """
-    search, found = _Evaluation(flat, Work() if work is None else work), []
+    search, result = _Evaluation(flat, Work() if work is None else work), []
     for output in system.outputs:
         if (output.defuzzifier or system.method.defuzzifier).kind in MAXIMA:
             continue
         jump = largest_jump(flat, output.name, verdicts[output.name], search)
         if jump is not None:
-            found.append(_diagnostic(output, jump))
-    return found
+            result.append(_diagnostic(output, jump))
+    return result
 
 
 def largest_jump(flat: Plan, name: str, verdict: Verdict, search: _Evaluation | None = None) -> Jump | None:
@@ -91,16 +91,16 @@ def largest_jump(flat: Plan, name: str, verdict: Verdict, search: _Evaluation | 
     if not candidates:
         return None
     search = _Evaluation(flat, Work()) if search is None else search
-    value, found = search.of(position), []
+    value, result = search.of(position), []
     for position_of, x in candidates:
         if search.work.left <= 0.0:
             break
         jump = _at(flat, output, value, search.others(position_of), position_of, x)
-        found.extend([jump] if jump is not None else [])
-    if not found:
+        result.extend([jump] if jump is not None else [])
+    if not result:
         return None
-    best = max(found, key=lambda j: j.size)
-    return Jump(best.input, best.at, best.before, best.after, best.others, len(found), best.silent)
+    best = max(result, key=lambda j: j.size)
+    return Jump(best.input, best.at, best.before, best.after, best.others, len(result), best.silent)
 
 
 def _candidates(flat: Plan, output: OutputPlan, has_hole: bool) -> Iterator[tuple[int, float]]:
@@ -157,10 +157,10 @@ class _Evaluation:
             if self.kernel is None or not self.work.takes(1 + self.units):
                 return math.nan
             try:
-                found = self.kernel(*point)
+                result = self.kernel(*point)
             except NoRuleFiresError:
                 return math.nan
-            return float(found[position] if isinstance(found, tuple) else found)
+            return float(result[position] if isinstance(result, tuple) else result)
 
         return value
 

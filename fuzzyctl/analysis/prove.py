@@ -198,23 +198,23 @@ class Prover:
     def verdict(self, guarantee: Guarantee) -> Verdict:
         """Return the verdict on a guarantee."""
         claim = claim_of(self.system, guarantee)
-        found = self._settled(claim)
-        if isinstance(found, Undecided):
+        result = self._settled(claim)
+        if isinstance(result, Undecided):
             part = self._part_without_value(guarantee, claim)
             if part is not None:
                 reason = f"it {_lacks(*part)}; 'when' can leave such points out"
-                found = replace(found, reason=reason, boxes=(), remaining=0)
-            elif found.remaining and (reason := self._state_of(claim)):
-                found = replace(found, reason=reason, boxes=(), remaining=0)
+                result = replace(result, reason=reason, boxes=(), remaining=0)
+            elif result.remaining and (reason := self._state_of(claim)):
+                result = replace(result, reason=reason, boxes=(), remaining=0)
             elif self._lets_of_rules:
-                found = replace(found, reason=f"{found.reason}; {_LETS.format(self._lets_of_rules[0])}")
-            elif found.remaining and self.surface is None:
-                found = replace(found, reason=f"{found.reason}; {_EXACTLY}")
-        if isinstance(found, Refuted) and (lets := named_lets(self.system, guarantee)):
-            found = replace(found, witness=self._with_lets(found.witness, lets))
-        if not isinstance(found, Refuted) and self._is_void(guarantee):
-            found = Proved(claim.text, note="nothing is claimed: no point of the ranges is in the region")
-        return replace(found, claim=claim.text, span=guarantee.span)
+                result = replace(result, reason=f"{result.reason}; {_LETS.format(self._lets_of_rules[0])}")
+            elif result.remaining and self.surface is None:
+                result = replace(result, reason=f"{result.reason}; {_EXACTLY}")
+        if isinstance(result, Refuted) and (lets := named_lets(self.system, guarantee)):
+            result = replace(result, witness=self._with_lets(result.witness, lets))
+        if not isinstance(result, Refuted) and self._is_void(guarantee):
+            result = Proved(claim.text, note="nothing is claimed: no point of the ranges is in the region")
+        return replace(result, claim=claim.text, span=guarantee.span)
 
     def _with_lets(self, witness: Witness, lets: Set[str]) -> Witness:
         """Return a witness with the values of the lets of its claim."""
@@ -273,8 +273,8 @@ class Prover:
     def _pointwise(self, claim: Claim) -> Verdict:
         if self._follows_from_bounds(claim.truth):
             return Proved(claim.text)
-        found = pointwise.decide(self.system, self.surfaces, claim, self.judge)
-        return self._divided(claim) if found is None else found
+        result = pointwise.decide(self.system, self.surfaces, claim, self.judge)
+        return self._divided(claim) if result is None else result
 
     def _follows_from_bounds(self, truth: Truth) -> bool:
         if isinstance(truth, Bound):
@@ -300,35 +300,35 @@ class Prover:
         return least > 0 or (least == 0 and not bound.strict)
 
     def _total(self, claim: Claim, output: str) -> Verdict:
-        found = uncovered_of(self.plan, self.work)[output]
-        if found is None:
+        result = uncovered_of(self.plan, self.work)[output]
+        if result is None:
             return Proved(claim.text)
         silence = Silence(self.plan, output, Work(SEARCH) if self.work is None else self.work.part(SEARCH))
-        if isinstance(found, Hole):
-            own = list(found.witness.values())
+        if isinstance(result, Hole):
+            own = list(result.witness.values())
             with suppress(SpentError):
                 if self.judge.lies_in(claim.region, own) and silence.holds_at(own):
                     return Refuted(claim.text, self.judge.silent(output, own))
         point = silent_point(self.plan, silence, partial(self.judge.lies_in, claim.region))
         if point is not None:
             return Refuted(claim.text, self.judge.silent(output, point))
-        if isinstance(found, Unclear):
-            is_proof = found.spent and self.work is None
-            return Undecided(claim.text, _TOO_MUCH if is_proof else found.reason)
+        if isinstance(result, Unclear):
+            is_proof = result.spent and self.work is None
+            return Undecided(claim.text, _TOO_MUCH if is_proof else result.reason)
         if claim.region == ALWAYS:
-            return Undecided(claim.text, unclear_at(found))
-        return Undecided(claim.text, f"no rule fires where {found}; no point of the region is found there")
+            return Undecided(claim.text, unclear_at(result))
+        return Undecided(claim.text, f"no rule fires where {result}; no point of the region is found there")
 
     def _slope(self, claim: Claim, slope: Slope) -> Verdict:
-        found: Verdict | None = None
+        result: Verdict | None = None
         surface = self.surface
         if surface is not None and (self.work is None or self.work.takes(_CORNER * len(surface.indices))):
-            found = slopes.decide_slope(self.system, surface, claim, slope, self.judge)
-        if found is None:
-            found = self._divided(claim)
-        if isinstance(found, Refuted) and claim.region != ALWAYS:
+            result = slopes.decide_slope(self.system, surface, claim, slope, self.judge)
+        if result is None:
+            result = self._divided(claim)
+        if isinstance(result, Refuted) and claim.region != ALWAYS:
             return Undecided(claim.text, "slopes are proved for all inputs only, and for some of them it is broken")
-        return found
+        return result
 
     def _divided(self, claim: Claim) -> Verdict:
         """Decide a claim by subdivision, which needs numpy."""
@@ -364,7 +364,7 @@ def quickly(system: FuzzySystem, work: Work | None = None) -> tuple[list[Verdict
     work = Work() if work is None else work
     prover = Prover(system, timeout=0.0, work=work)
     verdicts: list[Verdict] = []
-    found: list[Diagnostic] = []
+    results: list[Diagnostic] = []
     for guarantee in system.guarantees:
         written = inlined(system, guarantee)
         if not work.takes(_GUARANTEE * sum(1 for e in (written.claim, written.when) if e for _ in walk(e))):
@@ -372,12 +372,12 @@ def quickly(system: FuzzySystem, work: Work | None = None) -> tuple[list[Verdict
             continue
         lacking = prover.without_value(guarantee)
         if lacking is not None:
-            found.append(lacking)
+            results.append(lacking)
         verdict = prover.verdict(guarantee)
         verdicts.append(verdict)
         if isinstance(verdict, Refuted) and lacking is None:
-            found.append(refutation(verdict))
-    return verdicts, found
+            results.append(refutation(verdict))
+    return verdicts, results
 
 
 def refutation(verdict: Refuted) -> Diagnostic:

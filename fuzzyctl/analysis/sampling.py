@@ -34,9 +34,9 @@ def witness_of(claim: Claim, plan: Plan, judge: Judge) -> Witness | None:
     for point in points(plan):
         if not judge.spends(units_of_claim(claim)):
             return None
-        found = _broken(claim, plan, judge, list(point))
-        if found is not None:
-            return found
+        witness = _broken(claim, plan, judge, list(point))
+        if witness is not None:
+            return witness
     return None
 
 
@@ -105,9 +105,9 @@ def _broken(claim: Claim, plan: Plan, judge: Judge, point: list[float]) -> Witne
     slope, k = claim.truth, judge.inputs.index(claim.truth.input)
     error = judge.rounding(slope.output)
     for far in _coordinates(plan, k):
-        found = judge.broken_slope(slope, point, far, error) if far > point[k] else None
-        if found is not None:
-            return found
+        result = judge.broken_slope(slope, point, far, error) if far > point[k] else None
+        if result is not None:
+            return result
     return None
 
 

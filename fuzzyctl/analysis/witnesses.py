@@ -78,10 +78,10 @@ class Judge:
         names = [o.name for o in self.system.outputs]
         state: list[Any] = [self.kernel.start()] if self.kernel.n_states else []
         try:
-            found = self.kernel(*point, *state)
+            result = self.kernel(*point, *state)
         except NoRuleFiresError:
             return dict.fromkeys(names, math.nan)
-        return dict(zip(names, (found,) if len(names) == 1 else found, strict=True))
+        return dict(zip(names, (result,) if len(names) == 1 else result, strict=True))
 
     def broken(self, truth: Truth, region: Truth, point: Sequence[float]) -> Witness | None:
         """Return a point as a witness if it lies in the region and the claim is false there."""
@@ -112,12 +112,12 @@ class Judge:
         origin = bound.origin
         sides = (origin.left, origin.right) if isinstance(origin, Compare) else (bound.left, bound.right)
         here = self.outputs(point)
-        found = {
+        results = {
             to_text(s): self._endless(s, point, here) or float(self.value(s, point, here)[0])
             for s in sides
             if not isinstance(s, Number)
         }
-        return tuple(found.items())
+        return tuple(results.items())
 
     def holds(self, truth: Truth, point: Sequence[float]) -> bool:
         """Return whether a claim holds at a point, for the numbers that the kernel returns."""

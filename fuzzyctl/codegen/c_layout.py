@@ -77,11 +77,11 @@ class CLayout:
     def members(self) -> tuple[tuple[str, str], ...]:
         """For each slot its member of the state, and the member with the position of the oldest number of a delay."""
         names, macros = Names([*C_RESERVED, self.name]), (self._macros,)
-        found = []
+        results = []
         for slot in self.unit.slots:
             own = names.claim(member_name(slot.name), apart_from=macros)
-            found.append((own, names.claim(f"{own}_oldest", apart_from=macros) if slot.length > 1 else ""))
-        return tuple(found)
+            results.append((own, names.claim(f"{own}_oldest", apart_from=macros) if slot.length > 1 else ""))
+        return tuple(results)
 
     @property
     def slots(self) -> tuple[str, ...]:

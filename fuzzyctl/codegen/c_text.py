@@ -276,10 +276,10 @@ def single(value: float) -> float:
     """
     try:
         # The machine's own order of bytes would give infinity instead of the error.
-        found: float = struct.unpack("<f", struct.pack("<f", value))[0]
+        result: float = struct.unpack("<f", struct.pack("<f", value))[0]
     except OverflowError:
         raise CodegenError(f"{value!r} is too large for single precision; use double") from None
-    return found
+    return result
 
 
 def single_text(value: float) -> str:

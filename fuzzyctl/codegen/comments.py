@@ -131,12 +131,12 @@ def slot_notes(unit: Unit) -> list[str]:
 def number_notes(unit: Unit) -> list[str]:
     """Return for each free number the range and unit of its param."""
     params = {p.name: p for p in unit.block.params}
-    found = []
+    results = []
     for number in unit.numbers:
         param = params.get(number.name)
         parts = (range_text(unit, param.bounds), param.unit) if param is not None else (number.name,)
-        found.append(" ".join(part for part in parts if part))
-    return found
+        results.append(" ".join(part for part in parts if part))
+    return results
 
 
 def signal_note(unit: Unit, signal: Signal) -> str:
@@ -190,11 +190,11 @@ def value_notes(unit: Unit) -> dict[str, list[str]]:
     same = {s.name for s in traced.body if isinstance(s, Assign) and own.get(s.name) == s}
     texts = [f"degree of {flat.variable(d.variable).name} is {d.term}" for d in flat.degrees]
     texts += [rule_text(rule) for rule in unit.system.rules]
-    found: dict[str, list[str]] = {}
+    results: dict[str, list[str]] = {}
     for result, text in zip(traced.results, texts, strict=False):  # effects follow
         if isinstance(result, Name) and result.name in same:
-            found.setdefault(result.name, []).append(text)
-    return found
+            results.setdefault(result.name, []).append(text)
+    return results
 
 
 def table_notes(unit: Unit, program: Program) -> dict[str, list[str]]:
@@ -215,24 +215,24 @@ def table_notes(unit: Unit, program: Program) -> dict[str, list[str]]:
 
 def _table_notes(unit: Evaluated, program: Program) -> dict[str, list[str]]:
     arguments = dict(zip(program.arguments, (i.name for i in unit.plan.inputs), strict=False))  # states follow
-    found: dict[str, list[str]] = {name: [] for name, _ in program.tables}
+    results: dict[str, list[str]] = {name: [] for name, _ in program.tables}
     for statement in program.body:
         if isinstance(statement, Locate):
             own = sorted(arguments[a] for a in _arguments(program, statement.x) if a in arguments)
             what = "points of the table along" if unit.table is not None else "corners of the terms of"
             what = what if len(own) == 1 else "corners of terms of a value that is computed from"
-            found[statement.table].append(f"{what} {' and '.join(own)}")
+            results[statement.table].append(f"{what} {' and '.join(own)}")
         if isinstance(statement, Quadrature):
-            found[statement.places].append("places between which a set is smooth, from the middle of the range")
+            results[statement.places].append("places between which a set is smooth, from the middle of the range")
     known: dict[tuple[float, ...], list[str]] = {}
     for values, text in _known(unit):
         known.setdefault(values, []).append(text)
     looked_up = _looked_up(program)
     for name, values in program.tables:
-        found[name] += known.get(tuple(values), [])
+        results[name] += known.get(tuple(values), [])
         usual = "for each piece between corners" if name in looked_up else "for each point at which a set is sampled"
-        found[name] = list(dict.fromkeys(found[name])) or [usual]
-    return found
+        results[name] = list(dict.fromkeys(results[name])) or [usual]
+    return results
 
 
 def _looked_up(program: Program) -> set[str]:
@@ -272,8 +272,8 @@ def _known(unit: Evaluated) -> Iterator[tuple[tuple[float, ...], str]]:
 
 def _arguments(program: Program, x: Expr) -> set[str]:
     """Return the names that a value is computed from, arguments among them."""
-    found = read(x)
+    arguments = read(x)
     for statement in reversed(program.body):
-        if isinstance(statement, Assign) and statement.name in found:
-            found |= reads(statement)
-    return found
+        if isinstance(statement, Assign) and statement.name in arguments:
+            arguments |= reads(statement)
+    return arguments

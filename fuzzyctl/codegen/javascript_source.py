@@ -83,11 +83,11 @@ class JavaScriptLayout:
     def _members(self) -> tuple[tuple[tuple[str, str], ...], tuple[str, ...]]:
         names = Names(())
         numbers = tuple(names.claim(member_name(n.name)) for n in self.unit.numbers)
-        found = []
+        results = []
         for slot in self.unit.slots:
             own = names.claim(member_name(slot.name))
-            found.append((own, names.claim(f"{own}_oldest") if slot.length > 1 else ""))
-        return tuple(found), numbers
+            results.append((own, names.claim(f"{own}_oldest") if slot.length > 1 else ""))
+        return tuple(results), numbers
 
     @property
     def slots(self) -> tuple[str, ...]:

@@ -228,12 +228,12 @@ class Names:
         wanted = ascii_name(name)
         while self._is_kept(wanted, apart_from):
             wanted += "_fz"
-        found, number = wanted, 1
-        while self._key(found) in self._taken or self._is_kept(found, apart_from):
+        result, number = wanted, 1
+        while self._key(result) in self._taken or self._is_kept(result, apart_from):
             number += 1
-            found = f"{wanted}_{number}"
-        self._taken.add(self._key(found))
-        return found
+            result = f"{wanted}_{number}"
+        self._taken.add(self._key(result))
+        return result
 
     def _is_kept(self, name: str, apart_from: tuple[str, ...]) -> bool:
         if self._key(name) in self._reserved or name in self._reserved:

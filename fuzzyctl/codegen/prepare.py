@@ -87,17 +87,17 @@ def prepare(
 def _of_system(system: FuzzySystem, algorithm: str, table: int | None, small: bool) -> Unit:
     chosen = algorithm_of(plan(system), algorithm)
     chosen = for_small(chosen, algorithm) if small else chosen
-    found = tabulated(chosen, table) if table is not None else None
-    if found is not None:
+    result = tabulated(chosen, table) if table is not None else None
+    if result is not None:
         most = chosen.most_coefficients
-        chosen = Algorithm(chosen.plan, found.grid, f"a table of {table} points along each input")
+        chosen = Algorithm(chosen.plan, result.grid, f"a table of {table} points along each input")
         chosen = replace(chosen, most_coefficients=most)
     flat = chosen.plan
     held = zip(flat.held, flat.initial_state[len(flat.states) :], strict=True)
     return Unit(
         block=system,
         written=chosen.printed,
-        systems=(Evaluated(system, chosen, found),),
+        systems=(Evaluated(system, chosen, result),),
         slots=tuple(Slot(f"held_{flat.outputs[o].name}", start) for o, start in held),
         bounds=output_bounds(system),
     )

@@ -51,14 +51,14 @@ def sequence(unit: Unit, *, seed: int = 1) -> Expected:
     Raises:
         CodegenError: Where it would be empty.
     """
-    found = _steps(unit, random.Random(seed), 0.0)
-    if len(found.vectors) < STEPS:
-        found = max(found, _steps(unit, random.Random(seed), _magnitude(unit)), key=lambda steps: len(steps.vectors))
-    if not found.vectors:
+    result = _steps(unit, random.Random(seed), 0.0)
+    if len(result.vectors) < STEPS:
+        result = max(result, _steps(unit, random.Random(seed), _magnitude(unit)), key=lambda steps: len(steps.vectors))
+    if not result.vectors:
         raise CodegenError(
             "no first step is found that is finite and that rounding does not decide: there is no self-test"
         )
-    return found
+    return result
 
 
 def _magnitude(unit: Unit) -> float:

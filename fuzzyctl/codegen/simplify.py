@@ -111,5 +111,5 @@ def quotient(node: Expr) -> Expr:
 def functions(program: Program) -> set[str]:
     """Return the functions that a program calls, `power` for `^`."""
     nodes = (node for expr in expressions(program) for node in walk(expr))
-    found = {getattr(node, "function", "power" if getattr(node, "op", "") == "^" else "") for node in nodes}
-    return found - {""}
+    results = {getattr(node, "function", "power" if getattr(node, "op", "") == "^" else "") for node in nodes}
+    return results - {""}

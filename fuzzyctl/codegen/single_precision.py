@@ -170,10 +170,10 @@ class Roundings:
                 return ~self._truth(operand)
             case Logic(op=op, operands=operands):
                 join = np.logical_and if op == "and" else np.logical_or
-                found = self._truth(operands[0])
+                truth = self._truth(operands[0])
                 for operand in operands[1:]:
-                    found = join(found, self._truth(operand))
-                return found
+                    truth = join(truth, self._truth(operand))
+                return truth
         raise CodegenError(f"a {type(expr).__name__} is no condition")
 
     def _rounded(self, values: Any) -> Any:

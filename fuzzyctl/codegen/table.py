@@ -71,13 +71,13 @@ def tabulated(algorithm: Algorithm, points: int) -> Tabulated:
     if max(max(map(abs, own)) for own in values) > _LARGEST / slopes:
         raise CodegenError("the values of the outputs are too large for a table of these ranges")
     tables = tuple(Table(own, (), min(own), max(own)) for own in values)
-    found = Grid(inputs, knots, tables)
+    result = Grid(inputs, knots, tables)
     if grid is not None and not any(t.weight for t in grid.outputs):
-        errors, proof = _compared(grid, found), "exact, at all corners of both partitions"
+        errors, proof = _compared(grid, result), "exact, at all corners of both partitions"
     else:
         from fuzzyctl.codegen.table_error import enclosed  # numpy, which other targets do without
 
-        errors, proof = enclosed(flat, found), "by interval analysis of each cell"
+        errors, proof = enclosed(flat, result), "by interval analysis of each cell"
     for output, own, error in zip(flat.outputs, values, errors, strict=True):
         span = max(output.upper - output.lower, max(own) - min(own))
         if not error <= USEFUL * span:
@@ -85,7 +85,7 @@ def tabulated(algorithm: Algorithm, points: int) -> Tabulated:
                 f"no useful bound is found for the error of a table of {output.name!r} with {points} points along each "
                 f"input: at most {at_most(error)}, of a span of {span:.3g}; take more points"
             )
-    return Tabulated(found, errors, proof)
+    return Tabulated(result, errors, proof)
 
 
 def _require_suited(flat: Plan, grid: Grid | None) -> None:
@@ -178,11 +178,11 @@ def _at(values: Sequence[float], knots: Sequence[Sequence[float]], places: Seque
     """Return a multilinear function at the combinations of some places along each input."""
     import numpy as np
 
-    found = np.array(values, dtype=np.float64).reshape([len(k) for k in knots])
+    result = np.array(values, dtype=np.float64).reshape([len(k) for k in knots])
     for axis, (own, at) in enumerate(zip(knots, places, strict=True)):
         weights = np.array([np.interp(at, own, row) for row in np.eye(len(own))]).reshape(len(own), len(at))
-        found = np.moveaxis(np.tensordot(found, weights, axes=(axis, 0)), -1, axis)
-    return found
+        result = np.moveaxis(np.tensordot(result, weights, axes=(axis, 0)), -1, axis)
+    return result
 
 
 def at_most(bound: float, digits: int = 3) -> str:

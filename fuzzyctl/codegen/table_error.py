@@ -145,8 +145,8 @@ def _sides(flat: Plan, position: int, knots: Sequence[float]) -> list[tuple[floa
 def _errors(program: Program, table: Grid, own: Boxes) -> tuple[Array, Array]:
     """Return bounds of the error in each box from above and below, shape (outputs, boxes)."""
     parts = [slice(k, k + _AT_ONCE) for k in range(0, own.count, _AT_ONCE)]
-    found = [_errors_of_some(program, table, own.chosen(part)) for part in parts]
-    return np.concatenate([f[0] for f in found], axis=1), np.concatenate([f[1] for f in found], axis=1)
+    results = [_errors_of_some(program, table, own.chosen(part)) for part in parts]
+    return np.concatenate([f[0] for f in results], axis=1), np.concatenate([f[1] for f in results], axis=1)
 
 
 def _errors_of_some(program: Program, table: Grid, own: Boxes) -> tuple[Array, Array]:
@@ -173,12 +173,12 @@ def _system(program: Program, table: Grid, own: Boxes) -> list[tuple[Array, Arra
     given = boxes(own.lo, own.hi)
     names |= {program.arguments[i]: e for i, e in zip(table.inputs, given, strict=True)}
     shape = own.lo.shape
-    found = []
+    system = []
     for e in Interpreter(names).run(program, range(len(program.results))):
         flat = e.slopes if e.slopes is not None else (np.zeros(shape), np.zeros(shape))
         slopes = np.broadcast_to(flat[0], shape), np.broadcast_to(flat[1], shape)
-        found.append((np.broadcast_to(e.lo, shape[1:]), np.broadcast_to(e.hi, shape[1:]), slopes))
-    return found
+        system.append((np.broadcast_to(e.lo, shape[1:]), np.broadcast_to(e.hi, shape[1:]), slopes))
+    return system
 
 
 def _swing(slopes: tuple[Array, Array], corners: Array, own: Boxes) -> Array:

@@ -176,11 +176,11 @@ class Reference:
 
     def next(self, point: Sequence[float]) -> Vector:
         """Evaluate at a point, keep held outputs, and adapt by one step."""
-        found = self.evaluate(point)
-        self.state = self._after(found)
+        result = self.evaluate(point)
+        self.state = self._after(result)
         if self._single is not None:
             self._single.keep()
-        return found
+        return result
 
     def _after(self, found: Vector) -> list[float]:
         """Return the state after a vector, which holds and adapts."""
@@ -211,8 +211,8 @@ class Reference:
         own = [self.evaluate(point) for point in tried]
         lanes = self._single.vectors(tried)
         return [
-            all(self._alike(a, b) for b in found) and all(self._same_state(self._after(a), after) for after in states)
-            for a, (found, states) in zip(own, lanes, strict=True)
+            all(self._alike(a, b) for b in result) and all(self._same_state(self._after(a), after) for after in states)
+            for a, (result, states) in zip(own, lanes, strict=True)
         ]
 
     def _same_state(self, a: Sequence[float], b: Sequence[float]) -> bool:
@@ -230,7 +230,7 @@ class Reference:
         )
         after = self._after(own)
         near = [self.evaluate(other) for other in others]
-        return all(self._alike(own, found) and self._same_state(after, self._after(found)) for found in near)
+        return all(self._alike(own, result) and self._same_state(after, self._after(result)) for result in near)
 
     def _alike(self, a: Vector, b: Vector) -> bool:
         if a.refused != b.refused:
@@ -300,9 +300,9 @@ def neighbours(point: Sequence[float], precision: str, scales: Sequence[float]) 
     Degrees are rounded like the corners that an input is compared with, also where the input itself is near 0.
     """
     relative = 2.0**-50 if precision == "double" else 2.0**-22
-    found = []
+    results = []
     for i, (x, scale) in enumerate(zip(point, scales, strict=True)):
         if math.isfinite(x):
             for sign in (-1.0, 1.0):
-                found.append((*point[:i], x + sign * max(max(abs(x), scale) * relative, 1e-300), *point[i + 1 :]))
-    return found
+                results.append((*point[:i], x + sign * max(max(abs(x), scale) * relative, 1e-300), *point[i + 1 :]))
+    return results

@@ -114,14 +114,14 @@ def _words(source: SourceText, name: str) -> list[Span]:
     """Return the first locations of a word, at most two, comments left out; none in a very long text."""
     if len(source.text) > _LONGEST:
         return []
-    found: list[Span] = []
+    words: list[Span] = []
     for m in re.finditer(rf"(?<![\w#]){re.escape(name)}(?!\w)", source.text):
         line = source.text.rfind("\n", 0, m.start()) + 1
         if "#" not in source.text[line : m.start()]:
-            found.append(Span(source, *m.span()))
-        if len(found) == 2:
+            words.append(Span(source, *m.span()))
+        if len(words) == 2:
             break
-    return found
+    return words
 
 
 def fixed(source: SourceText, fixes: Iterable[Fix]) -> str:

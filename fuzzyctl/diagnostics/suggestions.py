@@ -19,14 +19,14 @@ _ALIKE = str.maketrans(
 
 def look_alikes(name: str) -> tuple[str, ...]:
     """Describe the letters of a name that look like ASCII ones but are others."""
-    found = []
+    results = []
     for c in dict.fromkeys(name):
         plain = unicodedata.normalize("NFKC", c).translate(_ALIKE)
         if not c.isascii() and plain != c and plain.isascii():
-            found.append(
+            results.append(
                 f"'{c}' in it is U+{ord(c):04X} ({unicodedata.name(c, 'unnamed')}), which looks like '{plain}'"
             )
-    return tuple(found)
+    return tuple(results)
 
 
 #: With more names than this only those that are one letter away are found.
@@ -74,9 +74,9 @@ def closest(name: str, known: Iterable[str]) -> str | None:
     folded = {_bare(n): n for n in reversed(names)}
     if bare in folded:
         return folded[bare]
-    found = difflib.get_close_matches(name, names, n=1, cutoff=_LIKE)
-    if found:
-        return found[0]
+    result = difflib.get_close_matches(name, names, n=1, cutoff=_LIKE)
+    if result:
+        return result[0]
     near = difflib.get_close_matches(bare, list(folded), n=1, cutoff=_LIKE)
     return folded[near[0]] if near else None
 

@@ -183,7 +183,7 @@ class _Reader:
             yield s
 
     def use(self, statements: tuple[sx.Statement, ...], chain: tuple[str, ...]) -> list[sx.Statement]:
-        found: list[sx.Statement] = []
+        results: list[sx.Statement] = []
         for s in statements:
             if not isinstance(s, sx.Use):
                 continue
@@ -197,11 +197,11 @@ class _Reader:
             elif path not in self.seen and len(self.seen) == MAX_FILES:
                 self._report(f"more than {MAX_FILES} files are used", s.path_span)
                 self._lose_all()
-                return found
+                return results
             elif path not in self.seen:
                 self.seen.add(path)
-                found.extend(self._declarations(path, s.path_span, (*chain, str(path))))
-        return found
+                results.extend(self._declarations(path, s.path_span, (*chain, str(path))))
+        return results
 
     def _declarations(self, path: Path, place: Span, chain: tuple[str, ...]) -> list[sx.Statement]:
         source = self._read(path, place)

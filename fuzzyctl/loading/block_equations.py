@@ -255,12 +255,12 @@ def _arguments(instance: Instance, inputs: list[str]) -> list[Definition]:
 
 def _measured(value: Expr) -> list[Expr]:
     """Return the signals that the calls of measures in an expression take."""
-    found = []
+    results = []
     for call in ex.walk(value):
         if isinstance(call, Call) and call.function in MEASURES:
             form = MEASURES[call.function]
-            found += [e for name, e in bound(form, call).items() if name in form.signals]
-    return found
+            results += [e for name, e in bound(form, call).items() if name in form.signals]
+    return results
 
 
 def _without_signals(expr: Expr) -> Expr:

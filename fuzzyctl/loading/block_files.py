@@ -105,7 +105,7 @@ def _assigned(source: SourceText, report: _Report) -> dict[str, dict[str, float]
             [report("the file is not Python", facts, "fix it, and run it with python once")]
         ) from None
     nodes = {name: node for target in tree.body for name, node in _assignment(target)}
-    found: dict[str, dict[str, float]] = {name: {} for name in _INTERFACE}
+    results: dict[str, dict[str, float]] = {name: {} for name in _INTERFACE}
     mistakes: list[Diagnostic] = []
     for name, (form, example) in _INTERFACE.items():
         node = nodes.get(name)
@@ -116,7 +116,7 @@ def _assigned(source: SourceText, report: _Report) -> dict[str, dict[str, float]
             facts = (f"{at}names and starts are read without running the file, so they are written out",)
             mistakes.append(report(message, facts, f"write in it: {example}"))
         for n, value in values or ():
-            first = next((of for of, names in found.items() if n in names), None)
+            first = next((of for of, names in results.items() if n in names), None)
             if not n.isidentifier() or n in sx.RESERVED:
                 facts = (f"{at}a name has letters, digits and underscores, and is no keyword",)
                 mistakes.append(report(f"'{n}' of '{name}' is no name", facts, "rename it"))
@@ -124,10 +124,10 @@ def _assigned(source: SourceText, report: _Report) -> dict[str, dict[str, float]
                 help_text = "inputs, states and outputs share one set of names; rename one of them"
                 mistakes.append(report(f"'{n}' of '{name}' is declared twice", (f"{at}first in '{first}'",), help_text))
             else:
-                found[name][n] = value
+                results[name][n] = value
     if mistakes:
         raise DiagnosticError(mistakes)
-    return found
+    return results
 
 
 def _assignment(node: ast.stmt) -> list[tuple[str, ast.expr]]:
@@ -155,12 +155,12 @@ def _is_number(value: object) -> bool:
 
 def check_csv(loop: Loop, folder: Path | None) -> list[Diagnostic]:
     """Check that the files of `csv` signals can be read and have the columns that are named."""
-    found = []
+    results = []
     values = [d.value for d in loop.definitions] + [a for i in loop.instances for a in i.arguments]
     for call in (e for value in values for e in walk(value)):
         if isinstance(call, Call) and call.function == "csv":
-            found.extend(_check_columns(call, folder))
-    return found
+            results.extend(_check_columns(call, folder))
+    return results
 
 
 def _check_columns(call: Call, folder: Path | None) -> list[Diagnostic]:
@@ -172,15 +172,15 @@ def _check_columns(call: Call, folder: Path | None) -> list[Diagnostic]:
     except DiagnosticError as error:
         return list(error.diagnostics)
     header = [name.strip() for name in next(csv.reader(source.text.splitlines()), [])]
-    found = []
+    columns = []
     for setting in ("column", "time"):
         name = given[setting].text
         if name and name not in header:
             message = f"'{file.text}' has no column '{name}'"
             facts = (f"columns: {listed(header)}",) if header else ("the file is empty",)
             help_text = did_you_mean(name, header)
-            found.append(Diagnostic("FZ202", message, given[setting].span, facts=facts, help=help_text))
-    return found
+            columns.append(Diagnostic("FZ202", message, given[setting].span, facts=facts, help=help_text))
+    return columns
 
 
 def with_fmu(plant: Plant, head: sx.Head, folder: Path | None) -> tuple[Plant, list[Diagnostic]]:
@@ -198,10 +198,10 @@ def with_fmu(plant: Plant, head: sx.Head, folder: Path | None) -> tuple[Plant, l
         near = None if os.path.exists(path) else closest(path.name, files_in(path.parent, {".fmu"}))
         help_text = f"did you mean '{Path(text.text).with_name(near)}'?" if near else error.help_text
         return plant, [Diagnostic("FZ218", message, span, facts=error.facts, help=help_text)]
-    found = _unknown_params(plant, fmu)
+    result = _unknown_params(plant, fmu)
     if missing := fmu.missing_binary():
-        found.append(Diagnostic("FZ712", missing.message, span, "warning", missing.facts, missing.help_text))
-    return _with_signals(plant, fmu), found
+        result.append(Diagnostic("FZ712", missing.message, span, "warning", missing.facts, missing.help_text))
+    return _with_signals(plant, fmu), result
 
 
 def fmu_plant(path: str | os.PathLike[str], name: str = "plant") -> Plant:
@@ -234,9 +234,9 @@ def _unknown_params(plant: Plant, fmu: FmuDescription) -> list[Diagnostic]:
     """Report params of the plant that the FMU does not have."""
     names = [v.identifier for v in fmu.params]
     facts = (f"its parameters: {listed(names)}" if names else "it has no real parameters",)
-    found = []
+    unknown_params = []
     for name, span in ((p.name, p.span) for p in plant.params if p.name not in names):
         message = f"the FMU has no parameter '{name}'"
         help_text, fix = did_you_mean(name, names), respelt_as_suggested(span, name, names)
-        found.append(Diagnostic("FZ202", message, span, facts=facts, help=help_text, fix=fix))
-    return found
+        unknown_params.append(Diagnostic("FZ202", message, span, facts=facts, help=help_text, fix=fix))
+    return unknown_params

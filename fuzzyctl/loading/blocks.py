@@ -75,8 +75,8 @@ class Blocks:
 
     def all(self) -> tuple[EquationBlock, ...]:
         """Return the blocks without mistakes in the order written."""
-        found = [self._resolved(name) for name in self._parts]
-        return tuple(b for b in found if b is not None)
+        results = [self._resolved(name) for name in self._parts]
+        return tuple(b for b in results if b is not None)
 
     def find(self, name: str) -> Callee | None:
         """Return the system, controller or plant of that name, of this file or of a used one."""
@@ -118,35 +118,35 @@ class Blocks:
         context = Context(unread=part.tree.unread, nameless=part.tree.nameless, broken=broken, callees=self._callees)
         statements = (*part.shared, *part.tree.statements)
         resolve = _resolver(head.keyword.text)
-        block, incomplete, found = resolve(statements, head, self.find, context, path=part.tree.source.name)
+        block, incomplete, results = resolve(statements, head, self.find, context, path=part.tree.source.name)
         if isinstance(block, Plant) and block.python:
             from fuzzyctl.loading.block_files import with_interface
 
             block, more = with_interface(block, head, self._folder)
-            found = [*found, *more]
+            results = [*results, *more]
         if isinstance(block, Plant) and block.fmu:
             from fuzzyctl.loading.block_files import with_fmu  # with it comes a parser of XML
 
             block, more = with_fmu(block, head, self._folder)
-            found = [*found, *more]
-        failed = incomplete or _has_errors(found)
-        found = [*found, *numbers(block, ParamValues(block.params, partial=failed))]
+            results = [*results, *more]
+        failed = incomplete or _has_errors(results)
+        results = [*results, *numbers(block, ParamValues(block.params, partial=failed))]
         if isinstance(block, Loop) and not failed:
             from fuzzyctl.loading.block_files import check_csv
 
-            found.extend(check_csv(block, self._folder))
-        if not (failed or _has_errors(found)):
-            found.extend(self._expanded(block))
-        if not (failed or _has_errors(found)):
-            found.extend(unlike_block_units(block))
-            found.extend(d for d in unread_names(block) if not part.is_shared(d.span))
-        if isinstance(block, Loop) and not (failed or _has_errors(found)):
+            results.extend(check_csv(block, self._folder))
+        if not (failed or _has_errors(results)):
+            results.extend(self._expanded(block))
+        if not (failed or _has_errors(results)):
+            results.extend(unlike_block_units(block))
+            results.extend(d for d in unread_names(block) if not part.is_shared(d.span))
+        if isinstance(block, Loop) and not (failed or _has_errors(results)):
             from fuzzyctl.simulation.sample_times import measures_without_samples
             from fuzzyctl.simulation.signals import equal_seeds  # which other blocks need not
 
-            found.extend((*equal_seeds(block), *measures_without_samples(block)))
-        self.diagnostics.extend(found)
-        return None if failed or _has_errors(found) else block
+            results.extend((*equal_seeds(block), *measures_without_samples(block)))
+        self.diagnostics.extend(results)
+        return None if failed or _has_errors(results) else block
 
     def _expanded(self, block: EquationBlock) -> Iterator[Diagnostic]:
         """Yield mistakes in the order of the equations, or their number."""

@@ -92,12 +92,12 @@ class Examined:
 
     def reported(self, diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
         """Return diagnostics in order, as the lines of the file want them."""
-        found = list(diagnostics)
-        if not found and not self.policy:
+        results = list(diagnostics)
+        if not results and not self.policy:
             return []
         from fuzzyctl.loading.policy import apply_policy, in_order
 
-        return [in_original(d) for d in apply_policy(in_order(self.source, found), self.policy)]
+        return [in_original(d) for d in apply_policy(in_order(self.source, results), self.policy)]
 
 
 def look_through(
@@ -136,8 +136,8 @@ def look_through(
     crowd = _crowded(source, parts)
     if crowd is not None:
         return Examined(source, (), [in_original(d) for d in (*diagnostics, crowd)], tuple(policy))
-    systems, found = _examined_systems(tree, parts, broken, hints)
-    diagnostics.extend(found)
+    systems, results = _examined_systems(tree, parts, broken, hints)
+    diagnostics.extend(results)
     used = _Used(tree, folder, {} if opened is None else opened)
     failed = any(d.severity == "error" for d in diagnostics)
     called, wrong = tuple(systems), list[Diagnostic]()
@@ -153,8 +153,8 @@ def look_through(
         equations = blocks.all()
         diagnostics.extend(_without_follow_ups(source, mistakes, blocks.diagnostics))
     # A system that was read after repairs is not one of the file, but its mistakes are those of the file.
-    found = [in_original(d) for d in (*diagnostics, *more, *used.mistakes)]
-    return Examined(source, () if mistakes else (*linked, *equations), found, tuple(policy))
+    results = [in_original(d) for d in (*diagnostics, *more, *used.mistakes)]
+    return Examined(source, () if mistakes else (*linked, *equations), results, tuple(policy))
 
 
 def _examined_systems(
@@ -218,11 +218,11 @@ class _Used:
         while name not in self.blocks and self.paths:
             path = self.paths.pop(0)
             self.blocks = {s.name: s for s in self._opened(path)} | self.blocks
-        found = self.blocks.get(name)
-        if found is not None and found.span is not None and name not in self.compared and len(self.uses) > 1:
+        result = self.blocks.get(name)
+        if result is not None and result.span is not None and name not in self.compared and len(self.uses) > 1:
             self.compared.add(name)
-            self.mistakes.extend(self._others(found.kind, name, found.span))
-        return found
+            self.mistakes.extend(self._others(result.kind, name, result.span))
+        return result
 
     def _others(self, kind: str, name: str, first: Span) -> Iterator[Diagnostic]:
         """Yield warnings of further used files that declare a block of a name that is called."""
@@ -241,8 +241,8 @@ class _Used:
 
     def system(self, name: str) -> FuzzySystem | None:
         """Return the system of that name in the first file that holds one."""
-        found = self.block(name)
-        return found if isinstance(found, FuzzySystem) else None
+        result = self.block(name)
+        return result if isinstance(result, FuzzySystem) else None
 
     def _opened(self, path: Path) -> tuple[Callee, ...]:
         """Return the systems of a file, read once however many ways lead to it."""
@@ -295,11 +295,11 @@ def _examine_part(
 
 def _same_names(systems: list[FuzzySystem]) -> list[Diagnostic]:
     first: dict[str, FuzzySystem] = {}
-    found = []
+    same_names = []
     for s in systems:
         earlier = first.setdefault(s.name, s)
         if earlier is not s:
             note = (Note(earlier.span, "first declared here"),) if earlier.span is not None else ()
             message = f"system '{s.name}' is declared twice"
-            found.append(Diagnostic("FZ201", message, s.span, help="rename one of them", notes=note))
-    return found
+            same_names.append(Diagnostic("FZ201", message, s.span, help="rename one of them", notes=note))
+    return same_names

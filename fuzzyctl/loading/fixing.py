@@ -77,11 +77,11 @@ def _keeps_meaning(source: SourceText, chosen: Sequence[Diagnostic], folder: Pat
         return not guesses
     after = _after(source, chosen)
     known = {(d.code, d.message) for d in _diagnostics_of(source, folder)}
-    found = [d for d in _diagnostics_of(after or source, folder) if (d.code, d.message) not in known]
+    results = [d for d in _diagnostics_of(after or source, folder) if (d.code, d.message) not in known]
     words = {w for r in guesses for w in re.findall(NAME, f"{r.span.text} {r.text}")}
     return not any(
         d.code in _CIRCLES or (d.severity == "warning" and not words.isdisjoint(re.findall(rf"'({NAME})'", d.message)))
-        for d in found
+        for d in results
     )
 
 

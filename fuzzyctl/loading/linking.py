@@ -45,8 +45,8 @@ def with_called(
     if not any(True for s in systems for _ in calls_of(s)):
         return tuple(systems), []
     work = _Calls({s.name: s for s in systems}, elsewhere, broken)
-    found = [work.linked(s) for s in systems]
-    return tuple(s for s in found if s is not None), work.mistakes
+    results = [work.linked(s) for s in systems]
+    return tuple(s for s in results if s is not None), work.mistakes
 
 
 class _Calls:
@@ -192,9 +192,9 @@ class _Links:
                 return False
             guarantee = inlined(self.system, guarantee)
         parts = [e for e in (guarantee.claim, guarantee.when) if e is not None]
-        found = [self._mistake(node) for part in parts for node in walk(part) if "." in _name(node)]
-        self.mistakes.extend(d for d in found if isinstance(d, Diagnostic))
-        return not any(found)
+        results = [self._mistake(node) for part in parts for node in walk(part) if "." in _name(node)]
+        self.mistakes.extend(d for d in results if isinstance(d, Diagnostic))
+        return not any(results)
 
     def _mistake(self, node: Expr) -> Diagnostic | bool:
         """Return the mistake in a name, True if the cause is elsewhere, False for none."""

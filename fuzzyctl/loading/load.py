@@ -252,8 +252,8 @@ def examine(
     Returns:
         The system, None when there are errors, and all diagnostics, warnings included, in the order of their places.
     """
-    found = look_through(source, folder=folder, hints=hints)
-    return chosen_if_sound(found, found.reported(found.diagnostics), None, FuzzySystem)
+    result = look_through(source, folder=folder, hints=hints)
+    return chosen_if_sound(result, result.reported(result.diagnostics), None, FuzzySystem)
 
 
 def examine_all(
@@ -263,5 +263,5 @@ def examine_all(
 
     The suffix of the source's name says the format; whatever is no format of another tool is a rule file.
     """
-    found = look_through(source, folder=folder, hints=hints)
-    return found.systems, found.reported(found.diagnostics)
+    result = look_through(source, folder=folder, hints=hints)
+    return result.systems, result.reported(result.diagnostics)

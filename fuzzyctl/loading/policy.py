@@ -44,24 +44,24 @@ def apply_policy(diagnostics: list[Diagnostic], lines: Iterable[sx.Allow]) -> li
     """Drop warnings and hints that the file allows, and turn those that it denies into errors."""
     allowed: set[str] = set()
     denied: set[str] = set()
-    found: list[Diagnostic] = []
+    results: list[Diagnostic] = []
     for line in lines:
         for word in line.codes:
             if word.text not in CODES:
                 near = closest(word.text, CODES)
                 help_text = f"did you mean '{near}'?" if near else "'fuzzyctl explain' lists the codes"
                 message, fix = f"no diagnostic code '{word.text}'", respelt(word.span, word.text, near, CODES)
-                found.append(Diagnostic("FZ213", message, word.span, help=help_text, fix=fix))
+                results.append(Diagnostic("FZ213", message, word.span, help=help_text, fix=fix))
             (allowed if line.keyword.text == "allow" else denied).add(word.text)
-    return [*found, *enforce(diagnostics, allowed, denied)]
+    return [*results, *enforce(diagnostics, allowed, denied)]
 
 
 def enforce(diagnostics: Iterable[Diagnostic], allowed: Collection[str], denied: Collection[str]) -> list[Diagnostic]:
     """Drop allowed warnings, and turn denied ones into errors; a code that is both is denied."""
-    found = []
+    results = []
     for d in diagnostics:
         if d.severity != "error" and d.code in denied:
-            found.append(dataclasses.replace(d, severity="error"))
+            results.append(dataclasses.replace(d, severity="error"))
         elif d.severity == "error" or d.code not in allowed:
-            found.append(d)
-    return found
+            results.append(d)
+    return results

@@ -72,16 +72,16 @@ def _output(own: Output, old: Profile, new: Profile) -> Output:
 
 def _not_evaluated(system: FuzzySystem, new: Profile) -> list[Diagnostic]:
     """Report the parts of a system that the tool of a profile does not have."""
-    found: dict[str, Diagnostic] = {}
+    results: dict[str, Diagnostic] = {}
     activations = (system.method.activation, *(m.activation for m in system.rule_methods))
     activation = next((a for a in activations if a.kind != "general"), None)
     if activation is not None and not new.has_activations:
         message = f"profile '{new.name}' cannot evaluate the system: {new.tool} has no activation '{activation.kind}'"
-        found[""] = Diagnostic("FZ214", message, activation.span, help="use 'activation general'")
+        results[""] = Diagnostic("FZ214", message, activation.span, help="use 'activation general'")
     for output in system.outputs:
         own = output.defuzzifier or system.method.defuzzifier
         if new.evaluates is not None and own.kind not in new.evaluates:
             message = f"profile '{new.name}' cannot evaluate output '{output.name}': {new.tool} has no '{own.kind}'"
             facts = (f"it has: {', '.join(new.evaluates)}",)
-            found.setdefault(output.name, Diagnostic("FZ214", message, output.span, facts=facts))
-    return list(found.values())
+            results.setdefault(output.name, Diagnostic("FZ214", message, output.span, facts=facts))
+    return list(results.values())

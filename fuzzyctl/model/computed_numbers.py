@@ -73,19 +73,19 @@ class Numbers:
 
     def given(self, variable: LinguisticVariable) -> list[Shape]:
         """Return the terms that are fuzzy sets and whose parameters can be computed, good or bad."""
-        found = self._given_of.get(id(variable))
-        if found is None:
-            found = self._given_of[id(variable)] = list(self._given(variable))
-        return found
+        results = self._given_of.get(id(variable))
+        if results is None:
+            results = self._given_of[id(variable)] = list(self._given(variable))
+        return results
 
     def shapes(self, variable: LinguisticVariable) -> list[Shape]:
         """Return the terms that are fuzzy sets with sound parameters."""
-        found = self._shapes_of.get(id(variable))
-        if found is None:
+        results = self._shapes_of.get(id(variable))
+        if results is None:
             given = self.given(variable)
-            found = [(t, p) for t, p in given if MEMBERSHIP[t.membership.kind].mistake(p) is None]
-            self._shapes_of[id(variable)] = found
-        return found
+            results = [(t, p) for t, p in given if MEMBERSHIP[t.membership.kind].mistake(p) is None]
+            self._shapes_of[id(variable)] = results
+        return results
 
     def core(self, shape: Shape) -> float:
         """Return the middle of the core of a term."""

@@ -200,10 +200,10 @@ def _parameters(system: FuzzySystem, membership: Membership) -> dict[str, int]:
     names = list(formula.parameters)
     if formula.variadic:
         names = [f"{'xy'[k % 2]}{k // 2 + 1}" for k in range(count)]
-    found = {n: k for k, n in enumerate(names)}
+    results = {n: k for k, n in enumerate(names)}
     if names == ["value"]:
-        found["peak"] = 0
-    return found | {"height": -1}
+        results["peak"] = 0
+    return results | {"height": -1}
 
 
 def _with(term: Term, **changed: Any) -> Term:

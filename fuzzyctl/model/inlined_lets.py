@@ -37,8 +37,8 @@ def is_too_large(system: FuzzySystem, guarantee: Guarantee) -> bool:
         return False
     for let in ordered_lets(system):
         sizes[let.name] = _size(let.value, sizes)
-    found = [_size(e, sizes) for e in (guarantee.claim, guarantee.when) if e is not None]
-    return sum(parts for parts, _ in found) > MOST_PARTS or max(levels for _, levels in found) > MOST_LEVELS
+    results = [_size(e, sizes) for e in (guarantee.claim, guarantee.when) if e is not None]
+    return sum(parts for parts, _ in results) > MOST_PARTS or max(levels for _, levels in results) > MOST_LEVELS
 
 
 def named_lets(system: FuzzySystem, guarantee: Guarantee) -> set[str]:

@@ -85,13 +85,13 @@ def _comparison_that_waits(system: FuzzySystem, own: Sequence[Rule], method: Act
 def _compared(system: FuzzySystem) -> dict[int, dict[str, Span | None]]:
     """Return for each rule block, and -1 for none, the outputs that its rules read and that it does not set itself."""
     outputs = {o.name: o for o in system.outputs}
-    found: dict[int, dict[str, Span | None]] = {}
+    results: dict[int, dict[str, Span | None]] = {}
     for rule, method in zip(system.rules, system.rule_methods, strict=True):
-        found[method.block] = found.get(method.block, {}) | _read(rule, outputs)
+        results[method.block] = results.get(method.block, {}) | _read(rule, outputs)
     for rule, method in zip(system.rules, system.rule_methods, strict=True):
         for consequent in rule.consequents:
-            found[method.block].pop(consequent.output, None)
-    return found
+            results[method.block].pop(consequent.output, None)
+    return results
 
 
 def _read(rule: Rule, outputs: Container[str]) -> dict[str, Span | None]:

@@ -68,7 +68,7 @@ def _sampled(
 ) -> Mapping[str, Defuzzifier]:
     """Return the defuzzifiers of a tool that samples sets."""
     common: dict[str, Any] = {"resolution": resolution, "grid": grid}
-    found: dict[str, Defuzzifier] = {
+    results: dict[str, Defuzzifier] = {
         "centroid": Defuzzifier(kind="centroid", rule=centroid, **common),
         "bisector": Defuzzifier(
             kind="bisector", rule=bisector, tolerance=tolerance if bisector == "between" else None, **common
@@ -76,8 +76,8 @@ def _sampled(
     }
     for kind in MAXIMA:
         measured: dict[str, Any] = {"by": by} if kind != "mom" else {}
-        found[kind] = Defuzzifier(kind=kind, rule=maxima, tolerance=tolerance, **common, **measured)
-    return MappingProxyType(found)
+        results[kind] = Defuzzifier(kind=kind, rule=maxima, tolerance=tolerance, **common, **measured)
+    return MappingProxyType(results)
 
 
 _FUZZYLITE: Final = Semantics(chained="degree", consequent_hedges="carried", places="free")

@@ -195,13 +195,13 @@ def is_joined_by(kind: type[And] | type[Or], antecedent: Antecedent) -> bool:
 
 def parts_of(antecedent: Antecedent) -> list[Antecedent]:
     """Return an antecedent and every part of it, each before its parts, from left to right."""
-    found: list[Antecedent] = []
+    parts: list[Antecedent] = []
     left = [antecedent]
     while left:
         part = left.pop()
-        found.append(part)
+        parts.append(part)
         if isinstance(part, And | Or):
             left.extend(reversed(part.operands))
         elif isinstance(part, Not):
             left.append(part.operand)
-    return found
+    return parts

@@ -100,10 +100,10 @@ class FuzzySystem(Block):
     @property
     def tables_and_rules(self) -> tuple[RuleTable | Rule, ...]:
         """All tables and single rules in the order written, those of rule blocks included."""
-        found: list[RuleTable | Rule] = []
+        results: list[RuleTable | Rule] = []
         for block in self.blocks:
-            found.extend(block.rules if isinstance(block, RuleBlock) else (block,))
-        return tuple(found)
+            results.extend(block.rules if isinstance(block, RuleBlock) else (block,))
+        return tuple(results)
 
     @cached_property
     def rules(self) -> tuple[Rule, ...]:
@@ -113,21 +113,21 @@ class FuzzySystem(Block):
     @cached_property
     def conclusions(self) -> dict[str, list[tuple[int, int]]]:
         """By output the positions of the rules that name it, and of the consequents that do."""
-        found: dict[str, list[tuple[int, int]]] = {}
+        results: dict[str, list[tuple[int, int]]] = {}
         for r, rule in enumerate(self.rules):
             for k, consequent in enumerate(rule.consequents):
-                found.setdefault(consequent.output, []).append((r, k))
-        return found
+                results.setdefault(consequent.output, []).append((r, k))
+        return results
 
     @cached_property
     def rule_methods(self) -> tuple[RuleMethod, ...]:
         """The methods of each rule, in the order of `rules`."""
         usual = self.method
-        found: list[RuleMethod] = []
+        results: list[RuleMethod] = []
         of_none = RuleMethod(-1, usual.conjunction, usual.disjunction, None, usual.activation)
         for part in self.blocks:
             if not isinstance(part, RuleBlock):
-                found.extend([of_none] * rule_count(part))
+                results.extend([of_none] * rule_count(part))
         for position, block in enumerate(self.rule_blocks):
             method = RuleMethod(
                 position,
@@ -136,8 +136,8 @@ class FuzzySystem(Block):
                 block.implication,
                 block.activation or usual.activation,
             )
-            found.extend([method] * sum(map(rule_count, block.rules)))
-        return tuple(found)
+            results.extend([method] * sum(map(rule_count, block.rules)))
+        return tuple(results)
 
     def implication_of(self, rule: int, output: Output) -> str:
         """Return the implication of a rule, given by its position, for an output.
@@ -149,8 +149,8 @@ class FuzzySystem(Block):
     def implications_of(self, output: Output) -> tuple[str, ...]:
         """Return the different implications of the rules that conclude an output; without a rule that of the output."""
         rules = dict.fromkeys(r for r, _ in self.conclusions.get(output.name, ()))
-        found = tuple(dict.fromkeys(self.implication_of(r, output) for r in rules))
-        return found or (output.implication or self.method.implication,)
+        result = tuple(dict.fromkeys(self.implication_of(r, output) for r in rules))
+        return result or (output.implication or self.method.implication,)
 
     @property
     def keeps_state(self) -> bool:

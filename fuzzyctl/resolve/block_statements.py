@@ -26,21 +26,21 @@ class Statements(Expressions):
 
     def parts(self, statements: Sequence[sx.Statement]) -> dict[str, tuple[Any, ...]]:
         """Return the parts of the model by the keyword of their statement; those without a meaning are reported."""
-        found: dict[str, list[Node | None]] = {}
+        results: dict[str, list[Node | None]] = {}
         for s in statements:
             match s:
                 case sx.Param(name=name) if self.context.params.get(name.text) is s:
-                    found.setdefault("param", []).append(self._param(s))
+                    results.setdefault("param", []).append(self._param(s))
                 case sx.Function(name=name) if self.context.functions.get(name.text) is s:
-                    found.setdefault("function", []).append(self._function(s))
+                    results.setdefault("function", []).append(self._function(s))
                 case sx.Signal(name=name, keyword=keyword) if self.named.get(name.text) is s:
-                    found.setdefault(keyword.text, []).append(self.signal(s))
+                    results.setdefault(keyword.text, []).append(self.signal(s))
                 case sx.Equation(name=name, keyword=keyword) if (
                     keyword.text in ("next", "der") or self.named.get(name.text) is s
                 ):
-                    found.setdefault(keyword.text, []).append(self.equation(s))
-        self.incomplete = any(p is None for parts in found.values() for p in parts)
-        return {key: tuple(p for p in parts if p is not None) for key, parts in found.items()}
+                    results.setdefault(keyword.text, []).append(self.equation(s))
+        self.incomplete = any(p is None for parts in results.values() for p in parts)
+        return {key: tuple(p for p in parts if p is not None) for key, parts in results.items()}
 
     def shared_fields(self, statements: Sequence[sx.Statement], parts: dict[str, tuple[Any, ...]]) -> dict[str, Any]:
         """Return the fields of the model that all blocks have."""

@@ -77,13 +77,13 @@ def _complete(context: Context, parts: Sequence[_Part], *, broken: bool) -> list
         for output in dict.fromkeys(c.output for c in rule.consequents):
             others.setdefault(output, []).append(rule.antecedent)
     first: dict[str, sx.Word] = {}
-    found: list[RuleTable | Rule] = []
+    parts_and_defaults: list[RuleTable | Rule] = []
     for part in parts:
         if not isinstance(part, sx.Otherwise):
-            found.append(part)
+            parts_and_defaults.append(part)
         elif all([context.is_first(c.output, first, f"'otherwise' of '{c.output.text}'") for c in part.consequents]):
-            found.extend(resolve_otherwise(context, part, others, broken=broken))
-    return found
+            parts_and_defaults.extend(resolve_otherwise(context, part, others, broken=broken))
+    return parts_and_defaults
 
 
 def _tell_empty(context: Context, empty: Sequence[sx.Rules]) -> None:
@@ -96,17 +96,17 @@ def _tell_empty(context: Context, empty: Sequence[sx.Rules]) -> None:
 def _each_once(context: Context, blocks: Sequence[tuple[sx.Rules, list[_Part]]]) -> list[tuple[sx.Rules, list[_Part]]]:
     """Return the blocks whose names are taken by no block before."""
     first: dict[str, sx.Rules] = {}
-    found = []
+    results = []
     for head, parts in blocks:
         context.is_free(head.name, "a rule block")
         earlier = first.setdefault(head.name.text, head)
         if earlier is head:
-            found.append((head, parts))
+            results.append((head, parts))
             continue
         note = (earlier.name.span, "first declared here")
         message = f"there is a rule block '{head.name.text}' already"
         context.report("FZ201", message, head.name.span, note=note, help="rename it, or move its rules there")
-    return found
+    return results
 
 
 def _block(context: Context, head: sx.Rules, parts: Sequence[RuleTable | Rule]) -> RuleBlock | None:

@@ -112,9 +112,9 @@ class _Expansion:
         if not self._is_sound(function, {*parameters, *context.params}):
             return None
         self.path.append(name)
-        found = self.expanded(function.expression, dict(zip(parameters, arguments, strict=True)))
+        result = self.expanded(function.expression, dict(zip(parameters, arguments, strict=True)))
         self.path.pop()
-        return found
+        return result
 
     def _is_sound(self, function: sx.Function, known: set[str]) -> bool:
         """Check that a function uses its parameters and params only."""

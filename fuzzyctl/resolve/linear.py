@@ -148,11 +148,11 @@ def sections(zeros: Sequence[Root], poles: Sequence[Root]) -> list[tuple[list[Ex
     numerators, denominators = _factors(zeros), _factors(poles)
     twos = [f for f in numerators if len(f) == 3]
     rest = [f for f in numerators if len(f) < 3]
-    found = []
+    results = []
     for factor in denominators:
         own: list[Expr] = twos.pop(0) if twos and len(factor) == 3 else rest.pop(0) if rest and not twos else [ONE]
-        found.append((own, factor))
-    return found
+        results.append((own, factor))
+    return results
 
 
 #: A real root, or the real and imaginary part of a conjugate pair.

@@ -255,11 +255,11 @@ class _Plant(Statements):
             self.context.report("FZ214", message, ex.span_of(formula), help=help_text, fix=fix)
             self.incomplete = True
             return {}
-        found = None
+        result = None
         if self.form(formula, PLANTS, self.constant):
-            found = one_line_plant(self, formula, params)
-        self.incomplete = self.incomplete or found is None
-        return found or {}
+            result = one_line_plant(self, formula, params)
+        self.incomplete = self.incomplete or result is None
+        return result or {}
 
     def own_call(self, call: ex.Call, inner: Inner, *, pure: bool) -> bool:
         if pure:

@@ -138,7 +138,7 @@ def resolve_otherwise(
         broken: Whether some lines could not be read, so that missing rules are not reported.
     """
     whole = _concluding(context, statement, _UNKNOWN)
-    found: list[Rule] = []
+    rules: list[Rule] = []
     for consequent in whole.consequents:
         output = consequent.output
         antecedents = others.get(output, ())
@@ -150,8 +150,8 @@ def resolve_otherwise(
             context.report("FZ212", message, consequent.span, help=help_text)
             continue
         antecedent = Not(operand=_any_of(antecedents), span=statement.span)
-        found.append(dataclasses.replace(whole, antecedent=antecedent, consequents=(consequent,)))
-    return found
+        rules.append(dataclasses.replace(whole, antecedent=antecedent, consequents=(consequent,)))
+    return rules
 
 
 def _any_of(antecedents: Sequence[Antecedent]) -> Antecedent:

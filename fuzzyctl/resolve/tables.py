@@ -77,14 +77,14 @@ def _cells(
         if not _can_scale(context, statement, statement.scale):
             return []
         statement = _scaled(statement, statement.scale)
-    found = []
+    results = []
     for row in statement.rows:
         counted_right = not _begins_with_input(context, outputs, row)
         counted_right = counted_right and (columns is None or _has_count(context, row, columns))
         cells = tuple(_cell(context, outputs, c) for c in row.cells) if counted_right else ()
-        found.append((row, cells))
+        results.append((row, cells))
     # Only a table without mistakes goes beyond the checks of numbers, so gaps need no filling.
-    return [pair for pair in found if framed and pair[1]]
+    return [pair for pair in results if framed and pair[1]]
 
 
 def _can_scale(context: Context, statement: sx.Table, scale: ex.Expr) -> bool:
@@ -187,8 +187,8 @@ def _as_expression(context: Context, cell: Span) -> str:
 
 def _whole(cell: sx.CellText) -> Span:
     """Return a cell with its weight and with the text that follows without a blank, as the parts of a sum do."""
-    found = _WHOLE.match(cell.span.source.text, cell.span.start)
-    return cell.span if found is None else Span(cell.span.source, *found.span())
+    result = _WHOLE.match(cell.span.source.text, cell.span.start)
+    return cell.span if result is None else Span(cell.span.source, *result.span())
 
 
 def _begins_with_input(context: Context, outputs: Sequence[sx.Variable], row: sx.RowLine) -> bool:

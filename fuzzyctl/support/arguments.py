@@ -31,8 +31,8 @@ def _called(given: object) -> str:
 
 def no_character(given: str) -> int | None:
     """Return the place of a character that no text file can hold: NUL, or half of a surrogate pair."""
-    found = _NO_CHARACTER.search(given)
-    return None if found is None else found.start()
+    result = _NO_CHARACTER.search(given)
+    return None if result is None else result.start()
 
 
 def instance(name: str, kind: type[_Kind], due: str, given: object) -> _Kind:
@@ -72,11 +72,11 @@ def items_of(name: str, kinds: tuple[type, ...], due: str, given: object) -> tup
     """Return items of certain types; one of these types is no list, though it may be iterable."""
     if isinstance(given, kinds):
         raise wrong(name, due, given)
-    found = items(name, due, given)
-    for item in found:
+    result = items(name, due, given)
+    for item in result:
         if not isinstance(item, kinds):
             raise ArgumentError(f"{name} must be {due}, got one with {_called(item)} in it")
-    return found
+    return result
 
 
 def names(name: str, given: object) -> tuple[str, ...]:
@@ -90,11 +90,11 @@ def mapping(name: str, due: str, given: Any) -> dict[str, Any]:
     is_series = hasattr(given, "keys") and getattr(given, "ndim", None) == 1
     if not isinstance(given, Mapping) and not is_series:
         raise wrong(name, due, given)
-    found: dict[str, Any] = dict(given)
-    for key in found:
+    results: dict[str, Any] = dict(given)
+    for key in results:
         if not isinstance(key, str):
             raise ArgumentError(f"{name} must be {due}, got one with {_called(key)} for a name")
-    return found
+    return results
 
 
 def path(given: object, hint: str = "") -> str:

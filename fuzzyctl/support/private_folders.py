@@ -82,10 +82,10 @@ def _is_own_group(group: int) -> bool:
     import pwd
 
     try:
-        user, found = pwd.getpwuid(os.geteuid()), grp.getgrgid(group)
+        user, result = pwd.getpwuid(os.geteuid()), grp.getgrgid(group)
     except KeyError:  # a user or group without an entry, as in containers
         return False
-    return user.pw_gid == group and user.pw_name == found.gr_name and set(found.gr_mem) <= {user.pw_name}
+    return user.pw_gid == group and user.pw_name == result.gr_name and set(result.gr_mem) <= {user.pw_name}
 
 
 def _warn(danger: str) -> None:

@@ -30,10 +30,10 @@ _RECORDED: ContextVar[dict[str, bytes] | None] = ContextVar("recorded", default=
 @contextmanager
 def recorded() -> Iterator[dict[str, bytes]]:
     """Collect the files that are read meanwhile: their content by path, in the order of reading."""
-    found: dict[str, bytes] = {}
-    token = _RECORDED.set(found)
+    results: dict[str, bytes] = {}
+    token = _RECORDED.set(results)
     try:
-        yield found
+        yield results
     finally:
         _RECORDED.reset(token)
 

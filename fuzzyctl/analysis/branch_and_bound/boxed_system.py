@@ -92,18 +92,18 @@ class System:
             lo, hi: Ends of the boxes, shape (inputs, boxes).
             sloped: Whether slopes along the inputs are wanted.
         """
-        found = boxes(lo, hi)
+        results = boxes(lo, hi)
         if not sloped:
-            found = [Enclosure(e.lo, e.hi, None, e.error) for e in found]
-        return dict(zip(self.inputs, found, strict=True))
+            results = [Enclosure(e.lo, e.hi, None, e.error) for e in results]
+        return dict(zip(self.inputs, results, strict=True))
 
     def evaluate(self, arguments: Sequence[Enclosure], wanted: Sequence[int]) -> tuple[list[Enclosure], Mask]:
         """Enclose some outputs at some arguments; and say which boxes give no value."""
         names = dict(zip(self.program.arguments, arguments, strict=True))
         runner = Interpreter(names, self._state)
-        found = runner.run(self._part(wanted), wanted)
+        result = runner.run(self._part(wanted), wanted)
         exact = [self.errors[k] for k in wanted]
-        return [_widened(e, off) if off else e for e, off in zip(found, exact, strict=True)], runner.void
+        return [_widened(e, off) if off else e for e, off in zip(result, exact, strict=True)], runner.void
 
     @cached_property
     def _strengths(self) -> Program:
@@ -112,8 +112,8 @@ class System:
     def strength(self, arguments: Sequence[Enclosure], output: int) -> Enclosure:
         """Enclose the largest activation among the rules of an output."""
         names = dict(zip(self._strengths.arguments, arguments, strict=True))
-        (found,) = Interpreter(names, self._state).run(self._strengths, [output])
-        return found
+        (result,) = Interpreter(names, self._state).run(self._strengths, [output])
+        return result
 
     def _state(self, item: Item) -> Enclosure:
         assert not isinstance(item.index, str | Place)
@@ -181,12 +181,12 @@ class System:
 
     def _named(self, exprs: Sequence[Expr]) -> dict[System, list[tuple[int, str]]]:
         """Return the outputs that are named at the point itself, by system, each with its name there."""
-        found: dict[System, list[tuple[int, str]]] = {}
+        results: dict[System, list[tuple[int, str]]] = {}
         for name in dict.fromkeys(n for e in exprs for n in _names(e)):
             where = self._output_of(name)
             if where is not None:
-                found.setdefault(where[0], []).append((where[1], name))
-        return found
+                results.setdefault(where[0], []).append((where[1], name))
+        return results
 
     @cached_property
     def reader_values(self) -> dict[str, float]:
@@ -292,12 +292,12 @@ def _cut(whole: tuple[float, float], breakpoints: Iterable[float]) -> list[tuple
     lower, upper = whole
     inner = sorted({x for x in breakpoints if lower < x < upper and isfinite(x)})
     points = [lower, *inner, upper]
-    found: list[tuple[float, float]] = [(x, x) for x in points if isfinite(x)]
+    results: list[tuple[float, float]] = [(x, x) for x in points if isfinite(x)]
     for a, b in pairwise(points):
         start, stop = nextafter(a, inf) if isfinite(a) else a, nextafter(b, -inf) if isfinite(b) else b
         if start <= stop:
-            found.append((start, stop))
-    return found
+            results.append((start, stop))
+    return results
 
 
 def _is_continuous(kind: str, vertices: Sequence[tuple[float, float]], expression: Expr | None) -> bool:
@@ -321,11 +321,11 @@ def surely_false(truth: Truth, upper: dict[Bound, Array]) -> Mask:
     if isinstance(truth, Bound):
         return (upper[truth] <= 0.0) if truth.strict else (upper[truth] < 0.0)
     assert isinstance(truth, Every | Some)
-    found = np.array(isinstance(truth, Some))
+    result = np.array(isinstance(truth, Some))
     for part in truth.parts:
         own = surely_false(part, upper)
-        found = (found | own) if isinstance(truth, Every) else (found & own)
-    return found
+        result = (result | own) if isinstance(truth, Every) else (result & own)
+    return result
 
 
 def surely_true(truth: Truth, lower: dict[Bound, Array]) -> Mask:
@@ -336,8 +336,8 @@ def surely_true(truth: Truth, lower: dict[Bound, Array]) -> Mask:
     if isinstance(truth, Bound):
         return (lower[truth] > 0.0) if truth.strict else (lower[truth] >= 0.0)
     assert isinstance(truth, Every | Some)
-    found = np.array(isinstance(truth, Every))
+    result = np.array(isinstance(truth, Every))
     for part in truth.parts:
         own = surely_true(part, lower)
-        found = (found & own) if isinstance(truth, Every) else (found | own)
-    return found
+        result = (result & own) if isinstance(truth, Every) else (result | own)
+    return result

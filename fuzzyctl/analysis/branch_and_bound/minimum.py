@@ -168,8 +168,8 @@ def _slopes(system: System, output: int, position: int, lo: Array, hi: Array) ->
     if e.slopes is None:
         return np.zeros(lo.shape[1])
     down, up = (np.broadcast_to(s, lo.shape)[position] for s in e.slopes)
-    found: Array = np.maximum(np.abs(down), np.abs(up))
-    return found
+    slopes: Array = np.maximum(np.abs(down), np.abs(up))
+    return slopes
 
 
 def _least_slopes(system: System, output: int, position: int, points: Array) -> Array:
@@ -178,5 +178,5 @@ def _least_slopes(system: System, output: int, position: int, points: Array) -> 
     if e.slopes is None:
         return np.zeros(points.shape[1])
     down, up = (np.broadcast_to(s, points.shape)[position] for s in e.slopes)
-    found: Array = np.maximum(np.maximum(down, -up), 0.0)
-    return found
+    least_slopes: Array = np.maximum(np.maximum(down, -up), 0.0)
+    return least_slopes

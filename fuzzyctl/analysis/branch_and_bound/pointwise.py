@@ -131,9 +131,9 @@ class _Pointwise:
 
     def verdict(self) -> Verdict:
         wider = "; a wider tolerance takes less time" if self._is_loosened else ""
-        found = self.search.halted(self.claim.text, self._step, self._why_stuck, wider=wider)
-        if found is not None:
-            return found
+        result = self.search.halted(self.claim.text, self._step, self._why_stuck, wider=wider)
+        if result is not None:
+            return result
         note = "in exact arithmetic; kernels round" if self.is_rounded else ""
         return Proved(self.claim.text, note=note)
 

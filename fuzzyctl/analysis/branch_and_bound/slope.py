@@ -59,10 +59,10 @@ class _Sloped:
         self.system, self.claim, self.slope, self.judge, self.search = system, claim, slope, judge, search
 
     def verdict(self, output: int, axis: int) -> Verdict:
-        found = self.search.halted(
+        result = self.search.halted(
             self.claim.text, lambda: self._step(output, axis), lambda: self._why_stuck(output, axis)
         )
-        return Proved(self.claim.text, note="in exact arithmetic; kernels round") if found is None else found
+        return Proved(self.claim.text, note="in exact arithmetic; kernels round") if result is None else result
 
     def _excess(self, down: Array, up: Array) -> Array:
         """Return the largest distance of slopes between two ends from the claimed bound."""
@@ -71,8 +71,8 @@ class _Sloped:
                 return -down
             case "decreasing":
                 return up
-        found: Array = np.maximum(np.abs(down), np.abs(up)) - self.slope.limit
-        return found
+        excess: Array = np.maximum(np.abs(down), np.abs(up)) - self.slope.limit
+        return excess
 
     def _why_stuck(self, output: int, axis: int) -> str:
         lo, hi = self.search.stuck[0]

@@ -170,10 +170,10 @@ class Search:
     @cached_property
     def _sets(self) -> dict[int, list[SetPlan]]:
         """The terms of each variable that some rule names."""
-        found: dict[int, list[SetPlan]] = {}
+        sets: dict[int, list[SetPlan]] = {}
         for d in self.plan.degrees:
-            found.setdefault(d.variable, []).append(d.set)
-        return found
+            sets.setdefault(d.variable, []).append(d.set)
+        return sets
 
     def _tops(self) -> dict[int, Interval]:
         """Enclose the largest degree of each consequent set that can move the output."""
@@ -203,10 +203,10 @@ class Search:
 
     def _degrees_of(self, position: int, cell: int) -> dict[str, Interval]:
         """Return the degrees in a cell of an input, computed at first use."""
-        found = self.known.get((position, cell))
-        if found is None:
-            found = self.known[position, cell] = self._degrees_in(position, self.cells[position][cell].floats)
-        return found
+        degrees = self.known.get((position, cell))
+        if degrees is None:
+            degrees = self.known[position, cell] = self._degrees_in(position, self.cells[position][cell].floats)
+        return degrees
 
     def _truths(self, box: Mapping[str, Interval]) -> Truths:
         self.work.spend(5 + _STEP * len(self.plan.steps) + _COPIED * len(box))
@@ -366,8 +366,8 @@ class Search:
 @cache
 def _implied(implication: str) -> Callable[[float, float], float]:
     """Return the function that an implication applies to an activation and a degree."""
-    found: Callable[[float, float], float] = scalar_function(CONJUNCTIONS[implication](Name("a"), Name("b")))
-    return found
+    result: Callable[[float, float], float] = scalar_function(CONJUNCTIONS[implication](Name("a"), Name("b")))
+    return result
 
 
 def largest_degree(output: OutputPlan, term: SetPlan) -> Interval | None:

@@ -117,12 +117,12 @@ def _literals_of_steps(degrees: Mapping[str, DegreePlan], steps: Mapping[str, Ex
 
 def _joined(expr: Expr, known: Mapping[str, Literals | None]) -> Literals | None:
     """Return the variables that an expression depends on; None if it reads two literals of one, or anything else."""
-    found: dict[int, str] = {}
+    results: dict[int, str] = {}
     for name in names_in(expr):
         own = known.get(name.name)
-        if own is None or any(found.setdefault(v, n) != n for v, n in own.items()):
+        if own is None or any(results.setdefault(v, n) != n for v, n in own.items()):
             return None
-    return found
+    return results
 
 
 class _Truths(dict[str, Interval]):
@@ -150,15 +150,15 @@ class _Truths(dict[str, Interval]):
 
 def _candidates(cells: Sequence[Cell], names: Sequence[str], sets: Mapping[str, SetPlan]) -> list[list[str]]:
     """Return for each cell the literals that may be above 0 in it."""
-    found: list[list[str]] = [[] for _ in cells]
+    candidates: list[list[str]] = [[] for _ in cells]
     starts, stops = [cell.floats[0] for cell in cells], [cell.floats[1] for cell in cells]
     for name in names:
         corners = sets[name].vertices if name in sets else ()
         first = bisect_left(stops, corners[0][0]) if corners and corners[0][1] == 0.0 else 0
         last = bisect_right(starts, corners[-1][0]) if corners and corners[-1][1] == 0.0 else len(cells)
-        for own in found[first:last]:
+        for own in candidates[first:last]:
             own.append(name)
-    return found
+    return candidates
 
 
 class _Sets(NamedTuple):
@@ -175,11 +175,11 @@ def _best(x: Interval, names: Sequence[str], sets: _Sets, halvings: int) -> floa
         return 0.0
     truths = _Degrees(x, sets)
     degrees = [truths[n] for n in names]
-    found = max([low for low, _ in degrees], default=0.0)
-    if found >= _HIGH or halvings == 0 or max([high for _, high in degrees], default=0.0) == 0.0:
-        return found
+    best = max([low for low, _ in degrees], default=0.0)
+    if best >= _HIGH or halvings == 0 or max([high for _, high in degrees], default=0.0) == 0.0:
+        return best
     halves = halved(x)
-    return max(found, min((_best(h, names, sets, halvings - 1) for h in halves), default=0.0))
+    return max(best, min((_best(h, names, sets, halvings - 1) for h in halves), default=0.0))
 
 
 class _Degrees(_Truths):
@@ -192,8 +192,8 @@ class _Degrees(_Truths):
     def __missing__(self, name: str) -> Interval:
         if name not in self._sets.terms:
             return super().__missing__(name)
-        found = self[name] = degree_in(self._sets.terms[name], self._x)
-        return found
+        result = self[name] = degree_in(self._sets.terms[name], self._x)
+        return result
 
     def strength(self, expr: Expr) -> Interval:
         return super().strength(expr) if self._sets.work.takes(units_of(expr)) else (0.0, 1.0)

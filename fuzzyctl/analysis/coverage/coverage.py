@@ -53,14 +53,14 @@ def _verdict(flat: Plan, output: OutputPlan, earlier: Mapping[int, Verdict], wor
     if output.value is not None:
         return None  # no rule sets it
     follows = bool(output.reads or flat.lets)
-    found = Search(flat, output, True, work.part(0.5 * work.left) if follows else work).verdict()
-    if found is not None and follows:
+    verdict = Search(flat, output, True, work.part(0.5 * work.left) if follows else work).verdict()
+    if verdict is not None and follows:
         # No output or let need ever have the value at which no rule fires; a hole is one for all their values.
-        found = Search(flat, output, False, work).verdict()
-    if isinstance(found, Hole) and output.total != "activations":
+        verdict = Search(flat, output, False, work).verdict()
+    if isinstance(verdict, Hole) and output.total != "activations":
         return Undecided("the average divides by more than the activations of its own rules")
-    if found is not None:
-        return found
+    if verdict is not None:
+        return verdict
     if not _some_rule_acts(flat, output):
         return Undecided(f"activation {_comparing(flat, output)} may leave out the rules that fire for it")
     for k in output.reads:
@@ -123,7 +123,7 @@ def diagnostics_of(
 ) -> list[Diagnostic]:
     """Do the same for a system with known plan and verdicts; `work` is the work that is allowed for all outputs."""
     work = Work() if work is None else work
-    found: list[Diagnostic] = []
+    results: list[Diagnostic] = []
     silence: Silence | None = None
     for position, output in enumerate(system.outputs):
         verdict = verdicts[output.name]
@@ -142,10 +142,10 @@ def diagnostics_of(
             hole = _at_hole(flat, output, flat.outputs[position], verdict)
             # If rules fire and do not move the output, empty cells are not the cause.
             stopped = _stopped(flat, flat.outputs[position], verdict.witness)
-            found.append(hole if stopped else _with_cells(hole, system, output, verdict.witness))
+            results.append(hole if stopped else _with_cells(hole, system, output, verdict.witness))
         else:
-            found.append(_undecided(flat, output, flat.outputs[position], verdict, silence))
-    return found
+            results.append(_undecided(flat, output, flat.outputs[position], verdict, silence))
+    return results
 
 
 def _at_hole(flat: Plan, output: Output, planned: OutputPlan, hole: Hole) -> Diagnostic:

@@ -147,13 +147,13 @@ def silent_point(flat: Plan, silence: Silence, inside: Callable[[Point], bool] |
         return None
     search = _Search(flat, silence, inside or (lambda _: True))
     try:
-        found = search.found()
+        result = search.found()
     except SpentError:
         return None
     try:
-        return None if found is None else search.shortened(found, silence.holds_at)
+        return None if result is None else search.shortened(result, silence.holds_at)
     except SpentError:
-        return found
+        return result
 
 
 def weakest_point(flat: Plan, silence: Silence, below: float) -> list[float] | None:

@@ -88,16 +88,18 @@ class ControllerProver:
         """Return the verdict on one of the claims in `claims.own`."""
         if claim.state:
             _ = self.ranges  # which decides the ranges of states
-            found = self._verdicts[claim.state]
+            result = self._verdicts[claim.state]
         else:
-            found = self._of_step(claim)
-        if isinstance(found, Proved):
-            tried = _as_proved(claim, found).claim
+            result = self._of_step(claim)
+        if isinstance(result, Proved):
+            tried = _as_proved(claim, result).claim
             if assumption := self.assumption(tried):
-                found = self._far_out(tried) or replace(found, note="; ".join(filter(None, (found.note, assumption))))
-        elif isinstance(found, Refuted):
-            found = self._replayed(claim, found)
-        return replace(found, span=claim.span)
+                result = self._far_out(tried) or replace(
+                    result, note="; ".join(filter(None, (result.note, assumption)))
+                )
+        elif isinstance(result, Refuted):
+            result = self._replayed(claim, result)
+        return replace(result, span=claim.span)
 
     def _replayed(self, claim: StepClaim, found: Refuted) -> Verdict:
         """Return a refutation whose witness breaks the claim with the digits that it shows, as many as this takes."""
@@ -214,17 +216,17 @@ class ControllerProver:
     def _of_step(self, claim: StepClaim) -> Verdict:
         """Return the verdict on a claim that is not a range of a state."""
         if not claim.is_range:
-            found = self._decided(claim.claim, self.ranges, self.timeout)
+            result = self._decided(claim.claim, self.ranges, self.timeout)
         else:
-            found = self._range(claim, self.ranges)
-            if isinstance(found, Undecided) and isinstance(self._range(loosened(claim), self.ranges), Proved):
-                found = Proved(claim.claim.text, note=_ROUNDED)
-        if isinstance(found, Proved) and claim.nowhere is not None:
+            result = self._range(claim, self.ranges)
+            if isinstance(result, Undecided) and isinstance(self._range(loosened(claim), self.ranges), Proved):
+                result = Proved(claim.claim.text, note=_ROUNDED)
+        if isinstance(result, Proved) and claim.nowhere is not None:
             void = self._decided(claim.nowhere, self.ranges, 0.1 * self.timeout)
             if isinstance(void, Proved):
-                return replace(found, note="nothing is claimed: no step is in the region")
+                return replace(result, note="nothing is claimed: no step is in the region")
         # A claim that is proved is false in no run.
-        return found if isinstance(found, Proved) else self._by_run(claim) or self._with_reason(found, claim)
+        return result if isinstance(result, Proved) else self._by_run(claim) or self._with_reason(result, claim)
 
     def _with_reason(self, found: Verdict, claim: StepClaim) -> Verdict:
         """Name the ranges of states that are not proved if a claim is undecided."""
@@ -269,16 +271,16 @@ class ControllerProver:
             return Proved(claim.text)
         progress = None if self.progress is None else partial(self.progress, claim.text)
         timeout = min(timeout, max(self.until - clock.now(), 0.0))
-        found = decide(boxed, claim, Judge(self.replay, boxed.inputs, boxed.slice.shown, broken), timeout, progress)
-        if not isinstance(found, Refuted):
-            return found
+        result = decide(boxed, claim, Judge(self.replay, boxed.inputs, boxed.slice.shown, broken), timeout, progress)
+        if not isinstance(result, Refuted):
+            return result
         declared = {s.name for s in self.model.equations.states if s.bounds is not None}
         own = [n for n in boxed.slice.shown if n in self.replay.states]
-        if all(found.witness.point[n] == self._start[n] for n in own):
-            return replace(found, note=_FIRST if own else "")
-        if all(n in declared and self._is_kept(n) for n in own if found.witness.point[n] != self._start[n]):
-            return replace(found, note="the state is in its range; no run that reaches it was found")
-        return Undecided(found.claim, f"it is false {found.witness}, but no run was found that reaches this state")
+        if all(result.witness.point[n] == self._start[n] for n in own):
+            return replace(result, note=_FIRST if own else "")
+        if all(n in declared and self._is_kept(n) for n in own if result.witness.point[n] != self._start[n]):
+            return replace(result, note="the state is in its range; no run that reaches it was found")
+        return Undecided(result.claim, f"it is false {result.witness}, but no run was found that reaches this state")
 
     def _is_kept(self, state: str) -> bool:
         return isinstance(self._verdicts.get(state, Proved("")), Proved)

@@ -64,12 +64,12 @@ class Replay:
 
     def values(self, given: Sequence[float], state: Sequence[float]) -> dict[str, float] | None:
         """Return the outputs and the next state by name; None where no rule fires of a system that must have one."""
-        found = [0.0] * len(self.names)
+        result = [0.0] * len(self.names)
         try:
-            self.step.jit(*given, *([list(state)] if state else []), found)
+            self.step.jit(*given, *([list(state)] if state else []), result)
         except ArithmeticError:
             return None
-        return dict(zip(self.names, map(float, found), strict=True))
+        return dict(zip(self.names, map(float, result), strict=True))
 
     def witness(
         self, claim: Claim, given: Sequence[float], state: Sequence[float], shown: Sequence[str]
@@ -179,16 +179,16 @@ class Runs:
 
     def search(self, claims: Sequence[StepClaim]) -> dict[int, Reached]:
         """Return the first steps found at which claims are false, by the position of the claim."""
-        found: dict[int, Reached] = {}
+        results: dict[int, Reached] = {}
         for moves in self._patterns():
-            self._run(moves, claims, found)
+            self._run(moves, claims, results)
         for k, claim in enumerate(claims):
-            if k not in found and clock.now() <= self.deadline:
+            if k not in results and clock.now() <= self.deadline:
                 own: dict[int, Reached] = {}
                 self._run(self._towards(claim), [claim], own)
                 if own:
-                    found[k] = own[0]
-        return found
+                    results[k] = own[0]
+        return results
 
     def _run(self, moves: Iterator[list[float]], claims: Sequence[StepClaim], found: dict[int, Reached]) -> None:
         state = self.replay.start
@@ -254,5 +254,5 @@ def _margin(truth: Truth, values: Mapping[str, float]) -> float:
         case Some(parts=parts):
             return max((_margin(p, values) for p in parts), default=-math.inf)
     assert isinstance(truth, Bound)
-    found = _number(truth.left, values) - _number(truth.right, values)
-    return -math.inf if math.isnan(found) else found
+    result = _number(truth.left, values) - _number(truth.right, values)
+    return -math.inf if math.isnan(result) else result

@@ -96,8 +96,8 @@ class CalledSystem:
         lacks: Mask = np.array(False)
         for argument in arguments:
             lacks = lacks | may_be_nan(argument)
-        found, _ = self.boxed.evaluate(arguments, wanted)
-        return [self._held(e, k, lacks) for e, k in zip(found, wanted, strict=True)]
+        result, _ = self.boxed.evaluate(arguments, wanted)
+        return [self._held(e, k, lacks) for e, k in zip(result, wanted, strict=True)]
 
     def _held(self, e: Enclosure, output: int, lacks: Mask) -> Enclosure:
         known, lacks = self.bounds[output], lacks | np.array(self.may_lack[output])
@@ -154,15 +154,15 @@ class StepModel:
 
     def origins(self, names: Iterable[str]) -> set[str]:
         """Return all names that some names depend on, in this step or in earlier ones."""
-        found: set[str] = set()
+        results: set[str] = set()
         waiting = list(names)
         while waiting:
             name = waiting.pop()
-            if name not in found:
-                found.add(name)
+            if name not in results:
+                results.add(name)
                 position = self._makers.get(name, self._makers.get(NEXT + name))
                 waiting += [] if position is None else read(self.body[position])
-        return found
+        return results
 
     def is_limit(self, bound: Bound) -> bool:
         """Return whether one side of a comparison is the same in all steps."""
@@ -186,17 +186,17 @@ class StepModel:
         Raises:
             SpentError: When the time of the ranges is over.
         """
-        found = NarrowingInterpreter(arguments, self.definitions, nearest=nearest)
+        result = NarrowingInterpreter(arguments, self.definitions, nearest=nearest)
         for item in own.body:
             if clock.is_over():
                 raise SpentError
             if isinstance(item, Equation):
-                found.names[item.name] = found.enclose(self.definitions[item.name])
+                result.names[item.name] = result.enclose(self.definitions[item.name])
             else:
-                given = [found.enclose(numeric(a)) for a in item.arguments]
+                given = [result.enclose(numeric(a)) for a in item.arguments]
                 values = self.called(item.system).enclose(given, [*range(len(item.names))])
-                found.names |= dict(zip(item.defined, [*values, *self.called(item.system).updates], strict=True))
-        return found
+                result.names |= dict(zip(item.defined, [*values, *self.called(item.system).updates], strict=True))
+        return result
 
     def constant(self, expr: Expr) -> float | None:
         """Return the value of an expression that reads no name, None for any other."""
@@ -317,14 +317,14 @@ class BoxedStep:
             sides = [Enclosure(e.lo, e.hi, _UNKNOWN, e.error) for e in flat]
         else:
             sides = boxes(lo, hi)
-        found = self._enclosed(exprs, sides if sloped else flat, nearest=False)
+        results = self._enclosed(exprs, sides if sloped else flat, nearest=False)
         if sloped:
             floats = self._enclosed(exprs, flat, nearest=True)
-            found = [
+            results = [
                 Enclosure(np.maximum(e.lo, f.lo), np.minimum(e.hi, f.hi), e.slopes, e.error)
-                for e, f in zip(found, floats, strict=True)
+                for e, f in zip(results, floats, strict=True)
             ]
-        return found, np.array(False)
+        return results, np.array(False)
 
     def _enclosed(self, exprs: Sequence[Expr], sides: list[Enclosure], *, nearest: bool) -> list[Enclosure]:
         given = dict(zip(self.inputs, sides, strict=True)) | dict.fromkeys(self.lost, ANYTHING)
@@ -367,14 +367,14 @@ class BoxedStep:
         if isinstance(item, Evaluation):
             boxed = self.model.called(item.system).boxed
             return [(a, [*boxed.breakpoints(i), *boxed.whole(i)]) for i, a in enumerate(item.arguments)]
-        found: list[tuple[Expr, Sequence[float]]] = []
+        bends: list[tuple[Expr, Sequence[float]]] = []
         for node in walk(item.value):
             match node:
                 case Compare(left=left, right=right) | Call(function="min" | "max", arguments=(left, right)):
-                    found += self._pairs(left, right)
+                    bends += self._pairs(left, right)
                 case Call(function="abs", arguments=(operand,)):
-                    found.append((operand, [0.0]))
-        return found
+                    bends.append((operand, [0.0]))
+        return bends
 
     def _pairs(self, left: Expr, right: Expr) -> list[tuple[Expr, Sequence[float]]]:
         """Return each of two expressions with the other where that is a number."""

@@ -108,17 +108,17 @@ class _Decision:
     @cached_property
     def cuts(self) -> list[list[Fraction]]:
         """Where each input is cut; beyond the outer cuts of an input without a range nothing changes."""
-        found: list[set[Fraction]] = [set() for _ in self.system.inputs]
+        results: list[set[Fraction]] = [set() for _ in self.system.inputs]
         for own in self.compared.values():
             for taken in own.outputs:
                 surface = self._surface(taken)
                 for k, i in enumerate(surface.inputs):
-                    _add_breakpoints(found, taken.arguments[i], surface.corners[k])
+                    _add_breakpoints(results, taken.arguments[i], surface.corners[k])
         for own in self.region.values():
             line = own.line()
             assert line is not None
-            _add_breakpoints(found, line, [Fraction(0)])
-        return [self._within(i, own) for i, own in enumerate(found)]
+            _add_breakpoints(results, line, [Fraction(0)])
+        return [self._within(i, own) for i, own in enumerate(results)]
 
     def _within(self, position: int, found: set[Fraction]) -> list[Fraction]:
         variable = self.system.inputs[position]

@@ -157,11 +157,11 @@ def surface_of(plan: Plan, *, most: int = MOST) -> Surface | None:
 def _corners(plan: Plan, position: int) -> tuple[Fraction, ...]:
     """Return the breakpoints of the terms of an input within its range."""
     variable = plan.inputs[position]
-    found = {Fraction(x) for d in plan.degrees if d.variable == position for x, _ in d.set.vertices}
+    results = {Fraction(x) for d in plan.degrees if d.variable == position for x, _ in d.set.vertices}
     if variable.extrapolate:
-        return tuple(sorted(found))
+        return tuple(sorted(results))
     lower, upper = Fraction(variable.lower), Fraction(variable.upper)
-    return tuple(sorted({lower, upper} | {x for x in found if lower <= x <= upper}))
+    return tuple(sorted({lower, upper} | {x for x in results if lower <= x <= upper}))
 
 
 def _degree(term: SetPlan, x: Fraction) -> Fraction:
@@ -297,16 +297,16 @@ def _largest_polynomial(values: Sequence[float], lengths: Sequence[int]) -> floa
     A term is a mixed difference of the values at the corners; each subtraction on the way to it is rounded relative to
     its own result, which is larger than the term where much cancels.
     """
-    found = [[(v, 0.0)] for v in values]
+    results = [[(v, 0.0)] for v in values]
     for d, length in enumerate(lengths):
         stride = math.prod(lengths[d + 1 :])
         wider = []
-        for k, own in enumerate(found):
-            beside = found[k + stride] if k // stride % length + 1 < length else own
+        for k, own in enumerate(results):
+            beside = results[k + stride] if k // stride % length + 1 < length else own
             steps = [(b - a, u + v + abs(b - a)) for (a, u), (b, v) in zip(own, beside, strict=True)]
             wider.append([*own, *steps])
-        found = wider
-    return max(sum(abs(term) + cancelled for term, cancelled in own) for own in found)
+        results = wider
+    return max(sum(abs(term) + cancelled for term, cancelled in own) for own in results)
 
 
 def _differences(values: list[float], lengths: Sequence[int]) -> list[float]:

@@ -138,11 +138,11 @@ class _StepText(FixedText):
 
     def _read(self) -> set[int]:
         """Return the operations that an output or a slot depends on."""
-        found = {*self.fixed.operations.outputs, *self.fixed.operations.stores}
+        results = {*self.fixed.operations.outputs, *self.fixed.operations.stores}
         for k in range(len(self.items) - 1, -1, -1):
-            if k in found:
-                found.update(self.items[k].operands)
-        return found
+            if k in results:
+                results.update(self.items[k].operands)
+        return results
 
     def _assigned(self, k: int, item: Operation) -> Iterator[str]:
         if item.is_condition:

@@ -65,28 +65,28 @@ class Formats:
 
     def _whole(self) -> list[int | None]:
         """Return the bits behind the point of slots that both programs hold alike, None for the others."""
-        found: list[int | None] = [dyadic(Fraction(x)) if math.isfinite(x) else None for x in self.starts]
-        for _ in range((MOST_FRACTION + 2) * len(found) + 1):  # each slot gains bits, or is rounded from then on
-            naturals = self._naturals(found)
+        results: list[int | None] = [dyadic(Fraction(x)) if math.isfinite(x) else None for x in self.starts]
+        for _ in range((MOST_FRACTION + 2) * len(results) + 1):  # each slot gains bits, or is rounded from then on
+            naturals = self._naturals(results)
             changed = False
             for s, store in enumerate(self.operations.stores):
-                own, new = found[s], naturals[store]
+                own, new = results[s], naturals[store]
                 if own is None or (new is not None and new <= own):
                     continue
-                found[s], changed = new, True
+                results[s], changed = new, True
             if not changed:
                 break
-        return found
+        return results
 
     def _naturals(self, slots: Sequence[int | None]) -> list[int | None]:
         """Return the bits behind the point of each value that is not rounded; None for one that is."""
-        found: list[int | None] = []
+        naturals: list[int | None] = []
         for k, item in enumerate(self.operations.items):
-            natural = self._natural(item, [found[p] for p in item.operands], slots)
+            natural = self._natural(item, [naturals[p] for p in item.operands], slots)
             if natural is not None and not (natural <= MOST_FRACTION and fits(natural, self.ends[k])):
                 natural = None
-            found.append(natural)
-        return found
+            naturals.append(natural)
+        return naturals
 
     def _natural(self, item: Operation, given: Sequence[int | None], slots: Sequence[int | None]) -> int | None:
         own = [g for g in given if g is not None]

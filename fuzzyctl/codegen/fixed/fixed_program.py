@@ -188,10 +188,10 @@ class _Writer:
         exponent = node.right.value if isinstance(node.right, Number) else math.nan
         if exponent not in range(1, _LARGEST_POWER + 1):
             raise UnsuitedError(f"fixed point has no powers but those by 1 to {_LARGEST_POWER}", node)
-        found = base
+        power = base
         for _ in range(int(exponent) - 1):
-            found = self.add(Operation("*", (found, base)))
-        return found
+            power = self.add(Operation("*", (power, base)))
+        return power
 
     def _call(self, node: Expr, function: str, arguments: Sequence[Expr]) -> int:
         if function.startswith(SYSTEM):
@@ -203,10 +203,10 @@ class _Writer:
             return self.add(Operation("system", tuple(places), place=int(output.value), system=system))
         match function:
             case "min" | "max":
-                found, *others = (self.real(a) for a in arguments)
+                call, *others = (self.real(a) for a in arguments)
                 for other in others:
-                    found = self.add(Operation(function, (found, other)))
-                return found
+                    call = self.add(Operation(function, (call, other)))
+                return call
             case "abs":
                 return self.add(Operation("abs", (self.real(arguments[0]),)))
         raise UnsuitedError(f"fixed point has no '{function}'", node)
@@ -266,8 +266,8 @@ def place_of(equations: Equations, node: Expr) -> Span | None:
 
 def operator_of(state: str) -> str:
     """Return the operator that keeps a state, an empty text for one that the file declares."""
-    found = _OPERATOR.search(state)
-    return "" if found is None else found[1]
+    result = _OPERATOR.search(state)
+    return "" if result is None else result[1]
 
 
 def state_words(name: str) -> str:

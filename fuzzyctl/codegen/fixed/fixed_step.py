@@ -103,16 +103,16 @@ def fixed_step(unit: Unit, form: Format) -> FixedStep:
         raise refused(message, unit.controller.span, help_text="add one, such as 'every 10 ms'")
     opaque, systems = _with_calls(unit)
     try:
-        found = operations(opaque.program, len(equations.inputs), len(opaque.outputs))
+        result = operations(opaque.program, len(equations.inputs), len(opaque.outputs))
     except UnsuitedError as error:
         raise refused(str(error), place_of(equations, error.node), help_text=FLOAT.removeprefix("or ")) from None
-    if len(found.items) > MOST_OPERATIONS:
-        message = f"a step has {len(found.items):,} operations, more than {MOST_OPERATIONS:,}"
+    if len(result.items) > MOST_OPERATIONS:
+        message = f"a step has {len(result.items):,} operations, more than {MOST_OPERATIONS:,}"
         raise refused(message, unit.controller.span, help_text=FLOAT.removeprefix("or "))
-    bound = _Bound(opaque, form, found, systems)
+    bound = _Bound(opaque, form, result, systems)
     bound.run()
     return FixedStep(
-        opaque, form, found, bound.formats, systems, bound.integers, tuple(bound.errors), tuple(bound.slot_errors)
+        opaque, form, result, bound.formats, systems, bound.integers, tuple(bound.errors), tuple(bound.slot_errors)
     )
 
 
@@ -215,8 +215,8 @@ class _Bound:
     @staticmethod
     def _reason(name: str, low: float, high: float) -> list[str]:
         ends = [w for w, is_open in (("least", not low > -ABSORBED), ("largest", not high < ABSORBED)) if is_open]
-        found = [f"no bound is found of its {' and its '.join(ends)} value"]
-        return [*found, KEEPS_ERROR] if operator_of(name) == "integral" else found
+        results = [f"no bound is found of its {' and its '.join(ends)} value"]
+        return [*results, KEEPS_ERROR] if operator_of(name) == "integral" else results
 
     def run(self) -> None:
         """Find formats, and errors that no step makes larger.

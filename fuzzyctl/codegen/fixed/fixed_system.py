@@ -103,10 +103,10 @@ def fixed_point(unit: Unit, form: Format) -> Fixed:
         raise CodegenError(_not_interpolated(unit, form))
     if grid.size > MOST_ENTRIES:
         raise CodegenError(f"the system has {grid.size:,} knots, more than {MOST_ENTRIES:,}")
-    found = _held(unit, grid, form)
-    if isinstance(found, str):
-        raise CodegenError(f"{found}{_instead(unit, grid, form)}")
-    return found
+    result = _held(unit, grid, form)
+    if isinstance(result, str):
+        raise CodegenError(f"{result}{_instead(unit, grid, form)}")
+    return result
 
 
 def finest(unit: Unit) -> Fixed:
@@ -147,18 +147,18 @@ def _with_table(unit: Unit, form: Format) -> str:
         return f"nor does a table take its place: {error}"
     own = replace(unit, systems=(Evaluated(unit.system, Algorithm(unit.plan, table.grid, "a table"), table),))
     for other in (form, *_finest(own.plan, table.grid, form)):
-        found = _held(own, table.grid, other)
-        if isinstance(found, Fixed):
-            return f"--table {points} --fixed {other} does, off by {at_most(max(found.errors))} at most"
+        result = _held(own, table.grid, other)
+        if isinstance(result, Fixed):
+            return f"--table {points} --fixed {other} does, off by {at_most(max(result.errors))} at most"
     return f"and no format of 32 bits holds a table of {points} points"
 
 
 def _instead(unit: Unit, grid: Grid, form: Format) -> str:
     """Return a format that does."""
     for other in _finest(unit.plan, grid, form):
-        found = _held(unit, grid, other)
-        if isinstance(found, Fixed):
-            return f"; {other} does, off by {at_most(max(found.errors))} at most"
+        result = _held(unit, grid, other)
+        if isinstance(result, Fixed):
+            return f"; {other} does, off by {at_most(max(result.errors))} at most"
     if unit.table is not None and not _beyond(unit.plan, grid, form):
         return "; take more points of the table"
     return "; nor does any other format of up to 32 bits"
@@ -166,11 +166,11 @@ def _instead(unit: Unit, grid: Grid, form: Format) -> str:
 
 def _finest(flat: Plan, grid: Grid, form: Format) -> list[Format]:
     """Return formats with most bits behind the point that hold knots and values: in as many bits, then in 32."""
-    found = []
+    results = []
     for bits in dict.fromkeys((form.bits, 32)):
         formats = (Format(m, bits - 1 - m) for m in range(bits))
-        found += list(islice((f for f in formats if not _beyond(flat, grid, f)), 1))
-    return [f for f in found if f != form]
+        results += list(islice((f for f in formats if not _beyond(flat, grid, f)), 1))
+    return [f for f in results if f != form]
 
 
 def _held(unit: Unit, grid: Grid, form: Format) -> Fixed | str:

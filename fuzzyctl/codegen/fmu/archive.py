@@ -90,7 +90,7 @@ _MACHINES: Final = {"x86_64": "x86_64", "amd64": "x86_64", "aarch64": "aarch64",
 def compiler() -> str | None:
     """Return the C compiler: that of CC, or the first of `COMPILERS`, or None."""
     wanted = os.environ.get("CC", "")
-    return next((found for name in (wanted, *COMPILERS) if name and (found := shutil.which(name))), None)
+    return next((result for name in (wanted, *COMPILERS) if name and (result := shutil.which(name))), None)
 
 
 def library_path(name: str, version: int) -> str | None:

@@ -91,17 +91,17 @@ def tunable(controller: Controller) -> tuple[str, ...]:
     A param that is computed from others follows these. A param that a fuzzy system reads, or on which the start of a
     state or the period depends, is a constant; `--free` can still name those of systems.
     """
-    found: list[str] = []
+    results: list[str] = []
     for param in controller.params:
         if names_in(param.expression) or param.name in _of_period(controller):
             continue
         try:
-            equations = equations_of(controller, [*found, param.name])
+            equations = equations_of(controller, [*results, param.name])
         except ArgumentError:
             continue
         if not equations.starts_vary and not any(isinstance(i, Evaluation) and i.free for i in equations.body):
-            found.append(param.name)
-    return tuple(found)
+            results.append(param.name)
+    return tuple(results)
 
 
 def _of_period(controller: Controller) -> set[str]:
@@ -111,13 +111,13 @@ def _of_period(controller: Controller) -> set[str]:
 def read_by(expressions: Iterable[Expr], params: Sequence[Param]) -> set[str]:
     """Return the params that expressions read, those included that their params are computed from."""
     known = {p.name: p.expression for p in params}
-    waiting, found = [n.name for e in expressions for n in names_in(e)], set[str]()
+    waiting, result = [n.name for e in expressions for n in names_in(e)], set[str]()
     while waiting:
         name = waiting.pop()
-        if name in known and name not in found:
-            found.add(name)
+        if name in known and name not in result:
+            result.add(name)
             waiting += [n.name for n in names_in(known[name])]
-    return found
+    return result
 
 
 def _param(param: Param, values: Mapping[str, float]) -> Variable:

@@ -34,10 +34,10 @@ def check_model(system: FuzzySystem, *, hints: bool = True) -> list[Diagnostic]:
         hints: Whether to run the checks that give nothing but warnings.
     """
     numbers = Numbers(system)
-    found = [d for check in (*CHECKS, *(HINTS if hints else ())) for d in check(system)]
+    results = [d for check in (*CHECKS, *(HINTS if hints else ())) for d in check(system)]
     number_checks = (*VALUE_CHECKS, *SHAPE_CHECKS, *(SHAPE_HINTS if hints else ()))
-    found += [d for number_check in number_checks for d in number_check(numbers)]
-    return in_order(found)
+    results += [d for number_check in number_checks for d in number_check(numbers)]
+    return in_order(results)
 
 
 def check_values(system: FuzzySystem) -> list[Diagnostic]:

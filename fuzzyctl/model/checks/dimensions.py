@@ -134,10 +134,10 @@ def dimension(text: str) -> Dimension | None:
         return _ONE
     try:
         tokens = list(_tokens(inner))
-        found, rest = _product(tokens)
+        result, rest = _product(tokens)
     except _UnreadError:
         return None
-    return None if rest else found
+    return None if rest else result
 
 
 def _ratio(first: str, second: str) -> Dimension | None:
@@ -192,7 +192,7 @@ def _product(tokens: list[_Token]) -> tuple[Dimension, list[_Token]]:
 
     People read a factor that follows a divisor, as in `J/kg K`, in two ways.
     """
-    found, tokens = _factor(tokens)
+    result, tokens = _factor(tokens)
     divided = False
     while tokens and tokens[0][0] != "close":
         divides = tokens[0][0] == "divide"
@@ -200,8 +200,8 @@ def _product(tokens: list[_Token]) -> tuple[Dimension, list[_Token]]:
             raise _UnreadError
         divided = divides
         own, tokens = _factor(tokens[1:] if tokens[0][0] in ("divide", "times") else tokens)
-        found = found.times(own, -1 if divides else 1)
-    return found, tokens
+        result = result.times(own, -1 if divides else 1)
+    return result, tokens
 
 
 def _factor(tokens: list[_Token]) -> tuple[Dimension, list[_Token]]:
@@ -217,5 +217,5 @@ def _factor(tokens: list[_Token]) -> tuple[Dimension, list[_Token]]:
 
 
 def _joined(a: Mapping[str, int], b: Mapping[str, int], power: int) -> dict[str, int]:
-    found = {name: a.get(name, 0) + power * b.get(name, 0) for name in {*a, *b}}
-    return {name: p for name, p in found.items() if p}
+    results = {name: a.get(name, 0) + power * b.get(name, 0) for name in {*a, *b}}
+    return {name: p for name, p in results.items() if p}

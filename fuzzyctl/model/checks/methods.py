@@ -107,20 +107,20 @@ def kept(system: FuzzySystem, name: str) -> list[Diagnostic]:
     norms under a profile whose tool has one norm for all rules.
     """
     new, old = profile(name), profile(system.method.semantics.profile)
-    found = [_other_version(system, old, new)] if old.name.startswith(f"{name}_") else []
+    result = [_other_version(system, old, new)] if old.name.startswith(f"{name}_") else []
     # The reader reports those of fuzzylite's own files.
     if new.name.startswith("fuzzylite") and "fuzzylite" not in old.name:
-        found += [_always_acting(rule, new) for rule in system.rules if _has_no_condition(rule)]
+        result += [_always_acting(rule, new) for rule in system.rules if _has_no_condition(rule)]
     if new.has_blocks:
-        return found
+        return result
     for block in system.rule_blocks:
         norms = {n: getattr(block, n) for n in ("conjunction", "disjunction", "implication")}
         own = [f"{n} {norm}" for n, norm in norms.items() if norm not in (None, getattr(system.method, n))]
         if own:
             message = f"profile '{name}' leaves rule block '{block.name}' its own {', '.join(own)}"
             facts = (f"{new.tool} has one norm of each kind for all rules",)
-            found.append(Diagnostic("FZ609", message, block.span, "hint", facts))
-    return found
+            result.append(Diagnostic("FZ609", message, block.span, "hint", facts))
+    return result
 
 
 def _other_version(system: FuzzySystem, old: Profile, new: Profile) -> Diagnostic:

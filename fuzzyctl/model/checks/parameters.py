@@ -253,8 +253,8 @@ def constants(expr: Expr, is_known: IsKnown) -> list[Expr]:
 
     Parts of the choices of `where` are left out, too: its condition may skip them.
     """
-    found, whole = _parts(expr, is_known)
-    return [expr] if whole and not isinstance(expr, Number) else found
+    result, whole = _parts(expr, is_known)
+    return [expr] if whole and not isinstance(expr, Number) else result
 
 
 def quotients(expr: Expr, is_known: IsKnown) -> Iterator[tuple[Expr, Expr]]:
@@ -286,10 +286,10 @@ def _parts(expr: Expr, is_known: IsKnown) -> tuple[list[Expr], bool]:
     whole = _is_arithmetic(expr, is_known) and all(is_whole for _, _, is_whole in parts)
     if whole:
         return [], True
-    found: list[Expr] = []
+    results: list[Expr] = []
     for child, below, is_whole in parts:
-        found += below if not is_whole else [] if isinstance(child, Number) else [child]
-    return found, False
+        results += below if not is_whole else [] if isinstance(child, Number) else [child]
+    return results, False
 
 
 def _is_arithmetic(expr: Expr, is_known: IsKnown) -> bool:

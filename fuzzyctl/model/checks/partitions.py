@@ -61,7 +61,7 @@ def spoilt_partitions(numbers: Numbers) -> Iterator[Diagnostic]:
 
 def _sets(numbers: Numbers, variable: Input) -> list[_Set]:
     """Return the terms of an input by their cores; none if one is curved, has a height, or overlaps another's core."""
-    found = []
+    results = []
     shapes = numbers.shapes(variable)
     for term, parameters in shapes:
         formula = MEMBERSHIP[term.membership.kind]
@@ -69,10 +69,10 @@ def _sets(numbers: Numbers, variable: Input) -> list[_Set]:
         if not vertices or numbers.value(term.membership.height) != 1.0:
             return []
         left, right = formula.core(parameters)
-        found.append(_Set(term.name, vertices, (left, right)))
-    found.sort(key=lambda s: s.core)
-    apart = all(a.core[1] <= b.core[0] for a, b in pairwise(found))
-    return found if apart and len(shapes) == len(variable.terms) else []
+        results.append(_Set(term.name, vertices, (left, right)))
+    results.sort(key=lambda s: s.core)
+    apart = all(a.core[1] <= b.core[0] for a, b in pairwise(results))
+    return results if apart and len(shapes) == len(variable.terms) else []
 
 
 def _met(sets: Sequence[_Set], gaps: Sequence[tuple[_Set, _Set]]) -> list[list[_Set]]:
@@ -118,12 +118,12 @@ def helps_by_line(terms: Iterable[Term], *, only_peaks: bool) -> dict[_Line, str
         terms: The terms of one variable that rules use.
         only_peaks: Whether the peaks of the terms are all that counts.
     """
-    found: dict[_Line, list[Term]] = {}
+    results: dict[_Line, list[Term]] = {}
     for term in terms:
         line = _line_of(term)
         if line is not None:
-            found.setdefault(line, []).append(term)
-    return {line: _help_of(own, only_peaks) for line, own in found.items()}
+            results.setdefault(line, []).append(term)
+    return {line: _help_of(own, only_peaks) for line, own in results.items()}
 
 
 def _help_of(used: Sequence[Term], only_peaks: bool) -> str:

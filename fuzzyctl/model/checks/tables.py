@@ -36,14 +36,14 @@ def jumping_tables(system: FuzzySystem) -> Iterator[Diagnostic]:
 def culprit(ranks: list[list[int]]) -> Place | None:
     """Return the one cell that is part of all breaks, None where there is no break or no such cell."""
     steps = [({a, b}, downwards, _at(ranks, b) - _at(ranks, a)) for a, b, downwards in _neighbours(ranks)]
-    found: set[Place] = set()
+    results: set[Place] = set()
     for across, down in product((1, -1), repeat=2):
         bad = [cells for cells, downwards, step in steps if not 0 <= (down if downwards else across) * step <= 1]
         if not bad:
             return None
         if 1 < len(bad) <= max(2, len(steps) // 3):
-            found |= set.intersection(*bad)
-    return found.pop() if len(found) == 1 else None
+            results |= set.intersection(*bad)
+    return results.pop() if len(results) == 1 else None
 
 
 def ranks_of(system: FuzzySystem, table: RuleTable) -> list[list[int]] | None:

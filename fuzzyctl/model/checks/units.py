@@ -192,9 +192,9 @@ class Units:
         if not unit or not power:
             return unit
         whole = unit if unit.isalpha() else f"({unit})"
-        found = f"{whole} s" if power > 0 else f"{whole}/s"
-        self._computed.add(found)
-        return found
+        over_time = f"{whole} s" if power > 0 else f"{whole}/s"
+        self._computed.add(over_time)
+        return over_time
 
     def _differ(self, one: str, other: str) -> bool:
         """Return whether two units differ; of one that is computed, beyond doubt."""
