@@ -84,18 +84,18 @@ def _unlocated(system: FuzzySystem, output: OutputPlan, part: Work, work: Work) 
     if is_known and all(is_resolved(term, output.lower, output.upper) for term in hedged):
         return
     names = {h for rule in system.rules for c in rule.consequents if c.output == output.name for h in c.hedges}
-    own = [h for h in system.hedges if h.name in names]
+    hedges = [h for h in system.hedges if h.name in names]
     if not is_known:
         work.takes(math.inf)
         too_much = ("the turning points of its hedges take more work than a check does",)
-        yield Diagnostic("FZ409", _message(output), own[0].span, "warning", too_much, _help(output))
+        yield Diagnostic("FZ409", _message(output), hedges[0].span, "warning", too_much, _help(output))
         return
-    open_ = [h for h in own if not monotone_parts(hedge_change(system, h.name, undone=False)).complete]
+    open_ = [h for h in hedges if not monotone_parts(hedge_change(system, h.name, undone=False)).complete]
     facts = tuple(
         f"the turning points of hedge '{h.name}' cannot all be isolated by interval arithmetic" for h in open_
     )
     many = ("its terms have too many turning points",)
-    yield Diagnostic("FZ409", _message(output), (open_ or own)[0].span, "warning", facts or many, _help(output))
+    yield Diagnostic("FZ409", _message(output), (open_ or hedges)[0].span, "warning", facts or many, _help(output))
 
 
 def _locate(terms: Sequence[SetPlan], output: OutputPlan, work: Work) -> bool:

@@ -167,8 +167,8 @@ def _reach(flat: Plan, degree: DegreePlan, work: Work) -> Interval:
     for cell in cells(flat.variable(degree.variable), [degree.set]):
         if result == whole or not work.takes(min(units, _MOST_ENCLOSED)):
             return whole
-        own = degree_in(degree.set, cell.floats)
-        result = own if result is None else hull([result, own])
+        ends = degree_in(degree.set, cell.floats)
+        result = ends if result is None else hull([result, ends])
     return result or whole
 
 

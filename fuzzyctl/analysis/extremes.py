@@ -75,7 +75,7 @@ def extents(system: FuzzySystem, *, timeout: float = TIMEOUT) -> tuple[Extent, .
     judge = Judge(system)
     finder = _AtCorners(system, surface) if surface is not None else _BySubdivision(system, flat, timeout, judge)
     ends = [_ends(system, k, known[o.name], finder, judge) for k, o in enumerate(system.outputs)]
-    return tuple(_extent(system, k, own, finder) for k, own in enumerate(ends))
+    return tuple(_extent(system, k, pair, finder) for k, pair in enumerate(ends))
 
 
 #: An end: its value, a point that comes near it, and the value there.

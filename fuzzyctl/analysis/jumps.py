@@ -174,14 +174,14 @@ def _at(
     x: float,
 ) -> Jump | None:
     """Return the largest jump of an output at a value of one input."""
-    own, best = flat.inputs[position], None
+    variable, best = flat.inputs[position], None
     for others in islice(product(*axes), MOST_POINTS):
         sides = [math.nextafter(x, -math.inf), x, math.nextafter(x, math.inf)]
         row = [value([*others[:position], side, *others[position:]]) for side in sides]
         for a, b in combinations(row, 2):
             if abs(b - a) > max(LEAST * (output.upper - output.lower), 0.0 if best is None else best.size):
-                at = dict(zip([v.name for v in flat.inputs if v is not own], others, strict=True))
-                best = Jump(own.name, x, a, b, at, 1, output.otherwise in (a, b))
+                at = dict(zip([v.name for v in flat.inputs if v is not variable], others, strict=True))
+                best = Jump(variable.name, x, a, b, at, 1, output.otherwise in (a, b))
     return best
 
 

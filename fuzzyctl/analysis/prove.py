@@ -219,8 +219,8 @@ class Prover:
     def _with_lets(self, witness: Witness, lets: Set[str]) -> Witness:
         """Return a witness with the values of the lets of its claim."""
         known = known_at(self.plan, list(witness.point.values()))
-        own = tuple((let.name, known[let.name]) for let in self.plan.lets if let.name in lets)
-        return replace(witness, sides=(*own, *witness.sides))
+        values = tuple((let.name, known[let.name]) for let in self.plan.lets if let.name in lets)
+        return replace(witness, sides=(*values, *witness.sides))
 
     def _state_of(self, claim: Claim) -> str:
         """Return the state that a claim depends on besides the inputs, an empty text if there is none."""
@@ -288,15 +288,15 @@ class Prover:
         left, right = reader.read(bound.left), reader.read(bound.right)
         if left is None or right is None:
             return False
-        own = left.plus(right, Fraction(-1))
-        if own.inputs or len(own.outputs) != 1:
+        difference = left.plus(right, Fraction(-1))
+        if difference.inputs or len(difference.outputs) != 1:
             return False
-        ((taken, factor),) = own.outputs.items()
+        ((taken, factor),) = difference.outputs.items()
         system = (self.system, *self.system.compared)[taken.system]
         known = (self.bounds if not taken.system else output_bounds(system))[system.outputs[taken.output].name]
         if not all(abs(e) < float("inf") for e in (known.lo, known.hi)):
             return False
-        least = min(own.number + factor * Fraction(e) for e in (known.lo, known.hi)) + bound.tolerance
+        least = min(difference.number + factor * Fraction(e) for e in (known.lo, known.hi)) + bound.tolerance
         return least > 0 or (least == 0 and not bound.strict)
 
     def _total(self, claim: Claim, output: str) -> Verdict:

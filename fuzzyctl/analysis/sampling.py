@@ -120,7 +120,7 @@ def units_of_claim(claim: Claim) -> float:
 def points(plan: Plan) -> Iterator[tuple[float, ...]]:
     """Yield corners of terms and middles between them, then the same with -0.0."""
     coordinates = [_coordinates(plan, i) for i in range(len(plan.inputs))]
-    signed = [[*own, -0.0] if own[0] <= 0.0 <= own[-1] else own for own in coordinates]
+    signed = [[*axis, -0.0] if axis[0] <= 0.0 <= axis[-1] else axis for axis in coordinates]
     negative = filter(_has_minus_zero, islice(product(*signed), _SIGNED))
     yield from islice(chain(product(*coordinates), negative), POINTS)
 

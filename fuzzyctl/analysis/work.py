@@ -95,12 +95,12 @@ def sizes_of(program: Program) -> tuple[int, int, int]:
     nodes = entries = scalars = 0
     for statement in program.body:
         if isinstance(statement, Assign | Accumulate):
-            own = [statement] if isinstance(statement, Assign) else [*statement.body, *statement.sums]
-            count = sum(1 for part in own for _ in walk(part.value))
+            parts = [statement] if isinstance(statement, Assign) else [*statement.body, *statement.sums]
+            count = sum(1 for part in parts for _ in walk(part.value))
             times = 1 if isinstance(statement, Assign) else statement.count
             nodes += count
             entries += count * times
-            scalars += times * sum(1 for part in own for e in walk(part.value) if _is_scalar(e))
+            scalars += times * sum(1 for part in parts for e in walk(part.value) if _is_scalar(e))
     return nodes, entries, scalars
 
 

@@ -145,11 +145,11 @@ class System:
         Returns:
             An enclosure for each, and the boxes where an output that they name has no value, shape (boxes,) or ().
         """
-        own = self.inputs_of(lo, hi, sloped=sloped)
-        names = self._constants | own
+        inputs = self.inputs_of(lo, hi, sloped=sloped)
+        names = self._constants | inputs
         void = np.array(False)
         for system, wanted in self._named(exprs).items():
-            found, quiet = system.evaluate([own[n] for n in system.inputs], [k for k, _ in wanted])
+            found, quiet = system.evaluate([inputs[n] for n in system.inputs], [k for k, _ in wanted])
             names |= {name: e for (_, name), e in zip(wanted, found, strict=True)}
             void = void | quiet
         taken: dict[Expr, Enclosure] = {}
@@ -160,7 +160,7 @@ class System:
                 if expr.function == "total":
                     (output,) = expr.arguments
                     assert isinstance(output, Name)
-                    taken[expr] = self.strength(list(own.values()), self.outputs.index(output.name))
+                    taken[expr] = self.strength(list(inputs.values()), self.outputs.index(output.name))
                     return taken[expr]
                 where = self._output_of(expr.function)
                 if where is None:
@@ -223,12 +223,12 @@ class System:
         left, right = self.reader.read(bound.left), self.reader.read(bound.right)
         if left is None or right is None:
             return
-        own = left.plus(right, Fraction(-1))
-        line = own.line()
+        difference = left.plus(right, Fraction(-1))
+        line = difference.line()
         if line is not None and line.input is not None:
             breakpoints[line.input].add(float(-line.shift / line.factor))
         systems = [self, *self.compared.values()]
-        for taken in own.outputs:
+        for taken in difference.outputs:
             other = systems[taken.system]
             for i, argument in enumerate(taken.arguments):
                 if argument.input is not None and (other is not self or argument != self.reader.here[0][i]):
@@ -242,21 +242,21 @@ class System:
 
     def is_continuous(self, output: int) -> bool:
         """Return whether an output jumps nowhere: neither its terms nor its norms do, and some rule always fires."""
-        plan, own = self.plan, self.plan.outputs[output]
+        plan, target = self.plan, self.plan.outputs[output]
         methods = self.system.rule_methods
-        norms = {own.aggregation} | {n for m in methods for n in (m.conjunction, m.disjunction)}
-        norms |= {own.implication_of(own.terms[e.term]) for e in own.implied}
-        if not plan.all_act or own.reads or self.system.hedges or plan.has_formulas:
+        norms = {target.aggregation} | {n for m in methods for n in (m.conjunction, m.disjunction)}
+        norms |= {target.implication_of(target.terms[e.term]) for e in target.implied}
+        if not plan.all_act or target.reads or self.system.hedges or plan.has_formulas:
             return False
-        if plan.least or own.equal or plan.chains or any(e.change is not None for e in own.implied):
+        if plan.least or target.equal or plan.chains or any(e.change is not None for e in target.implied):
             return False
         if any({**CONJUNCTIONS, **AGGREGATIONS}[n].jumps for n in norms):
             return False
-        if any(own.terms[e.term].expression is not None for e in own.implied):
+        if any(target.terms[e.term].expression is not None for e in target.implied):
             return False
         if not all(_is_continuous(d.set.kind, d.set.vertices, d.set.expression) for d in plan.degrees):
             return False
-        return self._uncovered[own.name] is None
+        return self._uncovered[target.name] is None
 
     @cached_property
     def _uncovered(self) -> dict[str, Verdict]:
@@ -276,11 +276,11 @@ def grid_of_cells(
     Returns:
         Ends of the cells, shape (sides, cells) each.
     """
-    sides = [_cut(whole, own) for whole, own in zip(wholes, breakpoints, strict=True)]
-    count = prod(len(own) for own in sides)
+    sides = [_cut(whole, parts) for whole, parts in zip(wholes, breakpoints, strict=True)]
+    count = prod(len(parts) for parts in sides)
     if count > MOST_CELLS:
-        sides = [[whole] if len(own) > 3 else own for whole, own in zip(wholes, sides, strict=True)]
-        count = prod(len(own) for own in sides)
+        sides = [[whole] if len(parts) > 3 else parts for whole, parts in zip(wholes, sides, strict=True)]
+        count = prod(len(parts) for parts in sides)
         if count > MOST_CELLS:
             return None
     ends = np.array(list(product(*sides)), dtype=np.float64).reshape(-1, len(sides), 2)
@@ -323,8 +323,8 @@ def surely_false(truth: Truth, upper: dict[Bound, Array]) -> Mask:
     assert isinstance(truth, Every | Some)
     result = np.array(isinstance(truth, Some))
     for part in truth.parts:
-        own = surely_false(part, upper)
-        result = (result | own) if isinstance(truth, Every) else (result & own)
+        is_false = surely_false(part, upper)
+        result = (result | is_false) if isinstance(truth, Every) else (result & is_false)
     return result
 
 
@@ -338,6 +338,6 @@ def surely_true(truth: Truth, lower: dict[Bound, Array]) -> Mask:
     assert isinstance(truth, Every | Some)
     result = np.array(isinstance(truth, Every))
     for part in truth.parts:
-        own = surely_true(part, lower)
-        result = (result & own) if isinstance(truth, Every) else (result | own)
+        is_true = surely_true(part, lower)
+        result = (result & is_true) if isinstance(truth, Every) else (result | is_true)
     return result

@@ -84,13 +84,13 @@ class _Least:
                 break
             bounds = bounds[: len(bounds) - count]
             box_lo, box_hi = search.take()
-            own, steepness, points = self._lower(box_lo, box_hi)
-            self._try(points, box_lo, box_hi, own)
-            keep = own < self.best - gap
-            settled = min(settled, float(own[~keep].min(initial=math.inf)))
+            lower, steepness, points = self._lower(box_lo, box_hi)
+            self._try(points, box_lo, box_hi, lower)
+            keep = lower < self.best - gap
+            settled = min(settled, float(lower[~keep].min(initial=math.inf)))
             halved = search.put_halves(box_lo[:, keep], box_hi[:, keep], steepness[:, keep])
-            settled = min(settled, float(own[keep][~halved].min(initial=math.inf)))
-            bounds = np.concatenate([bounds, own[keep][halved], own[keep][halved]])
+            settled = min(settled, float(lower[keep][~halved].min(initial=math.inf)))
+            bounds = np.concatenate([bounds, lower[keep][halved], lower[keep][halved]])
         return min(settled, float(bounds.min(initial=math.inf)), self.best), self.point
 
     @staticmethod
@@ -145,14 +145,14 @@ def _steepest(system: System, output: int, position: int, search: Search, work: 
         count = min(system.batch, len(bounds))
         bounds = bounds[: len(bounds) - count]
         lo, hi = search.take()
-        own = _slopes(system, output, position, lo, hi)
+        slopes = _slopes(system, output, position, lo, hi)
         middle = middles(lo, hi)
         shown = max(shown, float(_least_slopes(system, output, position, middle).max(initial=0.0)))
-        keep = own > shown * (1.0 + _SLOPE_GAP)
-        settled = max(settled, float(own[~keep].max(initial=0.0)))
+        keep = slopes > shown * (1.0 + _SLOPE_GAP)
+        settled = max(settled, float(slopes[~keep].max(initial=0.0)))
         halved = search.put_halves(lo[:, keep], hi[:, keep], np.zeros_like(lo[:, keep]))
-        settled = max(settled, float(own[keep][~halved].max(initial=0.0)))
-        bounds = np.concatenate([bounds, own[keep][halved], own[keep][halved]])
+        settled = max(settled, float(slopes[keep][~halved].max(initial=0.0)))
+        bounds = np.concatenate([bounds, slopes[keep][halved], slopes[keep][halved]])
     return max(settled, float(bounds.max(initial=0.0)))
 
 

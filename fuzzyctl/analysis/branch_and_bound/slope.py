@@ -85,8 +85,8 @@ class _Sloped:
 
     def _step(self, output: int, axis: int) -> Witness | None:
         lo, hi = self.search.take()
-        own = list(self.system.inputs_of(lo, hi, sloped=True).values())
-        (found,), _ = self.system.evaluate(own, [output])
+        inputs = list(self.system.inputs_of(lo, hi, sloped=True).values())
+        (found,), _ = self.system.evaluate(inputs, [output])
         if found.slopes is None:  # they are 0 throughout
             return None
         down, up = (np.broadcast_to(s, lo.shape)[axis] for s in found.slopes)

@@ -197,9 +197,9 @@ class Search:
         return any(self._moved(entry, top, fired)[0] >= CERTAIN for entry, top in self.rules[strength])
 
     def _degrees_in(self, position: int, floats: Interval) -> dict[str, Interval]:
-        own = self.own[self.used[position]]
-        self.work.spend(_DEGREE * len(own))
-        return {n: degree_in(d.set, floats) for n, d in own.items()}
+        degrees = self.own[self.used[position]]
+        self.work.spend(_DEGREE * len(degrees))
+        return {n: degree_in(d.set, floats) for n, d in degrees.items()}
 
     def _degrees_of(self, position: int, cell: int) -> dict[str, Interval]:
         """Return the degrees in a cell of an input, computed at first use."""
@@ -304,11 +304,11 @@ class Search:
     def _extend(self, ranges: list[tuple[int, int]]) -> None:
         """Extend the first and last cells of a hole along each input."""
         hulls = [self._degrees_of(k, first) for k, (first, _) in enumerate(ranges)]
-        for k, own in enumerate(self.cells):
+        for k, side in enumerate(self.cells):
             for step in (-1, 1):
                 while True:
                     edge = ranges[k][0] - 1 if step < 0 else ranges[k][1] + 1
-                    if not 0 <= edge < len(own):
+                    if not 0 <= edge < len(side):
                         break
                     at_edge = self._degrees_of(k, edge)
                     sides = [*hulls[:k], at_edge, *hulls[k + 1 :]]

@@ -56,10 +56,10 @@ class Conditions:
         steps = {step_name(i): step for i, step in enumerate(self.plan.steps)}
         known = _literals_of_steps(self.degrees, steps)
         found = {s: _joined(self.plan.strengths[s], known) for s in self.strengths}
-        own = {s: literals for s, literals in found.items() if literals}
+        conditions = {s: literals for s, literals in found.items() if literals}
         # A table may be complete without a rule with a hedge.
-        plain = {s: literals for s, literals in own.items() if all(n in self.degrees for n in literals.values())}
-        return self._covered(own, steps) or (len(plain) < len(own) and self._covered(plain, steps))
+        plain = {s: literals for s, literals in conditions.items() if all(n in self.degrees for n in literals.values())}
+        return self._covered(conditions, steps) or (len(plain) < len(conditions) and self._covered(plain, steps))
 
     def _covered(self, rules: Mapping[int, Literals], steps: Mapping[str, Expr]) -> bool:
         if not rules:
@@ -69,8 +69,8 @@ class Conditions:
             for variable, name in literals.items():
                 names.setdefault(variable, {})[name] = None
         sets = {v: {n: d.set for n, d in self.degrees.items() if d.variable == v} for v in names}
-        candidates = {v: _candidates(self.cells[v], list(own), sets[v]) for v, own in names.items()}
-        if not all(own for cells in candidates.values() for own in cells):
+        candidates = {v: _candidates(self.cells[v], list(group), sets[v]) for v, group in names.items()}
+        if not all(group for cells in candidates.values() for group in cells):
             return False  # a cell in which all terms are 0
         least = {}
         for variable in names:
@@ -79,9 +79,9 @@ class Conditions:
             )
             if least[variable] == 0.0:
                 return False
-        fired = _Truths({n: (least[v], 1.0) for v, own in names.items() for n in own}, steps)
+        fired = _Truths({n: (least[v], 1.0) for v, group in names.items() for n in group}, steps)
         sure = [literals for s, literals in rules.items() if self._is_sure(s, fired)]
-        return _Table([list(own) for own in names.values()], self.work).is_covered(
+        return _Table([list(group) for group in names.values()], self.work).is_covered(
             [tuple(literals.get(v, "") for v in names) for literals in sure]
         )
 

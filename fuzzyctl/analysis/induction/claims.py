@@ -68,7 +68,7 @@ class Claims:
 
     def __post_init__(self) -> None:
         controller = self.controller
-        own = [self._guarantee(k) for k in range(len(controller.guarantees))]
+        claims = [self._guarantee(k) for k in range(len(controller.guarantees))]
         extra = tuple(Result(name=name, value=value) for value, name in self._names.items())
         changed = dataclasses.replace(controller, results=(*controller.results, *extra))
         self.equations = _with_inputs(equations_of(changed, self.free))
@@ -82,11 +82,13 @@ class Claims:
                 if state is None:
                     self.inner.append(found)
                 else:
-                    own.append(dataclasses.replace(found, span=state.span))
+                    claims.append(dataclasses.replace(found, span=state.span))
         for result in controller.results:
             if result.bounds is not None:
-                own.append(dataclasses.replace(self._range(result.name, result.name, result.bounds), span=result.span))
-        self.own = sorted(own, key=lambda c: c.span.start if c.span is not None else -1)
+                claims.append(
+                    dataclasses.replace(self._range(result.name, result.name, result.bounds), span=result.span)
+                )
+        self.own = sorted(claims, key=lambda c: c.span.start if c.span is not None else -1)
 
     def _guarantee(self, position: int) -> StepClaim:
         guarantee = self.controller.guarantees[position]

@@ -119,8 +119,8 @@ class ControllerProver:
     def _reached(self) -> dict[int, Reached]:
         """Steps of runs from the start at which claims are false, by position among the own ones."""
         ranges = self.inputs | {DT: (1e-6, 1.0)}
-        own = [loosened(c) if c.is_range else c for c in self.claims.own]
-        return Runs(self.replay, ranges, min(clock.now() + _RUNS * self.timeout, self.until)).search(own)
+        claims = [loosened(c) if c.is_range else c for c in self.claims.own]
+        return Runs(self.replay, ranges, min(clock.now() + _RUNS * self.timeout, self.until)).search(claims)
 
     @cached_property
     def ranges(self) -> dict[str, Ends]:
@@ -275,10 +275,10 @@ class ControllerProver:
         if not isinstance(result, Refuted):
             return result
         declared = {s.name for s in self.model.equations.states if s.bounds is not None}
-        own = [n for n in boxed.slice.shown if n in self.replay.states]
-        if all(result.witness.point[n] == self._start[n] for n in own):
-            return replace(result, note=_FIRST if own else "")
-        if all(n in declared and self._is_kept(n) for n in own if result.witness.point[n] != self._start[n]):
+        states = [n for n in boxed.slice.shown if n in self.replay.states]
+        if all(result.witness.point[n] == self._start[n] for n in states):
+            return replace(result, note=_FIRST if states else "")
+        if all(n in declared and self._is_kept(n) for n in states if result.witness.point[n] != self._start[n]):
             return replace(result, note="the state is in its range; no run that reaches it was found")
         return Undecided(result.claim, f"it is false {result.witness}, but no run was found that reaches this state")
 

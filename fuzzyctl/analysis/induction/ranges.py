@@ -185,11 +185,11 @@ class _Growth:
             ends = self._copied(update) or self._ends_of(state.name, names.enclose(update))
             if state.name not in self.lost and self._grow(state.name, ends, is_last=is_last):
                 grew = True
-                own = self.ends[state.name]
+                now = self.ends[state.name]
                 if state.name in self.lost:
                     names.names[state.name] = ANYTHING
                 elif not self._is_endless(state.name):
-                    names.names[state.name] = _box((own[0].value, own[1].value))
+                    names.names[state.name] = _box((now[0].value, now[1].value))
         return grew
 
     def _copied(self, update: Expr) -> Ends | None:

@@ -184,10 +184,10 @@ class Runs:
             self._run(moves, claims, results)
         for k, claim in enumerate(claims):
             if k not in results and clock.now() <= self.deadline:
-                own: dict[int, Reached] = {}
-                self._run(self._towards(claim), [claim], own)
-                if own:
-                    results[k] = own[0]
+                reached: dict[int, Reached] = {}
+                self._run(self._towards(claim), [claim], reached)
+                if reached:
+                    results[k] = reached[0]
         return results
 
     def _run(self, moves: Iterator[list[float]], claims: Sequence[StepClaim], found: dict[int, Reached]) -> None:

@@ -175,11 +175,13 @@ class StepModel:
             self._called[id(system)] = CalledSystem(system)
         return self._called[id(system)]
 
-    def evaluate(self, own: Slice, arguments: Mapping[str, Enclosure], *, nearest: bool = True) -> NarrowingInterpreter:
+    def evaluate(
+        self, part: Slice, arguments: Mapping[str, Enclosure], *, nearest: bool = True
+    ) -> NarrowingInterpreter:
         """Enclose all names of a slice.
 
         Args:
-            own: The slice.
+            part: The slice.
             arguments: Enclosures of the names that it reads.
             nearest: Whether only the values that kernels compute are enclosed, not the real values.
 
@@ -187,7 +189,7 @@ class StepModel:
             SpentError: When the time of the ranges is over.
         """
         result = NarrowingInterpreter(arguments, self.definitions, nearest=nearest)
-        for item in own.body:
+        for item in part.body:
             if clock.is_over():
                 raise SpentError
             if isinstance(item, Equation):
@@ -244,23 +246,23 @@ def read(item: Item) -> list[str]:
     return [n.name for value in values for n in names_in(value)]
 
 
-def parted(own: Slice, names: Iterable[str]) -> tuple[Slice, Slice]:
+def parted(whole: Slice, names: Iterable[str]) -> tuple[Slice, Slice]:
     """Return the part of a slice that depends on none of some names, and the part that does."""
     changing = set(names)
     parts: tuple[list[Item], list[Item]] = [], []
-    for item in own.body:
+    for item in whole.body:
         depends = not changing.isdisjoint(read(item))
         parts[depends].append(item)
         if depends:
             changing.update(defined(item))
-    return Slice(tuple(parts[0]), own.arguments), Slice(tuple(parts[1]), own.arguments)
+    return Slice(tuple(parts[0]), whole.arguments), Slice(tuple(parts[1]), whole.arguments)
 
 
 def _scaled(line: tuple[str, float, float] | None, factor: float, shift: float) -> tuple[str, float, float] | None:
     if line is None or not factor:
         return None
-    name, own, offset = line
-    return name, factor * own, factor * offset + shift
+    name, slope, offset = line
+    return name, factor * slope, factor * offset + shift
 
 
 #: Most arguments along which slopes are computed.
@@ -393,5 +395,5 @@ class BoxedStep:
     def units(self, output: int, boxes: int) -> float:
         """Return the work of enclosing an output and its slopes over some boxes."""
         systems = [self.model.called(i.system).boxed for i in self.slice.body if isinstance(i, Evaluation)]
-        own = self._nodes * (_NODE + _NUMBER * boxes * (1 + 2 * len(self.inputs)))
-        return own + sum(s.units(k, boxes) for s in systems for k in range(len(s.outputs)))
+        units = self._nodes * (_NODE + _NUMBER * boxes * (1 + 2 * len(self.inputs)))
+        return units + sum(s.units(k, boxes) for s in systems for k in range(len(s.outputs)))

@@ -78,8 +78,8 @@ class _Decision:
         self.compared = {b: self._sum(b) for b in bounds_in(claim.truth)}
         if any(s.outputs or s.line() is None for s in self.region.values()):
             raise _UnsuitedError
-        for own in self.compared.values():
-            self._require_multilinear(own)
+        for difference in self.compared.values():
+            self._require_multilinear(difference)
         self.known: dict[tuple[Bound, tuple[int, ...]], Fraction] = {}
 
     def _sum(self, bound: Bound) -> Affine:
@@ -94,31 +94,31 @@ class _Decision:
             raise _UnsuitedError
         return surface
 
-    def _require_multilinear(self, own: Affine) -> None:
-        for taken in own.outputs:
+    def _require_multilinear(self, difference: Affine) -> None:
+        for taken in difference.outputs:
             surface = self._surface(taken)
             read = [taken.arguments[i].input for i in surface.inputs if taken.arguments[i].input is not None]
             if len(set(read)) < len(read):
                 raise _UnsuitedError
-            if not surface.is_unity[taken.output] and (len(own.outputs) > 1 or own.inputs):
+            if not surface.is_unity[taken.output] and (len(difference.outputs) > 1 or difference.inputs):
                 raise _UnsuitedError
-        if any(self.system.inputs[i].extrapolate for i in own.inputs):
+        if any(self.system.inputs[i].extrapolate for i in difference.inputs):
             raise _UnsuitedError
 
     @cached_property
     def cuts(self) -> list[list[Fraction]]:
         """Where each input is cut; beyond the outer cuts of an input without a range nothing changes."""
         results: list[set[Fraction]] = [set() for _ in self.system.inputs]
-        for own in self.compared.values():
-            for taken in own.outputs:
+        for difference in self.compared.values():
+            for taken in difference.outputs:
                 surface = self._surface(taken)
                 for k, i in enumerate(surface.inputs):
                     _add_breakpoints(results, taken.arguments[i], surface.corners[k])
-        for own in self.region.values():
-            line = own.line()
+        for difference in self.region.values():
+            line = difference.line()
             assert line is not None
             _add_breakpoints(results, line, [Fraction(0)])
-        return [self._within(i, own) for i, own in enumerate(results)]
+        return [self._within(i, difference) for i, difference in enumerate(results)]
 
     def _within(self, position: int, found: set[Fraction]) -> list[Fraction]:
         variable = self.system.inputs[position]
@@ -134,8 +134,8 @@ class _Decision:
 
     def verdict(self) -> Verdict | None:
         count = 1
-        for own in self.cuts:
-            count *= 2 * len(own) - 1
+        for cuts in self.cuts:
+            count *= 2 * len(cuts) - 1
         work = self.judge.work
         if count > MOST_CELLS or (work is not None and not work.takes(_CELL * count)):
             return None
@@ -210,9 +210,9 @@ class _Decision:
         """Return left less right at a corner, for a quotient of two sums times the lower one."""
         key = (bound, vertex)
         if key not in self.known:
-            own, point = self.compared[bound], self._point(vertex)
-            total = own.number + sum((c * point[i] for i, c in own.inputs.items()), Fraction(0))
-            for taken, factor in own.outputs.items():
+            difference, point = self.compared[bound], self._point(vertex)
+            total = difference.number + sum((c * point[i] for i, c in difference.inputs.items()), Fraction(0))
+            for taken, factor in difference.outputs.items():
                 above, below = self._surface(taken).sums(taken.output, [a.at(point) for a in taken.arguments])
                 # The tolerance is added to the quotient later, so that the sign is all that may change here.
                 total += factor * above / below
@@ -240,11 +240,13 @@ class _Decision:
 
     def _is_held(self, bound: Bound) -> bool:
         """Return whether the comparison holds because kernels keep the output within the hull of its consequents."""
-        own = self.compared[bound]
-        if own.inputs or len(own.outputs) != 1:
+        difference = self.compared[bound]
+        if difference.inputs or len(difference.outputs) != 1:
             return False
-        ((taken, factor),) = own.outputs.items()
-        ends = [own.number + bound.tolerance + factor * Fraction(e) for e in self._surface(taken).hull(taken.output)]
+        ((taken, factor),) = difference.outputs.items()
+        ends = [
+            difference.number + bound.tolerance + factor * Fraction(e) for e in self._surface(taken).hull(taken.output)
+        ]
         return min(ends) > 0 or (min(ends) == 0 and not bound.strict)
 
     def _proved(self, level: Level) -> Verdict:

@@ -250,7 +250,7 @@ class _Error:
         """Return the largest distance of the interpolated values from the sums, which is at one of the corners."""
         surface, knots = self.surface, self.surface.grid.knots
         raw = not surface.is_unity[self.output] and bool(surface.grid.outputs[self.output].weight)
-        rational = [[Fraction(x) for x in own] for own in knots]
+        rational = [[Fraction(x) for x in axis] for axis in knots]
         most = Fraction(0)
         for corner in surface.indices:
             point = [surface.corners[k][c] for k, c in enumerate(corner)]
@@ -281,12 +281,12 @@ def _weights(knots: Sequence[Fraction], x: Fraction) -> list[tuple[int, Fraction
 
 
 def _interpolated(knots: Sequence[Sequence[Fraction]], values: Sequence[float], point: Sequence[Fraction]) -> Fraction:
-    weights = [_weights(own, x) for own, x in zip(knots, point, strict=True)]
+    weights = [_weights(axis, x) for axis, x in zip(knots, point, strict=True)]
     total = Fraction(0)
     for choice in product(*weights):
         index = 0
-        for (i, _), own in zip(choice, knots, strict=True):
-            index = index * len(own) + i
+        for (i, _), axis in zip(choice, knots, strict=True):
+            index = index * len(axis) + i
         total += math.prod((s for _, s in choice), start=Fraction(1)) * Fraction(values[index])
     return total
 
@@ -301,12 +301,12 @@ def _largest_polynomial(values: Sequence[float], lengths: Sequence[int]) -> floa
     for d, length in enumerate(lengths):
         stride = math.prod(lengths[d + 1 :])
         wider = []
-        for k, own in enumerate(results):
-            beside = results[k + stride] if k // stride % length + 1 < length else own
-            steps = [(b - a, u + v + abs(b - a)) for (a, u), (b, v) in zip(own, beside, strict=True)]
-            wider.append([*own, *steps])
+        for k, terms in enumerate(results):
+            beside = results[k + stride] if k // stride % length + 1 < length else terms
+            steps = [(b - a, u + v + abs(b - a)) for (a, u), (b, v) in zip(terms, beside, strict=True)]
+            wider.append([*terms, *steps])
         results = wider
-    return max(sum(abs(term) + cancelled for term, cancelled in own) for own in results)
+    return max(sum(abs(term) + cancelled for term, cancelled in terms) for terms in results)
 
 
 def _differences(values: list[float], lengths: Sequence[int]) -> list[float]:
