@@ -85,12 +85,12 @@ def exact_norms(implication: str, aggregation: str) -> bool:
 
 def exact_maxima_possible(kinds: Iterable[str], implications: Collection[str], aggregation: str) -> bool:
     """Return whether the maxima of a set made of terms of some kinds, implied in some ways, have a closed form."""
-    own = set(kinds)
+    distinct = set(kinds)
     if not all(exact_norms(implication, aggregation) for implication in implications):
         return False
-    if all(map(is_straight, own)) and len(set(implications)) == 1:
+    if all(map(is_straight, distinct)) and len(set(implications)) == 1:
         return True
-    return aggregation == "max" and all(k in MEMBERSHIP and MEMBERSHIP[k].cut is not None for k in own)
+    return aggregation == "max" and all(k in MEMBERSHIP and MEMBERSHIP[k].cut is not None for k in distinct)
 
 
 def exact_centroid_possible(kind: str, implication: str, aggregation: str) -> bool:

@@ -63,14 +63,14 @@ def with_numbers(block: WithEquations, values: Mapping[str, Any]) -> WithEquatio
         DiagnosticError: For numbers that the block does not take.
     """
     of_systems: dict[str, dict[str, Any]] = {}
-    own: dict[str, Any] = {}
+    changes: dict[str, Any] = {}
     named = {s.name for s in block.systems}
     for name, value in values.items():
         first, _, rest = name.partition(".")
         if first in named and rest:
             of_systems.setdefault(first, {})[rest] = value
         else:
-            own[name] = value
+            changes[name] = value
     for inner in (*block.controllers, *block.plants):
         for name in of_systems.keys() & {s.name for s in inner.systems}:
             raise ArgumentError(f"system '{name}' is called inside of {inner.kind} '{inner.name}', too")
@@ -79,17 +79,17 @@ def with_numbers(block: WithEquations, values: Mapping[str, Any]) -> WithEquatio
     if isinstance(block, Loop):
         from fuzzyctl.simulation.loop_params import with_settings
 
-        return cast("WithEquations", with_settings(block, own))
+        return cast("WithEquations", with_settings(block, changes))
     known = [p.name for p in block.params]
     known += [f"{i.name}.{p.name}" for i in block.instances for p in block.callee(i).params]
-    for name, value in own.items():
+    for name, value in changes.items():
         if name not in known:
             raise UnknownNameError("free number", name, [*known, *(f"{s}.NAME" for s in sorted(named))])
         if not is_finite(value):
             raise ValueOutOfBoundsError(f"free number {name!r}", value, "a finite number")
-    instances = tuple(i.with_values(own) for i in block.instances)
+    instances = tuple(i.with_values(changes) for i in block.instances)
     # Params of instances are arguments of these lines now; `with_params` would add params, whose names no file holds.
-    params = {p.name: own[p.name] for p in block.params if p.name in own}
+    params = {p.name: changes[p.name] for p in block.params if p.name in changes}
     return with_params(dataclasses.replace(block, instances=instances), params)
 
 

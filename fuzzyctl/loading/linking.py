@@ -79,12 +79,12 @@ class _Calls:
             return self._refuse(
                 "FZ217", "systems call each other in a circle", call, facts=(circle,), help="remove one of these calls"
             )
-        own = self.systems.get(name)
-        other = self.linked(own) if own is not None else None if self.broken else self.elsewhere(name)
+        named = self.systems.get(name)
+        other = self.linked(named) if named is not None else None if self.broken else self.elsewhere(name)
         if other is None:
             known = [n for n in self.systems if n not in self.path]
             help_text = did_you_mean(name, known) or "add the system, or 'use' the file that holds it"
-            is_blameless = self.broken or own is not None
+            is_blameless = self.broken or named is not None
             fix = respelt_as_suggested(call.span, name, known)
             return not is_blameless and self._refuse(
                 "FZ202", f"no other system '{name}'", call, help=help_text, fix=fix
@@ -220,8 +220,8 @@ class _Links:
         facts = (f"other systems of the file: {listed(known)}",) if known else ("the file holds no other system",)
         help_text = did_you_mean(name, known) or "add the system, or 'use' the file that holds it"
         if name == self.system.name:
-            own = listed([o.name for o in self.system.outputs])
-            help_text = f"the system's own outputs have no prefix: {own}"
+            outputs = listed([o.name for o in self.system.outputs])
+            help_text = f"the system's own outputs have no prefix: {outputs}"
         return Diagnostic("FZ202", f"no other system '{name}'", span_of(node), facts=facts, help=help_text)
 
 
@@ -238,7 +238,7 @@ def _misfits(system: FuzzySystem, other: FuzzySystem, output: str, node: Expr) -
             message = f"'{node.function}' takes {counted(len(inputs), 'argument')}, not {len(node.arguments)}"
             yield Diagnostic("FZ303", message, place, help=f"the form is: {node.function}({', '.join(inputs)})")
         return
-    lacking = [v for v in other.inputs if v.name not in {own.name for own in system.inputs}]
+    lacking = [v for v in other.inputs if v.name not in {signal.name for signal in system.inputs}]
     if lacking:
         message = f"system '{other.name}' has the input '{lacking[0].name}', which '{system.name}' lacks"
         notes = (Note(lacking[0].span, "declared here"),) if lacking[0].span is not None else ()

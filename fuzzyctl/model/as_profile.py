@@ -52,22 +52,22 @@ def _require_as_sound(system: FuzzySystem, changed: FuzzySystem) -> None:
         raise DiagnosticError(anew)
 
 
-def _defuzzifier(own: Defuzzifier, old: Profile, new: Profile) -> Defuzzifier:
-    base = new.defuzzifier(own.kind)
-    usual = own.resolution == old.defuzzifier(own.kind).resolution
+def _defuzzifier(defuzzifier: Defuzzifier, old: Profile, new: Profile) -> Defuzzifier:
+    base = new.defuzzifier(defuzzifier.kind)
+    usual = defuzzifier.resolution == old.defuzzifier(defuzzifier.kind).resolution
     # A file of fuzzylite that says the usual number says it still when another version reads it.
-    said = own.resolution is not None and (old.keeps_resolution or not usual)
+    said = defuzzifier.resolution is not None and (old.keeps_resolution or not usual)
     keeps = said and new.keeps_resolution and base.resolution is not None
-    return base.model_copy(update={"resolution": own.resolution}) if keeps else base
+    return base.model_copy(update={"resolution": defuzzifier.resolution}) if keeps else base
 
 
-def _output(own: Output, old: Profile, new: Profile) -> Output:
+def _output(output: Output, old: Profile, new: Profile) -> Output:
     fields: dict[str, Any] = {}
-    if own.defuzzifier is not None:
-        fields["defuzzifier"] = _defuzzifier(own.defuzzifier, old, new)
-    if own.otherwise == old.otherwise and new.otherwise is not None:
+    if output.defuzzifier is not None:
+        fields["defuzzifier"] = _defuzzifier(output.defuzzifier, old, new)
+    if output.otherwise == old.otherwise and new.otherwise is not None:
         fields["otherwise"] = new.otherwise
-    return own.model_copy(update=fields) if fields else own
+    return output.model_copy(update=fields) if fields else output
 
 
 def _not_evaluated(system: FuzzySystem, new: Profile) -> list[Diagnostic]:
@@ -79,9 +79,11 @@ def _not_evaluated(system: FuzzySystem, new: Profile) -> list[Diagnostic]:
         message = f"profile '{new.name}' cannot evaluate the system: {new.tool} has no activation '{activation.kind}'"
         results[""] = Diagnostic("FZ214", message, activation.span, help="use 'activation general'")
     for output in system.outputs:
-        own = output.defuzzifier or system.method.defuzzifier
-        if new.evaluates is not None and own.kind not in new.evaluates:
-            message = f"profile '{new.name}' cannot evaluate output '{output.name}': {new.tool} has no '{own.kind}'"
+        defuzzifier = output.defuzzifier or system.method.defuzzifier
+        if new.evaluates is not None and defuzzifier.kind not in new.evaluates:
+            message = (
+                f"profile '{new.name}' cannot evaluate output '{output.name}': {new.tool} has no '{defuzzifier.kind}'"
+            )
             facts = (f"it has: {', '.join(new.evaluates)}",)
             results.setdefault(output.name, Diagnostic("FZ214", message, output.span, facts=facts))
     return list(results.values())

@@ -45,11 +45,11 @@ def parametrised(system: FuzzySystem, names: Sequence[str]) -> tuple[FuzzySystem
     for name in names:
         if not isinstance(name, str):
             raise ArgumentError(f"free must be a list of names, got {type(name).__name__} in it")
-        system, own = _freed(system, name)
-        repeated = next((n for n in own if n in free), None)
+        system, members = _freed(system, name)
+        repeated = next((n for n in members if n in free), None)
         if repeated is not None:
             raise ArgumentError(f"'{repeated}' cannot be free: it is given twice")
-        free += own
+        free += members
     return system, tuple(free)
 
 
@@ -66,7 +66,7 @@ def with_numbers(system: FuzzySystem, values: Mapping[str, Any]) -> FuzzySystem:
         ValueOutOfBoundsError: For a value that is not finite.
         DiagnosticError: If the system is not well formed with these values.
     """
-    own = {p.name for p in system.params}
+    declared = {p.name for p in system.params}
     numbers: dict[str, float] = {}
     for name, value in values.items():
         _, names = parametrised(system, [name])
@@ -80,10 +80,14 @@ def with_numbers(system: FuzzySystem, values: Mapping[str, Any]) -> FuzzySystem:
                 raise ValueOutOfBoundsError(f"{_WORD} {one!r}", x, "a finite number")
             numbers[one] = float(x)
     changed, _ = parametrised(system, list(values))
-    params = {n: x for n, x in numbers.items() if n in own}
+    params = {n: x for n, x in numbers.items() if n in declared}
 
     def number(value: Any) -> Any:
-        return Number(numbers[value.name]) if isinstance(value, Name) and value.name in numbers.keys() - own else value
+        return (
+            Number(numbers[value.name])
+            if isinstance(value, Name) and value.name in numbers.keys() - declared
+            else value
+        )
 
     def with_terms(variables: tuple[_V, ...]) -> tuple[_V, ...]:
         return tuple(
@@ -150,18 +154,18 @@ def _with_parameter(
     system: FuzzySystem, variable: LinguisticVariable, term: Term, parameter: str
 ) -> tuple[FuzzySystem, list[str]]:
     """Return the system with one parameter of a term as a param."""
-    own, prefix = term.membership, f"{variable.name}.{term.name}"
-    known = _parameters(system, own)
+    membership, prefix = term.membership, f"{variable.name}.{term.name}"
+    known = _parameters(system, membership)
     if not known:
         raise ArgumentError(f"'{prefix}' is a function: make the numbers in it params, and name these")
     name = f"{prefix}.{parameter}"
     if parameter not in known:
         raise UnknownNameError(_WORD, name.removesuffix("."), [f"{prefix}.{p}" for p in known])
     if parameter == "height":
-        params = _params(system, name, own.height)
+        params = _params(system, name, membership.height)
         terms = tuple(_with(t, height=Name(name)) if t is term else t for t in variable.terms)
     else:
-        value = own.arguments[known[parameter]]
+        value = membership.arguments[known[parameter]]
         params = _params(system, name, value)
         terms = tuple(
             _with(t, arguments=tuple(Name(name) if a is value else a for a in t.membership.arguments))

@@ -65,14 +65,14 @@ def comparisons_that_wait(system: FuzzySystem) -> Iterator[Diagnostic]:
         if method.activation.compares:
             blocks.setdefault(method.block, []).append(rule)
             methods[method.block] = method.activation
-    for block, own in blocks.items():
-        yield from _comparison_that_waits(system, own, methods[block])
+    for block, rules in blocks.items():
+        yield from _comparison_that_waits(system, rules, methods[block])
 
 
-def _comparison_that_waits(system: FuzzySystem, own: Sequence[Rule], method: Activation) -> Iterator[Diagnostic]:
+def _comparison_that_waits(system: FuzzySystem, rules: Sequence[Rule], method: Activation) -> Iterator[Diagnostic]:
     """Find the same for the rules of one block, or of none."""
-    concluded = {c.output for rule in own for c in rule.consequents}
-    reader = next((i for rule in own for i in literals(rule.antecedent) if i.variable in concluded), None)
+    concluded = {c.output for rule in rules for c in rule.consequents}
+    reader = next((i for rule in rules for i in literals(rule.antecedent) if i.variable in concluded), None)
     if reader is not None:
         among = "all rules" if not system.rule_blocks else "the rules of a block"
         message = f"activation '{method.kind}' compares {among} at once, and some of them read an output"

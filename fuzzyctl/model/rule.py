@@ -182,9 +182,9 @@ def rule_count(part: RuleTable | Rule) -> int:
 def literals(antecedent: Antecedent) -> list[Is]:
     """Return every `input is term` of an antecedent from left to right."""
     if isinstance(antecedent, And):  # nearly all are, of nothing but these
-        own = [part for part in antecedent.operands if isinstance(part, Is)]
-        if len(own) == len(antecedent.operands):
-            return own
+        literals = [part for part in antecedent.operands if isinstance(part, Is)]
+        if len(literals) == len(antecedent.operands):
+            return literals
     return [part for part in parts_of(antecedent) if isinstance(part, Is)]
 
 

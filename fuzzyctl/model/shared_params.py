@@ -41,8 +41,8 @@ def with_shared(block: Block, values: Mapping[str, float]) -> Block:
 def _with_inner(block: Block, written: Mapping[Span | None, float]) -> Block:
     changed: dict[str, Any] = {
         "systems": tuple(
-            system.with_params(**own)
-            if (own := {p.name: written[p.span] for p in system.params if p.span in written})
+            system.with_params(**numbers)
+            if (numbers := {p.name: written[p.span] for p in system.params if p.span in written})
             else system
             for system in block.systems
         ),

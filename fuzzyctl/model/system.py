@@ -214,8 +214,8 @@ class FuzzySystem(Block):
 
     def _followed(self, compared: FuzzySystem, values: Mapping[str, float]) -> FuzzySystem:
         """Set in another system the params that are declared in one place for both."""
-        own = {(p.name, p.span) for p in self.params if p.span is not None}
-        shared = {p.name: values[p.name] for p in compared.params if p.name in values and (p.name, p.span) in own}
+        declared = {(p.name, p.span) for p in self.params if p.span is not None}
+        shared = {p.name: values[p.name] for p in compared.params if p.name in values and (p.name, p.span) in declared}
         return compared.with_params(**shared) if shared else compared
 
     def plot(

@@ -34,21 +34,21 @@ def resolve_blocks(
     loose: list[_Part] = []
     blocks: list[tuple[sx.Rules, list[_Part]]] = []
     empty: list[sx.Rules] = []
-    own, lost = loose, broken
+    members, lost = loose, broken
     for position, s in enumerate(statements):
         if position == shared:
-            own = loose
+            members = loose
         match s:
             case sx.Rules():
-                own = []
-                blocks.append((s, own))
+                members = []
+                blocks.append((s, members))
                 empty.append(s)
             case sx.Rule() | sx.Table() | sx.Otherwise():
-                if blocks and own is blocks[-1][1] and blocks[-1][0] in empty:
+                if blocks and members is blocks[-1][1] and blocks[-1][0] in empty:
                     empty.remove(blocks[-1][0])
                 known = len(context.diagnostics)
                 part = _part(context, s)
-                own.extend([part] if part is not None else [])
+                members.extend([part] if part is not None else [])
                 lost = lost or any(d.severity == "error" for d in context.diagnostics[known:])
     if not broken:
         _tell_empty(context, empty)

@@ -118,8 +118,8 @@ class _Expansion:
 
     def _is_sound(self, function: sx.Function, known: set[str]) -> bool:
         """Check that a function uses its parameters and params only."""
-        own = [n for n in ex.walk(function.expression) if not self._is_call(n)]
-        return all([self._is_known(n, known) for n in own if isinstance(n, ex.Name | ex.Call)])
+        nodes = [n for n in ex.walk(function.expression) if not self._is_call(n)]
+        return all([self._is_known(n, known) for n in nodes if isinstance(n, ex.Name | ex.Call)])
 
     def _is_call(self, node: ex.Expr) -> bool:
         return self._is_clamp(node) or (isinstance(node, ex.Call) and node.function in self.context.functions)

@@ -85,13 +85,13 @@ class LinearPlant:
         speed = self._speed(a)
         scales = [Number(speed ** (k - order)) for k in range(order)]
         first = len(self.states)
-        own = [Name(self.state(first + k + 1)) for k in range(order)]
-        for following in own[1:]:
+        states = [Name(self.state(first + k + 1)) for k in range(order)]
+        for following in states[1:]:
             self.adds(times(Number(speed), following))
-        if own:
-            back = self.total([(times(ak, scale), x) for ak, scale, x in zip(a, scales, own, strict=True)])
+        if states:
+            back = self.total([(times(ak, scale), x) for ak, scale, x in zip(a, scales, states, strict=True)])
             self.adds(times(Number(speed), minus(u, back)))
-        return self.total([*((times(bk, s), x) for bk, s, x in zip(b, scales, own, strict=True)), (direct, u)])
+        return self.total([*((times(bk, s), x) for bk, s, x in zip(b, scales, states, strict=True)), (direct, u)])
 
     def total(self, terms: Sequence[tuple[Expr, Expr]]) -> Expr:
         """Return the sum of products, those that are 0 left out; partial sums of many terms have names."""
@@ -150,8 +150,10 @@ def sections(zeros: Sequence[Root], poles: Sequence[Root]) -> list[tuple[list[Ex
     rest = [f for f in numerators if len(f) < 3]
     results = []
     for factor in denominators:
-        own: list[Expr] = twos.pop(0) if twos and len(factor) == 3 else rest.pop(0) if rest and not twos else [ONE]
-        results.append((own, factor))
+        numerator: list[Expr] = (
+            twos.pop(0) if twos and len(factor) == 3 else rest.pop(0) if rest and not twos else [ONE]
+        )
+        results.append((numerator, factor))
     return results
 
 

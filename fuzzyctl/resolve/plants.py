@@ -67,8 +67,8 @@ class _OneLine:
 
     def fields(self, plant: LinearPlant) -> dict[str, Any] | None:
         """Return the fields of the model, after the checks of their names and numbers."""
-        own: list[Signal | Definition] = [*plant.inputs, *plant.states, *plant.results, *plant.definitions]
-        for name in (item.name for item in own if item.name in self.names.context.params):
+        declarations: list[Signal | Definition] = [*plant.inputs, *plant.states, *plant.results, *plant.definitions]
+        for name in (item.name for item in declarations if item.name in self.names.context.params):
             message = f"'{name}' is a name of the plant itself and cannot name a param"
             self.report("FZ201", message, self.names.context.params[name].name.span, help="rename it")
             return None

@@ -106,8 +106,8 @@ def find_idle_settings(
         elif isinstance(s, sx.Rules):
             _find_idle_implication(context, s, kinds, named, method)
         elif isinstance(s, sx.Variable) and s.name.text in kinds and kinds[s.name.text].over_rules:
-            own = [c.setting for c in s.clauses if isinstance(c, sx.SettingClause)]
-            for setting in (s for s in own if _may_be_idle(s, joins)):
+            clauses = [c.setting for c in s.clauses if isinstance(c, sx.SettingClause)]
+            for setting in (s for s in clauses if _may_be_idle(s, joins)):
                 _idle(context, setting, kinds[s.name.text], method)
         elif isinstance(s, sx.Variable) and s.name.text in implied:
             for c in s.clauses:
@@ -118,12 +118,12 @@ def find_idle_settings(
 
 def _implied_elsewhere(blocks: Sequence[RuleTable | Rule | RuleBlock]) -> set[str]:
     """Return the outputs that are set only by rule blocks with an implication."""
-    own: set[str] = set()
+    outputs: set[str] = set()
     others: set[str] = set()
     for b in blocks:
         has_own = isinstance(b, RuleBlock) and b.implication is not None
-        (own if has_own else others).update(_set_by(b))
-    return own - others
+        (outputs if has_own else others).update(_set_by(b))
+    return outputs - others
 
 
 def _set_by(block: RuleTable | Rule | RuleBlock) -> set[str]:
@@ -144,8 +144,8 @@ def _find_idle_implication(
     setting = next((s for s in head.settings if isinstance(s, sx.Setting) and _may_be_idle(s, joins)), None)
     if setting is None:
         return
-    own = blocks.get(head.name.text)
-    reached = [kinds[name] for name in sorted(_set_by(own)) if name in kinds] if own is not None else []
+    rules = blocks.get(head.name.text)
+    reached = [kinds[name] for name in sorted(_set_by(rules)) if name in kinds] if rules is not None else []
     if reached and all(kind.over_rules for kind in reached):
         _idle(context, setting, reached[0], method)
 

@@ -58,8 +58,8 @@ def resolve(
         foreign=foreign,
     )
     settings = (sx.Setting, sx.Activation, sx.Semantics)
-    own = {s.keyword.text for s in tree.statements if isinstance(s, settings)}
-    shared = [s for s in shared if not (isinstance(s, settings) and s.keyword.text in own)]
+    keywords = {s.keyword.text for s in tree.statements if isinstance(s, settings)}
+    shared = [s for s in shared if not (isinstance(s, settings) and s.keyword.text in keywords)]
     whole = dataclasses.replace(tree, statements=(*shared, *tree.statements))
     crowd = _crowded(whole) if not foreign else None
     if crowd is not None:
@@ -122,8 +122,8 @@ def _declare(context: Context, tree: sx.SyntaxTree) -> list[sx.System]:
                 for word, what in ((name, "a hedge"), (parameter, "the variable of a hedge")):
                     context.is_free(word, what)
                 if name.text in HEDGES or name.text in context.hedges:
-                    own = context.hedges.get(name.text)
-                    note = (own.name.span, "first declared here") if own is not None else None
+                    hedge = context.hedges.get(name.text)
+                    note = (hedge.name.span, "first declared here") if hedge is not None else None
                     message = f"there is a hedge '{name.text}' already"
                     context.report("FZ201", message, name.span, note=note, help="rename it")
                 context.hedges.setdefault(name.text, statement)

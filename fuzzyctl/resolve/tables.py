@@ -350,7 +350,7 @@ def _cell(context: Context, outputs: Sequence[sx.Variable], cell: sx.CellText) -
         return Cell(terms=(word.text,) if _is_named(context, outputs[0], word) else (), span=cell.span)
     terms = [_cell_term(context, o, t) for o, t in zip(outputs, cell.terms, strict=True)]
     hedges = [t.hedges if isinstance(t, sx.HedgedTerm) else () for t in cell.terms]
-    ok = all(t is not None for t in terms) and all([known_hedge(context, h) for own in hedges for h in own])
+    ok = all(t is not None for t in terms) and all([known_hedge(context, h) for words in hedges for h in words])
     if cell.weight is not None:
         ok = context.check_names(cell.weight, context.params, "param") and ok
     if not ok:
@@ -358,7 +358,7 @@ def _cell(context: Context, outputs: Sequence[sx.Variable], cell: sx.CellText) -
     return Cell(
         terms=tuple(t for t in terms if t is not None),
         weight=cell.weight or ex.ONE,
-        hedges=tuple(tuple(h.text for h in own) for own in hedges) if any(hedges) else (),
+        hedges=tuple(tuple(h.text for h in words) for words in hedges) if any(hedges) else (),
         span=cell.span,
     )
 

@@ -71,9 +71,11 @@ def _externals(loop: Loop, states: tuple[str, ...]) -> Iterator[External]:
     for i in loop.instances:
         plant = plants.get(i.controller)
         if plant is not None:
-            inputs, outputs = (tuple(f"{i.name}.{s.name}" for s in own) for own in (plant.inputs, plant.results))
-            own = tuple(states.index(f"{i.name}.{s.name}") for s in plant.states)
-            yield External(plant, i.name, inputs, own, outputs, i.span)
+            inputs, outputs = (
+                tuple(f"{i.name}.{s.name}" for s in signals) for signals in (plant.inputs, plant.results)
+            )
+            positions = tuple(states.index(f"{i.name}.{s.name}") for s in plant.states)
+            yield External(plant, i.name, inputs, positions, outputs, i.span)
 
 
 def _as_controller(block: Loop | Plant) -> Controller:

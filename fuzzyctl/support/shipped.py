@@ -94,13 +94,13 @@ def place_of(file: str | os.PathLike[str], suffix: str = ".fz", folder: Path | N
     suffix; anything else is a path. Both are from a folder; without one from the current one.
     """
     name = os.fspath(file)
-    own = name if folder is None else os.fspath(folder / name)
-    if not is_name(name) or (os.path.exists(own) and not os.path.isdir(own)):
-        return Place(Path(own), own, False)
-    beside, path = f"{own}{suffix}", shipped_files(suffix).get(name)
+    local = name if folder is None else os.fspath(folder / name)
+    if not is_name(name) or (os.path.exists(local) and not os.path.isdir(local)):
+        return Place(Path(local), local, False)
+    beside, path = f"{local}{suffix}", shipped_files(suffix).get(name)
     if os.path.exists(beside) and not os.path.isdir(beside) and (path is None or not os.path.samefile(beside, path)):
         return Place(Path(beside), beside, False)
-    return Place(path or Path(own), name, path is not None)
+    return Place(path or Path(local), name, path is not None)
 
 
 def first_sentence(path: Path) -> str:

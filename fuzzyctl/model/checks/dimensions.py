@@ -199,21 +199,21 @@ def _product(tokens: list[_Token]) -> tuple[Dimension, list[_Token]]:
         if divided and not divides:
             raise _UnreadError
         divided = divides
-        own, tokens = _factor(tokens[1:] if tokens[0][0] in ("divide", "times") else tokens)
-        result = result.times(own, -1 if divides else 1)
+        factor, tokens = _factor(tokens[1:] if tokens[0][0] in ("divide", "times") else tokens)
+        result = result.times(factor, -1 if divides else 1)
     return result, tokens
 
 
 def _factor(tokens: list[_Token]) -> tuple[Dimension, list[_Token]]:
-    kind, own = tokens[0] if tokens else ("end", _ONE)
+    kind, value = tokens[0] if tokens else ("end", _ONE)
     if kind in ("word", "one"):
-        return own, tokens[1:]
+        return value, tokens[1:]
     if kind != "open":
         raise _UnreadError
-    own, rest = _product(tokens[1:])
+    value, rest = _product(tokens[1:])
     if not rest:
         raise _UnreadError
-    return own, rest[1:]
+    return value, rest[1:]
 
 
 def _joined(a: Mapping[str, int], b: Mapping[str, int], power: int) -> dict[str, int]:

@@ -32,11 +32,11 @@ def _defuzzifier(system: FuzzySystem, output: Output) -> Defuzzifier:
 
 def _sampled(system: FuzzySystem, output: Output) -> Iterator[Diagnostic]:
     """Find options of a defuzzifier that exclude each other."""
-    own = _defuzzifier(system, output)
-    if own.rule == "running" and own.by == "magnitude":
+    defuzzifier = _defuzzifier(system, output)
+    if defuzzifier.rule == "running" and defuzzifier.by == "magnitude":
         message = f"output '{output.name}': 'rule=running' goes from left to right, and not by magnitude"
         yield Diagnostic("FZ214", message, output.span, help="leave one of them out")
-    if own.kind == "bisector" and own.tolerance is not None and own.rule != "between":
+    if defuzzifier.kind == "bisector" and defuzzifier.tolerance is not None and defuzzifier.rule != "between":
         message = f"output '{output.name}': a bisector has a tolerance with 'rule=between' only"
         yield Diagnostic("FZ214", message, output.span, help="leave it out")
 
@@ -79,7 +79,7 @@ def _hedged(system: FuzzySystem) -> Iterator[Diagnostic]:
     """Find hedges in consequents that change nothing there is."""
     how = system.method.semantics.consequent_hedges
     outputs = {o.name: o for o in system.outputs}
-    own = {h.name for h in system.hedges}
+    hedges = {h.name for h in system.hedges}
     for rule in system.rules:
         for c in rule.consequents:
             if not c.hedges or c.output not in outputs:
@@ -94,7 +94,7 @@ def _hedged(system: FuzzySystem) -> Iterator[Diagnostic]:
                 yield Diagnostic("FZ214", message, c.span, help=help_text)
             elif over_rules and how == "undone":
                 for name in c.hedges:
-                    if name in own or inverse_hedge(name) is None:
+                    if name in hedges or inverse_hedge(name) is None:
                         message = f"hedge '{name}' of a consequent has no inverse, and '{kind}' needs it"
                         yield Diagnostic("FZ214", message, c.span)
 
@@ -115,9 +115,9 @@ def kept(system: FuzzySystem, name: str) -> list[Diagnostic]:
         return result
     for block in system.rule_blocks:
         norms = {n: getattr(block, n) for n in ("conjunction", "disjunction", "implication")}
-        own = [f"{n} {norm}" for n, norm in norms.items() if norm not in (None, getattr(system.method, n))]
-        if own:
-            message = f"profile '{name}' leaves rule block '{block.name}' its own {', '.join(own)}"
+        norms_of_block = [f"{n} {norm}" for n, norm in norms.items() if norm not in (None, getattr(system.method, n))]
+        if norms_of_block:
+            message = f"profile '{name}' leaves rule block '{block.name}' its own {', '.join(norms_of_block)}"
             facts = (f"{new.tool} has one norm of each kind for all rules",)
             result.append(Diagnostic("FZ609", message, block.span, "hint", facts))
     return result
@@ -131,8 +131,13 @@ def _other_version(system: FuzzySystem, old: Profile, new: Profile) -> Diagnosti
 
 def _has_no_condition(rule: Rule) -> bool:
     """Whether the antecedent is not a part of the text: the reader of a `.fis` file made it from the whole rule."""
-    own = rule.antecedent
-    return isinstance(own, Is) and own.hedges == ("any",) and own.span is not None and own.span == rule.span
+    antecedent = rule.antecedent
+    return (
+        isinstance(antecedent, Is)
+        and antecedent.hedges == ("any",)
+        and antecedent.span is not None
+        and antecedent.span == rule.span
+    )
 
 
 def _always_acting(rule: Rule, new: Profile) -> Diagnostic:

@@ -52,7 +52,7 @@ def spoilt_partitions(numbers: Numbers) -> Iterator[Diagnostic]:
         met = _met(sets, gaps)
         if sum(map(len, met)) > _MOST_MET:
             continue
-        sums = [_sum_off(own, a.core[1], b.core[0]) for own, (a, b) in zip(met, gaps, strict=True)]
+        sums = [_sum_off(group, a.core[1], b.core[0]) for group, (a, b) in zip(met, gaps, strict=True)]
         bad = [k for k, off in enumerate(sums) if off is not None]
         good = len(gaps) - len(bad)
         if bad and len(bad) <= _MOST_BAD and bad[-1] - bad[0] < _MOST_BAD and good >= max(2, len(bad)):
@@ -83,8 +83,8 @@ def _met(sets: Sequence[_Set], gaps: Sequence[tuple[_Set, _Set]]) -> list[list[_
         (low, at_low), (high, at_high) = s.vertices[0], s.vertices[-1]
         first = bisect_right(stops, low) if at_low == 0.0 else 0
         last = bisect_left(starts, high) if at_high == 0.0 else len(gaps)
-        for own in met[first:last]:
-            own.append(s)
+        for group in met[first:last]:
+            group.append(s)
     return met
 
 
@@ -123,7 +123,7 @@ def helps_by_line(terms: Iterable[Term], *, only_peaks: bool) -> dict[_Line, str
         line = _line_of(term)
         if line is not None:
             results.setdefault(line, []).append(term)
-    return {line: _help_of(own, only_peaks) for line, own in results.items()}
+    return {line: _help_of(findings, only_peaks) for line, findings in results.items()}
 
 
 def _help_of(used: Sequence[Term], only_peaks: bool) -> str:

@@ -308,10 +308,10 @@ def outside_ranges(block: EquationBlock, given: Mapping[str, float], path: str =
         given: Values of its params in place of those that it has.
         path: Prefix of the names, such as `law.`.
     """
-    own = [replace(p, expression=Number(given[p.name])) if p.name in given else p for p in block.params]
-    params = ParamValues(own, partial=True)
-    chosen = [(f"param '{path}{p.name}'", p.expression, p.bounds) for p in own if p.name in given]
-    others = [(f"param '{path}{p.name}'", p.expression, p.bounds) for p in own if p.name not in given]
+    changed = [replace(p, expression=Number(given[p.name])) if p.name in given else p for p in block.params]
+    params = ParamValues(changed, partial=True)
+    chosen = [(f"param '{path}{p.name}'", p.expression, p.bounds) for p in changed if p.name in given]
+    others = [(f"param '{path}{p.name}'", p.expression, p.bounds) for p in changed if p.name not in given]
     others += [(f"the start of state '{path}{s.name}'", s.start, s.bounds) for s in block.states]
     found = [*_outside(chosen, params)] or [*_outside(others, params)]
     yield from found
@@ -333,7 +333,7 @@ def _outside(ranged: Sequence[tuple[str, Expr, Bounds | None]], params: ParamVal
 def has_computed_params(block: EquationBlock) -> bool:
     """Whether a param, or the end of its range, follows from others, in the block or in one inside it."""
     ranges = [(p.expression, p.bounds.lower, p.bounds.upper) for p in block.params if p.bounds is not None]
-    if any(names_in(e) for own in ranges for e in own):
+    if any(names_in(e) for pair in ranges for e in pair):
         return True
     for instance in block.instances:
         inner = block.callee(instance)
