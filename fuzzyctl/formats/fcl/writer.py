@@ -17,15 +17,8 @@ from fuzzyctl.formats.common.identifiers import with_names
 from fuzzyctl.formats.common.read_back import losses_of
 from fuzzyctl.formats.common.report import Names
 from fuzzyctl.formats.common.words import up_to_any
-from fuzzyctl.formats.fcl.dialect import USUAL_NUMERICS, DialectName
-from fuzzyctl.formats.fcl.names import (
-    ACCUMULATION_WORDS,
-    CONJUNCTION_WORDS,
-    DISJUNCTION_WORDS,
-    METHOD_WORDS,
-    SHAPE_WORDS,
-)
 from fuzzyctl.formats.fcl.reader import read
+from fuzzyctl.formats.fcl.words import MEANINGS, METHOD_WORDS, SHAPE_WORDS, USUAL_NUMERICS, DialectName, norm_word
 from fuzzyctl.formats.fcl.written_shapes import (
     SPELT,
     linear_text,
@@ -50,9 +43,7 @@ RESERVED: Final = frozenset(
         *("NC", "NAN", "INF", "INFINITY", "REAL", "LOCK", "ENABLED", "FUZZIFY", "DEFUZZIFY", "RULEBLOCK", "OPTIONS"),
         *("VAR", "VAR_INPUT", "VAR_OUTPUT", "FUNCTION_BLOCK", "EXP", "LN", "LOG", "SIN", "COS", "TAN", "ABS", "NONE"),
         *("END_VAR", "END_FUZZIFY", "END_DEFUZZIFY", "END_RULEBLOCK", "END_FUNCTION_BLOCK", "END_OPTIONS", "PI"),
-        *CONJUNCTION_WORDS,
-        *ACCUMULATION_WORDS,
-        *METHOD_WORDS,
+        *(word for words in MEANINGS.values() for word in words),
         *SHAPE_WORDS,
         *(h.upper() for h in HEDGES),
     }
@@ -111,35 +102,7 @@ _TITLES: Final[dict[DialectName, str]] = {
 #: Versions of fuzzylite with numerics of their own, which a comment names.
 _OLDER_FUZZYLITE: Final = ("fuzzylite_6",)
 
-#: Words for norms: of each dialect those it has, and the first that any has.
-_FUZZYLITE_NORMS: Final = {
-    "drastic_product": "DPROD",
-    "einstein_product": "EPROD",
-    "hamacher_product": "HPROD",
-    "nilpotent_minimum": "NMIN",
-    "drastic_sum": "DSUM",
-    "einstein_sum": "ESUM",
-    "hamacher_sum": "HSUM",
-    "nilpotent_maximum": "NMAX",
-    "sum": "UnboundedSum",
-}
 _ONLY_FUZZYLITE: Final = frozenset({"einstein_product", "hamacher_sum"})
-
-#: Words for defuzzifiers; what sums over rules is COGS whatever it takes of them.
-_METHODS: Final = {
-    "centroid": "COG",
-    "bisector": "COA",
-    "som": "LM",
-    "lom": "RM",
-    "mom": "MM",
-    "weighted_average": "COGS",
-    "center_average": "COGS",
-    "tsukamoto": "COGS",
-    "inverse_tsukamoto": "COGS",
-    "weighted_sum": "COGSS",
-    "tsukamoto_sum": "COGSS",
-    "inverse_tsukamoto_sum": "COGSS",
-}
 
 
 def write(system: FuzzySystem) -> tuple[str, list[Loss]]:
@@ -152,7 +115,7 @@ def write(system: FuzzySystem) -> tuple[str, list[Loss]]:
     Raises:
         DiagnosticError: With all reasons, for a system of Tsukamoto's method that fuzzylite would take for another one.
     """
-    norms = {*CONJUNCTION_WORDS.values(), *ACCUMULATION_WORDS.values(), *_FUZZYLITE_NORMS}
+    norms = {*MEANINGS["ACT"].values(), *MEANINGS["ACCU"].values()}
     if reasons := [*numerics.formula_sets(system), *numerics.missing_words(system, SPELT, norms)]:
         raise numerics.cannot(system, ".fcl", reasons)
     named, losses = with_named_consequents(system, "c", fold=str.upper)
@@ -282,8 +245,8 @@ class _Writer:
         yield f"  {self._range(output)}"
         yield from self._terms(output)
         defuzzifier = output.defuzzifier or self._system.method.defuzzifier
-        yield f"  METHOD : {_METHODS.get(defuzzifier.kind, 'COG')};"
-        over_rules = self._accumulation(output) == _FUZZYLITE_NORMS["sum"] and defuzzifier.over_rules
+        yield f"  METHOD : {METHOD_WORDS.get(defuzzifier.kind, 'COG')};"
+        over_rules = self._accumulation(output) == "UnboundedSum" and defuzzifier.over_rules
         # fuzzylite joins nothing before an average where nothing is said.
         if not over_rules and (self.dialect == "fuzzylite" or self._accumulations_differ()):
             yield f"  ACCU : {self._accumulation(output)};"
@@ -301,21 +264,13 @@ class _Writer:
         defuzzifier = output.defuzzifier or self._system.method.defuzzifier
         if defuzzifier.over_rules and self._system.method.semantics.merge == "rules":
             aggregation = "sum"  # each rule counts for itself
-        return self._norm(aggregation, ACCUMULATION_WORDS)
+        return self._norm(aggregation, "ACCU")
 
     def _accumulations_differ(self) -> bool:
         return len({self._accumulation(o) for o in self._system.outputs}) > 1
 
-    def _norm(self, norm: str, words: dict[str, str]) -> str:
-        if self.dialect == "fuzzylite" and norm in _FUZZYLITE_NORMS:
-            return _FUZZYLITE_NORMS[norm]
-        if norm == "probabilistic_sum" and words is ACCUMULATION_WORDS and self.dialect != "fuzzylite":
-            return "PROBOR"
-        if norm == "hamacher_product":
-            return "HAMACHER"
-        if norm == "einstein_sum":
-            return "EINSTEIN" if words is not ACCUMULATION_WORDS else "ESUM"
-        return next((word for word, name in words.items() if name == norm), next(iter(words)))
+    def _norm(self, norm: str, keyword: str) -> str:
+        return norm_word(keyword, norm, self.dialect)
 
     def _default(self, output: Output) -> str:
         """Return what stands behind DEFAULT, nothing where it says what the numerics say anyway."""
@@ -328,7 +283,7 @@ class _Writer:
     def _rule_block(self, part: BlockPart, name: str) -> Iterator[str]:
         yield f"RULEBLOCK {name}"
         yield from self._connectives(part)
-        yield f"  ACT : {self._norm(part.implication, CONJUNCTION_WORDS)};"
+        yield f"  ACT : {self._norm(part.implication, 'ACT')};"
         if self.dialect != "fuzzylite" and self._system.outputs and not self._accumulations_differ():
             yield f"  ACCU : {self._accumulation(self._system.outputs[0])};"
         for position, rule in part.rules:
@@ -341,8 +296,8 @@ class _Writer:
     def _connectives(self, part: BlockPart) -> Iterator[str]:
         """Yield AND and OR, the one that rules use last: of two that are no pair jFuzzyLogic takes the last."""
         lines = [
-            f"  OR : {self._norm(part.method.disjunction, DISJUNCTION_WORDS)};",
-            f"  AND : {self._norm(part.method.conjunction, CONJUNCTION_WORDS)};",
+            f"  OR : {self._norm(part.method.disjunction, 'OR')};",
+            f"  AND : {self._norm(part.method.conjunction, 'AND')};",
         ]
         uses_and = any(is_joined_by(And, rule.antecedent) for _, rule in part.rules)
         yield from lines if uses_and else reversed(lines)

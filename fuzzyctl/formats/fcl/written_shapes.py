@@ -20,10 +20,9 @@ from fuzzyctl.expr import (
     walk,
 )
 from fuzzyctl.formats.common.shape_words import words_by_kind
-from fuzzyctl.formats.fcl.dialect import DialectName
-from fuzzyctl.formats.fcl.names import FUZZYLITE_SHAPES, JFUZZYLOGIC_SHAPES
+from fuzzyctl.formats.fcl.words import JFUZZYLOGIC_SHAPES, DialectName
 from fuzzyctl.formats.fll.formulas import formula
-from fuzzyctl.formats.fll.shapes import as_written
+from fuzzyctl.formats.fll.shapes import TERMS, as_written
 from fuzzyctl.formulas import MEMBERSHIP, Parameters, is_number, is_straight
 from fuzzyctl.model.variable import Membership
 
@@ -36,7 +35,7 @@ _FUZZYLITE_FUNCTIONS: Final = frozenset(
 )
 
 _JFUZZYLOGIC: Final = words_by_kind(JFUZZYLOGIC_SHAPES)
-_FUZZYLITE: Final = words_by_kind(FUZZYLITE_SHAPES)
+_FUZZYLITE: Final = words_by_kind({n: w for n, w in TERMS.items() if n != "Binary"})
 #: Kinds that some dialect has words for, points and numbers included.
 SPELT: Final = frozenset({*_JFUZZYLOGIC, *_FUZZYLITE, *(k for k in MEMBERSHIP if is_straight(k) or is_number(k))})
 
