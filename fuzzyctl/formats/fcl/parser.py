@@ -2,25 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import Final, cast
+from typing import Final
 
 from fuzzyctl.diagnostics.diagnostic import Diagnostic
 from fuzzyctl.diagnostics.source import Span
-from fuzzyctl.expr import ONE, Binary, BinaryOp, Call, Expr, Negate, Number, span_of
-from fuzzyctl.formats.common.infix import InfixParser, Operator
+from fuzzyctl.expr import ONE, Expr
 from fuzzyctl.formats.common.report import ParseError
-from fuzzyctl.formats.fcl.tokens import Cursor, Token
+from fuzzyctl.formats.fcl.tokens import MAX_DEPTH, Cursor, Formula, Token
 from fuzzyctl.formats.fcl.words import SHAPE_WORDS
 from fuzzyctl.lang import syntax as sx
 from fuzzyctl.records import record
-
-#: Deepest nesting of parentheses, and most hedges of a term.
-MAX_DEPTH: Final = 100
-
-#: Longest chain of terms, so that no expression is deeper than any reader of it can go.
-_MOST_OPERATORS: Final = 80
 
 VARIABLES: Final = ("VAR_INPUT", "VAR_OUTPUT", "VAR", "VAR_IN_OUT")
 _FUZZY: Final = ("FUZZIFY", "DEFUZZIFY")
@@ -32,8 +24,9 @@ _ENDS: Final = {
 _BLOCKS: Final = (*_ENDS, "FUNCTION_BLOCK", "END_FUNCTION_BLOCK")
 _CLOSERS: Final = tuple(dict.fromkeys(_ENDS.values()))
 
-#: Keywords of the statements in a block.
+#: Keywords of the statements in a block; those of variables have none.
 _STATEMENTS: Final = {
+    **dict.fromkeys(VARIABLES, ()),
     **dict.fromkeys(_FUZZY, ("TERM", "RANGE", "METHOD", "ACCU", "DEFAULT", "LOCK", "ENABLED")),
     "RULEBLOCK": ("RULE", "AND", "OR", "ACT", "ACCU", "ENABLED", "ACTIVATION"),
 }
@@ -58,37 +51,31 @@ class Range:
 class Declaration:
     """A variable of a VAR block; `initial` is the constant behind `:=`."""
 
-    keyword: str
     name: sx.Word
     initial: Expr | None
     range: Range | None = None
 
 
 @dataclass(frozen=True)
-class Shape:
-    """The shape of a term, behind `TERM name :=`.
+class TermLine:
+    """`TERM name := shape;`.
 
     Args:
-        kind: Its word, such as TRIAN or Triangle; None for a list of points and for a lone number.
+        name: The name.
+        kind: The word of the shape, such as TRIAN or Triangle; None for a list of points and for a lone number.
         arguments: Parameters, or the coordinates of points one after the other.
-        points: Whether it is a list of points.
+        points: Whether the shape is a list of points.
         formula: The expression of FUNCTION, else None.
-        span: Its location.
+        shape: The location of the shape.
+        span: The location of the whole line.
     """
 
+    name: sx.Word
     kind: sx.Word | None
     arguments: tuple[Expr, ...]
     points: bool
     formula: Expr | None
-    span: Span
-
-
-@dataclass(frozen=True)
-class TermLine:
-    """`TERM name := shape;`."""
-
-    name: sx.Word
-    shape: Shape
+    shape: Span
     span: Span
 
 
@@ -105,10 +92,6 @@ class Setting:
         """The value if it is a single word."""
         return self.values[0] if len(self.values) == 1 and isinstance(self.values[0], sx.Word) else None
 
-    def has(self, word: str) -> bool:
-        """Return whether a word in capitals is one of the values."""
-        return any(isinstance(v, sx.Word) and v.text.upper() == word for v in self.values)
-
 
 @record(frozen=True, slots=True, eq=False)
 class Joined(sx.Truth):
@@ -120,11 +103,12 @@ class Joined(sx.Truth):
 
 @dataclass
 class Block:
-    """FUZZIFY or DEFUZZIFY of a variable, or RULEBLOCK.
+    """A block of variables, FUZZIFY or DEFUZZIFY of a variable, or RULEBLOCK.
 
     Args:
         keyword: Its keyword.
         name: The variable, or the name of the rule block.
+        declarations: Its variables.
         terms: Its terms.
         settings: Its settings in order.
         range: Its range.
@@ -133,6 +117,7 @@ class Block:
 
     keyword: sx.Word
     name: sx.Word
+    declarations: list[Declaration] = field(default_factory=list)
     terms: list[TermLine] = field(default_factory=list)
     settings: list[Setting] = field(default_factory=list)
     range: Range | None = None
@@ -142,6 +127,11 @@ class Block:
         """Return the last setting of a keyword."""
         return next((s for s in reversed(self.settings) if s.keyword.text.upper() == keyword), None)
 
+    def has(self, keyword: str, word: str) -> bool:
+        """Return whether a word in capitals is a value of a setting."""
+        values = [value for s in self.settings if s.keyword.text.upper() == keyword for value in s.values]
+        return any(isinstance(value, sx.Word) and value.text.upper() == word for value in values)
+
 
 @dataclass
 class FunctionBlock:
@@ -149,9 +139,11 @@ class FunctionBlock:
 
     name: str
     span: Span
-    declarations: list[Declaration] = field(default_factory=list)
-    fuzzy: list[Block] = field(default_factory=list)
-    rules: list[Block] = field(default_factory=list)
+    blocks: list[Block] = field(default_factory=list)
+
+    def of(self, *keywords: str) -> list[Block]:
+        """Return the blocks of some keywords."""
+        return [block for block in self.blocks if block.keyword.text.upper() in keywords]
 
 
 class Parser(Cursor):
@@ -184,10 +176,8 @@ class Parser(Cursor):
             self._require("FUNCTION_BLOCK")
         while self.here.word not in ("END_FUNCTION_BLOCK", "FUNCTION_BLOCK") and self.here.kind != "end":
             word = self.here.word
-            if word in VARIABLES:
-                self._variables(block)
-            elif word in _STATEMENTS:
-                (block.rules if word == "RULEBLOCK" else block.fuzzy).append(self._block())
+            if word in _STATEMENTS:
+                block.blocks.append(self._block())
             elif word in _OPTIONS:
                 self._options()
             else:
@@ -200,7 +190,7 @@ class Parser(Cursor):
         """Take the name of a function block: the rest of its line, or a word on the next one."""
         self.take()
         first, last = self.here, None
-        stops = (*VARIABLES, *_STATEMENTS, "END_FUNCTION_BLOCK")
+        stops = (*_STATEMENTS, "END_FUNCTION_BLOCK")
         while self.here.kind != "end" and not self.here.first and self.here.word not in stops:
             last = self.take()
         if last is not None:
@@ -219,9 +209,11 @@ class Parser(Cursor):
 
     # --- statements ------------------------------------------------------------------------------------------------
 
-    def _statements(self, opening: str, statement: Callable[[], None]) -> None:
-        """Take statements up to the end of a block, one after the other."""
-        stops = {*_STATEMENTS.get(opening, ()), *_CLOSERS, *_BLOCKS} - {"AND", "OR"}  # which join conditions
+    def _block(self) -> Block:
+        keyword = self.word()
+        opening = keyword.text.upper()
+        block = Block(keyword, self._name(keyword))
+        stops = {*_STATEMENTS[opening], *_CLOSERS, *_BLOCKS} - {"AND", "OR"}  # which join conditions
         while not self.accept(_ENDS[opening]):
             start = self.here
             # A variable may have the name of a block.
@@ -231,94 +223,78 @@ class Parser(Cursor):
                 self.accept(*_CLOSERS)
                 break
             try:
-                statement()
+                self._statement(block, opening)
                 self.end_statement(stops)
             except ParseError as error:
                 if self.here is start:
                     self.take()  # else the keyword where it begins would end the search for the next statement
                 self.skip_statement(error, stops)
         self.accept(";")
+        return block
 
-    def _variables(self, block: FunctionBlock) -> None:
-        keyword, declarations = self.take().word, list[Declaration]()
-
-        def statement() -> None:
-            if self.here.word == "RANGE" and self.after.text in (":=", ":", "=") and declarations:
-                last = declarations.pop()
-                declarations.append(Declaration(keyword, last.name, last.initial, self._range()))
+    def _name(self, keyword: sx.Word) -> sx.Word:
+        """Take the variable of FUZZIFY and DEFUZZIFY, or the name of a rule block; variables have none."""
+        words: list[str] = []
+        if keyword.text.upper() in _FUZZY:
+            try:
+                name = self.name("a variable")
+                self.accept(";")
+            except ParseError as error:
+                self.diagnostics.append(error.diagnostic)
             else:
-                declarations.extend(self._declarations(keyword))
+                return name
+        elif keyword.text.upper() == "RULEBLOCK":
+            while not self.here.first and self.here.kind != "end" and self.after.text not in (":", ":="):
+                words.append(self.take().text)
+        return sx.Word(" ".join(words), keyword.span)
 
-        self._statements(keyword, statement)
-        block.declarations += declarations
+    def _statement(self, block: Block, opening: str) -> None:
+        word = self.here.word
+        if opening in VARIABLES:
+            self._declaration(block.declarations)
+            return
+        if word not in _STATEMENTS[opening]:
+            raise self.unexpected("a statement", (*_STATEMENTS[opening], _ENDS[opening]))
+        is_second = block.setting(word) is not None or (word == "RANGE" and block.range is not None)
+        if is_second and opening != "RULEBLOCK":
+            message, span = f"{word} is given twice in this block", self.span(self.here, self.here)
+            raise ParseError(message, span, "FZ215", help="keep one of them")
+        if word == "TERM":
+            block.terms.append(self._term())
+        elif word == "RULE":
+            block.rules.append(self._rule())
+        elif word == "RANGE":
+            block.range = self._range()
+        else:
+            block.settings.append(self._setting())
 
-    def _declarations(self, keyword: str) -> list[Declaration]:
-        """Take `a, b : REAL := 5`; the type has no effect on a fuzzy system."""
+    def _declaration(self, declarations: list[Declaration]) -> None:
+        """Take `a, b : REAL := 5`, whose type has no effect on a fuzzy system, or the range of the last variable."""
+        if self.here.word == "RANGE" and self.after.text in (":=", ":", "=") and declarations:
+            last = declarations.pop()
+            declarations.append(Declaration(last.name, last.initial, self._range()))
+            return
         names = [self.name("a variable")]
         while self.accept(","):
             names.append(self.name("a variable"))
         self.expect(":", expected="':' and a type such as REAL")
         self.name("a type such as REAL")
         initial = self.required("a number") if self.accept(":=", "=") else None
-        return [Declaration(keyword, name, initial) for name in names]
-
-    def _block(self) -> Block:
-        keyword = self.word()
-        opening = keyword.text.upper()
-        block = Block(keyword, self._rule_block_name() if opening == "RULEBLOCK" else self._fuzzy_variable(keyword))
-
-        def statement() -> None:
-            word = self.here.word
-            if word not in _STATEMENTS[opening]:
-                raise self.unexpected("a statement", (*_STATEMENTS[opening], _ENDS[opening]))
-            is_second = block.setting(word) is not None or (word == "RANGE" and block.range is not None)
-            if is_second and opening != "RULEBLOCK":
-                message, span = f"{word} is given twice in this block", self.span(self.here, self.here)
-                raise ParseError(message, span, "FZ215", help="keep one of them")
-            if word == "TERM":
-                block.terms.append(self._term())
-            elif word == "RULE":
-                block.rules.append(self._rule())
-            elif word == "RANGE":
-                block.range = self._range()
-            else:
-                block.settings.append(self._setting())
-
-        self._statements(opening, statement)
-        return block
-
-    def _rule_block_name(self) -> sx.Word:
-        first, words = self.here, list[str]()
-        while not self.here.first and self.here.kind != "end" and self.after.text not in (":", ":="):
-            words.append(self.take().text)
-        return sx.Word(" ".join(words), self.span(first, first))
-
-    def _fuzzy_variable(self, keyword: sx.Word) -> sx.Word:
-        try:
-            name = self.name("a variable")
-            self.accept(";")
-        except ParseError as error:
-            self.diagnostics.append(error.diagnostic)
-            return sx.Word("", keyword.span)
-        return name
+        declarations += [Declaration(name, initial) for name in names]
 
     def _term(self) -> TermLine:
-        first = self.take()
-        name = self.name("the name of a term")
+        first, name = self.take(), self.name("the name of a term")
         self.expect(":=", ":", "=")
-        return TermLine(name, self._shape(), self.span(first))
-
-    def _shape(self) -> Shape:
-        first, kind = self.here, None
+        start, kind = self.here, None
         is_last = self.after.text == ";" or self.after.first
-        if first.kind == "name" and (first.word in SHAPE_WORDS or not is_last):
+        if start.kind == "name" and (start.word in SHAPE_WORDS or not is_last):
             kind = self.word()
-        formula = _Formula(self).parse() if kind is not None and kind.text.upper() == "FUNCTION" else None
+        formula = Formula(self).parse() if kind is not None and kind.text.upper() == "FUNCTION" else None
         points = formula is None and self.here.text == "("
         arguments = self._points() if points else self._arguments() if formula is None else []
         if kind is None and not arguments:
             raise self.unexpected("a number, points such as (0, 1) or a shape", SHAPE_WORDS)
-        return Shape(kind, tuple(arguments), points, formula, self.span(first))
+        return TermLine(name, kind, tuple(arguments), points, formula, self.span(start), self.span(first))
 
     def _arguments(self) -> list[Expr]:
         arguments: list[Expr] = []
@@ -431,79 +407,3 @@ class Parser(Cursor):
 
     def _ends_proposition(self, token: Token) -> bool:
         return token.word in _AFTER_TERM | _NO_TERMS or (token.first and token.word in _AFTER_RULE)
-
-
-class _Formula(InfixParser[Expr, Token]):
-    """Parser of FUNCTION expressions; functions have the names of the file, in small letters."""
-
-    infix: Mapping[str, Operator] = {
-        **dict.fromkeys(("+", "-"), Operator(1)),
-        **dict.fromkeys(("*", "/", "%"), Operator(2)),
-        "^": Operator(4),
-    }
-    prefix: Mapping[str, int] = {"+": 3, "-": 3}
-    deepest = MAX_DEPTH
-
-    def __init__(self, cursor: Cursor) -> None:
-        self._cursor = cursor
-        self._operators = 0
-        self._take = cursor.take
-
-    def _peek(self) -> str:
-        return self._cursor.here.text
-
-    def _operand(self, least: int) -> Expr:
-        return self._atom() if least > self.infix["^"].level and self._peek() == "+" else super()._operand(least)
-
-    def _unary(self, sign: str, operand: Expr, place: Token) -> Expr:
-        if sign == "+":
-            return operand
-        span = self._from(place.start, operand)
-        return Number(-operand.value, "", span) if isinstance(operand, Number) else Negate(operand, span)
-
-    def _binary(self, sign: str, left: Expr, right: Expr, place: Token) -> Expr:
-        cursor = self._cursor
-        self._operators += 1
-        if self._operators > _MOST_OPERATORS:
-            message = f"the expression has more than {_MOST_OPERATORS} operators"
-            raise ParseError(message, span_of(right), "FZ106")
-        if sign == "%":
-            return Call("%", (left, right), cursor.span(place, place))
-        if sign == "^" and self._peek() == "^":
-            message = "'a ^ b ^ c' is read from the left by some tools, from the right by others"
-            raise ParseError(message, cursor.span(cursor.here, cursor.here), help="write parentheses")
-        first = span_of(left)
-        assert first is not None
-        return Binary(cast(BinaryOp, sign), left, right, self._from(first.start, right))
-
-    def _atom(self) -> Expr:
-        cursor, token = self._cursor, self._cursor.here
-        if cursor.accept("("):
-            inside = self._nested(0, token)
-            cursor.expect(")")
-            return inside
-        if token.kind == "name" and cursor.after.text == "(":
-            return self._call(cursor.take())
-        if token.kind not in ("name", "number"):
-            raise cursor.unexpected("a number, a variable or '('")
-        return cursor.required("a number, a variable or '('")
-
-    def _call(self, name: Token) -> Expr:
-        cursor = self._cursor
-        cursor.take()
-        self._enter(name)
-        arguments = [self.parse()]
-        while cursor.accept(","):
-            arguments.append(self.parse())
-        self.depth -= 1
-        cursor.expect(")")
-        return Call(name.text.lower(), tuple(arguments), cursor.span(name))
-
-    def _from(self, start: int, last: Expr) -> Span:
-        span = span_of(last)
-        assert span is not None
-        return Span(self._cursor.source, start, span.end)
-
-    def _too_deep(self, place: Token) -> ParseError:
-        message = f"parentheses are nested more than {MAX_DEPTH} deep"
-        return ParseError(message, self._cursor.span(self._cursor.here, self._cursor.here), "FZ106")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import groupby
 from pathlib import PurePath
 
@@ -77,15 +77,6 @@ def _follows(diagnostic: Diagnostic, unread: set[str]) -> bool:
     return diagnostic.span.text.lower() in unread
 
 
-@dataclass(frozen=True)
-class _Accumulation:
-    """ACCU of a rule block, with the outputs that its rules set."""
-
-    norm: str
-    span: Span
-    outputs: set[str]
-
-
 class _Translator:
     """Translator of one function block.
 
@@ -96,7 +87,8 @@ class _Translator:
 
     def __init__(self, block: FunctionBlock, scope: Scope) -> None:
         self._block, self._scope, self._dialect = block, scope, scope.dialect
-        self._accumulations: list[_Accumulation] = []
+        #: The accumulations of rule blocks, with the outputs that these set.
+        self._accumulations: list[tuple[str, Span, set[str]]] = []
         #: The norms of the first rule block that is not switched off, which stay even if no rule needs them.
         self._norms: dict[str, object] = {}
         #: The first mix of AND and OR without parentheses that differs by dialect.
@@ -140,13 +132,14 @@ class _Translator:
             scope.error("FZ212", "the function block has no VAR_INPUT", block.span, help="declare the inputs")
         if not scope.outputs:
             scope.error("FZ212", "the function block has no VAR_OUTPUT", block.span, help="declare the outputs")
-        if not any(b.rules for b in block.rules):
-            span = block.rules[0].keyword.span if block.rules else block.span
-            message = "the rule block has no rule" if block.rules else "the function block has no RULEBLOCK"
+        parts = block.of("RULEBLOCK")
+        if not any(part.rules for part in parts):
+            span = parts[0].keyword.span if parts else block.span
+            message = "the rule block has no rule" if parts else "the function block has no RULEBLOCK"
             scope.error("FZ212", message, span, help="add, for example: RULE 1 : IF x IS low THEN y IS high;")
         elif not has_rules and not scope.failed:
             message = "every rule block with rules is switched off"
-            scope.error("FZ212", message, block.rules[0].keyword.span, help="write in one of them: ENABLED : TRUE")
+            scope.error("FZ212", message, parts[0].keyword.span, help="write in one of them: ENABLED : TRUE")
 
     def _knobs(self, outputs: Sequence[Variable], aggregations: Sequence[str]) -> dict[str, str]:
         """Return the knobs of the numerics that the file itself sets."""
@@ -162,20 +155,19 @@ class _Translator:
     def _aggregation(self, variable: Variable) -> str:
         """Return the accumulation of an output: its own, or that of the rule blocks with conclusions on it."""
         scope, name, norm = self._scope, variable.name.text, variable.accumulation
-        of_rules = [a for a in self._accumulations if name in a.outputs]
-        first = norm or (of_rules[0].norm if of_rules else None)
-        other = next((a for a in of_rules if a.norm != first), None)
+        of_rules = [(a, span) for a, span, outputs in self._accumulations if name in outputs]
+        first = norm or (of_rules[0][0] if of_rules else None)
+        other = next((pair for pair in of_rules if pair[0] != first), None)
         if variable.method in OVER_RULES:
             return first or "sum"
         if norm is not None and other is not None:
             message = f"ACCU is given here and in RULEBLOCK, with another value: '{norm}' is taken"
-            span = variable.block.name.span if variable.block is not None else variable.name.span
-            scope.warning("FZ609", message, span, help="keep one of them")
+            scope.warning("FZ609", message, variable.block.name.span, help="keep one of them")
         elif other is not None:
             message = f"rule blocks with different ACCU conclude on '{name}'"
-            notes = (Note(of_rules[0].span, f"ACCU is '{first}' here"),)
-            help_text = f"'{other.norm}' here; the rules of an output are joined in one way"
-            scope.error("FZ602", message, other.span, notes=notes, help=help_text)
+            notes = (Note(of_rules[0][1], f"ACCU is '{first}' here"),)
+            help_text = f"'{other[0]}' here; the rules of an output are joined in one way"
+            scope.error("FZ602", message, other[1], notes=notes, help=help_text)
         return first or self._dialect.numerics.method.aggregation
 
     # --- rule blocks -----------------------------------------------------------------------------------------------
@@ -184,7 +176,7 @@ class _Translator:
         scope, blocks = self._scope, list[FoundBlock]()
         terms_of_outputs = {v.name.text: v.names for v in outputs}
         terms = {v.name.text: v.names for v in inputs} | terms_of_outputs
-        for part in self._block.rules:
+        for part in self._block.of("RULEBLOCK"):
             if self._is_switched_off(part):
                 continue
             rules = tuple(r for rule in part.rules if (r := self._rule(rule, terms, terms_of_outputs)) is not None)
@@ -197,7 +189,7 @@ class _Translator:
             block = FoundBlock(name, rules, conjunction, disjunction, implication, Activation(), span)
             accumulation = scope.meaning(part.setting("ACCU"))
             if accumulation is not None:
-                self._accumulations.append(_Accumulation(accumulation, span, block.outputs))
+                self._accumulations.append((accumulation, span, block.outputs))
             scope.require_enabled(part.setting("ENABLED"))
             self._require_general(part.setting("ACTIVATION"))
             if not self._norms:

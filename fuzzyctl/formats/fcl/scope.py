@@ -58,8 +58,8 @@ def dialect_of(comments: Iterable[str], blocks: Iterable[FunctionBlock]) -> Dial
 
 def _dialect_name(comments: Sequence[str], blocks: Iterable[FunctionBlock]) -> DialectName:
     text = " ".join(comments).lower()
-    parts = [part for block in blocks for part in (*block.fuzzy, *block.rules)]
-    kinds = [term.shape.kind.text for part in parts for term in part.terms if term.shape.kind is not None]
+    parts = [part for block in blocks for part in block.blocks]
+    kinds = [term.kind.text for part in parts for term in part.terms if term.kind is not None]
     settings = [setting for part in parts for setting in part.settings]
     words = {value.text.upper() for s in settings for value in s.values if isinstance(value, sx.Word)}
     has_word = words & FUZZYLITE_ONLY or any(fuzzylite_word(kind) is not None for kind in kinds)

@@ -1,16 +1,17 @@
-"""Tokens of FCL: names, numbers and symbols without comments, and a cursor over them."""
+"""Tokens of FCL without its comments, a cursor over them, and the expressions of FUNCTION."""
 
 from __future__ import annotations
 
 import math
 import re
-from collections.abc import Collection
-from typing import Final, NamedTuple
+from collections.abc import Collection, Mapping
+from typing import Final, NamedTuple, cast
 
 from fuzzyctl.diagnostics.diagnostic import Diagnostic
 from fuzzyctl.diagnostics.source import SourceText, Span
 from fuzzyctl.diagnostics.suggestions import did_you_mean, listed
-from fuzzyctl.expr import Expr, Name, Number
+from fuzzyctl.expr import Binary, BinaryOp, Call, Expr, Name, Negate, Number, span_of
+from fuzzyctl.formats.common.infix import InfixParser, Operator
 from fuzzyctl.formats.common.report import ParseError
 from fuzzyctl.lang import syntax as sx
 from fuzzyctl.support.numerals import TOO_LARGE
@@ -33,6 +34,12 @@ _CLOSINGS: Final = {"(*": "*)", "/*": "*/", "{": "}"}
 #: Most runs of characters without meaning, and most syntax errors, that are reported one by one.
 _MOST_BAD: Final = 100
 _MOST_ERRORS: Final = 1000
+
+#: Deepest nesting of parentheses, and most hedges of a term.
+MAX_DEPTH: Final = 100
+
+#: Longest chain of terms, so that no expression is deeper than any reader of it can go.
+_MOST_OPERATORS: Final = 80
 
 #: Words for numbers.
 _NUMBERS: Final = {"NAN": math.nan, "INF": math.inf, "INFINITY": math.inf}
@@ -218,3 +225,79 @@ class Cursor:
         while self.here.kind != "end" and not (self.here.first and self.here.word in stops):
             if self.take().text == ";":
                 return
+
+
+class Formula(InfixParser[Expr, Token]):
+    """Parser of FUNCTION expressions; functions have the names of the file, in small letters."""
+
+    infix: Mapping[str, Operator] = {
+        **dict.fromkeys(("+", "-"), Operator(1)),
+        **dict.fromkeys(("*", "/", "%"), Operator(2)),
+        "^": Operator(4),
+    }
+    prefix: Mapping[str, int] = {"+": 3, "-": 3}
+    deepest = MAX_DEPTH
+
+    def __init__(self, cursor: Cursor) -> None:
+        self._cursor = cursor
+        self._operators = 0
+        self._take = cursor.take
+
+    def _peek(self) -> str:
+        return self._cursor.here.text
+
+    def _operand(self, least: int) -> Expr:
+        return self._atom() if least > self.infix["^"].level and self._peek() == "+" else super()._operand(least)
+
+    def _unary(self, sign: str, operand: Expr, place: Token) -> Expr:
+        if sign == "+":
+            return operand
+        span = self._from(place.start, operand)
+        return Number(-operand.value, "", span) if isinstance(operand, Number) else Negate(operand, span)
+
+    def _binary(self, sign: str, left: Expr, right: Expr, place: Token) -> Expr:
+        cursor = self._cursor
+        self._operators += 1
+        if self._operators > _MOST_OPERATORS:
+            message = f"the expression has more than {_MOST_OPERATORS} operators"
+            raise ParseError(message, span_of(right), "FZ106")
+        if sign == "%":
+            return Call("%", (left, right), cursor.span(place, place))
+        if sign == "^" and self._peek() == "^":
+            message = "'a ^ b ^ c' is read from the left by some tools, from the right by others"
+            raise ParseError(message, cursor.span(cursor.here, cursor.here), help="write parentheses")
+        first = span_of(left)
+        assert first is not None
+        return Binary(cast(BinaryOp, sign), left, right, self._from(first.start, right))
+
+    def _atom(self) -> Expr:
+        cursor, token = self._cursor, self._cursor.here
+        if cursor.accept("("):
+            inside = self._nested(0, token)
+            cursor.expect(")")
+            return inside
+        if token.kind == "name" and cursor.after.text == "(":
+            return self._call(cursor.take())
+        if token.kind not in ("name", "number"):
+            raise cursor.unexpected("a number, a variable or '('")
+        return cursor.required("a number, a variable or '('")
+
+    def _call(self, name: Token) -> Expr:
+        cursor = self._cursor
+        cursor.take()
+        self._enter(name)
+        arguments = [self.parse()]
+        while cursor.accept(","):
+            arguments.append(self.parse())
+        self.depth -= 1
+        cursor.expect(")")
+        return Call(name.text.lower(), tuple(arguments), cursor.span(name))
+
+    def _from(self, start: int, last: Expr) -> Span:
+        span = span_of(last)
+        assert span is not None
+        return Span(self._cursor.source, start, span.end)
+
+    def _too_deep(self, place: Token) -> ParseError:
+        message = f"parentheses are nested more than {MAX_DEPTH} deep"
+        return ParseError(message, self._cursor.span(self._cursor.here, self._cursor.here), "FZ106")

@@ -12,7 +12,7 @@ from fuzzyctl.diagnostics.suggestions import counted, did_you_mean, listed
 from fuzzyctl.expr import ONE, ZERO, Binary, Expr, Name, Number
 from fuzzyctl.formats.common import ranges
 from fuzzyctl.formats.common.degree_range import warn_of_degrees_beyond
-from fuzzyctl.formats.fcl.parser import Block, Declaration, FunctionBlock, Range, Setting, Shape, TermLine
+from fuzzyctl.formats.fcl.parser import VARIABLES, Block, Declaration, FunctionBlock, Range, Setting, TermLine
 from fuzzyctl.formats.fcl.scope import Scope
 from fuzzyctl.formats.fcl.words import JFUZZYLOGIC_SHAPES, SHAPE_WORDS, fuzzylite_word
 from fuzzyctl.formats.fll.methods import KINDS, weighted_kinds
@@ -36,7 +36,7 @@ class Variable:
     Args:
         name: Its name.
         is_input: Whether it is an input.
-        block: Its FUZZIFY or DEFUZZIFY block, if it has one.
+        block: Its FUZZIFY or DEFUZZIFY block; an empty one for an input without it.
         ends: Its range.
         terms: Its terms.
         supports: First and last point of each term that is 0 everywhere.
@@ -48,7 +48,7 @@ class Variable:
 
     name: sx.Word
     is_input: bool
-    block: Block | None
+    block: Block
     ends: tuple[Expr, Expr] = (ZERO, ONE)
     terms: list[Term] = field(default_factory=list)
     supports: list[tuple[float, float]] = field(default_factory=list)
@@ -58,11 +58,6 @@ class Variable:
     otherwise: Expr | Fallback | Hold | None = None
 
     @property
-    def lines(self) -> list[TermLine]:
-        """The lines of all terms, those included that could not be read."""
-        return self.block.terms if self.block is not None else []
-
-    @property
     def is_crisp(self) -> bool:
         """Whether all terms are numbers or functions; an average of these needs no range."""
         return all(t.membership.kind in _CRISP for t in self.terms)
@@ -70,21 +65,12 @@ class Variable:
     @property
     def names(self) -> list[str]:
         """Names of all terms, those included that could not be read."""
-        return list(dict.fromkeys((*(line.name.text for line in self.lines), *(t.name for t in self.terms))))
-
-    def setting(self, keyword: str) -> Setting | None:
-        """Return a setting of its block."""
-        return self.block.setting(keyword) if self.block is not None else None
-
-    def has(self, keyword: str, word: str) -> bool:
-        """Return whether a setting has a word."""
-        setting = self.setting(keyword)
-        return setting is not None and setting.has(word)
+        return list(dict.fromkeys((*(line.name.text for line in self.block.terms), *(t.name for t in self.terms))))
 
     def add(self, clauses: Sequence[sx.Clause], scope: Scope) -> None:
         """Add the statement of the variable."""
         read = {t.name for t in self.terms}
-        unread = [line.name for line in self.lines if line.name.text not in read]
+        unread = [line.name for line in self.block.terms if line.name.text not in read]
         scope.variable("input" if self.is_input else "output", self.name, self.ends, self.terms, clauses, unread=unread)
 
 
@@ -106,13 +92,14 @@ class VariableReader:
         self._estimated: dict[str, sx.Word] = {}
         self.inputs: list[Variable] = []
         self.outputs: list[Variable] = []
-        for declaration in block.declarations:
-            self._declare(declaration)
+        for part in block.of(*VARIABLES):
+            for declaration in part.declarations:
+                self._declare(part.keyword.text.upper(), declaration)
         self._read_inputs()
         self._read_outputs()
 
-    def _declare(self, declaration: Declaration) -> None:
-        scope, name, keyword = self._scope, declaration.name, declaration.keyword
+    def _declare(self, keyword: str, declaration: Declaration) -> None:
+        scope, name = self._scope, declaration.name
         if keyword == "VAR_IN_OUT":
             message = f"'{name.text}' is input and output at once, which is not available"
             scope.error("FZ602", message, name.span, help="declare an input and an output")
@@ -143,9 +130,9 @@ class VariableReader:
         scope, kinds = self._scope, [("VAR_INPUT", self._scope.inputs), ("VAR_OUTPUT", self._scope.outputs)]
         (declared, known), (other, others) = kinds if keyword == "FUZZIFY" else reversed(kinds)
         blocks: dict[str, Block] = {}
-        for block in self._block.fuzzy:
+        for block in self._block.of(keyword):
             text, span = block.name.text, block.name.span
-            if block.keyword.text.upper() != keyword or not text:
+            if not text:
                 continue
             name = scope.spelt(text, known, span)
             if name is None:
@@ -167,12 +154,12 @@ class VariableReader:
         scope, blocks = self._scope, self._blocks("FUZZIFY")
         for name, word in scope.inputs.items():
             scope.readable = {name: name} | ({} if "x" in scope.inputs else {"x": name})
-            variable = Variable(word, is_input=True, block=blocks.get(name))
+            variable = Variable(word, is_input=True, block=blocks.get(name) or Block(word, word))
             self.inputs.append(variable)
             self._terms(variable)
-            for setting in variable.block.settings if variable.block is not None else ():
+            for setting in variable.block.settings:
                 self._check_input_setting(setting)
-            variable.clamped = variable.has("LOCK", "RANGE")
+            variable.clamped = variable.block.has("LOCK", "RANGE")
             self._range(variable)
             ends = scope.values(variable.ends)
             if ends is not None:
@@ -205,12 +192,12 @@ class VariableReader:
             variable = Variable(word, is_input=False, block=block)
             self.outputs.append(variable)
             self._terms(variable)
-            variable.clamped = variable.has("LOCK", "RANGE")
+            variable.clamped = variable.block.has("LOCK", "RANGE")
             self._range(variable)
             scope.require_enabled(block.setting("ENABLED"))
             variable.method = self._method(variable, block)
             variable.accumulation = scope.meaning(block.setting("ACCU"))
-            variable.otherwise = self._otherwise(block.setting("DEFAULT"), holds=variable.has("LOCK", "PREVIOUS"))
+            variable.otherwise = self._otherwise(block.setting("DEFAULT"), holds=variable.block.has("LOCK", "PREVIOUS"))
 
     def _method(self, variable: Variable, block: Block) -> str:
         """Return the kind of the defuzzifier; report one of sets for numbers, or the other way round."""
@@ -258,8 +245,7 @@ class VariableReader:
     def _range(self, variable: Variable) -> None:
         """Set the range to that of the file, or estimate it from the terms if the variable is not held within it."""
         scope, name, terms = self._scope, variable.name, variable.terms
-        block_range = variable.block.range if variable.block is not None else None
-        file_range = block_range or self._ranges.get(name.text)
+        file_range = variable.block.range or self._ranges.get(name.text)
         if file_range is not None:
             low = scope.constant(file_range.low, "the lower end")
             high = scope.constant(file_range.high, "the upper end")
@@ -275,7 +261,7 @@ class VariableReader:
             message = f"the RANGE of '{name.text}' is one point; its terms lie in {interval}"
             help_text = "this is taken, which changes no value: nothing is held within it"
             scope.warning("FZ610", message, file_range.span, help=help_text)
-        elif len(terms) < len(variable.lines):
+        elif len(terms) < len(variable.block.terms):
             pass  # terms with mistakes have diagnostics of their own
         elif variable.is_input and terms:
             self._estimated[f"{name.text} {interval}"] = name
@@ -314,54 +300,53 @@ class VariableReader:
 
     def _terms(self, variable: Variable) -> None:
         scope = self._scope
-        pairs = [(line, self._membership(line, variable)) for line in variable.lines]
+        pairs = [(line, self._membership(line, variable)) for line in variable.block.terms]
         read = [(line, membership) for line, membership in pairs if membership is not None]
         terms = [Term(name=line.name.text, membership=m, span=line.name.span) for line, m in read]
-        subject = variable.block.name.text if variable.block is not None else ""
-        renamed = told_apart(terms, subject, scope, "rules mean the first one; rename it")
+        renamed = told_apart(terms, variable.block.name.text, scope, "rules mean the first one; rename it")
         variable.terms = [t.model_copy(update={"span": line.span}) for t, (line, _) in zip(renamed, read, strict=True)]
 
     def _membership(self, line: TermLine, variable: Variable) -> Membership | None:
         """Return the membership function of a term; report a mistake and return None."""
-        shape, scope = line.shape, self._scope
-        if shape.formula is not None:
-            return self._function(shape, variable)
+        scope, shape = self._scope, line.shape
+        if line.formula is not None:
+            return self._function(line, variable)
         subject = f"of '{line.name.text}'"
-        constants = [scope.constant(a, f"parameter {i} {subject}") for i, a in enumerate(shape.arguments, 1)]
+        constants = [scope.constant(a, f"parameter {i} {subject}") for i, a in enumerate(line.arguments, 1)]
         arguments = tuple(a for a in constants if a is not None)
         if len(arguments) < len(constants):
             return None
-        if shape.points and (shape.kind is None or shape.kind.text.upper() == "SINGLETONS"):
-            return self._points(shape, arguments, variable)
-        if shape.kind is None and len(arguments) == 1:
-            return Membership(kind="singleton", arguments=arguments, span=shape.span)
+        if line.points and (line.kind is None or line.kind.text.upper() == "SINGLETONS"):
+            return self._points(line, arguments, variable)
+        if line.kind is None and len(arguments) == 1:
+            return Membership(kind="singleton", arguments=arguments, span=shape)
         shapes = (f"shapes: {listed(SHAPE_WORDS)}",)
-        if shape.kind is None:
+        if line.kind is None:
             message = f"{counted(len(arguments), 'number')} without the word of a shape"
-            scope.error("FZ601", message, shape.span, facts=shapes)
+            scope.error("FZ601", message, shape, facts=shapes)
             return None
-        text = shape.kind.text
+        text = line.kind.text
         word = fuzzylite_word(text)
         meaning = TERMS[word] if word is not None else JFUZZYLOGIC_SHAPES.get(text.upper())
-        if meaning is None or shape.points:
+        if meaning is None or line.points:
             help_text = did_you_mean(text.upper(), SHAPE_WORDS)
-            scope.error("FZ601", f"there is no shape '{text}'", shape.kind.span, facts=shapes, help=help_text)
+            scope.error("FZ601", f"there is no shape '{text}'", line.kind.span, facts=shapes, help=help_text)
             return None
         most = {"Constant": 1, "Binary": 3}.get(word or "", len(arguments))
         if len(arguments) > most:
-            scope.error("FZ303", f"'{word}' takes {counted(most, 'number')}, got {len(arguments)}", shape.span)
+            scope.error("FZ303", f"'{word}' takes {counted(most, 'number')}, got {len(arguments)}", shape)
             return None
         scope.clamped_differences |= meaning is JFUZZYLOGIC_SHAPES["DSIGM"]
         place = Place(variable.name.text, tuple(scope.inputs), (), variable.is_input)
         reader = TermReader(scope, fuzzylite=word is not None, fll=word is not None)
-        membership = reader.shape(place, shape.kind.span, meaning, arguments, shape.span)
+        membership = reader.shape(place, line.kind.span, meaning, arguments, shape)
         if membership is not None and membership.kind == "constant":
             return membership.model_copy(update={"kind": "singleton"})
         return membership
 
-    def _points(self, shape: Shape, arguments: tuple[Expr, ...], variable: Variable) -> Membership | None:
-        scope, span = self._scope, shape.span
-        if shape.kind is not None:
+    def _points(self, line: TermLine, arguments: tuple[Expr, ...], variable: Variable) -> Membership | None:
+        scope, span = self._scope, line.shape
+        if line.kind is not None:
             if len(arguments) == 2 and arguments[1] == ONE:
                 return Membership(kind="singleton", arguments=arguments[:1], span=span)
             message = "a term of several singletons is not available"
@@ -378,15 +363,15 @@ class VariableReader:
             arguments = (x, y, Number(x.value + 1.0) if isinstance(x, Number) else x + 1.0, y)
         return Membership(kind="piecewise", arguments=arguments, span=span)
 
-    def _function(self, shape: Shape, variable: Variable) -> Membership | None:
-        assert shape.formula is not None
-        expression = self._scope.function(shape.formula)
+    def _function(self, line: TermLine, variable: Variable) -> Membership | None:
+        assert line.formula is not None
+        expression = self._scope.function(line.formula)
         if expression is None:
             return None
         coefficients = None if variable.is_input else linear_coefficients(expression, list(self._scope.inputs))
         if coefficients is not None:
-            return Membership(kind="linear", arguments=coefficients, span=shape.span)
-        return Membership(kind="function", arguments=(expression,), span=shape.span)
+            return Membership(kind="linear", arguments=coefficients, span=line.shape)
+        return Membership(kind="function", arguments=(expression,), span=line.shape)
 
 
 def linear_coefficients(expression: Expr, inputs: list[str]) -> tuple[Expr, ...] | None:
