@@ -48,7 +48,7 @@ CONTROLS = [
     ("fis", "fis/settings.py", "if said is None and dialect ==", "if said is None and None =="),
     ("fcl", "fcl/reader.py", 'if self._dialect.name == "jfuzzylogic":  # from', "if False:  # from"),
     ("fcl", "fcl/reader.py", '"places"} if is_merged', '"places"} if False'),
-    ("fcl", "fcl/variables.py", 'variable.clamped = variable.has("LOCK", "RANGE")', "pass"),
+    ("fcl", "fcl/variables.py", 'clamped=block.has("LOCK", "RANGE")', "clamped=False"),
     ("fcl", "fcl/scope.py", 'if text == "NSUM" and', "if False and"),
     ("fcl", "fcl/reader.py", "return (norm, pairs[norm]) if", "return (norm, 'max') if"),
     ("fcl", "fcl/variables.py", "is_needed = variable.clamped or", "is_needed ="),

@@ -53,13 +53,13 @@ def read_all(source: SourceText) -> tuple[tuple[FuzzySystem, ...], list[Diagnost
 
 
 def _same_names(blocks: Sequence[FunctionBlock]) -> Iterator[Diagnostic]:
-    """Report function blocks of one name, so that none of them can be chosen."""
+    """Yield an error for each function block with the name of an earlier one."""
     first: dict[str, FunctionBlock] = {}
     for block in blocks:
         earlier = first.setdefault(block.name, block)
         if earlier is not block:
-            is_named = f"function block '{block.name}' is declared twice"
-            message = is_named if block.name else "two function blocks have no name"
+            message = f"function block '{block.name}' is declared twice"
+            message = message if block.name else "two function blocks have no name"
             notes = (Note(earlier.span, "first declared here"),)
             yield Diagnostic("FZ201", message, block.span, help="rename one of them", notes=notes)
 
@@ -153,7 +153,7 @@ class _Translator:
         return knobs | ({"sigmoid_difference": "clamped"} if self._scope.clamped_differences else {})
 
     def _aggregation(self, variable: Variable) -> str:
-        """Return the accumulation of an output: its own, or that of the rule blocks with conclusions on it."""
+        """Return the accumulation of an output; without one, that of the rule blocks that set it."""
         scope, name, norm = self._scope, variable.name.text, variable.accumulation
         of_rules = [(a, span) for a, span, outputs in self._accumulations if name in outputs]
         first = norm or (of_rules[0][0] if of_rules else None)

@@ -30,7 +30,7 @@ from fuzzyctl.model.profiles import PROFILES, Profile
 #: A comment of `write` that names the numerics of the system.
 _NUMERICS: Final = re.compile(r"numerics of (\w+)")
 
-#: Comments of files for fuzzylite: its own, and that of `write`, whose file may have none of fuzzylite's words.
+#: Comments in files of fuzzylite and in files of `write` for it, which may be without any word of fuzzylite.
 _FUZZYLITE_SIGNS: Final = ("generated with fuzzylite", "in the dialect of fuzzylite")
 
 #: Functions of both tools under other names, by their names here.
@@ -50,10 +50,10 @@ def dialect_of(comments: Iterable[str], blocks: Iterable[FunctionBlock]) -> Dial
     others = [comment for comment in comments if not _NUMERICS.search(comment)]
     name = _dialect_name(others, blocks)
     names = [match.group(1) for comment in comments for match in _NUMERICS.finditer(comment)]
-    known = [PROFILES[n] for n in names if n in PROFILES]
-    if not known and name == "fuzzylite":
-        return Dialect(name, profile_of_version(version_said(comments)))
-    return Dialect(name, known[0] if known else PROFILES[USUAL_NUMERICS[name]])
+    profile = next((PROFILES[n] for n in names if n in PROFILES), None)
+    if profile is None and name == "fuzzylite":
+        profile = profile_of_version(version_said(comments))
+    return Dialect(name, profile or PROFILES[USUAL_NUMERICS[name]])
 
 
 def _dialect_name(comments: Sequence[str], blocks: Iterable[FunctionBlock]) -> DialectName:
@@ -191,8 +191,8 @@ class Scope(Translation):
     def values(self, exprs: Iterable[Expr]) -> tuple[float, ...] | None:
         """Return the values of parameters; None if one has none. Numbers may be infinite."""
         values = [expr.value if isinstance(expr, Number) else self.value(expr) for expr in exprs]
-        known = tuple(v for v in values if v is not None)
-        return known if len(known) == len(values) else None
+        numbers = tuple(v for v in values if v is not None)
+        return numbers if len(numbers) == len(values) else None
 
     def function(self, expr: Expr) -> Expr | None:
         """Return an expression of FUNCTION with the names and functions of the system; report mistakes."""
@@ -226,8 +226,8 @@ class Scope(Translation):
             return Name(self.readable[alike[0]], name.span)
         if name.name.lower() in CONSTANTS:
             return Number(CONSTANTS[name.name.lower()], "", name.span)
-        known = [*self.readable, *self.params]
-        facts, help_text = (f"known: {listed(known)}",), did_you_mean(name.name, known)
+        names = [*self.readable, *self.params]
+        facts, help_text = (f"known: {listed(names)}",), did_you_mean(name.name, names)
         return self._refused(f"no variable '{name.name}'", name.span, "FZ202", facts=facts, help=help_text)
 
     def _call(self, call: Call, arguments: tuple[Expr, ...]) -> Expr | None:

@@ -114,8 +114,8 @@ class Cursor:
         """Report a run of one character that FCL does not have."""
         if len(self.diagnostics) < _MOST_BAD:
             char = span.text[0]
-            shown = f"'{char}' (U+{ord(char):04X})" if char.isprintable() else f"U+{ord(char):04X}"
-            message = f"the character {shown} has no meaning in FCL"
+            description = f"'{char}' (U+{ord(char):04X})" if char.isprintable() else f"U+{ord(char):04X}"
+            message = f"the character {description} has no meaning in FCL"
             self.diagnostics.append(Diagnostic("FZ601", message, span, help="remove it"))
         elif len(self.diagnostics) == _MOST_BAD:
             message = "there are more characters that have no meaning in FCL"

@@ -128,17 +128,17 @@ class VariableReader:
     def _blocks(self, keyword: str) -> dict[str, Block]:
         """Return the blocks of a keyword by their variables."""
         scope, kinds = self._scope, [("VAR_INPUT", self._scope.inputs), ("VAR_OUTPUT", self._scope.outputs)]
-        (declared, known), (other, others) = kinds if keyword == "FUZZIFY" else reversed(kinds)
+        (keyword_here, variables), (keyword_there, others) = kinds if keyword == "FUZZIFY" else reversed(kinds)
         blocks: dict[str, Block] = {}
         for block in self._block.of(keyword):
             text, span = block.name.text, block.name.span
             if not text:
                 continue
-            name = scope.spelt(text, known, span)
+            name = scope.spelt(text, variables, span)
             if name is None:
-                message = f"{keyword} of '{text}', which {declared} does not declare"
-                facts = (f"{declared}: {listed(known)}",) if known else ()
-                help_text = f"it stands in {other}" if text in others else did_you_mean(text, known)
+                message = f"{keyword} of '{text}', which {keyword_here} does not declare"
+                facts = (f"{keyword_here}: {listed(variables)}",) if variables else ()
+                help_text = f"it stands in {keyword_there}" if text in others else did_you_mean(text, variables)
                 scope.error("FZ202", message, span, facts=facts, help=help_text)
             elif name in blocks:
                 notes = (Note(blocks[name].keyword.span, "the first one"),)
@@ -150,17 +150,21 @@ class VariableReader:
 
     # --- inputs and outputs ----------------------------------------------------------------------------------------
 
+    def _read(self, name: sx.Word, block: Block, *, is_input: bool) -> Variable:
+        """Return a variable with its terms and its range."""
+        variable = Variable(name, is_input=is_input, block=block, clamped=block.has("LOCK", "RANGE"))
+        self._terms(variable)
+        self._range(variable)
+        return variable
+
     def _read_inputs(self) -> None:
         scope, blocks = self._scope, self._blocks("FUZZIFY")
         for name, word in scope.inputs.items():
             scope.readable = {name: name} | ({} if "x" in scope.inputs else {"x": name})
-            variable = Variable(word, is_input=True, block=blocks.get(name) or Block(word, word))
+            variable = self._read(word, blocks.get(name) or Block(word, word), is_input=True)
             self.inputs.append(variable)
-            self._terms(variable)
             for setting in variable.block.settings:
                 self._check_input_setting(setting)
-            variable.clamped = variable.block.has("LOCK", "RANGE")
-            self._range(variable)
             ends = scope.values(variable.ends)
             if ends is not None:
                 warn_of_degrees_beyond(variable.terms, name, (ends[0], ends[1]), scope, params=scope.params)
@@ -189,19 +193,17 @@ class VariableReader:
                 help_text = "add, for example: TERM low := 0;"
                 scope.error("FZ212", f"output '{name}' has no terms", block.name.span, help=help_text)
             scope.readable = {n: n for n in (*scope.inputs, *(v.name.text for v in self.outputs))}
-            variable = Variable(word, is_input=False, block=block)
+            variable = self._read(word, block, is_input=False)
             self.outputs.append(variable)
-            self._terms(variable)
-            variable.clamped = variable.block.has("LOCK", "RANGE")
-            self._range(variable)
             scope.require_enabled(block.setting("ENABLED"))
-            variable.method = self._method(variable, block)
+            variable.method = self._method(variable)
             variable.accumulation = scope.meaning(block.setting("ACCU"))
-            variable.otherwise = self._otherwise(block.setting("DEFAULT"), holds=variable.block.has("LOCK", "PREVIOUS"))
+            variable.otherwise = self._otherwise(block.setting("DEFAULT"), holds=block.has("LOCK", "PREVIOUS"))
 
-    def _method(self, variable: Variable, block: Block) -> str:
+    def _method(self, variable: Variable) -> str:
         """Return the kind of the defuzzifier; report one of sets for numbers, or the other way round."""
-        scope, terms, setting = self._scope, variable.terms, block.setting("METHOD")
+        scope, terms, block = self._scope, variable.terms, variable.block
+        setting = block.setting("METHOD")
         kind = scope.meaning(setting) or "centroid"
         text = setting.word.text if setting is not None and setting.word is not None else "COG"
         span = setting.span if setting is not None else block.name.span
@@ -262,7 +264,7 @@ class VariableReader:
             help_text = "this is taken, which changes no value: nothing is held within it"
             scope.warning("FZ610", message, file_range.span, help=help_text)
         elif len(terms) < len(variable.block.terms):
-            pass  # terms with mistakes have diagnostics of their own
+            pass  # terms with mistakes are reported
         elif variable.is_input and terms:
             self._estimated[f"{name.text} {interval}"] = name
         elif variable.is_input:

@@ -101,7 +101,7 @@ MEANINGS: Final[dict[str, dict[str, str]]] = {
     "METHOD": _by_word(_METHODS, OF_SETS | {w: f"weighted_{'sum' if s else 'average'}" for w, s in WEIGHTED.items()}),
 }
 
-#: The written word for a defuzzifier; that for averages and sums over rules does not say what they take of rules.
+#: The written word for a defuzzifier; averages and sums over rules have one for all quantities of a rule.
 METHOD_WORDS: Final = {
     **first_words(MEANINGS["METHOD"]),
     **dict.fromkeys(("center_average", "tsukamoto", "inverse_tsukamoto"), "COGS"),
