@@ -31,11 +31,9 @@ _STATEMENTS: Final = {
     "RULEBLOCK": ("RULE", "AND", "OR", "ACT", "ACCU", "ENABLED", "ACTIVATION"),
 }
 
-#: Words behind a term; AND and OR join conditions, so that they do not end a rule that lacks its semicolon.
-_AFTER_TERM: Final = frozenset({"AND", "OR", "THEN", "WITH", "IF", "IS"})
-#: Words that end a rule without a semicolon if they begin a line, and those that are no names of terms at all.
+#: Words that are no hedges and no terms; the others end a rule without a semicolon only if they begin a line.
+_AFTER_TERM: Final = frozenset({"AND", "OR", "THEN", "WITH", "IF", "IS", "RULE", "END_RULEBLOCK", "END_FUNCTION_BLOCK"})
 _AFTER_RULE: Final = frozenset({"ACCU", "ACT", "ENABLED", "ACTIVATION"})
-_NO_TERMS: Final = frozenset({"RULE", "END_RULEBLOCK", "END_FUNCTION_BLOCK"})
 
 
 @dataclass(frozen=True)
@@ -163,10 +161,10 @@ class Parser(Cursor):
             self.diagnostics.append(Diagnostic("FZ004", message, file=self.source.name, help=help_text))
         return blocks
 
-    def _require(self, *closing: str) -> None:
+    def _require(self, keyword: str) -> None:
         """Take a keyword, or report that it is missing."""
-        if not self.accept(*closing):
-            self.diagnostics.append(self.unexpected(closing[0]).diagnostic)
+        if not self.accept(keyword):
+            self.diagnostics.append(self.unexpected(keyword).diagnostic)
 
     def _function_block(self) -> FunctionBlock:
         block = FunctionBlock("", self.span(self.here, self.here))
@@ -174,8 +172,7 @@ class Parser(Cursor):
             block.name = self._block_name()
         else:
             self._require("FUNCTION_BLOCK")
-        while self.here.word not in ("END_FUNCTION_BLOCK", "FUNCTION_BLOCK") and self.here.kind != "end":
-            word = self.here.word
+        while (word := self.here.word) not in _BLOCKS[-2:] and self.here.kind != "end":
             if word in _STATEMENTS:
                 block.blocks.append(self._block())
             elif word in _OPTIONS:
@@ -212,7 +209,7 @@ class Parser(Cursor):
     def _block(self) -> Block:
         keyword = self.word()
         opening = keyword.text.upper()
-        block = Block(keyword, self._name(keyword))
+        block = Block(keyword, self._heading(keyword))
         stops = {*_STATEMENTS[opening], *_CLOSERS, *_BLOCKS} - {"AND", "OR"}  # which join conditions
         while not self.accept(_ENDS[opening]):
             start = self.here
@@ -232,7 +229,7 @@ class Parser(Cursor):
         self.accept(";")
         return block
 
-    def _name(self, keyword: sx.Word) -> sx.Word:
+    def _heading(self, keyword: sx.Word) -> sx.Word:
         """Take the variable of FUZZIFY and DEFUZZIFY, or the name of a rule block; variables have none."""
         words: list[str] = []
         if keyword.text.upper() in _FUZZY:
@@ -406,4 +403,4 @@ class Parser(Cursor):
         return sx.Literal(self.span(first), variable, tuple(words[:-1]), words[-1])
 
     def _ends_proposition(self, token: Token) -> bool:
-        return token.word in _AFTER_TERM | _NO_TERMS or (token.first and token.word in _AFTER_RULE)
+        return token.word in _AFTER_TERM or (token.first and token.word in _AFTER_RULE)

@@ -234,8 +234,8 @@ class _Translator:
             (first, first_line), (last, last_line) = norms.values()
             if first != pairs[last]:
                 self._warn_of_no_pair(joins, first_line, last_line)
-        is_pair = len(norms) == 1 or tool == "jfuzzylogic"  # jFuzzyLogic takes the last one
-        if not norms or tool == "fuzzylite" or not is_pair:
+        # jFuzzyLogic takes the last one of two, fuzzylite knows no pairs.
+        if not norms or tool == "fuzzylite" or (tool == "standard" and len(norms) == 2):
             return norms.get("AND", ("min",))[0], norms.get("OR", ("max",))[0]
         word, (norm, _) = list(norms.items())[-1]
         return (norm, pairs[norm]) if word == "AND" else (pairs[norm], norm)
@@ -289,15 +289,17 @@ class _Translator:
             return truth
         groups = [[operands[0]]]
         for operator, operand in zip(joined.operators, operands[1:], strict=True):
-            groups += [[operand]] if operator == "OR" else []
-            groups[-1] += [operand] if operator == "AND" else []
+            if operator == "OR":
+                groups.append([operand])
+            else:
+                groups[-1].append(operand)
         parts = [sx.Chain(joined.span, "and", tuple(group)) if len(group) > 1 else group[0] for group in groups]
         return sx.Chain(joined.span, "or", tuple(parts)) if len(parts) > 1 else parts[0]
 
     def _names(
         self, variable: sx.Word, hedges: Sequence[sx.Word], term: sx.Word, terms: Mapping[str, Sequence[str]]
     ) -> tuple[sx.Word, tuple[sx.Word, ...], sx.Word]:
-        """Return variable, hedges and term as they are declared; `any` needs no term, since it is 1 for each."""
+        """Return variable, hedges and term in their declared spelling; `any` is 1 for each term, so needs none."""
         name = self._scope.spelt(variable.text, terms, variable.span) or variable.text
         names = terms.get(name, ())
         if term.text.lower() == "any" and term.text not in names and names:
