@@ -2,320 +2,405 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Final
 
 from fuzzyctl.diagnostics.diagnostic import Diagnostic
-from fuzzyctl.diagnostics.source import SourceText
-from fuzzyctl.expr import Expr
+from fuzzyctl.diagnostics.source import Span
+from fuzzyctl.expr import ONE, Expr
 from fuzzyctl.formats.common.report import ParseError
-from fuzzyctl.formats.fcl.conditions import RULE_STARTS, rule
-from fuzzyctl.formats.fcl.cursor import Cursor
-from fuzzyctl.formats.fcl.formula import formula
-from fuzzyctl.formats.fcl.names import SHAPE_WORDS
-from fuzzyctl.formats.fcl.syntax import (
-    Declaration,
-    FunctionBlock,
-    FuzzyBlock,
-    Range,
-    RuleBlock,
-    RuleLine,
-    Setting,
-    Shape,
-    TermLine,
-    VariableBlock,
-    Word,
-)
+from fuzzyctl.formats.fcl.tokens import MAX_DEPTH, Cursor, Formula, Token
+from fuzzyctl.formats.fcl.words import SHAPE_WORDS
+from fuzzyctl.lang import syntax as sx
+from fuzzyctl.records import record
 
-_VARIABLES: Final = ("VAR_INPUT", "VAR_OUTPUT", "VAR", "VAR_IN_OUT")
+VARIABLES: Final = ("VAR_INPUT", "VAR_OUTPUT", "VAR", "VAR_IN_OUT")
 _FUZZY: Final = ("FUZZIFY", "DEFUZZIFY")
+_OPTIONS: Final = ("OPTIONS", "OPTION")
 _ENDS: Final = {
-    **dict.fromkeys(_VARIABLES, "END_VAR"),
-    "FUZZIFY": "END_FUZZIFY",
-    "DEFUZZIFY": "END_DEFUZZIFY",
-    "RULEBLOCK": "END_RULEBLOCK",
-    "OPTIONS": "END_OPTIONS",
-    "OPTION": "END_OPTION",
+    **dict.fromkeys(VARIABLES, "END_VAR"),
+    **{word: f"END_{word}" for word in (*_FUZZY, "RULEBLOCK", *_OPTIONS)},
 }
-_BLOCKS: Final = (*_VARIABLES, *_FUZZY, "RULEBLOCK", "OPTIONS", "OPTION", "FUNCTION_BLOCK", "END_FUNCTION_BLOCK")
+_BLOCKS: Final = (*_ENDS, "FUNCTION_BLOCK", "END_FUNCTION_BLOCK")
 _CLOSERS: Final = tuple(dict.fromkeys(_ENDS.values()))
-_FUZZY_STARTS: Final = ("TERM", "RANGE", "METHOD", "ACCU", "DEFAULT", "LOCK", "ENABLED")
-_RULE_SETTINGS: Final = ("AND", "OR", "ACT", "ACCU", "ENABLED", "ACTIVATION")
+
+#: Keywords of the statements in a block; those of variables have none.
+_STATEMENTS: Final = {
+    **dict.fromkeys(VARIABLES, ()),
+    **dict.fromkeys(_FUZZY, ("TERM", "RANGE", "METHOD", "ACCU", "DEFAULT", "LOCK", "ENABLED")),
+    "RULEBLOCK": ("RULE", "AND", "OR", "ACT", "ACCU", "ENABLED", "ACTIVATION"),
+}
+
+#: Words that are no hedges and no terms; the others end a rule without a semicolon only if they begin a line.
+_AFTER_TERM: Final = frozenset({"AND", "OR", "THEN", "WITH", "IF", "IS", "RULE", "END_RULEBLOCK", "END_FUNCTION_BLOCK"})
+_AFTER_RULE: Final = frozenset({"ACCU", "ACT", "ENABLED", "ACTIVATION"})
 
 
 @dataclass(frozen=True)
-class FclFile:
-    """What a file says.
+class Range:
+    """`RANGE := (low .. high)`."""
+
+    low: Expr
+    high: Expr
+    span: Span
+
+
+@dataclass(frozen=True)
+class Declaration:
+    """A variable of a VAR block; `initial` is the constant behind `:=`."""
+
+    name: sx.Word
+    initial: Expr | None
+    range: Range | None = None
+
+
+@dataclass(frozen=True)
+class TermLine:
+    """`TERM name := shape;`.
 
     Args:
-        blocks: Its function blocks.
-        comments: Its comments with their marks.
-        diagnostics: Mistakes of syntax.
+        name: The name.
+        kind: The word of the shape, such as TRIAN or Triangle; None for a list of points and for a lone number.
+        arguments: Parameters, or the coordinates of points one after the other.
+        points: Whether the shape is a list of points.
+        formula: The expression of FUNCTION, else None.
+        shape: The location of the shape.
+        span: The location of the whole line.
     """
 
-    blocks: tuple[FunctionBlock, ...]
-    comments: tuple[str, ...]
-    diagnostics: tuple[Diagnostic, ...]
+    name: sx.Word
+    kind: sx.Word | None
+    arguments: tuple[Expr, ...]
+    points: bool
+    formula: Expr | None
+    shape: Span
+    span: Span
 
 
-def parse(source: SourceText) -> FclFile:
-    """Return what a source says, as far as it can be read, with all mistakes of syntax."""
-    cursor = Cursor(source)
-    blocks: list[FunctionBlock] = []
-    while cursor.here.kind != "end":
-        if cursor.here.word in ("FUNCTION_BLOCK", *_BLOCKS) and cursor.here.word != "END_FUNCTION_BLOCK":
-            blocks.append(_function_block(cursor))
+@dataclass(frozen=True)
+class Setting:
+    """`KEYWORD : value` or `KEYWORD := value`; values of several words are separated by `|`."""
+
+    keyword: sx.Word
+    values: tuple[sx.Word | Expr, ...]
+    span: Span
+
+    @property
+    def word(self) -> sx.Word | None:
+        """The value if it is a single word."""
+        return self.values[0] if len(self.values) == 1 and isinstance(self.values[0], sx.Word) else None
+
+
+@record(frozen=True, slots=True, eq=False)
+class Joined(sx.Truth):
+    """Conditions joined by AND and OR as written, without precedence, which depends on the dialect."""
+
+    operands: tuple[sx.Truth, ...]
+    operators: tuple[str, ...]
+
+
+@dataclass
+class Block:
+    """A block of variables, FUZZIFY or DEFUZZIFY of a variable, or RULEBLOCK.
+
+    Args:
+        keyword: Its keyword.
+        name: The variable, or the name of the rule block.
+        declarations: Its variables.
+        terms: Its terms.
+        settings: Its settings in order.
+        range: Its range.
+        rules: Its rules; the weights are those of the file.
+    """
+
+    keyword: sx.Word
+    name: sx.Word
+    declarations: list[Declaration] = field(default_factory=list)
+    terms: list[TermLine] = field(default_factory=list)
+    settings: list[Setting] = field(default_factory=list)
+    range: Range | None = None
+    rules: list[sx.Rule] = field(default_factory=list)
+
+    def setting(self, keyword: str) -> Setting | None:
+        """Return the last setting of a keyword."""
+        return next((s for s in reversed(self.settings) if s.keyword.text.upper() == keyword), None)
+
+    def has(self, keyword: str, word: str) -> bool:
+        """Return whether a word in capitals is a value of a setting."""
+        values = [value for s in self.settings if s.keyword.text.upper() == keyword for value in s.values]
+        return any(isinstance(value, sx.Word) and value.text.upper() == word for value in values)
+
+
+@dataclass
+class FunctionBlock:
+    """FUNCTION_BLOCK: one fuzzy system."""
+
+    name: str
+    span: Span
+    blocks: list[Block] = field(default_factory=list)
+
+    def of(self, *keywords: str) -> list[Block]:
+        """Return the blocks of some keywords."""
+        return [block for block in self.blocks if block.keyword.text.upper() in keywords]
+
+
+class Parser(Cursor):
+    """Parser of one file."""
+
+    def parse(self) -> list[FunctionBlock]:
+        """Return the function blocks, as far as they can be read."""
+        blocks: list[FunctionBlock] = []
+        while self.here.kind != "end":
+            if self.here.word in _BLOCKS[:-1]:
+                blocks.append(self._function_block())
+            else:
+                self.skip_statement(self.unexpected("FUNCTION_BLOCK"), _BLOCKS)
+                self.accept("END_FUNCTION_BLOCK")
+        if not blocks and not self.diagnostics:
+            message, help_text = "the file has no FUNCTION_BLOCK", "begin with FUNCTION_BLOCK and a name"
+            self.diagnostics.append(Diagnostic("FZ004", message, file=self.source.name, help=help_text))
+        return blocks
+
+    def _require(self, keyword: str) -> None:
+        """Take a keyword, or report that it is missing."""
+        if not self.accept(keyword):
+            self.diagnostics.append(self.unexpected(keyword).diagnostic)
+
+    def _function_block(self) -> FunctionBlock:
+        block = FunctionBlock("", self.span(self.here, self.here))
+        if self.here.word == "FUNCTION_BLOCK":
+            block.name = self._block_name()
         else:
-            cursor.report(cursor.unexpected("FUNCTION_BLOCK"), _BLOCKS)
-            cursor.accept("END_FUNCTION_BLOCK")
-    if not blocks and not cursor.diagnostics:
-        help_text = "begin with FUNCTION_BLOCK and a name"
-        cursor.diagnostics.append(
-            Diagnostic("FZ004", "the file has no FUNCTION_BLOCK", file=source.name, help=help_text)
-        )
-    return FclFile(tuple(blocks), cursor.comments, tuple(cursor.diagnostics))
+            self._require("FUNCTION_BLOCK")
+        while (word := self.here.word) not in _BLOCKS[-2:] and self.here.kind != "end":
+            if word in _STATEMENTS:
+                block.blocks.append(self._block())
+            elif word in _OPTIONS:
+                self._options()
+            else:
+                self.skip_statement(self.unexpected("a block", _BLOCKS[:-2]), _BLOCKS)
+        self._require("END_FUNCTION_BLOCK")
+        self.accept(";")
+        return block
 
+    def _block_name(self) -> str:
+        """Take the name of a function block: the rest of its line, or a word on the next one."""
+        self.take()
+        first, last = self.here, None
+        stops = (*_STATEMENTS, "END_FUNCTION_BLOCK")
+        while self.here.kind != "end" and not self.here.first and self.here.word not in stops:
+            last = self.take()
+        if last is not None:
+            return self.span(first, last).text.strip(" ;")
+        return self.take().text if self.here.kind == "name" and self.here.word not in _BLOCKS else ""
 
-def _function_block(cursor: Cursor) -> FunctionBlock:
-    first = cursor.here
-    name = ""
-    if cursor.accept("FUNCTION_BLOCK"):
-        words = cursor.rest_of_line((*_VARIABLES, *_FUZZY, "RULEBLOCK", "END_FUNCTION_BLOCK"))
-        name = cursor.span(words[0], words[-1]).text if words else ""
-        if not words and cursor.here.kind == "name" and cursor.here.word not in _BLOCKS:
-            name = cursor.take().text
-    else:
-        cursor.diagnostics.append(cursor.unexpected("FUNCTION_BLOCK").diagnostic)
-    variables: list[VariableBlock] = []
-    fuzzy: list[FuzzyBlock] = []
-    rules: list[RuleBlock] = []
-    while cursor.here.word not in ("END_FUNCTION_BLOCK", "FUNCTION_BLOCK") and cursor.here.kind != "end":
-        word = cursor.here.word
-        if word in _VARIABLES:
-            variables.append(_variable_block(cursor))
-        elif word in _FUZZY:
-            fuzzy.append(_fuzzy_block(cursor))
-        elif word == "RULEBLOCK":
-            rules.append(_rule_block(cursor))
-        elif word in ("OPTIONS", "OPTION"):
-            _options(cursor)
+    def _options(self) -> None:
+        """Skip a block of options, whose meaning the standard leaves to each tool."""
+        keyword = self.word()
+        closing = _ENDS[keyword.text.upper()]
+        while self.here.kind != "end" and self.here.word not in (closing, *_BLOCKS):
+            self.take()
+        self._require(closing)
+        message = "a block of options has no effect: the standard leaves their meaning to each tool"
+        self.diagnostics.append(Diagnostic("FZ603", message, keyword.span, "warning", help="remove it"))
+
+    # --- statements ------------------------------------------------------------------------------------------------
+
+    def _block(self) -> Block:
+        keyword = self.word()
+        opening = keyword.text.upper()
+        block = Block(keyword, self._heading(keyword))
+        stops = {*_STATEMENTS[opening], *_CLOSERS, *_BLOCKS} - {"AND", "OR"}  # which join conditions
+        while not self.accept(_ENDS[opening]):
+            start = self.here
+            # A variable may have the name of a block.
+            is_block = start.word in _BLOCKS and self.after.text not in (":", ",", ":=")
+            if start.kind == "end" or start.word in _CLOSERS or is_block:
+                self._require(_ENDS[opening])
+                self.accept(*_CLOSERS)
+                break
+            try:
+                self._statement(block, opening)
+                self.end_statement(stops)
+            except ParseError as error:
+                if self.here is start:
+                    self.take()  # else the keyword where it begins would end the search for the next statement
+                self.skip_statement(error, stops)
+        self.accept(";")
+        return block
+
+    def _heading(self, keyword: sx.Word) -> sx.Word:
+        """Take the variable of FUZZIFY and DEFUZZIFY, or the name of a rule block; variables have none."""
+        words: list[str] = []
+        if keyword.text.upper() in _FUZZY:
+            try:
+                name = self.name("a variable")
+                self.accept(";")
+            except ParseError as error:
+                self.diagnostics.append(error.diagnostic)
+            else:
+                return name
+        elif keyword.text.upper() == "RULEBLOCK":
+            while not self.here.first and self.here.kind != "end" and self.after.text not in (":", ":="):
+                words.append(self.take().text)
+        return sx.Word(" ".join(words), keyword.span)
+
+    def _statement(self, block: Block, opening: str) -> None:
+        word = self.here.word
+        if opening in VARIABLES:
+            self._declaration(block.declarations)
+            return
+        if word not in _STATEMENTS[opening]:
+            raise self.unexpected("a statement", (*_STATEMENTS[opening], _ENDS[opening]))
+        is_second = block.setting(word) is not None or (word == "RANGE" and block.range is not None)
+        if is_second and opening != "RULEBLOCK":
+            message, span = f"{word} is given twice in this block", self.span(self.here, self.here)
+            raise ParseError(message, span, "FZ215", help="keep one of them")
+        if word == "TERM":
+            block.terms.append(self._term())
+        elif word == "RULE":
+            block.rules.append(self._rule())
+        elif word == "RANGE":
+            block.range = self._range()
         else:
-            cursor.report(cursor.unexpected("a block", _BLOCKS[:-2]), _BLOCKS)
-    if not cursor.accept("END_FUNCTION_BLOCK"):
-        cursor.diagnostics.append(cursor.unexpected("END_FUNCTION_BLOCK").diagnostic)
-    cursor.accept(";")
-    return FunctionBlock(name.strip(" ;"), tuple(variables), tuple(fuzzy), tuple(rules), cursor.span(first, first))
+            block.settings.append(self._setting())
 
-
-def _statements(cursor: Cursor, opening: str, starts: tuple[str, ...], statement: Callable[[], None]) -> None:
-    """Take statements up to the end of a block, one after the other."""
-    closing = _ENDS[opening]
-    stops = (*starts, *_CLOSERS, *_BLOCKS)
-    while not cursor.accept(closing):
-        if cursor.here.kind == "end" or cursor.here.word in _CLOSERS or _is_block(cursor):
-            cursor.diagnostics.append(cursor.unexpected(closing).diagnostic)
-            if cursor.here.word in _CLOSERS:
-                cursor.take()
-            break
-        start = cursor.here
-        try:
-            statement()
-            cursor.end_statement(stops)
-        except ParseError as error:
-            if cursor.here is start:
-                cursor.take()  # else the keyword where it begins would end the search for the next statement
-            cursor.report(error, stops)
-    cursor.accept(";")
-
-
-def _is_block(cursor: Cursor) -> bool:
-    """Whether a block begins here; a variable may have the name of one."""
-    return cursor.here.word in _BLOCKS and cursor.after.text not in (":", ",", ":=")
-
-
-def _variable_block(cursor: Cursor) -> VariableBlock:
-    keyword = _keyword(cursor)
-    declarations: list[Declaration] = []
-
-    def statement() -> None:
-        if cursor.here.word == "RANGE" and cursor.after.text in (":=", ":", "=") and declarations:
+    def _declaration(self, declarations: list[Declaration]) -> None:
+        """Take `a, b : REAL := 5`, whose type has no effect on a fuzzy system, or the range of the last variable."""
+        if self.here.word == "RANGE" and self.after.text in (":=", ":", "=") and declarations:
             last = declarations.pop()
-            declarations.append(Declaration(last.name, last.initial, _range(cursor)))
-        else:
-            declarations.extend(_declarations(cursor))
+            declarations.append(Declaration(last.name, last.initial, self._range()))
+            return
+        names = [self.name("a variable")]
+        while self.accept(","):
+            names.append(self.name("a variable"))
+        self.expect(":", expected="':' and a type such as REAL")
+        self.name("a type such as REAL")
+        initial = self.required("a number") if self.accept(":=", "=") else None
+        declarations += [Declaration(name, initial) for name in names]
 
-    _statements(cursor, keyword.upper, (), statement)
-    return VariableBlock(keyword, tuple(declarations))
+    def _term(self) -> TermLine:
+        first, name = self.take(), self.name("the name of a term")
+        self.expect(":=", ":", "=")
+        start, kind = self.here, None
+        is_last = self.after.text == ";" or self.after.first
+        if start.kind == "name" and (start.word in SHAPE_WORDS or not is_last):
+            kind = self.word()
+        formula = Formula(self).parse() if kind is not None and kind.text.upper() == "FUNCTION" else None
+        points = formula is None and self.here.text == "("
+        arguments = self._points() if points else self._arguments() if formula is None else []
+        if kind is None and not arguments:
+            raise self.unexpected("a number, points such as (0, 1) or a shape", SHAPE_WORDS)
+        return TermLine(name, kind, tuple(arguments), points, formula, self.span(start), self.span(first))
 
+    def _arguments(self) -> list[Expr]:
+        arguments: list[Expr] = []
+        while not self.here.first and (value := self.value()) is not None:
+            arguments.append(value)
+            self.accept(",")
+        return arguments
 
-def _keyword(cursor: Cursor) -> Word:
-    token = cursor.take()
-    return Word(token.text, cursor.span(token, token))
+    def _points(self) -> list[Expr]:
+        """Take points `(x, y)`, as coordinates one after the other."""
+        coordinates: list[Expr] = []
+        while self.accept("("):
+            for closing in (",", ")"):
+                coordinates.append(self.required("a number"))
+                self.expect(closing)
+            self.accept(",")
+        return coordinates
 
+    def _range(self) -> Range:
+        first = self.take()
+        self.expect(":=", ":", "=")
+        self.expect("(")
+        low = self.value()
+        self.expect("..", "...", ",")
+        high = self.value()
+        self.expect(")")
+        if low is None or high is None:
+            help_text = "write, for example: RANGE := (0 .. 10);"
+            raise ParseError("a range has two ends", self.span(first), help=help_text)
+        return Range(low, high, self.span(first))
 
-def _declarations(cursor: Cursor) -> list[Declaration]:
-    """Take `a, b : REAL := 5`; the type has no effect on a fuzzy system."""
-    names = [cursor.name("a variable")]
-    while cursor.accept(","):
-        names.append(cursor.name("a variable"))
-    cursor.expect(":", what="':' and a type such as REAL")
-    cursor.name("a type such as REAL")
-    initial: Expr | None = None
-    if cursor.accept(":=", "="):
-        initial = cursor.value()
-        if initial is None:
-            raise cursor.unexpected("a number")
-    return [Declaration(name, initial) for name in names]
+    def _setting(self) -> Setting:
+        first = self.here
+        keyword = self.word()
+        self.expect(":", ":=", "=")
+        values = [self._setting_value()]
+        while self.accept("|"):
+            values.append(self._setting_value())
+        return Setting(keyword, tuple(values), self.span(first))
 
+    def _setting_value(self) -> sx.Word | Expr:
+        if self.here.kind == "name" and self.here.word not in ("NAN", "INF"):
+            return self.name("a value")
+        if self.here.first:
+            raise self.unexpected("a value")
+        return self.required("a value")
 
-def _fuzzy_block(cursor: Cursor) -> FuzzyBlock:
-    keyword = _keyword(cursor)
-    variable = Word("", keyword.span)
-    try:
-        variable = cursor.name("a variable")
-        cursor.accept(";")
-    except ParseError as error:
-        cursor.diagnostics.append(error.diagnostic)
-    terms: list[TermLine] = []
-    settings: list[Setting] = []
-    ranges: list[Range] = []
+    # --- rules -----------------------------------------------------------------------------------------------------
 
-    def statement() -> None:
-        if cursor.here.word == "TERM":
-            terms.append(_term(cursor))
-        elif cursor.here.word == "RANGE":
-            _once(cursor, bool(ranges))
-            ranges.append(_range(cursor))
-        elif cursor.here.word in _FUZZY_STARTS:
-            _once(cursor, cursor.here.word in {s.keyword.upper for s in settings})
-            settings.append(_setting(cursor))
-        else:
-            raise cursor.unexpected("a statement", (*_FUZZY_STARTS, _ENDS[keyword.upper]))
+    def _rule(self) -> sx.Rule:
+        first, words = self.take(), 0
+        while self.here.text != ":" and self.here.word != "IF":  # a missing colon is no loss before IF
+            if self.here.kind == "end" or self.here.text == ";" or words > 20:
+                raise self.unexpected("':' and IF")
+            self.take()
+            words += 1
+        self.accept(":")
+        self.expect("IF", expected="IF")
+        condition = self._condition(0)
+        self.expect("THEN", expected="AND, OR or THEN")
+        consequents = [self._conclusion()]
+        while self.accept(",", "AND"):
+            consequents.append(self._conclusion())
+        weight = self.required("a weight") if self.accept("WITH") else ONE
+        return sx.Rule(self.span(first), condition, tuple(consequents), weight)
 
-    _statements(cursor, keyword.upper, _FUZZY_STARTS, statement)
-    return FuzzyBlock(keyword, variable, tuple(terms), tuple(settings), ranges[0] if ranges else None)
+    def _condition(self, depth: int) -> sx.Truth:
+        first = self.here
+        operands, operators = [self._operand(depth)], []
+        while (token := self.accept("AND", "OR")) is not None:
+            operators.append(token.word)
+            operands.append(self._operand(depth))
+        return Joined(self.span(first), tuple(operands), tuple(operators)) if operators else operands[0]
 
+    def _operand(self, depth: int) -> sx.Truth:
+        token = self.here
+        if depth >= MAX_DEPTH:
+            message = f"conditions are nested more than {MAX_DEPTH} deep"
+            raise ParseError(message, self.span(token, token), "FZ106")
+        if token.word == "NOT" and self.after.word != "IS":
+            self.take()
+            operand = self._operand(depth + 1)
+            return sx.Negation(self.span(token), operand)
+        if self.accept("("):
+            condition = self._condition(depth + 1)
+            self.expect(")", expected="AND, OR or ')'")
+            return condition
+        return self._proposition("a condition such as 'x IS low'")
 
-def _once(cursor: Cursor, again: bool) -> None:
-    if again:
-        token = cursor.here
-        message = f"{token.word} is given twice in this block"
-        raise ParseError(message, cursor.span(token, token), "FZ215", help="keep one of them")
+    def _conclusion(self) -> sx.ConsequentText:
+        depth = 0
+        while self.accept("("):
+            depth += 1
+        proposition = self._proposition("a conclusion such as 'y IS high'")
+        for _ in range(depth):
+            self.expect(")")
+        return sx.ConsequentText(proposition.variable, proposition.term, proposition.hedges)
 
+    def _proposition(self, expected: str) -> sx.Literal:
+        first = self.here
+        variable = self.name(expected)
+        self.expect("IS", expected="IS")
+        words = [self.name("a term")]
+        # A variable before IS belongs to a condition whose AND, OR or THEN is missing.
+        while self.here.kind == "name" and not self._ends_proposition(self.here) and self.after.word != "IS":
+            words.append(self.name("a term"))
+            if len(words) > MAX_DEPTH:
+                raise ParseError(f"a term has more than {MAX_DEPTH} hedges", self.span(first), "FZ106")
+        return sx.Literal(self.span(first), variable, tuple(words[:-1]), words[-1])
 
-def _term(cursor: Cursor) -> TermLine:
-    first = cursor.take()
-    name = cursor.name("the name of a term")
-    cursor.expect(":=", ":", "=", what="':='")
-    shape = _shape(cursor)
-    return TermLine(name, shape, cursor.span(first))
-
-
-def _shape(cursor: Cursor) -> Shape:
-    first = cursor.here
-    kind: Word | None = None
-    if first.kind == "name" and (first.word in SHAPE_WORDS or not _ends_here(cursor)):
-        kind = _keyword(cursor)
-    if kind is not None and kind.upper == "FUNCTION":
-        expression = formula(cursor)
-        return Shape(kind, (), False, expression, cursor.span(first))
-    if cursor.here.text == "(":
-        arguments = _points(cursor)
-        return Shape(kind, tuple(arguments), True, None, cursor.span(first))
-    arguments = _arguments(cursor)
-    if kind is None and not arguments:
-        raise cursor.unexpected("a number, points such as (0, 1) or a shape", SHAPE_WORDS)
-    return Shape(kind, tuple(arguments), False, None, cursor.span(first))
-
-
-def _ends_here(cursor: Cursor) -> bool:
-    """Whether a statement of one token ends behind the next one."""
-    return cursor.after.text == ";" or cursor.after.first
-
-
-def _arguments(cursor: Cursor) -> list[Expr]:
-    found: list[Expr] = []
-    while not cursor.here.first and (value := cursor.value()) is not None:
-        found.append(value)
-        cursor.accept(",")
-    return found
-
-
-def _points(cursor: Cursor) -> list[Expr]:
-    """Take points `(x, y)`, as coordinates one after the other."""
-    found: list[Expr] = []
-    while cursor.accept("("):
-        for closing in (",", ")"):
-            value = cursor.value()
-            if value is None:
-                raise cursor.unexpected("a number")
-            found.append(value)
-            cursor.expect(closing, what=f"'{closing}'")
-        cursor.accept(",")
-    return found
-
-
-def _range(cursor: Cursor) -> Range:
-    first = cursor.take()
-    cursor.expect(":=", ":", "=", what="':='")
-    cursor.expect("(", what="'('")
-    low = cursor.value()
-    cursor.expect("..", "...", ",", what="'..'")
-    high = cursor.value()
-    cursor.expect(")", what="')'")
-    if low is None or high is None:
-        message = "a range has two ends"
-        raise ParseError(message, cursor.span(first), help="write, for example: RANGE := (0 .. 10);")
-    return Range(low, high, cursor.span(first))
-
-
-def _setting(cursor: Cursor) -> Setting:
-    first = cursor.here
-    keyword = _keyword(cursor)
-    cursor.expect(":", ":=", "=", what="':'")
-    values: list[Word | Expr] = [_setting_value(cursor)]
-    while cursor.accept("|"):
-        values.append(_setting_value(cursor))
-    return Setting(keyword, tuple(values), cursor.span(first))
-
-
-def _setting_value(cursor: Cursor) -> Word | Expr:
-    if cursor.here.kind == "name" and cursor.here.word not in ("NAN", "INF"):
-        return cursor.name("a value")
-    value = None if cursor.here.first else cursor.value()
-    if value is None:
-        raise cursor.unexpected("a value")
-    return value
-
-
-def _rule_block(cursor: Cursor) -> RuleBlock:
-    keyword = _keyword(cursor)
-    words: list[str] = []
-    while not cursor.here.first and cursor.here.kind != "end" and cursor.after.text not in (":", ":="):
-        words.append(cursor.take().text)
-    settings: list[Setting] = []
-    rules: list[RuleLine] = []
-
-    def statement() -> None:
-        if cursor.here.word == "RULE":
-            rules.append(rule(cursor))
-        elif cursor.here.word in _RULE_SETTINGS:
-            settings.append(_setting(cursor))
-        else:
-            raise cursor.unexpected("a statement", ("RULE", *_RULE_SETTINGS, "END_RULEBLOCK"))
-
-    _statements(cursor, "RULEBLOCK", RULE_STARTS, statement)
-    return RuleBlock(" ".join(words), tuple(settings), tuple(rules), keyword.span)
-
-
-def _options(cursor: Cursor) -> None:
-    """Skip a block of options, whose meaning the standard leaves to each tool."""
-    keyword = _keyword(cursor)
-    closing = _ENDS[keyword.upper]
-    while cursor.here.kind != "end" and cursor.here.word not in (closing, *_BLOCKS):
-        cursor.take()
-    if not cursor.accept(closing):
-        cursor.diagnostics.append(cursor.unexpected(closing).diagnostic)
-    message = "a block of options has no effect: the standard leaves their meaning to each tool"
-    cursor.diagnostics.append(Diagnostic("FZ603", message, keyword.span, "warning", help="remove it"))
+    def _ends_proposition(self, token: Token) -> bool:
+        return token.word in _AFTER_TERM or (token.first and token.word in _AFTER_RULE)

@@ -3,12 +3,12 @@
 import pytest
 
 from fuzzyctl.formats.common.shape_words import words_by_kind
-from fuzzyctl.formats.fcl.names import FUZZYLITE_SHAPES, JFUZZYLOGIC_SHAPES
+from fuzzyctl.formats.fcl.words import JFUZZYLOGIC_SHAPES
 from fuzzyctl.formats.fis.vocabulary import MEMBERSHIP_WORDS
 from fuzzyctl.formats.fll.shapes import TERM_WORDS
 from fuzzyctl.formulas import MEMBERSHIP
 
-TABLES = {"fll": TERM_WORDS, "fis": MEMBERSHIP_WORDS, "fuzzylite": FUZZYLITE_SHAPES, "jfuzzylogic": JFUZZYLOGIC_SHAPES}
+TABLES = {"fll": TERM_WORDS, "fis": MEMBERSHIP_WORDS, "jfuzzylogic": JFUZZYLOGIC_SHAPES}
 ENTRIES = [(t, kind, *entry) for t, words in TABLES.items() for kind, entry in words_by_kind(words).items()]
 
 

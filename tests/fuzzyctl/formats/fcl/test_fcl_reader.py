@@ -161,6 +161,18 @@ def test_constants_of_var_are_params():
     assert system(x=5, y=5) == system.with_params(top=10)(x=5, y=5) != system.with_params(top=20)(x=5, y=5)
 
 
+def test_initial_values_and_local_variables_have_no_effect():
+    variables = VARIABLES.replace("u : REAL;", "u : REAL := 3;") + "\nVAR k : REAL; END_VAR"
+    diagnostics = read(source(block(variables=variables)))[1]
+    assert [(d.code, d.span.text) for d in diagnostics] == [("FZ603", "u"), ("FZ603", "k")]
+
+
+def test_functions_know_pi_and_names_in_other_capitals():
+    terms = "TERM no := FUNCTION SIN(Pi * X) + +Y - 2; TERM yes := 1; METHOD : COGF; RANGE := (0 .. 9);"
+    system = sound(block(consequents=terms, rules="RULE 1 : IF ((x IS low)) THEN ((u IS no));"))
+    assert system(x=2.5, y=5) == pytest.approx(4, rel=1e-15)
+
+
 def test_parameters_that_are_inputs_are_refused_once_for_each():
     text = block(terms="TERM low := (0, 1) (y, 0);\nTERM high := (0, 0) (y, 1);")
     assert [f for f in found(text) if f[0] == "FZ602"] == [("FZ602", 8, 21)]
@@ -432,6 +444,13 @@ MISTAKES = [
     ("consequents", "TERM no := FUNCTION u; TERM yes := 1;", "FZ602", 21, "a function of the output 'u'"),
     ("consequents", "TERM no := FUNCTION trunc(x); TERM yes := 1;", "FZ602", 21, "the function 'trunc'"),
     ("consequents", "TERM no := FUNCTION x % 2; TERM yes := 1;", "FZ602", 23, "the remainder '%'"),
+    ("consequents", "TERM no := FUNCTION x ^ 2 ^ 3; TERM yes := 1;", "FZ601", 27, "'a ^ b ^ c' is read from the left"),
+    ("consequents", "TERM no := FUNCTION inf * x; TERM yes := 1;", "FZ602", 21, "a number of a function is not finite"),
+    ("consequents", "TERM no := FUNCTION sin(x, y); TERM yes := 1;", "FZ303", 21, "'sin' does not take 2 arguments"),
+    ("consequents", "TERM no := nan; TERM yes := 1;", "FZ302", 12, "parameter 1 of 'no' is not a number"),
+    ("consequents", "TERM no := Constant 0 1; TERM yes := 1;", "FZ303", 12, "'Constant' takes 1 number, got 2"),
+    ("terms", "TERM low := 0 1; TERM high := 1;", "FZ601", 13, "2 numbers without the word of a shape"),
+    ("terms", "TERM low := TRIAN 0 1 -; TERM high := 1;", "FZ601", 24, "expected a number, found ';'"),
     ("consequents", "TERM no := FUNCTION (x; TERM yes := 1;", "FZ601", 23, "expected ')', found ';'"),
     ("consequents", "TERM no := 0; TERM yes := 1; METHOD : COGS; METHOD : COG;", "FZ215", 45, "METHOD is given twice"),
 ]
