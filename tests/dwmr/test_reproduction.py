@@ -81,7 +81,7 @@ def test_the_order_of_the_leaders_is_what_the_runs_give(measured):
 
 def test_what_the_ratios_measure_is_what_the_script_gives():
     shares = script("shares")
-    shipped, limited = shares.found("aifqsmc"), shares.found("aifqsmc", "paper-with-limits")
+    shipped, limited = shares.shares("aifqsmc"), shares.shares("aifqsmc", "paper-with-limits")
     followers = [(robot, name) for robot in ("follower1", "follower2") for name in ("x_e", "y_e")]
     text = " ".join(section("The chosen reading").split())
     said = re.search(
