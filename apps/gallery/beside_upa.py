@@ -121,17 +121,17 @@ def _ramp(t: float, begin: float, end: float) -> float:
     return min(max((t - begin) / (end - begin), 0.0), 1.0)
 
 
-def compared(found: dict[str, tuple[float, list[float]]]) -> str:
+def compared(theirs: dict[str, tuple[float, list[float]]]) -> str:
     """Run the same loops here, and return a Markdown table of both.
 
     Args:
-        found: For each loop the time [s] and the outputs at its samples.
+        theirs: For each loop the time [s] and the outputs at its samples.
     """
     import fuzzyctl
 
     lines = ["| loop | UPAFuzzySystems [s] | here [s] | times as fast | end there | end here | largest difference |"]
     lines.append("|---" * 7 + "|")
-    for name, (slow, outputs) in found.items():
+    for name, (slow, outputs) in theirs.items():
         *loops, signal = LOOPS[name]
         for loop in loops:
             experiment = fuzzyctl.Experiment(

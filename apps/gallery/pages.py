@@ -11,8 +11,8 @@ names the loops that it shows; without it, it shows all. The lines
     <!-- lines: fixed gain, self-tuning -->
 
 choose the panels, each with its label, its range if it is clipped and its signals, and names of the lines in place of
-those of their loops. The line `<!-- path: x [m] = BLOCK.X, y [m] = BLOCK.Y -->` draws one signal over another one instead of
-both over time.
+those of their loops. The line `<!-- path: x [m] = BLOCK.X, y [m] = BLOCK.Y -->` draws one signal over another one
+instead of both over time.
 """
 
 from __future__ import annotations
