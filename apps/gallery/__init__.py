@@ -1,1 +1,1 @@
-"""Published control loops as text: what was printed beside what comes out."""
+"""Published control loops as text: the published numbers next to ours."""

@@ -1,6 +1,6 @@
-"""`python apps/gallery/beside_upa.py`: the loops upa_motor and upa_pendulum beside UPAFuzzySystems 0.2.4.
+"""`python apps/gallery/beside_upa.py`: the loops upa_motor and upa_pendulum compared with UPAFuzzySystems 0.2.4.
 
-UPAFuzzySystems comes from PyPI into an environment of its own in a temporary folder; it needs python-control before
+UPAFuzzySystems comes from PyPI into a separate environment in a temporary folder; it needs python-control before
 0.10 and numpy before 2. There this file runs itself with an argument, the file that the outputs go to. Times are those
 of the processor, the best of some runs: other work on the machine does not count.
 """
@@ -43,13 +43,13 @@ def theirs() -> dict[str, tuple[float, list[float]]]:
     import control
     import numpy as np
 
-    found = {}
+    results = {}
     for name, build in {"upa_motor": _motor, "upa_pendulum": _pendulum}.items():
         system, times, reference = build()
         respond = partial(control.input_output_response, system, times, reference, 0)
         seconds, response = timed(respond, RUNS["upa"])
-        found[name] = (seconds, [float(y) for y in np.ravel(response.outputs)])
-    return found
+        results[name] = (seconds, [float(y) for y in np.ravel(response.outputs)])
+    return results
 
 
 def _universe(name: str, points: Any, terms: Mapping[str, Sequence[float]]) -> Any:
@@ -121,17 +121,17 @@ def _ramp(t: float, begin: float, end: float) -> float:
     return min(max((t - begin) / (end - begin), 0.0), 1.0)
 
 
-def compared(found: dict[str, tuple[float, list[float]]]) -> str:
+def compared(theirs: dict[str, tuple[float, list[float]]]) -> str:
     """Run the same loops here, and return a Markdown table of both.
 
     Args:
-        found: For each loop the time [s] and the outputs at its samples.
+        theirs: For each loop the time [s] and the outputs at its samples.
     """
     import fuzzyctl
 
     lines = ["| loop | UPAFuzzySystems [s] | here [s] | times as fast | end there | end here | largest difference |"]
     lines.append("|---" * 7 + "|")
-    for name, (slow, outputs) in found.items():
+    for name, (slow, outputs) in theirs.items():
         *loops, signal = LOOPS[name]
         for loop in loops:
             experiment = fuzzyctl.Experiment(
@@ -152,7 +152,7 @@ def compared(found: dict[str, tuple[float, list[float]]]) -> str:
 
 
 def main() -> None:
-    """Run UPAFuzzySystems in an environment of its own, and print how the loops of the gallery compare."""
+    """Run UPAFuzzySystems in a separate environment, and print a comparison with the loops of the gallery."""
     if len(sys.argv) > 1:
         Path(sys.argv[1]).write_text(json.dumps(theirs()), encoding="utf-8")
         return

@@ -1,18 +1,18 @@
 """Pages of the gallery: the table of numbers and the picture of each, made from runs of its loops.
 
-The folder NAME holds NAME.fz, the page README.md and the picture NAME.png. What was printed is a line of the loop:
+The folder NAME holds NAME.fz, the page README.md and the picture NAME.png. A published number is a line of the loop:
 
     require overshoot == 32 within 0.5
 
-The table of the page stands between the lines TABLE and END. The line `<!-- drawn: LOOP LOOP -->` above the picture
+The table of the page is between the lines TABLE and END. The line `<!-- drawn: LOOP LOOP -->` above the picture
 names the loops that it shows; without it, it shows all. The lines
 
     <!-- panel: control [N] in [-2, 8] = first.u second.u -->
     <!-- lines: fixed gain, self-tuning -->
 
-choose the panels, each with its label, its range if it is cut and its signals, and what the lines are called if not by
-their loops. The line `<!-- path: x [m] = BLOCK.X, y [m] = BLOCK.Y -->` draws one signal over another one instead of
-both over time.
+choose the panels, each with its label, its range if it is clipped and its signals, and names of the lines in place of
+those of their loops. The line `<!-- path: x [m] = BLOCK.X, y [m] = BLOCK.Y -->` draws one signal over another one
+instead of both over time.
 """
 
 from __future__ import annotations
@@ -63,8 +63,8 @@ def loops_of(folder: Path) -> tuple[Loop, ...]:
         DiagnosticError: With all errors and warnings of the file.
     """
     examined = look_through(read_source(folder / f"{folder.name}.fz"), folder=folder)
-    if found := examined.reported(examined.diagnostics):
-        raise DiagnosticError(found)
+    if diagnostics := examined.reported(examined.diagnostics):
+        raise DiagnosticError(diagnostics)
     return examined.loops
 
 
@@ -92,8 +92,8 @@ def _cell(run: Run, measure: str) -> str:
     claims = [g for g in run.loop.requirements if _measure_of(g) == measure]
     value, printed = run.measures[measure], ", ".join(_printed(run.loop, g) for g in claims)
     tolerance = min((_tolerance(run.loop, g) for g in claims), default=0.0)
-    shown = f"{value:.{max(0, 1 - math.floor(math.log10(tolerance)))}f}" if tolerance else f"{value:.4g}"
-    return f"{shown} ({printed})" if printed else shown
+    text = f"{value:.{max(0, 1 - math.floor(math.log10(tolerance)))}f}" if tolerance else f"{value:.4g}"
+    return f"{text} ({printed})" if printed else text
 
 
 def _measure_of(g: Guarantee) -> str:
@@ -136,15 +136,15 @@ def remade(folder: Path) -> str:
 def draw(target: Path, runs: Sequence[Run], page: str) -> None:
     """Draw the runs that a page shows."""
     names = match[1].split() if (match := DRAWN.search(page)) else [run.loop.name for run in runs]
-    shown = [run for name in names for run in runs if run.loop.name == name]
-    several = len(shown) > 1  # one has its title above the panels
+    selected = [run for name in names for run in runs if run.loop.name == name]
+    several = len(selected) > 1  # one has its title above the panels
     with saved(target, DPI) as figure:
         if path := PATH.search(page):
-            draw_path(figure, shown, path.groups())
+            draw_path(figure, selected, path.groups())
         elif chosen := PANEL.findall(page):
-            draw_panels(figure, shown, chosen, match[1].split(", ") if (match := LINES.search(page)) else ())
+            draw_panels(figure, selected, chosen, match[1].split(", ") if (match := LINES.search(page)) else ())
         else:
-            draw_runs(figure, shown, [_title(run) if several else run.loop.name for run in shown])
+            draw_runs(figure, selected, [_title(run) if several else run.loop.name for run in selected])
             if several:
                 figure.axes[0].set_title("")
     with Image.open(target) as picture:
@@ -153,13 +153,13 @@ def draw(target: Path, runs: Sequence[Run], page: str) -> None:
 
 
 def draw_panels(figure: Any, runs: Sequence[Run], chosen: Sequence[Sequence[str]], lines: Sequence[str]) -> None:
-    """Draw signals of runs over time, what is given at each time in grey.
+    """Draw signals of runs over time, references and disturbances in grey.
 
     Args:
         figure: An empty figure.
-        runs: What is drawn.
+        runs: The runs.
         chosen: Label, least and largest value or "", and signals of each panel.
-        lines: What signals of blocks are called, in the order of each panel; the titles of their loops where empty.
+        lines: Names of the signals of blocks, in the order of each panel; by default the titles of their loops.
     """
     figure.set_size_inches(WIDTH, REST + PANEL_HEIGHT * len(chosen))
     axes = figure.subplots(len(chosen), 1, sharex=True, squeeze=False)[:, 0]
@@ -188,7 +188,7 @@ def draw_path(figure: Any, runs: Sequence[Run], axes_of: Sequence[str]) -> None:
 
     Args:
         figure: An empty figure.
-        runs: What is drawn.
+        runs: The runs.
         axes_of: Label and signal of the horizontal axis, then those of the vertical one.
     """
     x_label, x, y_label, y = axes_of

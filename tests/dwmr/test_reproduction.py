@@ -55,7 +55,7 @@ def test_table_12_is_what_the_runs_give(measured):
 
 
 def test_followers_that_know_the_wheels_velocity_of_their_leader(measured):
-    table = rows("What followers know of their leader", 8)
+    table = rows("The leader's velocity", 8)
     assert len(table) == 4
     for law, robot, *numbers in table:
         found = measured(law, "formation.leader_velocity=wheels")
@@ -72,8 +72,8 @@ def test_the_order_of_the_leaders_is_what_the_runs_give(measured):
     assert ours[0] < ours[2]
     assert ours[1] < ours[3]
     found = re.search(
-        r"([\d.]+) and ([\d.]+) m against AIFQSMC's ([\d.]+) and ([\d.]+) m, and the paper says so; "
-        r"here, too, with ([\d.]+) and ([\d.]+) m against ([\d.]+) and ([\d.]+) m",
+        r"The paper prints ([\d.]+) and ([\d.]+) m against AIFQSMC's ([\d.]+) and ([\d.]+) m; "
+        r"here they are ([\d.]+) and ([\d.]+) m against ([\d.]+) and ([\d.]+) m",
         " ".join(PAGE.split()),
     )
     assert [float(one) for one in found.groups()] == pytest.approx([*printed, *ours], abs=0.001)
@@ -81,9 +81,9 @@ def test_the_order_of_the_leaders_is_what_the_runs_give(measured):
 
 def test_what_the_ratios_measure_is_what_the_script_gives():
     shares = script("shares")
-    shipped, limited = shares.found("aifqsmc"), shares.found("aifqsmc", "paper-with-limits")
+    shipped, limited = shares.shares("aifqsmc"), shares.shares("aifqsmc", "paper-with-limits")
     followers = [(robot, name) for robot in ("follower1", "follower2") for name in ("x_e", "y_e")]
-    text = " ".join(section("The reading that was chosen").split())
+    text = " ".join(section("The chosen reading").split())
     said = re.search(
         r"Under AIFQSMC (\d+) to (\d+) % .* (\d+) % or more .* ratios of (\S+) to (\S+) in x_e and y_e "
         r"are (\S+) to (\S+) with the limits",
@@ -119,7 +119,7 @@ def test_the_other_ways_to_measure_are_what_the_runs_give(measured):
 
 
 def test_the_chosen_reading_and_those_beside_it_are_as_near_as_the_table_says():
-    lines = section("The reading that was chosen").splitlines()
+    lines = section("The chosen reading").splitlines()
     table = [line.strip("| ").split(" | ") for line in lines if line.startswith("| `")]
     assert [cells[0].strip("`") for cells in table] == [
         "paper", "paper-constant-gain", "paper-ideal-loop", "paper-with-limits",
@@ -142,7 +142,7 @@ def test_the_chosen_reading_and_those_beside_it_are_as_near_as_the_table_says():
 
 def test_other_amplitudes_give_what_the_table_says():
     amplitudes = script("amplitudes")
-    table = rows_of_numbers("The reading that was chosen")
+    table = rows_of_numbers("The chosen reading")
     assert [tuple(map(float, cells[:3])) for cells in table] == list(amplitudes.SETS)
     for values, cells in list(zip(amplitudes.SETS, table, strict=True))[1:6:2]:
         near, nearly, least, greatest, order = amplitudes.counts(values)
@@ -154,21 +154,21 @@ def test_the_calibration_is_what_its_result_file_says():
     for name, one in found["parameters"].items():
         assert f"| `{name}` | {one['before']:g} | {one['value']:g} | {one['unit']} |" in PAGE
     assert f"| cost | {found['cost']['before']:.2f} | {found['cost']['value']:.2f} | |" in PAGE
-    assert f"in {found['evaluations']} sets of values" in PAGE
+    assert f"It found no better set among {found['evaluations']}:" in PAGE
     for one in found["entries"]:
         assert f"{one['before']:.2f} ({one['least']:.2f} to {one['greatest']:.2f})" in PAGE
 
 
 def test_the_longer_search_is_what_its_result_file_says():
     found = results("calibration-1000.json")
-    page = section("What was fitted with limits").partition("### A longer search")[2]
+    page = section("The fit with limits").partition("### A longer search")[2]
     for name, one in found["parameters"].items():
         assert f"| `{name}` | {one['before']:g} | {one['value']:g} | {one['unit']} |" in page
     assert f"| cost | {found['cost']['before']:.2f} | {found['cost']['value']:.2f} | |" in page
-    assert f"In {found['evaluations']} sets of values" in page
+    assert f"Among {found['evaluations']} sets of values" in page
     errors = {(one["law"], one["robot"], one["error"]): one for one in found["entries"]}
-    assert f"follower2's θ_e comes to {errors['aifqsmc', 'follower2', 'theta_e']['greatest']:.2f} times" in page
-    assert f"the leader's x_e to {errors['aifqsmc', 'leader', 'x_e']['least']:.3f} times" in page
+    assert f"follower2's θ_e rises to {errors['aifqsmc', 'follower2', 'theta_e']['greatest']:.2f} times" in page
+    assert f"the leader's x_e falls to {errors['aifqsmc', 'leader', 'x_e']['least']:.3f} times" in page
     for (law, robot, _), one in errors.items():
         assert law == "smc" or abs(one["ratio"] - 1.0) < (0.20 if robot == "leader" else 0.25)
 
@@ -201,7 +201,7 @@ def test_no_neighbour_of_the_shipped_values_leaves_the_bars():
 
 def test_the_rows_of_what_was_tried_are_those_of_its_result_file():
     found = results("tries.json")
-    shown = [line for line in section("Readings that were tried for SMC").splitlines() if line.startswith("| ")][1:]
+    shown = [line for line in section("Readings for SMC").splitlines() if line.startswith("| ")][1:]
     assert shown == list(tries().rows(found))
     assert [(one["name"], one["set"]) for one in found] == [(one["name"], one["set"]) for one in tries().tries()]
 

@@ -81,6 +81,19 @@ class TestReference:
             assert _options(rows) == has, f"{program} {name}"
             assert _options(text) == has, f"{program} {name}"
 
+    @pytest.mark.parametrize("program", ["fuzzyctl", "dwmr"])
+    def test_the_choices_and_defaults_of_every_option_are_those_it_has(self, program: str) -> None:
+        group = {"fuzzyctl": fuzzyctl_commands, "dwmr": dwmr_commands}[program]
+        sections = dict(re.findall(r"^## `(.+?)`\n(.*?)(?=^## |\Z)", _reference("commands.md"), flags=re.M | re.S))
+        for name, command in commands_of(group).items():
+            rows = re.findall(r"^\| (`-.*?) \| (.*)$", sections[f"{program} {name}"], flags=re.MULTILINE)
+            described = {option: forms + text for forms, text in rows for option in _options(forms)}
+            for option in (p for p in command.params if isinstance(p, click.Option)):
+                words = list(option.type.choices) if isinstance(option.type, click.Choice) else []
+                if isinstance(option.default, str | int | float) and not isinstance(option.default, bool):
+                    words.append(f"{option.default}".removesuffix(".0"))
+                assert [w for w in words if w not in described[option.opts[-1]]] == [], f"{program} {name} {option}"
+
     def test_every_public_name_is_described(self) -> None:
         text = _reference("api.md")
         assert [n for n in fuzzyctl.__all__ if f"`{n}" not in text and f".{n}" not in text] == []

@@ -16,7 +16,7 @@ from dwmr.scenario.file import find, read
 from dwmr.simulation import simulate
 
 LAWS = ("aifqsmc", "fcafsmc", "smc")
-#: What the filter is given.
+#: Settings of the filter.
 SAFETY = (
     "safety={alpha=1.0,lookahead=0.3,margin=0.0,velocity_error=0.1,acceleration=3.0,angular_acceleration=6.0}"
 )  # fmt: skip
@@ -38,9 +38,9 @@ def main() -> None:
     for law in LAWS:
         free, guarded = run(law, horizon), run(law, horizon, SAFETY)
         before, after = (errors(one, "leader", "body") for one in (free, guarded))
-        found = ", ".join(f"{name} {rmse(before[name]):.4f}" for name in ("x_e", "y_e", "theta_e"))
+        values = ", ".join(f"{name} {rmse(before[name]):.4f}" for name in ("x_e", "y_e", "theta_e"))
         differs = max(float(np.abs(before[name] - after[name]).max()) for name in before)
-        print(f"{law}: {found}; with the filter they differ by {differs:g} at most")
+        print(f"{law}: {values}; with the filter they differ by {differs:g} at most")
 
 
 if __name__ == "__main__":

@@ -2,7 +2,7 @@
 
 python beside_shapely.py [--scenes N] [--seed N] [--law LAW]
 
-Needs `pip install shapely`; nothing of dwmr's own geometry takes part in shapely's side.
+Needs `pip install shapely`; shapely's side does not use dwmr's geometry.
 """
 
 from __future__ import annotations
@@ -22,16 +22,16 @@ from dwmr.results.contacts import obstacle_gaps, robot_gaps
 
 def polygons(shapely: Any, trajectory: Any, scenario: Any, robot: str) -> Any:
     """Return the body of a robot at every sample, as polygons, shape (samples,)."""
-    i, own = trajectory.robots.index(robot), scenario.robots[robot]
+    i, one = trajectory.robots.index(robot), scenario.robots[robot]
     x, y, theta = (trajectory[key][:, i] for key in ("x", "y", "theta"))
-    c, s, half = np.cos(theta), np.sin(theta), 0.5 * own.body.width
-    corners = [(own.body.front, half), (-own.body.rear, half), (-own.body.rear, -half), (own.body.front, -half)]
-    places = [(x + (a - own.d) * c - b * s, y + (a - own.d) * s + b * c) for a, b in corners]
+    c, s, half = np.cos(theta), np.sin(theta), 0.5 * one.body.width
+    corners = [(one.body.front, half), (-one.body.rear, half), (-one.body.rear, -half), (one.body.front, -half)]
+    places = [(x + (a - one.d) * c - b * s, y + (a - one.d) * s + b * c) for a, b in corners]
     return shapely.polygons(np.array(places).transpose(2, 0, 1))
 
 
 def way(one: Any, t: float) -> tuple[float, float]:
-    """Return where an obstacle is at a time [s]."""
+    """Return the place of an obstacle at a time [s]."""
     if one.velocity is not None:
         return one.x + t * one.velocity[0], one.y + t * one.velocity[1]
     begin = (0.0, one.x, one.y)
@@ -44,7 +44,7 @@ def way(one: Any, t: float) -> tuple[float, float]:
 
 
 def differences(shapely: Any, number: int, seed: int, law: str, free: bool) -> tuple[float, int, int]:
-    """Return by how much gaps differ at most [m], how many pairs are judged otherwise, and how many touch."""
+    """Return the largest difference of gaps [m], and the numbers of pairs judged otherwise and of pairs that touch."""
     file, trajectory = crowds.run(number, seed, law, free)
     scenario, largest, otherwise, touching = file.scenario, 0.0, 0, 0
     bodies = {name: polygons(shapely, trajectory, scenario, name) for name in trajectory.robots}
@@ -65,7 +65,7 @@ def differences(shapely: Any, number: int, seed: int, law: str, free: bool) -> t
 
 
 def main() -> None:
-    """Run what the options say."""
+    """Compare the gaps of some scenes with shapely's."""
     try:
         import shapely
     except ImportError:
@@ -74,13 +74,13 @@ def main() -> None:
     options.add_argument("--scenes", type=int, default=50)
     options.add_argument("--seed", type=int, default=0)
     options.add_argument("--law", default="aifqsmc")
-    given = options.parse_args()
+    chosen = options.parse_args()
     for free in (False, True):
-        found = np.array([differences(shapely, k, given.seed, given.law, free) for k in range(given.scenes)])
+        results = np.array([differences(shapely, k, chosen.seed, chosen.law, free) for k in range(chosen.scenes)])
         print(
-            f"{given.scenes} scenes {'without' if free else 'with'} the filter, shapely {shapely.__version__}: gaps "
-            f"differ by {found[:, 0].max():.1e} m at most, {int(found[:, 1].sum())} pairs are judged otherwise, "
-            f"{int(found[:, 2].sum())} touch",
+            f"{chosen.scenes} scenes {'without' if free else 'with'} the filter, shapely {shapely.__version__}: gaps "
+            f"differ by {results[:, 0].max():.1e} m at most, {int(results[:, 1].sum())} pairs are judged otherwise, "
+            f"{int(results[:, 2].sum())} touch",
             flush=True,
         )
 

@@ -32,7 +32,7 @@ ROBOTS = OBSTACLES = 5
 #: Half the side of the square in which all begin [m].
 HALF = 8.0
 HORIZON = 30.0
-#: What the filter of all scenes is given.
+#: Settings of the filter of all scenes.
 SAFETY = {
     "alpha": 2.0, "lookahead": 0.3, "margin": 0.05, "velocity_error": 0.1,
     "acceleration": 2.0, "angular_acceleration": 4.0,
@@ -137,26 +137,26 @@ def _prepared(law: str) -> simulate.Simulation:
 
 
 def outcome(number: int, seed: int, law: str) -> dict[str, Any]:
-    """Run a scene: its collisions [robot, other, time], moments at which barriers were not kept, and least gaps."""
+    """Run a scene: its collisions [robot, other, time], moments of violated barriers, and least gaps."""
     file, trajectory = run(number, seed, law)
     scenario = file.scenario
-    found = safety.measure(trajectory, scenario, scenario.safety)
+    barriers = safety.measure(trajectory, scenario, scenario.safety)
     hits, least = contacts(file, trajectory)
     return {
         "scene": number, "stopped": trajectory.stop is not None, "least_gap": least, "hits": hits,
-        "unexplained": [hit for hit in hits if not _explained(hit, found)],
-        "infeasible": found["infeasible"], "missed": found["missed"],
-        "disc_gap": min(found["disc_gap"].values()), "acts": float(np.mean(list(found["acts"].values()))),
+        "unexplained": [hit for hit in hits if not _explained(hit, barriers)],
+        "infeasible": barriers["infeasible"], "missed": barriers["missed"],
+        "disc_gap": min(barriers["disc_gap"].values()), "acts": float(np.mean(list(barriers["acts"].values()))),
     }  # fmt: skip
 
 
 def touched(number: int, seed: int, law: str) -> bool:
-    """Run a scene without the filter; return whether somebody is touched."""
+    """Run a scene without the filter; return whether a robot is touched."""
     return bool(contacts(*run(number, seed, law, free=True))[0])
 
 
 def contacts(file: ScenarioFile, trajectory: simulate.Trajectory) -> tuple[list[tuple[str, str, float]], float]:
-    """Return who touches whom and when first [s], and the least gap between bodies [m]."""
+    """Return the contacts with their first times [s], and the least gap between bodies [m]."""
     scenario, hits, least = file.scenario, [], math.inf
     for a, b, near, gaps in robot_gaps(trajectory, scenario):
         least = min(least, float(gaps.min()))
@@ -170,52 +170,52 @@ def contacts(file: ScenarioFile, trajectory: simulate.Trajectory) -> tuple[list[
     return hits, least
 
 
-def _explained(hit: tuple[str, str, float], found: dict[str, Any]) -> bool:
+def _explained(hit: tuple[str, str, float], barriers: dict[str, Any]) -> bool:
     """Return whether a moment of the same two was recorded before they touched."""
     return any(
         {one["robot"], one["with"]} == {*hit[:2]} and one["t"] <= hit[2]
-        for one in (*found["infeasible"], *found["missed"])
+        for one in (*barriers["infeasible"], *barriers["missed"])
     )
 
 
 def main() -> None:
-    """Run what the options say."""
+    """Run one scene, or count collisions of many."""
     options = argparse.ArgumentParser()
     for name, default in (("scenes", 1000), ("seed", 0), ("scene", -1)):
         options.add_argument(f"--{name}", type=int, default=default)
     options.add_argument("--law", default="aifqsmc")
     options.add_argument("--free", action="store_true")
-    given = options.parse_args()
-    if given.scene >= 0:
-        print(scene(given.scene, given.seed, given.law))
+    chosen = options.parse_args()
+    if chosen.scene >= 0:
+        print(scene(chosen.scene, chosen.seed, chosen.law))
         return
     with ProcessPoolExecutor() as pool:
-        work = partial(touched if given.free else outcome, seed=given.seed, law=given.law)
-        found: list[Any] = list(pool.map(work, range(given.scenes), chunksize=10))
-    if given.free:
-        print(f"{len(found)} scenes without the filter: somebody is touched in {sum(found)}")
+        work = partial(touched if chosen.free else outcome, seed=chosen.seed, law=chosen.law)
+        outcomes: list[Any] = list(pool.map(work, range(chosen.scenes), chunksize=10))
+    if chosen.free:
+        print(f"{len(outcomes)} scenes without the filter: somebody is touched in {sum(outcomes)}")
     else:
-        print(described(found))
+        print(described(outcomes))
 
 
-def described(found: Sequence[dict[str, Any]]) -> str:
-    """Return what became of the scenes, in words."""
-    touched = [one for one in found if one["hits"]]
+def described(outcomes: Sequence[dict[str, Any]]) -> str:
+    """Describe the scenes."""
+    touched = [one for one in outcomes if one["hits"]]
     lines = [
-        f"{len(found)} scenes, filter acting {100 * np.mean([one['acts'] for one in found]):.1f} % of the time",
+        f"{len(outcomes)} scenes, filter acting {100 * np.mean([one['acts'] for one in outcomes]):.1f} % of the time",
         f"collisions in {len(touched)} scenes; without a moment recorded before in "
-        f"{sum(bool(one['unexplained']) for one in found)}",
-        f"stopped early: {sum(one['stopped'] for one in found)}",
+        f"{sum(bool(one['unexplained']) for one in outcomes)}",
+        f"stopped early: {sum(one['stopped'] for one in outcomes)}",
     ]
     for kind in ("infeasible", "missed"):
-        here = [one for one in found if one[kind]]
+        here = [one for one in outcomes if one[kind]]
         count, lasted = sum(len(one[kind]) for one in here), sum(m["lasted"] for one in here for m in one[kind])
         lines.append(f"{kind}: {count} moments in {len(here)} scenes, {lasted:.1f} s in all")
-    kept = [one for one in found if not one["infeasible"] and not one["missed"]]
-    if kept:
-        gap, disc = min(one["least_gap"] for one in kept), min(one["disc_gap"] for one in kept)
+    others = [one for one in outcomes if not one["infeasible"] and not one["missed"]]
+    if others:
+        gap, disc = min(one["least_gap"] for one in others), min(one["disc_gap"] for one in others)
         lines.append(
-            f"in the {len(kept)} other scenes: least gap between bodies {gap:.3f} m, between discs {disc:.4f} m "
+            f"in the {len(others)} other scenes: least gap between bodies {gap:.3f} m, between discs {disc:.4f} m "
             f"(kept: {SAFETY['margin']:g} m)"
         )
     return "\n".join(lines)

@@ -25,7 +25,7 @@ RESULTS = Path(__file__).with_name("readings.json")
 NAMES = ("x_e", "y_e", "theta_e")
 NOISE = tuple(f"robot.noise.{name}=0.01" for name in ("x", "y", "theta", "v", "omega"))
 
-#: Name of each reading, and what it sets in `experiment`.
+#: Name of each reading, and its settings of `experiment`.
 READINGS: dict[str, tuple[str, ...]] = {
     "the equations": ("run.plant=equations",),
     "as shipped": (),
@@ -66,7 +66,7 @@ def run(overrides: Sequence[str]) -> dict[str, Any]:
 
 
 def rows(results: dict[str, Any]) -> Iterator[str]:
-    """Yield the rows of the page's tables: errors by reading, what followers lack, angles by how they are measured."""
+    """Yield the rows of the page's tables: errors by reading, missing errors of followers, angles by measurement."""
     printed = TABLE_13["aifqsmc"]
     yield _row("Table 13", printed, "")
     for name, one in results.items():

@@ -34,16 +34,18 @@ def ratios(law: str, values: tuple[float, float, float]) -> dict[tuple[str, str]
     file = read(find("paper"), [*keys, f"rules.fcafsmc.half_width={width}"])
     rules = Rules(file.scenario.rules, file.folders, file.places, _KNOWN)
     run = simulate.run(simulate.prepare(file, law, rules))
-    made = {robot: errors(run, robot, printed_frame(file.scenario, robot)) for robot in TABLE_12[law]}
-    return {(r, name): rmse(made[r][name]) / wanted for r, row in TABLE_12[law].items() for name, wanted in row.items()}
+    series = {robot: errors(run, robot, printed_frame(file.scenario, robot)) for robot in TABLE_12[law]}
+    return {
+        (r, name): rmse(series[r][name]) / wanted for r, row in TABLE_12[law].items() for name, wanted in row.items()
+    }
 
 
 def counts(values: tuple[float, float, float]) -> tuple[int, int, float, float, str]:
-    """Return how many errors of two laws are within 10 and 12 %, their least and greatest ratio, and the order."""
-    found = {law: ratios(law, values) for law in ("aifqsmc", "fcafsmc")}
-    every = [ratio for row in found.values() for ratio in row.values()]
+    """Return the numbers of errors of two laws within 10 and 12 %, their least and greatest ratio, and the order."""
+    by_law = {law: ratios(law, values) for law in ("aifqsmc", "fcafsmc")}
+    every = [ratio for row in by_law.values() for ratio in row.values()]
     within = [sum(abs(ratio - 1.0) <= bar for ratio in every) for bar in (0.10, 0.12)]
-    mine = {law: {n: found[law]["leader", n] * TABLE_12[law]["leader"][n] for n in ("x_e", "y_e")} for law in found}
+    mine = {law: {n: by_law[law]["leader", n] * TABLE_12[law]["leader"][n] for n in ("x_e", "y_e")} for law in by_law}
     order = [name for name in ("x_e", "y_e") if mine["fcafsmc"][name] < mine["aifqsmc"][name]]
     return within[0], within[1], min(every), max(every), ", ".join(order)
 

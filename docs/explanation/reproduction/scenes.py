@@ -3,7 +3,7 @@
 python scenes.py [--law LAW] [--obstacles N] [--apart M] [--aside M] [--scenes N] [--seed N]
     draws random scenes
 python scenes.py --grid [--law LAW]
-    places one obstacle at a time, everywhere along the path and beside it
+    places one obstacle at a time, everywhere along the path and to its sides
 python scenes.py --all
     runs all cases that the page names and writes scenes.json
 """
@@ -31,7 +31,7 @@ from dwmr.simulation import simulate
 RADIUS = 0.5
 #: r_a + R_R, the distance at which the robot touches the obstacle [m].
 CLOSEST = RADIUS + 0.56
-#: Obstacles nearer to the start than this are in the robot's way before it has found the path [m].
+#: Obstacles nearer to the start than this are in the robot's way before it has reached the path [m].
 FROM_START = 6.0
 START = (-1.0, 1.0)
 #: Draws after which a scene is begun anew.
@@ -91,7 +91,7 @@ def are_apart(places: Sequence[Place], apart: float) -> bool:
 
 
 def scene(random: np.random.Generator, count: int, apart: float, aside: float) -> list[Place]:
-    """Draw the places of some obstacles: anywhere along the path, up to `aside` beside it, at least `apart` [m]."""
+    """Draw the places of some obstacles: anywhere along the path, up to `aside` from it, at least `apart` [m]."""
     places: list[Place] = []
     tried = 0
     while len(places) < count:
@@ -144,7 +144,7 @@ def since_the_one_before(places: Sequence[Place], at: int) -> float | None:
 
 
 def grid(law: str) -> dict[str, Any]:
-    """Run the leader around one obstacle at a time, every 2 s along the path and every 0.2 m up to 2 m beside it."""
+    """Run the leader around one obstacle at a time, every 2 s along the path and every 0.2 m up to 2 m to its sides."""
     least_distances = leader_alone(law)
     spots = [(2.0 * k, 0.2 * j) for k in range(100) for j in range(-10, 11)]
     spots = [one for one in spots if are_apart([beside_path(*one)], 0.0)]
@@ -157,29 +157,29 @@ def grid(law: str) -> dict[str, Any]:
     return {"law": law, "scenes": len(spots), "close": close}
 
 
-def described(found: dict[str, Any]) -> str:
-    """Return what became of random scenes, in words: of each too close, when its obstacle came and if it was alone."""
+def described(case: dict[str, Any]) -> str:
+    """Describe random scenes: for each too close, when its obstacle came and if it was alone."""
     rows = []
-    for one in found["close"]:
+    for one in case["close"]:
         when = "as the first" if one["after"] is None else f"{one['after']:g} s after the one before"
         rows.append(f"\n  scene {one['scene']}: {one['centre_distance']:.3f} m, {when}; alone {one['alone']:.3f} m")
     return (
-        f"{found['law']}, {found['obstacles']} obstacles {found['apart']:g} m apart within {found['aside']:g} m, seed "
-        f"{found['seed']}: {len(rows)} of {found['scenes']} scenes closer than {CLOSEST:g} m; the nearest "
-        f"{found['nearest']['centre_distance']:.3f} m{''.join(rows)}"
+        f"{case['law']}, {case['obstacles']} obstacles {case['apart']:g} m apart within {case['aside']:g} m, seed "
+        f"{case['seed']}: {len(rows)} of {case['scenes']} scenes closer than {CLOSEST:g} m; the nearest "
+        f"{case['nearest']['centre_distance']:.3f} m{''.join(rows)}"
     )
 
 
-def grid_described(found: dict[str, Any]) -> str:
-    """Return what became of the grid, in words: the places passed too close, and how far they are from a turn."""
+def grid_described(case: dict[str, Any]) -> str:
+    """Describe the grid: the places passed too close, and their distance from a turn."""
     rows = [
-        f"  {one['t']:g} s, {one['aside']:g} m to the left: {one['centre_distance']:.3f} m" for one in found["close"]
+        f"  {one['t']:g} s, {one['aside']:g} m to the left: {one['centre_distance']:.3f} m" for one in case["close"]
     ]
-    title = f"{found['law']}: {len(rows)} of {found['scenes']} single obstacles closer than {CLOSEST:g} m"
+    title = f"{case['law']}: {len(rows)} of {case['scenes']} single obstacles closer than {CLOSEST:g} m"
     if not rows:
         return title
-    aside = [abs(one["aside"]) for one in found["close"]]
-    from_turn = max(min(abs(one["t"] - turn) for turn in TURNS) for one in found["close"])
+    aside = [abs(one["aside"]) for one in case["close"]]
+    from_turn = max(min(abs(one["t"] - turn) for turn in TURNS) for one in case["close"])
     return "\n".join([
         title, *rows,
         f"  {min(aside):g} to {max(aside):g} m beside the path, at most {from_turn:g} s from a turn at "
@@ -188,35 +188,35 @@ def grid_described(found: dict[str, Any]) -> str:
 
 
 def run_all() -> None:
-    """Run what the page names and write it down, whole or not at all."""
-    found: dict[str, Any] = {"grid": [], "random": []}
+    """Run all scenes of the page and write their results, completely or not at all."""
+    results: dict[str, Any] = {"grid": [], "random": []}
     with ProcessPoolExecutor() as pool:
         grids, cases = pool.map(grid, ("aifqsmc", "fcafsmc")), pool.map(count, CASES)
         for one in grids:
-            found["grid"].append(one)
+            results["grid"].append(one)
             print(grid_described(one), flush=True)
         for one in cases:
-            found["random"].append(one)
+            results["random"].append(one)
             print(described(one), flush=True)
     part = RESULTS.with_suffix(".part")
-    part.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
+    part.write_text(json.dumps(results, indent=1) + "\n", encoding="utf-8")
     part.replace(RESULTS)
 
 
 def main() -> None:
-    """Run what the options say."""
+    """Run the scenes of the options."""
     options = argparse.ArgumentParser()
     for name, default in Case._field_defaults.items():
         options.add_argument(f"--{name}", type=type(default), default=default)
     options.add_argument("--grid", action="store_true")
     options.add_argument("--all", action="store_true")
-    given = vars(options.parse_args())
-    if given.pop("all"):
+    chosen = vars(options.parse_args())
+    if chosen.pop("all"):
         run_all()
-    elif given.pop("grid"):
-        print(grid_described(grid(given["law"])))
+    elif chosen.pop("grid"):
+        print(grid_described(grid(chosen["law"])))
     else:
-        print(described(count(Case(**{key: one for key, one in given.items() if key != "grid"}))))
+        print(described(count(Case(**{key: one for key, one in chosen.items() if key != "grid"}))))
 
 
 if __name__ == "__main__":

@@ -2,8 +2,8 @@
 
     python docs/explanation/reproduction/shares.py
 
-runs `paper` and `paper-with-limits`, as they are and without obstacles, and prints the ratios to
-Table 12 with two shares of the sum of squares: what falls into the first 10 s, and what is missing without obstacles.
+runs `paper` and `paper-with-limits`, with and without obstacles, and prints the ratios to
+Table 12 with two shares of the sum of squares: that of the first 10 s, and that of the obstacles.
 """
 
 from __future__ import annotations
@@ -26,20 +26,22 @@ def squares(law: str, scenario: str, *overrides: str) -> tuple[Any, dict[str, di
     """Return the times of a run, and the squared errors of each robot as Table 12 takes them."""
     file = read(find(scenario), overrides)
     run = simulate.run(simulate.prepare(file, law, Rules(file.scenario.rules, (), file.places)))
-    made = {robot: errors(run, robot, printed_frame(file.scenario, robot)) for robot in TABLE_12[law]}
-    return run.t, {robot: {name: np.square(made[robot][name]) for name in row} for robot, row in TABLE_12[law].items()}
+    series = {robot: errors(run, robot, printed_frame(file.scenario, robot)) for robot in TABLE_12[law]}
+    return run.t, {
+        robot: {name: np.square(series[robot][name]) for name in row} for robot, row in TABLE_12[law].items()
+    }
 
 
-def found(law: str, scenario: str = "paper") -> dict[str, dict[str, dict[str, float]]]:
+def shares(law: str, scenario: str = "paper") -> dict[str, dict[str, dict[str, float]]]:
     """Return for each error of each robot its ratio to Table 12, and its shares from the start and the obstacles."""
-    t, made = squares(law, scenario)
+    t, whole = squares(law, scenario)
     _, without = squares(law, scenario, "obstacles=[]")
     return {
         robot: {
             name: {
-                "ratio": float(np.sqrt(made[robot][name].mean())) / wanted,
-                "start": float(made[robot][name][t <= START].sum() / made[robot][name].sum()),
-                "obstacles": 1.0 - float(without[robot][name].sum() / made[robot][name].sum()),
+                "ratio": float(np.sqrt(whole[robot][name].mean())) / wanted,
+                "start": float(whole[robot][name][t <= START].sum() / whole[robot][name].sum()),
+                "obstacles": 1.0 - float(without[robot][name].sum() / whole[robot][name].sum()),
             }
             for name, wanted in printed.items()
         }
@@ -51,7 +53,7 @@ def main() -> None:
     """Print the ratios and the shares."""
     for scenario in SCENARIOS:
         for law in ("aifqsmc", "fcafsmc"):
-            for robot, row in found(law, scenario).items():
+            for robot, row in shares(law, scenario).items():
                 cells = "  ".join(
                     f"{name} {one['ratio']:.2f}, start {one['start']:.0%}, obstacles {one['obstacles']:.0%}"
                     for name, one in row.items()

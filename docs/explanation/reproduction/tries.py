@@ -28,17 +28,17 @@ def run(law: str, overrides: Sequence[str]) -> dict[str, dict[str, float]]:
     trajectory = simulate.run(simulate.prepare(file, law, rules))
     if trajectory.stop is not None:
         return {}
-    found = {}
+    by_robot = {}
     for robot in trajectory.robots:
         by_name = errors(trajectory, robot, printed_frame(file.scenario, robot))
-        found[robot] = {name: round(rmse(by_name[name]), 5) for name in (*NAMES, "theta_e_unwrapped")}
-    return found
+        by_robot[robot] = {name: round(rmse(by_name[name]), 5) for name in (*NAMES, "theta_e_unwrapped")}
+    return by_robot
 
 
 def tries() -> list[dict[str, Any]]:
     """Return the readings of tries.toml."""
-    found: list[dict[str, Any]] = tomllib.loads((HERE / "tries.toml").read_text(encoding="utf-8"))["tries"]
-    return found
+    readings: list[dict[str, Any]] = tomllib.loads((HERE / "tries.toml").read_text(encoding="utf-8"))["tries"]
+    return readings
 
 
 def rows(results: Sequence[dict[str, Any]]) -> Iterator[str]:

@@ -42,10 +42,10 @@ def result(scenario, law, overrides):
     """Return the errors of all robots, how many pairs of robots, and robots and obstacles, touch, and the least gap."""
     file = read(find(scenario), overrides)
     trajectory = simulate.run(simulate.prepare(file, law, Rules(file.scenario.rules, file.folders, file.places)))
-    found = measure(trajectory, file.scenario, ("rmse", "robots_hit", "obstacles_hit", "robot_gap", "obstacle_gap"))
-    errors = [[round(row[name], 5) for name in NAMES] for row in found["rmse"].values()]
-    gaps = [gap for key in ("robot_gap", "obstacle_gap") for gap in found[key].values() if gap is not None]
-    hits = len(found["robots_hit"]), len(found["obstacles_hit"])
+    measures = measure(trajectory, file.scenario, ("rmse", "robots_hit", "obstacles_hit", "robot_gap", "obstacle_gap"))
+    errors = [[round(row[name], 5) for name in NAMES] for row in measures["rmse"].values()]
+    gaps = [gap for key in ("robot_gap", "obstacle_gap") for gap in measures[key].values() if gap is not None]
+    hits = len(measures["robots_hit"]), len(measures["obstacles_hit"])
     return {"errors": errors, "hits": hits, "gap": round(min(gaps), 4)}
 
 

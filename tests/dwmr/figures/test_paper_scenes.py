@@ -43,9 +43,9 @@ class TestSingleObstacles:
         assert closest == pytest.approx(SCENES.CLOSEST)
 
     def test_the_page_says_where_they_are(self):
-        (within,) = said("within ... s of the four narrow turns of the eight, beside the outside of the turn")
+        (within,) = said("within ... s of the four narrow turns of the eight, on the outside of the turn")
         least, most, least_2, most_2 = said(
-            "beside the outside of the turn: ... to ... m from the path under AIFQSMC, ... to ... m under FCAFSMC"
+            "on the outside of the turn: ... to ... m from the path under AIFQSMC, ... to ... m under FCAFSMC"
         )
         for law, bounds in (("aifqsmc", (least, most)), ("fcafsmc", (least_2, most_2))):
             close = GRID[law]["close"]
@@ -109,10 +109,10 @@ class TestRandomScenes:
         assert all(one["alone"] < SCENES.CLOSEST for one in found)
 
     def test_obstacles_nearer_to_each_other_are_not(self):
-        alone, least = said("without them each of the ... obstacles is left ... m or more")
+        alone, least = said("without them the leader passes each of the ... obstacles at ... m or more")
         some, of, first, last, others = said(
             "In ... of the ... scenes that obstacle came ... to ... s after the one before it, so the leader was still "
-            "making good the first one; in ... it did not"
+            "recovering from the first one; in ... it was not"
         )
         found = [one for case, each in CASES if case.apart < 14.0 for one in each["close"]]
         assert len(found) == alone == of == some + others

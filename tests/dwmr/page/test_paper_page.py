@@ -75,7 +75,7 @@ def test_gaps_between_bodies_and_contacts(measured, measured_with_limits):
     assert aifqsmc["robots_hit"] == []
     (apart,) = said("from each other, under FCAFSMC ... m")
     assert apart <= min(measured("fcafsmc")["robot_gap"].values()) < apart + 0.01
-    (lasted,) = said("overlap under FCAFSMC, too, for ... s")
+    (lasted,) = said("leader and follower2 also overlap under FCAFSMC, for ... s")
     (hit,) = measured_with_limits("fcafsmc")["robots_hit"]
     assert (hit["robots"], hit["lasted"]) == (["leader", "follower2"], pytest.approx(lasted, abs=0.06))
 
@@ -97,7 +97,7 @@ def test_how_long_v_grows(measured):
     least, most = said("dV/dt of Eq. (26) is positive for ... to ... %")
     found = [round(100.0 * one["V_dot_23_positive"]) for one in measured("aifqsmc")["lyapunov"].values()]
     assert (min(found), max(found)) == (least, most)
-    (share,) = said("as printed is positive for ... % of the leader's time")
+    (share,) = said("During avoidance the printed derivative is positive for ... % of the leader's time")
     assert round(100.0 * measured("aifqsmc")["lyapunov"]["leader"]["in_avoidance"]) == share
 
 
@@ -108,7 +108,7 @@ def test_where_the_gains_end(measured):
     assert [one["final"] for one in leader] == pytest.approx(finals, abs=0.005)
     assert [one["largest"] for one in leader] == pytest.approx([most_v, most_omega], abs=0.005)
     (floor,) = said("and at its floor of ... for the followers")
-    (most,) = said("none of the six changes by more than ...")
+    (most,) = said("all six change by at most ...")
     for robot, gains in drift.items():
         for name in ("k_h_v", "k_h_omega"):
             assert robot == "leader" or gains[name]["final"] == pytest.approx(floor, abs=0.001)
