@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import re
 from collections.abc import Collection, Iterable
-from dataclasses import dataclass
 from typing import Any, Final, Literal
 
 from fuzzyctl.diagnostics.source import SourceText, Span
 from fuzzyctl.diagnostics.suggestions import closest, is_slip
+from fuzzyctl.records import dataclass
 
 #: A sure fix gives what was meant; a likely one is the best guess, to be looked at.
 Applicability = Literal["sure", "likely"]

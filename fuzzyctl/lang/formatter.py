@@ -7,13 +7,13 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from itertools import groupby
 from typing import Final
 
 from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.lang.lines import LogicalLine, split
 from fuzzyctl.lang.tokens import is_name, tokens
+from fuzzyctl.records import dataclass
 
 #: Words after which an opening parenthesis stands apart.
 _APART: Final = frozenset(

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from typing import Final, Literal
 
 from fuzzyctl.diagnostics.diagnostic import Diagnostic
@@ -17,7 +16,7 @@ from fuzzyctl.diagnostics.suggestions import closest
 from fuzzyctl.formulas import MEMBERSHIP
 from fuzzyctl.lang.syntax import BLOCKS, HEADS, NAME, STATEMENT_KEYWORDS
 from fuzzyctl.lang.tokens import tokens
-from fuzzyctl.records import record
+from fuzzyctl.records import dataclass, record
 
 #: Which start symbol of the grammar a line is parsed with; "unknown" is a mistake, "blank" has no code.
 #: "block_statement" is a line of a controller, plant or loop; "label" and "cell" are fields of a CSV file.

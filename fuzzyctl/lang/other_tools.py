@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Final
 
 from fuzzyctl.diagnostics.other_tools_words import PEER_REMARKS, PEER_WORDS
 from fuzzyctl.formulas import AGGREGATIONS, CONJUNCTIONS, DISJUNCTIONS, IMPLICATIONS, MEMBERSHIP
+from fuzzyctl.records import dataclass
 
 _DEFUZZIFIERS: Final = (
     "centroid",

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import Final, Literal
 
 from fuzzyctl.expr import ONE, Expr, Number, names_in
 from fuzzyctl.model.method import Defuzzifier
 from fuzzyctl.model.node import Node
+from fuzzyctl.records import dataclass
 
 #: What an output is where no rule fires, besides a value and the previous output: the middle of the range, NaN, or an
 #: error. A word of its own type, so that `nan` is never a float in the model.
