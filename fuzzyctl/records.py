@@ -41,13 +41,9 @@ else:
         if repr:
             methods["__repr__"] = _repr([f.name for f in fields if f.repr])
         if eq:
-            compared = _values([f.name for f in fields if f.compare])
-            methods["__eq__"] = lambda one, other: (
-                compared(one) == compared(other) if other.__class__ is one.__class__ else NotImplemented
-            )
+            methods["__eq__"] = _eq(_values([f.name for f in fields if f.compare]))
         if unsafe_hash or (eq and frozen):
-            hashed = _values([f.name for f in fields if (f.compare if f.hash is None else f.hash)])
-            methods["__hash__"] = lambda one: hash(hashed(one))
+            methods["__hash__"] = _hash(_values([f.name for f in fields if (f.compare if f.hash is None else f.hash)]))
         elif eq:
             methods["__hash__"] = None
         for name, method in methods.items():
@@ -74,8 +70,22 @@ def _values(names: list[str]) -> Callable[[Any], tuple[Any, ...]]:
     return lambda item: tuple(getattr(item, name) for name in names)
 
 
+def _eq(values: Callable[[Any], tuple[Any, ...]]) -> Callable[[Any, Any], Any]:
+    def __eq__(self: Any, other: Any) -> Any:  # noqa: N807
+        return values(self) == values(other) if other.__class__ is self.__class__ else NotImplemented
+
+    return __eq__
+
+
+def _hash(values: Callable[[Any], tuple[Any, ...]]) -> Callable[[Any], int]:
+    def __hash__(self: Any) -> int:  # noqa: N807
+        return hash(values(self))
+
+    return __hash__
+
+
 def _repr(names: list[str]) -> Callable[[Any], str]:
-    """Return the repr of a class that shows some of its fields."""
-    return recursive_repr("...")(
-        lambda one: f"{type(one).__qualname__}({', '.join(f'{name}={getattr(one, name)!r}' for name in names)})"
-    )
+    def __repr__(self: Any) -> str:  # noqa: N807
+        return f"{type(self).__qualname__}({', '.join(f'{name}={getattr(self, name)!r}' for name in names)})"
+
+    return recursive_repr("...")(__repr__)

@@ -11,7 +11,7 @@ from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.editor.document import Document
 from fuzzyctl.lang import syntax as sx
 from fuzzyctl.lang.edits import masked
-from fuzzyctl.lang.tokens import tokens
+from fuzzyctl.lang.lines import tokens
 
 #: What parts the names of a declaration from its range and its clauses.
 _RANGE: Final = re.compile(r"\s+in\s*\[")

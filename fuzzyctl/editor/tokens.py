@@ -12,8 +12,8 @@ from fuzzyctl.editor.symbols import Symbol
 from fuzzyctl.editor.words import called
 from fuzzyctl.lang.highlight import CLAUSES
 from fuzzyctl.lang.lines import LogicalLine
-from fuzzyctl.lang.tokens import Token as Piece
-from fuzzyctl.lang.tokens import tokens as pieces
+from fuzzyctl.lang.lines import Token as Piece
+from fuzzyctl.lang.lines import tokens as pieces
 from fuzzyctl.resolve.settings import SETTINGS
 
 #: Kinds of tokens by their names in the protocol; a token's number there is its position here.

@@ -15,9 +15,8 @@ from fuzzyctl import expr as ex
 from fuzzyctl.diagnostics.diagnostic import Diagnostic
 from fuzzyctl.diagnostics.source import SourceText, Span
 from fuzzyctl.lang import syntax as sx
-from fuzzyctl.lang.common_errors import repair
 from fuzzyctl.lang.lines import LogicalLine
-from fuzzyctl.lang.mistakes import form_of, too_deep
+from fuzzyctl.lang.mistakes import form_of, repair, too_deep
 
 #: What a name may be made of.
 NAME_RULE: Final = "a name begins with a letter or '_' and goes on with letters, digits and '_'"
@@ -40,8 +39,7 @@ class Builder(Transformer[Token, Any]):
     def begin(self, source: SourceText, line: LogicalLine) -> None:
         """Say which line is parsed next; `problems` then gathers what the grammar accepts but the language does not."""
         self.source, self.base, self.logical = source, line.start, line
-        first = line.start + len(source.text[line.start : line.end]) - len(source.text[line.start : line.end].lstrip())
-        self.line = Span(source, first, line.end)
+        self.line = line.place(source)
         self.problems: list[Diagnostic] = []
         #: Levels of the parts that are bounded already, by their identity, with the parts, which must live as long.
         self.levels: dict[int, tuple[Any, int]] = {}

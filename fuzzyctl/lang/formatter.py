@@ -11,8 +11,7 @@ from itertools import groupby
 from typing import Final
 
 from fuzzyctl.diagnostics.source import SourceText
-from fuzzyctl.lang.lines import LogicalLine, split
-from fuzzyctl.lang.tokens import is_name, tokens
+from fuzzyctl.lang.lines import LogicalLine, is_name, split, tokens
 from fuzzyctl.records import dataclass
 
 #: Words after which an opening parenthesis stands apart.
@@ -79,7 +78,7 @@ def _column_kind(line: LogicalLine) -> str:
 
 def _lay_out(source: SourceText, block: list[LogicalLine]) -> Iterator[_Laid]:
     kind = _column_kind(block[0])
-    texts = [source.text[line.start : line.end] for line in block]
+    texts = [line.code(source) for line in block]
     if kind == "table":
         codes = _table(block, texts)
     elif kind == "settings":

@@ -9,12 +9,12 @@ from __future__ import annotations
 
 import io
 import pickle
+import pkgutil
 import re
 import threading
 import zlib
 from collections.abc import Iterator
 from functools import cache
-from importlib import resources
 from pathlib import Path
 from typing import Any, Final, NoReturn
 
@@ -27,9 +27,8 @@ from lark.lexer import Lexer
 from fuzzyctl.diagnostics.diagnostic import Diagnostic
 from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.lang.builder import Builder
-from fuzzyctl.lang.lines import LineKind, LogicalLine
+from fuzzyctl.lang.lines import MEMBER, QUANTITY, TOKEN, LineKind, LogicalLine
 from fuzzyctl.lang.mistakes import describe
-from fuzzyctl.lang.tokens import MEMBER, QUANTITY, TOKEN
 
 #: The file of the tables: a line with their key, then what `Lark.save` writes.
 TABLES: Final = "grammar.tables"
@@ -57,7 +56,7 @@ _LOCK = threading.Lock()
 @cache
 def grammar_text() -> str:
     """Return the text of the grammar."""
-    return resources.files("fuzzyctl.lang").joinpath("grammar.lark").read_text(encoding="utf-8")
+    return (pkgutil.get_data("fuzzyctl.lang", "grammar.lark") or b"").decode().replace("\r\n", "\n")
 
 
 def key() -> str:
@@ -74,9 +73,11 @@ def computed_tables() -> bytes:
 
 
 def shipped_tables() -> bytes:
-    """Return the content of the file of tables; nothing if there is none."""
-    file = resources.files("fuzzyctl.lang").joinpath(TABLES)
-    return file.read_bytes() if file.is_file() else b""
+    """Return the content of the file of tables, b"" without the file."""
+    try:
+        return pkgutil.get_data("fuzzyctl.lang", TABLES) or b""
+    except OSError:
+        return b""
 
 
 def _tables() -> bytes:
@@ -174,7 +175,7 @@ def parse_line(source: SourceText, line: LogicalLine, kind: LineKind) -> tuple[A
     with _LOCK:
         builder.begin(source, line)
         try:
-            node = machine.parse(source.text[line.start : line.end], start=kind)
+            node = machine.parse(line.code(source), start=kind)
         except UnexpectedInput as error:
             return None, [describe(source, line, error)]
         return (None if builder.problems else node), builder.problems
@@ -186,7 +187,7 @@ def read_line(source: SourceText, line: LogicalLine, kind: LineKind) -> tuple[An
     with _LOCK:
         builder.begin(source, line)
         try:
-            node = machine.parse(source.text[line.start : line.end], start=kind)
+            node = machine.parse(line.code(source), start=kind)
         except UnexpectedInput as error:
             # The token of the end of a line has the place of the one before it.
             is_end = isinstance(error, UnexpectedToken) and error.token.type == "$END"

@@ -16,13 +16,12 @@ from typing import Final
 from fuzzyctl.diagnostics.other_tools_words import PEER_WORDS
 from fuzzyctl.diagnostics.suggestions import closest, is_slip, look_alikes
 from fuzzyctl.expr import FUNCTIONS
-from fuzzyctl.lang.common_errors import SPELLINGS
 from fuzzyctl.lang.edits import NUMBER, VALUE, Edit, Repair, Surroundings, depth, head, row
-from fuzzyctl.lang.lines import keyword_behind
-from fuzzyctl.lang.other_tools import is_value, known_kind, known_setting, remark
+from fuzzyctl.lang.foreign import is_value, known_kind, known_setting, remark
+from fuzzyctl.lang.lines import keyword_behind, tokens
+from fuzzyctl.lang.mistakes import SPELLINGS
 from fuzzyctl.lang.syntax import BLOCKS, NAME, STATEMENT_KEYWORDS
 from fuzzyctl.lang.term_repairs import TERMS
-from fuzzyctl.lang.tokens import tokens
 
 COMMENT: Final = "a comment begins with '#'"
 _ENDS: Final = "a statement ends with its line"

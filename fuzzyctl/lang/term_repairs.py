@@ -8,7 +8,7 @@ from typing import Final
 
 from fuzzyctl.formulas import MEMBERSHIP
 from fuzzyctl.lang.edits import NUMBER, VALUE, Edit, Repair, Surroundings, depth, head, row
-from fuzzyctl.lang.other_tools import ORDERS, SCIKIT_ORDERS, known_kind
+from fuzzyctl.lang.foreign import ORDERS, SCIKIT_ORDERS, known_kind
 from fuzzyctl.lang.syntax import NAME, STATEMENT_KEYWORDS
 
 _KEYWORD: Final = "|".join(STATEMENT_KEYWORDS)
