@@ -10,7 +10,7 @@ from typing import Any, Final
 from lsprotocol import types as lsp
 
 from fuzzyctl.diagnostics.source import Span
-from fuzzyctl.editor import completion, hover, navigation, outline, signature
+from fuzzyctl.editor import completion, hover, navigation
 from fuzzyctl.editor.preview import DRAWER, preview
 from fuzzyctl.editor.protocol import RefusedError
 from fuzzyctl.editor.requests import COMMANDS, FEATURES
@@ -89,7 +89,7 @@ def _hover(ls: FuzzyServer, params: lsp.HoverParams) -> lsp.Hover | None:
 @server.feature(lsp.TEXT_DOCUMENT_SIGNATURE_HELP, lsp.SignatureHelpOptions(trigger_characters=["(", ","]))
 def _signature(ls: FuzzyServer, params: lsp.SignatureHelpParams) -> lsp.SignatureHelp | None:
     document = ls.document(params.text_document.uri)
-    found = signature.signature(document, ls.offset(document, params.position))
+    found = completion.signature(document, ls.offset(document, params.position))
     if found is None:
         return None
     parameters = [lsp.ParameterInformation(p) for p in found.parameters]
@@ -138,7 +138,7 @@ def _rename(ls: FuzzyServer, params: lsp.RenameParams) -> lsp.WorkspaceEdit:
 def _symbols(ls: FuzzyServer, params: lsp.DocumentSymbolParams) -> list[lsp.DocumentSymbol]:
     document = ls.document(params.text_document.uri)
 
-    def shown(entry: outline.Entry) -> lsp.DocumentSymbol:
+    def shown(entry: navigation.Entry) -> lsp.DocumentSymbol:
         symbol = entry.symbol
         return lsp.DocumentSymbol(
             name=symbol.name,
@@ -149,12 +149,12 @@ def _symbols(ls: FuzzyServer, params: lsp.DocumentSymbolParams) -> list[lsp.Docu
             children=[shown(e) for e in entry.inside],
         )
 
-    return [shown(e) for e in outline.outline(document)]
+    return [shown(e) for e in navigation.outline(document)]
 
 
 @server.feature(lsp.TEXT_DOCUMENT_FOLDING_RANGE)
 def _folds(ls: FuzzyServer, params: lsp.FoldingRangeParams) -> list[lsp.FoldingRange]:
-    return [lsp.FoldingRange(a - 1, b - 1) for a, b in outline.folds(ls.document(params.text_document.uri))]
+    return [lsp.FoldingRange(a - 1, b - 1) for a, b in navigation.folds(ls.document(params.text_document.uri))]
 
 
 @server.feature(lsp.TEXT_DOCUMENT_SELECTION_RANGE)
@@ -163,7 +163,7 @@ def _selections(ls: FuzzyServer, params: lsp.SelectionRangeParams) -> list[lsp.S
     found = []
     for position in params.positions:
         outer: lsp.SelectionRange | None = None
-        for span in reversed(outline.selections(document, ls.offset(document, position))):
+        for span in reversed(navigation.selections(document, ls.offset(document, position))):
             outer = lsp.SelectionRange(ls.range(span), outer)
         assert outer is not None
         found.append(outer)
@@ -176,7 +176,7 @@ def _links(ls: FuzzyServer, params: lsp.DocumentLinkParams) -> list[lsp.Document
     if document.folder is None:
         return []
     folder = document.folder
-    return [lsp.DocumentLink(ls.range(s), uri_of(str(folder / name))) for s, name in outline.links(document)]
+    return [lsp.DocumentLink(ls.range(s), uri_of(str(folder / name))) for s, name in navigation.links(document)]
 
 
 @server.feature(lsp.TEXT_DOCUMENT_FORMATTING)

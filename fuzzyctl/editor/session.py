@@ -9,7 +9,7 @@ from __future__ import annotations
 import asyncio
 import gc
 import os
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from dataclasses import dataclass
@@ -26,11 +26,11 @@ import fuzzyctl
 from fuzzyctl.diagnostics.diagnostic import CODES, Diagnostic, DiagnosticError, first_of
 from fuzzyctl.diagnostics.fixes import Replacement
 from fuzzyctl.diagnostics.source import SourceText, Span
-from fuzzyctl.editor import lenses, lights
+from fuzzyctl.editor import lights
 from fuzzyctl.editor.document import Document
 from fuzzyctl.editor.lights import Light
 from fuzzyctl.editor.protocol import Protocol, is_of_client, log_in_lines
-from fuzzyctl.editor.workspace import Workspace
+from fuzzyctl.editor.symbols import Symbol
 from fuzzyctl.support.reading import MAX_BYTES, is_below, read_source
 
 #: Seconds that a text rests before it is checked, in which a burst of changes arrives, and before its proofs begin.
@@ -264,7 +264,7 @@ class FuzzyServer(LanguageServer):
             source="fuzzyctl",
             related_information=(related or None) if knows.relates else None,
             tags=[lsp.DiagnosticTag.Unnecessary] if is_unused and knows.tags else None,
-            data={"why": lenses.point_text(light.point)} if is_refuted and light is not None else None,
+            data={"why": lights.point_text(light.point)} if is_refuted and light is not None else None,
         )
 
     def _of_light(self, light: Light) -> lsp.Diagnostic:
@@ -277,12 +277,12 @@ class FuzzyServer(LanguageServer):
             code="FZ402" if is_refuted else None,
             source="fuzzyctl",
             related_information=[self._counterexample(light)] if light.point and self.knows.relates else None,
-            data={"why": lenses.point_text(light.point)} if light.point else None,
+            data={"why": lights.point_text(light.point)} if light.point else None,
         )
 
     def _counterexample(self, light: Light) -> lsp.DiagnosticRelatedInformation:
         return lsp.DiagnosticRelatedInformation(
-            self.location(light.span), f"counterexample: {lenses.point_text(light.point)}"
+            self.location(light.span), f"counterexample: {lights.point_text(light.point)}"
         )
 
     async def check(self, uri: str, *, others: bool = False) -> None:
@@ -382,3 +382,72 @@ def uri_of(name: str) -> str:
     if "://" in name or name.startswith("untitled:"):
         return name
     return uris.from_fs_path(os.path.abspath(name)) or name
+
+
+#: Most files that are looked into, and most names that are returned.
+MAX_FILES: Final = 500
+MAX_NAMES: Final = 300
+#: Folders that hold copies of files.
+_SKIPPED: Final = frozenset({"node_modules", "__pycache__"})
+
+
+class Workspace:
+    """Documents of files on disk, each read again when its time or size has changed."""
+
+    def __init__(self) -> None:
+        self._read: dict[Path, tuple[tuple[int, int], Document]] = {}
+
+    def documents(self, folders: Iterable[Path], opened: Mapping[str, Document]) -> Iterator[Document]:
+        """Yield the documents that are open, then those of the other files below some folders."""
+        yield from opened.values()
+        for path in rule_files(folders):
+            if str(path) not in opened and (document := self._document(path)) is not None:
+                yield document
+
+    def symbols(self, folders: Iterable[Path], query: str, opened: Mapping[str, Document]) -> list[Symbol]:
+        """Return the names that hold the letters of a query in their order, declared in files below some folders.
+
+        Args:
+            folders: The folders.
+            query: Letters, case left out; empty for all names.
+            opened: Documents that stand for files, by absolute path.
+        """
+        found = [
+            symbol
+            for document in self.documents(folders, opened)
+            for symbol in document.symbols.all
+            if symbol.span.source.name == document.source.name and matches(query, symbol.name)
+        ]
+        return sorted(found, key=lambda s: (len(s.name), s.name))[:MAX_NAMES]
+
+    def _document(self, path: Path) -> Document | None:
+        try:
+            state = path.stat()
+            stamp = (state.st_mtime_ns, state.st_size)
+            known = self._read.get(path)
+            if known is None or known[0] != stamp:
+                known = (stamp, Document(read_source(path, only_regular=True), path.parent))
+                self._read[path] = known
+        except (OSError, DiagnosticError):  # it vanished, or is no text
+            return None
+        return known[1]
+
+
+def rule_files(folders: Iterable[Path]) -> Iterator[Path]:
+    """Yield the rule files below some folders, without hidden ones and links that lead elsewhere."""
+    count = 0
+    for top in folders:
+        for folder, inside, names in os.walk(top):
+            inside[:] = sorted(n for n in inside if n not in _SKIPPED and not n.startswith("."))
+            for path in (os.path.abspath(os.path.join(folder, name)) for name in sorted(names)):
+                if path.endswith(".fz") and is_below(path, top):
+                    count += 1
+                    if count > MAX_FILES:
+                        return
+                    yield Path(path)
+
+
+def matches(query: str, name: str) -> bool:
+    """Whether a name holds the letters of a query in their order."""
+    letters = iter(name.lower())
+    return all(letter in letters for letter in query.lower())
