@@ -14,7 +14,7 @@ from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.lang.lines import LogicalLine, is_name, split, tokens
 from fuzzyctl.records import dataclass
 
-#: Words after which an opening parenthesis stands apart.
+#: Words with a blank before an opening parenthesis.
 _APART: Final = frozenset(
     {"in", "and", "or", "not", "if", "is", "unless", "else", "then", "otherwise", "when", "within", "rate", "weight"}
     | {"require"}
@@ -89,8 +89,8 @@ def _lay_out(source: SourceText, block: list[LogicalLine]) -> Iterator[_Laid]:
     else:
         codes = [_code(line, text) for line, text in zip(block, texts, strict=True)]
     for line, text, code in zip(block, texts, codes, strict=True):
-        kept = _as_typed(text) if "\n" in text else code
-        yield _Laid(kept, line.comment, kind or line.word)
+        layout = _as_typed(text) if "\n" in text else code
+        yield _Laid(layout, line.comment, kind or line.word)
 
 
 def _as_typed(text: str) -> str:
@@ -116,7 +116,7 @@ def _code(line: LogicalLine, text: str) -> str:
         head, rest = pieces[:2], pieces[2:]
         return f"{_INDENT}{head[0]} = {_spaced(rest, tight='=')}"
     if line.in_block and "=" in pieces:
-        # Only the first equals sign stands apart; the others name arguments of calls.
+        # Only the first equals sign has blanks around it; the others name arguments of calls.
         at = pieces.index("=")
         return f"{_spaced(pieces[:at], tight='')} = {_spaced(pieces[at + 1 :], tight='=')}"
     return _spaced(pieces, tight="")

@@ -33,7 +33,7 @@ from fuzzyctl.lang.mistakes import describe
 #: The file of the tables: a line with their key, then what `Lark.save` writes.
 TABLES: Final = "grammar.tables"
 
-#: Terminals of signs; those of two kinds never stand at one place.
+#: Terminals of signs; the grammar accepts only one of two kinds at a place.
 _SIGNS: Final[dict[str, tuple[str, ...]]] = {
     **dict.fromkeys(("<=", ">=", "!=", "<", ">"), ("COMPARE",)),
     **dict.fromkeys("+-", ("SUM",)),
@@ -49,7 +49,7 @@ _ENDS: Final = re.compile(r"(?![\w.])")
 
 _STARTS: Final = ("statement", "block_statement", "term_line", "header", "row", "label", "cell")
 
-# Lark calls the builder while it parses, and the builder must know where the line stands; one parse at a time.
+# Lark calls the builder while it parses, and the builder must know the place of the line; one parse at a time.
 _LOCK = threading.Lock()
 
 
@@ -110,28 +110,28 @@ class LineLexer(Lexer):
         text: str = getattr(lexer_state.text, "text", lexer_state.text)
         states, at = parser_state.parse_conf.states, 0
         while at < len(text):
-            found = TOKEN.match(text, at)
-            assert found is not None, "any character is matched"
-            kind, at = found.lastgroup, found.end()
+            token = TOKEN.match(text, at)
+            assert token is not None, "any character is matched"
+            kind, at = token.lastgroup, token.end()
             if kind == "blank" or kind == "comment":
                 continue
             accepted = states[parser_state.position]
             first = None
-            for name, end in self._terminals(text, found):
+            for name, end in self._terminals(text, token):
                 first = first or (name, end)
                 if name in accepted:
                     break
             else:
-                self._refuse(text, found.start(), first, accepted)
-            yield Token(name, text[found.start() : end], found.start(), end_pos=end)
+                self._refuse(text, token.start(), first, accepted)
+            yield Token(name, text[token.start() : end], token.start(), end_pos=end)
             at = end
 
-    def _terminals(self, text: str, found: re.Match[str]) -> Iterator[tuple[str, int]]:
+    def _terminals(self, text: str, token: re.Match[str]) -> Iterator[tuple[str, int]]:
         """Yield the terminals that a token may be and where it ends then, in the order of their priorities."""
-        start, end = found.span()
-        match found.lastgroup:
+        start, end = token.span()
+        match token.lastgroup:
             case "name":
-                for name, follows in self.keywords.get(found[0], ()):
+                for name, follows in self.keywords.get(token[0], ()):
                     if follows is None or follows.match(text, start):
                         yield name, end
                 if text.startswith(".", end) and (member := MEMBER.match(text, start)):
@@ -142,12 +142,12 @@ class LineLexer(Lexer):
                     yield "QUANTITY", quantity.end()
                 if quantity is None or _ENDS.match(text, end):
                     yield "NUMBER", end
-                if found[0].startswith("."):
+                if token[0].startswith("."):
                     yield "DOT", start + 1
             case "sign":
-                for name in _SIGNS[found[0]]:
-                    yield name, start + _SHORT.get(name, len(found[0]))
-            case "text" if found[0].endswith('"', 1):
+                for name in _SIGNS[token[0]]:
+                    yield name, start + _SHORT.get(name, len(token[0]))
+            case "text" if token[0].endswith('"', 1):
                 yield "STRING", end
 
     @staticmethod

@@ -278,7 +278,7 @@ def meant_head(code: str, in_block: str) -> str | None:
 
 
 def keyword_behind(code: str) -> str | None:
-    """Return the first word of a block that stands behind one word, or characters, at the beginning of a line."""
+    """Return the first word of a block behind another word, or behind characters, at the beginning of a line."""
     match = re.match(_BEHIND, code)
     return None if match is None else match[match.lastindex or 1]
 

@@ -24,17 +24,17 @@ SPELLINGS: Final = {"≤": "<=", "≥": ">=", "≠": "!=", "−": "-", "–": "-
 _DASH: Final = r"(?:^|[\s|])[-–—]\s*$"
 _CORNER: Final = rf"\s*({NAME}\s*[\\/]\s*{NAME})(?:\s*\|)?(?=\s)"
 
-#: What stands in a cell where there is to be no rule.
+#: The help of a cell without a rule.
 NO_RULE: Final = "write '.' where there is to be no rule"
 
 
 def repair(source: SourceText, line: LogicalLine, at: int) -> str:
-    """Say what to write where the parser stopped; an empty string where it is no known slip.
+    """Return the correct form of a known slip where the parser stopped, or an empty string.
 
     Args:
         source: The text.
         line: The line that cannot be read.
-        at: The offset of what was not expected, or the end of the line.
+        at: The offset of the unexpected token, or the end of the line.
     """
     text = source.text
     if line.kind == "row" and (at == line.end or text[at - 1].isspace()) and re.search(_DASH, text[line.start : at]):
@@ -49,9 +49,9 @@ def repair(source: SourceText, line: LogicalLine, at: int) -> str:
 
 
 def corner(source: SourceText, line: LogicalLine) -> tuple[int, int] | None:
-    r"""Return where the corner of a table stands that papers print, such as e\de; None where there is none."""
-    found = re.compile(_CORNER).match(source.text, line.start, line.end) if line.kind in ("header", "row") else None
-    return found.span(1) if found is not None else None
+    r"""Return the offsets of a printed corner of a table, such as e\de; None without one."""
+    match = re.compile(_CORNER).match(source.text, line.start, line.end) if line.kind in ("header", "row") else None
+    return match.span(1) if match is not None else None
 
 
 #: How each statement is written: the help of a broken one.
@@ -261,12 +261,12 @@ def _slip_in_a_rule(source: SourceText, line: LogicalLine) -> Diagnostic | None:
     return None
 
 
-def _comparison(source: SourceText, found: re.Match[str]) -> Diagnostic:
-    sign, number = found[1], found[2]
+def _comparison(source: SourceText, comparison: re.Match[str]) -> Diagnostic:
+    sign, number = comparison[1], comparison[2]
     ends = f"-inf, {number}" if sign[0] == "<" else f"{number}, inf"
     help_text = f"declare a term of the input, such as: LIMIT = rectangle({ends}), and write: INPUT is LIMIT"
     message = "the condition of a rule compares with terms, not with numbers"
-    return Diagnostic("FZ102", message, Span(source, *found.span(1)), help=help_text)
+    return Diagnostic("FZ102", message, Span(source, *comparison.span(1)), help=help_text)
 
 
 def capital_keyword(word: str, place: Span, code: str = "FZ102") -> Diagnostic:
@@ -318,12 +318,12 @@ def _bad_character(source: SourceText, line: LogicalLine, at: int, help_text: st
         is_dash = line.kind == "row" and unicodedata.category(char) == "Pd"
         help_text = NO_RULE if is_dash else f"write '{SPELLINGS[char]}'"
     name = unicodedata.name(char, "a control character")
-    shown = f"'{char}' (U+{ord(char):04X}, {name})" if char.isprintable() else f"U+{ord(char):04X} ({name})"
-    return Diagnostic("FZ105", f"unexpected {shown}", place, help=help_text)
+    character = f"'{char}' (U+{ord(char):04X}, {name})" if char.isprintable() else f"U+{ord(char):04X} ({name})"
+    return Diagnostic("FZ105", f"unexpected {character}", place, help=help_text)
 
 
 def _bad_number(source: SourceText, at: int, help_text: str) -> Diagnostic:
-    """Say what is wrong with a number: digits of another script, or letters that it runs into."""
+    """Return the diagnostic of a number with digits of another script, or one that runs into letters."""
     number = re.compile(r"[\w.]+").match(source.text, at)
     assert number is not None
     foreign = next((i for i in range(at, number.end()) if not source.text[i].isascii()), None)
@@ -331,11 +331,11 @@ def _bad_number(source: SourceText, at: int, help_text: str) -> Diagnostic:
         place = Span(source, at, at + 1)
         return Diagnostic("FZ102", "a number is malformed or runs into letters", place, help=help_text)
     char = source.text[foreign]
-    shown = f"'{char}' (U+{ord(char):04X}, {unicodedata.name(char, 'a digit')})"
+    character = f"'{char}' (U+{ord(char):04X}, {unicodedata.name(char, 'a digit')})"
     digit = unicodedata.decimal(char, None)
     return Diagnostic(
         "FZ105",
-        f"{shown} is no digit of a number",
+        f"{character} is no digit of a number",
         Span(source, foreign, foreign + 1),
         help=f"write '{digit}'" if digit is not None else help_text,
     )

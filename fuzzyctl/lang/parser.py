@@ -53,8 +53,8 @@ def parse(source: SourceText) -> tuple[sx.SyntaxTree, list[Diagnostic]]:
     Returns:
         The tree of all lines that could be read, and a diagnostic for each that could not.
     """
-    found = _read_lines(source)
-    tree, mistakes, foreign = found
+    reading = _read_lines(source)
+    tree, mistakes, foreign = reading
     if not mistakes and not foreign:
         return tree, mistakes
     # Files without mistakes need no repairs.
@@ -63,7 +63,7 @@ def parse(source: SourceText) -> tuple[sx.SyntaxTree, list[Diagnostic]]:
 
     if (mistake := other_format(source)) is not None:
         return _nothing(source), [mistake]
-    return recover(source, found, _read_lines, _stops)
+    return recover(source, reading, _read_lines, _stops)
 
 
 def _nothing(source: SourceText) -> sx.SyntaxTree:
@@ -104,7 +104,7 @@ def _crowded(source: SourceText) -> Diagnostic | None:
 
 
 def _stops(source: SourceText, line: LogicalLine, kind: LineKind) -> int | None:
-    """Return where reading a line as one kind stops, or where a word of another tool stands; None for neither."""
+    """Return the offset where reading a line as one kind stops, or of a word of another tool; None for neither."""
     if kind in ("unknown", "blank"):
         return line.start
     from fuzzyctl.lang import grammar
@@ -186,9 +186,9 @@ class _Assembler:
             self._take_statement(line)
 
     def _take_block_line(self, line: LogicalLine) -> None:
-        """Take a line of a controller, plant or loop: each is a statement of its own.
+        """Take a line of a controller, plant or loop, which is one statement.
 
-        The lines below a head that cannot be read have mistakes of their own, and belong to no other block.
+        The lines below a head that cannot be read belong to no other block, and their mistakes are reported.
         """
         self._close_block()
         self._drop_condition()
@@ -287,7 +287,7 @@ class _Assembler:
     def _take_below(self, line: LogicalLine) -> None:
         wanted = "variable" if line.kind in ("term_line", "statement") else "table"
         if self.block == "broken":
-            # The lines of a block whose head could not be read have mistakes of their own.
+            # Mistakes in the lines of a block whose head could not be read are reported, too.
             self._remember_words(line)
             self._parse(line, line.kind)
             return

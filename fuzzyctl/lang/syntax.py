@@ -53,7 +53,7 @@ BLOCKS: Final[dict[str, tuple[str, ...]]] = {
 #: All of them.
 BLOCK_KEYWORDS: Final = tuple(dict.fromkeys(word for words in BLOCKS.values() for word in words))
 
-#: Words that cannot name anything, since rules and expressions could not tell them from their own words.
+#: Words that are no names, since rules and expressions use them.
 RESERVED: Final = frozenset({"and", "or", "not", "then", "weight", "inf", "pi"})
 
 
@@ -321,7 +321,7 @@ class CellText(Node):
 
 
 class Truth(Node):
-    """Base of what stands between `if` and `then`."""
+    """Base of all antecedents, between `if` and `then`."""
 
     span: Span
 
