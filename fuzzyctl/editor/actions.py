@@ -37,24 +37,24 @@ class Action:
 def actions(document: Document, offset: int) -> list[Action]:
     """Return what can be written at an offset besides repairs of mistakes."""
     statement = _statement_at(document, offset)
-    found: Iterator[Action] = iter(())
+    offers: Iterator[Action] = iter(())
     if isinstance(statement, sx.Table) and not statement.csv:
-        found = _table(document, statement)
+        offers = _table(document, statement)
     elif isinstance(statement, sx.Variable):
-        found = _variable(document, statement)
-    return list(found)
+        offers = _variable(document, statement)
+    return list(offers)
 
 
 def repairs(found: Sequence[Diagnostic], first: int, last: int) -> list[Diagnostic]:
     """Return the diagnostics that have a repair, and stand or are repaired within the offsets `first` to `last`."""
-    own = []
+    repairable = []
     for d in found:
         if d.fix is None or d.span is None:
             continue
         spans = [Span(d.span.source, r.span.start, r.span.end) for r in d.fix.replacements] + [d.span]
         if any(s.start <= last and first <= max(s.end, s.start) for s in spans):
-            own.append(d)
-    return own
+            repairable.append(d)
+    return repairable
 
 
 def repair_title(d: Diagnostic) -> str:
@@ -140,7 +140,7 @@ def _as_lines(_: FuzzySystem, variable: LinguisticVariable) -> list[str]:
 
 
 def _as_partition(system: FuzzySystem, variable: LinguisticVariable) -> list[str]:
-    """Return the `terms` line that means the same functions; nothing where there is none."""
+    """Return the `terms` line that means the same functions; an empty list without one."""
     sets = [t.membership for t in variable.terms]
     names = [t.name for t in variable.terms]
     if any(m.height != ONE for m in sets):
@@ -194,13 +194,13 @@ def laid_out(source: SourceText, first: int, last: int) -> list[Replacement]:
     before = [n for n in range(1, source.line_count + 1) if source.line_text(n).strip()]
     if len(before) != len(after):  # as where lines were joined
         return []
-    found = []
+    changes = []
     for n, now in zip(before, after, strict=True):
         line = source.line_text(n)
         if first <= n <= last and line != now:
             at = source.line_start(n)
-            found.append(Replacement(Span(source, at, at + len(line)), now))
-    return found
+            changes.append(Replacement(Span(source, at, at + len(line)), now))
+    return changes
 
 
 def typed(document: Document, offset: int, character: str) -> list[Replacement]:

@@ -58,7 +58,7 @@ class Completion:
 
     Args:
         items: Most likely first.
-        span: The characters of the word that has been begun; empty where there is none.
+        span: The characters of the word that has been begun; empty without one.
     """
 
     items: tuple[Item, ...]
@@ -89,9 +89,9 @@ def complete(document: Document, offset: int) -> Completion:
     scope, head = document.symbols.scope_at(offset)
     block = head.kind if head is not None and head.kind != "system" else ""
     for pattern, proposals in _PLACES:
-        found = pattern.search(code)
-        if found is not None:
-            items = proposals(_Place(document, offset, before, scope, block, found))
+        match = pattern.search(code)
+        if match is not None:
+            items = proposals(_Place(document, offset, before, scope, block, match))
             if items is not None:
                 unique: dict[str, Item] = {}
                 for item in items:
@@ -182,13 +182,13 @@ def _at_row(place: _Place) -> Iterator[Item] | None:
 
 def _table_above(place: _Place) -> sx.Table | None:
     """Return the table whose lines hold the place; None where another statement begins in between."""
-    found = None
+    table = None
     for s in place.document.tree.statements:
         if s.span.source.name == place.document.source.name and s.span.start < place.offset:
-            found = s
-    if not isinstance(found, sx.Table) or place.document.source.line_of(place.offset) == found.span.line:
+            table = s
+    if not isinstance(table, sx.Table) or place.document.source.line_of(place.offset) == table.span.line:
         return None
-    return found
+    return table
 
 
 def _at_start(place: _Place) -> Iterator[Item]:
@@ -269,7 +269,7 @@ class Signature:
 
 
 def signature(document: Document, offset: int) -> Signature | None:
-    """Return the innermost open call before an offset; None where there is none that is known."""
+    """Return the innermost open call before an offset; None without a known one."""
     code = masked(document.text_before(offset))
     depth = commas = 0
     for at in range(len(code) - 1, -1, -1):
@@ -281,8 +281,8 @@ def signature(document: Document, offset: int) -> Signature | None:
         elif char == "," and not depth:
             commas += 1
         elif char == "(":
-            found = re.search(rf"({NAME})\s*$", code[:at])
-            return _of(document, offset, found[1], commas) if found is not None else None
+            name = re.search(rf"({NAME})\s*$", code[:at])
+            return _of(document, offset, name[1], commas) if name is not None else None
     return None
 
 

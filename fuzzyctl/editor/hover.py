@@ -48,12 +48,12 @@ def hints(document: Document, start: int = 0, end: int | None = None) -> list[Hi
         for s in document.tree.statements
         if isinstance(s, sx.Param | sx.Variable) and s.span.source.name == document.source.name
     }
-    found = set()
+    unordered = set()
     for block in document.examined.blocks:
-        found |= {*_computed(block, statements)}
+        unordered |= {*_computed(block, statements)}
     for system in document.examined.systems:
-        found |= {*_peaks(system, statements), *_bound_hints(document, system, statements)}
-    return sorted((h for h in found if start <= h.offset <= end), key=lambda h: (h.offset, h.text))
+        unordered |= {*_peaks(system, statements), *_bound_hints(document, system, statements)}
+    return sorted((h for h in unordered if start <= h.offset <= end), key=lambda h: (h.offset, h.text))
 
 
 _Statements = dict[int, sx.Param | sx.Variable]
@@ -174,9 +174,9 @@ class Hover:
 
 def hover(document: Document, offset: int) -> Hover | None:
     """Return what is known of the word at an offset; None for nothing."""
-    found = symbol_at(document, offset)
-    if found is not None:
-        return Hover("\n\n".join(_of_symbol(document, found[1])), found[0])
+    name = symbol_at(document, offset)
+    if name is not None:
+        return Hover("\n\n".join(_of_symbol(document, name[1])), name[0])
     span = word_at(document, offset)
     if span is None:
         return None
@@ -203,18 +203,18 @@ def word_at(document: Document, offset: int) -> Span | None:
 
 def _of_symbol(document: Document, symbol: Symbol) -> list[str]:
     first = symbol.whole.text.split("\n")[0].split("#")[0].strip()
-    found = [f"```fz\n{first}\n```"]
+    parts = [f"```fz\n{first}\n```"]
     if symbol.label:
-        found.append(symbol.label)
+        parts.append(symbol.label)
     if symbol.owner is not None:
-        found.append(f"{symbol.kind} of '{symbol.owner.name}'")
+        parts.append(f"{symbol.kind} of '{symbol.owner.name}'")
     system = _system_of(document, symbol)
     if system is not None:
-        found += _values(system, symbol)
+        parts += _values(system, symbol)
         bound = document.bounds.get((system.name, symbol.name))
         if symbol.kind == "output" and bound is not None:
-            found.append(f"proved: lies in [{bound[0]:.6g}, {bound[1]:.6g}]")
-    return found
+            parts.append(f"proved: lies in [{bound[0]:.6g}, {bound[1]:.6g}]")
+    return parts
 
 
 def _system_of(document: Document, symbol: Symbol) -> FuzzySystem | None:
@@ -242,9 +242,9 @@ def _values(system: FuzzySystem, symbol: Symbol) -> list[str]:
 def _of_term(system: FuzzySystem, variable: LinguisticVariable, term: Term) -> list[str]:
     """Return the function of a term, its peak and its picture."""
     numbers = ", ".join(to_text(p) for p in term.membership.arguments)
-    found = [f"`{term.membership.kind}({numbers})`"]
+    parts = [f"`{term.membership.kind}({numbers})`"]
     at = peak(system, term.membership)
     if at is not None:
-        found[0] += f", peak at {at:.6g}"
+        parts[0] += f", peak at {at:.6g}"
     svg = picture(system, variable, term)
-    return [*found, as_markdown(svg, term.name)] if svg else found
+    return [*parts, as_markdown(svg, term.name)] if svg else parts

@@ -55,18 +55,18 @@ class Light:
 
 def lights(document: Document) -> list[Light]:
     """Return a light for each `require` line of a document, from the verdicts that it has so far."""
-    found, name, kind = [], "", "system"
+    rows, name, kind = [], "", "system"
     for s in document.tree.statements:
         if isinstance(s, sx.System | sx.Head):
             name, kind = s.name.text, "system" if isinstance(s, sx.System) else s.keyword.text
         elif isinstance(s, sx.Require) and s.span.source.name == document.source.name:
-            found.append(_light(document, s.span, name, kind))
-    return found
+            rows.append(_light(document, s.span, name, kind))
+    return rows
 
 
 def _light(document: Document, span: Span, name: str, kind: str) -> Light:
-    found = [v for (at, _), v in list(document.verdicts.items()) if at == span.start]
-    match max(found, key=lambda v: _ORDER.index(type(v)), default=None):
+    verdicts = [v for (at, _), v in list(document.verdicts.items()) if at == span.start]
+    match max(verdicts, key=lambda v: _ORDER.index(type(v)), default=None):
         case Proved(note=note):
             return Light(span, "proved", f"proved{f': {note}' if note else ''}", name, kind)
         case Refuted(witness=witness, note=note):
@@ -159,17 +159,17 @@ def lenses(document: Document) -> list[Lens]:
     """Return the lenses of a document, by location."""
     known = lights(document)
     claiming = {light.block for light in known}
-    found = [_of_light(light) for light in known]
+    rows = [_of_light(light) for light in known]
     for _, _, head in document.symbols.scopes:
         if head is None or head.span.source.name != document.source.name:
             continue
         if head.kind == "system":
-            found.append(Lens(head.span, "surface", SURFACE, head.name, {}))
+            rows.append(Lens(head.span, "surface", SURFACE, head.name, {}))
         if head.kind == "controller" or (head.kind == "system" and head.name in claiming):
-            found.append(Lens(head.span, "prove", PROVE, head.name, {}))
+            rows.append(Lens(head.span, "prove", PROVE, head.name, {}))
         elif head.kind == "loop":
-            found.append(Lens(head.span, "simulate", SIMULATE, head.name, {}))
-    return sorted(found, key=lambda lens: lens.span.start)
+            rows.append(Lens(head.span, "simulate", SIMULATE, head.name, {}))
+    return sorted(rows, key=lambda lens: lens.span.start)
 
 
 def _of_light(light: Light) -> Lens:

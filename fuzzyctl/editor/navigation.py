@@ -27,14 +27,14 @@ class RenameError(ValueError):
 
 
 def symbol_at(document: Document, offset: int) -> tuple[Span, Symbol] | None:
-    """Return the name at an offset with its symbol; None where there is none."""
+    """Return the name at an offset with its symbol, or None."""
     return document.symbols.at(document.source.name, offset)
 
 
 def definition(document: Document, offset: int) -> Span | None:
     """Return where the name at an offset is declared, which may be in a used file."""
-    found = symbol_at(document, offset)
-    return found[1].span if found is not None else None
+    name = symbol_at(document, offset)
+    return name[1].span if name is not None else None
 
 
 def references(
@@ -48,10 +48,10 @@ def references(
         declaration: Whether the declaration is among them.
         others: Files that may use what is declared here.
     """
-    found = symbol_at(document, offset)
-    if found is None:
+    name = symbol_at(document, offset)
+    if name is None:
         return []
-    symbol = found[1]
+    symbol = name[1]
     spans = document.symbols.uses_of(symbol)
     for other in others:
         if other.source.name != document.source.name:
@@ -76,7 +76,7 @@ def rename(document: Document, offset: int, name: str, others: Iterable[Document
     Where the file was laid out by `fuzzyctl fmt`, it is afterwards: columns of tables are aligned again.
 
     Raises:
-        RenameError: Where there is no name, or the new one is none or is taken.
+        RenameError: Without a name at the offset, or for an invalid new name or one in use.
     """
     found = symbol_at(document, offset)
     if found is None:
@@ -266,19 +266,19 @@ def selections(document: Document, offset: int) -> list[Span]:
         first -= 1
     while last < len(text) and (text[last].isalnum() or text[last] == "_"):
         last += 1
-    found = [Span(source, first, last)]
+    spans = [Span(source, first, last)]
     line = text.rfind("\n", 0, offset) + 1
     stop = text.find("\n", offset)
-    found.append(Span(source, line, len(text) if stop < 0 else stop))
+    spans.append(Span(source, line, len(text) if stop < 0 else stop))
     wholes = [s.whole for s in document.symbols.all if s.whole.source.name == source.name]
-    found += [w for w in wholes if w.start <= offset <= w.end]
-    found.append(Span(source, 0, len(text)))
-    ordered = sorted(found, key=lambda s: s.end - s.start)
-    kept: list[Span] = []
+    spans += [w for w in wholes if w.start <= offset <= w.end]
+    spans.append(Span(source, 0, len(text)))
+    ordered = sorted(spans, key=lambda s: s.end - s.start)
+    nested: list[Span] = []
     for span in ordered:
-        if not kept or (span.start <= kept[-1].start and kept[-1].end <= span.end and span != kept[-1]):
-            kept.append(span)
-    return kept
+        if not nested or (span.start <= nested[-1].start and nested[-1].end <= span.end and span != nested[-1]):
+            nested.append(span)
+    return nested
 
 
 def links(document: Document) -> Iterator[tuple[Span, str]]:

@@ -89,12 +89,12 @@ def tokens(document: Document, start: int = 0, end: int | None = None) -> Iterat
 
 
 def _named(span: Span, symbol: Symbol) -> Token:
-    found = []
+    modifiers = []
     if span == symbol.span:
-        found.append("declaration")
+        modifiers.append("declaration")
     if symbol.kind in ("param", "term"):
-        found.append("readonly")
-    return Token(span, _OF_SYMBOLS.get(symbol.kind, "variable"), tuple(found))
+        modifiers.append("readonly")
+    return Token(span, _OF_SYMBOLS.get(symbol.kind, "variable"), tuple(modifiers))
 
 
 def _word(text: str, line: LogicalLine, piece: Piece) -> str:
@@ -170,12 +170,12 @@ def _diagnostics(ls: FuzzyServer, params: lsp.DocumentDiagnosticParams) -> lsp.R
     document = ls.document(params.text_document.uri)
     if ls.knows.pulls and not ls.knows.refreshes_diagnostics:
         return lsp.RelatedFullDocumentDiagnosticReport(items=[])
-    found = ls.diagnostics(document, proved="proved" in document.__dict__)
-    return lsp.RelatedFullDocumentDiagnosticReport(items=found)
+    items = ls.diagnostics(document, proved="proved" in document.__dict__)
+    return lsp.RelatedFullDocumentDiagnosticReport(items=items)
 
 
 def _workspace_symbols(ls: FuzzyServer, params: lsp.WorkspaceSymbolParams) -> list[lsp.WorkspaceSymbol]:
-    found = ls.files.symbols(ls.folders, params.query, ls.opened)
+    symbols = ls.files.symbols(ls.folders, params.query, ls.opened)
     return [
         lsp.WorkspaceSymbol(
             location=ls.location(symbol.span),
@@ -183,7 +183,7 @@ def _workspace_symbols(ls: FuzzyServer, params: lsp.WorkspaceSymbolParams) -> li
             kind=SYMBOL_KINDS.get(symbol.kind, lsp.SymbolKind.Variable),
             container_name=symbol.owner.name if symbol.owner is not None else None,
         )
-        for symbol in found
+        for symbol in symbols
     ]
 
 
@@ -206,10 +206,10 @@ def _text_edits(ls: FuzzyServer, changes: Iterable[Replacement]) -> list[lsp.Tex
 def _actions(ls: FuzzyServer, params: lsp.CodeActionParams) -> list[lsp.CodeAction]:
     document = ls.document(params.text_document.uri)
     first, last = ls.offset(document, params.range.start), ls.offset(document, params.range.end)
-    found = []
+    items = []
     for d in actions.repairs(diagnostics_of(document, proved="proved" in vars(document)), first, last):
         assert d.fix is not None
-        found.append(
+        items.append(
             lsp.CodeAction(
                 title=actions.repair_title(d),
                 kind=lsp.CodeActionKind.QuickFix,
@@ -221,8 +221,8 @@ def _actions(ls: FuzzyServer, params: lsp.CodeActionParams) -> list[lsp.CodeActi
     for action in actions.actions(document, first):
         kind = lsp.CodeActionKind.RefactorRewrite if action.rewrites else lsp.CodeActionKind.Refactor
         changes = {params.text_document.uri: _text_edits(ls, action.replacements)}
-        found.append(lsp.CodeAction(title=action.title, kind=kind, edit=lsp.WorkspaceEdit(changes=changes)))
-    return found
+        items.append(lsp.CodeAction(title=action.title, kind=kind, edit=lsp.WorkspaceEdit(changes=changes)))
+    return items
 
 
 # -- commands

@@ -117,8 +117,8 @@ class FuzzyServer(LanguageServer):
     @property
     def folders(self) -> list[Path]:
         """The folders that are open."""
-        found = [path_of(uri) for uri in self.workspace.folders] or [self.workspace.root_path]
-        return [Path(folder) for folder in found if folder]
+        folders = [path_of(uri) for uri in self.workspace.folders] or [self.workspace.root_path]
+        return [Path(folder) for folder in folders if folder]
 
     @property
     def others(self) -> list[Document]:
@@ -161,12 +161,12 @@ class FuzzyServer(LanguageServer):
 
     def _buffers(self, uri: str) -> dict[str, str]:
         """Return the texts of the other open documents by path."""
-        found = {}
+        buffers = {}
         for text in self.workspace.text_documents.values():
             path = path_of(text.uri)
             if text.uri != uri and path is not None:
-                found[os.path.abspath(path)] = text.source
-        return found
+                buffers[os.path.abspath(path)] = text.source
+        return buffers
 
     def position(self, source: SourceText, offset: int) -> lsp.Position:
         """Return an offset as line and column of the client's units."""
@@ -200,10 +200,10 @@ class FuzzyServer(LanguageServer):
 
     def edits(self, replacements: Iterable[Replacement]) -> dict[str, list[lsp.TextEdit]]:
         """Return replacements by document."""
-        found: dict[str, list[lsp.TextEdit]] = {}
+        edits: dict[str, list[lsp.TextEdit]] = {}
         for r in replacements:
-            found.setdefault(uri_of(r.span.source.name), []).append(lsp.TextEdit(self.range(r.span), r.text))
-        return found
+            edits.setdefault(uri_of(r.span.source.name), []).append(lsp.TextEdit(self.range(r.span), r.text))
+        return edits
 
     # -- diagnostics
 
@@ -218,8 +218,8 @@ class FuzzyServer(LanguageServer):
             return
         knows = self.knows
         if not (knows.pulls and knows.refreshes_diagnostics):
-            own = self.diagnostics(document, proved=proved)
-            self.text_document_publish_diagnostics(lsp.PublishDiagnosticsParams(uri, own, version))
+            diagnostics = self.diagnostics(document, proved=proved)
+            self.text_document_publish_diagnostics(lsp.PublishDiagnosticsParams(uri, diagnostics, version))
         elif proved:
             self.workspace_diagnostic_refresh(None)
         if proved and knows.refreshes_lenses:
@@ -229,21 +229,21 @@ class FuzzyServer(LanguageServer):
 
     def diagnostics(self, document: Document, *, proved: bool) -> list[lsp.Diagnostic]:
         """Return the diagnostics of a document, and with proofs what the lights of its guarantees add."""
-        found = [
+        diagnostics = [
             d
             for d in diagnostics_of(document, proved=proved)
             if d.span is None or d.span.source.name == document.source.name
         ]
         by_line = {light.span.start: light for light in lights.lights(document)} if proved else {}
-        shown = [
+        items = [
             self.diagnostic(d, by_line.get(d.span.start) if d.span is not None else None)
-            for d in first_of(found, MOST_SENT)
+            for d in first_of(diagnostics, MOST_SENT)
         ]
-        if len(found) > MOST_SENT:
-            more = f"{len(found) - MOST_SENT} more diagnostics are not shown"
-            shown.append(lsp.Diagnostic(_NOWHERE, more, lsp.DiagnosticSeverity.Information, source="fuzzyctl"))
-        reported = {d.span.start for d in found if d.code == "FZ402" and d.span is not None}
-        return [*shown, *(self._of_light(x) for at, x in by_line.items() if at not in reported and _is_shown(x))]
+        if len(diagnostics) > MOST_SENT:
+            more = f"{len(diagnostics) - MOST_SENT} more diagnostics are not shown"
+            items.append(lsp.Diagnostic(_NOWHERE, more, lsp.DiagnosticSeverity.Information, source="fuzzyctl"))
+        reported = {d.span.start for d in diagnostics if d.code == "FZ402" and d.span is not None}
+        return [*items, *(self._of_light(x) for at, x in by_line.items() if at not in reported and _is_shown(x))]
 
     def diagnostic(self, d: Diagnostic, light: Light | None = None) -> lsp.Diagnostic:
         """Return a diagnostic with its facts, its help and the places that explain it."""
@@ -412,13 +412,13 @@ class Workspace:
             query: Letters, case left out; empty for all names.
             opened: Documents that stand for files, by absolute path.
         """
-        found = [
+        symbols = [
             symbol
             for document in self.documents(folders, opened)
             for symbol in document.symbols.all
             if symbol.span.source.name == document.source.name and matches(query, symbol.name)
         ]
-        return sorted(found, key=lambda s: (len(s.name), s.name))[:MAX_NAMES]
+        return sorted(symbols, key=lambda s: (len(s.name), s.name))[:MAX_NAMES]
 
     def _document(self, path: Path) -> Document | None:
         try:
