@@ -1,19 +1,55 @@
-"""Frozen dataclasses with cheap construction: frozen for type checkers, plain at run time.
+"""Dataclasses with cheap classes, and records with cheap construction: frozen for type checkers, plain at run time.
 
-A rule file becomes some eight hundred small objects, and a frozen dataclass sets each of its fields by a call. Nothing
-in the project writes to one, which mypy proves, so that the calls would buy nothing.
+A dataclass compiles each of its methods when its module is imported, and a command imports two hundred of them. The
+ones here are compared, hashed and shown by shared functions, so that only their constructor is compiled.
+A rule file becomes some eight hundred small objects, and a frozen dataclass sets each of its fields by a call. No code
+of the project writes to one, which mypy proves, so that records do without the calls.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import dataclasses
+from collections.abc import Callable
+from operator import attrgetter
+from reprlib import recursive_repr
 from typing import TYPE_CHECKING, Any
 
-__all__ = ["record"]
+__all__ = ["dataclass", "record"]
 
 if TYPE_CHECKING:
+    from dataclasses import dataclass
     from dataclasses import dataclass as record
 else:
+
+    def dataclass(
+        cls: type | None = None,
+        /,
+        *,
+        eq: bool = True,
+        repr: bool = True,
+        frozen: bool = False,
+        unsafe_hash: bool = False,
+        **options: bool,
+    ) -> Any:
+        """Return a class as `dataclasses.dataclass` does, or its decorator; the arguments are the same."""
+        if cls is None:
+            return lambda cls: dataclass(cls, eq=eq, repr=repr, frozen=frozen, unsafe_hash=unsafe_hash, **options)
+        written = set(vars(cls))
+        cls = dataclasses.dataclass(cls, eq=False, repr=False, frozen=frozen, **options)
+        fields = dataclasses.fields(cls)
+        methods: dict[str, Any] = {}
+        if repr:
+            methods["__repr__"] = _repr([f.name for f in fields if f.repr])
+        if eq:
+            methods["__eq__"] = _eq(_values([f.name for f in fields if f.compare]))
+        if unsafe_hash or (eq and frozen):
+            methods["__hash__"] = _hash(_values([f.name for f in fields if (f.compare if f.hash is None else f.hash)]))
+        elif eq:
+            methods["__hash__"] = None
+        for name, method in methods.items():
+            if name not in written:
+                setattr(cls, name, method)
+        return cls
 
     def record(*, frozen: bool, slots: bool = False, eq: bool = True) -> Any:
         """Return the decorator of a class that is compared and hashed by its fields, as a frozen dataclass is.
@@ -21,7 +57,35 @@ else:
         Args:
             frozen: Always True, so that type checkers refuse to write to it.
             slots: Whether it has no room for other attributes.
-            eq: Whether it is compared; otherwise it is equal to itself only, and its class is made in half the time.
+            eq: Whether it is compared; otherwise it is equal to itself only, and has no repr of its fields.
         """
         assert frozen, "what may be written to is a dataclass"
         return dataclass(eq=eq, unsafe_hash=eq, repr=eq, slots=slots)
+
+
+def _values(names: list[str]) -> Callable[[Any], tuple[Any, ...]]:
+    """Return a function that reads some fields of an object as a tuple."""
+    if len(names) > 1:
+        return attrgetter(*names)
+    return lambda item: tuple(getattr(item, name) for name in names)
+
+
+def _eq(values: Callable[[Any], tuple[Any, ...]]) -> Callable[[Any, Any], Any]:
+    def __eq__(self: Any, other: Any) -> Any:  # noqa: N807
+        return values(self) == values(other) if other.__class__ is self.__class__ else NotImplemented
+
+    return __eq__
+
+
+def _hash(values: Callable[[Any], tuple[Any, ...]]) -> Callable[[Any], int]:
+    def __hash__(self: Any) -> int:  # noqa: N807
+        return hash(values(self))
+
+    return __hash__
+
+
+def _repr(names: list[str]) -> Callable[[Any], str]:
+    def __repr__(self: Any) -> str:  # noqa: N807
+        return f"{type(self).__qualname__}({', '.join(f'{name}={getattr(self, name)!r}' for name in names)})"
+
+    return recursive_repr("...")(__repr__)

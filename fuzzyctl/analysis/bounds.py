@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from itertools import islice, product
 from typing import Any, Final
 
@@ -36,6 +36,7 @@ from fuzzyctl.kernels.plan.build import HeldPlan, OutputPlan, Plan, SetPlan, deg
 from fuzzyctl.kernels.program.quadrature import MOST
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Hold, Output
+from fuzzyctl.records import dataclass
 from fuzzyctl.support import arguments
 
 #: Note on a bound whose search ended for lack of time.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, overload
 
@@ -16,6 +16,7 @@ from fuzzyctl.model.checks.checks import check_model
 from fuzzyctl.model.checks.methods import kept
 from fuzzyctl.model.profiles import ProfileName
 from fuzzyctl.model.system import FuzzySystem
+from fuzzyctl.records import dataclass
 from fuzzyctl.support import arguments
 from fuzzyctl.support.reading import MAX_BYTES, read_source
 from fuzzyctl.support.shipped import place_of

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Mapping, Set
 from contextlib import suppress
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from fractions import Fraction
 from functools import cached_property, partial
 from typing import Any, Final
@@ -46,6 +46,7 @@ from fuzzyctl.model.controller import Controller
 from fuzzyctl.model.guarantee import Guarantee
 from fuzzyctl.model.inlined_lets import inlined, named_lets
 from fuzzyctl.model.system import FuzzySystem
+from fuzzyctl.records import dataclass
 from fuzzyctl.support import arguments
 
 #: Seconds that one guarantee may take.

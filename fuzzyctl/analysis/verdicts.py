@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 
 from fuzzyctl.analysis.coverage.box_search import Side
 from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.diagnostics.terminal import printable
 from fuzzyctl.displayed import Displayed
+from fuzzyctl.records import dataclass
 
 
 @dataclass(frozen=True, repr=False)

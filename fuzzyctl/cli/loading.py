@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import wraps
 from itertools import chain
 from pathlib import Path
@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from fuzzyctl.cli.common import AS, BLOCK, SET, STDIN, assignments, remark, show, standard_input
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
+from fuzzyctl.records import dataclass
 from fuzzyctl.support.shipped import Place, is_name, place_of, shipped_files
 
 if TYPE_CHECKING:

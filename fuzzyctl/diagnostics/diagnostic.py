@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import unicodedata
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any, Literal
 
 from fuzzyctl.diagnostics.codes import CODES as CODES
@@ -13,6 +13,7 @@ from fuzzyctl.diagnostics.fixes import Fix
 from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.diagnostics.suggestions import did_you_mean
 from fuzzyctl.diagnostics.terminal import printable, spelt
+from fuzzyctl.records import dataclass
 
 #: A hint is no mistake by itself; it fails nothing, unless its code is denied.
 Severity = Literal["error", "warning", "hint"]

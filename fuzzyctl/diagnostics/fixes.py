@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import re
 from collections.abc import Collection, Iterable
-from dataclasses import dataclass
 from typing import Any, Final, Literal
 
 from fuzzyctl.diagnostics.source import SourceText, Span
 from fuzzyctl.diagnostics.suggestions import closest, is_slip
+from fuzzyctl.records import dataclass
 
 #: A sure fix gives the intended text; a likely one is the best guess, which the user should read.
 Applicability = Literal["sure", "likely"]

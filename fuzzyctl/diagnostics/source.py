@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from bisect import bisect_right
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import cached_property
 from itertools import accumulate
 
-from fuzzyctl.records import record
+from fuzzyctl.records import dataclass, record
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""Code actions that write what a rule file lacks, or write the same in another form."""
+"""Code actions that write lacking parts of a rule file or rewrite them, and the layout of some lines."""
 
 from __future__ import annotations
 
@@ -6,17 +6,15 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
-from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
+from fuzzyctl.diagnostics.diagnostic import Diagnostic
 from fuzzyctl.diagnostics.fixes import Fix, Replacement, fixed
 from fuzzyctl.diagnostics.source import SourceText, Span
 from fuzzyctl.diagnostics.suggestions import counted
 from fuzzyctl.editor.document import Document
-from fuzzyctl.editor.layout import laid_out
-from fuzzyctl.editor.shared_terms import shared_terms
-from fuzzyctl.editor.symmetry import symmetric
 from fuzzyctl.expr import ONE, to_text
 from fuzzyctl.formats.fz import membership_text
 from fuzzyctl.lang import syntax as sx
+from fuzzyctl.lang.formatter import format_source
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import LinguisticVariable
 
@@ -39,24 +37,24 @@ class Action:
 def actions(document: Document, offset: int) -> list[Action]:
     """Return what can be written at an offset besides repairs of mistakes."""
     statement = _statement_at(document, offset)
-    found: Iterator[Action] = iter(())
+    offers: Iterator[Action] = iter(())
     if isinstance(statement, sx.Table) and not statement.csv:
-        found = _table(document, statement, offset)
+        offers = _table(document, statement)
     elif isinstance(statement, sx.Variable):
-        found = _variable(document, statement)
-    return list(found)
+        offers = _variable(document, statement)
+    return list(offers)
 
 
 def repairs(found: Sequence[Diagnostic], first: int, last: int) -> list[Diagnostic]:
     """Return the diagnostics that have a repair, and stand or are repaired within the offsets `first` to `last`."""
-    own = []
+    repairable = []
     for d in found:
         if d.fix is None or d.span is None:
             continue
         spans = [Span(d.span.source, r.span.start, r.span.end) for r in d.fix.replacements] + [d.span]
         if any(s.start <= last and first <= max(s.end, s.start) for s in spans):
-            own.append(d)
-    return own
+            repairable.append(d)
+    return repairable
 
 
 def repair_title(d: Diagnostic) -> str:
@@ -85,8 +83,8 @@ def _last_line(s: sx.Statement) -> int:
 # -- tables
 
 
-def _table(document: Document, table: sx.Table, offset: int) -> Iterator[Action]:
-    terms = document.symbols.scope_at(offset)[0].terms
+def _table(document: Document, table: sx.Table) -> Iterator[Action]:
+    terms = document.symbols.scope_at(table.span.start)[0].terms
     rows = list(terms.get(table.first.text, ())) if table.second is not None else []
     columns = list(terms.get(table.second.text if table.second is not None else table.first.text, ()))
     header = table.header
@@ -100,37 +98,11 @@ def _table(document: Document, table: sx.Table, offset: int) -> Iterator[Action]
             new.insert(0, "    " + "  ".join(columns))
         at = _end_of_line(document.source, _last_line(table))
         change = Replacement(Span(document.source, at, at), "".join(f"\n{line}" for line in new))
-        rows_added = _with_layout(document, f"add {counted(len(more_rows), 'missing row')}", [change], table)
-        yield rows_added
-        if not more_columns:
-            yield from _completed(document, table, rows_added.replacements[0])
+        yield _with_layout(document, f"add {counted(len(more_rows), 'missing row')}", [change], table)
     if more_columns and header is not None:
         lines = [(header.span, "  ".join(more_columns)), *((r.span, "  ." * len(more_columns)) for r in table.rows)]
         changes = [Replacement(Span(document.source, s.end, s.end), f"  {text.strip()}") for s, text in lines]
         yield _with_layout(document, f"add {counted(len(more_columns), 'missing column')}", changes, table)
-    if not (more_rows or more_columns):
-        yield from _symmetric(document, table, offset)
-
-
-def _symmetric(document: Document, table: sx.Table, offset: int) -> Iterator[Action]:
-    try:
-        system = document.system_at(offset)
-    except DiagnosticError:
-        return
-    for title, changes in symmetric(system, table, offset) if system is not None else ():
-        yield _with_layout(document, title, changes, table)
-
-
-def _completed(document: Document, table: sx.Table, rows_added: Replacement) -> Iterator[Action]:
-    """Yield the actions that complete a table that lacks rows."""
-    text = fixed(document.source, [Fix((rows_added,), "sure")])
-    after = Document(SourceText(document.source.name, text), document.folder, document.buffers)
-    place = rows_added.span
-    tables = (s for s in after.tree.statements if isinstance(s, sx.Table))
-    whole = next((s for s in tables if s.span.start == table.span.start), None)
-    for action in _symmetric(after, whole, place.start) if whole is not None else ():
-        if action.title.startswith("complete"):
-            yield Action(action.title, (Replacement(place, action.replacements[0].text),))
 
 
 def _end_of_line(source: SourceText, line: int) -> int:
@@ -157,8 +129,6 @@ def _variable(document: Document, s: sx.Variable) -> Iterator[Action]:
     if s.keyword.text == "output" and s.value is None and not any(isinstance(c, sx.FallbackClause) for c in s.clauses):
         at = Span(source, s.span.end, s.span.end)
         yield Action("add 'else midpoint', the output where no rule fires", (Replacement(at, " else midpoint"),))
-    for title, changes in shared_terms(document, s):
-        yield Action(title, tuple(changes), rewrites=True)
     if len(s.terms) == 1 and isinstance(s.terms[0], sx.TermsLine):
         yield from _rewritten(document, s, "write the terms as functions, one a line", _as_lines)
     elif s.terms and all(isinstance(line, sx.TermLine) for line in s.terms):
@@ -170,7 +140,7 @@ def _as_lines(_: FuzzySystem, variable: LinguisticVariable) -> list[str]:
 
 
 def _as_partition(system: FuzzySystem, variable: LinguisticVariable) -> list[str]:
-    """Return the `terms` line that means the same functions; nothing where there is none."""
+    """Return the `terms` line that means the same functions; an empty list without one."""
     sets = [t.membership for t in variable.terms]
     names = [t.name for t in variable.terms]
     if any(m.height != ONE for m in sets):
@@ -211,3 +181,48 @@ def _rewritten(
             if lines and "#" not in change.span.text:
                 yield Action(title, (change,), rewrites=True)
             return
+
+
+def laid_out(source: SourceText, first: int, last: int) -> list[Replacement]:
+    """Return the changes that give some lines their canonical layout; blank lines stay.
+
+    Args:
+        source: The text.
+        first, last: Lines, from 1.
+    """
+    after = [line for line in format_source(source).split("\n") if line.strip()]
+    before = [n for n in range(1, source.line_count + 1) if source.line_text(n).strip()]
+    if len(before) != len(after):  # as where lines were joined
+        return []
+    changes = []
+    for n, now in zip(before, after, strict=True):
+        line = source.line_text(n)
+        if first <= n <= last and line != now:
+            at = source.line_start(n)
+            changes.append(Replacement(Span(source, at, at + len(line)), now))
+    return changes
+
+
+def typed(document: Document, offset: int, character: str) -> list[Replacement]:
+    """Return the changes of a table's lines after a character was typed in it.
+
+    Behind `|` the lines above the cursor's are laid out, not its own, which is still being written; behind a line feed
+    all that stand above it. Elsewhere nothing changes.
+
+    Args:
+        document: The document, with the character in it.
+        offset: The offset behind the character.
+        character: "|" or a line feed.
+    """
+    line = document.source.line_of(offset)
+    kinds = {document.source.line_of(x.start): x for x in document.lines}
+    at = line - 1
+    while at in kinds and kinds[at].kind in ("row", "header"):
+        at -= 1
+    if at == line - 1 or at not in kinds or kinds[at].word != "table":
+        return []
+    if character == "|":
+        own = kinds.get(line)
+        if own is None or own.kind != "row":
+            return []
+    return laid_out(document.source, at, line - 1)

@@ -1,4 +1,4 @@
-"""What may stand at a place of a rule file."""
+"""Completion, and the signature of the call that is being typed."""
 
 from __future__ import annotations
 
@@ -10,7 +10,17 @@ from typing import Final
 from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.editor.document import Document
 from fuzzyctl.editor.symbols import Scope, Symbol
-from fuzzyctl.editor.words import LanguageWord, functions, hedges, keywords, measures, memberships, plants, snippet
+from fuzzyctl.editor.words import (
+    LanguageWord,
+    called,
+    functions,
+    hedges,
+    keywords,
+    measures,
+    memberships,
+    plants,
+    snippet,
+)
 from fuzzyctl.lang import syntax as sx
 from fuzzyctl.lang.edits import masked
 from fuzzyctl.lang.syntax import NAME
@@ -48,7 +58,7 @@ class Completion:
 
     Args:
         items: Most likely first.
-        span: The characters of the word that has been begun; empty where there is none.
+        span: The characters of the word that has been begun; empty without one.
     """
 
     items: tuple[Item, ...]
@@ -79,9 +89,9 @@ def complete(document: Document, offset: int) -> Completion:
     scope, head = document.symbols.scope_at(offset)
     block = head.kind if head is not None and head.kind != "system" else ""
     for pattern, proposals in _PLACES:
-        found = pattern.search(code)
-        if found is not None:
-            items = proposals(_Place(document, offset, before, scope, block, found))
+        match = pattern.search(code)
+        if match is not None:
+            items = proposals(_Place(document, offset, before, scope, block, match))
             if items is not None:
                 unique: dict[str, Item] = {}
                 for item in items:
@@ -172,13 +182,13 @@ def _at_row(place: _Place) -> Iterator[Item] | None:
 
 def _table_above(place: _Place) -> sx.Table | None:
     """Return the table whose lines hold the place; None where another statement begins in between."""
-    found = None
+    table = None
     for s in place.document.tree.statements:
         if s.span.source.name == place.document.source.name and s.span.start < place.offset:
-            found = s
-    if not isinstance(found, sx.Table) or place.document.source.line_of(place.offset) == found.span.line:
+            table = s
+    if not isinstance(table, sx.Table) or place.document.source.line_of(place.offset) == table.span.line:
         return None
-    return found
+    return table
 
 
 def _at_start(place: _Place) -> Iterator[Item]:
@@ -246,3 +256,46 @@ _PLACES: Final[tuple[tuple[re.Pattern[str], _Proposals], ...]] = tuple(
         (rf"[-+*/^(,:=<>\[]\s*{_WORD}$|^\s*(?:require|every|run)\s+{_WORD}$|\b(?:when|within)\s+{_WORD}$", _expression),
     )
 )
+
+
+@dataclass(frozen=True)
+class Signature:
+    """A form such as `triangle(left, peak, right)`, its parameters, and which of them is being typed, from 0."""
+
+    form: str
+    what: str
+    parameters: tuple[str, ...]
+    active: int
+
+
+def signature(document: Document, offset: int) -> Signature | None:
+    """Return the innermost open call before an offset; None without a known one."""
+    code = masked(document.text_before(offset))
+    depth = commas = 0
+    for at in range(len(code) - 1, -1, -1):
+        char = code[at]
+        if char in ")]":
+            depth += 1
+        elif char in "([" and depth:
+            depth -= 1
+        elif char == "," and not depth:
+            commas += 1
+        elif char == "(":
+            name = re.search(rf"({NAME})\s*$", code[:at])
+            return _of(document, offset, name[1], commas) if name is not None else None
+    return None
+
+
+def _of(document: Document, offset: int, name: str, commas: int) -> Signature | None:
+    _, head = document.symbols.scope_at(offset)
+    word = called(head.kind if head is not None and head.kind != "system" else "").get(name)
+    if word is not None:
+        inner = word.form[word.form.index("(") + 1 : word.form.rindex(")")]
+        parameters = tuple(p.strip() for p in re.split(r",(?![^\[]*\])", inner))
+        return Signature(word.form, word.what, parameters, min(commas, len(parameters) - 1))
+    for scope, block in document.symbols.blocks():
+        if block.name == name:
+            inputs = tuple(s.name for s in scope.own.values() if s.kind == "input")
+            if inputs:
+                return Signature(f"{name}({', '.join(inputs)})", block.label, inputs, min(commas, len(inputs) - 1))
+    return None

@@ -1,26 +1,117 @@
-"""What is shown for the word under the pointer: values, terms, forms, meanings."""
+"""Hover texts and inlay hints: values, terms, forms and meanings."""
 
 from __future__ import annotations
 
 import re
 from base64 import b64encode
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Final
 from xml.sax.saxutils import escape
 
+from fuzzyctl import expr as ex
 from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.editor.document import Document
-from fuzzyctl.editor.hints import peak
 from fuzzyctl.editor.navigation import symbol_at
 from fuzzyctl.editor.symbols import Symbol
 from fuzzyctl.editor.words import called, hedges, keywords
 from fuzzyctl.expr import to_text
-from fuzzyctl.formulas import is_number
+from fuzzyctl.formulas import MEMBERSHIP, is_number
 from fuzzyctl.kernels.compile import degree_function
+from fuzzyctl.lang import syntax as sx
 from fuzzyctl.lang.syntax import NAME
+from fuzzyctl.model.block import Block
 from fuzzyctl.model.system import FuzzySystem
-from fuzzyctl.model.variable import LinguisticVariable, Term
+from fuzzyctl.model.variable import LinguisticVariable, Membership, Term
+
+_UNIT: Final = re.compile(r'\s+unit\s*"[^"]*"\s*$')
+
+
+@dataclass(frozen=True)
+class Hint:
+    """A text shown behind an offset, and what it means."""
+
+    offset: int
+    text: str
+    what: str
+
+
+def hints(document: Document, start: int = 0, end: int | None = None) -> list[Hint]:
+    """Return the hints of a range of offsets, by offset.
+
+    They are the peaks of terms that share a range evenly, the values of params that are computed, and the bounds of
+    outputs once `Document.bounds` is known. A system with mistakes has none.
+    """
+    end = len(document.text) if end is None else end
+    statements = {
+        s.name.span.start: s
+        for s in document.tree.statements
+        if isinstance(s, sx.Param | sx.Variable) and s.span.source.name == document.source.name
+    }
+    unordered = set()
+    for block in document.examined.blocks:
+        unordered |= {*_computed(block, statements)}
+    for system in document.examined.systems:
+        unordered |= {*_peaks(system, statements), *_bound_hints(document, system, statements)}
+    return sorted((h for h in unordered if start <= h.offset <= end), key=lambda h: (h.offset, h.text))
+
+
+_Statements = dict[int, sx.Param | sx.Variable]
+
+
+def _at(span: Span | None, statements: _Statements) -> sx.Param | sx.Variable | None:
+    return statements.get(span.start) if span is not None else None
+
+
+def _computed(block: Block, statements: _Statements) -> Iterator[Hint]:
+    for param in block.params:
+        s = _at(param.span, statements)
+        is_written = isinstance(param.expression, ex.Number) or not list(_operations(param.expression))
+        if isinstance(s, sx.Param) and not is_written:
+            end = s.span.start + len(_UNIT.sub("", s.span.text))
+            yield Hint(end, f"= {block.number(param.expression):.6g}", f"value of param '{param.name}'")
+
+
+def _operations(expression: ex.Expr) -> Iterator[ex.Expr]:
+    """Yield what makes an expression more than a number with its sign."""
+    return (n for n in ex.walk(expression) if not isinstance(n, ex.Number | ex.Negate))
+
+
+def _peaks(system: FuzzySystem, statements: _Statements) -> Iterator[Hint]:
+    for variable in system.variables:
+        s = _at(variable.span, statements)
+        if not isinstance(s, sx.Variable):
+            continue
+        alone = {
+            item.name.text: item.name.span.end
+            for line in s.terms
+            if isinstance(line, sx.TermsLine)
+            for item in line.items
+            if item.peak is None and item.value is None
+        }
+        for term in variable.terms:
+            at = peak(system, term.membership)
+            if term.name in alone and at is not None:
+                yield Hint(alone[term.name], f"@{at:.6g}", f"peak of term '{term.name}'")
+
+
+def peak(system: FuzzySystem, membership: Membership) -> float | None:
+    """Return where a term is highest, in the middle of a flat top; None for a curved one and for functions."""
+    formula = MEMBERSHIP.get(membership.kind)
+    if formula is None:
+        return None
+    vertices = formula.vertices(tuple(system.number(a) for a in membership.arguments))
+    top = [x for x, y in vertices if y == max(y for _, y in vertices) and abs(x) < float("inf")]
+    return (top[0] + top[-1]) / 2 if top else None
+
+
+def _bound_hints(document: Document, system: FuzzySystem, statements: _Statements) -> Iterator[Hint]:
+    for output in system.outputs:
+        s, bound = _at(output.span, statements), document.bounds.get((system.name, output.name))
+        if isinstance(s, sx.Variable) and bound is not None:
+            ends = f"[{bound[0]:.6g}, {bound[1]:.6g}]"
+            yield Hint(s.span.end, f"proved {ends}", f"'{output.name}' lies in {ends} for all inputs")
+
 
 _WIDTH, _HEIGHT, _MARGIN, _POINTS = 260, 80, 14, 131
 _STRONG, _PALE, _GREY = "#2b7bba", "#9aa7b0", "#808080"
@@ -83,9 +174,9 @@ class Hover:
 
 def hover(document: Document, offset: int) -> Hover | None:
     """Return what is known of the word at an offset; None for nothing."""
-    found = symbol_at(document, offset)
-    if found is not None:
-        return Hover("\n\n".join(_of_symbol(document, found[1])), found[0])
+    name = symbol_at(document, offset)
+    if name is not None:
+        return Hover("\n\n".join(_of_symbol(document, name[1])), name[0])
     span = word_at(document, offset)
     if span is None:
         return None
@@ -112,18 +203,18 @@ def word_at(document: Document, offset: int) -> Span | None:
 
 def _of_symbol(document: Document, symbol: Symbol) -> list[str]:
     first = symbol.whole.text.split("\n")[0].split("#")[0].strip()
-    found = [f"```fz\n{first}\n```"]
+    parts = [f"```fz\n{first}\n```"]
     if symbol.label:
-        found.append(symbol.label)
+        parts.append(symbol.label)
     if symbol.owner is not None:
-        found.append(f"{symbol.kind} of '{symbol.owner.name}'")
+        parts.append(f"{symbol.kind} of '{symbol.owner.name}'")
     system = _system_of(document, symbol)
     if system is not None:
-        found += _values(system, symbol)
+        parts += _values(system, symbol)
         bound = document.bounds.get((system.name, symbol.name))
         if symbol.kind == "output" and bound is not None:
-            found.append(f"proved: lies in [{bound[0]:.6g}, {bound[1]:.6g}]")
-    return found
+            parts.append(f"proved: lies in [{bound[0]:.6g}, {bound[1]:.6g}]")
+    return parts
 
 
 def _system_of(document: Document, symbol: Symbol) -> FuzzySystem | None:
@@ -151,9 +242,9 @@ def _values(system: FuzzySystem, symbol: Symbol) -> list[str]:
 def _of_term(system: FuzzySystem, variable: LinguisticVariable, term: Term) -> list[str]:
     """Return the function of a term, its peak and its picture."""
     numbers = ", ".join(to_text(p) for p in term.membership.arguments)
-    found = [f"`{term.membership.kind}({numbers})`"]
+    parts = [f"`{term.membership.kind}({numbers})`"]
     at = peak(system, term.membership)
     if at is not None:
-        found[0] += f", peak at {at:.6g}"
+        parts[0] += f", peak at {at:.6g}"
     svg = picture(system, variable, term)
-    return [*found, as_markdown(svg, term.name)] if svg else found
+    return [*parts, as_markdown(svg, term.name)] if svg else parts

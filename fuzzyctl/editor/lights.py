@@ -1,17 +1,19 @@
-"""Guarantee lights: what is proved of each `require` line of a document."""
+"""Guarantee lights on `require` lines, and the code lenses above lines and blocks."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+import os
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
-from typing import Final, Literal
+from typing import Any, Final, Literal
 
 from fuzzyctl.analysis.bounds import output_bounds
 from fuzzyctl.analysis.verdicts import Proved, Refuted, Undecided, Verdict
 from fuzzyctl.diagnostics.diagnostic import DiagnosticError
 from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.editor.document import Document
+from fuzzyctl.expr import number_text
 from fuzzyctl.lang import syntax as sx
 from fuzzyctl.model.block import Block
 
@@ -53,18 +55,18 @@ class Light:
 
 def lights(document: Document) -> list[Light]:
     """Return a light for each `require` line of a document, from the verdicts that it has so far."""
-    found, name, kind = [], "", "system"
+    rows, name, kind = [], "", "system"
     for s in document.tree.statements:
         if isinstance(s, sx.System | sx.Head):
             name, kind = s.name.text, "system" if isinstance(s, sx.System) else s.keyword.text
         elif isinstance(s, sx.Require) and s.span.source.name == document.source.name:
-            found.append(_light(document, s.span, name, kind))
-    return found
+            rows.append(_light(document, s.span, name, kind))
+    return rows
 
 
 def _light(document: Document, span: Span, name: str, kind: str) -> Light:
-    found = [v for (at, _), v in list(document.verdicts.items()) if at == span.start]
-    match max(found, key=lambda v: _ORDER.index(type(v)), default=None):
+    verdicts = [v for (at, _), v in list(document.verdicts.items()) if at == span.start]
+    match max(verdicts, key=lambda v: _ORDER.index(type(v)), default=None):
         case Proved(note=note):
             return Light(span, "proved", f"proved{f': {note}' if note else ''}", name, kind)
         case Refuted(witness=witness, note=note):
@@ -125,3 +127,79 @@ def _verdicts(document: Document, block: Block, timeout: float, progress: Callab
 
     prover = prover_of(block, timeout, progress)
     yield from (prover.verdict(claim) for claim in prover.own if is_open(claim.span))
+
+
+#: Names of the commands; each has a document and a block, `why` a point, too.
+SURFACE, WHY, PROVE, SIMULATE = COMMANDS = tuple(f"fuzzyctl.{c}" for c in ("surface", "why", "prove", "simulate"))
+
+_SIGNS: Final = {"proved": "✓", "refuted": "✗", "undecided": "?", "unknown": "…"}
+_LONGEST: Final = 160
+
+
+@dataclass(frozen=True)
+class Lens:
+    """A line of text above a location that runs a command when it is chosen.
+
+    Args:
+        span: The location.
+        title: The text.
+        command: One of `COMMANDS`.
+        block: Name of the system, controller or loop.
+        point: Values of inputs, for `why`.
+    """
+
+    span: Span
+    title: str
+    command: str
+    block: str
+    point: Mapping[str, float]
+
+
+def lenses(document: Document) -> list[Lens]:
+    """Return the lenses of a document, by location."""
+    known = lights(document)
+    claiming = {light.block for light in known}
+    rows = [_of_light(light) for light in known]
+    for _, _, head in document.symbols.scopes:
+        if head is None or head.span.source.name != document.source.name:
+            continue
+        if head.kind == "system":
+            rows.append(Lens(head.span, "surface", SURFACE, head.name, {}))
+        if head.kind == "controller" or (head.kind == "system" and head.name in claiming):
+            rows.append(Lens(head.span, "prove", PROVE, head.name, {}))
+        elif head.kind == "loop":
+            rows.append(Lens(head.span, "simulate", SIMULATE, head.name, {}))
+    return sorted(rows, key=lambda lens: lens.span.start)
+
+
+def _of_light(light: Light) -> Lens:
+    text = light.text if len(light.text) <= _LONGEST else light.text[: _LONGEST - 1] + "…"
+    command = SIMULATE if light.kind == "loop" else PROVE
+    if light.state == "refuted" and light.kind == "system":
+        command, text = WHY, f"{text} – why"
+    return Lens(light.span, f"{_SIGNS[light.state]} {text}", command, light.block, light.point)
+
+
+def point_text(point: Mapping[str, float]) -> str:
+    """Return a point as `fuzzyctl why` takes it."""
+    return " ".join(f"{name}={number_text(x)}" for name, x in point.items())
+
+
+def arguments(command: str, block: str, point: Mapping[str, Any], picture: str) -> Sequence[str]:
+    """Return the arguments of the command line that does what a lens says; the text comes from standard input.
+
+    Args:
+        command: One of `COMMANDS`.
+        block: Name of the system, controller or loop; empty where the file holds one.
+        point: Values of inputs.
+        picture: Path of the picture that `fuzzyctl.surface` writes.
+    """
+    chosen = ["--block", block] if block else []
+    match command:
+        case "fuzzyctl.surface":
+            return ["plot-surface", "-", *chosen, "-o", os.fspath(picture)]
+        case "fuzzyctl.why":
+            return ["why", "-", *chosen, *(f"{n}={number_text(float(x))}" for n, x in point.items())]
+        case "fuzzyctl.prove":
+            return ["prove", "-", *chosen]
+    return ["simulate", "-", *chosen]

@@ -123,10 +123,10 @@ def ends_of(system: FuzzySystem, variable: Input, term: Term) -> tuple[Ends, End
     corners = [x for x, _ in planned.vertices]
     places = sorted({low, high, *(x for x in (*corners, *planned.pieces) if low < x < high)})
     middles = [0.5 * a + 0.5 * b for a, b in pairwise(places)]
-    found = degrees(system, variable, term, [*places, *middles])
-    if found is None:
+    heights = degrees(system, variable, term, [*places, *middles])
+    if heights is None:
         return None
-    at, between = found[: len(places)].tolist(), found[len(places) :].tolist()
+    at, between = heights[: len(places)].tolist(), heights[len(places) :].tolist()
     inside = [*_above(places, at, between, curved=not corners), *(x for x, y in zip(places, at, strict=True) if y > 0)]
     if not inside:
         return None
@@ -192,7 +192,7 @@ class Preview:
         inputs: The inputs with their ranges.
         rule: Where the strongest rule at the point is written; None without a point, or where no rule acts.
         strength: How strong it is, in [0, 1].
-        region: Region of the rule at the cursor; None where the cursor is in none.
+        region: Region of the rule at the cursor; None without a rule at the cursor.
     """
 
     message: str = ""
@@ -270,14 +270,14 @@ def chosen(document: Document, offset: int) -> tuple[FuzzySystem, str, int | Non
 
 def inputs_at(system: FuzzySystem, point: Mapping[str, float]) -> tuple[Axis, ...]:
     """Return the inputs with their values at a point, brought into their ranges; mid-range where it has none."""
-    found = []
+    inputs = []
     for v in system.inputs:
         low, high = system.number(v.lower), system.number(v.upper)
         middle = (low + high) / 2
         value = point.get(v.name, middle)
         value = middle if value != value else min(max(value, low), high)
-        found.append(Axis(v.name, v.axis_label, low, high, value))
-    return tuple(found)
+        inputs.append(Axis(v.name, v.axis_label, low, high, value))
+    return tuple(inputs)
 
 
 def _rule_at(system: FuzzySystem, document: Document, offset: int) -> int | None:
@@ -313,8 +313,8 @@ def strongest(system: FuzzySystem, output: str, values: Sequence[tuple[str, floa
 
     strengths = rule_strengths(system, np.array([value for _, value in values]))
     rules = [r for r, _ in system.conclusions.get(output, ()) if strengths[r] > 0]
-    found = max(rules, key=lambda r: float(strengths[r]), default=None)
-    return (system.rules[found].span, float(strengths[found])) if found is not None else (None, 0.0)
+    rule = max(rules, key=lambda r: float(strengths[r]), default=None)
+    return (system.rules[rule].span, float(strengths[rule])) if rule is not None else (None, 0.0)
 
 
 # A change of a comment, of another system or of the cursor leaves most pictures as they are; systems compare by value.

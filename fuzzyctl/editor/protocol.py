@@ -1,4 +1,4 @@
-"""Messages that are none: each request among them has an answer, and the log has a line, no traceback."""
+"""Invalid messages: a request among them has an answer, and the log has a line, no traceback."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ class RefusedError(JsonRpcException):
 
 
 class Protocol(LanguageServerProtocol):
-    """Answers requests whose parameters are none of the protocol, such as negative lines, with an error."""
+    """Answers requests with invalid parameters, such as negative lines, with an error."""
 
     def structure_message(self, data: dict[str, Any]) -> Any:
         """Return the message of some data."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import sys
 import tempfile
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from functools import cache
 from pathlib import Path
 from typing import Any, Final
@@ -13,17 +13,106 @@ from typing import Any, Final
 from lsprotocol import types as lsp
 
 from fuzzyctl.diagnostics.fixes import Replacement
-from fuzzyctl.editor import actions, hints, layout, lenses, tokens
+from fuzzyctl.diagnostics.source import Span
+from fuzzyctl.editor import actions, hover, lights
+from fuzzyctl.editor.document import Document
 from fuzzyctl.editor.session import SYMBOL_KINDS, FuzzyServer, diagnostics_of, uri_of
+from fuzzyctl.editor.symbols import Symbol
+from fuzzyctl.editor.words import called
+from fuzzyctl.lang.highlight import CLAUSES
+from fuzzyctl.lang.lines import LogicalLine
+from fuzzyctl.lang.lines import Token as Piece
+from fuzzyctl.lang.lines import tokens as pieces
+from fuzzyctl.records import dataclass
+from fuzzyctl.resolve.settings import SETTINGS
 
 #: Longest message that is shown, in characters, and most seconds that a command may take.
 _MESSAGE: Final = 2000
 _SECONDS: Final = 120.0
 
 
+#: Kinds of tokens by their names in the protocol; a token's number there is its position here.
+KINDS: Final = (
+    "namespace", "class", "function", "property", "variable", "parameter", "enumMember",
+    "keyword", "comment", "string", "number",
+)  # fmt: skip
+MODIFIERS: Final = ("declaration", "readonly")
+
+_OF_SYMBOLS: Final = {
+    "system": "namespace",
+    "loop": "namespace",
+    "rules": "namespace",
+    "controller": "class",
+    "plant": "class",
+    "hedge": "function",
+    "function": "function",
+    "state": "property",
+    "input": "parameter",
+    "term": "enumMember",
+}
+#: Kinds of tokens that need no names to be known, by their kinds in texts.
+_ALWAYS: Final = {"comment": "comment", "text": "string", "number": "number"}
+_WORDS: Final = frozenset(CLAUSES)
+
+
+@dataclass(frozen=True)
+class Token:
+    """A word, a number, a text or a comment.
+
+    Args:
+        span: Its location, on one line.
+        kind: One of `KINDS`.
+        modifiers: Some of `MODIFIERS`.
+    """
+
+    span: Span
+    kind: str
+    modifiers: tuple[str, ...] = ()
+
+
+def tokens(document: Document, start: int = 0, end: int | None = None) -> Iterator[Token]:
+    """Yield the tokens of a range of offsets in the order of the text; words of unknown meaning are left out."""
+    text, source = document.text, document.source
+    names = {span.start: (span, s) for span, s in document.symbols.uses if span.source.name == source.name}
+    lines = iter([*document.lines, LogicalLine(len(text), len(text), "", "blank", "")])
+    line, following = next(lines), None
+    for piece in pieces(text, start, end):
+        while following is None or following.start <= piece.start:
+            line, following = following or line, next(lines, None)
+            if following is None:
+                break
+        kind = _ALWAYS.get(piece.kind, "")
+        if piece.kind == "name" and piece.start in names:
+            yield _named(*names[piece.start])
+        elif kind := kind or (_word(text, line, piece) if piece.kind == "name" else ""):
+            yield Token(Span(source, piece.start, piece.end), kind)
+
+
+def _named(span: Span, symbol: Symbol) -> Token:
+    modifiers = []
+    if span == symbol.span:
+        modifiers.append("declaration")
+    if symbol.kind in ("param", "term"):
+        modifiers.append("readonly")
+    return Token(span, _OF_SYMBOLS.get(symbol.kind, "variable"), tuple(modifiers))
+
+
+def _word(text: str, line: LogicalLine, piece: Piece) -> str:
+    """Return what a word is that names nothing; an empty text for what is not known."""
+    word = piece.text
+    begins = not text[line.start : piece.start].strip()
+    if begins and word == line.word and line.kind in ("statement", "block_statement"):
+        return "keyword"
+    if text[piece.end : piece.end + 8].lstrip(" \t").startswith("(") and word in called(line.in_block):
+        return "function"
+    if word in _WORDS or (word == "x" and line.word == "table"):
+        return "keyword"
+    return "enumMember" if line.word in SETTINGS and word in SETTINGS[line.word] else ""
+
+
 def _semantic_tokens(ls: FuzzyServer, params: lsp.SemanticTokensParams) -> lsp.SemanticTokens:
     document = ls.document(params.text_document.uri)
-    return lsp.SemanticTokens(data=_encoded(ls, tokens.tokens(document)))
+    return lsp.SemanticTokens(data=_encoded(ls, tokens(document)))
 
 
 def _tokens_of_range(ls: FuzzyServer, params: lsp.SemanticTokensRangeParams) -> lsp.SemanticTokens:
@@ -31,10 +120,10 @@ def _tokens_of_range(ls: FuzzyServer, params: lsp.SemanticTokensRangeParams) -> 
     start, end = ls.offset(document, params.range.start), ls.offset(document, params.range.end)
     source = document.source
     start = source.line_start(source.line_of(start))
-    return lsp.SemanticTokens(data=_encoded(ls, tokens.tokens(document, start, end)))
+    return lsp.SemanticTokens(data=_encoded(ls, tokens(document, start, end)))
 
 
-def _encoded(ls: FuzzyServer, found: Iterable[tokens.Token]) -> list[int]:
+def _encoded(ls: FuzzyServer, found: Iterable[Token]) -> list[int]:
     """Return tokens as the protocol has them: five numbers each, lines and columns from the token before."""
     data: list[int] = []
     line = column = 0
@@ -42,9 +131,9 @@ def _encoded(ls: FuzzyServer, found: Iterable[tokens.Token]) -> list[int]:
         at = ls.position(token.span.source, token.span.start)
         text = token.span.text
         length = len(text) if text.isascii() else ls.units(text)
-        bits = sum(1 << tokens.MODIFIERS.index(m) for m in token.modifiers)
+        bits = sum(1 << MODIFIERS.index(m) for m in token.modifiers)
         column = at.character - column if at.line == line else at.character
-        data += [at.line - line, column, length, tokens.KINDS.index(token.kind), bits]
+        data += [at.line - line, column, length, KINDS.index(token.kind), bits]
         line, column = at.line, at.character
     return data
 
@@ -59,7 +148,7 @@ def _hints(ls: FuzzyServer, params: lsp.InlayHintParams) -> list[lsp.InlayHint]:
             tooltip=hint.what,
             padding_left=not hint.text.startswith("@"),
         )
-        for hint in hints.hints(document, start, end)
+        for hint in hover.hints(document, start, end)
     ]
 
 
@@ -68,11 +157,11 @@ def _lenses(ls: FuzzyServer, params: lsp.CodeLensParams) -> list[lsp.CodeLens]:
     document = ls.document(uri)
     return [
         lsp.CodeLens(ls.range(lens.span), lsp.Command(lens.title, lens.command, arguments=_arguments(uri, lens)))
-        for lens in lenses.lenses(document)
+        for lens in lights.lenses(document)
     ]
 
 
-def _arguments(uri: str, lens: lenses.Lens) -> list[Any]:
+def _arguments(uri: str, lens: lights.Lens) -> list[Any]:
     return [uri, lens.block, dict(lens.point)]
 
 
@@ -81,12 +170,12 @@ def _diagnostics(ls: FuzzyServer, params: lsp.DocumentDiagnosticParams) -> lsp.R
     document = ls.document(params.text_document.uri)
     if ls.knows.pulls and not ls.knows.refreshes_diagnostics:
         return lsp.RelatedFullDocumentDiagnosticReport(items=[])
-    found = ls.diagnostics(document, proved="proved" in document.__dict__)
-    return lsp.RelatedFullDocumentDiagnosticReport(items=found)
+    items = ls.diagnostics(document, proved="proved" in document.__dict__)
+    return lsp.RelatedFullDocumentDiagnosticReport(items=items)
 
 
 def _workspace_symbols(ls: FuzzyServer, params: lsp.WorkspaceSymbolParams) -> list[lsp.WorkspaceSymbol]:
-    found = ls.files.symbols(ls.folders, params.query, ls.opened)
+    symbols = ls.files.symbols(ls.folders, params.query, ls.opened)
     return [
         lsp.WorkspaceSymbol(
             location=ls.location(symbol.span),
@@ -94,7 +183,7 @@ def _workspace_symbols(ls: FuzzyServer, params: lsp.WorkspaceSymbolParams) -> li
             kind=SYMBOL_KINDS.get(symbol.kind, lsp.SymbolKind.Variable),
             container_name=symbol.owner.name if symbol.owner is not None else None,
         )
-        for symbol in found
+        for symbol in symbols
     ]
 
 
@@ -102,12 +191,12 @@ def _range_formatting(ls: FuzzyServer, params: lsp.DocumentRangeFormattingParams
     document = ls.document(params.text_document.uri)
     start, end = params.range.start, params.range.end
     last = end.line + (end.character > 0 or end.line == start.line)
-    return _text_edits(ls, layout.laid_out(document.source, start.line + 1, last))
+    return _text_edits(ls, actions.laid_out(document.source, start.line + 1, last))
 
 
 def _on_type_formatting(ls: FuzzyServer, params: lsp.DocumentOnTypeFormattingParams) -> list[lsp.TextEdit]:
     document = ls.document(params.text_document.uri)
-    return _text_edits(ls, layout.typed(document, ls.offset(document, params.position), params.ch))
+    return _text_edits(ls, actions.typed(document, ls.offset(document, params.position), params.ch))
 
 
 def _text_edits(ls: FuzzyServer, changes: Iterable[Replacement]) -> list[lsp.TextEdit]:
@@ -117,10 +206,10 @@ def _text_edits(ls: FuzzyServer, changes: Iterable[Replacement]) -> list[lsp.Tex
 def _actions(ls: FuzzyServer, params: lsp.CodeActionParams) -> list[lsp.CodeAction]:
     document = ls.document(params.text_document.uri)
     first, last = ls.offset(document, params.range.start), ls.offset(document, params.range.end)
-    found = []
+    items = []
     for d in actions.repairs(diagnostics_of(document, proved="proved" in vars(document)), first, last):
         assert d.fix is not None
-        found.append(
+        items.append(
             lsp.CodeAction(
                 title=actions.repair_title(d),
                 kind=lsp.CodeActionKind.QuickFix,
@@ -132,8 +221,8 @@ def _actions(ls: FuzzyServer, params: lsp.CodeActionParams) -> list[lsp.CodeActi
     for action in actions.actions(document, first):
         kind = lsp.CodeActionKind.RefactorRewrite if action.rewrites else lsp.CodeActionKind.Refactor
         changes = {params.text_document.uri: _text_edits(ls, action.replacements)}
-        found.append(lsp.CodeAction(title=action.title, kind=kind, edit=lsp.WorkspaceEdit(changes=changes)))
-    return found
+        items.append(lsp.CodeAction(title=action.title, kind=kind, edit=lsp.WorkspaceEdit(changes=changes)))
+    return items
 
 
 # -- commands
@@ -151,10 +240,10 @@ def _command(name: str) -> Any:
     ) -> dict[str, Any]:
         document = ls.document(uri)
         picture = str(Path(_pictures().name) / f"{block or 'surface'}.svg")
-        given = lenses.arguments(name, block, point or {}, picture)
+        given = lights.arguments(name, block, point or {}, picture)
         code, text = await _printed(given, document.text, document.folder)
         found = {"exit": code, "text": text, "picture": ""}
-        if name == lenses.SURFACE and code == 0:
+        if name == lights.SURFACE and code == 0:
             found["picture"] = picture
             if ls.knows.shows_documents and not any(quiet):
                 await ls.window_show_document_async(lsp.ShowDocumentParams(uri_of(picture), external=True))
@@ -184,7 +273,7 @@ async def _printed(arguments: Iterable[str], text: str, folder: Path | None) -> 
     return process.returncode or 0, output.decode("utf-8", "replace")
 
 
-_LEGEND: Final = lsp.SemanticTokensLegend(list(tokens.KINDS), list(tokens.MODIFIERS))
+_LEGEND: Final = lsp.SemanticTokensLegend(list(KINDS), list(MODIFIERS))
 
 #: Each method with its answer and its options.
 FEATURES: Final[tuple[tuple[str, Any, Any], ...]] = (
@@ -217,4 +306,4 @@ FEATURES: Final[tuple[tuple[str, Any, Any], ...]] = (
     ),
 )
 #: Each command with what runs it: an address, a block and a point are its arguments.
-COMMANDS: Final[dict[str, Any]] = {name: _command(name) for name in lenses.COMMANDS}
+COMMANDS: Final[dict[str, Any]] = {name: _command(name) for name in lights.COMMANDS}

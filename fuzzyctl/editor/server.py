@@ -10,7 +10,7 @@ from typing import Any, Final
 from lsprotocol import types as lsp
 
 from fuzzyctl.diagnostics.source import Span
-from fuzzyctl.editor import completion, hover, navigation, outline, signature
+from fuzzyctl.editor import completion, hover, navigation
 from fuzzyctl.editor.preview import DRAWER, preview
 from fuzzyctl.editor.protocol import RefusedError
 from fuzzyctl.editor.requests import COMMANDS, FEATURES
@@ -80,27 +80,27 @@ def _completion(ls: FuzzyServer, params: lsp.CompletionParams) -> lsp.Completion
 @server.feature(lsp.TEXT_DOCUMENT_HOVER)
 def _hover(ls: FuzzyServer, params: lsp.HoverParams) -> lsp.Hover | None:
     document = ls.document(params.text_document.uri)
-    found = hover.hover(document, ls.offset(document, params.position))
-    if found is None:
+    text = hover.hover(document, ls.offset(document, params.position))
+    if text is None:
         return None
-    return lsp.Hover(lsp.MarkupContent(lsp.MarkupKind.Markdown, found.markdown), ls.range(found.span))
+    return lsp.Hover(lsp.MarkupContent(lsp.MarkupKind.Markdown, text.markdown), ls.range(text.span))
 
 
 @server.feature(lsp.TEXT_DOCUMENT_SIGNATURE_HELP, lsp.SignatureHelpOptions(trigger_characters=["(", ","]))
 def _signature(ls: FuzzyServer, params: lsp.SignatureHelpParams) -> lsp.SignatureHelp | None:
     document = ls.document(params.text_document.uri)
-    found = signature.signature(document, ls.offset(document, params.position))
-    if found is None:
+    call = completion.signature(document, ls.offset(document, params.position))
+    if call is None:
         return None
-    parameters = [lsp.ParameterInformation(p) for p in found.parameters]
-    return lsp.SignatureHelp([lsp.SignatureInformation(found.form, found.what or None, parameters)], 0, found.active)
+    parameters = [lsp.ParameterInformation(p) for p in call.parameters]
+    return lsp.SignatureHelp([lsp.SignatureInformation(call.form, call.what or None, parameters)], 0, call.active)
 
 
 @server.feature(lsp.TEXT_DOCUMENT_DEFINITION)
 def _definition(ls: FuzzyServer, params: lsp.DefinitionParams) -> lsp.Location | None:
     document = ls.document(params.text_document.uri)
-    found = navigation.definition(document, ls.offset(document, params.position))
-    return ls.location(found) if found is not None else None
+    span = navigation.definition(document, ls.offset(document, params.position))
+    return ls.location(span) if span is not None else None
 
 
 @server.feature(lsp.TEXT_DOCUMENT_REFERENCES)
@@ -113,15 +113,15 @@ def _references(ls: FuzzyServer, params: lsp.ReferenceParams) -> list[lsp.Locati
 @server.feature(lsp.TEXT_DOCUMENT_DOCUMENT_HIGHLIGHT)
 def _highlights(ls: FuzzyServer, params: lsp.DocumentHighlightParams) -> list[lsp.DocumentHighlight]:
     document = ls.document(params.text_document.uri)
-    found = navigation.references(document, ls.offset(document, params.position))
-    return [lsp.DocumentHighlight(ls.range(s)) for s in found if s.source.name == document.source.name]
+    spans = navigation.references(document, ls.offset(document, params.position))
+    return [lsp.DocumentHighlight(ls.range(s)) for s in spans if s.source.name == document.source.name]
 
 
 @server.feature(lsp.TEXT_DOCUMENT_PREPARE_RENAME)
 def _prepare_rename(ls: FuzzyServer, params: lsp.PrepareRenameParams) -> lsp.Range | None:
     document = ls.document(params.text_document.uri)
-    found = navigation.symbol_at(document, ls.offset(document, params.position))
-    return ls.range(found[0]) if found is not None else None
+    name = navigation.symbol_at(document, ls.offset(document, params.position))
+    return ls.range(name[0]) if name is not None else None
 
 
 @server.feature(lsp.TEXT_DOCUMENT_RENAME, lsp.RenameOptions(prepare_provider=True))
@@ -138,7 +138,7 @@ def _rename(ls: FuzzyServer, params: lsp.RenameParams) -> lsp.WorkspaceEdit:
 def _symbols(ls: FuzzyServer, params: lsp.DocumentSymbolParams) -> list[lsp.DocumentSymbol]:
     document = ls.document(params.text_document.uri)
 
-    def shown(entry: outline.Entry) -> lsp.DocumentSymbol:
+    def shown(entry: navigation.Entry) -> lsp.DocumentSymbol:
         symbol = entry.symbol
         return lsp.DocumentSymbol(
             name=symbol.name,
@@ -149,25 +149,25 @@ def _symbols(ls: FuzzyServer, params: lsp.DocumentSymbolParams) -> list[lsp.Docu
             children=[shown(e) for e in entry.inside],
         )
 
-    return [shown(e) for e in outline.outline(document)]
+    return [shown(e) for e in navigation.outline(document)]
 
 
 @server.feature(lsp.TEXT_DOCUMENT_FOLDING_RANGE)
 def _folds(ls: FuzzyServer, params: lsp.FoldingRangeParams) -> list[lsp.FoldingRange]:
-    return [lsp.FoldingRange(a - 1, b - 1) for a, b in outline.folds(ls.document(params.text_document.uri))]
+    return [lsp.FoldingRange(a - 1, b - 1) for a, b in navigation.folds(ls.document(params.text_document.uri))]
 
 
 @server.feature(lsp.TEXT_DOCUMENT_SELECTION_RANGE)
 def _selections(ls: FuzzyServer, params: lsp.SelectionRangeParams) -> list[lsp.SelectionRange]:
     document = ls.document(params.text_document.uri)
-    found = []
+    ranges = []
     for position in params.positions:
         outer: lsp.SelectionRange | None = None
-        for span in reversed(outline.selections(document, ls.offset(document, position))):
+        for span in reversed(navigation.selections(document, ls.offset(document, position))):
             outer = lsp.SelectionRange(ls.range(span), outer)
         assert outer is not None
-        found.append(outer)
-    return found
+        ranges.append(outer)
+    return ranges
 
 
 @server.feature(lsp.TEXT_DOCUMENT_DOCUMENT_LINK)
@@ -176,7 +176,7 @@ def _links(ls: FuzzyServer, params: lsp.DocumentLinkParams) -> list[lsp.Document
     if document.folder is None:
         return []
     folder = document.folder
-    return [lsp.DocumentLink(ls.range(s), uri_of(str(folder / name))) for s, name in outline.links(document)]
+    return [lsp.DocumentLink(ls.range(s), uri_of(str(folder / name))) for s, name in navigation.links(document)]
 
 
 @server.feature(lsp.TEXT_DOCUMENT_FORMATTING)
@@ -202,12 +202,12 @@ async def _preview(ls: FuzzyServer, params: _Params) -> dict[str, Any]:
         raise JsonRpcInvalidParams(f"fuzzyctl/preview takes textDocument, position, point, pictures: {error}") from None
     draws, dark = getattr(params, "pictures", True) is not False, getattr(params, "dark", False) is True
     draw = partial(preview, document, offset, point, pictures=draws, dark=dark)
-    found = await asyncio.get_running_loop().run_in_executor(DRAWER, draw)
-    region = found.region
-    answer = asdict(replace(found, rule=None, region=None))
+    pictures = await asyncio.get_running_loop().run_in_executor(DRAWER, draw)
+    region = pictures.region
+    answer = asdict(replace(pictures, rule=None, region=None))
     if region is not None:
         answer["region"] = asdict(replace(region, rule=None)) | {"rule": _range_of(ls, region.rule)}
-    return answer | {"rule": _range_of(ls, found.rule)}
+    return answer | {"rule": _range_of(ls, pictures.rule)}
 
 
 def _range_of(ls: FuzzyServer, span: Span | None) -> lsp.Range | None:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import asyncio
 import gc
 import os
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from dataclasses import dataclass
@@ -26,11 +26,11 @@ import fuzzyctl
 from fuzzyctl.diagnostics.diagnostic import CODES, Diagnostic, DiagnosticError, first_of
 from fuzzyctl.diagnostics.fixes import Replacement
 from fuzzyctl.diagnostics.source import SourceText, Span
-from fuzzyctl.editor import lenses, lights
+from fuzzyctl.editor import lights
 from fuzzyctl.editor.document import Document
 from fuzzyctl.editor.lights import Light
 from fuzzyctl.editor.protocol import Protocol, is_of_client, log_in_lines
-from fuzzyctl.editor.workspace import Workspace
+from fuzzyctl.editor.symbols import Symbol
 from fuzzyctl.support.reading import MAX_BYTES, is_below, read_source
 
 #: Seconds that a text rests before it is checked, in which a burst of changes arrives, and before its proofs begin.
@@ -117,8 +117,8 @@ class FuzzyServer(LanguageServer):
     @property
     def folders(self) -> list[Path]:
         """The folders that are open."""
-        found = [path_of(uri) for uri in self.workspace.folders] or [self.workspace.root_path]
-        return [Path(folder) for folder in found if folder]
+        folders = [path_of(uri) for uri in self.workspace.folders] or [self.workspace.root_path]
+        return [Path(folder) for folder in folders if folder]
 
     @property
     def others(self) -> list[Document]:
@@ -161,12 +161,12 @@ class FuzzyServer(LanguageServer):
 
     def _buffers(self, uri: str) -> dict[str, str]:
         """Return the texts of the other open documents by path."""
-        found = {}
+        buffers = {}
         for text in self.workspace.text_documents.values():
             path = path_of(text.uri)
             if text.uri != uri and path is not None:
-                found[os.path.abspath(path)] = text.source
-        return found
+                buffers[os.path.abspath(path)] = text.source
+        return buffers
 
     def position(self, source: SourceText, offset: int) -> lsp.Position:
         """Return an offset as line and column of the client's units."""
@@ -200,10 +200,10 @@ class FuzzyServer(LanguageServer):
 
     def edits(self, replacements: Iterable[Replacement]) -> dict[str, list[lsp.TextEdit]]:
         """Return replacements by document."""
-        found: dict[str, list[lsp.TextEdit]] = {}
+        edits: dict[str, list[lsp.TextEdit]] = {}
         for r in replacements:
-            found.setdefault(uri_of(r.span.source.name), []).append(lsp.TextEdit(self.range(r.span), r.text))
-        return found
+            edits.setdefault(uri_of(r.span.source.name), []).append(lsp.TextEdit(self.range(r.span), r.text))
+        return edits
 
     # -- diagnostics
 
@@ -218,8 +218,8 @@ class FuzzyServer(LanguageServer):
             return
         knows = self.knows
         if not (knows.pulls and knows.refreshes_diagnostics):
-            own = self.diagnostics(document, proved=proved)
-            self.text_document_publish_diagnostics(lsp.PublishDiagnosticsParams(uri, own, version))
+            diagnostics = self.diagnostics(document, proved=proved)
+            self.text_document_publish_diagnostics(lsp.PublishDiagnosticsParams(uri, diagnostics, version))
         elif proved:
             self.workspace_diagnostic_refresh(None)
         if proved and knows.refreshes_lenses:
@@ -229,21 +229,21 @@ class FuzzyServer(LanguageServer):
 
     def diagnostics(self, document: Document, *, proved: bool) -> list[lsp.Diagnostic]:
         """Return the diagnostics of a document, and with proofs what the lights of its guarantees add."""
-        found = [
+        diagnostics = [
             d
             for d in diagnostics_of(document, proved=proved)
             if d.span is None or d.span.source.name == document.source.name
         ]
         by_line = {light.span.start: light for light in lights.lights(document)} if proved else {}
-        shown = [
+        items = [
             self.diagnostic(d, by_line.get(d.span.start) if d.span is not None else None)
-            for d in first_of(found, MOST_SENT)
+            for d in first_of(diagnostics, MOST_SENT)
         ]
-        if len(found) > MOST_SENT:
-            more = f"{len(found) - MOST_SENT} more diagnostics are not shown"
-            shown.append(lsp.Diagnostic(_NOWHERE, more, lsp.DiagnosticSeverity.Information, source="fuzzyctl"))
-        reported = {d.span.start for d in found if d.code == "FZ402" and d.span is not None}
-        return [*shown, *(self._of_light(x) for at, x in by_line.items() if at not in reported and _is_shown(x))]
+        if len(diagnostics) > MOST_SENT:
+            more = f"{len(diagnostics) - MOST_SENT} more diagnostics are not shown"
+            items.append(lsp.Diagnostic(_NOWHERE, more, lsp.DiagnosticSeverity.Information, source="fuzzyctl"))
+        reported = {d.span.start for d in diagnostics if d.code == "FZ402" and d.span is not None}
+        return [*items, *(self._of_light(x) for at, x in by_line.items() if at not in reported and _is_shown(x))]
 
     def diagnostic(self, d: Diagnostic, light: Light | None = None) -> lsp.Diagnostic:
         """Return a diagnostic with its facts, its help and the places that explain it."""
@@ -264,7 +264,7 @@ class FuzzyServer(LanguageServer):
             source="fuzzyctl",
             related_information=(related or None) if knows.relates else None,
             tags=[lsp.DiagnosticTag.Unnecessary] if is_unused and knows.tags else None,
-            data={"why": lenses.point_text(light.point)} if is_refuted and light is not None else None,
+            data={"why": lights.point_text(light.point)} if is_refuted and light is not None else None,
         )
 
     def _of_light(self, light: Light) -> lsp.Diagnostic:
@@ -277,12 +277,12 @@ class FuzzyServer(LanguageServer):
             code="FZ402" if is_refuted else None,
             source="fuzzyctl",
             related_information=[self._counterexample(light)] if light.point and self.knows.relates else None,
-            data={"why": lenses.point_text(light.point)} if light.point else None,
+            data={"why": lights.point_text(light.point)} if light.point else None,
         )
 
     def _counterexample(self, light: Light) -> lsp.DiagnosticRelatedInformation:
         return lsp.DiagnosticRelatedInformation(
-            self.location(light.span), f"counterexample: {lenses.point_text(light.point)}"
+            self.location(light.span), f"counterexample: {lights.point_text(light.point)}"
         )
 
     async def check(self, uri: str, *, others: bool = False) -> None:
@@ -382,3 +382,72 @@ def uri_of(name: str) -> str:
     if "://" in name or name.startswith("untitled:"):
         return name
     return uris.from_fs_path(os.path.abspath(name)) or name
+
+
+#: Most files that are looked into, and most names that are returned.
+MAX_FILES: Final = 500
+MAX_NAMES: Final = 300
+#: Folders that hold copies of files.
+_SKIPPED: Final = frozenset({"node_modules", "__pycache__"})
+
+
+class Workspace:
+    """Documents of files on disk, each read again when its time or size has changed."""
+
+    def __init__(self) -> None:
+        self._read: dict[Path, tuple[tuple[int, int], Document]] = {}
+
+    def documents(self, folders: Iterable[Path], opened: Mapping[str, Document]) -> Iterator[Document]:
+        """Yield the documents that are open, then those of the other files below some folders."""
+        yield from opened.values()
+        for path in rule_files(folders):
+            if str(path) not in opened and (document := self._document(path)) is not None:
+                yield document
+
+    def symbols(self, folders: Iterable[Path], query: str, opened: Mapping[str, Document]) -> list[Symbol]:
+        """Return the names that hold the letters of a query in their order, declared in files below some folders.
+
+        Args:
+            folders: The folders.
+            query: Letters, case left out; empty for all names.
+            opened: Documents that stand for files, by absolute path.
+        """
+        symbols = [
+            symbol
+            for document in self.documents(folders, opened)
+            for symbol in document.symbols.all
+            if symbol.span.source.name == document.source.name and matches(query, symbol.name)
+        ]
+        return sorted(symbols, key=lambda s: (len(s.name), s.name))[:MAX_NAMES]
+
+    def _document(self, path: Path) -> Document | None:
+        try:
+            state = path.stat()
+            stamp = (state.st_mtime_ns, state.st_size)
+            known = self._read.get(path)
+            if known is None or known[0] != stamp:
+                known = (stamp, Document(read_source(path, only_regular=True), path.parent))
+                self._read[path] = known
+        except (OSError, DiagnosticError):  # it vanished, or is no text
+            return None
+        return known[1]
+
+
+def rule_files(folders: Iterable[Path]) -> Iterator[Path]:
+    """Yield the rule files below some folders, without hidden ones and links that lead elsewhere."""
+    count = 0
+    for top in folders:
+        for folder, inside, names in os.walk(top):
+            inside[:] = sorted(n for n in inside if n not in _SKIPPED and not n.startswith("."))
+            for path in (os.path.abspath(os.path.join(folder, name)) for name in sorted(names)):
+                if path.endswith(".fz") and is_below(path, top):
+                    count += 1
+                    if count > MAX_FILES:
+                        return
+                    yield Path(path)
+
+
+def matches(query: str, name: str) -> bool:
+    """Whether a name holds the letters of a query in their order."""
+    letters = iter(name.lower())
+    return all(letter in letters for letter in query.lower())

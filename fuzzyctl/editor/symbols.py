@@ -16,7 +16,7 @@ from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.lang import syntax as sx
 from fuzzyctl.loading.assembly import split
 
-#: Words that stand where a term does and are none.
+#: Words in the place of a term that are no terms.
 _NO_TERMS: Final = frozenset({"any"})
 #: What may stand before an opening parenthesis.
 _CALLABLE: Final = frozenset({"system", "controller", "plant", "function", "hedge", "output"})
@@ -96,10 +96,10 @@ class Symbols:
 
     @cached_property
     def _by_symbol(self) -> dict[Symbol, list[Span]]:
-        found: dict[Symbol, list[Span]] = {}
+        spans: dict[Symbol, list[Span]] = {}
         for span, symbol in self.uses:
-            found.setdefault(symbol, []).append(span)
-        return found
+            spans.setdefault(symbol, []).append(span)
+        return spans
 
     def at(self, source_name: str, offset: int) -> tuple[Span, Symbol] | None:
         """Return the name at an offset of a file, with its symbol."""
@@ -236,12 +236,12 @@ class _Block:
 
     def _variable(self, s: sx.Variable) -> None:
         variable = self._declare(s.keyword.text, s.name, s, s.label)
-        own: dict[str, Symbol] = {}
+        terms: dict[str, Symbol] = {}
         for line in s.terms:
             for word in [line.name] if isinstance(line, sx.TermLine) else [item.name for item in line.items]:
                 term = Symbol("term", word.text, word.span, line.span, owner=variable)
-                own.setdefault(word.text, self._entered(term))
-        self.scope.terms.setdefault(s.name.text, own)
+                terms.setdefault(word.text, self._entered(term))
+        self.scope.terms.setdefault(s.name.text, terms)
 
     # -- uses
 

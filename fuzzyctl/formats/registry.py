@@ -13,7 +13,6 @@ business: loading makes them, with what people's files often contain as warnings
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from importlib import import_module
 from pathlib import PurePath
 from typing import Any, Final
@@ -22,6 +21,7 @@ from fuzzyctl.diagnostics.diagnostic import Diagnostic
 from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.formats.losses import Loss
 from fuzzyctl.model.system import FuzzySystem
+from fuzzyctl.records import dataclass
 
 Read = tuple[tuple[FuzzySystem, ...], list[Diagnostic]]
 

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from math import isfinite
 from typing import Literal
 
 from fuzzyctl.expr import ONE, Expr
+from fuzzyctl.records import dataclass
 
 #: A place x and the degree there.
 Vertex = tuple[float, float]

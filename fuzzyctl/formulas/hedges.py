@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Final
 
 from fuzzyctl.expr import ONE, ZERO, Call, Compare, Expr, Number, Where
 from fuzzyctl.formulas.norms import one_minus
+from fuzzyctl.records import dataclass
 
 #: The degree that a hedge makes of a degree.
 Change = Callable[[Expr], Expr]

@@ -7,10 +7,11 @@ Operands may be mentioned several times, so callers pass names. Formulas are arr
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Final, Literal
 
 from fuzzyctl.expr import ONE, ZERO, Call, Compare, Expr, Logic, Number, Where
+from fuzzyctl.records import dataclass
 
 #: The degree that two degrees give.
 Combination = Callable[[Expr, Expr], Expr]

@@ -15,9 +15,8 @@ from fuzzyctl import expr as ex
 from fuzzyctl.diagnostics.diagnostic import Diagnostic
 from fuzzyctl.diagnostics.source import SourceText, Span
 from fuzzyctl.lang import syntax as sx
-from fuzzyctl.lang.common_errors import repair
 from fuzzyctl.lang.lines import LogicalLine
-from fuzzyctl.lang.mistakes import form_of, too_deep
+from fuzzyctl.lang.mistakes import form_of, repair, too_deep
 
 #: What a name may be made of.
 NAME_RULE: Final = "a name begins with a letter or '_' and goes on with letters, digits and '_'"
@@ -40,8 +39,7 @@ class Builder(Transformer[Token, Any]):
     def begin(self, source: SourceText, line: LogicalLine) -> None:
         """Say which line is parsed next; `problems` then gathers what the grammar accepts but the language does not."""
         self.source, self.base, self.logical = source, line.start, line
-        first = line.start + len(source.text[line.start : line.end]) - len(source.text[line.start : line.end].lstrip())
-        self.line = Span(source, first, line.end)
+        self.line = line.place(source)
         self.problems: list[Diagnostic] = []
         #: Levels of the parts that are bounded already, by their identity, with the parts, which must live as long.
         self.levels: dict[int, tuple[Any, int]] = {}
@@ -119,8 +117,7 @@ class Builder(Transformer[Token, Any]):
         return sx.Citation(self.line, self._string(text))
 
     def setting(self, keyword: Token, value: Token, *options: sx.Option | None) -> sx.Setting:
-        given = tuple(o for o in options if o is not None)
-        return sx.Setting(self.line, self._word(keyword), self._word(value), given)
+        return sx.Setting(self.line, self._word(keyword), self._word(value), _present(options))
 
     def own_setting(self, keyword: Token, value: Token, *options: sx.Option | None) -> sx.SettingClause:
         setting = self.setting(keyword, value, *options)
@@ -128,12 +125,10 @@ class Builder(Transformer[Token, Any]):
         return sx.SettingClause(setting, setting.keyword.span.to(end))
 
     def semantics(self, keyword: Token, profile: Token, *options: sx.Option | None) -> sx.Semantics:
-        given = tuple(o for o in options if o is not None)
-        return sx.Semantics(self.line, self._word(keyword), self._word(profile), given)
+        return sx.Semantics(self.line, self._word(keyword), self._word(profile), _present(options))
 
     def activation(self, keyword: Token, kind: Token, *options: sx.ActivationOption | None) -> sx.Activation:
-        given = tuple(o for o in options if o is not None)
-        return sx.Activation(self.line, self._word(keyword), self._word(kind), given)
+        return sx.Activation(self.line, self._word(keyword), self._word(kind), _present(options))
 
     def activation_option(self, name: Token, value: ex.Expr) -> sx.ActivationOption:
         return sx.ActivationOption(self._word(name), value)
@@ -236,9 +231,9 @@ class Builder(Transformer[Token, Any]):
     ) -> sx.Variable:
         lower, upper = ends or (ex.Number(-math.inf), ex.Number(math.inf))
         clauses = (self.unit(unit, text),) if unit is not None and text is not None else ()
-        word, own = self._word(keyword), self._word(name)
+        word, variable = self._word(keyword), self._word(name)
         return sx.Variable(
-            self.line, word, own, self._string(label), lower, upper, clauses, value=value, ranged=ends is not None
+            self.line, word, variable, self._string(label), lower, upper, clauses, value=value, ranged=ends is not None
         )
 
     def range(self, lower: ex.Expr, upper: ex.Expr) -> tuple[ex.Expr, ex.Expr]:
@@ -257,10 +252,10 @@ class Builder(Transformer[Token, Any]):
         return sx.ClampClause(self._at(keyword))
 
     def adaptive(self, keyword: Token, _rate: Token, rate: ex.Expr) -> sx.AdaptiveClause:
-        return sx.AdaptiveClause(rate, self._at(keyword).to(ex.span_of(rate) or self._at(keyword)))
+        return sx.AdaptiveClause(rate, self._to_last(keyword, (rate,)))
 
     def held(self, keyword: Token, start: ex.Expr) -> sx.Held:
-        return sx.Held(start, self._at(keyword).to(ex.span_of(start) or self._at(keyword)))
+        return sx.Held(start, self._to_last(keyword, (start,)))
 
     def fallback(self, keyword: Token, value: ex.Expr | sx.Held | Token) -> sx.FallbackClause:
         what = self._word(value) if isinstance(value, Token) else value
@@ -318,16 +313,12 @@ class Builder(Transformer[Token, Any]):
     def consequent(self, output: Token, _is: Token, *words: Token | ex.Expr | sx.FunctionTerm) -> sx.ConsequentText:
         if not isinstance(words[0], Token):
             return sx.ConsequentText(self._word(output), words[0])
-        *hedges, term = self._words(tuple(w for w in words if isinstance(w, Token)))
-        if getattr(words[-1], "type", "") == "NOT":
-            self.problems.append(Diagnostic("FZ102", "'not' needs a term behind it", term.span))
-        return sx.ConsequentText(self._word(output), term, tuple(hedges))
+        hedges, term = self._hedged(tuple(w for w in words if isinstance(w, Token)))
+        return sx.ConsequentText(self._word(output), term, hedges)
 
     def function_term(self, kind: Token, *arguments: ex.Expr | None) -> sx.FunctionTerm:
-        given = tuple(a for a in arguments if a is not None)
-        end = ex.span_of(given[-1]) if given else None
-        span = self._at(kind)
-        return sx.FunctionTerm(self._word(kind), given, span.to(end) if end else span)
+        values = _present(arguments)
+        return sx.FunctionTerm(self._word(kind), values, self._to_last(kind, values))
 
     def require(
         self, _keyword: Token, claim: ex.Expr, _w: Token | None, within: ex.Expr | None, _when: Token | None, when: Any
@@ -337,8 +328,7 @@ class Builder(Transformer[Token, Any]):
     # -- lines below a statement
 
     def term_line(self, name: Token, kind: Token, *arguments: sx.Argument | None) -> sx.TermLine:
-        given = tuple(a for a in arguments if a is not None)
-        return sx.TermLine(self.line, self._word(name), self._word(kind), given)
+        return sx.TermLine(self.line, self._word(name), self._word(kind), _present(arguments))
 
     def argument(self, value: ex.Expr) -> sx.Argument:
         return sx.Argument(value, None, ex.span_of(value) or self.line)
@@ -364,16 +354,21 @@ class Builder(Transformer[Token, Any]):
         return sx.RowLine(self.line, self._label_word(label) if label is not None else None, cells)
 
     def cell(self, *parts: Any) -> sx.CellText:
-        *given, weight = parts
-        terms = tuple(self._word(t) if isinstance(t, Token) else t for t in given if not _is_slash(t))
+        *words, weight = parts
+        terms = tuple(self._word(t) if isinstance(t, Token) else t for t in words if not _is_slash(t))
         first, last = _place(terms[0]) or self.line, _place(terms[-1]) or self.line
         return sx.CellText(terms, weight, first.to(last))
 
     def hedged(self, *words: Token) -> sx.HedgedTerm:
+        hedges, term = self._hedged(words)
+        return sx.HedgedTerm(hedges, term, self._at(words[0]).to(term.span))
+
+    def _hedged(self, words: tuple[Token, ...]) -> tuple[tuple[sx.Word, ...], sx.Word]:
+        """Return the hedges before a term, and the term."""
         *hedges, term = self._words(words)
         if words[-1].type == "NOT":
             self.problems.append(Diagnostic("FZ102", "'not' needs a term behind it", term.span))
-        return sx.HedgedTerm(tuple(hedges), term, self._at(words[0]).to(term.span))
+        return tuple(hedges), term
 
     def empty_cell(self, dot: Token) -> sx.CellText:
         return sx.CellText((), None, self._at(dot))
@@ -384,10 +379,8 @@ class Builder(Transformer[Token, Any]):
         return self._bounded(inner)
 
     def literal(self, variable: Token, _is: Token, *words: Token) -> sx.Literal:
-        *hedges, term = self._words(words)
-        if words[-1].type == "NOT":
-            self.problems.append(Diagnostic("FZ102", "'not' needs a term behind it", self._at(words[-1])))
-        return sx.Literal(self._at(variable).to(self._at(words[-1])), self._word(variable), tuple(hedges), term)
+        hedges, term = self._hedged(words)
+        return sx.Literal(self._at(variable).to(term.span), self._word(variable), hedges, term)
 
     def alternative(self, *words: Token) -> tuple[Token, ...]:
         return words
@@ -447,8 +440,7 @@ class Builder(Transformer[Token, Any]):
         return ex.Number(value, str(token), self._at(token))
 
     def keyword(self, name: Token, value: ex.Expr) -> ex.Keyword:
-        span = self._at(name)
-        return ex.Keyword(self._word(name).text, value, span.to(ex.span_of(value) or span))
+        return ex.Keyword(self._word(name).text, value, self._to_last(name, (value,)))
 
     def pair(self, key: ex.Expr, value: ex.Expr) -> ex.Pair:
         span = self._join(key, value)
@@ -492,15 +484,18 @@ class Builder(Transformer[Token, Any]):
         return dataclasses.replace(inner, text=f"({inner.text})") if isinstance(inner, ex.Number) else inner
 
     def call(self, function: Token, *arguments: ex.Expr | None) -> ex.Call:
-        given = tuple(a for a in arguments if a is not None)
-        end = ex.span_of(given[-1]) if given else None
-        span = self._at(function)
-        return ex.Call(self._word(function).text, given, span.to(end) if end else span)
+        values = _present(arguments)
+        return ex.Call(self._word(function).text, values, self._to_last(function, values))
+
+    def _to_last(self, word: Token, values: tuple[ex.Expr, ...]) -> Span:
+        """Return the location from a word to the last of the values after the word."""
+        end = ex.span_of(values[-1]) if values else None
+        return self._at(word).to(end or self._at(word))
 
     def signed(self, operator: Token, operand: ex.Expr) -> ex.Expr:
         if operator == "+":
             return operand
-        span = self._at(operator).to(ex.span_of(operand) or self._at(operator))
+        span = self._to_last(operator, (operand,))
         if isinstance(operand, ex.Number) and not operand.text.startswith(("-", "(")):
             return ex.Number(-operand.value, f"-{operand.text}", span)
         return ex.Negate(operand, span)
@@ -527,7 +522,7 @@ class Builder(Transformer[Token, Any]):
         return ex.Logic("and", (above, below), span)
 
     def claim_not(self, keyword: Token, operand: ex.Expr) -> ex.Logic:
-        return ex.Logic("not", (operand,), self._at(keyword).to(ex.span_of(operand) or self._at(keyword)))
+        return ex.Logic("not", (operand,), self._to_last(keyword, (operand,)))
 
     def claim_and(self, *parts: Any) -> ex.Logic:
         return ex.Logic("and", parts[::2], self._join(parts[0], parts[-1]))
@@ -555,6 +550,11 @@ def _except(antecedent: sx.Truth, exception: sx.Truth) -> sx.Truth:
     is_joined = isinstance(antecedent, sx.Chain) and antecedent.connective == "and"
     operands = antecedent.operands if isinstance(antecedent, sx.Chain) and is_joined else (antecedent,)
     return sx.Chain(antecedent.span.to(exception.span), "and", (*operands, denied))
+
+
+def _present(parts: tuple[Any, ...]) -> tuple[Any, ...]:
+    """Return the parts of a line without the optional ones that it lacks."""
+    return tuple(p for p in parts if p is not None)
 
 
 def _consequents(parts: Sequence[Any]) -> tuple[sx.ConsequentText, ...]:

@@ -97,7 +97,7 @@ class _Reader:
             start += len(text) + 1
 
     def _fields(self, start: int, end: int) -> list[Span]:
-        """Cut one line at the separators that stand outside double quotes; nothing where they are ambiguous."""
+        """Return the fields of a line between separators outside of double quotes; none if they are ambiguous."""
         fields: list[Span] = []
         quoted, at = False, start
         for i in range(start, end):
@@ -127,7 +127,7 @@ class _Reader:
         return Span(self.source, start, end)
 
     def header(self, fields: list[Span], below: list[int]) -> sx.HeaderLine | None:
-        """Parse the first line; what stands in its corner is for readers."""
+        """Parse the first line, whose corner is for readers."""
         whole = fields[0].to(fields[-1])
         if fields[0].text and below == [len(fields) + 1]:
             message = f"the first line has {len(fields)} fields, the one below it {below[0]}"

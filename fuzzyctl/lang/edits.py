@@ -83,7 +83,7 @@ class Declared:
     @cached_property
     def words(self) -> dict[str, set[str]]:
         """All words in the lines of each variable, among them its terms."""
-        found: dict[str, set[str]] = {}
+        words: dict[str, set[str]] = {}
         variables: list[str] = []
         for line in self.text.split("\n"):
             first, *others = re.findall(NAME, line) or [""]
@@ -91,8 +91,8 @@ class Declared:
                 head = re.split(r"\bin\b|[\[(=:]", line)[0] if first.lower() in ("input", "output") else ""
                 variables = re.findall(NAME, re.sub(_OPAQUE, "", head))[1:]
             for variable in variables:
-                found.setdefault(variable, set()).update((first, *others))
-        return found
+                words.setdefault(variable, set()).update((first, *others))
+        return words
 
     @cached_property
     def terms(self) -> frozenset[str]:

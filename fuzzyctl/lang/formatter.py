@@ -7,15 +7,14 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from itertools import groupby
 from typing import Final
 
 from fuzzyctl.diagnostics.source import SourceText
-from fuzzyctl.lang.lines import LogicalLine, split
-from fuzzyctl.lang.tokens import is_name, tokens
+from fuzzyctl.lang.lines import LogicalLine, is_name, split, tokens
+from fuzzyctl.records import dataclass
 
-#: Words after which an opening parenthesis stands apart.
+#: Words with a blank before an opening parenthesis.
 _APART: Final = frozenset(
     {"in", "and", "or", "not", "if", "is", "unless", "else", "then", "otherwise", "when", "within", "rate", "weight"}
     | {"require"}
@@ -79,7 +78,7 @@ def _column_kind(line: LogicalLine) -> str:
 
 def _lay_out(source: SourceText, block: list[LogicalLine]) -> Iterator[_Laid]:
     kind = _column_kind(block[0])
-    texts = [source.text[line.start : line.end] for line in block]
+    texts = [line.code(source) for line in block]
     if kind == "table":
         codes = _table(block, texts)
     elif kind == "settings":
@@ -90,8 +89,8 @@ def _lay_out(source: SourceText, block: list[LogicalLine]) -> Iterator[_Laid]:
     else:
         codes = [_code(line, text) for line, text in zip(block, texts, strict=True)]
     for line, text, code in zip(block, texts, codes, strict=True):
-        kept = _as_typed(text) if "\n" in text else code
-        yield _Laid(kept, line.comment, kind or line.word)
+        layout = _as_typed(text) if "\n" in text else code
+        yield _Laid(layout, line.comment, kind or line.word)
 
 
 def _as_typed(text: str) -> str:
@@ -117,7 +116,7 @@ def _code(line: LogicalLine, text: str) -> str:
         head, rest = pieces[:2], pieces[2:]
         return f"{_INDENT}{head[0]} = {_spaced(rest, tight='=')}"
     if line.in_block and "=" in pieces:
-        # Only the first equals sign stands apart; the others name arguments of calls.
+        # Only the first equals sign has blanks around it; the others name arguments of calls.
         at = pieces.index("=")
         return f"{_spaced(pieces[:at], tight='')} = {_spaced(pieces[at + 1 :], tight='=')}"
     return _spaced(pieces, tight="")

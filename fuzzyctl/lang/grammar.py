@@ -9,12 +9,12 @@ from __future__ import annotations
 
 import io
 import pickle
+import pkgutil
 import re
 import threading
 import zlib
 from collections.abc import Iterator
 from functools import cache
-from importlib import resources
 from pathlib import Path
 from typing import Any, Final, NoReturn
 
@@ -27,14 +27,13 @@ from lark.lexer import Lexer
 from fuzzyctl.diagnostics.diagnostic import Diagnostic
 from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.lang.builder import Builder
-from fuzzyctl.lang.lines import LineKind, LogicalLine
+from fuzzyctl.lang.lines import MEMBER, QUANTITY, TOKEN, LineKind, LogicalLine
 from fuzzyctl.lang.mistakes import describe
-from fuzzyctl.lang.tokens import MEMBER, QUANTITY, TOKEN
 
 #: The file of the tables: a line with their key, then what `Lark.save` writes.
 TABLES: Final = "grammar.tables"
 
-#: Terminals of signs; those of two kinds never stand at one place.
+#: Terminals of signs; the grammar accepts only one of two kinds at a place.
 _SIGNS: Final[dict[str, tuple[str, ...]]] = {
     **dict.fromkeys(("<=", ">=", "!=", "<", ">"), ("COMPARE",)),
     **dict.fromkeys("+-", ("SUM",)),
@@ -50,14 +49,14 @@ _ENDS: Final = re.compile(r"(?![\w.])")
 
 _STARTS: Final = ("statement", "block_statement", "term_line", "header", "row", "label", "cell")
 
-# Lark calls the builder while it parses, and the builder must know where the line stands; one parse at a time.
+# Lark calls the builder while it parses, and the builder must know the place of the line; one parse at a time.
 _LOCK = threading.Lock()
 
 
 @cache
 def grammar_text() -> str:
     """Return the text of the grammar."""
-    return resources.files("fuzzyctl.lang").joinpath("grammar.lark").read_text(encoding="utf-8")
+    return (pkgutil.get_data("fuzzyctl.lang", "grammar.lark") or b"").decode().replace("\r\n", "\n")
 
 
 def key() -> str:
@@ -74,9 +73,11 @@ def computed_tables() -> bytes:
 
 
 def shipped_tables() -> bytes:
-    """Return the content of the file of tables; nothing if there is none."""
-    file = resources.files("fuzzyctl.lang").joinpath(TABLES)
-    return file.read_bytes() if file.is_file() else b""
+    """Return the content of the file of tables, b"" without the file."""
+    try:
+        return pkgutil.get_data("fuzzyctl.lang", TABLES) or b""
+    except OSError:
+        return b""
 
 
 def _tables() -> bytes:
@@ -109,28 +110,28 @@ class LineLexer(Lexer):
         text: str = getattr(lexer_state.text, "text", lexer_state.text)
         states, at = parser_state.parse_conf.states, 0
         while at < len(text):
-            found = TOKEN.match(text, at)
-            assert found is not None, "any character is matched"
-            kind, at = found.lastgroup, found.end()
+            token = TOKEN.match(text, at)
+            assert token is not None, "any character is matched"
+            kind, at = token.lastgroup, token.end()
             if kind == "blank" or kind == "comment":
                 continue
             accepted = states[parser_state.position]
             first = None
-            for name, end in self._terminals(text, found):
+            for name, end in self._terminals(text, token):
                 first = first or (name, end)
                 if name in accepted:
                     break
             else:
-                self._refuse(text, found.start(), first, accepted)
-            yield Token(name, text[found.start() : end], found.start(), end_pos=end)
+                self._refuse(text, token.start(), first, accepted)
+            yield Token(name, text[token.start() : end], token.start(), end_pos=end)
             at = end
 
-    def _terminals(self, text: str, found: re.Match[str]) -> Iterator[tuple[str, int]]:
+    def _terminals(self, text: str, token: re.Match[str]) -> Iterator[tuple[str, int]]:
         """Yield the terminals that a token may be and where it ends then, in the order of their priorities."""
-        start, end = found.span()
-        match found.lastgroup:
+        start, end = token.span()
+        match token.lastgroup:
             case "name":
-                for name, follows in self.keywords.get(found[0], ()):
+                for name, follows in self.keywords.get(token[0], ()):
                     if follows is None or follows.match(text, start):
                         yield name, end
                 if text.startswith(".", end) and (member := MEMBER.match(text, start)):
@@ -141,12 +142,12 @@ class LineLexer(Lexer):
                     yield "QUANTITY", quantity.end()
                 if quantity is None or _ENDS.match(text, end):
                     yield "NUMBER", end
-                if found[0].startswith("."):
+                if token[0].startswith("."):
                     yield "DOT", start + 1
             case "sign":
-                for name in _SIGNS[found[0]]:
-                    yield name, start + _SHORT.get(name, len(found[0]))
-            case "text" if found[0].endswith('"', 1):
+                for name in _SIGNS[token[0]]:
+                    yield name, start + _SHORT.get(name, len(token[0]))
+            case "text" if token[0].endswith('"', 1):
                 yield "STRING", end
 
     @staticmethod
@@ -174,7 +175,7 @@ def parse_line(source: SourceText, line: LogicalLine, kind: LineKind) -> tuple[A
     with _LOCK:
         builder.begin(source, line)
         try:
-            node = machine.parse(source.text[line.start : line.end], start=kind)
+            node = machine.parse(line.code(source), start=kind)
         except UnexpectedInput as error:
             return None, [describe(source, line, error)]
         return (None if builder.problems else node), builder.problems
@@ -186,7 +187,7 @@ def read_line(source: SourceText, line: LogicalLine, kind: LineKind) -> tuple[An
     with _LOCK:
         builder.begin(source, line)
         try:
-            node = machine.parse(source.text[line.start : line.end], start=kind)
+            node = machine.parse(line.code(source), start=kind)
         except UnexpectedInput as error:
             # The token of the end of a line has the place of the one before it.
             is_end = isinstance(error, UnexpectedToken) and error.token.type == "$END"

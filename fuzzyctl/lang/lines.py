@@ -8,16 +8,58 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
-from typing import Final, Literal
+from typing import Final, Literal, NamedTuple
 
 from fuzzyctl.diagnostics.diagnostic import Diagnostic
 from fuzzyctl.diagnostics.source import SourceText, Span
 from fuzzyctl.diagnostics.suggestions import closest
 from fuzzyctl.formulas import MEMBERSHIP
 from fuzzyctl.lang.syntax import BLOCKS, HEADS, NAME, STATEMENT_KEYWORDS
-from fuzzyctl.lang.tokens import tokens
-from fuzzyctl.records import record
+from fuzzyctl.records import dataclass, record
+
+#: A number without its sign.
+NUMBER: Final = r"(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
+#: What may follow a number behind a blank: a unit of time, or a percent sign.
+_UNIT: Final = r"[ \t]*(?:%|(?:us|ms|s|min|h)(?!\w))"
+
+#: Kinds of tokens are the names of the groups. A number runs into no letters; what is no token is a character.
+TOKEN: Final = re.compile(
+    rf'(?P<blank>\n|[ \t\r]+)|(?P<name>{NAME})|(?P<number>{NUMBER}(?:(?![\w.])|(?={_UNIT})))|(?P<text>"[^"\n]*"?)'
+    r"|(?P<sign><=|>=|==|!=|[-+*/^()\[\],=<>@|.:×])|(?P<comment>#[^\n]*)|(?P<character>.)",
+    re.DOTALL,
+)
+#: A number with its unit, and two names joined by a point.
+QUANTITY: Final = re.compile(NUMBER + _UNIT)
+MEMBER: Final = re.compile(rf"{NAME}\.{NAME}")
+
+
+def is_name(text: str) -> bool:
+    """Whether a text is a name."""
+    return re.fullmatch(NAME, text) is not None
+
+
+class Token(NamedTuple):
+    """A piece of a text.
+
+    Args:
+        kind: "blank", "name", "number", "text" (its second quote may be missing), "sign", "comment" or
+            "character", which is no token.
+        text: Its characters.
+        start: Offset of the first one.
+        end: Offset after the last one.
+    """
+
+    kind: str
+    text: str
+    start: int
+    end: int
+
+
+def tokens(text: str, start: int = 0, end: int | None = None) -> Iterator[Token]:
+    """Yield the tokens of a part of a text, which together are all of it."""
+    for m in TOKEN.finditer(text, start, len(text) if end is None else end):
+        yield Token(m.lastgroup or "", m[0], m.start(), m.end())
+
 
 #: Which start symbol of the grammar a line is parsed with; "unknown" is a mistake, "blank" has no code.
 #: "block_statement" is a line of a controller, plant or loop; "label" and "cell" are fields of a CSV file.
@@ -33,38 +75,39 @@ MAX_NESTING: Final = 100
 _CODE = r'[^"#()\[\]|\n]'
 _INNER = rf"\({_CODE}*\)"
 _SIMPLE = re.compile(rf'((?:{_CODE}+|"[^"\n]*"|\((?:{_CODE}++|{_INNER})*+\)|\[{_CODE}*\]|(\|))*+)(#[^\n]*)?(\n|\Z)')
-#: Beginnings of lines whose ranges may be half open: the range of a param, and conditions.
-_HALF_OPEN: Final = re.compile(r"[ \t]*(?:param[ \t]+\w+[ \t]+in\b|(?:let|function|require|measure)\b[^#\n]*\bin\b)")
 _WORD = re.compile(rf"\s*({NAME})")
-_TERM = re.compile(rf"\s*{NAME}\s*=")
 _NAMES = re.compile(rf"\s*{NAME}(?:\s+{NAME})*\s*")
 # No row has two bars, so `require |` with a second one is a guarantee.
 # `let` is a statement only with a name and what may follow that; variables and terms may be called so. What names a
 # number is a param, for which other languages have the word.
 _LET = rf"let[ \t]+{NAME}[ \t]*(?:=(?!=)(?=[^#\n]*(?<![\d.])[^\W\d])|\"|(?:in|unit)\b)"
 _KEYWORD_LINE = re.compile(rf"\s*(?:(?:{'|'.join(STATEMENT_KEYWORDS)})\b(?!\s*[=|])|require\s*\|[^|]*\||{_LET})")
-_BLOCK_LINES = {head: re.compile(rf"\s*(?:{'|'.join(words)})\b(?!\s*[=|])") for head, words in BLOCKS.items()}
+
+_BLOCK_LINES = {head: rf"\s*(?:{'|'.join(words)})\b(?!\s*[=|])" for head, words in BLOCKS.items()}
+
+# Patterns of lines that are rare are texts: they are compiled for the first such line.
+#: Beginnings of lines whose ranges may be half open: the range of a param, and conditions.
+_HALF_OPEN: Final = r"[ \t]*(?:param[ \t]+\w+[ \t]+in\b|(?:let|function|require|measure)\b[^#\n]*\bin\b)"
 # Words that inputs and terms are named by as well: a head goes on with a name, and ends or goes on with '=' or a text.
-_LIKE_HEAD = re.compile(rf"\s*({NAME})[ \t]*(?:(?!is\b){NAME}[ \t]*)?(?:$|[\"#]|=[ \t]*(?:tf|zpk|ss|python)\b)")
+_LIKE_HEAD = rf"\s*({NAME})[ \t]*(?:(?!is\b){NAME}[ \t]*)?(?:$|[\"#]|=[ \t]*(?:tf|zpk|ss|python)\b)"
 # The first word of a block behind another one, or behind characters, that do not belong there.
-_BEHIND = re.compile(
+_BEHIND = (
     rf"\s*(?:{NAME}\s+|[^\w\s\"#]+\s*)"
     rf"(?:(table)(?:\s+{NAME})?\s*=|(input|output)\s+(?!(?:in|unit|is)\b){NAME}"
     rf"|({'|'.join(HEADS)})\b(?!\s+is\b)(?:\s+{NAME}\s*)?\s*(?:$|[\"#=]))"
 )
 _HEADS = rf"(?:plant|loop)\b(?=[ \t]+(?!is\b){NAME}[ \t]*(?:$|[=\"#\n]))"
 _FIRST = "|".join(_HEADS if word == "plant" else rf"{word}\b" for word in STATEMENT_KEYWORDS if word != "loop")
-# A rule may be broken before `and` and `or`, so these do not end an open parenthesis. Each of the next three looks at
+# Lines that cannot be the rest of an open parenthesis. A rule may be broken before `and` and `or`. Each part looks at
 # one line only: blank lines below an open parenthesis would be read again from each of them.
-_NEW_STATEMENT = re.compile(rf"[^\S\n]*(?!(?:and|or)\b)(?:(?:{_FIRST})(?!\s*[=|])|{_LET})")
-_NEW_BLOCK_STATEMENTS = {
-    head: re.compile(
-        rf"[^\S\n]*(?:{_HEADS}|(?:{'|'.join(w for w in words if w not in ('plant', 'loop'))})\b(?!\s*[=|(]))"
-    )
+_NEW_LINE = (
+    rf"[^\S\n]*(?:(?!(?:and|or)\b)(?:(?:{_FIRST})(?!\s*[=|])|{_LET})"
+    rf"|{NAME}\s*=\s*(?:{'|'.join(MEMBERSHIP)})\s*\(|(?:{NAME}\s*)?\|)"
+)
+_NEW_BLOCK_LINES = {
+    head: rf"[^\S\n]*(?:{_HEADS}|(?:{'|'.join(w for w in words if w not in ('plant', 'loop'))})\b(?!\s*[=|(]))"
     for head, words in BLOCKS.items()
 }
-_TERM_LINE = re.compile(rf"[^\S\n]*{NAME}\s*=\s*(?:{'|'.join(MEMBERSHIP)})\s*\(")
-_ROW_LINE = re.compile(rf"[^\S\n]*(?:{NAME}\s*)?\|")
 
 
 @record(frozen=True, slots=True)
@@ -90,6 +133,19 @@ class LogicalLine:
     mistake: Diagnostic | None = None
     closed: bool = False
     in_block: str = ""
+
+    def code(self, source: SourceText) -> str:
+        """Return its code, with its indentation and without its comment."""
+        return source.text[self.start : self.end]
+
+    def place(self, source: SourceText) -> Span:
+        """Return the location of its code without its indentation."""
+        return Span(source, self.end - len(self.code(source).lstrip()), self.end)
+
+    def word_place(self, source: SourceText) -> Span:
+        """Return the location of its first word."""
+        start = self.place(source).start
+        return Span(source, start, start + len(self.word))
 
 
 @dataclass
@@ -136,9 +192,8 @@ def _collect(source: SourceText, start: int, *, in_block: str) -> tuple[_Open, i
 
 def _resumes(text: str, at: int, *, in_block: str) -> bool:
     """Whether the line that begins here cannot be the rest of an open parenthesis."""
-    if in_block:
-        return _NEW_BLOCK_STATEMENTS[in_block].match(text, at) is not None
-    return bool(_NEW_STATEMENT.match(text, at) or _TERM_LINE.match(text, at) or _ROW_LINE.match(text, at))
+    pattern = _NEW_BLOCK_LINES[in_block] if in_block else _NEW_LINE
+    return re.compile(pattern).match(text, at) is not None
 
 
 def _take(source: SourceText, current: _Open, piece: str, at: int, *, in_block: str) -> None:
@@ -161,7 +216,7 @@ def _take(source: SourceText, current: _Open, piece: str, at: int, *, in_block: 
                 help="give parts a name with 'let', or with 'param' where no input is read",
             )
     elif piece in ")]":
-        half_open = bool(in_block) or _HALF_OPEN.match(source.text, current.start) is not None
+        half_open = bool(in_block) or re.compile(_HALF_OPEN).match(source.text, current.start) is not None
         _shut(source, current, piece, at, half_open=half_open)
     elif piece == "|":
         current.bar = True
@@ -212,20 +267,20 @@ def meant_head(code: str, in_block: str) -> str | None:
 
     In a system, where short names begin lines of tables, a word of two letters is none.
     """
-    behind = _BEHIND.match(code)
+    behind = re.match(_BEHIND, code)
     if behind is not None and behind[3]:
         return behind[3]
-    found = _LIKE_HEAD.match(code)
-    if found is None or len(found[1]) < (2 if in_block else 4):
+    match = re.match(_LIKE_HEAD, code)
+    if match is None or len(match[1]) < (2 if in_block else 4):
         return None
-    meant = half_typed(found[1], (*HEADS, *BLOCKS.get(in_block, STATEMENT_KEYWORDS)))
+    meant = half_typed(match[1], (*HEADS, *BLOCKS.get(in_block, STATEMENT_KEYWORDS)))
     return meant if meant in HEADS else None
 
 
 def keyword_behind(code: str) -> str | None:
-    """Return the first word of a block that stands behind one word, or characters, at the beginning of a line."""
-    found = _BEHIND.match(code)
-    return None if found is None else found[found.lastindex or 1]
+    """Return the first word of a block behind another word, or behind characters, at the beginning of a line."""
+    match = re.match(_BEHIND, code)
+    return None if match is None else match[match.lastindex or 1]
 
 
 def half_typed(word: str, keywords: Sequence[str]) -> str | None:
@@ -237,7 +292,7 @@ def half_typed(word: str, keywords: Sequence[str]) -> str | None:
 def _block_kind(code: str, head: str) -> LineKind:
     if not code or code.isspace():
         return "blank"
-    return "block_statement" if _BLOCK_LINES[head].match(code) else "unknown"
+    return "block_statement" if re.match(_BLOCK_LINES[head], code) else "unknown"
 
 
 def _follows_table(above: LogicalLine | None) -> bool:
@@ -258,6 +313,6 @@ def _kind(code: str, bar: bool, above: LogicalLine | None) -> LineKind:
         return "statement"
     if bar:
         return "row"
-    if _TERM.match(code):
+    if re.match(rf"\s*{NAME}\s*=", code):
         return "term_line"
     return "header" if _follows_table(above) else "unknown"

@@ -12,12 +12,47 @@ from fuzzyctl.diagnostics.fixes import Fix, Replacement, respelt
 from fuzzyctl.diagnostics.source import SourceText, Span
 from fuzzyctl.diagnostics.suggestions import closest, look_alikes
 from fuzzyctl.expr import MAX_DEPTH
-from fuzzyctl.lang.common_errors import NO_RULE, SPELLINGS, corner, repair
 from fuzzyctl.lang.lines import LogicalLine, keyword_behind
 from fuzzyctl.lang.syntax import BLOCK_KEYWORDS, BLOCKS, NAME, STATEMENT_KEYWORDS
 
 if TYPE_CHECKING:
     from lark.exceptions import UnexpectedInput, UnexpectedToken
+
+#: Characters that have a spelling of their own here.
+SPELLINGS: Final = {"≤": "<=", "≥": ">=", "≠": "!=", "−": "-", "–": "-", "—": "-", "·": "*", "⋅": "*", "∞": "inf"}
+
+_DASH: Final = r"(?:^|[\s|])[-–—]\s*$"
+_CORNER: Final = rf"\s*({NAME}\s*[\\/]\s*{NAME})(?:\s*\|)?(?=\s)"
+
+#: The help of a cell without a rule.
+NO_RULE: Final = "write '.' where there is to be no rule"
+
+
+def repair(source: SourceText, line: LogicalLine, at: int) -> str:
+    """Return the correct form of a known slip where the parser stopped, or an empty string.
+
+    Args:
+        source: The text.
+        line: The line that cannot be read.
+        at: The offset of the unexpected token, or the end of the line.
+    """
+    text = source.text
+    if line.kind == "row" and (at == line.end or text[at - 1].isspace()) and re.search(_DASH, text[line.start : at]):
+        return NO_RULE
+    if text[at - 1 : at + 1] == "**":
+        return "write '^' for a power"
+    if line.word == "table" and re.match(r"[x×]\s", text[at : at + 2]):
+        return "for a third variable put 'with VARIABLE is TERM' above a table for each of its terms"
+    if line.word == "require" and text.startswith("within", at):
+        return "write 'within' once, and before 'when'"
+    return ""
+
+
+def corner(source: SourceText, line: LogicalLine) -> tuple[int, int] | None:
+    r"""Return the offsets of a printed corner of a table, such as e\de; None without one."""
+    match = re.compile(_CORNER).match(source.text, line.start, line.end) if line.kind in ("header", "row") else None
+    return match.span(1) if match is not None else None
+
 
 #: How each statement is written: the help of a broken one.
 FORMS: Final[dict[str, str]] = {
@@ -97,7 +132,7 @@ _IN_PLACE: Final[dict[tuple[str, str], str]] = {
 
 #: How an equation chooses between two values, and what other languages write in its place.
 CHOICE: Final = "a choice is written: where(CONDITION, VALUE, OTHER_VALUE)"
-_CHOOSES: Final = re.compile(r"(?<![<>=!])=(?!=)[^#\n]*?(?:\b(?:if|when)\b|\?)")
+_CHOOSES: Final = r"(?<![<>=!])=(?!=)[^#\n]*?(?:\b(?:if|when)\b|\?)"
 
 _BELOW: Final[dict[str, str]] = {
     "term_line": "NAME = triangle(left, peak, right)",
@@ -135,16 +170,13 @@ _TERMINALS: Final[dict[str, str]] = {
 #: Keywords inside rules.
 RULE_WORDS: Final = frozenset({"is", "and", "or", "not", "then", "weight"})
 
-_NO_TERM: Final = re.compile(r"\bis\s+(and|or|then|\))(?!\w)")
+_NO_TERM: Final = r"\bis\s+(and|or|then|\))(?!\w)"
 #: A line that goes on with the rule above it.
-_GOES_ON: Final = re.compile(rf"\s*(and|or)\s+(?:if\b|not\b|\(|{NAME}\s+is\b)")
+_GOES_ON: Final = rf"\s*(and|or)\s+(?:if\b|not\b|\(|{NAME}\s+is\b)"
 #: A comparison with a number in a condition.
-_COMPARED: Final = re.compile(r"(?<![-=<>])([<>]=?)\s*+([-+]?[\d.]++)")
-_THEN: Final = re.compile(r"\bthen\b")
-_WORD: Final = re.compile(NAME)
+_COMPARED: Final = r"(?<![-=<>])([<>]=?)\s*+([-+]?[\d.]++)"
 #: What is found where the weight of a rule is expected.
-_NEAR_WEIGHT: Final = re.compile(rf"(?<!\w)((?>{NAME}))\s++[-+]?(?:\.?\d\S*+|\([^()]*+\))\s*+(?:#.*)?$")
-_NUMBER_LIKE: Final = re.compile(r"[\w.]+")
+_NEAR_WEIGHT: Final = rf"(?<!\w)((?>{NAME}))\s++[-+]?(?:\.?\d\S*+|\([^()]*+\))\s*+(?:#.*)?$"
 
 
 def too_deep(is_antecedent: bool, span: Span) -> Diagnostic:
@@ -159,7 +191,9 @@ def describe(source: SourceText, line: LogicalLine, error: UnexpectedInput) -> D
     if place is not None:
         help_text = "leave it out: the header line holds the terms of the columns and nothing else"
         return Diagnostic("FZ102", "a table of a rule file has no corner", Span(source, *place), help=help_text)
-    help_text = CHOICE if line.in_block and _CHOOSES.search(source.text, line.start, line.end) else form_of(line)
+    help_text = (
+        CHOICE if line.in_block and re.compile(_CHOOSES).search(source.text, line.start, line.end) else form_of(line)
+    )
     from lark.exceptions import UnexpectedCharacters, UnexpectedToken  # here, since only broken lines need them
 
     if isinstance(error, UnexpectedCharacters):
@@ -198,41 +232,41 @@ def form_of(line: LogicalLine) -> str:
 
 def _slip_in_a_rule(source: SourceText, line: LogicalLine) -> Diagnostic | None:
     """Find a word of a rule that is a keyword but for its capitals, or that is found where a term is expected."""
-    goes_on = _GOES_ON.match(source.text, line.start, line.end) if line.word in ("and", "or") else None
+    goes_on = re.compile(_GOES_ON).match(source.text, line.start, line.end) if line.word in ("and", "or") else None
     if goes_on is not None:
         message = f"'{goes_on[1]}' continues no rule: a rule is one line, which goes on inside parentheses"
         help_text = f"the form is: if (INPUT is TERM {goes_on[1]} INPUT is TERM) then OUTPUT is TERM"
         return Diagnostic("FZ102", message, Span(source, *goes_on.span(1)), help=help_text)
     if line.word not in ("if", "with"):
         return None
-    lacking = _NO_TERM.search(source.text, line.start, line.end)
+    lacking = re.compile(_NO_TERM).search(source.text, line.start, line.end)
     if lacking is not None:
         place = Span(source, lacking.start(1), lacking.end(1))
         return Diagnostic(
             "FZ102", f"a term is missing before '{lacking[1]}'", place, help=f"the form is: {FORMS['if']}"
         )
-    then = _THEN.search(source.text, line.start, line.end)
-    compared = _COMPARED.search(source.text, line.start, line.end if then is None else then.start())
+    then = re.compile(r"\bthen\b").search(source.text, line.start, line.end)
+    compared = re.compile(_COMPARED).search(source.text, line.start, line.end if then is None else then.start())
     if compared is not None:
         return _comparison(source, compared)
-    late = _NEAR_WEIGHT.search(source.text, line.start, line.end)
+    late = re.compile(_NEAR_WEIGHT).search(source.text, line.start, line.end)
     if late is not None and late[1] != "weight" and closest(late[1], ["weight"]):
         place = Span(source, late.start(1), late.end(1))
         help_text = f"did you mean 'weight'? the form is: {FORMS['if']}"
         return Diagnostic("FZ102", f"unexpected '{late[1]}'", place, help=help_text)
-    for match in _WORD.finditer(source.text, line.start, line.end):
+    for match in re.compile(NAME).finditer(source.text, line.start, line.end):
         small = match[0].lower()
         if small in RULE_WORDS and match[0] != small:
             return capital_keyword(match[0], Span(source, match.start(), match.end()))
     return None
 
 
-def _comparison(source: SourceText, found: re.Match[str]) -> Diagnostic:
-    sign, number = found[1], found[2]
+def _comparison(source: SourceText, comparison: re.Match[str]) -> Diagnostic:
+    sign, number = comparison[1], comparison[2]
     ends = f"-inf, {number}" if sign[0] == "<" else f"{number}, inf"
     help_text = f"declare a term of the input, such as: LIMIT = rectangle({ends}), and write: INPUT is LIMIT"
     message = "the condition of a rule compares with terms, not with numbers"
-    return Diagnostic("FZ102", message, Span(source, *found.span(1)), help=help_text)
+    return Diagnostic("FZ102", message, Span(source, *comparison.span(1)), help=help_text)
 
 
 def capital_keyword(word: str, place: Span, code: str = "FZ102") -> Diagnostic:
@@ -284,24 +318,24 @@ def _bad_character(source: SourceText, line: LogicalLine, at: int, help_text: st
         is_dash = line.kind == "row" and unicodedata.category(char) == "Pd"
         help_text = NO_RULE if is_dash else f"write '{SPELLINGS[char]}'"
     name = unicodedata.name(char, "a control character")
-    shown = f"'{char}' (U+{ord(char):04X}, {name})" if char.isprintable() else f"U+{ord(char):04X} ({name})"
-    return Diagnostic("FZ105", f"unexpected {shown}", place, help=help_text)
+    character = f"'{char}' (U+{ord(char):04X}, {name})" if char.isprintable() else f"U+{ord(char):04X} ({name})"
+    return Diagnostic("FZ105", f"unexpected {character}", place, help=help_text)
 
 
 def _bad_number(source: SourceText, at: int, help_text: str) -> Diagnostic:
-    """Say what is wrong with a number: digits of another script, or letters that it runs into."""
-    number = _NUMBER_LIKE.match(source.text, at)
+    """Return the diagnostic of a number with digits of another script, or one that runs into letters."""
+    number = re.compile(r"[\w.]+").match(source.text, at)
     assert number is not None
     foreign = next((i for i in range(at, number.end()) if not source.text[i].isascii()), None)
     if foreign is None or not source.text[foreign].isdigit():
         place = Span(source, at, at + 1)
         return Diagnostic("FZ102", "a number is malformed or runs into letters", place, help=help_text)
     char = source.text[foreign]
-    shown = f"'{char}' (U+{ord(char):04X}, {unicodedata.name(char, 'a digit')})"
+    character = f"'{char}' (U+{ord(char):04X}, {unicodedata.name(char, 'a digit')})"
     digit = unicodedata.decimal(char, None)
     return Diagnostic(
         "FZ105",
-        f"{shown} is no digit of a number",
+        f"{character} is no digit of a number",
         Span(source, foreign, foreign + 1),
         help=f"write '{digit}'" if digit is not None else help_text,
     )
@@ -321,8 +355,7 @@ def _meant(word: str, keywords: Sequence[str]) -> str | None:
 
 def describe_unknown_line(source: SourceText, line: LogicalLine, block: str) -> Diagnostic:
     """Return the diagnostic for a line that begins with no keyword and fits nothing above it."""
-    text = source.text[line.start : line.end]
-    start = line.start + len(text) - len(text.lstrip())
+    text, start = line.code(source), line.place(source).start
     if not line.word:
         char = source.text[start]
         if not char.isascii() or not char.isprintable():
@@ -333,7 +366,7 @@ def describe_unknown_line(source: SourceText, line: LogicalLine, block: str) -> 
             Span(source, start, start + 1),
             facts=(_keywords(STATEMENT_KEYWORDS),),
         )
-    place = Span(source, start, start + len(line.word))
+    place = line.word_place(source)
     keywords = BLOCKS[line.in_block] if line.in_block else STATEMENT_KEYWORDS
     forms = BLOCK_FORMS if line.in_block else FORMS
     if line.word.lower() in keywords and line.word != line.word.lower():
@@ -343,7 +376,7 @@ def describe_unknown_line(source: SourceText, line: LogicalLine, block: str) -> 
     if line.in_block and line.word in ("if", "when", "elif", "else") and not re.search(r"\bis\b", text):
         help_text = f"{CHOICE}, as the value of a 'let', 'next' or 'output'"
         return Diagnostic("FZ101", f"'{line.word}' begins no statement", place, help=help_text)
-    if line.word in ("then", "is", "not") or (near != "if" and _THEN.search(text)):
+    if line.word in ("then", "is", "not") or (near != "if" and re.search(r"\bthen\b", text)):
         help_text = "a rule is one line, which goes on in the next only inside parentheses"
         return Diagnostic("FZ101", f"'{line.word}' begins no statement", place, help=help_text)
     if line.word in keywords:
@@ -384,8 +417,7 @@ def _of_another_block(line: LogicalLine, place: Span) -> Diagnostic:
 
 def orphan(source: SourceText, line: LogicalLine, wanted: str) -> Diagnostic:
     """Return the diagnostic for a term line or a table line outside of a block."""
-    text = source.text[line.start : line.end]
-    place = Span(source, line.start + len(text) - len(text.lstrip()), line.end)
+    place = line.place(source)
     if wanted == "variable":
         help_text = f"begin it with a keyword, such as: {FORMS['param']}" if line.kind == "term_line" else ""
         return Diagnostic("FZ110", "unexpected term outside of an input or output", place, help=help_text)

@@ -11,19 +11,20 @@ from typing import Any, Final
 from fuzzyctl.diagnostics.diagnostic import Diagnostic
 from fuzzyctl.diagnostics.source import SourceText, Span
 from fuzzyctl.lang import syntax as sx
-from fuzzyctl.lang.foreign import foreign
-from fuzzyctl.lang.lines import LineKind, LogicalLine, half_typed, keyword_behind, meant_head, split
-from fuzzyctl.lang.misplaced_else import misplaced_else
-from fuzzyctl.lang.missing_keywords import (
+from fuzzyctl.lang.foreign import (
+    ELSE_WORDS,
     Headless,
     describe_barless,
     describe_headless,
+    foreign,
     headless,
     is_barless_row,
     is_nameless,
     looks_like_term,
     looks_like_variable,
+    misplaced_else,
 )
+from fuzzyctl.lang.lines import LineKind, LogicalLine, half_typed, keyword_behind, meant_head, split
 from fuzzyctl.lang.mistakes import describe_unknown_line, meant_keyword, orphan
 
 #: Most unreadable lines reported; parsing stops after them.
@@ -52,17 +53,17 @@ def parse(source: SourceText) -> tuple[sx.SyntaxTree, list[Diagnostic]]:
     Returns:
         The tree of all lines that could be read, and a diagnostic for each that could not.
     """
-    found = _read_lines(source)
-    tree, mistakes, foreign = found
+    reading = _read_lines(source)
+    tree, mistakes, foreign = reading
     if not mistakes and not foreign:
         return tree, mistakes
     # Files without mistakes need no repairs.
-    from fuzzyctl.lang.other_formats import other_format
+    from fuzzyctl.lang.foreign import other_format
     from fuzzyctl.lang.recovery import recover
 
     if (mistake := other_format(source)) is not None:
         return _nothing(source), [mistake]
-    return recover(source, found, _read_lines, _stops)
+    return recover(source, reading, _read_lines, _stops)
 
 
 def _nothing(source: SourceText) -> sx.SyntaxTree:
@@ -103,7 +104,7 @@ def _crowded(source: SourceText) -> Diagnostic | None:
 
 
 def _stops(source: SourceText, line: LogicalLine, kind: LineKind) -> int | None:
-    """Return where reading a line as one kind stops, or where a word of another tool stands; None for neither."""
+    """Return the offset where reading a line as one kind stops, or of a word of another tool; None for neither."""
     if kind in ("unknown", "blank"):
         return line.start
     from fuzzyctl.lang import grammar
@@ -154,23 +155,23 @@ class _Assembler:
 
     def take(self, line: LogicalLine, below: LogicalLine | None) -> None:
         """Take the next line; `below` is the one after it."""
-        if line.kind == "term_line" and is_nameless(self.source, line):
+        if line.kind == "term_line" and line.word == "param" and is_nameless(self.source, line):
             line = dataclasses.replace(line, kind="statement")
         if line.in_block:
             self._take_block_line(line)
             return
-        if (
-            self.block == "variable"
-            and (misplaced := misplaced_else(self.source, line, self.statements[-1])) is not None
-        ):
-            self.diagnostics.append(misplaced)
-            self.incomplete = True
-            return
+        if self.block == "variable" and line.word.lower() in ELSE_WORDS:
+            misplaced = misplaced_else(self.source, line, self.statements[-1])
+            if misplaced is not None:
+                self.diagnostics.append(misplaced)
+                self.incomplete = True
+                return
         if self.block == "table" and line.mistake is None and self._lacks_bar(line, below):
             self.barless.append(line)
             return
         belongs = line.kind in ("term_line", "header", "row") or (line.kind == "statement" and line.word == "terms")
-        what = headless(self.source, line, below) if line.kind in ("unknown", "term_line") else ""
+        is_term = line.kind == "term_line" and line.code(self.source).endswith(")")
+        what = headless(self.source, line, below) if line.kind in ("unknown", "term_line") and not is_term else ""
         if what == "header" and self.block == "table":
             # Rows below a table from a file: what is wrong with that is said where the file is read.
             self._take_below(dataclasses.replace(line, kind="header"))
@@ -185,9 +186,9 @@ class _Assembler:
             self._take_statement(line)
 
     def _take_block_line(self, line: LogicalLine) -> None:
-        """Take a line of a controller, plant or loop: each is a statement of its own.
+        """Take a line of a controller, plant or loop, which is one statement.
 
-        The lines below a head that cannot be read have mistakes of their own, and belong to no other block.
+        The lines below a head that cannot be read belong to no other block, and their mistakes are reported.
         """
         self._close_block()
         self._drop_condition()
@@ -196,7 +197,7 @@ class _Assembler:
             self.headless = node is None
         if line.kind == "unknown":
             self.diagnostics.append(line.mistake or describe_unknown_line(self.source, line, ""))
-            code, keywords = self.source.text[line.start : line.end], sx.BLOCKS[line.in_block]
+            code, keywords = line.code(self.source), sx.BLOCKS[line.in_block]
             self.headless = self.headless or meant_head(code, line.in_block) is not None
             meant = half_typed(line.word, keywords) if line.word else None
             if meant is not None:
@@ -248,9 +249,9 @@ class _Assembler:
         self.diagnostics.append(line.mistake or describe_unknown_line(self.source, line, self.block))
         self.condition = None
         meant = meant_keyword(line.word)
-        if meant is not None and self.source.text[line.start : line.end].strip() == line.word:
+        if meant is not None and line.code(self.source).strip() == line.word:
             self.nameless.add(meant)
-        meant = keyword_behind(self.source.text[line.start : line.end]) or meant
+        meant = keyword_behind(line.code(self.source)) or meant
         is_variable = looks_like_variable(self.source, line)
         if meant in ("input", "output", "table") or is_variable:
             # It was the head of the block that follows.
@@ -286,7 +287,7 @@ class _Assembler:
     def _take_below(self, line: LogicalLine) -> None:
         wanted = "variable" if line.kind in ("term_line", "statement") else "table"
         if self.block == "broken":
-            # The lines of a block whose head could not be read have mistakes of their own.
+            # Mistakes in the lines of a block whose head could not be read are reported, too.
             self._remember_words(line)
             self._parse(line, line.kind)
             return

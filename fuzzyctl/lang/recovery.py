@@ -1,6 +1,6 @@
 """Error recovery: a line with a known error is repaired, reported, and parsed as repaired.
 
-A line that fails goes through the repairs of lang/notations.py and its fellows. Edits of characters that no valid line
+A line that fails goes through the repairs of lang/repairs.py. Edits of characters that no valid line
 holds are kept in any case; all others only when the line can be read with them. The repaired file is read again, since
 the repaired line may be the head of a block, until nothing more can be repaired.
 """
@@ -52,8 +52,8 @@ class Reading:
         for line in split(source):
             if line.kind == "blank":
                 continue
-            known = self.kind if line.kind == "unknown" or self.kind == "block_statement" else line.kind
-            if self.stops(source, replace(line, in_block=line.in_block or self.in_block), known) is not None:
+            kind = self.kind if line.kind == "unknown" or self.kind == "block_statement" else line.kind
+            if self.stops(source, replace(line, in_block=line.in_block or self.in_block), kind) is not None:
                 return False
             # The kinds of brackets are those of ranges, which may be half open in blocks.
             if line.mistake is not None and (line.mistake.code != "FZ103" or self.kind != "block_statement"):
@@ -90,13 +90,13 @@ def repaired_line(draft: Draft, around: Surroundings, reading: Reading) -> tuple
 
 def _by_repairs(draft: Draft, around: Surroundings, reading: Reading) -> Draft | None:
     """Return a line after the repairs that it needs; None where it cannot be read after any."""
-    current, made = draft, list[Repair]()
+    current, repairs = draft, list[Repair]()
     for repair in ROWS:
         after = current.repaired_by(repair, around)
         if after is not current:
-            made.append(repair)
+            repairs.append(repair)
             if reading.reads(after.text):
-                return _needed(draft, made, around, reading)
+                return _needed(draft, repairs, around, reading)
         current = after
     for repair in ROWS:
         alone = draft.repaired_by(repair, around)
@@ -289,13 +289,13 @@ def _report(source: SourceText, draft: Draft, first: Diagnostic, *, whole: bool)
     """Return the diagnostic of a repaired line, whose sentences are made of its edits."""
     edits = sorted(draft.edits, key=lambda e: (e.start, e.end))
     lead = next((e for e in edits if source.text[e.start : e.end].strip()), edits[0])
-    facts, said = [], {lead.why}
+    facts, reasons = [], {lead.why}
     for e in edits:
         if e is lead:
             continue
         column = source.column_of(e.start)
-        facts.append(f"column {column}: {_instruction(source, e)}{'' if e.why in said else f': {e.why}'}")
-        said.add(e.why)
+        facts.append(f"column {column}: {_instruction(source, e)}{'' if e.why in reasons else f': {e.why}'}")
+        reasons.add(e.why)
     written = [line.strip() for line in draft.text.split("\n") if line.strip()]
     line = f"write: {written[0]}" if written else "remove the line"
     if len(written) > 1:

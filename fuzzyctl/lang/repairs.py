@@ -1,7 +1,7 @@
 """Repairs of lines as one table: a pattern, what comes in its place, the reason, and whether it is sure.
 
 Most are notations of MATLAB, fuzzylite, FCL, C, spreadsheets and papers. What a repair gives is seen by reading the
-line again, see `lang/search.py`. Patterns are matched without regard to case, against a line whose texts and comments
+line again, see `lang/recovery.py`. Patterns are matched without regard to case, against a line whose texts and comments
 are masked. What is replaced is the named group that has matched, or the whole match.
 """
 
@@ -16,13 +16,12 @@ from typing import Final
 from fuzzyctl.diagnostics.other_tools_words import PEER_WORDS
 from fuzzyctl.diagnostics.suggestions import closest, is_slip, look_alikes
 from fuzzyctl.expr import FUNCTIONS
-from fuzzyctl.lang.common_errors import SPELLINGS
 from fuzzyctl.lang.edits import NUMBER, VALUE, Edit, Repair, Surroundings, depth, head, row
-from fuzzyctl.lang.lines import keyword_behind
-from fuzzyctl.lang.other_tools import is_value, known_kind, known_setting, remark
+from fuzzyctl.lang.foreign import is_value, known_kind, known_setting, remark
+from fuzzyctl.lang.lines import keyword_behind, tokens
+from fuzzyctl.lang.mistakes import SPELLINGS
 from fuzzyctl.lang.syntax import BLOCKS, NAME, STATEMENT_KEYWORDS
 from fuzzyctl.lang.term_repairs import TERMS
-from fuzzyctl.lang.tokens import tokens
 
 COMMENT: Final = "a comment begins with '#'"
 _ENDS: Final = "a statement ends with its line"
@@ -101,8 +100,8 @@ def _semicolons(code: str, text: str, around: Surroundings) -> Iterator[Edit]:
 
 
 def _bare_term(groups: list[str], around: Surroundings) -> str | None:
-    known = around.declared.params | around.declared.variables
-    return None if groups[3] in known else f"{groups[2]} {groups[3]}".strip()
+    numbers = around.declared.params | around.declared.variables
+    return None if groups[3] in numbers else f"{groups[2]} {groups[3]}".strip()
 
 
 #: Repairs of what no valid line holds: they are kept in any case.
@@ -160,22 +159,22 @@ def _capitals(code: str, text: str, around: Surroundings) -> Iterator[Edit]:
 
 def _misspelt(code: str, text: str, around: Surroundings) -> Iterator[Edit]:
     """Replace a first word that is one of the language but for a slip."""
-    found = re.match(rf"\s*({NAME})(?=[\s(])(?!\s*[:=|])", code)
-    if found is None or found[1] in {*STATEMENT_KEYWORDS, "let", *_IN_RULES, *around.declared.names}:
+    match = re.match(rf"\s*({NAME})(?=[\s(])(?!\s*[:=|])", code)
+    if match is None or match[1] in {*STATEMENT_KEYWORDS, "let", *_IN_RULES, *around.declared.names}:
         # A declared name begins a row without its bar, or the rest of a rule.
         return
-    word, rest = found[1], code[found.end() :]
+    word, rest = match[1], code[match.end() :]
     if len(word) == 2 and (value := re.fullmatch(rf"\s+({NAME})\W*", rest)):
         for near in ("and", "or"):
             if (set(word) < set(near) or word == near[::-1]) and is_value(near, value[1]):
-                yield Edit(*found.span(1), near, f"did you mean '{near}'?")
+                yield Edit(*match.span(1), near, f"did you mean '{near}'?")
     if len(word) < 3 or keyword_behind(code) is not None:
         return
     near_word = closest(word, BLOCKS.get(around.in_block, STATEMENT_KEYWORDS))
     # `allow` takes any words; its codes are known by their form.
     if near_word is not None and (near_word not in ("allow", "deny") or re.match(r"\s+FZ\d", rest)):
         why = "; ".join((f"did you mean '{near_word}'?", *look_alikes(word)))
-        yield Edit(*found.span(1), near_word, why, is_slip(word, near_word, STATEMENT_KEYWORDS))
+        yield Edit(*match.span(1), near_word, why, is_slip(word, near_word, STATEMENT_KEYWORDS))
 
 
 def _repeated(code: str, text: str, around: Surroundings) -> Iterator[Edit]:
@@ -324,9 +323,9 @@ def _weight(groups: list[str], around: Surroundings) -> str | None:
         weight = groups[2].replace(",", ".")
         return f"{groups[3]} weight {weight}" if float(weight) <= 1 else None
     term, sign, number, percent = groups[5], groups[7], groups[8].replace(",", "."), groups[9]
-    known = around.declared.params | around.declared.variables
+    numbers = around.declared.params | around.declared.variables
     called = known_kind(term) is not None or term in FUNCTIONS
-    if (sign == "*" and term in known) or (sign in ("(", "[") and called) or (percent and "weight" not in sign):
+    if (sign == "*" and term in numbers) or (sign in ("(", "[") and called) or (percent and "weight" not in sign):
         return None
     if not sign.strip() and not re.search(rf"\bis\s+{NAME}\)*\s+[\d.,]+\s*$", groups[0]):
         return None
@@ -442,14 +441,14 @@ def _else(code: str, text: str, around: Surroundings) -> Iterator[Edit]:
     if behind is not None:
         condition = _bare(text[slice(*behind.span(1))])
         yield Edit(*behind.span(2), f"\nif not ({condition}) then ", "rules have no 'else'")
-    found = re.match(r"\s*(else\b,?\s*(?:then\s+)?)(?!if\b)", code, re.IGNORECASE)
-    if found is not None and " is " in code.lower():
+    match = re.match(r"\s*(else\b,?\s*(?:then\s+)?)(?!if\b)", code, re.IGNORECASE)
+    if match is not None and " is " in code.lower():
         above = [re.match(r"(?:else\s+)?if\s+(.*?)\s+then\b", rule, re.IGNORECASE) for rule in around.above]
         bare = [_bare(m[1]) for m in above if m is not None]
         small = [re.sub(r"\b(?:IS|AND|OR|NOT)\b", lambda m: m[0].lower(), c) for c in bare]
         none = " and ".join(f"not ({c})" for c in small)
         new = f"if {none} then " if above and all(above) else "otherwise "
-        yield Edit(*found.span(1), new, "rules have no 'else'")
+        yield Edit(*match.span(1), new, "rules have no 'else'")
 
 
 def _consequents(code: str, text: str, around: Surroundings) -> Iterator[Edit]:
@@ -470,14 +469,14 @@ def _consequents(code: str, text: str, around: Surroundings) -> Iterator[Edit]:
 
 def _formula(groups: list[str], around: Surroundings) -> str | None:
     value = groups[1].strip()
-    own = re.findall(rf"(?m)^\s*function\s+({NAME})", around.declared.text)
-    unknown = set(re.findall(rf"({NAME})\s*\(", value)) - {*FUNCTIONS, *own}
+    functions = re.findall(rf"(?m)^\s*function\s+({NAME})", around.declared.text)
+    unknown = set(re.findall(rf"({NAME})\s*\(", value)) - {*FUNCTIONS, *functions}
     if any(value.startswith(name) or known_kind(name) for name in unknown):
         # A term before parentheses, or a membership function.
         return re.sub(r"\s+\(", "(", value) if re.match(r"(?:constant|linear|function)\s+\(", value) else None
     names = set(re.findall(NAME, value))
-    known = around.declared.variables | around.declared.params
-    if re.fullmatch(rf"\(\s*{NAME}\s*\)|{NAME}(?:-{NAME})+", value) and not names <= known:
+    numbers = around.declared.variables | around.declared.params
+    if re.fullmatch(rf"\(\s*{NAME}\s*\)|{NAME}(?:-{NAME})+", value) and not names <= numbers:
         return None
     return f"function({value})" if re.search(r"[-+*/^(]", value) else None
 

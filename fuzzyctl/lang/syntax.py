@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Final
+from typing import Final, dataclass_transform
 
 from fuzzyctl.diagnostics.source import SourceText, Span
 from fuzzyctl.expr import Expr
@@ -53,7 +53,7 @@ BLOCKS: Final[dict[str, tuple[str, ...]]] = {
 #: All of them.
 BLOCK_KEYWORDS: Final = tuple(dict.fromkeys(word for words in BLOCKS.values() for word in words))
 
-#: Words that cannot name anything, since rules and expressions could not tell them from their own words.
+#: Words that are no names, since rules and expressions use them.
 RESERVED: Final = frozenset({"and", "or", "not", "then", "weight", "inf", "pi"})
 
 
@@ -64,29 +64,34 @@ NAME: Final = r"[^\W\d][\w\u0300-\u036f]*"
 MAX_NAME: Final = 200
 
 
-@record(frozen=True, slots=True, eq=False)
-class Word:
+@dataclass_transform(frozen_default=True, eq_default=False)
+class Node:
+    """Base of all parts of a tree: frozen for type checkers, equal to itself only."""
+
+    def __init_subclass__(cls) -> None:
+        """Make each kind a record of its fields."""
+        record(frozen=True, eq=False)(cls)
+
+
+class Word(Node):
     """A name as typed, in normal form NFC."""
 
     text: str
     span: Span
 
 
-@record(frozen=True, slots=True, eq=False)
-class Statement:
+class Statement(Node):
     """Base of all statements; the span covers the line without its comment."""
 
     span: Span
 
 
-@record(frozen=True, slots=True, eq=False)
 class Version(Statement):
     """`fz 1`."""
 
     number: Word
 
 
-@record(frozen=True, slots=True, eq=False)
 class System(Statement):
     """`system NAME "title"`."""
 
@@ -94,22 +99,19 @@ class System(Statement):
     title: str
 
 
-@record(frozen=True, slots=True, eq=False)
 class Citation(Statement):
     """`source "..."`."""
 
     text: str
 
 
-@record(frozen=True, slots=True, eq=False)
-class Option:
+class Option(Node):
     """`name=value` inside the parentheses of a setting."""
 
     name: Word
     value: Word
 
 
-@record(frozen=True, slots=True, eq=False)
 class Setting(Statement):
     """`and`, `or`, `implication`, `aggregation` or `defuzzifier` with a value and options."""
 
@@ -118,7 +120,6 @@ class Setting(Statement):
     options: tuple[Option, ...]
 
 
-@record(frozen=True, slots=True, eq=False)
 class Semantics(Statement):
     """`semantics PROFILE(...)`."""
 
@@ -127,15 +128,13 @@ class Semantics(Statement):
     options: tuple[Option, ...] = ()
 
 
-@record(frozen=True, slots=True, eq=False)
-class ActivationOption:
+class ActivationOption(Node):
     """`name=value`, or a comparison with a value, inside the parentheses of an activation method."""
 
     name: Word
     value: Expr
 
 
-@record(frozen=True, slots=True, eq=False)
 class Activation(Statement):
     """`activation KIND(...)`."""
 
@@ -144,7 +143,6 @@ class Activation(Statement):
     options: tuple[ActivationOption, ...]
 
 
-@record(frozen=True, slots=True, eq=False)
 class Hedge(Statement):
     """`hedge NAME(x) = expression`."""
 
@@ -153,7 +151,6 @@ class Hedge(Statement):
     expression: Expr
 
 
-@record(frozen=True, slots=True, eq=False)
 class Use(Statement):
     """`use "file.fz"`."""
 
@@ -161,7 +158,6 @@ class Use(Statement):
     path_span: Span
 
 
-@record(frozen=True, slots=True, eq=False)
 class Allow(Statement):
     """`allow CODES "reason"` and `deny CODES "reason"`."""
 
@@ -170,8 +166,7 @@ class Allow(Statement):
     reason: str
 
 
-@record(frozen=True, slots=True, eq=False)
-class Bounds:
+class Bounds(Node):
     """`in [low, high]`; a parenthesis in place of a bracket excludes the end."""
 
     lower: Expr
@@ -181,7 +176,6 @@ class Bounds:
     span: Span
 
 
-@record(frozen=True, slots=True, eq=False)
 class Param(Statement):
     """`param NAME in [low, high] = expression unit "..."`."""
 
@@ -191,8 +185,7 @@ class Param(Statement):
     bounds: Bounds | None = None
 
 
-@record(frozen=True, slots=True, eq=False)
-class Argument:
+class Argument(Node):
     """One parameter of a term, with its name where it was given by keyword."""
 
     value: Expr
@@ -200,7 +193,6 @@ class Argument:
     span: Span
 
 
-@record(frozen=True, slots=True, eq=False)
 class TermLine(Statement):
     """`NAME = kind(...)` below an input or an output."""
 
@@ -209,8 +201,7 @@ class TermLine(Statement):
     arguments: tuple[Argument, ...]
 
 
-@record(frozen=True, slots=True, eq=False)
-class PartitionItem:
+class PartitionItem(Node):
     """One item of a `terms` line: a name with a peak (`@`), with a value (`=`), or alone."""
 
     name: Word
@@ -218,69 +209,60 @@ class PartitionItem:
     value: Expr | None
 
 
-@record(frozen=True, slots=True, eq=False)
 class TermsLine(Statement):
     """`terms ...` below an input or an output."""
 
     items: tuple[PartitionItem, ...]
 
 
-@record(frozen=True, slots=True, eq=False)
-class UnitClause:
+class UnitClause(Node):
     """`unit "..."` of a variable."""
 
     text: str
     span: Span
 
 
-@record(frozen=True, slots=True, eq=False)
-class Held:
+class Held(Node):
     """`hold(EXPR)`: the previous output, at first the value of the expression."""
 
     start: Expr
     span: Span
 
 
-@record(frozen=True, slots=True, eq=False)
-class FallbackClause:
+class FallbackClause(Node):
     """`else VALUE`, `else word` or `else hold(EXPR)`."""
 
     value: Expr | Word | Held
     span: Span
 
 
-@record(frozen=True, slots=True, eq=False)
-class AdaptiveClause:
+class AdaptiveClause(Node):
     """`adaptive rate EXPR`."""
 
     rate: Expr
     span: Span
 
 
-@record(frozen=True, slots=True, eq=False)
-class ExtrapolateClause:
+class ExtrapolateClause(Node):
     """`extrapolate`."""
 
     span: Span
 
 
-@record(frozen=True, slots=True, eq=False)
-class ClampClause:
+class ClampClause(Node):
     """`clamp`."""
 
     span: Span
 
 
-@record(frozen=True, slots=True, eq=False)
-class SettingClause:
+class SettingClause(Node):
     """`implication`, `aggregation` or `defuzzifier` of one output."""
 
     setting: Setting
     span: Span
 
 
-@record(frozen=True, slots=True, eq=False)
-class TermsClause:
+class TermsClause(Node):
     """`terms of VARIABLE`."""
 
     variable: Word
@@ -290,8 +272,7 @@ class TermsClause:
 Clause = TermsClause | UnitClause | FallbackClause | AdaptiveClause | ExtrapolateClause | ClampClause | SettingClause
 
 
-@record(frozen=True, slots=True, eq=False)
-class FunctionTerm:
+class FunctionTerm(Node):
     """A consequent without a name: `linear(...)`, `function(...)`, `constant(...)`."""
 
     kind: Word
@@ -299,8 +280,7 @@ class FunctionTerm:
     span: Span
 
 
-@record(frozen=True, slots=True, eq=False)
-class HedgedTerm:
+class HedgedTerm(Node):
     """`[hedges term]` in a cell."""
 
     hedges: tuple[Word, ...]
@@ -312,7 +292,6 @@ class HedgedTerm:
 ConsequentTerm = Word | Expr | FunctionTerm
 
 
-@record(frozen=True, slots=True, eq=False)
 class Variable(Statement):
     """An `input`, `output` or `let` with the term lines below it, which all variables of one line have in common."""
 
@@ -333,8 +312,7 @@ class Variable(Statement):
     others: tuple[tuple[Word, str], ...] = ()
 
 
-@record(frozen=True, slots=True, eq=False)
-class CellText:
+class CellText(Node):
     """One cell of a table row; no terms means no rule."""
 
     terms: tuple[ConsequentTerm | HedgedTerm, ...]
@@ -342,28 +320,24 @@ class CellText:
     span: Span
 
 
-@record(frozen=True, slots=True, eq=False)
-class Truth:
-    """Base of what stands between `if` and `then`."""
+class Truth(Node):
+    """Base of all antecedents, between `if` and `then`."""
 
     span: Span
 
 
-@record(frozen=True, slots=True, eq=False)
 class With(Statement):
     """`with CONDITION` above a table."""
 
     condition: Truth
 
 
-@record(frozen=True, slots=True, eq=False)
 class HeaderLine(Statement):
     """The line of terms above the rows of a table."""
 
     terms: tuple[Word, ...]
 
 
-@record(frozen=True, slots=True, eq=False)
 class RowLine(Statement):
     """One row of a table."""
 
@@ -371,7 +345,6 @@ class RowLine(Statement):
     cells: tuple[CellText, ...]
 
 
-@record(frozen=True, slots=True, eq=False)
 class Table(Statement):
     """`table OUT = ROWS x COLUMNS` with header and rows; `second` is None for `table OUT = INPUT`.
 
@@ -391,7 +364,6 @@ class Table(Statement):
     scale: Expr | None = None
 
 
-@record(frozen=True, slots=True, eq=False)
 class Rules(Statement):
     """`rules NAME` with the settings of the block: the tables and rules from here to the next such line are its own."""
 
@@ -399,7 +371,6 @@ class Rules(Statement):
     settings: tuple[Setting | Activation, ...]
 
 
-@record(frozen=True, slots=True, eq=False)
 class Literal(Truth):
     """`variable is [hedges] term`."""
 
@@ -408,21 +379,18 @@ class Literal(Truth):
     term: Word
 
 
-@record(frozen=True, slots=True, eq=False)
 class Negation(Truth):
     """`not ...`."""
 
     operand: Truth
 
 
-@record(frozen=True, slots=True, eq=False)
 class Group(Truth):
     """`( ... )`."""
 
     operand: Truth
 
 
-@record(frozen=True, slots=True, eq=False)
 class Chain(Truth):
     """`a and b and c`, or the same with `or`."""
 
@@ -430,8 +398,7 @@ class Chain(Truth):
     operands: tuple[Truth, ...]
 
 
-@record(frozen=True, slots=True, eq=False)
-class ConsequentText:
+class ConsequentText(Node):
     """`output is hedges term`, or a number or a function in place of the term."""
 
     output: Word
@@ -439,7 +406,6 @@ class ConsequentText:
     hedges: tuple[Word, ...] = ()
 
 
-@record(frozen=True, slots=True, eq=False)
 class Rule(Statement):
     """`if ... then ... weight w`."""
 
@@ -448,7 +414,6 @@ class Rule(Statement):
     weight: Expr | None
 
 
-@record(frozen=True, slots=True, eq=False)
 class Otherwise(Statement):
     """`otherwise ... weight w`: the rule that fires as far as the others do not."""
 
@@ -456,7 +421,6 @@ class Otherwise(Statement):
     weight: Expr | None
 
 
-@record(frozen=True, slots=True, eq=False)
 class Require(Statement):
     """`require CLAIM within TOLERANCE when REGION`."""
 
@@ -468,7 +432,6 @@ class Require(Statement):
 # -- controllers
 
 
-@record(frozen=True, slots=True, eq=False)
 class Head(Statement):
     """`controller NAME "title"`, `plant NAME "title"`, `loop NAME "title"`; a plant of one line has a formula."""
 
@@ -478,7 +441,6 @@ class Head(Statement):
     formula: Expr | None = None
 
 
-@record(frozen=True, slots=True, eq=False)
 class Function(Statement):
     """`function NAME(a, b) = expression`."""
 
@@ -487,7 +449,6 @@ class Function(Statement):
     expression: Expr
 
 
-@record(frozen=True, slots=True, eq=False)
 class Signal(Statement):
     """`input`, `output`, `state` or `measure` with a label and a unit; an input has no value."""
 
@@ -499,7 +460,6 @@ class Signal(Statement):
     value: Expr | None
 
 
-@record(frozen=True, slots=True, eq=False)
 class Equation(Statement):
     """`let`, `next`, `der` or `block` with a name and an expression."""
 
@@ -508,14 +468,12 @@ class Equation(Statement):
     value: Expr
 
 
-@record(frozen=True, slots=True, eq=False)
 class Every(Statement):
     """`every PERIOD`."""
 
     period: Expr
 
 
-@record(frozen=True, slots=True, eq=False)
 class Run(Statement):
     """`run DURATION step STEP`."""
 
@@ -523,8 +481,7 @@ class Run(Statement):
     step: Expr | None
 
 
-@record(frozen=True, slots=True, eq=False)
-class SyntaxTree:
+class SyntaxTree(Node):
     """All statements of a file in the order written.
 
     Args:

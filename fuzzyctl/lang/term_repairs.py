@@ -8,7 +8,7 @@ from typing import Final
 
 from fuzzyctl.formulas import MEMBERSHIP
 from fuzzyctl.lang.edits import NUMBER, VALUE, Edit, Repair, Surroundings, depth, head, row
-from fuzzyctl.lang.other_tools import ORDERS, SCIKIT_ORDERS, known_kind
+from fuzzyctl.lang.foreign import ORDERS, SCIKIT_ORDERS, known_kind
 from fuzzyctl.lang.syntax import NAME, STATEMENT_KEYWORDS
 
 _KEYWORD: Final = "|".join(STATEMENT_KEYWORDS)
@@ -26,40 +26,40 @@ def _call(code: str, text: str, around: Surroundings) -> Iterator[Edit]:
     if (points := _POINTS.match(text)) is not None:
         new = f" = piecewise({', '.join(re.findall(NUMBER, points[1]))})"
         yield Edit(*points.span(1), new, "points of a term are written piecewise(x1, y1, x2, y2, ...)")
-    found = _CALL.match(text)
-    if found is None or (found[1] is None and found[2] is None) or head(code) in ("if", "with", "table", "terms"):
+    match = _CALL.match(text)
+    if match is None or (match[1] is None and match[2] is None) or head(code) in ("if", "with", "table", "terms"):
         return
-    kind = known_kind(found[3])
-    rest = re.sub(r"\s*(?:#.*)?$", "", found[4])
+    kind = known_kind(match[3])
+    rest = re.sub(r"\s*(?:#.*)?$", "", match[4])
     if kind is None:
         return
     is_universe = _UNIVERSE.match(rest) is not None
     numbers = _arguments(_UNIVERSE.sub("", rest), len(MEMBERSHIP[kind].parameters), variadic=MEMBERSHIP[kind].variadic)
     if numbers is None:
         return
-    word, parameters = found[3].lower(), MEMBERSHIP[kind].parameters
+    word, parameters = match[3].lower(), MEMBERSHIP[kind].parameters
     form = SCIKIT_ORDERS.get(word) if is_universe and "[" not in rest else ORDERS.get(word)
     infinity = re.compile(r"^([-+]?)inf(?:inity)?$", re.IGNORECASE)
     numbers = [n if n.lstrip("+-") in around.declared.params else infinity.sub(r"\1inf", n) for n in numbers]
     why = "membership functions have names of their own here"
     if form is not None and len(numbers) == len(form.parameters) and not any("=" in n for n in numbers):
-        given = dict(zip(form.parameters, numbers, strict=True))
-        numbers = [given[p] for p in parameters]
+        values = dict(zip(form.parameters, numbers, strict=True))
+        numbers = [values[p] for p in parameters]
         if tuple(form.parameters) != tuple(parameters):
             theirs, ours = ", ".join(form.parameters), ", ".join(parameters)
-            why = f"{form.tool} writes {found[3]}({theirs}), here it is {kind}({ours}): the order differs"
+            why = f"{form.tool} writes {match[3]}({theirs}), here it is {kind}({ours}): the order differs"
     elif word == "binary" and numbers[-1].startswith("-"):
         # fuzzylite writes where it begins and to which side it goes.
         numbers.reverse()
-    elif found[3] == kind:
+    elif match[3] == kind:
         why = f"the form is: NAME = {kind}({', '.join(parameters)})"
-    new, start = f"{kind}({', '.join(numbers)})", found.start(3)
-    if found[2] is None or text[found.end(2) : start].strip() != "=":
+    new, start = f"{kind}({', '.join(numbers)})", match.start(3)
+    if match[2] is None or text[match.end(2) : start].strip() != "=":
         start = len(text) - len(text.lstrip())
-        name = found[2] or re.sub(r"\W+", "_", found[1])
+        name = match[2] or re.sub(r"\W+", "_", match[1])
         new = f"{name} = {new}"
-    if new != text[start : found.start(4) + len(rest)]:
-        yield Edit(start, found.start(4) + len(rest), new, why)
+    if new != text[start : match.start(4) + len(rest)]:
+        yield Edit(start, match.start(4) + len(rest), new, why)
 
 
 def _arguments(rest: str, due: int, *, variadic: bool) -> list[str] | None:
@@ -96,8 +96,8 @@ def _items(groups: list[str], around: Surroundings) -> str | None:
 def _joined_name(groups: list[str], around: Surroundings) -> str | None:
     """Return a name with underscores for blanks and hyphens; in a rule a hyphen may be a minus sign."""
     name = groups[1] or groups[2] or groups[3]
-    known = around.declared.variables | around.declared.params
-    if groups[3] and known.issuperset(name.split("-")):
+    numbers = around.declared.variables | around.declared.params
+    if groups[3] and numbers.issuperset(name.split("-")):
         return None
     return "_".join(dict.fromkeys(name.split())) if groups[1] else name.replace("-", "_")
 
@@ -115,10 +115,10 @@ def _cells(groups: list[str], around: Surroundings) -> str | None:
         return header
     if _is_two_way(around):
         line = re.sub(rf"^\|\s*(?={NAME}\s*\|)", "", line)
-    found = re.match(rf"({NAME})?\s*([|:&])\s*(.*?)[\s|]*(?:\\\\)?$", line)
-    if found is None or not found[3] or (found[1] is None and _is_two_way(around)):
+    match = re.match(rf"({NAME})?\s*([|:&])\s*(.*?)[\s|]*(?:\\\\)?$", line)
+    if match is None or not match[3] or (match[1] is None and _is_two_way(around)):
         return None
-    body = found[3]
+    body = match[3]
     # Commas without a blank are those of decimals where others have one.
     separator = r"(?:[|&]|,(?!\d))" if re.search(r",\s", body) else "[|,&]"
     if depth(body) == 0 and re.search(separator, re.sub(r"\([^()]*\)", "", body)) and "(" not in body:
@@ -128,8 +128,8 @@ def _cells(groups: list[str], around: Surroundings) -> str | None:
     cell = rf"(?:\s|^)(?:({NUMBER})\s*\*\s*({NAME})|({NAME})\*({NAME})|({VALUE}))(?=\s|$)"
     body = re.sub(cell, lambda m: m[0][: m[0] != m[0].lstrip()] + _cell(m, around), body)
     return (
-        f"{found[1] or ''} | {body}".strip()
-        if found[2] != "|" or body != found[3] or line != groups[1].strip()
+        f"{match[1] or ''} | {body}".strip()
+        if match[2] != "|" or body != match[3] or line != groups[1].strip()
         else None
     )
 

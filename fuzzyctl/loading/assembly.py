@@ -5,7 +5,6 @@ from __future__ import annotations
 import dataclasses
 import os
 from collections.abc import Collection, Iterator
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
@@ -14,6 +13,7 @@ from fuzzyctl.diagnostics.source import SourceText, Span
 from fuzzyctl.diagnostics.suggestions import closest
 from fuzzyctl.lang import syntax as sx
 from fuzzyctl.lang.parser import parse
+from fuzzyctl.records import dataclass
 from fuzzyctl.support.reading import files_in, is_below, read_source
 
 #: Most files that one file may use, directly and through others.

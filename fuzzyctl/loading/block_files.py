@@ -8,7 +8,7 @@ import dataclasses
 import os
 from collections.abc import Callable
 from pathlib import Path
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 from fuzzyctl.diagnostics.fixes import respelt_as_suggested
@@ -20,8 +20,10 @@ from fuzzyctl.model.controller import Result, Signal, State
 from fuzzyctl.model.forms import bound
 from fuzzyctl.model.loop import SIGNALS, Loop
 from fuzzyctl.model.plant import Plant
-from fuzzyctl.simulation.fmu_archive import FmuDescription, FmuError, read_description
 from fuzzyctl.support.reading import files_in, is_below, read_source, record_file
+
+if TYPE_CHECKING:
+    from fuzzyctl.simulation.fmu_archive import FmuDescription
 
 #: The assignments of a plant in Python, the form of each and an example.
 _INTERFACE: Final = {
@@ -185,6 +187,8 @@ def _check_columns(call: Call, folder: Path | None) -> list[Diagnostic]:
 
 def with_fmu(plant: Plant, head: sx.Head, folder: Path | None) -> tuple[Plant, list[Diagnostic]]:
     """Return a plant with the file, inputs and outputs of its FMU; or a diagnostic."""
+    from fuzzyctl.simulation.fmu_archive import FmuError, read_description  # archives and XML, for FMUs only
+
     text = next(e for e in walk(head.formula or Name("")) if isinstance(e, Text))
     span = text.span or head.span
     try:
@@ -216,6 +220,8 @@ def fmu_plant(path: str | os.PathLike[str], name: str = "plant") -> Plant:
     Raises:
         DiagnosticError: For a file that is no such FMU.
     """
+    from fuzzyctl.simulation.fmu_archive import FmuError, read_description
+
     try:
         fmu = read_description(os.fspath(path))
     except FmuError as error:

@@ -125,7 +125,7 @@ class Blocks:
             block, more = with_interface(block, head, self._folder)
             results = [*results, *more]
         if isinstance(block, Plant) and block.fmu:
-            from fuzzyctl.loading.block_files import with_fmu  # with it comes a parser of XML
+            from fuzzyctl.loading.block_files import with_fmu
 
             block, more = with_fmu(block, head, self._folder)
             results = [*results, *more]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import unicodedata
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
@@ -13,6 +13,7 @@ from fuzzyctl.expr import Expr, evaluate
 from fuzzyctl.model.guarantee import Param
 from fuzzyctl.model.node import Node
 from fuzzyctl.model.params import ParamValues
+from fuzzyctl.records import dataclass
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 from typing import Any, ClassVar, Self
 
@@ -16,6 +16,7 @@ from fuzzyctl.model.guarantee import Bounds, Guarantee
 from fuzzyctl.model.node import Node
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.operations import operation
+from fuzzyctl.records import dataclass
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)

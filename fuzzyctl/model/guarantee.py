@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from fuzzyctl.expr import Expr
 from fuzzyctl.model.node import Node
+from fuzzyctl.records import dataclass
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import ClassVar, Final
 
 from fuzzyctl.diagnostics.suggestions import counted
@@ -12,6 +11,7 @@ from fuzzyctl.model.controller import Definition, EquationBlock
 from fuzzyctl.model.forms import NEEDED, Form
 from fuzzyctl.model.guarantee import Guarantee
 from fuzzyctl.model.plant import Plant
+from fuzzyctl.records import dataclass
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import field, fields
 from typing import Final, Literal, get_args
 
 from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.expr import Expr
 from fuzzyctl.model.node import Node
+from fuzzyctl.records import dataclass
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import field, fields, replace
 from functools import cache
 from types import UnionType
 from typing import Any, Literal, NamedTuple, Self, Union, get_args, get_origin, get_type_hints
@@ -12,6 +12,7 @@ from typing import Any, Literal, NamedTuple, Self, Union, get_args, get_origin, 
 from fuzzyctl.diagnostics.diagnostic import ValueOutOfBoundsError
 from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.displayed import Described
+from fuzzyctl.records import dataclass
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any, ClassVar, Final
 
 from fuzzyctl.model.controller import Definition, EquationBlock
 from fuzzyctl.model.forms import NEEDED, Form
+from fuzzyctl.records import dataclass
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)

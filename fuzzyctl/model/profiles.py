@@ -6,7 +6,7 @@ The facts were measured by running the tool, or read in its sources or its manua
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from types import MappingProxyType
 from typing import Any, Final, Literal
 
@@ -14,6 +14,7 @@ from fuzzyctl.diagnostics.diagnostic import UnknownNameError
 from fuzzyctl.expr import ZERO, Expr
 from fuzzyctl.model.method import AVERAGES, MAXIMA, OVER_MIDDLES, OVER_SETS, Defuzzifier, Grid, Method, Rule, Semantics
 from fuzzyctl.model.variable import Fallback, Hold
+from fuzzyctl.records import dataclass
 
 #: Words that take back an option of a defuzzifier which the profile in force sets.
 UNSET: Final[Mapping[str, str]] = MappingProxyType({"resolution": "exact", "rule": "usual", "tolerance": "usual"})

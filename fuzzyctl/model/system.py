@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar, TypeVar, overload
 
@@ -17,6 +17,7 @@ from fuzzyctl.model.method import Method, RuleMethod
 from fuzzyctl.model.rule import Rule, RuleBlock, RuleTable, rule_count, rules_of
 from fuzzyctl.model.variable import Hold, Input, Let, LinguisticVariable, Output
 from fuzzyctl.operations import operation
+from fuzzyctl.records import dataclass
 from fuzzyctl.support.arguments import is_finite
 from fuzzyctl.support.signatures import InputSignature
 

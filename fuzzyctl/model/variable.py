@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import Final, Literal
 
 from fuzzyctl.expr import ONE, Expr, Number, names_in
 from fuzzyctl.model.method import Defuzzifier
 from fuzzyctl.model.node import Node
+from fuzzyctl.records import dataclass
 
 #: Words for an output without a firing rule, besides a value and the previous output: the middle of the range, NaN, an
 #: error. A word of a separate type, so that `nan` is never a float in the model.

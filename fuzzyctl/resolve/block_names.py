@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Sequence, Set
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import cached_property
 from itertools import chain
 from typing import ClassVar, Final
@@ -14,6 +14,7 @@ from fuzzyctl.lang import syntax as sx
 from fuzzyctl.model.controller import EquationBlock, true_or_false
 from fuzzyctl.model.stateful_operators import OPERATORS
 from fuzzyctl.model.system import FuzzySystem
+from fuzzyctl.records import dataclass
 from fuzzyctl.resolve.context import Context
 
 #: The kinds of blocks that a block may call.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import ChainMap
 from collections.abc import Callable, Collection, Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any, Final
 
 from fuzzyctl import expr as ex
@@ -14,6 +14,7 @@ from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.diagnostics.suggestions import a_or_an, closest, counted, listed, look_alikes
 from fuzzyctl.lang import syntax as sx
 from fuzzyctl.model.profiles import PROFILES, Profile
+from fuzzyctl.records import dataclass
 
 #: Misspelt names of a system for which the closest known one is looked for.
 MAX_SUGGESTIONS: Final = 500

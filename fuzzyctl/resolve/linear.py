@@ -9,12 +9,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Final
 
 from fuzzyctl.expr import ONE, ZERO, Binary, Call, Expr, Name, Number, walk
 from fuzzyctl.model.controller import Definition, Result, Signal, State
 from fuzzyctl.model.params import ParamValues
+from fuzzyctl.records import dataclass
 
 #: Most terms of a sum that is one expression.
 LONGEST: Final = 80

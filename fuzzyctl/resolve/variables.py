@@ -12,7 +12,7 @@ from fuzzyctl.diagnostics.fixes import respelt
 from fuzzyctl.diagnostics.suggestions import closest
 from fuzzyctl.formulas import MEMBERSHIP, MembershipFormula
 from fuzzyctl.lang import syntax as sx
-from fuzzyctl.lang.other_tools import PEER_KINDS, differing_order, known_kind
+from fuzzyctl.lang.foreign import PEER_KINDS, differing_order, known_kind
 from fuzzyctl.model.guarantee import Bounds, Param
 from fuzzyctl.model.variable import Fallback, Hold, Input, Let, Membership, Output, Term
 from fuzzyctl.resolve.context import Context

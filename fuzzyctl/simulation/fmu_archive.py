@@ -10,13 +10,13 @@ import sys
 import zipfile
 import zlib
 from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 from typing import Final
 from xml.parsers import expat
 
 from fuzzyctl.diagnostics.diagnostic import FuzzyctlError
 from fuzzyctl.lang import syntax as sx
+from fuzzyctl.records import dataclass
 
 #: Deepest nesting of elements.
 DEEPEST: Final = 100

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from dataclasses import replace as replaced
 from graphlib import TopologicalSorter
 from typing import TYPE_CHECKING
@@ -27,6 +26,7 @@ from fuzzyctl.model.forms import bound
 from fuzzyctl.model.guarantee import Guarantee
 from fuzzyctl.model.loop import MEASURES, Loop
 from fuzzyctl.model.params import ParamValues
+from fuzzyctl.records import dataclass
 
 if TYPE_CHECKING:
     import numpy as np

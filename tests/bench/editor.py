@@ -22,20 +22,7 @@ from typing import Any
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
 from fuzzyctl.diagnostics.source import SourceText
-from fuzzyctl.editor import (
-    actions,
-    completion,
-    hints,
-    hover,
-    layout,
-    lenses,
-    lights,
-    navigation,
-    outline,
-    session,
-    signature,
-    tokens,
-)
+from fuzzyctl.editor import actions, completion, hover, lights, navigation, requests, session
 from fuzzyctl.editor.document import Document
 
 ROOT = Path(__file__).parents[2]
@@ -53,19 +40,19 @@ def renamed(document: Document, offset: int) -> Any:
 ANSWERS: dict[str, Callable[[Document, int], Any]] = {
     "completion": completion.complete,
     "hover": hover.hover,
-    "signature": signature.signature,
+    "signature": completion.signature,
     "definition": navigation.definition,
     "references": navigation.references,
     "rename": renamed,
-    "selections": outline.selections,
+    "selections": navigation.selections,
     "code actions": actions.actions,
-    "layout on type": lambda document, offset: layout.typed(document, offset, "\n"),
-    "semantic tokens": lambda document, _: list(tokens.tokens(document)),
-    "inlay hints": lambda document, _: hints.hints(document),
-    "code lenses": lambda document, _: lenses.lenses(document),
-    "outline": lambda document, _: outline.outline(document),
-    "folds": lambda document, _: list(outline.folds(document)),
-    "layout of a range": lambda document, offset: layout.laid_out(
+    "layout on type": lambda document, offset: actions.typed(document, offset, "\n"),
+    "semantic tokens": lambda document, _: list(requests.tokens(document)),
+    "inlay hints": lambda document, _: hover.hints(document),
+    "code lenses": lambda document, _: lights.lenses(document),
+    "outline": lambda document, _: navigation.outline(document),
+    "folds": lambda document, _: list(navigation.folds(document)),
+    "layout of a range": lambda document, offset: actions.laid_out(
         document.source, document.source.line_of(offset), document.source.line_of(offset) + 9
     ),
 }

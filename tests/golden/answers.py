@@ -9,7 +9,7 @@ from difflib import SequenceMatcher
 
 from lsprotocol import types as lsp
 
-from fuzzyctl.editor import lights, tokens
+from fuzzyctl.editor import lights, requests
 from fuzzyctl.editor.server import server
 
 MARKS = "".join([*map(chr, range(0x2460, 0x2474)), *map(chr, range(0x3251, 0x3260))])
@@ -207,9 +207,9 @@ def semantic_tokens(case):
     lines, line, column = {}, 0, 0
     for down, right, length, kind, modifiers in zip(*[iter(found)] * 5, strict=True):
         line, column = line + down, right + (0 if down else column)
-        bits = [m[0] for k, m in enumerate(tokens.MODIFIERS) if modifiers >> k & 1]
+        bits = [m[0] for k, m in enumerate(requests.MODIFIERS) if modifiers >> k & 1]
         word = case.text.split("\n")[line][column : column + length]
-        lines.setdefault(line, []).append(f"{word}:{'.'.join([tokens.KINDS[kind], *bits])}")
+        lines.setdefault(line, []).append(f"{word}:{'.'.join([requests.KINDS[kind], *bits])}")
     return [f"{k + 1} {'  '.join(words)}" for k, words in lines.items()]
 
 

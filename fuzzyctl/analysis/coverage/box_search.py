@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import cache, cached_property
 from itertools import pairwise, product
 from typing import Final
@@ -31,7 +31,7 @@ from fuzzyctl.kernels.inference.defuzzify.sampling import sampled_degrees, seen_
 from fuzzyctl.kernels.interval.scalar import Interval, enclose, hull
 from fuzzyctl.kernels.plan.build import DegreePlan, ImpliedPlan, OutputPlan, Plan, SetPlan, chain_name, degree_name
 from fuzzyctl.kernels.program.scalar import scalar_function
-from fuzzyctl.records import record
+from fuzzyctl.records import dataclass, record
 
 #: A consequent set narrower than this part of the range, or lower than this at all samples, does not count.
 NARROW: Final = 1e-12

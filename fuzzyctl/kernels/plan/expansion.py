@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Final
 
 from fuzzyctl.diagnostics.diagnostic import ArgumentError, Diagnostic, DiagnosticError
@@ -37,7 +37,7 @@ from fuzzyctl.model.guarantee import Bounds, Param
 from fuzzyctl.model.shared_params import with_shared
 from fuzzyctl.model.stateful_operators import OPERATORS
 from fuzzyctl.model.system import FuzzySystem
-from fuzzyctl.records import record
+from fuzzyctl.records import dataclass, record
 
 #: Most parts of expressions that a controller expands to, and their deepest nesting.
 MOST_PARTS: Final = 50_000

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from itertools import count
 from numbers import Real
 from typing import Any, Final
@@ -16,6 +15,7 @@ from fuzzyctl.diagnostics.diagnostic import ArgumentError
 from fuzzyctl.expr import SCALAR_FUNCTIONS, SOFT, Expr, names_in
 from fuzzyctl.kernels.program import ieee, quadrature
 from fuzzyctl.kernels.program.printer import INDENT, SCALAR, text
+from fuzzyctl.records import dataclass
 
 
 def scalar_function(expr: Expr) -> Callable[..., float]:

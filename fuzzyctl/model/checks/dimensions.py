@@ -9,10 +9,11 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache
 from typing import Final
+
+from fuzzyctl.records import dataclass
 
 #: A factor, and the powers of base units.
 _MADE_OF: Final[dict[str, tuple[int, dict[str, int]]]] = {

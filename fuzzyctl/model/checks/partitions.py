@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from bisect import bisect_left, bisect_right
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from itertools import pairwise
 from typing import Final
 
@@ -13,6 +12,7 @@ from fuzzyctl.expr import Expr, Negate, Number, to_text
 from fuzzyctl.formulas import MEMBERSHIP, Vertex
 from fuzzyctl.model.computed_numbers import Numbers
 from fuzzyctl.model.variable import Input, Term
+from fuzzyctl.records import dataclass
 
 #: How far a sum of degrees may be from 1 by rounding of its terms' corners.
 _ROUNDING: Final = 1e-9

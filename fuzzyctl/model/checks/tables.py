@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from functools import lru_cache, reduce
 from itertools import product
 from typing import Final
@@ -12,6 +11,7 @@ from typing import Final
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, Note
 from fuzzyctl.model.rule import RuleTable
 from fuzzyctl.model.system import FuzzySystem
+from fuzzyctl.records import dataclass
 
 #: Row and column of a cell.
 Place = tuple[int, int]

@@ -1,6 +1,6 @@
 import pytest
 
-from fuzzyctl.editor.hints import hints
+from fuzzyctl.editor.hover import hints
 from tests.fuzzyctl.editor.marked import LOOP, SYSTEM, marked
 
 

@@ -1,7 +1,7 @@
 import pytest
 
+from fuzzyctl.editor.completion import signature
 from fuzzyctl.editor.hover import hover
-from fuzzyctl.editor.signature import signature
 from fuzzyctl.editor.words import hedges, keywords
 from tests.fuzzyctl.editor.marked import LOOP, SYSTEM, marked
 

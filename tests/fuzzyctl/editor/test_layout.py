@@ -1,7 +1,7 @@
 import pytest
 
 from fuzzyctl.diagnostics.fixes import Fix, fixed
-from fuzzyctl.editor.layout import laid_out, typed
+from fuzzyctl.editor.actions import laid_out, typed
 from fuzzyctl.lang.formatter import format_source
 from tests.fuzzyctl.editor.marked import LOOP, SYSTEM, marked
 

@@ -1,8 +1,7 @@
 import pytest
 
 from fuzzyctl.analysis.verdicts import Undecided
-from fuzzyctl.editor.lenses import COMMANDS, PROVE, SIMULATE, SURFACE, WHY, arguments, lenses, point_text
-from fuzzyctl.editor.lights import prove
+from fuzzyctl.editor.lights import COMMANDS, PROVE, SIMULATE, SURFACE, WHY, arguments, lenses, point_text, prove
 from tests.fuzzyctl.editor.marked import LOOP, SYSTEM, marked
 
 BASE = SYSTEM.replace("require tip >= 0\n", "")

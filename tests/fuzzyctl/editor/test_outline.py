@@ -1,6 +1,6 @@
 from itertools import pairwise
 
-from fuzzyctl.editor.outline import folds, links, outline, selections
+from fuzzyctl.editor.navigation import folds, links, outline, selections
 from tests.fuzzyctl.editor.marked import LOOP, SYSTEM, marked
 
 

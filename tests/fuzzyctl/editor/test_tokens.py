@@ -1,6 +1,6 @@
 import pytest
 
-from fuzzyctl.editor.tokens import KINDS, MODIFIERS, tokens
+from fuzzyctl.editor.requests import KINDS, MODIFIERS, tokens
 from tests.fuzzyctl.editor.marked import LOOP, SYSTEM, marked
 
 #: A word of a text with a mark before it, and its token.

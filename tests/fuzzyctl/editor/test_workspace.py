@@ -1,7 +1,7 @@
 import pytest
 
-from fuzzyctl.editor import workspace
-from fuzzyctl.editor.workspace import Workspace, matches, rule_files
+from fuzzyctl.editor import session
+from fuzzyctl.editor.session import Workspace, matches, rule_files
 from tests.fuzzyctl.editor.marked import LOOP, SYSTEM, marked
 
 
@@ -70,7 +70,7 @@ def test_files_change_and_vanish(folder):
 
 def test_not_more_files_than_allowed(folder, monkeypatch):
     assert [p.name for p in rule_files([folder])] == ["a.fz", "bytes.fz", "b.fz"]
-    monkeypatch.setattr(workspace, "MAX_FILES", 1)
+    monkeypatch.setattr(session, "MAX_FILES", 1)
     assert [p.name for p in rule_files([folder])] == ["a.fz"]
 
 
