@@ -11,7 +11,7 @@ from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.expr import ONE, Binary, Call, Name, Number
 from fuzzyctl.formats.common.identifiers import as_read
 from fuzzyctl.formats.fml import read, write
-from fuzzyctl.formats.fml.hedges import OWN_HEDGES
+from fuzzyctl.formats.fml.vocabulary import HEDGES, MODIFIERS
 from fuzzyctl.kernels.compile import compile as compile_system
 from fuzzyctl.loading.load import loads
 from fuzzyctl.model.checks.checks import check_model
@@ -205,9 +205,9 @@ def test_a_hedge_without_a_modifier_leaves_the_others():
     assert read_back(text).rules[0].antecedent == Is(variable="x", term="a", hedges=("very",))
 
 
-@pytest.mark.parametrize("word", list(OWN_HEDGES))
+@pytest.mark.parametrize("word", [word for word, name in MODIFIERS.items() if name in HEDGES])
 def test_hedges_that_are_modifiers_of_the_standard_are_known_by_what_they_do(word):
-    own = OWN_HEDGES[word].model_copy(update={"name": "mine"})
+    own = HEDGES[MODIFIERS[word]].model_copy(update={"name": "mine"})
     system = hedged("mine").model_copy(
         update={"hedges": (own,), "method": Method(semantics=Semantics(extremely="cube"))}
     )
@@ -274,3 +274,14 @@ def test_steep_curves_over_a_wide_range_are_written(term):
     written, losses = write(loads(text))
     assert losses
     assert read_back(written).inputs[0].terms[0].name == "a"
+
+
+def test_points_have_the_degrees_that_the_system_computes():
+    text = "system s\nsemantics exact\ninput x in [0, 10]\n  a = sigmoid_difference(3.8, 4.4, 10.7, 0.7)\n"
+    text += "output y in [0, 1]\n  l = triangle(0, 0.2, 0.4)\nif x is a then y is l\n"
+    degrees = []
+    for knob in ("", " (sigmoid_difference=clamped)"):
+        written, _ = write(loads(text.replace("semantics exact", f"semantics exact{knob}")))
+        arguments = read_back(written).inputs[0].terms[0].membership.arguments
+        degrees.append(arguments[1].value)  # that of 0, where the difference is negative
+    assert degrees == [pytest.approx(1 / (1 + math.exp(10.7 * 0.7)), abs=1e-6), 0.0]
