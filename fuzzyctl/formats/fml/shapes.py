@@ -282,10 +282,8 @@ def written_shape(system: FuzzySystem, variable: Input | Output, term: Term, *, 
         monotone: Whether it must be a shape that Tsukamoto's method can invert, which excludes steps.
     """
     kind, ends = term.membership.kind, (system.number(variable.lower), system.number(variable.upper))
-    if kind not in MEMBERSHIP:
-        note = "FML has no function as a term; a single number stands for it"
-        return WrittenShape("singletonShape", ends[:1], note, exact=False)
-    p = tuple(evaluate(a, system.values) for a in term.membership.arguments)
+    # A function of an input has no parameters, so that it becomes points.
+    p = tuple(evaluate(a, system.values) for a in term.membership.arguments) if kind in MEMBERSHIP else ()
     height = evaluate(term.membership.height, system.values)
     corners = MEMBERSHIP[kind].vertices(p) if is_straight(kind) else ()
     has_step = len({x for x, _ in corners}) < len(corners)

@@ -13,6 +13,7 @@ from fuzzyctl.formats.common.identifiers import as_read
 from fuzzyctl.formats.fml import read, write
 from fuzzyctl.formats.fml.vocabulary import HEDGES, MODIFIERS
 from fuzzyctl.kernels.compile import compile as compile_system
+from fuzzyctl.kernels.compile import degree_function
 from fuzzyctl.loading.load import loads
 from fuzzyctl.model.checks.checks import check_model
 from fuzzyctl.model.guarantee import Hedge
@@ -267,21 +268,23 @@ def test_a_large_file_takes_bounded_time():
         read(SourceText("x.fml", "<fuzzySystem>" + "<x/>" * 100_000 + "</fuzzySystem>"))
 
 
-@pytest.mark.parametrize("term", ["sigmoid(500, -5)", "sigmoid_difference(200, 40, 30, 800)", "bell(500, 0.001, 60)"])
-def test_steep_curves_over_a_wide_range_are_written(term):
+CURVES = ["sigmoid(500, -5)", "sigmoid_difference(200, 40, 30, 800)", "bell(500, 0.001, 60)", "function(sin(x)^2)"]
+
+
+@pytest.mark.parametrize("term", CURVES)
+def test_curves_over_a_wide_range_are_written_as_points(term):
     output = "output y in [0, 1]\n  l = triangle(0, 0.2, 0.4)\n"
-    text = f"system s\ninput x in [0, 1000]\n  a = {term}\n{output}if x is a then y is l\n"
-    written, losses = write(loads(text))
-    assert losses
-    assert read_back(written).inputs[0].terms[0].name == "a"
+    system = loads(f"system s\ninput x in [0, 1000]\n  a = {term}\n{output}if x is a then y is l\n")
+    text, losses = write(system)
+    assert [x.what for x in losses if not x.exact] == ["term 'a'"]
+    before, after = (degree_function(s, s.inputs[0], s.inputs[0].terms[0]) for s in (system, read_back(text)))
+    assert [after(x) for x in range(0, 1001, 10)] == [before(x) for x in range(0, 1001, 10)]
 
 
-def test_points_have_the_degrees_that_the_system_computes():
-    text = "system s\nsemantics exact\ninput x in [0, 10]\n  a = sigmoid_difference(3.8, 4.4, 10.7, 0.7)\n"
-    text += "output y in [0, 1]\n  l = triangle(0, 0.2, 0.4)\nif x is a then y is l\n"
-    degrees = []
-    for knob in ("", " (sigmoid_difference=clamped)"):
-        written, _ = write(loads(text.replace("semantics exact", f"semantics exact{knob}")))
-        arguments = read_back(written).inputs[0].terms[0].membership.arguments
-        degrees.append(arguments[1].value)  # that of 0, where the difference is negative
-    assert degrees == [pytest.approx(1 / (1 + math.exp(10.7 * 0.7)), abs=1e-6), 0.0]
+@pytest.mark.parametrize(("knob", "degree"), [("magnitude", 1 / (1 + math.exp(7.49))), ("clamped", 0.0)])
+def test_points_have_the_degrees_that_the_system_computes(knob, degree):
+    text = f"system s\nsemantics exact (sigmoid_difference={knob})\ninput x in [0, 10]\n"
+    text += "  a = sigmoid_difference(3.8, 4.4, 10.7, 0.7)\noutput y in [0, 1]\n  l = triangle(0, 0.2, 0.4)\n"
+    written, _ = write(loads(text + "if x is a then y is l\n"))
+    arguments = read_back(written).inputs[0].terms[0].membership.arguments
+    assert arguments[1].value == pytest.approx(degree, abs=1e-6)  # at 0, where the difference is negative
