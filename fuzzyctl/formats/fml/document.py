@@ -24,8 +24,8 @@ from fuzzyctl.support.numerals import to_number
 #: Deepest nesting of elements.
 MAX_DEPTH: Final = 100
 
-#: Attributes that any element may have.
-_EVERYWHERE: Final = frozenset({"networkaddress", "ip"})
+#: Attributes that name the computer of an element, by default the local one.
+_ADDRESSES: Final = ("networkaddress", "ip")
 
 #: Most misplaced elements reported one by one.
 _MOST_STRANGERS: Final = 20
@@ -199,11 +199,8 @@ class Markup(Translation):
     def check_parts(self, element: Element, attributes: Collection[str], children: Collection[str]) -> None:
         """Warn of attributes without effect, and report misplaced elements."""
         for name, value in element.attributes.items():
-            if name in _EVERYWHERE:
-                if value not in ("", "127.0.0.1"):
-                    message = f"{name} '{value}' has no effect: the system is evaluated here"
-                    self.warning("FZ603", message, element.place(name))
-            elif name not in attributes:
+            is_address = name in _ADDRESSES and value in ("", "127.0.0.1")
+            if name not in attributes and not is_address:
                 message = f"the attribute '{name}' of <{element.tag}> has no effect"
                 self.warning("FZ603", message, element.place(name), help=did_you_mean(name, attributes))
         strangers = [c for c in element.children if c.name not in children]

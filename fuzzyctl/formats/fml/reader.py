@@ -126,12 +126,12 @@ class _Document:
     def _require_parts(self, has_rules: bool) -> None:
         markup, place = self.markup, self.root.span
         keywords = {v.keyword for v in self.variables}
-        if "input" not in keywords and not any(e.name == "anyadatacloud" for e in _all(self.root)):
-            help_text = 'add: <fuzzyVariable type="input" ...>'
-            markup.error("FZ212", "the knowledge base has no input", place, help=help_text)
-        if "output" not in keywords:
-            help_text = 'add: <fuzzyVariable type="output" ...>'
-            markup.error("FZ212", "the knowledge base has no output", place, help=help_text)
+        if any(e.name == "anyadatacloud" for e in _all(self.root)):  # reported instead of an input
+            keywords.add("input")
+        for keyword in ("input", "output"):
+            if keyword not in keywords:
+                help_text = f'add: <fuzzyVariable type="{keyword}" ...>'
+                markup.error("FZ212", f"the knowledge base has no {keyword}", place, help=help_text)
         if not has_rules and not markup.failed:
             markup.error("FZ212", "the document has no rule", place, help="add: <mamdaniRuleBase ...>")
 

@@ -104,12 +104,12 @@ HEDGES: Final[dict[str, Hedge]] = {
 
 
 def word_for(words: Mapping[str, str], meaning: str) -> str:
-    """Return the first word with a meaning; the first word of the table if there is none."""
+    """Return the first word with a meaning; by default the first word of the table."""
     return next((word for word, value in words.items() if value == meaning), next(iter(words)))
 
 
 def modifier_of(name: str, hedge: Hedge | None) -> str:
     """Return the modifier of a hedge, which a system defines or which is built in (None); empty if FML has none."""
     if hedge is not None:
-        name = next((known.name for known in HEDGES.values() if known.expression == hedge.expression), "")
+        name = next((n for n, h in HEDGES.items() if h.expression == hedge.expression), "")
     return next((word for word, value in MODIFIERS.items() if value == name), "")
