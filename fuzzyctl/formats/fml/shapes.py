@@ -9,6 +9,7 @@ from typing import Final
 
 from fuzzyctl.diagnostics.suggestions import did_you_mean, listed
 from fuzzyctl.expr import Number, evaluate
+from fuzzyctl.formats.common.shape_words import one_sided
 from fuzzyctl.formats.fml.document import Element, Markup
 from fuzzyctl.formulas import MEMBERSHIP, is_straight
 from fuzzyctl.kernels.compile import degree_function
@@ -304,19 +305,14 @@ def written_shape(system: FuzzySystem, variable: Input | Output, term: Term, *, 
 
 def _equal_shape(kind: str, p: Values, corners: tuple[tuple[float, float], ...], ends: Ends) -> WrittenShape | None:
     """Return a shape that is the same function in the range; a step is a trapezoid that is flat up to its end."""
+    kind, p = one_sided(kind, p)
     if kind == "constant":
         kind = "singleton"
-    elif kind == "pi_shape" and p[3] == math.inf and -math.inf < p[0] < p[1]:
-        kind, p = "s_shape", p[:2]
-    elif kind == "pi_shape" and p[0] == -math.inf and p[2] < p[3] < math.inf:
-        kind, p = "z_shape", p[2:]
-    elif kind in ("triangle", "trapezoid", "ramp") and len(corners) == 2 and corners[0][1] != corners[1][1]:
-        (first, degree), (last, _) = corners
-        if first == last:
-            low, high = min(ends[0], first), max(ends[1], first)
-            block = (low, low, first, first) if degree == 1.0 else (first, first, high, high)
-            return WrittenShape("trapezoidShape", block, "its flat side ends where the range does")
-        kind, p = "ramp", (first, last) if degree == 0.0 else (last, first)
+    elif kind in ("triangle", "trapezoid") and len(corners) == 2 and corners[0][0] == corners[1][0]:
+        place, degree = corners[0]
+        low, high = min(ends[0], place), max(ends[1], place)
+        block = (low, low, place, place) if degree == 1.0 else (place, place, high, high)
+        return WrittenShape("trapezoidShape", block, "its flat side ends where the range does")
     for tag, shape in SHAPES.items():
         if shape.kind == kind and (parameters := shape.write(p, ends)) is not None:
             return WrittenShape(tag, parameters)
