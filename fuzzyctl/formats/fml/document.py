@@ -17,6 +17,7 @@ from fuzzyctl.diagnostics.diagnostic import Diagnostic
 from fuzzyctl.diagnostics.source import SourceText, Span
 from fuzzyctl.diagnostics.suggestions import did_you_mean, listed
 from fuzzyctl.expr import Number
+from fuzzyctl.formats.common.report import ParseError
 from fuzzyctl.formats.common.translation import Meaning, Translation
 from fuzzyctl.lang import syntax as sx
 from fuzzyctl.support.numerals import to_number
@@ -85,14 +86,6 @@ class Element:
 # --- parsing ---------------------------------------------------------------------------------------------------------
 
 
-class _RefusedError(Exception):
-    """Raised at refused XML, with its diagnostic."""
-
-    def __init__(self, diagnostic: Diagnostic) -> None:
-        super().__init__(diagnostic.message)
-        self.diagnostic = diagnostic
-
-
 def parse_document(source: SourceText) -> tuple[Element | None, list[Diagnostic]]:
     """Return the root element of a document; None, with a diagnostic, if it is broken or refused."""
     if not source.text.strip():
@@ -101,8 +94,8 @@ def parse_document(source: SourceText) -> tuple[Element | None, list[Diagnostic]
     parser = _Parser(source)
     try:
         parser.parse()
-    except _RefusedError as refused:
-        return None, [refused.diagnostic]
+    except ParseError as error:
+        return None, [error.diagnostic]
     except expat.ExpatError as error:
         return None, [parser.broken(error)]
     return parser.root, []
@@ -140,7 +133,7 @@ class _Parser:
         start = self._offset(parser.CurrentByteIndex)
         span = Span(self._source, start, start + 1 + len(tag))
         if len(self._open) >= MAX_DEPTH:
-            raise _RefusedError(Diagnostic("FZ106", f"elements are nested more than {MAX_DEPTH} deep", span))
+            raise ParseError(f"elements are nested more than {MAX_DEPTH} deep", span, "FZ106")
         plain = {n.lower(): v for n, v in attributes.items() if ":" not in n and n != "xmlns"}
         element = Element(tag.rpartition(":")[2], ":" in tag, plain, span)
         if self._open:
@@ -157,7 +150,7 @@ class _Parser:
         start = self._offset(parser.CurrentByteIndex)
         message = "a document type declaration is refused: it could expand without end, or read other files"
         span = Span(self._source, start, start + len("<!DOCTYPE"))
-        raise _RefusedError(Diagnostic("FZ602", message, span, help="remove <!DOCTYPE ...>; FML needs none"))
+        raise ParseError(message, span, "FZ602", help="remove <!DOCTYPE ...>; FML needs none")
 
     def broken(self, error: expat.ExpatError) -> Diagnostic:
         """Return the diagnostic of broken XML."""
