@@ -225,7 +225,7 @@ def up_to(membership: Membership, *, above: bool) -> Membership | None:
     """Return the set whose complement is `above` or `below` a term: 1 up to the peak of the term, then the term.
 
     Returns:
-        The set; None for a term with several peaks or a peak below 1, which the standard does not define.
+        The set; None for a term with several peaks or none of 1, which the standard does not define.
     """
     kind, p = membership.kind, _numbers(membership)
     if kind in ("z_shape", "s_shape", "ramp"):
@@ -237,6 +237,8 @@ def up_to(membership: Membership, *, above: bool) -> Membership | None:
         return _points_up_to(membership, above=above)
     if kind == "gaussian":
         kind, p = "gaussian2", (*p, *p)
+    if kind not in ("triangle", "trapezoid", "pi_shape", "gaussian2"):
+        return None  # a function of the inputs
     foot = 0 if above else 2 if kind == "gaussian2" else len(p) - 1
     return _with(membership, kind, (*p[:foot], -math.inf if above else math.inf, *p[foot + 1 :]))
 

@@ -258,6 +258,11 @@ def test_modifiers_that_cannot_be_had_are_refused_where_they_stand(modifier, sha
     assert text[found.span.start : found.span.end] == f'"{modifier}"'
 
 
+def test_no_set_is_above_a_function_of_the_inputs():
+    (error,) = errors(document(tip=TSK, base="tskRuleBase", rules=rule(clause("tip", "generous", "above"), tsk=True)))
+    assert error.message == "'above' of 'generous', which has several peaks or none of 1, is not available"
+
+
 def test_a_name_with_line_ends_is_the_same_in_attributes_and_elements():
     broken = document().replace('name="food"', 'name="good\n  food"').replace('name="rancid"', 'name="very&#10;old"')
     broken = broken.replace(">food<", ">\n good   food\n<").replace(">rancid<", ">very\told<")
