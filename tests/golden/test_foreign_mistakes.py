@@ -92,6 +92,13 @@ MISTAKES = {
         ('<clause modifier="very">', '<clause modifier="verry">', 52, 34),
         ("<term>full</term>", "<term>ful</term>", 61, 25),
         ("<variable>force</variable>", "<variable>speed</variable>", 60, 25),
+        ("<gaussianShape", "<customShape", 26, 17),
+        ("<point x", "<pont x", 30, 21),
+        ("<circularDefinition>", "<circularDefinition><not/>", 13, 37),
+        ('type="output"', 'type="outputs"', 36, 87),
+        ("<variable>distance</variable>", "<variable>distanc</variable>", 53, 21),
+        ("<then>", "<clause><variable>force</variable><term>full</term></clause><then>", 58, 17),
+        ('weight="0.9"', 'weight="heavy"', 66, 65),
     ],
 }
 CASES = [(format, *case) for format, cases in MISTAKES.items() for case in cases]

@@ -3,13 +3,7 @@
 import re
 from xml.sax.saxutils import escape, quoteattr
 
-from fuzzyctl.formats.fml.vocabulary import (
-    ACCUMULATION_WORDS,
-    CONJUNCTION_WORDS,
-    DISJUNCTION_WORDS,
-    SHAPE_WORDS,
-    SHAPES,
-)
+from tests.oracles.fml.names import ACCUMULATION_WORDS, CONJUNCTION_WORDS, DISJUNCTION_WORDS, SHAPES, TAGGED_SHAPES
 
 NAMES = ["food", "rate in °/s", "a<b", "weight", "x", "any", "not", "1st", "food_", "low"]
 TERMS = ["low", "very good", "high", "MED", "3rd", "any", "not", "low or above", "x"]
@@ -108,7 +102,7 @@ class Fml:
 
     def shape(self, tsukamoto):
         rng = self.rng
-        kinds = [*(tag for tag in SHAPE_WORDS if tag != "singletonShape"), "trapezoidalShape"]
+        kinds = [*(tag for tag, _, _ in TAGGED_SHAPES if tag != "singletonShape"), "trapezoidalShape"]
         if tsukamoto:
             kinds = ["leftLinearShape", "rightLinearShape", "zShape", "sShape", "leftGaussianShape"]
         kind = rng.choice([*kinds, *(POINT_SETS[tsukamoto:] if rng.random() < 0.5 else [])])
@@ -121,7 +115,7 @@ class Fml:
                 degrees = ["0.5", "0.8", "0"]
             points = "".join(f'<point x="{x:.2f}" y="{y}"/>' for x, y in zip(places, degrees, strict=True))
             return f"<{self.tag(kind)}>{points}</{self.tag(kind)}>"
-        values = sorted(rng.uniform(0, 10) for _ in range(SHAPES[kind.lower()].count))
+        values = sorted(rng.uniform(0, 10) for _ in range(SHAPES[kind.lower()][1]))
         if rng.random() < 0.05:
             rng.shuffle(values)
         if rng.random() < 0.05:

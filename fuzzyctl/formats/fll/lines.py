@@ -103,12 +103,12 @@ def split(source: SourceText, findings: Findings) -> list[Block]:
 
 
 def _add(block: Block, line: Line, findings: Findings) -> None:
-    known = BLOCKS[block.kind]
-    if line.key not in known:
+    keys = BLOCKS[block.kind]
+    if line.key not in keys:
         message = f"'{block.kind}' has no key '{line.key[:40]}'"
-        facts = (f"keys of {block.kind}: {', '.join(known)}",)
+        facts = (f"keys of {block.kind}: {', '.join(keys)}",)
         place = Span(line.span.source, line.span.start, line.span.start + line.span.text.find(":"))
-        findings.error("FZ601", message, place, help=meant(line.key, [*known, *BLOCKS]), facts=facts)
+        findings.error("FZ601", message, place, help=meant(line.key, [*keys, *BLOCKS]), facts=facts)
         return
     earlier = block.line(line.key) if line.key not in _MANY else None
     if earlier is not None:

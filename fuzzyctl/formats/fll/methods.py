@@ -5,7 +5,6 @@ A weighted defuzzifier depends on the terms of its output.
 
 from __future__ import annotations
 
-import math
 import re
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
@@ -15,6 +14,7 @@ from typing import Final, Literal, get_args
 from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.expr import Number
 from fuzzyctl.formats.common.numerics import defuzzifier_of
+from fuzzyctl.formats.common.shape_words import one_sided
 from fuzzyctl.formats.common.translation import Translation
 from fuzzyctl.formats.fll.lines import Line, words
 from fuzzyctl.formulas import DISJUNCTIONS, Parameters
@@ -209,8 +209,8 @@ def _require_inverted(name: str, terms: Sequence[Term], place: Span, translation
     for term in terms:
         if term.membership.kind not in (*INVERTED_THERE, *_FUNCTIONS):
             message = f"'{name} Tsukamoto' inverts terms, and fuzzylite cannot invert '{term.name}'"
-            known = "Arc, Concave, Ramp, Sigmoid, SShape, ZShape"
-            help_text = f"terms that it can invert: {known}; or write: {name} TakagiSugeno"
+            kinds = "Arc, Concave, Ramp, Sigmoid, SShape, ZShape"
+            help_text = f"terms that it can invert: {kinds}; or write: {name} TakagiSugeno"
             translation.error("FZ214", message, term.span or place, help=help_text)
 
 
@@ -242,20 +242,20 @@ def as_inverted_there(system: FuzzySystem) -> tuple[FuzzySystem, list[str]]:
     """
     reasons: list[str] = []
 
-    def inverted(output: Output, term: Term) -> Term:
+    def replacement(output: Output, term: Term) -> Term:
         membership = term.membership
         shape = _inverted_there(membership.kind, tuple(system.number(a) for a in membership.arguments))
         if shape is None:
-            known = ", ".join(sorted(INVERTED_THERE))
-            what = f"term '{term.name}' of '{output.name}' is of the kind '{membership.kind}'"
-            reasons.append(f"{what}, which fuzzylite cannot invert as it can {known}")
+            kinds = ", ".join(sorted(INVERTED_THERE))
+            subject = f"term '{term.name}' of '{output.name}' is of the kind '{membership.kind}'"
+            reasons.append(f"{subject}, which fuzzylite cannot invert as it can {kinds}")
         if shape is None or shape[0] == membership.kind:
             return term
         update = {"kind": shape[0], "arguments": tuple(map(Number, shape[1]))}
         return term.model_copy(update={"membership": membership.model_copy(update=update)})
 
     outputs = tuple(
-        output.model_copy(update={"terms": tuple(inverted(output, t) for t in output.terms)})
+        output.model_copy(update={"terms": tuple(replacement(output, t) for t in output.terms)})
         if defuzzifier_of(system, output).kind in KINDS["inverse"]
         else output
         for output in system.outputs
@@ -265,18 +265,10 @@ def as_inverted_there(system: FuzzySystem) -> tuple[FuzzySystem, list[str]]:
 
 def _inverted_there(kind: str, p: Parameters) -> tuple[str, Parameters] | None:
     """Return the same function as a kind that fuzzylite inverts: sides that rise or fall once are ramps there."""
-    if kind in INVERTED_THERE:
-        return kind, p
     if kind == "piecewise" and len(p) == 4 and {p[1], p[3]} == {0.0, 1.0} and p[0] != p[2]:
         return "ramp", (p[0], p[2]) if p[1] == 0.0 else (p[2], p[0])
-    if kind not in ("triangle", "trapezoid", "pi_shape"):
-        return None
-    left, left_top, right_top, right = p if len(p) == 4 else (p[0], p[1], p[1], p[2])
-    if right == math.inf and -math.inf < left < left_top:
-        return ("s_shape" if kind == "pi_shape" else "ramp"), (left, left_top)
-    if left == -math.inf and right_top < right < math.inf:
-        return ("z_shape", (right_top, right)) if kind == "pi_shape" else ("ramp", (right, right_top))
-    return None
+    kind, p = one_sided(kind, p)
+    return (kind, p) if kind in INVERTED_THERE else None
 
 
 def inferred_otherwise(system: FuzzySystem) -> list[str]:
@@ -286,8 +278,8 @@ def inferred_otherwise(system: FuzzySystem) -> list[str]:
         kind = defuzzifier_of(system, output).kind
         quantities = weighted_kinds((t.membership for t in output.terms), "Automatic")
         if kind in TSUKAMOTO and not (len(quantities) == 1 and kind in KINDS[min(quantities)]):
-            what = "inverts its terms" if quantities == {"inverse"} else "inverts some of its terms only"
-            reasons.append(f"output '{output.name}' has the defuzzifier '{kind}', but fuzzylite {what}")
+            action = "inverts its terms" if quantities == {"inverse"} else "inverts some of its terms only"
+            reasons.append(f"output '{output.name}' has the defuzzifier '{kind}', but fuzzylite {action}")
     return reasons
 
 

@@ -126,7 +126,7 @@ def _trapezoid(p: Values) -> Degree:
 def _stretch(p: Values, start: float, end: float) -> Iterator[tuple[float, float]]:
     """Yield the finite ends of a stretch between corners.
 
-    If the corner itself has a lower degree than the limit of the stretch, the stretch begins or ends just beside it.
+    If the degree of the corner is lower than the limit of the stretch, its end is the next number inside.
     """
     side = _side(p, _within(start, end))
     for x, further in ((start, end), (end, start)):

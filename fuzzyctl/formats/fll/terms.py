@@ -159,9 +159,9 @@ class TermReader:
         """Return a formula: of the variable itself in a term of an input, of the inputs in one of an output."""
         x = {"x"} - {*place.inputs}  # the place of the variable, unless an input has this name
         names = {place.variable, *x} if place.is_input else {*place.inputs, *place.earlier}
-        known = {*names, "x", *place.inputs, *place.outputs} if self.fll else names
+        readable = {*names, "x", *place.inputs, *place.outputs} if self.fll else names
         try:
-            formula = read_formula(text, known, python=place.python, differs=self.findings.differs)
+            formula = read_formula(text, readable, python=place.python, differs=self.findings.differs)
         except ParseError as error:
             self.findings.refuse(error)
             return None
@@ -177,8 +177,8 @@ class TermReader:
         return Membership(kind="function", arguments=(formula,), span=span)
 
     def _refuse_name(self, place: Place, name: Name) -> None:
-        known = f"'{place.variable}' itself" if place.is_input else "inputs, and outputs declared before it"
-        message = f"a formula of '{place.variable}' may name {known}, and this one names '{name.name}'"
+        allowed = f"'{place.variable}' itself" if place.is_input else "inputs, and outputs declared before it"
+        message = f"a formula of '{place.variable}' may name {allowed}, and this one names '{name.name}'"
         if name.name == "x":
             message = f"a formula of output '{place.variable}' names 'x', its place, beside other variables"
         self.findings.error("FZ602", message, name.span, help="write the set as another term, such as Discrete")

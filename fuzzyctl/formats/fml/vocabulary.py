@@ -1,12 +1,12 @@
-"""Vocabulary of FML, with the names used here; the writer takes the first word of a table for each meaning."""
+"""Words of FML with their names here, both ways; the writer takes the first word of a table for each meaning."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Mapping
-from typing import Final
+from collections.abc import Mapping
+from typing import Final, NamedTuple
 
-from fuzzyctl.formats.common.shape_words import Shape, ShapeWord, Values
+from fuzzyctl.expr import Call, Expr, Name
+from fuzzyctl.model.guarantee import Hedge
 
 #: Methods for AND and for activation; the schema calls two of them as their conorms.
 CONJUNCTION_WORDS: Final[dict[str, str]] = {
@@ -21,7 +21,7 @@ CONJUNCTION_WORDS: Final[dict[str, str]] = {
     "NILMIN": "nilpotent_minimum",
 }
 
-#: Methods for OR, and those for accumulation but one.
+#: Methods for OR, and all but one for accumulation.
 DISJUNCTION_WORDS: Final[dict[str, str]] = {
     "MAX": "max",
     "PROBOR": "probabilistic_sum",
@@ -32,13 +32,24 @@ DISJUNCTION_WORDS: Final[dict[str, str]] = {
     "NILMAX": "nilpotent_maximum",
 }
 
-#: By connector its methods, and the attribute of a definition that names one.
-NORMS: Final = {"and": (CONJUNCTION_WORDS, "t-norm"), "or": (DISJUNCTION_WORDS, "t-conorm")}
+
+class Norms(NamedTuple):
+    """The methods of a connector, the default one, and the attribute of a definition that names one."""
+
+    words: Mapping[str, str]
+    default: str
+    attribute: str
+
+
+NORMS: Final = {
+    "and": Norms(CONJUNCTION_WORDS, "min", "t-norm"),
+    "or": Norms(DISJUNCTION_WORDS, "max", "t-conorm"),
+}
 
 #: Methods for accumulation; drafts have the plain sum, too.
 ACCUMULATION_WORDS: Final = {**DISJUNCTION_WORDS, "SUM": "sum"}
 
-#: Defuzzifiers; MM as in FCL stands in older files.
+#: Defuzzifiers; older files have MM, as FCL does.
 DEFUZZIFIER_WORDS: Final[dict[str, str]] = {
     "COG": "centroid",
     "COA": "bisector",
@@ -48,84 +59,57 @@ DEFUZZIFIER_WORDS: Final[dict[str, str]] = {
     "MM": "mom",
 }
 
-#: Modifiers that are hedges here; `intensify` is what the hedge `extremely` is in its usual meaning, while the
-#: standard's `extremely` is the cube.
+#: Modifiers with their hedges. `above` and `below` are sets derived from the term, `norm` changes only sets below 1.
+#: The standard's `extremely` is the cube; elsewhere the hedge `extremely` is `intensify`.
 MODIFIERS: Final[dict[str, str]] = {
+    "above": "above",
     "any": "any",
+    "below": "below",
     "extremely": "extremely",
-    "intensify": "extremely",
+    "intensify": "intensify",
     "more_or_less": "slightly",
+    "norm": "norm",
     "not": "not",
+    "plus": "plus",
     "seldom": "seldom",
+    "slightly": "slightly_1855",
     "somewhat": "somewhat",
     "very": "very",
 }
 
+#: Modifiers that are defined by the largest degree of a term, and available only if that is 1.
+NEED_ONE: Final = ("norm", "slightly")
 
-def word_for(words: Mapping[str, str], meaning: str, usual: str = "") -> str:
-    """Return the first word that has a meaning, the usual one where there is none."""
-    return next((word for word, own in words.items() if own == meaning), usual)
-
-
-def _slope(p: Values, *, falls: bool) -> Shape:
-    first, last = p
-    if first == last:  # a step
-        return "rectangle", (-math.inf, first) if falls else (first, math.inf)
-    return "ramp", (last, first) if falls else (first, last)
+#: Of a set that has every degree, the largest degree of `plus` and not `very`: of min(d^(5/4), 1 - d²).
+_SLIGHTLY_PEAK: Final = 0.580790459486683
 
 
-def _gaussian_side(p: Values, *, falls: bool) -> Shape:
-    center, deviation = p
-    left, right = (-math.inf, center) if falls else (center, math.inf)
-    return "gaussian2", (left, deviation, right, deviation)
+def _contrast(x: Expr) -> Expr:
+    """Return 2x² up to 1/2 and 1 - 2(1 - x)² above, as 1/2 + 2u - 2u|u| with u = x - 1/2."""
+    u = x - 0.5
+    doubled = 2.0 * u
+    return 0.5 + doubled - doubled * Call("abs", (u,))
 
 
-def _pi_of_width(p: Values) -> Shape:
-    return "pi_shape", (p[0] - p[1], p[0], p[0], p[0] + p[1])
+_X: Final = Name("x")
+_PLUS: Final = _X**1.25
+_SLIGHTLY: Final = _contrast(Call("min", (_PLUS, 1.0 - _X**2.0)) / _SLIGHTLY_PEAK)
 
-
-def _pi(p: Values) -> Shape:
-    """Return a curve that rises and falls as far; where it could not rise it has a center and a width."""
-    return _pi_of_width(p) if p[0] >= p[1] else ("pi_shape", (p[0], p[1], p[1], p[1] + (p[1] - p[0])))
-
-
-def _side(kind: str, read: Callable[..., Shape], *, falls: bool) -> ShapeWord:
-    return ShapeWord(kind, "param1 param2", read=lambda p: read(p, falls=falls))
-
-
-#: Shapes as JFML means and the standard spells them.
-SHAPE_WORDS: Final[dict[str, ShapeWord]] = {
-    "triangularShape": ShapeWord("triangle", "left peak right"),
-    "trapezoidShape": ShapeWord("trapezoid", "left left_top right_top right"),
-    "gaussianShape": ShapeWord("gaussian", "mean sigma"),
-    "leftGaussianShape": _side("gaussian2", _gaussian_side, falls=True),
-    "rightGaussianShape": _side("gaussian2", _gaussian_side, falls=False),
-    "leftLinearShape": _side("ramp", _slope, falls=True),
-    "rightLinearShape": _side("ramp", _slope, falls=False),
-    "piShape": ShapeWord("pi_shape", "start top", read=_pi),
-    "zShape": ShapeWord("z_shape", "start end"),
-    "sShape": ShapeWord("s_shape", "start end"),
-    "rectangularShape": ShapeWord("rectangle", "left right"),
-    "singletonShape": ShapeWord("singleton", "value"),
+#: Hedges that a system with these modifiers defines: x^(5/4); `intensify` beside the standard's `extremely`; and plus
+#: and not very, scaled to reach 1 and intensified.
+HEDGES: Final[dict[str, Hedge]] = {
+    name: Hedge(name=name, parameter="x", expression=expression)
+    for name, expression in (("plus", _PLUS), ("intensify", _contrast(_X)), ("slightly_1855", _SLIGHTLY))
 }
 
-#: The same by their names in small letters; earlier drafts have another word for a trapezoid.
-SHAPES: Final = {tag.lower(): word for tag, word in SHAPE_WORDS.items()}
-SHAPES["trapezoidalshape"] = SHAPE_WORDS["trapezoidShape"]
 
-#: The shapes of drafts, which mirror left and right.
-DRAFT_SHAPES: Final = {
-    **SHAPES,
-    **{f"left{kind}shape": SHAPES[f"right{kind}shape"] for kind in ("gaussian", "linear")},
-    **{f"right{kind}shape": SHAPES[f"left{kind}shape"] for kind in ("gaussian", "linear")},
-    "pishape": ShapeWord("pi_shape", "center width", read=_pi_of_width),
-}
+def word_for(words: Mapping[str, str], meaning: str) -> str:
+    """Return the first word with a meaning; by default the first word of the table."""
+    return next((word for word, value in words.items() if value == meaning), next(iter(words)))
 
-#: Shapes by kind whose parameters are those of the kind, as the standard spells them.
-TAGS: Final = {word.kind: tag for tag, word in SHAPE_WORDS.items() if word.read is None}
 
-#: Shapes that are points.
-POINT_SETS: Final = ("pointsetshape", "pointsetmonotonicshape", "usershape", "pointsshape")
-
-#: All shapes as the standard spells them, for messages.
-SHAPE_TAGS: Final = (*SHAPE_WORDS, "pointSetShape", "circularDefinition")
+def modifier_of(name: str, hedge: Hedge | None) -> str:
+    """Return the modifier of a hedge, which a system defines or which is built in (None); empty if FML has none."""
+    if hedge is not None:
+        name = next((n for n, h in HEDGES.items() if h.expression == hedge.expression), "")
+    return next((word for word, value in MODIFIERS.items() if value == name), "")

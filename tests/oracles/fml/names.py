@@ -56,7 +56,7 @@ MODIFIERS: Final[dict[str, str]] = {
 
 #: Shapes as the standard spells them, with their kinds and the number of their parameters; drafts have another word for
 #: a trapezoid. What a shape without a kind is depends on who wrote the document.
-_SHAPES: Final = (
+TAGGED_SHAPES: Final = (
     ("triangularShape", "triangle", 3),
     ("trapezoidShape", "trapezoid", 4),
     ("gaussianShape", "gaussian", 2),
@@ -73,13 +73,13 @@ _SHAPES: Final = (
 _DRAFTS: Final = (("trapezoidalShape", "trapezoid", 4),)
 
 #: Kinds and numbers of parameters by the names of shapes in small letters.
-SHAPES: Final = {tag.lower(): (kind, count) for tag, kind, count in (*_SHAPES, *_DRAFTS)}
+SHAPES: Final = {tag.lower(): (kind, count) for tag, kind, count in (*TAGGED_SHAPES, *_DRAFTS)}
 
 #: Shapes by kind, as the standard spells them.
-TAGS: Final = {kind: tag for tag, kind, _ in _SHAPES if kind is not None}
+TAGS: Final = {kind: tag for tag, kind, _ in TAGGED_SHAPES if kind is not None}
 
 #: Shapes that are points.
 POINT_SETS: Final = ("pointsetshape", "pointsetmonotonicshape", "usershape", "pointsshape")
 
 #: All shapes as the standard spells them, for messages.
-SHAPE_TAGS: Final = (*(tag for tag, _, _ in _SHAPES), "pointSetShape", "circularDefinition")
+SHAPE_TAGS: Final = (*(tag for tag, _, _ in TAGGED_SHAPES), "pointSetShape", "circularDefinition")

@@ -12,8 +12,8 @@ from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.diagnostics.suggestions import did_you_mean, listed
 from fuzzyctl.expr import Number
 from fuzzyctl.formats.common.report import Reporter
-from fuzzyctl.formats.fml.document import Element
 from fuzzyctl.support.numerals import to_number
+from tests.oracles.fml.document import Element
 
 #: Attributes that any element may have.
 _EVERYWHERE: Final = frozenset({"networkaddress", "ip"})

@@ -7,9 +7,9 @@ from typing import Final
 
 from fuzzyctl.diagnostics.suggestions import did_you_mean, listed
 from fuzzyctl.expr import Expr, Number
-from fuzzyctl.formats.fml.document import Element
 from fuzzyctl.formulas import MEMBERSHIP, is_straight
 from fuzzyctl.model.variable import Membership
+from tests.oracles.fml.document import Element
 from tests.oracles.fml.names import POINT_SETS, SHAPE_TAGS, SHAPES
 from tests.oracles.fml.scope import Scope
 

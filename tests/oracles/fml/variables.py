@@ -11,9 +11,9 @@ from fuzzyctl.diagnostics.suggestions import did_you_mean, listed
 from fuzzyctl.expr import Expr, Number
 from fuzzyctl.formats.common import ranges
 from fuzzyctl.formats.common.report import Names
-from fuzzyctl.formats.fml.document import Element
 from fuzzyctl.model.method import Defuzzifier
 from fuzzyctl.model.variable import Input, Membership, Output, Term
+from tests.oracles.fml.document import Element
 from tests.oracles.fml.names import ACCUMULATION_WORDS, DEFUZZIFIER_WORDS, SHAPES
 from tests.oracles.fml.scope import Scope
 from tests.oracles.fml.shapes import complement, shape_of

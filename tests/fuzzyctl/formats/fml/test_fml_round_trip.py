@@ -11,8 +11,9 @@ from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.expr import ONE, Binary, Call, Name, Number
 from fuzzyctl.formats.common.identifiers import as_read
 from fuzzyctl.formats.fml import read, write
-from fuzzyctl.formats.fml.hedges import OWN_HEDGES
+from fuzzyctl.formats.fml.vocabulary import HEDGES, MODIFIERS
 from fuzzyctl.kernels.compile import compile as compile_system
+from fuzzyctl.kernels.compile import degree_function
 from fuzzyctl.loading.load import loads
 from fuzzyctl.model.checks.checks import check_model
 from fuzzyctl.model.guarantee import Hedge
@@ -117,6 +118,7 @@ def test_knobs_that_nothing_uses_are_no_loss():
     ("kind", "values", "written"),
     [
         ("triangle", (-math.inf, 0.25, 1), '<leftLinearShape param1="0.25" param2="1"/>'),
+        ("trapezoid", (-math.inf, 0, 0.25, 1), '<leftLinearShape param1="0.25" param2="1"/>'),
         ("trapezoid", (0.25, 1, 1, math.inf), '<rightLinearShape param1="0.25" param2="1"/>'),
         ("ramp", (1, 0.25), '<leftLinearShape param1="0.25" param2="1"/>'),
         ("ramp", (0.25, 1), '<rightLinearShape param1="0.25" param2="1"/>'),
@@ -205,9 +207,9 @@ def test_a_hedge_without_a_modifier_leaves_the_others():
     assert read_back(text).rules[0].antecedent == Is(variable="x", term="a", hedges=("very",))
 
 
-@pytest.mark.parametrize("word", list(OWN_HEDGES))
+@pytest.mark.parametrize("word", [word for word, name in MODIFIERS.items() if name in HEDGES])
 def test_hedges_that_are_modifiers_of_the_standard_are_known_by_what_they_do(word):
-    own = OWN_HEDGES[word].model_copy(update={"name": "mine"})
+    own = HEDGES[MODIFIERS[word]].model_copy(update={"name": "mine"})
     system = hedged("mine").model_copy(
         update={"hedges": (own,), "method": Method(semantics=Semantics(extremely="cube"))}
     )
@@ -267,10 +269,23 @@ def test_a_large_file_takes_bounded_time():
         read(SourceText("x.fml", "<fuzzySystem>" + "<x/>" * 100_000 + "</fuzzySystem>"))
 
 
-@pytest.mark.parametrize("term", ["sigmoid(500, -5)", "sigmoid_difference(200, 40, 30, 800)", "bell(500, 0.001, 60)"])
-def test_steep_curves_over_a_wide_range_are_written(term):
+CURVES = ["sigmoid(500, -5)", "sigmoid_difference(200, 40, 30, 800)", "bell(500, 0.001, 60)", "function(sin(x)^2)"]
+
+
+@pytest.mark.parametrize("term", CURVES)
+def test_curves_over_a_wide_range_are_written_as_points(term):
     output = "output y in [0, 1]\n  l = triangle(0, 0.2, 0.4)\n"
-    text = f"system s\ninput x in [0, 1000]\n  a = {term}\n{output}if x is a then y is l\n"
-    written, losses = write(loads(text))
-    assert losses
-    assert read_back(written).inputs[0].terms[0].name == "a"
+    system = loads(f"system s\ninput x in [0, 1000]\n  a = {term}\n{output}if x is a then y is l\n")
+    text, losses = write(system)
+    assert [x.what for x in losses if not x.exact] == ["term 'a'"]
+    before, after = (degree_function(s, s.inputs[0], s.inputs[0].terms[0]) for s in (system, read_back(text)))
+    assert [after(x) for x in range(0, 1001, 10)] == [before(x) for x in range(0, 1001, 10)]
+
+
+@pytest.mark.parametrize(("knob", "degree"), [("magnitude", 1 / (1 + math.exp(7.49))), ("clamped", 0.0)])
+def test_points_have_the_degrees_that_the_system_computes(knob, degree):
+    text = f"system s\nsemantics exact (sigmoid_difference={knob})\ninput x in [0, 10]\n"
+    text += "  a = sigmoid_difference(3.8, 4.4, 10.7, 0.7)\noutput y in [0, 1]\n  l = triangle(0, 0.2, 0.4)\n"
+    written, _ = write(loads(text + "if x is a then y is l\n"))
+    arguments = read_back(written).inputs[0].terms[0].membership.arguments
+    assert arguments[1].value == pytest.approx(degree, abs=1e-6)  # at 0, where the difference is negative

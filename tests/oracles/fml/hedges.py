@@ -40,11 +40,6 @@ OWN_HEDGES: Final[dict[str, Hedge]] = {
 NEED_ONE: Final = ("norm", "slightly")
 
 
-def own_modifier(hedge: Hedge) -> str | None:
-    """Return the modifier that a hedge of a system's own is, None for any other hedge."""
-    return next((word for word, own in OWN_HEDGES.items() if own.expression == hedge.expression), None)
-
-
 def reaches_one(membership: Membership) -> bool:
     """Whether the largest degree of a term is 1; only lists of points may stay below."""
     if membership.kind != "piecewise":
