@@ -141,8 +141,7 @@ def _scene(scenario: Scenario, shown: _Shown) -> AbstractContextManager[Scene | 
     """Return what renders the film, None inside where it is drawn from above."""
     if shown.view == "above" or scenario.run.plant != "mujoco":
         return nullcontext()
-    from dwmr.figures.renderer import NoRendererError
-    from dwmr.figures.scene import Scene
+    from dwmr.figures.scene import NoRendererError, Scene
 
     try:
         return Scene(scenario, shown.follow)

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
@@ -19,8 +20,8 @@ if TYPE_CHECKING:
 
 def read_scenario(scenario: str, overrides: Sequence[str]) -> ScenarioFile:
     """Read a scenario given as a shipped name or a path; an unknown name or a malformed override is wrong usage."""
-    from dwmr.config.shipped import SHIPPED
     from dwmr.scenario import file
+    from dwmr.scenario.file import SHIPPED
     from fuzzyctl.experiments import scenario_keys as values
 
     try:
@@ -59,3 +60,21 @@ def show_diagnostics(diagnostics: Sequence[Diagnostic], style: str) -> None:
         write_json({"diagnostics": [d.as_dict() for d in diagnostics]})
     else:
         show(diagnostics)
+
+
+def refuse_present(paths: Iterable[Path], force: bool, rules: Path | None = None) -> None:
+    """Refuse to replace files, among them those of the folder of --rules.
+
+    Raises:
+        DiagnosticError: When one of them exists and `force` is not given.
+    """
+    from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
+
+    present = [path for path in paths if path.exists() or path.is_symlink()]
+    if present and not force:
+        mistakes = []
+        for path in present:
+            other = "folder with --rules DIR" if path.parent == rules else "file with -o FILE"
+            help_text = f"name another {other}, or replace it with --force"
+            mistakes.append(Diagnostic("FZ005", f"{path} exists", help=help_text, file=str(path)))
+        raise DiagnosticError(mistakes)

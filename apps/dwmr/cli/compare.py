@@ -159,10 +159,11 @@ def _write(path: Path, found: Sequence[Entry]) -> None:
         if path.suffix.lower() == ".csv":
             files.write(path.name, lambda part: write_csv(part, columns))
         else:
-            from dwmr.output.data import parquet_file
+            from dwmr.output.data import KEY
+            from fuzzyctl.experiments import parquet
             from fuzzyctl.experiments.result_files import versions
 
-            files.write(path.name, lambda part: parquet_file.write_table(part, columns, {"versions": versions()}))
+            files.write(path.name, lambda part: parquet.write_table(part, columns, {"versions": versions()}, KEY))
         files.publish()
 
 
@@ -173,8 +174,8 @@ def _print(found: Sequence[Entry], style: str, runs: int, plans: Sequence[Plan[S
         write_json(finite({"runs": runs, "entries": [dataclasses.asdict(one) for one in found]}))
         return
     from dwmr.output import report
-    from dwmr.results.paper_run import beside
-    from dwmr.sweep.tables import print_comparison
+    from dwmr.results.metrics import beside
+    from dwmr.sweep.comparison import print_comparison
 
     scenarios = [plan.scenario.scenario for plan in plans] if runs == 1 else []
     print_comparison(report.console(), found, runs, {one.name: beside(one)[0] for one in scenarios})

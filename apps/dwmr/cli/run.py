@@ -108,7 +108,7 @@ def _run(
     begin: Begin,
 ) -> tuple[dict[str, Any], list[str]]:
     """Check, run and write; return the summary and the names of the files."""
-    from dwmr.output.outputs import NAMES
+    from dwmr.output.data import NAMES
     from fuzzyctl.experiments.result_files import results
 
     begin("proving", 0)
@@ -143,7 +143,7 @@ def _say(
 ) -> None:
     """Print what was found, and where it is."""
     from dwmr.output import report
-    from dwmr.results.paper_run import beside
+    from dwmr.results.metrics import beside
 
     for name in names[len(summary["controllers"]) :]:
         say(f"warning: {name} was not run: interrupted", err=True)
@@ -164,7 +164,7 @@ def _write(
     """Write all files of a run; a picture that cannot be drawn is left out with a warning, and costs nothing else."""
     move = begin("drawing", 3)
     from dwmr import figures
-    from dwmr.output import outputs
+    from dwmr.output.data import write_trajectories
     from fuzzyctl.experiments.result_files import write_summary
 
     move(1)  # matplotlib is there
@@ -180,5 +180,5 @@ def _write(
     begin("writing", 0)
     write_summary(files, summary)
     about = {**summary, "controllers": None, "scenario": {**summary["scenario"], "text": task.file.texts}}
-    outputs.write_trajectories(files, trajectories, scenario, about, formats)
+    write_trajectories(files, trajectories, scenario, about, formats)
     files.publish()

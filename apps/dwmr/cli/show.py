@@ -54,8 +54,8 @@ def _facts(task: Task) -> dict[str, Any]:
 def _list(style: str) -> None:
     """Print the shipped scenarios and control laws with the first sentence of each file."""
 
-    from dwmr.config.shipped import SHIPPED, shipped_names
     from dwmr.control import laws
+    from dwmr.scenario.file import SHIPPED, shipped_names
     from fuzzyctl.support.shipped import first_sentence, rules_folder
 
     first = {name: first_sentence(SHIPPED / f"{name}.toml") for name in shipped_names()}

@@ -52,10 +52,9 @@ def sweep(
     worker_options.require_one(jobs, cluster)
     data_formats.require(formats)
     with mistakes_as_diagnostics(style):
-        from dwmr.sweep.robots import Robots
-        from dwmr.sweep.spec import read
+        from dwmr.sweep.robots import Robots, read_spec
 
-        file, plan = planned(spec, read, lambda _: Robots(rules_folder), overrides)
+        file, plan = planned(spec, read_spec, lambda _: Robots(rules_folder), overrides)
         summary = swept(file, plan, overrides, folder, formats, (jobs, cluster), resume).summary
     if style == "json":
         write_json(summary)

@@ -13,14 +13,13 @@ from typing import TYPE_CHECKING, Any
 
 import fuzzyctl
 from dwmr.control import law_text
-from dwmr.control.gain_floor import ROLE, Channel, not_positive, prove_floor
-from dwmr.control.roles import ROLES, check_alike, check_role
 from dwmr.control.rule_files import RuleFiles, Used, read_whole
+from dwmr.control.rule_requirements import ROLE, ROLES, Channel, check_alike, check_role, not_positive, prove_floor
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError, UnknownNameError, ValueOutOfBoundsError
 from fuzzyctl.expr import names_in
 
 if TYPE_CHECKING:
-    from dwmr.control.rule_file_settings import RuleFile
+    from dwmr.control.rule_files import RuleFile
     from dwmr.core.arrays import FloatArray
     from fuzzyctl.analysis.verdicts import Verdict
     from fuzzyctl.experiments.scenario_keys import Places

@@ -1,4 +1,4 @@
-"""Rule files of a scenario: search, checksums and params."""
+"""Rule files of a scenario: their settings, search, checksums and params."""
 
 from __future__ import annotations
 
@@ -7,6 +7,9 @@ from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
+from pydantic import ConfigDict, Field
+
+from dwmr.config.quantities import Section
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 from fuzzyctl.diagnostics.suggestions import closest
 from fuzzyctl.loading.assembly import files_read
@@ -14,8 +17,22 @@ from fuzzyctl.support.reading import is_special
 from fuzzyctl.support.shipped import rules_folder
 
 if TYPE_CHECKING:
-    from dwmr.control.rule_file_settings import RuleFile
     from fuzzyctl.experiments.scenario_keys import Places
+
+
+class RuleFile(Section):
+    """A rule file and values for its params."""
+
+    model_config = ConfigDict(frozen=True, extra="allow", allow_inf_nan=False, strict=True)
+    __pydantic_extra__: dict[str, float] = Field(init=False)
+
+    file: str = Field(description="name of the rule file", min_length=1)
+
+    @property
+    def params(self) -> dict[str, float]:
+        """Values for params of the file, by name."""
+        return {name: float(value) for name, value in (self.__pydantic_extra__ or {}).items()}
+
 
 #: Files of the shipped control laws.
 LAWS = {

@@ -13,8 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from dwmr.control.projection import ActiveSet, HalfSpaces, active_set, half_spaces, project
-from dwmr.control.safety_settings import Safety
-from dwmr.core.arrays import FloatArray
+from dwmr.core.arrays import FloatArray, Safety
 from dwmr.core.geometry import clamp
 from dwmr.core.interfaces import Signal
 from dwmr.core.jit import compiled

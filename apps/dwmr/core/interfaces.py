@@ -8,9 +8,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, NamedTuple, Protocol, TypeVar
 
-from dwmr.core.arrays import FloatArray
+from dwmr.core.arrays import FloatArray, Reference
 from dwmr.core.jit import compiled_as, function_type
-from dwmr.core.reference import Reference
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 

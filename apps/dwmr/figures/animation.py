@@ -16,7 +16,7 @@ from dwmr.core.arrays import FloatArray
 from dwmr.figures.style import COLOURS, STYLE, TITLES
 from dwmr.results import derived
 from dwmr.scenario.model import Robot, Scenario
-from dwmr.scenario.moving import centres, largest_speed
+from dwmr.scenario.outlines import centres, largest_speed
 from dwmr.simulation.simulate import Trajectory
 
 #: A picture's longer side [pixels]; both sides are even, as video formats ask for.

@@ -11,10 +11,10 @@ from matplotlib.figure import Figure
 from dwmr.control.obstacle_avoidance import constant_radius
 from dwmr.core.geometry import wrap_array
 from dwmr.figures import panels
+from dwmr.figures.panels import thin
 from dwmr.figures.style import COLOURS
 from dwmr.results import derived
-from dwmr.results.contacts import obstacle_gaps
-from dwmr.results.decimation import thin
+from dwmr.results.distances import obstacle_gaps
 from dwmr.results.metrics import distances
 from dwmr.scenario.model import Scenario
 from dwmr.simulation.simulate import Trajectory

@@ -15,10 +15,10 @@ from dwmr.control.obstacle_avoidance import constant_radius
 from dwmr.core.arrays import FloatArray
 from dwmr.figures.panels import MARKS, bodies, mark, ways
 from dwmr.figures.style import COLOURS, DASHES, STYLE, TITLES
-from dwmr.results.contacts import meetings
+from dwmr.results.distances import meetings
 from dwmr.results.metrics import errors, printed_frame
 from dwmr.scenario.model import Scenario
-from dwmr.scenario.moving import centres, is_moving
+from dwmr.scenario.outlines import centres, is_moving
 from dwmr.simulation.simulate import Trajectory
 
 #: Multiple of the size of the scene above which a panel has a scale of its own,

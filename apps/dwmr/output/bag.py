@@ -13,8 +13,8 @@ import numpy as np
 from dwmr.control.law_text import LATERAL
 from dwmr.core.arrays import FloatArray
 from dwmr.core.geometry import ahead, quaternion
-from dwmr.output.data.signals import kept_samples
-from dwmr.scenario.command_limits import limited
+from dwmr.output.data import kept_samples
+from dwmr.scenario.vehicle_limits import limited
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 from fuzzyctl.experiments.result_files import results
 

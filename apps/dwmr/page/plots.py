@@ -11,13 +11,12 @@ import numpy as np
 from dwmr.control.obstacle_avoidance import constant_radius
 from dwmr.core.arrays import FloatArray
 from dwmr.figures.animation import body
-from dwmr.figures.panels import BODIES
+from dwmr.figures.panels import BODIES, kept, thin
 from dwmr.figures.style import COLOURS
 from dwmr.results import derived, lyapunov
-from dwmr.results.decimation import kept, thin
 from dwmr.results.metrics import errors, printed_frame
 from dwmr.scenario.model import Scenario
-from dwmr.scenario.moving import centres, is_moving, largest_speed
+from dwmr.scenario.outlines import centres, is_moving, largest_speed
 from dwmr.simulation.simulate import Trajectory
 from fuzzyctl.plot import limits
 

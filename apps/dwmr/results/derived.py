@@ -13,7 +13,7 @@ from dwmr.core.geometry import wrap_array
 from dwmr.results import lyapunov
 from dwmr.results.metrics import distances
 from dwmr.scenario.model import Scenario
-from dwmr.scenario.moving import centres
+from dwmr.scenario.outlines import centres
 from dwmr.simulation.simulate import Trajectory
 
 #: Channels of a control law: linear and angular velocity.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Iterable
 from functools import cache
 from typing import Any
 
@@ -12,9 +12,10 @@ import numpy as np
 from dwmr.control import laws
 from dwmr.core.arrays import FloatArray
 from dwmr.core.geometry import wrap_array
-from dwmr.results import contacts, lyapunov, safety
-from dwmr.scenario.model import Scenario
-from dwmr.scenario.moving import centres
+from dwmr.results import lyapunov
+from dwmr.results.distances import contact, obstacle_gaps, robot_gaps, safety_measures
+from dwmr.scenario.model import Robot, Scenario
+from dwmr.scenario.outlines import centres
 from dwmr.simulation.simulate import Trajectory
 
 #: Duration of the runs behind Table 12 [s] (section 7); errors of a shorter run are no counterpart of it.
@@ -111,7 +112,7 @@ def measure(trajectory: Trajectory, scenario: Scenario, wanted: Collection[str] 
         if wanted is None or {"lyapunov", "drift"} & set(wanted):
             result |= lyapunov.measure(trajectory, scenario)
     if (wanted is None or "safety" in wanted) and scenario.safety is not None:
-        result["safety"] = safety.measure(trajectory, scenario, scenario.safety)
+        result["safety"] = safety_measures(trajectory, scenario, scenario.safety)
     if "g_ais_v" in trajectory.names:
         result["g_ais_min"] = float(min(trajectory["g_ais_v"].min(), trajectory["g_ais_omega"].min()))
     result["steps"] = len(whole.t) - 1
@@ -142,8 +143,8 @@ def finite_part(trajectory: Trajectory) -> Trajectory:
 def _measures(run: Trajectory, scenario: Scenario) -> dict[str, Callable[[], Any]]:
     """Return how to compute each measure."""
     names = run.robots
-    pairs = cache(lambda: list(contacts.robot_gaps(run, scenario)))
-    to_obstacles = cache(lambda robot: contacts.obstacle_gaps(run, scenario, robot))
+    pairs = cache(lambda: list(robot_gaps(run, scenario)))
+    to_obstacles = cache(lambda robot: obstacle_gaps(run, scenario, robot))
     return {
         "rmse": lambda: {n: _rmse(run, n, printed_frame(scenario, n)) for n in names},
         "rmse_body": lambda: {n: _rmse(run, n, "body") for n in names},
@@ -193,13 +194,13 @@ def _least(gaps: list[FloatArray]) -> float | None:
 
 def _obstacles_hit(t: FloatArray, dt: float, robot: str, gaps: FloatArray) -> list[dict[str, Any]]:
     """Return the obstacles that a robot's body touches, from its gaps to them."""
-    found = [contacts.contact(t, dt, gaps[:, a]) for a in range(gaps.shape[1])]
+    found = [contact(t, dt, gaps[:, a]) for a in range(gaps.shape[1])]
     return [{"robot": robot, "obstacle": a, **one._asdict()} for a, one in enumerate(found) if one is not None]
 
 
 def _robots_hit(trajectory: Trajectory, scenario: Scenario, pairs: Pairs) -> list[dict[str, Any]]:
     """Return the pairs of robots whose bodies touch."""
-    found = [((a, b), contacts.contact(trajectory.t[near], scenario.run.dt, gaps)) for a, b, near, gaps in pairs]
+    found = [((a, b), contact(trajectory.t[near], scenario.run.dt, gaps)) for a, b, near, gaps in pairs]
     return [{"robots": list(names), **one._asdict()} for names, one in found if one is not None]
 
 
@@ -237,3 +238,76 @@ def _condition_violated(trajectory: Trajectory, scenario: Scenario, robot: str) 
     i = trajectory.robots.index(robot)
     reach = np.abs(scenario.robots[robot].d + trajectory["x_e"][:, i])
     return _share(lambda_2 / lambda_3 > 1.0 / (reach + 1.0))
+
+
+#: Keys of a robot that the paper prints; what it does not print is fitted to its table.
+_PRINTED = ("x_0", "y_0", "theta_0", "d", "radius", "avoids_obstacles", "formation", "delay", "sensors", "noise")
+#: Keys of a robot that its errors do not depend on, or by design may differ: the measures' outline, the gains.
+_FREE = ("body", "controllers")
+#: Numbers of the paper's tables by the shipped scenario behind them.
+_TABLES = {
+    "paper": 12,
+    "paper-with-limits": 12,
+    "paper-constant-gain": 12,
+    "paper-ideal-loop": 12,
+    "undisturbed": 13,
+    "experiment": 13,
+}
+#: Keys that are listed before the rest is counted.
+_MOST_SHOWN = 4
+
+
+def differences(scenario: Scenario, fitted: bool = False, shipped: str = "paper") -> tuple[str, ...]:
+    """Return the keys in which a run is not the paper's, its gains and rule files aside.
+
+    Args:
+        scenario: What is run.
+        fitted: Whether what the paper does not print may differ: amplitudes, bodies and drives.
+        shipped: Name of the scenario that is the paper's run.
+    """
+    from dwmr.scenario.file import find, read
+
+    paper = read(find(shipped)).scenario
+    found = [
+        key
+        for key in ("reference", "formation", "obstacles", "avoidance", "load")
+        if getattr(scenario, key) != getattr(paper, key)
+    ]
+    found += [f"run.{key}" for key in ("horizon", "plant") if getattr(scenario.run, key) != getattr(paper.run, key)]
+    if _disturbances(scenario, fitted) != _disturbances(paper, fitted):
+        found.append("disturbances")
+    return (*found, *_robots(scenario, paper, fitted))
+
+
+def beside(scenario: Scenario) -> tuple[int | None, str]:
+    """Return the number of the paper's table that errors are shown beside, and why of none where one is expected."""
+    number = _TABLES.get(scenario.name)
+    if number is None or scenario.run.horizon < TABLE_12_HORIZON:
+        return None, ""
+    found = differences(scenario, shipped=scenario.name)
+    return (None, f"Table {number} is left out, it speaks of another run: {said(found)}") if found else (number, "")
+
+
+def said(found: tuple[str, ...]) -> str:
+    """Return that some keys are not the paper's."""
+    shown = ", ".join(found[:_MOST_SHOWN])
+    more = f" and {len(found) - _MOST_SHOWN} more" if len(found) > _MOST_SHOWN else ""
+    verb = "is" if len(found) == 1 and found[0] not in ("obstacles", "disturbances") else "are"
+    return f"{shown}{more} {verb} not the paper's"
+
+
+def _disturbances(scenario: Scenario, fitted: bool) -> list[Any]:
+    if not fitted:
+        return list(scenario.disturbances)
+    return [(one.kind, one.start, one.stop, one.robots) for one in scenario.disturbances]
+
+
+def _robots(scenario: Scenario, paper: Scenario, fitted: bool) -> Iterable[str]:
+    """Give the keys of the paper's robots that differ, and the names of robots that it has not."""
+    keys = _PRINTED if fitted else tuple(k for k in Robot.model_fields if k not in _FREE)
+    for name in dict.fromkeys((*paper.robots, *scenario.robots)):
+        if name not in paper.robots or name not in scenario.robots:
+            yield f"robots.{name}"
+            continue
+        mine, theirs = scenario.robots[name], paper.robots[name]
+        yield from (f"robots.{name}.{key}" for key in keys if getattr(mine, key) != getattr(theirs, key))

@@ -10,8 +10,7 @@ from typing import Any
 from dwmr.control import laws
 from dwmr.control.fuzzy_gains import Rules
 from dwmr.output.bag import unfit_names
-from dwmr.ros.formation_commands import FormationCommands
-from dwmr.ros.node import FormationNode, Settings
+from dwmr.ros.node import FormationCommands, FormationNode, Settings
 from dwmr.scenario.file import UnknownScenarioError, find, read
 from dwmr.scenario.model import Scenario
 from dwmr.simulation import preflight, simulate

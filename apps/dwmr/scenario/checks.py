@@ -8,13 +8,13 @@ from itertools import islice
 from pathlib import Path
 
 from dwmr.control import laws as controllers
-from dwmr.control.roles import ROLES
-from dwmr.scenario import safety_checks
+from dwmr.control.rule_requirements import ROLES
+from dwmr.scenario.guard import safety_mistakes
 from dwmr.scenario.mistakes import unknown_role
 from dwmr.scenario.model import RigidBody, Robot, Scenario
 from dwmr.scenario.outlines import distance_from
 from dwmr.scenario.remarks import MOST_OF_A_KIND, overlaps
-from dwmr.scenario.vehicle_checks import others, vehicles
+from dwmr.scenario.vehicle_limits import others, vehicles
 from fuzzyctl.diagnostics.diagnostic import Diagnostic
 from fuzzyctl.diagnostics.suggestions import did_you_mean
 from fuzzyctl.experiments.scenario_keys import Places, split_key
@@ -85,7 +85,7 @@ def cross_checks(scenario: Scenario, places: Places) -> Iterable[Diagnostic]:
     """Check what concerns several keys at once; of mistakes of one kind the first ones are given."""
     checks = (
         _laws, _roles, _obstacles, _starts, _formation, _disturbed, _length, _steps, rigid_bodies,
-        safety_checks.mistakes, vehicles,
+        safety_mistakes, vehicles,
     )  # fmt: skip
     for check in checks:
         yield from islice(dict.fromkeys(check(scenario, places)), MOST_OF_A_KIND)

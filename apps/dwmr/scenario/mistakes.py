@@ -10,9 +10,8 @@ from typing import Any, Union, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
 
-from dwmr.config.shipped import COMMON
-from dwmr.control.roles import ROLES
-from dwmr.scenario.model import FULL_TURN, Robot, Scenario
+from dwmr.control.rule_requirements import ROLES
+from dwmr.scenario.model import COMMON, FULL_TURN, Robot, Scenario
 from fuzzyctl.diagnostics.diagnostic import Diagnostic
 from fuzzyctl.diagnostics.suggestions import did_you_mean
 from fuzzyctl.experiments.scenario_keys import EXTENDS, Places

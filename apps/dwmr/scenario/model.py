@@ -9,9 +9,41 @@ from pydantic import AfterValidator, ConfigDict, Field, Strict, model_validator
 
 from dwmr.config.quantities import FARTHEST, Section, place, quantity
 from dwmr.control.laws.settings import AifqsmcSettings, FcafsmcSettings, SmcSettings
-from dwmr.control.rule_file_settings import RuleFile
-from dwmr.reference.settings import Coordinate, ReferenceSettings
-from dwmr.scenario.vehicles import Ackermann, Differential, Omnidirectional
+from dwmr.control.rule_files import RuleFile
+from dwmr.reference.prepared import Coordinate, ReferenceSettings
+
+#: Table of a scenario whose values every robot takes over unless it has its own.
+COMMON = "robot"
+
+
+class Differential(Section):
+    """Two driven wheels on one axle, the robot of the paper."""
+
+    kind: Literal["differential"]
+
+
+class Ackermann(Section):
+    """Car: driven wheels behind, steered ones in front."""
+
+    kind: Literal["ackermann"]
+    wheelbase: float = quantity("from the rear axle to the front one", "m", gt=0, le=FARTHEST)
+    steering_limit: float = quantity(
+        "largest angle of a steered wheel in the middle of the front axle", "rad", gt=0, lt=math.pi / 2
+    )
+    steering_rate: float = quantity("largest rate of that angle", "rad/s", gt=0)
+
+    @property
+    def turning_radius(self) -> float:
+        """Least radius of the middle of the rear axle [m]."""
+        return self.wheelbase / math.tan(self.steering_limit)
+
+
+class Omnidirectional(Section):
+    """Four mecanum wheels."""
+
+    kind: Literal["omnidirectional"]
+    half_base: float = quantity("half the distance between the front axle and the rear one", "m", gt=0, le=FARTHEST)
+
 
 #: Elements that a list of a scenario may have.
 LONGEST_LIST = 1000

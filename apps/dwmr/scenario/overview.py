@@ -14,7 +14,7 @@ from dwmr.core.arrays import FloatArray
 from dwmr.reference.prepared import Shape
 from dwmr.scenario.file import ScenarioFile
 from dwmr.scenario.model import Robot, Scenario
-from dwmr.scenario.moving import largest_speed
+from dwmr.scenario.outlines import largest_speed
 
 #: Samples of the path, over the horizon or over one round of a closed path that is shorter.
 SAMPLES = 4001

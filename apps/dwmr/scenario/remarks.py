@@ -9,12 +9,10 @@ from itertools import combinations, islice
 
 import numpy as np
 
-from dwmr.plant.bodies import gap_between, gap_to_point
 from dwmr.reference.prepared import Shape
-from dwmr.scenario import safety_checks
-from dwmr.scenario.model import Scenario, Window
-from dwmr.scenario.outlines import outline, start
-from dwmr.scenario.vehicles import Ackermann
+from dwmr.scenario.guard import safety_remarks
+from dwmr.scenario.model import Ackermann, Scenario, Window
+from dwmr.scenario.outlines import gap_between, gap_to_point, outline, start
 from fuzzyctl.diagnostics.diagnostic import Diagnostic
 from fuzzyctl.experiments.scenario_keys import Places
 
@@ -26,7 +24,7 @@ _PLACES = 400
 
 def remarks(scenario: Scenario, places: Places) -> Iterable[Diagnostic]:
     """Warn of what a run does otherwise than its author may think."""
-    for remark in (_rounded, _together, _starts, _margin, _windows, _spared, _fast, safety_checks.remarks):
+    for remark in (_rounded, _together, _starts, _margin, _windows, _spared, _fast, safety_remarks):
         found = dict.fromkeys(remark(scenario, places))
         yield from (dataclasses.replace(one, severity="warning") for one in islice(found, MOST_OF_A_KIND))
 

@@ -18,16 +18,14 @@ from dwmr.control.formation import (
 )
 from dwmr.control.obstacle_avoidance import Avoidance, avoid, towards
 from dwmr.control.safety_filter import Filter, filter_commands
-from dwmr.control.safety_settings import Safety
-from dwmr.core.arrays import FloatArray
+from dwmr.core.arrays import FloatArray, Safety
 from dwmr.core.geometry import clamp
 from dwmr.core.interfaces import PostureError, Signal
 from dwmr.core.jit import compiled
-from dwmr.plant.disturbances import Load, disturbance
+from dwmr.plant.disturbances import Load, disturbance, measure
 from dwmr.plant.robot import State, advance, pd_torques
 from dwmr.plant.vehicles import Vehicles, advance_vehicle, drive, lateral_velocity, moves_sideways, steering
 from dwmr.simulation.faults import fault_of
-from dwmr.simulation.sensors import measure
 
 #: What is recorded of every robot at every sample, in the order of the columns that `_record` fills.
 SIGNALS = (

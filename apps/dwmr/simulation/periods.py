@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -13,19 +14,16 @@ from dwmr.control.law_text import LATERAL
 from dwmr.control.laws.python_law import reported
 from dwmr.control.obstacle_avoidance import Avoidance
 from dwmr.core.arrays import FloatArray
-from dwmr.core.interfaces import Law, Signal
+from dwmr.core.interfaces import Law, Signal, reference_path
 from dwmr.core.jit import first_class
 from dwmr.plant import vehicles
 from dwmr.plant.disturbances import DISTURBANCE, Load
 from dwmr.plant.robot import ROBOT
-from dwmr.reference import compiled
-from dwmr.reference.prepared import Shape
+from dwmr.reference.prepared import CURVES, Shape
 from dwmr.scenario.guard import safety_of
-from dwmr.scenario.model import Robot, Scenario
-from dwmr.scenario.moving import centres, is_moving
-from dwmr.scenario.vehicle_checks import others
-from dwmr.scenario.vehicles import Ackermann, Omnidirectional
-from dwmr.simulation import noise
+from dwmr.scenario.model import LARGEST_NOISE, Ackermann, Omnidirectional, Robot, Scenario
+from dwmr.scenario.outlines import centres, is_moving
+from dwmr.scenario.vehicle_limits import others
 from dwmr.simulation.loop import SIGNALS, Memory, World, run_periods
 
 
@@ -70,7 +68,7 @@ class Periods:
     def __init__(self, simulation: Simulation, *, measured: bool = False) -> None:
         scenario, names = simulation.scenario, tuple(simulation.scenario.robots)
         laws = [simulation.laws[n] for n in names]
-        exactly = measured or not noise.is_present(scenario)
+        exactly = measured or not measures_inexactly(scenario)
         samples = scenario.run.steps + 1
         self.simulation = simulation
         self.world = _world(simulation, laws, exactly, measured or scenario.run.plant != "equations")
@@ -83,8 +81,8 @@ class Periods:
             self.guard = (safety_of(scenario, scenario.safety), room)
         self.vehicles = _vehicles(scenario, simulation.module, samples)
         self.raised: list[BaseException] = []
-        self.path, self._step = first_class(compiled.PATHS[simulation.shape.path]), first_class(simulation.module.step)
-        self._draw = noise.source(scenario)
+        self.path, self._step = first_class(PATHS[simulation.shape.path]), first_class(simulation.module.step)
+        self._draw = noise_source(scenario)
         self.kernels = tuple(tuple(first_class(k) for k in law.kernels) for law in laws)
 
     @property
@@ -232,3 +230,43 @@ def _first_direction(simulation: Simulation, robot: Robot) -> float:
     if robot.formation is not None:
         return simulation.scenario.robots[robot.formation.leader].theta_0
     return float(simulation.shape.at(-robot.delay).theta)
+
+
+#: What is measured, in the order of the fields of `robot.State`.
+MEASURED = ("x", "y", "theta", "v", "omega")
+
+
+def measures_inexactly(scenario: Scenario) -> bool:
+    """Return whether some robot measures inexactly."""
+    by_wheels = any(r.sensors.pose == "odometry" or r.sensors.encoder_steps for r in scenario.robots.values())
+    return by_wheels or bool(_deviations(scenario).any())
+
+
+def noise_source(scenario: Scenario) -> Callable[[int], FloatArray]:
+    """Return a function that draws the noise of the next periods, shape (periods, robots, 5).
+
+    A robot's numbers follow from the seed and its name alone: neither the other robots nor the control law nor how many
+    periods are drawn at once change them. Where all robots measure exactly the arrays are empty.
+    """
+    deviations, n = _deviations(scenario), len(scenario.robots)
+    if not measures_inexactly(scenario):
+        nothing = np.zeros((0, n, len(MEASURED)))
+        return lambda periods: nothing
+    streams = [np.random.default_rng([scenario.run.seed, *name.encode()]) for name in scenario.robots]
+
+    def draw(periods: int) -> FloatArray:
+        drawn = np.stack([one.standard_normal((periods, len(MEASURED))) for one in streams], axis=1)
+        result: FloatArray = np.clip(drawn, -LARGEST_NOISE, LARGEST_NOISE) * deviations
+        return result
+
+    return draw
+
+
+def _deviations(scenario: Scenario) -> FloatArray:
+    """Return the standard deviations, shape (robots, 5) [m, m, rad, m/s, rad/s]."""
+    given = [r.noise for r in scenario.robots.values()]
+    return np.array([[getattr(one, name, 0.0) for name in MEASURED] for one in given])
+
+
+#: Compiled curves by name.
+PATHS = {name: reference_path(curve) for name, curve in CURVES.items()}

@@ -16,11 +16,11 @@ from dwmr.control.law_text import LATERAL
 from dwmr.control.laws.python_law import reported
 from dwmr.control.laws.settings import LawSettings
 from dwmr.control.laws.text_law import TextLaw, TextSettings
-from dwmr.control.roles import ROLES
+from dwmr.control.rule_requirements import ROLES
 from dwmr.scenario.file import ScenarioFile
 from dwmr.scenario.mistakes import diagnose
-from dwmr.scenario.vehicle_checks import curvature
-from dwmr.scenario.vehicles import Omnidirectional
+from dwmr.scenario.model import Omnidirectional
+from dwmr.scenario.vehicle_limits import curvature
 from dwmr.simulation import mujoco_plant
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError, Note
 from fuzzyctl.diagnostics.source import Span

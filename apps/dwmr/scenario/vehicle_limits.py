@@ -1,4 +1,4 @@
-"""Constraints of scenarios with vehicles other than the differential drive."""
+"""Limits of vehicles: velocity commands within them, and scenarios that exceed them."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from dwmr.core.arrays import FloatArray
 from dwmr.reference.prepared import Shape
-from dwmr.scenario.model import Robot, Scenario
-from dwmr.scenario.vehicles import Ackermann, Omnidirectional
+from dwmr.scenario.model import Ackermann, Omnidirectional, Robot, Scenario
 from fuzzyctl.diagnostics.diagnostic import Diagnostic
 from fuzzyctl.experiments.scenario_keys import Places
 
@@ -201,3 +201,29 @@ def _too_sudden(name: str, robot: Robot, car: Ackermann, bend: Bend, rate: float
     key = f"robots.{name}.vehicle.steering_rate"
     repair = f"set steering_rate to {needed:g} rad/s or more, or {repair}"
     return places.diagnostic("FZ904", key, message, facts=facts, help=repair)
+
+
+def limited(asked: FloatArray, robot: Robot) -> FloatArray:
+    """Return velocity commands within the limits of a robot.
+
+    A car gets the curvature that is asked for, or that of its steering at the stop, whatever its velocity is cut to; at
+    rest it does not turn.
+
+    Args:
+        asked: Velocities ahead, to the left, and turning, shape (..., 3) [m/s, m/s, rad/s].
+        robot: Its settings.
+
+    Returns:
+        Same shape.
+    """
+    v, omega = robot.actuator.v_limit, robot.actuator.omega_limit
+    result: FloatArray = np.clip(asked, (-v, -v, -omega), (v, v, omega))
+    if isinstance(robot.vehicle, Ackermann):
+        ahead, bend = asked[..., 0], math.tan(robot.vehicle.steering_limit) / robot.vehicle.wheelbase
+        with np.errstate(over="ignore"):  # of a car that nearly stands
+            curvature = np.divide(asked[..., 2], ahead, out=np.zeros_like(ahead), where=ahead != 0.0)
+        curvature = np.clip(curvature, -bend, bend)
+        slower = np.minimum(v, omega / np.maximum(np.abs(curvature), omega / v))
+        result[..., 0] = np.clip(ahead, -slower, slower)
+        result[..., 2] = curvature * result[..., 0]
+    return result
