@@ -183,14 +183,13 @@ def _simulate(task: Task, names: Sequence[str], begin: Begin) -> list[Trajectory
     # the compiler comes only now, when nothing stands in the way of the run
     shown = _Shown(begin)
     from dwmr.core import jit
+    from dwmr.simulation import simulate
 
     if not jit.COMPILED:
         say("numba is not installed: the run is computed in plain Python, about a hundred times slower", err=True)
     trajectories: list[Trajectory] = []
     try:
         with jit.watched(partial(shown.report, "compiling", 100)):
-            from dwmr.simulation import simulate
-
             simulations = [simulate.prepare(task.file, name, task.rules) for name in names]
             simulate.require_memory(simulations, task.file.places)
             trajectories.append(_run(simulations[0], shown))

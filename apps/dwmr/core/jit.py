@@ -8,7 +8,6 @@ as it was.
 from __future__ import annotations
 
 import hashlib
-import importlib
 import os
 import sys
 import warnings
@@ -32,9 +31,6 @@ else:
 Function = TypeVar("Function", bound=Callable[..., Any])
 
 COMPILED: bool = numba is not None
-
-#: Parts of the package that compiled code never reaches: they come after a run, or before it.
-NEVER_COMPILED = ("cli", "figures", "page", "output", "ros", "sweep")
 
 
 @contextmanager
@@ -75,13 +71,14 @@ _FUNCTIONS: list[Any] = []
 
 @contextmanager
 def watched(report: Callable[[float], None]) -> Iterator[None]:
-    """Report what share of all functions is compiled, in percent, whenever one is; those on disk are there at once."""
+    """Report the compiled share of all functions, in percent, after each compilation.
+
+    Functions count from their import on, so the loop should be imported before; those on disk are there at once.
+    """
     if numba is None:
         yield
         return
     from numba.core import event
-
-    importlib.import_module("dwmr.simulation.loop")  # so that its functions count from the beginning
 
     class Listener(event.Listener):  # type: ignore[misc]  # numba has no types
         def on_start(self, event: Any) -> None:
@@ -125,8 +122,7 @@ def _cache_folder() -> Path:
     """Return the folder for compiled code of exactly these sources."""
     digest, package = hashlib.sha256(), Path(__file__).parents[1]
     for source in sorted(package.rglob("*.py")):
-        if source.relative_to(package).parts[0] not in NEVER_COMPILED:
-            digest.update(source.read_bytes())
+        digest.update(source.read_bytes())
     return _cache_root() / "dwmr" / digest.hexdigest()[:16]
 
 

@@ -17,9 +17,7 @@ from dwmr.scenario.file import SCENARIOS, ScenarioFile
 from dwmr.simulation import preflight
 from fuzzyctl.diagnostics.diagnostic import DiagnosticError, UnknownNameError
 from fuzzyctl.experiments import sweep_spec
-from fuzzyctl.experiments.result_files import versions
 from fuzzyctl.experiments.runnable import Computed, Prepared, Runnable, UsedFile
-from fuzzyctl.experiments.sweep_journal import sources
 from fuzzyctl.experiments.sweep_spec import Spec, SpecFile
 
 
@@ -35,6 +33,7 @@ class Robots(Runnable[ScenarioFile]):
     application: ClassVar[str] = "dwmr"
     seed: ClassVar[str] = "run.seed"
     common: ClassVar[Mapping[str, str]] = SCENARIOS.common
+    package: ClassVar[Path | None] = Path(__file__).parents[1]
 
     rules_folder: Path | None = None
     known: Known = field(default_factory=Known, compare=False, repr=False)
@@ -108,10 +107,6 @@ class Robots(Runnable[ScenarioFile]):
         own = {law: laws.python_file(law, scenario.path.parent) for law in controllers}
         return {law: hashlib.sha256(path.read_bytes()).hexdigest() for law, path in own.items() if path is not None}
 
-    def software(self) -> dict[str, str | None]:
-        """Return the versions of what computes a run, and a checksum of its sources."""
-        return {**versions(), "sources": sources(Path(__file__).parents[1], OUTSIDE)}
-
     def _rules(self, scenario: ScenarioFile) -> Rules:
         folders = (*([self.rules_folder] if self.rules_folder else []), *scenario.folders)
         return Rules(scenario.scenario.rules, folders, scenario.places, self.known)
@@ -121,10 +116,6 @@ def _used(rules: Rules) -> dict[str, UsedFile]:
     """Return the rule files that were read, by role and name, and the control laws that are text."""
     found = {f"{role}/{used.path.name}": UsedFile(used.path, used.sha256) for role, used in rules.used.items()}
     return found | {f"law/{name}": UsedFile(used.path, used.sha256) for name, used in rules.laws.items()}
-
-
-#: Packages that no result depends on.
-OUTSIDE = ("cli/", "figures/", "page/", "output/")
 
 
 #: Units of what is kept of a run, by the last part of its column, and of its first part where that has one for all.

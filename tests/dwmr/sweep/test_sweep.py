@@ -3,15 +3,13 @@ import json
 import os
 import signal
 import time
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 from dwmr.scenario.file import find
 from dwmr.scenario.file import read as read_scenario
-from dwmr.sweep import comparison
-from dwmr.sweep.robots import OUTSIDE, Robots, read_spec, unit_of
+from dwmr.sweep.robots import Robots, read_spec, unit_of
 from fuzzyctl.diagnostics.diagnostic import DiagnosticError
 from fuzzyctl.experiments import sweep_plan, sweep_workers
 from fuzzyctl.experiments.sweep_journal import describe, differences
@@ -327,10 +325,6 @@ class TestAbout:
         assert len(whole["versions"]["sources"]) == 64
         assert 'name = "paper"' in whole["scenario"]["text"][0]["text"]
         assert json.loads(json.dumps(whole)) == whole
-
-    def test_checksum_of_sources_leaves_out_packages_that_exist(self):
-        package = Path(comparison.__file__).parents[1]
-        assert [one for one in OUTSIDE if not (package / one / "__init__.py").exists()] == []
 
 
 def test_a_sweep_that_is_terminated_while_it_checks_says_so(dwmr, tmp_path, monkeypatch):
