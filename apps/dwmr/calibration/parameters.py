@@ -61,19 +61,19 @@ def keys(scenario: Scenario, name: str, places: Places) -> list[str]:
     Raises:
         DiagnosticError: When the scenario has no disturbance of the parameter's kind.
     """
-    found: list[str] = []
+    result: list[str] = []
     for key in PARAMETERS[name].keys:
         table, kind, field = (*key.split("."), "")[:3]
         if table != "disturbances":
-            found.append(key)
+            result.append(key)
             continue
         numbers = [k for k, one in enumerate(scenario.disturbances) if one.kind == kind]
         if not numbers:
             message = f"disturbances: there is none of kind {kind!r}, so there is no {name} to fit"
             help_text = "name others with --parameters"
             raise DiagnosticError([places.diagnostic("FZ904", "disturbances", message, help=help_text)])
-        found += [f"disturbances.{k}.{field}" for k in numbers]
-    return found
+        result += [f"disturbances.{k}.{field}" for k in numbers]
+    return result
 
 
 def present(scenario: Scenario, names: Sequence[str], places: Places) -> tuple[float, ...]:
@@ -113,14 +113,14 @@ def scenario_text(file: ScenarioFile, values: Mapping[str, float], path: Path, h
     Args:
         file: The scenario it extends.
         values: Values by parameter.
-        path: Where the text will stand.
+        path: Place of the text.
         head: Comment for its first lines.
     """
     data: dict[str, Any] = {}
     if any(key.startswith("disturbances.") for name in values for key in keys(file.scenario, name, file.places)):
-        # lists replace those below, so all disturbances are written, with what they were given
-        given = file.scenario.disturbances
-        data["disturbances"] = [one.model_dump(exclude_none=True, exclude_unset=True) for one in given]
+        # lists replace those below, so all disturbances are written with all of their keys
+        disturbances = file.scenario.disturbances
+        data["disturbances"] = [one.model_dump(exclude_none=True, exclude_unset=True) for one in disturbances]
     for name, value in values.items():
         for key in keys(file.scenario, name, file.places):
             override(data, f"{key}={value!r}")

@@ -29,8 +29,8 @@ ERRORS = ("x_e", "y_e", "theta_e")
 #: Law, robot and error of one number of Table 12.
 Entry = tuple[str, str, str]
 ENTRIES: tuple[Entry, ...] = tuple((law, robot, name) for law in LAWS for robot in TABLE_12[law] for name in ERRORS)
-#: Bars: how far a ratio may be from 1, and what a miss weighs. SMC's leader fails in the paper, and its followers then
-#: chatter along: their errors change by a third with the integration step, so they weigh a tenth. The printed angle of
+#: Bars: how far a ratio may be from 1, and the weight of a miss. SMC's leader fails in the paper, and its followers
+#: chatter then: their errors change by a third with the integration step, so they weigh a tenth. The printed angle of
 #: SMC's leader, 4.02 rad, is more than half a turn: no wrapped angle can reach it, and it does not count.
 CLOSE_LEADER, CLOSE_FOLLOWER, SMC_LEADER = 0.20, 0.25, 0.30
 _BARRED, _SMC_FOLLOWERS = 3.0, 0.1
@@ -82,7 +82,7 @@ def cost(ratios: Mapping[Entry, float]) -> float:
 
 
 class Scorer:
-    """Runs a scenario with other values under the three laws; what is proved and compiled is shared between runs.
+    """Runs a scenario with other values under the three laws; runs share proofs and compiled code.
 
     Args:
         path: The scenario's file.
@@ -110,11 +110,11 @@ class Scorer:
 
 def _ratios(trajectory: Trajectory, file: ScenarioFile) -> dict[Entry, float]:
     law = trajectory.controller
-    found: dict[Entry, float] = {}
+    ratios: dict[Entry, float] = {}
     for robot, printed in TABLE_12[law].items():
         by_name = errors(trajectory, robot, printed_frame(file.scenario, robot))
-        found |= {(law, robot, name): rmse(by_name[name]) / printed[name] for name in ERRORS}
-    return found
+        ratios |= {(law, robot, name): rmse(by_name[name]) / printed[name] for name in ERRORS}
+    return ratios
 
 
 def _unsafe(trajectory: Trajectory, file: ScenarioFile) -> bool:
@@ -134,7 +134,7 @@ Batch = Callable[[Sequence[Values]], Iterator[Outcome]]
 PER_PARAMETER = 6
 #: How many of the best sets are judged by their neighbours, and how far these are away.
 CANDIDATES, NEAR = 6, 0.05
-#: Most decimals of a candidate value: what is judged is what will be written.
+#: Most decimals of a candidate value: candidates are judged as they will be written.
 DECIMALS = 3
 #: Evaluations of the choice take at most this share of all.
 CHOICE = 0.4
@@ -142,11 +142,11 @@ CHOICE = 0.4
 
 @dataclass(frozen=True)
 class Found:
-    """What a search has found.
+    """Result of a search.
 
     Attributes:
         values: The values chosen, by parameter.
-        outcome: What they cost.
+        outcome: Their cost.
         start_values, start: The values of the scenario as it was.
         neighbours: Outcomes with one value changed by 5 % each; none when the search did not come so far.
         evaluations: How many sets of values were run.
@@ -227,12 +227,12 @@ class Search:
 
     def neighbours(self, values: Values) -> list[Values]:
         """Return the sets that differ in one value by `NEAR` of it, within the bounds."""
-        found = []
+        sets = []
         for k, name in enumerate(self.names):
             for factor in (1.0 - NEAR, 1.0 + NEAR):
                 moved = min(max(values[k] * factor, PARAMETERS[name].low), PARAMETERS[name].high)
-                found.append((*values[:k], round(moved, DECIMALS + 1) + 0.0, *values[k + 1 :]))
-        return [one for one in dict.fromkeys(found) if one != values]
+                sets.append((*values[:k], round(moved, DECIMALS + 1) + 0.0, *values[k + 1 :]))
+        return [one for one in dict.fromkeys(sets) if one != values]
 
 
 def search(

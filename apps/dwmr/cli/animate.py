@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 #: More pictures than these are refused: an hour of film at 20 pictures a second has 72,000.
 MOST_PICTURES = 20_000
 SUFFIXES = (".gif", ".mp4", ".png")
-#: What brings a renderer.
+#: How to install a renderer.
 REPAIR = (
     "leave MUJOCO_GL unset, or set it to egl, and install what brings OpenGL without a window; on Debian: "
     "apt install libegl1 libgl1-mesa-dri"
@@ -36,7 +36,7 @@ Item = TypeVar("Item")
 
 
 def _number(context: click.Context, parameter: click.Parameter, value: float | None) -> float | None:
-    """Refuse what is no number; comparisons with a range let NaN pass."""
+    """Refuse NaN, which comparisons with a range let pass."""
     if value is not None and math.isnan(value):
         raise click.BadParameter(f"{value} is not a number")
     return value
@@ -114,7 +114,7 @@ def animate(
 
 
 class _Shown(NamedTuple):
-    """What a film shows: options of the command."""
+    """Contents of a film: options of the command."""
 
     speed: float
     fps: int
@@ -124,21 +124,21 @@ class _Shown(NamedTuple):
 
 
 def _check_view(scenario: Scenario, view: str | None, follow: str | None) -> None:
-    """Refuse a scene of what has no bodies, and a camera behind a robot that is not there."""
+    """Refuse a scene without bodies, and a camera behind an unknown robot."""
     if follow is not None and view == "above":
         raise click.UsageError("--follow: a drawing from above shows all robots; leave out --view above")
     if follow is not None and follow not in scenario.robots:
         raise click.UsageError(f"--follow {follow}: the scenario has the robots {', '.join(scenario.robots)}")
     if (view == "scene" or follow is not None) and scenario.run.plant != "mujoco":
-        given = "--view scene" if view else f"--follow {follow}"
+        option = "--view scene" if view else f"--follow {follow}"
         raise click.UsageError(
-            f"{given}: a scene shows rigid bodies, and run.plant is {scenario.run.plant!r}; "
+            f"{option}: a scene shows rigid bodies, and run.plant is {scenario.run.plant!r}; "
             "the scenario 'experiment' has bodies"
         )
 
 
 def _scene(scenario: Scenario, shown: _Shown) -> AbstractContextManager[Scene | None]:
-    """Return what renders the film, None inside where it is drawn from above."""
+    """Return the renderer of the film, None inside if it is drawn from above."""
     if shown.view == "above" or scenario.run.plant != "mujoco":
         return nullcontext()
     from dwmr.figures.scene import NoRendererError, Scene
@@ -219,11 +219,11 @@ def _draw(
         with large_numbers(), progress("") as start:
             if scene is None:
                 drawn = animation.Film(trajectory, scenario)
-                size, made = drawn.size, drawn.pictures(samples)
+                size, frames = drawn.size, drawn.pictures(samples)
                 palette: Sequence[str] = animation.PALETTE
             else:
-                size, palette, made = scene.size, scene.palette, scene.pictures(trajectory, samples)
-            pictures = _counted(made, start("pictures", len(samples)))
+                size, palette, frames = scene.size, scene.palette, scene.pictures(trajectory, samples)
+            pictures = _counted(frames, start("pictures", len(samples)))
             write(path.name, lambda part: _write(part, path.suffix.lower(), pictures, fps, size, palette))
     except film.FilmError as error:
         raise click.ClickException(f"ffmpeg cannot write {path}: {error}") from error

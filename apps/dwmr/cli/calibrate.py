@@ -77,10 +77,10 @@ def calibrate(
     with mistakes_as_diagnostics(style), terminated_as_interrupted():
         task = run_options.read(scenario, None, ())
         start = _start(task, wanted, path, force)
-        found = _search(task, start, evaluations, seed, jobs or cores())
+        result = _search(task, start, evaluations, seed, jobs or cores())
         with interrupts_wait():
-            _report(task, found, path, style)
-    if found.interrupted:
+            _report(task, result, path, style)
+    if result.interrupted:
         sys.exit(INTERRUPTED)
 
 
@@ -102,7 +102,7 @@ def _parameters(names: str | None) -> tuple[str, ...]:
 
 
 def _start(task: run_options.Task, names: tuple[str, ...], path: Path, force: bool) -> dict[str, float]:
-    """Refuse what cannot be calibrated, or whose result could not be written, before the search begins."""
+    """Refuse a calibration that is impossible, or whose result cannot be written."""
     from dwmr.calibration.parameters import present
     from dwmr.calibration.search import LAWS
     from dwmr.results.metrics import TABLE_12
@@ -125,11 +125,11 @@ def _start(task: run_options.Task, names: tuple[str, ...], path: Path, force: bo
 
 
 def _warn_of_another_run(scenario: Scenario) -> None:
-    """Warn of a scenario that differs from what is printed of the run behind Table 12."""
+    """Warn of a scenario that differs from the printed values of Table 12's run."""
     from dwmr.results.metrics import differences, said
 
-    if found := differences(scenario, fitted=True):
-        say(f"warning: {said(found)}: Table 12 speaks of another run", err=True)
+    if keys := differences(scenario, fitted=True):
+        say(f"warning: {said(keys)}: Table 12 speaks of another run", err=True)
 
 
 def _search(task: run_options.Task, start: dict[str, float], evaluations: int, seed: int, jobs: int) -> Found:
@@ -140,7 +140,7 @@ def _search(task: run_options.Task, start: dict[str, float], evaluations: int, s
 
 
 def _report(task: run_options.Task, found: Found, path: Path, style: str) -> None:
-    """Write the scenario and print what was found."""
+    """Write the scenario and print the result."""
     from dwmr.calibration.parameters import scenario_text
     from dwmr.output import report
     from fuzzyctl.experiments.result_files import finite
@@ -162,7 +162,7 @@ def _report(task: run_options.Task, found: Found, path: Path, style: str) -> Non
 
 
 def _show(out: Console, data: Mapping[str, Any]) -> None:
-    """Print what was found."""
+    """Print the result."""
     values = _table("Values", "parameter", "unit", "from", "to", "before", "now")
     for name, one in data["parameters"].items():
         bounds = (f"{PARAMETERS[name].low:g}", f"{PARAMETERS[name].high:g}")

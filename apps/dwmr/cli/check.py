@@ -28,15 +28,15 @@ def check(scenarios: tuple[str, ...], rules_folder: Path | None, overrides: tupl
 
     The rule files of all control laws that a scenario has gains for are read, and what those laws rely on is proved.
     """
-    found: list[Diagnostic] = []
+    reported: list[Diagnostic] = []
     for scenario in scenarios:
         diagnostics, summary = _check(scenario, rules_folder, overrides)
-        found += [d for d in diagnostics if d not in found]
+        reported += [d for d in diagnostics if d not in reported]
         if style == "text" and summary:
             say(summary)
-    if style == "json" or found:
-        show_diagnostics(found, style)
-    if any(d.severity == "error" for d in found):
+    if style == "json" or reported:
+        show_diagnostics(reported, style)
+    if any(d.severity == "error" for d in reported):
         sys.exit(1)
 
 

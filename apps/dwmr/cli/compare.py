@@ -80,13 +80,13 @@ def compare(
         run_options.require_once("SCENARIO...", scenarios)
         plans = [_plan(varied, name, laws, runs, seed, rules_folder, overrides) for name in scenarios]
         _require_names(plans)
-        found = _compute(plans, Workers(jobs, cluster))
+        entries = _compute(plans, Workers(jobs, cluster))
         if path is not None:
-            _write(path, found)
-    _print(found, style, runs, plans)
+            _write(path, entries)
+    _print(entries, style, runs, plans)
     if path is not None and style == "text":
         say(f"wrote {path}")
-    if any(one.stopped for one in found):
+    if any(one.stopped for one in entries):
         sys.exit(1)
 
 
@@ -101,15 +101,15 @@ def _require_format(path: Path | None) -> None:
 
 def _require_names(plans: Sequence[Plan[ScenarioFile]]) -> None:
     """Refuse scenarios of the same name: the tables could not tell them apart."""
-    found: dict[str, Path] = {}
+    files: dict[str, Path] = {}
     for file in (plan.scenario for plan in plans):
         name = file.scenario.name
-        if name in found and found[name].resolve() == file.path.resolve():
+        if name in files and files[name].resolve() == file.path.resolve():
             raise click.BadParameter(f"{file.path} is given twice.", param_hint="'SCENARIO...'")
-        if name in found:
-            both = f"{found[name]} and {file.path}"
+        if name in files:
+            both = f"{files[name]} and {file.path}"
             raise click.UsageError(f"two scenarios have the name {name!r}: {both}; give one of them another 'name'")
-        found[name] = file.path
+        files[name] = file.path
 
 
 def _plan(

@@ -98,14 +98,14 @@ def _draw(
                 if why:
                     left_out[figure.number] = why
                 move(k + 1)
-        made = [f.number for f in wanted if f.number not in left_out]
-        text = index(made, left_out, suffix, scenario)
+        drawn = [f.number for f in wanted if f.number not in left_out]
+        text = index(drawn, left_out, suffix, scenario)
         files.write(INDEX, lambda path: _write(path, text))
         with interrupts_wait():
             files.publish()
     run_options.say_stops(trajectories.values())
-    say(f"{len(made)} figure{'s' if len(made) != 1 else ''} in {folder}, described in {folder / INDEX}")
-    return all(t.stop is None for t in trajectories.values()) and len(made) == len(wanted)
+    say(f"{len(drawn)} figure{'s' if len(drawn) != 1 else ''} in {folder}, described in {folder / INDEX}")
+    return all(t.stop is None for t in trajectories.values()) and len(drawn) == len(wanted)
 
 
 def _draw_one(figure: PaperFigure, trajectory: Trajectory, scenario: Scenario, suffix: str, files: Results) -> str:

@@ -17,7 +17,7 @@ from fuzzyctl.loading.assembly import files_read
 from fuzzyctl.support.shipped import rules_folder
 from fuzzyctl.support.writing import folder_for, write_together
 
-#: What a name may be: it becomes the name of a file.
+#: Valid names, which become names of files.
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,99}")
 
 
@@ -73,7 +73,7 @@ def new(name: str | None, base: str, extends: bool, path: Path | None, folder: P
 
 
 def _files(name: str, base: str, path: Path, extends: bool) -> dict[Path, str]:
-    """Return what is to be written, by path: the scenario first, then the CSV file that it reads.
+    """Return the texts to write by path: the scenario first, then the CSV file that it reads.
 
     Args:
         name: The scenario's name.
@@ -93,10 +93,10 @@ def _files(name: str, base: str, path: Path, extends: bool) -> dict[Path, str]:
     if beside is not None:
         renamed = renamed.replace(beside, f"{path.stem}.csv")
     head = f"# Made by `dwmr new` from {base}; `dwmr check {path.name}` finds mistakes.\n#\n"
-    found = {path: head + renamed}
+    files = {path: head + renamed}
     if beside is not None:
-        found[path.with_suffix(".csv")] = (SHIPPED / beside).read_text(encoding="utf-8")
-    return found
+        files[path.with_suffix(".csv")] = (SHIPPED / beside).read_text(encoding="utf-8")
+    return files
 
 
 def _rule_files(base: str, folder: Path) -> dict[Path, str]:

@@ -141,7 +141,7 @@ def _measure(task: run_options.Task, trajectories: Sequence[Trajectory], begin: 
 def _say(
     task: run_options.Task, summary: Mapping[str, Any], names: Sequence[str], folder: Path, written: Sequence[str]
 ) -> None:
-    """Print what was found, and where it is."""
+    """Print the results, and where they are."""
     from dwmr.output import report
     from dwmr.results.metrics import beside
 

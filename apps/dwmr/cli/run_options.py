@@ -69,7 +69,7 @@ def format_option(command: Command) -> Command:
 
 @dataclass(frozen=True)
 class Task:
-    """What a command is to run: read, but not yet checked.
+    """A run of a command: read, but not yet checked.
 
     Attributes:
         file: The scenario, overrides included.
@@ -128,8 +128,8 @@ def require_law(word: str, folder: Path, scenario: str) -> None:
     """Refuse a word that is no law, no group of laws, and no law in the folder of a scenario."""
     if word in laws.GROUPS or laws.exists(word, folder):
         return
-    known = ", ".join(repr(name) for name in (*laws.names(), *laws.GROUPS))
-    message = f"{word!r} is not one of {known}, and there is no {word}.fz or {word}.py beside {scenario}."
+    words = ", ".join(repr(name) for name in (*laws.names(), *laws.GROUPS))
+    message = f"{word!r} is not one of {words}, and there is no {word}.fz or {word}.py beside {scenario}."
     raise click.BadParameter(message, param_hint="'--controller'")
 
 
@@ -162,7 +162,7 @@ def say_stops(trajectories: Iterable[Trajectory]) -> None:
 def simulate(task: Task, names: Sequence[str], begin: Begin | None = None) -> list[Trajectory]:
     """Run a checked scenario under some control laws.
 
-    An interruption keeps what is done: the laws that are finished, and what the present one has computed.
+    An interruption keeps the finished laws, and the computed part of the present one.
 
     Args:
         task: What to run.
@@ -174,14 +174,14 @@ def simulate(task: Task, names: Sequence[str], begin: Begin | None = None) -> li
         KeyboardInterrupt: When it comes before anything is done.
     """
     if begin is None:
-        with stages() as own:
-            return _simulate(task, names, own)
+        with stages() as begin_stage:
+            return _simulate(task, names, begin_stage)
     return _simulate(task, names, begin)
 
 
 def _simulate(task: Task, names: Sequence[str], begin: Begin) -> list[Trajectory]:
-    # the compiler comes only now, when nothing stands in the way of the run
-    shown = _Shown(begin)
+    # the compiler comes only now, when the run can begin
+    display = _Shown(begin)
     from dwmr.core import jit
     from dwmr.simulation import simulate
 
@@ -189,15 +189,15 @@ def _simulate(task: Task, names: Sequence[str], begin: Begin) -> list[Trajectory
         say("numba is not installed: the run is computed in plain Python, about a hundred times slower", err=True)
     trajectories: list[Trajectory] = []
     try:
-        with jit.watched(partial(shown.report, "compiling", 100)):
+        with jit.watched(partial(display.report, "compiling", 100)):
             simulations = [simulate.prepare(task.file, name, task.rules) for name in names]
             simulate.require_memory(simulations, task.file.places)
-            trajectories.append(_run(simulations[0], shown))
+            trajectories.append(_run(simulations[0], display))
         for one in simulations[1:]:
             if trajectories[-1].stop is not None and trajectories[-1].stop.reason == "interrupted":
                 break
-            shown.report(f"compiling {one.name}", 0, 0)
-            trajectories.append(_run(one, shown))
+            display.report(f"compiling {one.name}", 0, 0)
+            trajectories.append(_run(one, display))
     except KeyboardInterrupt:
         if not trajectories:
             raise

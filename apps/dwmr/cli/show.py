@@ -35,13 +35,13 @@ def show(scenario: str | None, rules_folder: Path | None, overrides: tuple[str, 
         return
     with mistakes_as_diagnostics(style):
         task = run_options.read(scenario, rules_folder, overrides)
-        found = _facts(task)
+        facts = _facts(task)
     if style == "json":
         from fuzzyctl.experiments.result_files import finite
 
-        write_json(finite(found))
+        write_json(finite(facts))
         return
-    for line in _page(found):
+    for line in _page(facts):
         say(line)
 
 
@@ -71,8 +71,8 @@ def _list(style: str) -> None:
     say("Control laws")
     for name, file in files.items():
         part = laws.zeroed(name)
-        said = f"with {part} = 0" if part else first_sentence(rules_folder() / file)
-        say(f"  {name:{width}}  {file:{max(map(len, files.values()))}}  {said}")
+        sentence = f"with {part} = 0" if part else first_sentence(rules_folder() / file)
+        say(f"  {name:{width}}  {file:{max(map(len, files.values()))}}  {sentence}")
 
 
 def _page(found: Mapping[str, Any]) -> Iterator[str]:
@@ -182,9 +182,9 @@ def _controllers(laws: Mapping[str, Mapping[str, Mapping[str, Any]]]) -> Iterato
         shared = common(tables, list(tables))
         yield f"{law}: {_gains(shared)}"
         for robot, gains in tables.items():
-            own = {k: v for k, v in gains.items() if k not in shared}
-            if own:
-                yield f"  {robot}: {_gains(own)}"
+            differences = {k: v for k, v in gains.items() if k not in shared}
+            if differences:
+                yield f"  {robot}: {_gains(differences)}"
 
 
 def _gains(gains: Mapping[str, Any]) -> str:

@@ -49,7 +49,7 @@ def check_role(system: Any, role: str, path: Path) -> None:
 
 
 def check_alike(system: Any, written: Any, role: str, path: Path) -> None:
-    """Refuse a system in a role of one's own whose inputs and output are not those that the law was written with.
+    """Refuse a system in a custom role whose inputs and output are not those that the law was written with.
 
     Raises:
         DiagnosticError: With all that does not fit.

@@ -11,7 +11,7 @@ FloatArray = NDArray[np.float64]
 
 
 class Reference(NamedTuple):
-    """Posture and velocities of what a robot follows.
+    """Posture and velocities of the reference of a robot.
 
     Attributes:
         x, y: Position [m].
@@ -35,8 +35,8 @@ class Safety(NamedTuple):
         lookahead: Distance of the guarded point ahead of the axle [m].
         acceleration: Rate at which the filter lets laws change their commands [m/s²].
         angular_acceleration: The same for turning [rad/s²].
-        least: R, what a robot's guarded point keeps from the other centres at samples, shape (n, n + a) [m].
-        kept: The same of what is measured: more than R by what noise can take, shape (n, n + a) [m].
+        least: R, least distance of a robot's guarded point from the other centres at samples, shape (n, n + a) [m].
+        kept: The same of measured distances: R and the largest effect of noise, shape (n, n + a) [m].
         noise: How far points are from where they are measured at most, shape (n + a,) [m].
         speeds: Bounds of the speeds of guarded points and obstacles, shape (n + a,) [m/s].
         errors: Bounds of the difference between a guarded point's mean velocity in a period and the command at its

@@ -35,7 +35,7 @@ COMPILED: bool = numba is not None
 
 @contextmanager
 def first_class_functions() -> Iterator[None]:
-    """Silence numba's note that functions as values are experimental, and nothing else."""
+    """Silence numba's note that functions as values are experimental, but no other warning."""
     with warnings.catch_warnings():
         if numba is not None:
             warnings.simplefilter("ignore", numba.core.errors.NumbaExperimentalFeatureWarning)
@@ -93,9 +93,9 @@ def watched(report: Callable[[float], None]) -> Iterator[None]:
 
 def _jit(function: Function, *signatures: Any, checked: bool = False) -> Function:
     # Divisions by zero give infinities, which the loop reports as divergence. A call with the dozens of arguments that
-    # the loop's tuples and arrays are takes longer than what is called, so all but functions as values are inlined.
-    # What is inlined allocates nothing: its arrays belong to the caller, and counting references to them, each an
-    # atomic operation, took a third of the loop's time. Laws of one's own may allocate.
+    # the loop's tuples and arrays are takes longer than the called code, so all but functions as values are inlined.
+    # Inlined code does not allocate: its arrays belong to the caller, and counting references to them, each an
+    # atomic operation, took a third of the loop's time. Users' laws may allocate.
     inlined, model = not signatures, "python" if checked else "numpy"
     options = {"error_model": model, "forceinline": inlined, "boundscheck": checked, "_nrt": not inlined}
     result = numba.njit(**options)(function)
@@ -155,10 +155,10 @@ def collected_errors() -> Iterator[list[BaseException]]:
 
 
 def reason(error: BaseException) -> str:
-    """Return the line of an error that says what is wrong; numba puts the step in which it failed before it."""
+    """Return the line of an error with its cause; numba puts the failed step before it."""
     lines = [line.strip() for line in str(error).splitlines() if line.strip()]
-    said = [line for line in lines if not line.startswith("Failed in ")]
-    return next(iter(said or lines), "no reason given")
+    reasons = [line for line in lines if not line.startswith("Failed in ")]
+    return next(iter(reasons or lines), "no reason given")
 
 
 def function_type(signature: str) -> Any:

@@ -9,25 +9,25 @@ from dwmr.scenario.model import Scenario
 
 
 def index(made: Collection[int], left_out: Mapping[int, str], suffix: str, scenario: Scenario) -> str:
-    """Return the text of index.md: every figure with what it shows, and why others are missing.
+    """Return the text of index.md: every figure with its caption, and why others are missing.
 
     Args:
         made: Numbers of the figures that were drawn.
         left_out: Why others were not, by number.
         suffix: Of the pictures' files.
-        scenario: What was run.
+        scenario: Scenario of the runs.
     """
-    shown = [f for f in FIGURES if f in usual(scenario) or f.number in made or f.number in left_out]
+    items = [f for f in FIGURES if f in usual(scenario) or f.number in made or f.number in left_out]
     lines = [
         f"# Figures of the scenario {_plain(scenario.name)}",
         "",
-        f"Counterparts of Figs. {shown[0].number} to {shown[-1].number} of Goto, Bertol, Martins, drawn from simulated "
+        f"Counterparts of Figs. {items[0].number} to {items[-1].number} of Goto, Bertol, Martins, drawn from simulated "
         "runs. Disturbance windows are shaded; a bar at the foot of a panel marks obstacle avoidance, one at its head "
         "the load. Signals are drawn by the least and greatest value of every stretch of time, so that chattering "
         "shows as the band it fills.",
         "",
     ]
-    for figure in shown:
+    for figure in items:
         lines.append(f"## Fig. {figure.number}: {figure.title} ({figure.subject})")
         lines.append("")
         if figure.number in made:

@@ -21,7 +21,7 @@ from dwmr.scenario.model import Scenario
 from dwmr.scenario.outlines import centres, is_moving
 from dwmr.simulation.simulate import Trajectory
 
-#: Multiple of the size of the scene above which a panel has a scale of its own,
+#: Multiple of the size of the scene above which a panel has another scale,
 FAR = 2.0
 #: and the largest multiple that such a panel shows.
 FARTHEST = 5.0
@@ -33,7 +33,7 @@ def draw_path(path: Path, trajectories: Sequence[Trajectory], scenario: Scenario
     Args:
         path: File to write, of any format matplotlib knows.
         trajectories: One per control law.
-        scenario: What was run.
+        scenario: Scenario of the runs.
     """
     with mpl.rc_context(STYLE):
         count = len(trajectories)
@@ -56,7 +56,7 @@ def draw_errors(path: Path, trajectories: Sequence[Trajectory], scenario: Scenar
     Args:
         path: File to write.
         trajectories: One per control law.
-        scenario: What was run.
+        scenario: Scenario of the runs.
     """
     rows = (("x_e", "m"), ("y_e", "m"), ("theta_e_unwrapped", "rad"))
     with mpl.rc_context(STYLE):
@@ -83,7 +83,7 @@ def _draw_legend(figure: Figure, handles: Sequence[Any], labels: Sequence[str], 
 
 
 def _limit(panels: Sequence[Any], trajectories: Sequence[Trajectory], scenario: Scenario) -> None:
-    """Give all panels the same limits, but those with a robot far from the scene their own, and say so."""
+    """Give all panels the same limits, but those with a robot far from the scene limits that fit it, and say so."""
     scene = _scene(trajectories, scenario)
     boxes = [_box([(one["x"], one["y"]), scene]) for one in trajectories]
     size = np.ptp(scene, axis=1).max()
@@ -92,14 +92,14 @@ def _limit(panels: Sequence[Any], trajectories: Sequence[Trajectory], scenario: 
     for axes, box, one in zip(panels, boxes, trajectories, strict=True):
         is_far = bool(np.ptp(box, axis=1).max() > FAR * size)
         middle, half = 0.5 * scene.sum(axis=1), 0.5 * FARTHEST * size
-        shown = np.clip(box, (middle - half)[:, None], (middle + half)[:, None]) if is_far else common
+        limits = np.clip(box, (middle - half)[:, None], (middle + half)[:, None]) if is_far else common
         # squares, so that panels are of one size
-        half = 0.54 * np.ptp(shown, axis=1).max()
+        half = 0.54 * np.ptp(limits, axis=1).max()
         for k, limit in enumerate((axes.set_xlim, axes.set_ylim)):
-            limit(shown[k].mean() - half, shown[k].mean() + half)
+            limit(limits[k].mean() - half, limits[k].mean() + half)
         if is_far and len(panels) > 1:
             axes.set_title("own scale", loc="right", size="small", style="italic")
-        gone = [n for i, n in enumerate(one.robots) if not _is_within(one["x"][:, i], one["y"][:, i], shown)]
+        gone = [n for i, n in enumerate(one.robots) if not _is_within(one["x"][:, i], one["y"][:, i], limits)]
         if gone:
             text = f"{', '.join(gone)} out of the picture"
             axes.annotate(text, (0.5, 0.01), xycoords="axes fraction", ha="center", va="bottom", size="small")
@@ -121,8 +121,8 @@ def _scene(trajectories: Sequence[Trajectory], scenario: Scenario) -> FloatArray
 
 def _box(places: Sequence[Any]) -> FloatArray:
     """Return the least and greatest finite x and y of some places, shape (2, 2) [m]."""
-    found = np.array([[_ends(place[k]) for place in places] for k in (0, 1)])
-    return np.stack([found[:, :, 0].min(axis=1), found[:, :, 1].max(axis=1)], axis=1)
+    ends = np.array([[_ends(place[k]) for place in places] for k in (0, 1)])
+    return np.stack([ends[:, :, 0].min(axis=1), ends[:, :, 1].max(axis=1)], axis=1)
 
 
 def _ends(values: FloatArray) -> tuple[float, float]:
@@ -187,7 +187,7 @@ def _error_column(panels: Any, trajectory: Trajectory, scenario: Scenario, rows:
 
 
 def _share_comparable_limits(row: Any) -> None:
-    """Give panels of similar range the same limits; one that is more than twice as tall keeps its own."""
+    """Give panels of similar range the same limits; one that is more than twice as tall keeps its limits."""
     limits = [axes.get_ylim() for axes in row]
     smallest = min(high - low for low, high in limits)
     alike = [k for k, (low, high) in enumerate(limits) if high - low <= 2.0 * smallest]

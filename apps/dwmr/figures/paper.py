@@ -115,10 +115,10 @@ class PaperFigure:
     Attributes:
         number: Its number in the paper.
         law: Name of the control law it shows.
-        title: What it shows, in a few words.
-        about: What to see in the counterpart, quantities and units.
+        title: Its subject, in a few words.
+        about: Contents of the counterpart, quantities and units.
         draw: Draws it.
-        needs: What a scenario must have for it: "obstacles", "followers", or nothing.
+        needs: Requirements on the scenario: "obstacles", "followers", "avoidance".
         experiment: Whether it shows rigid bodies, as Figs. 29 to 39 do, and not the simulation.
     """
 
@@ -303,17 +303,17 @@ def numbers(text: str) -> tuple[int, ...]:
     Raises:
         ValueError: When it is no such list, or names a figure that has no counterpart.
     """
-    known = [figure.number for figure in FIGURES]
-    found: set[int] = set()
+    drawn = [figure.number for figure in FIGURES]
+    chosen: set[int] = set()
     for part in text.split(","):
         first, dash, last = part.strip().partition("-")
         if not first.strip().isdecimal() or (dash and not last.strip().isdecimal()):
             raise ValueError(f"{part.strip()!r} is no number of a figure; write such as 8,12 or 13-23")
         low, high = int(first), int(last) if dash else int(first)
-        if low > high or low < known[0] or high > known[-1]:
-            raise ValueError(f"only figures {known[0]} to {known[-1]} have counterparts")
-        found.update(range(low, high + 1))
-    return tuple(sorted(found))
+        if low > high or low < drawn[0] or high > drawn[-1]:
+            raise ValueError(f"only figures {drawn[0]} to {drawn[-1]} have counterparts")
+        chosen.update(range(low, high + 1))
+    return tuple(sorted(chosen))
 
 
 def draw(figure: PaperFigure, path: Path, trajectory: Trajectory, scenario: Scenario) -> None:
@@ -323,7 +323,7 @@ def draw(figure: PaperFigure, path: Path, trajectory: Trajectory, scenario: Scen
         figure: Which.
         path: File to write: PNG, PDF or SVG by its suffix.
         trajectory: A run under the figure's control law.
-        scenario: What was run.
+        scenario: Its scenario.
     """
     undated = {".png": {"Software": None}, ".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
     with mpl.rc_context({**STYLE, "svg.hashsalt": "dwmr"}):

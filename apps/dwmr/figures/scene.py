@@ -27,7 +27,7 @@ from dwmr.scenario.outlines import centres
 from dwmr.simulation.mujoco_plant import mjcf
 from dwmr.simulation.simulate import Trajectory
 
-#: What makes a context of OpenGL: modules of MuJoCo, by the values of MUJOCO_GL.
+#: Makers of a context of OpenGL: modules of MuJoCo, by the values of MUJOCO_GL.
 CONTEXTS = ("egl", "osmesa", "glfw", "cgl")
 #: The one of each system where MUJOCO_GL is not set.
 _USUAL = {"linux": "egl", "darwin": "cgl"}
@@ -38,7 +38,7 @@ class NoRendererError(Exception):
 
 
 class Renderer:
-    """Renders a model; a context manager, as what it holds of OpenGL must go while its own context is the present one.
+    """Renders a model; a context manager, as objects of OpenGL must go while their context is the present one.
 
     Args:
         model: A MuJoCo model whose offscreen buffer has the size of the pictures.
@@ -116,7 +116,7 @@ def _context(width: int, height: int) -> Any:
         raise NoRendererError(f"MUJOCO_GL = {asked}")
     try:
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # of GLFW without a display: what follows from it is reported
+            warnings.simplefilter("ignore")  # of GLFW without a display: the error that follows is reported
             context = import_module(f"mujoco.{name}").GLContext(width, height)
             context.make_current()
     # what PyOpenGL raises depends on which of its libraries is missing
@@ -135,7 +135,7 @@ _DARK = "0.15 0.15 0.15 1"
 
 
 def scene(scenario: Scenario) -> str:
-    """Return the MuJoCo model of a scenario with what makes it look like something.
+    """Return the MuJoCo model of a scenario with colours, lights and a floor.
 
     Its joints are those of `mujoco_model.mjcf`, so it takes the same `qpos`. Obstacles are the mocap bodies
     `obstacle0`, `obstacle1` and so on, which touch nothing.
@@ -210,7 +210,7 @@ PIECES = 400
 DASH = 0.3
 #: Angle at which the camera looks down on everything, and on a robot that it follows [degrees].
 DOWN, DOWN_BEHIND = 52.0, 28.0
-#: Share of the picture that everything takes, as texts stand at its borders.
+#: Share of the picture that the scene takes, as texts are at its borders.
 ROOM = 0.9
 #: Distance of a camera that follows a robot from it, in radii of the robot [-].
 BEHIND = 13.0
@@ -225,7 +225,7 @@ class Scene:
     """Renders pictures of runs of a scenario.
 
     Args:
-        scenario: What is run: rigid bodies in MuJoCo.
+        scenario: Scenario of rigid bodies in MuJoCo.
         follow: Name of the robot that the camera follows, or None to see everything from above at an angle.
 
     Attributes:
@@ -330,7 +330,7 @@ class Scene:
                 self._renderer.add("cylinder", size, place, colour)
 
     def _inscribed(self, picture: FloatArray, trajectory: Trajectory, k: int) -> FloatArray:
-        """Write the law, the names, the time and what disturbs the robots into a picture."""
+        """Write the law, the names, the time and the disturbances into a picture."""
         image = Image.fromarray(picture)
         draw = ImageDraw.Draw(image)
         width, height = self.size

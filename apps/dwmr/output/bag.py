@@ -66,7 +66,7 @@ def save(folder: Path, trajectory: Trajectory, scenario: Scenario) -> None:
     Args:
         folder: New folder.
         trajectory: The run.
-        scenario: What was run.
+        scenario: Its scenario.
 
     Raises:
         DiagnosticError: When the folder exists, or cannot be written.

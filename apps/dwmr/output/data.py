@@ -56,7 +56,7 @@ def signals_of(trajectories: Sequence[Trajectory], scenario: Scenario, every: in
 
     Args:
         trajectories: One per control law, of the same robots.
-        scenario: What was run.
+        scenario: Scenario of the runs.
         every: Samples between two that are kept; the last sample always is.
         metadata: What else to say about the runs.
     """
@@ -66,15 +66,15 @@ def signals_of(trajectories: Sequence[Trajectory], scenario: Scenario, every: in
     units: dict[str, Any] = {TIME: {"unit": "s", "doc": "time"}}
     runs: dict[str, dict[str, FloatArray]] = {}
     for one in trajectories:
-        kept = kept_samples(len(one.t), every)
-        runs[one.controller] = {TIME: one.t[kept]}
+        samples = kept_samples(len(one.t), every)
+        runs[one.controller] = {TIME: one.t[samples]}
         for signal in (*SIGNALS, *one.law_signals):
-            runs[one.controller][signal.name] = one[signal.name][kept]
+            runs[one.controller][signal.name] = one[signal.name][samples]
             units[signal.name] = {"unit": signal.unit, "doc": signal.doc}
-        found = lyapunov.signals(one, scenario)
+        functions = lyapunov.signals(one, scenario)
         for signal in lyapunov.SIGNALS:
-            if signal.name in found and signal.name not in one.names:
-                runs[one.controller][signal.name] = found[signal.name][kept]
+            if signal.name in functions and signal.name not in one.names:
+                runs[one.controller][signal.name] = functions[signal.name][samples]
                 units.setdefault(signal.name, {"unit": signal.unit, "doc": signal.doc})
     return Data(runs, {**metadata, "robots": list(trajectories[0].robots), "signals": units})
 
@@ -85,7 +85,7 @@ def kept_samples(samples: int, every: int) -> NDArray[np.int64]:
 
 
 def rows(data: Data) -> dict[str, Any]:
-    """Return the signals as columns of one table, a row for each law, time and robot; None for what a law has not.
+    """Return the signals as columns of one table, a row for each law, time and robot; None for missing signals.
 
     Returns:
         "controller" and "robot" as lists, "t" and the signals as arrays or None, by control law and column.
@@ -285,7 +285,7 @@ def load(path: str | os.PathLike[str]) -> Data:
     """Read the signals of runs from a file that `dwmr run` wrote.
 
     Args:
-        path: Its suffix says which format it has: npz, csv, mat or parquet.
+        path: A file with the suffix of its format: npz, csv, mat or parquet.
 
     Raises:
         OSError: When it cannot be read.
@@ -318,7 +318,7 @@ def write_trajectories(
     Args:
         files: Where they go.
         trajectories: One per control law.
-        scenario: What was run; of its samples every `run.save_every`-th is saved.
+        scenario: Scenario of the runs; of its samples every `run.save_every`-th is saved.
         metadata: What else to say about the run.
         formats: Of `FORMATS`.
     """

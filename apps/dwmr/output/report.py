@@ -17,7 +17,7 @@ _COLUMNS = (("x_e", "m"), ("y_e", "m"), ("theta_e", "rad"))
 _SYMBOLS = {"x_e": "x_e", "y_e": "y_e", "theta_e": "θ_e"}
 _BY_UNIT = (("x_e", "y_e"), ("theta_e",))
 
-#: What the columns of the tables mean.
+#: Legends of the tables.
 _ERRORS = "x_e, y_e: of a robot on the reference along x and y, of a follower along and across it."
 _RATIO = " ratio: ours / paper's."
 _SAFETY = (
@@ -37,7 +37,7 @@ _STABILITY = (
     "and its growth per second in the last quarter."
 )
 
-#: What the numbers of a table of the paper are.
+#: Origin of the numbers of the paper's tables.
 _PAPERS = {
     12: " Table 12: the paper's simulation; what the paper does not print of it is fitted here to this table.",
     13: " Table 13: AIFQSMC in Gazebo, whose robots have bodies and sensors; here they are what the scenario says.",
@@ -54,8 +54,8 @@ _LONGEST_NAME = 10
 
 def console() -> Console:
     """Return a console on standard output that is never too narrow for the tables."""
-    found = Console()
-    return found if found.width >= _WIDTH else Console(width=_WIDTH)
+    terminal = Console()
+    return terminal if terminal.width >= _WIDTH else Console(width=_WIDTH)
 
 
 def print_report(
@@ -86,7 +86,7 @@ def print_report(
 
 
 def _print_table(out: Console, title: str, table: Table, about: str) -> None:
-    """Print a table with its title above and what its columns mean below; a title of its own would be as narrow."""
+    """Print a table with its title above and a legend of its columns below; rich would make the title as narrow."""
     out.print(title, style="bold", highlight=False)
     out.print(table)
     out.print(about, style="dim", highlight=False)
@@ -124,9 +124,9 @@ def _largest_errors(law: str, run: Mapping[str, Any], printed: int | None) -> st
 
 def _collisions(run: Mapping[str, Any]) -> str:
     counts = [(run["obstacles_hit"], "with obstacles"), (run["robots_hit"], "between robots")]
-    said = [f"{len(hits)} {where}" for hits, where in counts if hits]
-    if said:
-        return f"collisions: {' and '.join(said)}"
+    parts = [f"{len(hits)} {where}" for hits, where in counts if hits]
+    if parts:
+        return f"collisions: {' and '.join(parts)}"
     gaps = [run[kind][robot] for kind in ("obstacle_gap", "robot_gap") for robot in run["rmse"]]
     least = min((gap for gap in gaps if gap is not None), default=None)
     return "no collision" + ("" if least is None else f" (least gap {_number(least, 2)} m)")
@@ -160,10 +160,10 @@ def _errors(runs: Mapping[str, Any], printed: int | None) -> Table:
 
 
 def _cells(value: float, printed: float | None, compare: bool) -> list[str]:
-    shown = _number(value, 4)
+    number = _number(value, 4)
     if not compare:
-        return [shown]
-    return [shown, "" if printed is None else f"{printed:.4f}", "" if printed is None else f"{value / printed:.2f}"]
+        return [number]
+    return [number, "" if printed is None else f"{printed:.4f}", "" if printed is None else f"{value / printed:.2f}"]
 
 
 def _number(value: float, digits: int, sign: str = "") -> str:
@@ -211,11 +211,11 @@ def _filter(runs: Mapping[str, Any]) -> Table:
 
 
 def filter_cells(run: Mapping[str, Any], robot: str) -> list[str]:
-    """Return what the safety filter did to a robot: least distance of its disc, share of time, two kinds of moments."""
-    found = run["safety"]
-    gap = found["disc_gap"][robot]
-    moments = [sum(robot in (one["robot"], one["with"]) for one in found[kind]) for kind in ("infeasible", "missed")]
-    return ["" if gap is None else _number(gap, 2), f"{100.0 * found['acts'][robot]:.1f}", *map(str, moments)]
+    """Return the effects of the safety filter on a robot: least distance of its disc, share of time, moments."""
+    measures = run["safety"]
+    gap = measures["disc_gap"][robot]
+    moments = [sum(robot in (one["robot"], one["with"]) for one in measures[kind]) for kind in ("infeasible", "missed")]
+    return ["" if gap is None else _number(gap, 2), f"{100.0 * measures['acts'][robot]:.1f}", *map(str, moments)]
 
 
 def _effort(runs: Mapping[str, Any]) -> Table:
@@ -240,7 +240,7 @@ def _effort(runs: Mapping[str, Any]) -> Table:
 
 
 def _stability(runs: Mapping[str, Any]) -> Table:
-    """Return the table of Lyapunov functions and of the adaptive gains' drift; empty cells where a law has none."""
+    """Return the table of Lyapunov functions and of the adaptive gains' drift; empty cells for laws without them."""
     table = _table()
     gains = [head for channel in "vω" for head in (f"k_h,{channel}\nlargest", "\nfinal", "\ngrowth")]
     for name in ("% of\n(14)", "% of\n(26)", *gains):
@@ -283,7 +283,7 @@ def _table() -> Table:
 
 
 def warnings(runs: Mapping[str, Any]) -> list[str]:
-    """Return what a reader must know about the runs, one line each."""
+    """Return warnings about the runs, one line each."""
     lines = []
     for controller, run in runs.items():
         if run["stopped"]:
@@ -293,9 +293,9 @@ def warnings(runs: Mapping[str, Any]) -> list[str]:
         lines += [f"{controller}: {line}" for line in (*contacts(run), *barriers(run))]
         shares = {robot: share for robot, share in run["condition_violated"].items() if share > 0}
         if shares:
-            shown = ", ".join(f"{robot} {100 * share:.1f} %" for robot, share in shares.items())
+            robots = ", ".join(f"{robot} {100 * share:.1f} %" for robot, share in shares.items())
             lines.append(
-                f"{controller}: λ2/λ3 <= 1/(|d + x_e| + 1), after Eq. (13), fails for part of the time: {shown}"
+                f"{controller}: λ2/λ3 <= 1/(|d + x_e| + 1), after Eq. (13), fails for part of the time: {robots}"
             )
     return lines
 
@@ -317,12 +317,12 @@ def barriers(run: Mapping[str, Any]) -> list[str]:
         ("infeasible", "no command within the limits keeps {0} away from {1}"),
         ("missed", "{0} comes nearer to {1} than its command allows"),
     ):
-        found = run.get("safety", {}).get(kind, [])
-        for one in found[:MOST_BARRIERS]:
+        moments = run.get("safety", {}).get(kind, [])
+        for one in moments[:MOST_BARRIERS]:
             lines.append(
                 f"{words.format(one['robot'], one['with'])} at t = {one['t']:.2f} s, ({one['x']:.2f}, {one['y']:.2f}) "
                 f"m, for {one['lasted']:.2f} s, {one['by']:.2g} m/s at most"
             )
-        if len(found) > MOST_BARRIERS:
-            lines.append(f"{len(found) - MOST_BARRIERS} more such moments are under safety.{kind} of summary.json")
+        if len(moments) > MOST_BARRIERS:
+            lines.append(f"{len(moments) - MOST_BARRIERS} more such moments are under safety.{kind} of summary.json")
     return lines

@@ -30,10 +30,10 @@ def _table(caption: str, head: Sequence[str], body: Iterable[Sequence[str]], lef
     """Return a table.
 
     Args:
-        caption: What it shows.
+        caption: Its subject.
         head: Names of the columns.
         body: Rows; a row's first cell is its heading.
-        left: Columns of text, which stand to the left; the others hold numbers.
+        left: Columns of text, aligned to the left; the others hold numbers.
     """
     cells = "".join(f'<th scope="col"{_side(k, left)}>{escape(name)}</th>' for k, name in enumerate(head))
     lines = [
@@ -53,7 +53,7 @@ def _side(k: int, left: int) -> str:
 
 def errors(runs: Mapping[str, Any], printed: int | None) -> str:
     """Return the tables of tracking errors, the first beside a table of the paper if one is given by its number."""
-    found = []
+    tables = []
     for section, caption in _SECTIONS:
         beside = printed if section == "rmse" else None
         head = ["law", "robot"]
@@ -64,8 +64,8 @@ def errors(runs: Mapping[str, Any], printed: int | None) -> str:
             for law, run in runs.items()
             for robot in run[section]
         ]
-        found.append(_table(caption + ("" if beside is None else f", beside Table {beside} of the paper"), head, rows))
-    return "\n".join(found)
+        tables.append(_table(caption + ("" if beside is None else f", beside Table {beside} of the paper"), head, rows))
+    return "\n".join(tables)
 
 
 def _error_cells(law: str, robot: str, run: Mapping[str, Any], section: str, beside: int | None) -> list[str]:
@@ -103,7 +103,7 @@ def safety(runs: Mapping[str, Any]) -> str:
 
 
 def safety_filter(runs: Mapping[str, Any]) -> str:
-    """Return the table of what the safety filter did, nothing without one."""
+    """Return the table of the safety filter, an empty text without one."""
     if not any("safety" in run for run in runs.values()):
         return ""
     head = ["law", "robot", "least distance of its disc [m]", "commands changed [% of time]"]
@@ -133,7 +133,7 @@ def effort(runs: Mapping[str, Any]) -> str:
 
 
 def stability(runs: Mapping[str, Any]) -> str:
-    """Return the table of Lyapunov functions and of the drift of adaptive gains, nothing where no law has them."""
+    """Return the table of Lyapunov functions and of the drift of adaptive gains, an empty text without them."""
     if not any(run.get("lyapunov") for run in runs.values()):
         return ""
     head = ["law", "robot", "dV/dt > 0, Eq. (14) [% of time]", "dV/dt > 0, Eq. (26) [% of time]"]
@@ -219,7 +219,7 @@ def page(summary: Mapping[str, Any], trajectories: Sequence[Trajectory], scenari
     Args:
         summary: Content of summary.json.
         trajectories: One per control law.
-        scenario: What was run.
+        scenario: Scenario of the runs.
     """
     name, runs = escape(scenario.name), summary["controllers"]
     links = (("results", "Results"), ("plots-of-runs", "Plots"), ("settings", "Settings"), ("origin", "Origin"))
@@ -240,9 +240,9 @@ def page(summary: Mapping[str, Any], trajectories: Sequence[Trajectory], scenari
 
 
 def script() -> str:
-    """Return what draws the plots: that of all pages, and where the report has them."""
-    own = (files("dwmr.page") / "report.js").read_text(encoding="utf-8")
-    return enclosed(*map(asset, PANELS), own)
+    """Return the script of the plots: that of all pages, and the part for the report."""
+    placing = (files("dwmr.page") / "report.js").read_text(encoding="utf-8")
+    return enclosed(*map(asset, PANELS), placing)
 
 
 def _headline(trajectories: Sequence[Trajectory], scenario: Scenario) -> str:
@@ -257,10 +257,10 @@ def _results(runs: Mapping[str, Any], scenario: Scenario) -> str:
     printed, why_not = beside(scenario)
     lines = [f"<li>{escape(line)}</li>" for line in ([why_not] if why_not else []) + report.warnings(runs)]
     warned = f'<div class="warnings"><h3>Warnings</h3><ul>{"".join(lines)}</ul></div>' if lines else ""
-    said = "".join(f"<li>{escape(report.sentence(law, run, printed))}</li>" for law, run in runs.items())
+    sentences = "".join(f"<li>{escape(report.sentence(law, run, printed))}</li>" for law, run in runs.items())
     return "\n".join(
         [
-            f'<section id="results"><h2>Results</h2><ul>{said}</ul>',
+            f'<section id="results"><h2>Results</h2><ul>{sentences}</ul>',
             errors(runs, printed),
             safety(runs),
             safety_filter(runs),
@@ -289,14 +289,14 @@ def _settings(scenario: Scenario) -> str:
     parts = ['<section id="settings"><h2>Settings</h2>']
     rows = list(setting_rows(scenario))
     for group in dict.fromkeys(_group(row.key) for row in rows):
-        own = [row for row in rows if _group(row.key) == group]
-        table = _table(f"Settings of {group}", ("key", "value", "unit", "meaning"), own, left=4)
+        group_rows = [row for row in rows if _group(row.key) == group]
+        table = _table(f"Settings of {group}", ("key", "value", "unit", "meaning"), group_rows, left=4)
         parts.append(f"<details><summary>{escape(group)}</summary>{table}</details>")
     return "\n".join([*parts, "</section>"])
 
 
 def _group(key: str) -> str:
-    """Return the table a setting stands in: `robots.leader` for those of a robot, else the first part of its key."""
+    """Return the table of a setting: `robots.leader` for those of a robot, else the first part of its key."""
     first, _, rest = key.partition(".")
     return f"{first}.{rest.partition('.')[0]}" if first == "robots" else first.partition("[")[0]
 
@@ -311,8 +311,8 @@ def _origin(summary: Mapping[str, Any]) -> str:
     if params:
         parts.append(_table("Params of the rule files that the scenario sets", ("role", "param", "value"), params))
     if origin["overrides"]:
-        given = "".join(f"<li><code>{escape(one)}</code></li>" for one in origin["overrides"])
-        parts.append(f"<h3>Overrides</h3><ul>{given}</ul>")
+        items = "".join(f"<li><code>{escape(one)}</code></li>" for one in origin["overrides"])
+        parts.append(f"<h3>Overrides</h3><ul>{items}</ul>")
     versions = [[name, value or "not installed"] for name, value in summary["versions"].items()]
     parts.append(_table("Versions", ("package", "version"), versions))
     return "\n".join([*parts, "</section>"])

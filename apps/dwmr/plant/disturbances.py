@@ -65,8 +65,8 @@ def disturbance_since(began: float, t: float, acting: Any) -> Disturbance:
     """Add up the disturbances acting on a robot in a control period.
 
     Args:
-        began: Start of the period [s]. What acts then acts until its end: a jump inside an integration step would cost
-            the integrator its order.
+        began: Start of the period [s]. Disturbances that act then act until its end: a jump inside an integration
+            step would cost the integrator its order.
         t: Time [s].
         acting: Records of dtype `DISTURBANCE`, shape (n,).
 
@@ -97,7 +97,7 @@ def measure(
     odometry: FloatArray,
     seen: FloatArray,
 ) -> None:
-    """Write what the robots see of themselves at the begin of a control period.
+    """Write the measured states of the robots at the begin of a control period.
 
     Args:
         noise: Of x, y, theta, v, omega in this period, shape (n, 5) [m, m, rad, m/s, rad/s].

@@ -74,7 +74,7 @@ def spline(t: float, shape: FloatArray) -> Reference:
     """Return posture and velocity on a piecewise cubic path at a time.
 
     Before its first knot and behind its last one an open path goes on straight, at the velocity it has there: a
-    reference must not stand still.
+    reference must not rest.
 
     Args:
         t: Time [s].
@@ -195,7 +195,7 @@ class Shape(NamedTuple):
 
     Attributes:
         path: Name of a function of `CURVES`.
-        constants: What it reads, shape (c,).
+        constants: Its arguments, shape (c,).
         end: Time from which an open path goes on straight; infinite where it never ends [s].
         period: Time after which it repeats, 0 where it does not [s].
     """
@@ -207,7 +207,7 @@ class Shape(NamedTuple):
 
     def at(self, t: float) -> Reference:
         """Return posture and velocity at a time [s]."""
-        with np.errstate(all="ignore"):  # as compiled: what overflows is infinite, and the run stops there
+        with np.errstate(all="ignore"):  # as compiled: an overflow is infinite, and the run stops there
             return CURVES[self.path](t, self.constants)
 
 
@@ -217,10 +217,10 @@ def shape_of(settings: Settings, rows: Callable[[str], PathRows], places: Places
     Args:
         settings: The scenario's reference.
         rows: Reads a file of the scenario's own.
-        places: Where the scenario's keys stand.
+        places: Locations of the scenario's keys.
 
     Raises:
-        DiagnosticError: When it stands still somewhere, or its file is malformed.
+        DiagnosticError: When it rests somewhere, or its file is malformed.
     """
     match settings:
         case Eight():
@@ -288,7 +288,7 @@ def _twice(gaps: FloatArray, count: int, places: Places) -> Iterable[Diagnostic]
     for k in np.flatnonzero(gaps < SAME):
         after = (int(k) + 1) % count
         message = f"reference.points.{after} is the same place as reference.points.{int(k)}"
-        yield places.diagnostic("FZ904", "reference.points", message, facts=("a reference must not stand still",))
+        yield places.diagnostic("FZ904", "reference.points", message, facts=("a reference must not rest",))
 
 
 def _csv(settings: CsvPath, rows: PathRows, places: Places) -> Shape:

@@ -48,9 +48,9 @@ def robot_gaps(trajectory: Trajectory, scenario: Scenario) -> Iterator[tuple[str
 
     The samples include the least gap and all contacts; at the others the circles about the bodies are farther apart.
     """
-    found = {name: (poses(trajectory, scenario, name), outline(scenario.robots[name])) for name in trajectory.robots}
+    bodies = {name: (poses(trajectory, scenario, name), outline(scenario.robots[name])) for name in trajectory.robots}
     for first, second in combinations(trajectory.robots, 2):
-        (pose_a, a), (pose_b, b) = found[first], found[second]
+        (pose_a, a), (pose_b, b) = bodies[first], bodies[second]
         between = np.sqrt((pose_a[0] - pose_b[0]) ** 2 + (pose_a[1] - pose_b[1]) ** 2)
         nearest = int(np.argmin(between))
         least = gap_between(pose_a[:, [nearest]], a, pose_b[:, [nearest]], b)[0]
@@ -87,7 +87,7 @@ def contact(t: FloatArray, dt: float, gaps: FloatArray) -> Contact | None:
     return Contact(float(t[closed][0]), float(np.count_nonzero(closed) * dt), float(-gaps.min()))
 
 
-#: A rate of distance below its bound by less is rounding, and what the projection leaves [m/s].
+#: A rate of distance below its bound by less is rounding, and the error of the projection [m/s].
 TOLERANCE = 1e-6
 #: Moments of the same two that are less apart are one [s].
 TOGETHER = 0.5
@@ -101,7 +101,7 @@ class Pair(NamedTuple):
         other: Number of another robot, or of an obstacle behind all robots.
         vector: From the other disc's centre to the robot's guarded point, shape (samples, 2) [m].
         least: R, the distance of the centres that is kept at samples [m].
-        kept: What the filter keeps of the measured distance [m].
+        kept: Least measured distance that the filter allows [m].
         noise: By how much that is wrong at most [m].
         speed: Bound of the speed at which they approach each other [m/s].
         touch: Sum of the radii [m].
@@ -139,9 +139,11 @@ def pairs(trajectory: Trajectory, scenario: Scenario, settings: SafetySettings) 
     others = np.concatenate([points, obstacles], axis=1)
     for i in range(n):
         for other in (*range(i), *range(n, others.shape[1])):
-            least, kept = float(safety.least[i, other]), float(safety.kept[i, other])
+            least, measured = float(safety.least[i, other]), float(safety.kept[i, other])
             noise, speed = (float(both[i] + both[other]) for both in (safety.noise, safety.speeds))
-            yield Pair(i, other, points[:, i] - others[:, other], least, kept, noise, speed, radii[i] + radii[other])
+            yield Pair(
+                i, other, points[:, i] - others[:, other], least, measured, noise, speed, radii[i] + radii[other]
+            )
 
 
 def rate_bounds(alpha: float, distance: FloatArray, least: float) -> FloatArray:
@@ -194,7 +196,7 @@ def safety_measures(trajectory: Trajectory, scenario: Scenario, settings: Safety
 
     Args:
         trajectory: A run.
-        scenario: What was run.
+        scenario: Its scenario.
         settings: Its filter.
 
     Returns:
@@ -208,14 +210,14 @@ def safety_measures(trajectory: Trajectory, scenario: Scenario, settings: Safety
     shortfall, conflict = trajectory["safe_shortfall"], trajectory["safe_conflict"]
     points = guarded_points(trajectory, scenario, settings.lookahead)
     gaps: dict[str, float | None] = dict.fromkeys(trajectory.robots)
-    found: dict[str, list[dict[str, Any]]] = {"infeasible": [], "missed": []}
+    failures: dict[str, list[dict[str, Any]]] = {"infeasible": [], "missed": []}
     for pair in pairs(trajectory, scenario, settings):
         i, other = pair.robot, pair.other
         ends = [i] if other >= len(trajectory.robots) else [i, other]
         gap = float(np.min(pair.distance)) - pair.touch
         for name in (names[end] for end in ends):
-            known = gaps[name]
-            gaps[name] = gap if known is None else min(known, gap)
+            least = gaps[name]
+            gaps[name] = gap if least is None else min(least, gap)
         lowered = np.where(conflict[:, i] == other, shortfall[:, i], 0.0)
         if len(ends) == 2:
             lowered = np.maximum(lowered, np.where(conflict[:, other] == i, shortfall[:, other], 0.0))
@@ -225,11 +227,11 @@ def safety_measures(trajectory: Trajectory, scenario: Scenario, settings: Safety
             for one in moments(trajectory.t, amounts):
                 x, y = points[one.pop("sample"), i]
                 about = {"robot": names[i], "with": names[other]}
-                found[kind].append({**about, **one, "x": float(x), "y": float(y)})
+                failures[kind].append({**about, **one, "x": float(x), "y": float(y)})
     return {
         "acts": {name: _acts(trajectory, scenario, name) for name in trajectory.robots},
         "disc_gap": gaps,
-        **{kind: sorted(each, key=lambda one: float(one["t"])) for kind, each in found.items()},
+        **{kind: sorted(each, key=lambda one: float(one["t"])) for kind, each in failures.items()},
     }
 
 

@@ -100,11 +100,11 @@ def measure(trajectory: Trajectory, scenario: Scenario, wanted: Collection[str] 
 
     Args:
         trajectory: A run.
-        scenario: What was run.
+        scenario: Its scenario.
         wanted: Names of the measures, None for all; some cost as much as the run. How the run ended is always there.
     """
     whole, trajectory = trajectory, finite_part(trajectory)
-    # numbers of a run that diverged may overflow; what is not finite shows as null
+    # numbers of a run that diverged may overflow; infinite ones show as null
     with np.errstate(over="ignore", invalid="ignore"):
         result = {
             name: of() for name, of in _measures(trajectory, scenario).items() if wanted is None or name in wanted
@@ -188,20 +188,20 @@ def distances(trajectory: Trajectory, scenario: Scenario, robot: str) -> FloatAr
 
 
 def _least(gaps: list[FloatArray]) -> float | None:
-    """Return the least of some distances, None where there are none [m]."""
+    """Return the least of some distances, None without any [m]."""
     return min((float(one.min()) for one in gaps if one.size), default=None)
 
 
 def _obstacles_hit(t: FloatArray, dt: float, robot: str, gaps: FloatArray) -> list[dict[str, Any]]:
     """Return the obstacles that a robot's body touches, from its gaps to them."""
-    found = [contact(t, dt, gaps[:, a]) for a in range(gaps.shape[1])]
-    return [{"robot": robot, "obstacle": a, **one._asdict()} for a, one in enumerate(found) if one is not None]
+    contacts = [contact(t, dt, gaps[:, a]) for a in range(gaps.shape[1])]
+    return [{"robot": robot, "obstacle": a, **one._asdict()} for a, one in enumerate(contacts) if one is not None]
 
 
 def _robots_hit(trajectory: Trajectory, scenario: Scenario, pairs: Pairs) -> list[dict[str, Any]]:
     """Return the pairs of robots whose bodies touch."""
-    found = [((a, b), contact(trajectory.t[near], scenario.run.dt, gaps)) for a, b, near, gaps in pairs]
-    return [{"robots": list(names), **one._asdict()} for names, one in found if one is not None]
+    contacts = [((a, b), contact(trajectory.t[near], scenario.run.dt, gaps)) for a, b, near, gaps in pairs]
+    return [{"robots": list(names), **one._asdict()} for names, one in contacts if one is not None]
 
 
 def _chattering(trajectory: Trajectory, dt: float, robot: str) -> dict[str, float]:
@@ -215,7 +215,7 @@ def _chattering(trajectory: Trajectory, dt: float, robot: str) -> dict[str, floa
 
 
 def _saturation(trajectory: Trajectory, scenario: Scenario, robot: str) -> dict[str, float]:
-    """Return the shares of time in which the velocities asked for and the torques reach their limits [-]."""
+    """Return the shares of time in which the commanded velocities and the torques reach their limits [-]."""
     i, limits = trajectory.robots.index(robot), scenario.robots[robot].actuator
     torque = np.maximum(np.abs(trajectory["torque_right"][:, i]), np.abs(trajectory["torque_left"][:, i]))
     return {
@@ -240,11 +240,11 @@ def _condition_violated(trajectory: Trajectory, scenario: Scenario, robot: str) 
     return _share(lambda_2 / lambda_3 > 1.0 / (reach + 1.0))
 
 
-#: Keys of a robot that the paper prints; what it does not print is fitted to its table.
+#: Keys of a robot that the paper prints; the others are fitted to its table.
 _PRINTED = ("x_0", "y_0", "theta_0", "d", "radius", "avoids_obstacles", "formation", "delay", "sensors", "noise")
 #: Keys of a robot that its errors do not depend on, or by design may differ: the measures' outline, the gains.
 _FREE = ("body", "controllers")
-#: Numbers of the paper's tables by the shipped scenario behind them.
+#: Numbers of the paper's tables by the shipped scenario of their runs.
 _TABLES = {
     "paper": 12,
     "paper-with-limits": 12,
@@ -261,22 +261,22 @@ def differences(scenario: Scenario, fitted: bool = False, shipped: str = "paper"
     """Return the keys in which a run is not the paper's, its gains and rule files aside.
 
     Args:
-        scenario: What is run.
-        fitted: Whether what the paper does not print may differ: amplitudes, bodies and drives.
+        scenario: The scenario.
+        fitted: Whether unprinted values may differ: amplitudes, bodies and drives.
         shipped: Name of the scenario that is the paper's run.
     """
     from dwmr.scenario.file import find, read
 
     paper = read(find(shipped)).scenario
-    found = [
+    keys = [
         key
         for key in ("reference", "formation", "obstacles", "avoidance", "load")
         if getattr(scenario, key) != getattr(paper, key)
     ]
-    found += [f"run.{key}" for key in ("horizon", "plant") if getattr(scenario.run, key) != getattr(paper.run, key)]
+    keys += [f"run.{key}" for key in ("horizon", "plant") if getattr(scenario.run, key) != getattr(paper.run, key)]
     if _disturbances(scenario, fitted) != _disturbances(paper, fitted):
-        found.append("disturbances")
-    return (*found, *_robots(scenario, paper, fitted))
+        keys.append("disturbances")
+    return (*keys, *_robots(scenario, paper, fitted))
 
 
 def beside(scenario: Scenario) -> tuple[int | None, str]:
@@ -284,16 +284,16 @@ def beside(scenario: Scenario) -> tuple[int | None, str]:
     number = _TABLES.get(scenario.name)
     if number is None or scenario.run.horizon < TABLE_12_HORIZON:
         return None, ""
-    found = differences(scenario, shipped=scenario.name)
-    return (None, f"Table {number} is left out, it speaks of another run: {said(found)}") if found else (number, "")
+    keys = differences(scenario, shipped=scenario.name)
+    return (None, f"Table {number} is left out, it speaks of another run: {said(keys)}") if keys else (number, "")
 
 
-def said(found: tuple[str, ...]) -> str:
+def said(keys: tuple[str, ...]) -> str:
     """Return that some keys are not the paper's."""
-    shown = ", ".join(found[:_MOST_SHOWN])
-    more = f" and {len(found) - _MOST_SHOWN} more" if len(found) > _MOST_SHOWN else ""
-    verb = "is" if len(found) == 1 and found[0] not in ("obstacles", "disturbances") else "are"
-    return f"{shown}{more} {verb} not the paper's"
+    text = ", ".join(keys[:_MOST_SHOWN])
+    more = f" and {len(keys) - _MOST_SHOWN} more" if len(keys) > _MOST_SHOWN else ""
+    verb = "is" if len(keys) == 1 and keys[0] not in ("obstacles", "disturbances") else "are"
+    return f"{text}{more} {verb} not the paper's"
 
 
 def _disturbances(scenario: Scenario, fitted: bool) -> list[Any]:

@@ -24,7 +24,7 @@ from fuzzyctl.ros.program import Period
 
 
 class Odometry(NamedTuple):
-    """What a robot measures of itself.
+    """Measured state of a robot.
 
     Attributes:
         x, y, theta: Posture of the middle of its wheel axis, in a frame that all robots share [m, m, rad].
@@ -96,7 +96,7 @@ class FormationCommands:
         return np.stack([limited(one, robot) for one, robot in zip(asked, self._robots.values(), strict=True)])
 
     def _measure(self, odometry: Sequence[Odometry]) -> None:
-        """Write what robots measure as the state of the loop, whose orientations are not wrapped."""
+        """Write the measured states into the loop, whose orientations are not wrapped."""
         state, names = self._periods.memory.plant, list(self._robots)
         for i, (one, robot) in enumerate(zip(odometry, self._robots.values(), strict=True)):
             theta = one.theta if self._next == 0 else state[i, 2] + wrap(one.theta - state[i, 2])
@@ -114,7 +114,7 @@ _LENGTH = 1e-3
 
 
 class Settings(NamedTuple):
-    """What the node takes from its parameters.
+    """Settings from the parameters of the node.
 
     Attributes:
         frame: Frame of all odometry.
@@ -190,7 +190,7 @@ class FormationNode:
         self._publish([(0.0, 0.0, 0.0)] * len(self._robots))
 
     def _keep(self, name: str, message: Any) -> None:
-        """Keep the odometry of a robot; nothing is computed here."""
+        """Keep the odometry of a robot, without any computation."""
         self._latest[name] = message
 
     def _command(self) -> None:

@@ -48,10 +48,10 @@ class ScenarioFile:
     Args:
         scenario: Its values.
         path: Its file.
-        places: Where its keys stand.
+        places: Locations of its keys.
         sha256: Of its file and, where there are any, of the files it extends and of its path's CSV.
         shape: The reference, ready for the loop.
-        warnings: What a run does otherwise than its author may think.
+        warnings: Surprising effects of its values.
         folders: Where files that it names are looked for: beside it, then beside the scenarios it extends.
         files: Its file and those of the scenarios it extends.
     """
@@ -96,20 +96,20 @@ def read(path: Path, overrides: Iterable[str] = ()) -> ScenarioFile:
     written: dict[str, str] = {}
     try:
         data, places = merge(layers, written, SCENARIOS.common)
-        known, unused = tuple(_tables(data, "robots")), unused_keys(data)
+        robots, unused = tuple(_tables(data, "robots")), unused_keys(data)
     except RecursionError:
         raise _too_deep(path) from None
-    if "name" not in layers[0].data and len(layers) > 1:  # what changes a scenario is not that scenario
+    if "name" not in layers[0].data and len(layers) > 1:  # a changed scenario is not that scenario
         data["name"] = path.stem
     for argument in overrides:
-        key, given = override(data, argument)
+        key, value = override(data, argument)
         if key in written:
             raise OverrideError(f"--set {shorten(argument)}: {key} is given twice")
         if key == EXTENDS or key.startswith(f"{EXTENDS}."):
             raise OverrideError(f"--set {shorten(argument)}: {EXTENDS} cannot be set, only written in a scenario file")
-        written[key] = given
+        written[key] = value
     try:
-        scenario = _validate(data, places, known)
+        scenario = _validate(data, places, robots)
         idle = [key for key in unused_keys(data) if places.given(COMMON, *key)]
     except RecursionError:
         raise _too_deep(path) from None
@@ -126,9 +126,9 @@ def read(path: Path, overrides: Iterable[str] = ()) -> ScenarioFile:
         mistakes += turning(scenario, shape, places)
     if mistakes:
         raise DiagnosticError(mistakes)
-    # what an extending scenario or --set gives each robot of its own is no slip of the table below
-    own = frozenset(leaves(_tables(layers[0].data, COMMON)))
-    idle = [key for key in unused if key in own and not places.given(COMMON, *key)]
+    # values of each robot in an extending scenario or by --set are no slip of the table below
+    table_keys = frozenset(leaves(_tables(layers[0].data, COMMON)))
+    idle = [key for key in unused if key in table_keys and not places.given(COMMON, *key)]
     warned = without_effect(idle, scenario.robots, places)
     warnings = (
         *remarks(scenario, places),
@@ -193,17 +193,21 @@ def give(data: Mapping[str, Any], places: Places) -> dict[str, Any]:
         message = f"{COMMON} must be a table, got {show(common)}"
         raise DiagnosticError([places.diagnostic("FZ904", COMMON, message)])
     if isinstance(robots, dict):
-        rest["robots"] = {n: overlay(common, own) if isinstance(own, dict) else own for n, own in robots.items()}
+        rest["robots"] = {
+            n: overlay(common, values) if isinstance(values, dict) else values for n, values in robots.items()
+        }
     return rest
 
 
 def unused_keys(data: Mapping[str, Any]) -> tuple[KeyPath, ...]:
-    """Return the keys below [robot] for which every robot has its own value."""
+    """Return the keys below [robot] for which every robot has another value."""
     common, robots = data.get(COMMON), data.get("robots")
     if not isinstance(common, dict) or not isinstance(robots, dict) or not robots:
         return ()
-    own = [frozenset(replaced(common, one)) if isinstance(one, dict) else frozenset() for one in robots.values()]
-    return tuple(key for key in leaves(common) if all(_below(key, keys) for keys in own))
+    replacements = [
+        frozenset(replaced(common, one)) if isinstance(one, dict) else frozenset() for one in robots.values()
+    ]
+    return tuple(key for key in leaves(common) if all(_below(key, keys) for keys in replacements))
 
 
 def leaves(table: Mapping[str, Any], prefix: KeyPath = ()) -> Iterator[KeyPath]:
@@ -225,7 +229,7 @@ def without_effect(keys: Iterable[KeyPath], robots: Iterable[str], places: Place
     Args:
         keys: From `unused_keys`.
         robots: Names of the robots.
-        places: Where the keys stand.
+        places: Locations of the keys.
     """
     first = next(iter(robots))
     for key in keys:

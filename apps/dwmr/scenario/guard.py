@@ -29,7 +29,7 @@ def radii_of(scenario: Scenario, settings: SafetySettings) -> list[float]:
 
 
 def room_for_noise(alpha: float, least: FloatArray, noise: FloatArray, speed: FloatArray) -> FloatArray:
-    """Return what is kept of measured distances so that true ones do not fall below R [m].
+    """Return the least measured distances for which true ones do not fall below R [m].
 
     Args:
         alpha: α [1/s].
@@ -40,8 +40,8 @@ def room_for_noise(alpha: float, least: FloatArray, noise: FloatArray, speed: Fl
     Source:
         docs/explanation/avoidance.md, "Noise".
     """
-    kept: FloatArray = least + noise * (1.0 + speed / (alpha * (least + noise)))
-    return kept
+    result: FloatArray = least + noise * (1.0 + speed / (alpha * (least + noise)))
+    return result
 
 
 def safety_of(scenario: Scenario, settings: SafetySettings) -> Safety:
@@ -102,7 +102,7 @@ def safety_mistakes(scenario: Scenario, places: Places) -> Iterable[Diagnostic]:
 
 
 def _noisy(scenario: Scenario, settings: SafetySettings, places: Places) -> Iterable[Diagnostic]:
-    """Refuse noise beyond what the proof has room for."""
+    """Refuse noise that is too large for the proof."""
     safety = safety_of(scenario, settings)
     for i, name in enumerate(scenario.robots):
         if safety.noise[i] > 0.0 and (safety.kept[i] > 2.0 * safety.least[i]).any():
@@ -137,7 +137,7 @@ class Start(NamedTuple):
 
 
 def _starts(scenario: Scenario, settings: SafetySettings) -> Iterator[Start]:
-    """Yield each robot with the robots before it and all obstacles; to start inside one is a mistake of its own."""
+    """Yield each robot with the robots before it and all obstacles; a start inside of one is another mistake."""
     least, radii, names = safety_of(scenario, settings).least, radii_of(scenario, settings), tuple(scenario.robots)
     points = [_point(robot, settings, robot.x_0, robot.y_0, robot.theta_0) for robot in scenario.robots.values()]
     others = [(f"robots.{name}", "that one's", point) for name, point in zip(names, points, strict=True)]
@@ -198,10 +198,10 @@ def _beyond_drives(scenario: Scenario, settings: SafetySettings, places: Places)
             {n: force[n] * r.half_track / (r.inertia * max(1.0, load.inertia_factor)) for n, r in robots.items()},
         ),
     ):
-        given, weakest = getattr(settings, key), min(able, key=lambda name: able[name])
-        if given > able[weakest]:
+        rate, weakest = getattr(settings, key), min(able, key=lambda name: able[name])
+        if rate > able[weakest]:
             message = (
-                f"safety.{key} = {given:g} {unit} is beyond what the wheels give robots.{weakest}: "
+                f"safety.{key} = {rate:g} {unit} is beyond what the wheels give robots.{weakest}: "
                 f"{able[weakest]:.3g} {unit}"
             )
             yield places.diagnostic("FZ904", f"safety.{key}", message)

@@ -12,7 +12,7 @@ from dwmr.control.laws.settings import AifqsmcSettings, FcafsmcSettings, SmcSett
 from dwmr.control.rule_files import RuleFile
 from dwmr.reference.prepared import Coordinate, ReferenceSettings
 
-#: Table of a scenario whose values every robot takes over unless it has its own.
+#: Table of a scenario whose values every robot takes over unless it has others.
 COMMON = "robot"
 
 
@@ -92,7 +92,7 @@ class Body(Section):
 
 
 class RigidBody(Section):
-    """What a rigid body in MuJoCo needs besides mass, inertia, wheels and outline; the equations do without."""
+    """Constants of a rigid body in MuJoCo besides mass, inertia, wheels and outline; the equations do not need them."""
 
     height: float = quantity("height of the chassis's top", "m", gt=0, le=FARTHEST)
     clearance: float = quantity("from the ground to the chassis", "m", gt=0, le=FARTHEST)
@@ -120,7 +120,7 @@ class Friction(Section):
 
 
 class Actuator(Section):
-    """What the drives can do."""
+    """Limits and lag of the drives."""
 
     lag: float = quantity("time constant of the torques", "s", ge=0.001)
     torque_limit: float = quantity("largest torque of one wheel", "N m", gt=0)
@@ -151,7 +151,7 @@ class Formation(Section):
 
 
 class FormationSettings(Section):
-    """What robots of a formation know of one another."""
+    """Knowledge of the robots of a formation about one another."""
 
     leader_velocity: Literal["ground", "wheels"] = Field(
         default="ground",
@@ -164,7 +164,7 @@ LARGEST_NOISE = 4.0
 
 
 class Noise(Section):
-    """Standard deviations of what a robot measures of itself, drawn anew every control period."""
+    """Standard deviations of the measured state of a robot, drawn anew every control period."""
 
     x: float = quantity("position, x", "m", ge=0, le=FARTHEST, default=0.0)
     y: float = quantity("position, y", "m", ge=0, le=FARTHEST, default=0.0)
@@ -174,7 +174,7 @@ class Noise(Section):
 
 
 class Sensors(Section):
-    """What a robot knows its posture and its wheels' velocities by; noise is added to them."""
+    """Sensors of a robot's posture and wheels' velocities; noise is added to them."""
 
     pose: Literal["exact", "odometry"] = Field(
         default="exact", description="posture as it is, or as the wheels' ways add up from the start"
@@ -185,7 +185,7 @@ class Sensors(Section):
 
 
 class Controllers(Section):
-    """Gains by control law; a law of one's own finds its table among the extra ones."""
+    """Gains by control law; tables of users' laws are among the extra ones."""
 
     model_config = ConfigDict(frozen=True, extra="allow", allow_inf_nan=False, strict=True)
 

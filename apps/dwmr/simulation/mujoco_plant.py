@@ -74,7 +74,7 @@ def _add_robot(world: Xml.Element, actuator: Xml.Element, i: int, robot: Robot, 
 
 
 def _add_chassis(body: Xml.Element, robot: Robot, own: RigidBody) -> None:
-    """Add what is not wheels: its inertia and centre of mass make those of the robot what the scenario says."""
+    """Add the chassis: its inertia and centre of mass give the robot those of the scenario."""
     outline, r = robot.body, robot.wheel_radius
     front, rear, width = (
         (outline.front, outline.rear, outline.width) if outline else (robot.radius,) * 2 + (2 * robot.radius,)
@@ -120,7 +120,7 @@ class MujocoPlant:
     """Robots of a scenario as rigid bodies, an `interfaces.Plant`.
 
     Args:
-        scenario: What is run; all of its robots have a `rigid_body`.
+        scenario: A scenario; all of its robots have a `rigid_body`.
 
     Raises:
         ImportError: Without MuJoCo.
@@ -169,7 +169,7 @@ class MujocoPlant:
         model = self._loaded if self._load.start <= t < self._load.stop else self._unloaded
         self._mujoco.mj_step(model, data, self._substeps)
         spins = data.qvel[self._wheels].tolist()
-        held = data.act[self._drives].tolist()
+        applied = data.act[self._drives].tolist()
         for i, robot in enumerate(self._robots):
             x, y, _, w, a, b, c = data.qpos[self._places[i] : self._places[i] + 7].tolist()
             v_x, v_y, _, _, _, turning = data.qvel[self._speeds[i] : self._speeds[i] + 6].tolist()
@@ -178,7 +178,7 @@ class MujocoPlant:
             forward_x, forward_y = math.cos(self._theta[i]), math.sin(self._theta[i])
             right, left = (robot.wheel_radius * spin for spin in spins[i])
             v, omega = 0.5 * (right + left), 0.5 * (right - left) / robot.half_track
-            state[i] = (x + robot.d * forward_x, y + robot.d * forward_y, self._theta[i], v, omega, *held[i])
+            state[i] = (x + robot.d * forward_x, y + robot.d * forward_y, self._theta[i], v, omega, *applied[i])
             slip[i] = (v_x * forward_x + v_y * forward_y - v, turning - omega)
 
 

@@ -25,7 +25,7 @@ from fuzzyctl.experiments.sweep_spec import SpecFile
 from fuzzyctl.experiments.sweep_variables import has
 from fuzzyctl.experiments.sweep_workers import Outcome
 
-#: What varies unless one says otherwise.
+#: Default variation.
 VARIATION = Path(__file__).with_name("variation.toml")
 #: Groups of measures that are compared.
 GROUPS: tuple[Measure, ...] = (
@@ -76,7 +76,7 @@ class Entry:
 
 
 def variation(path: Path | None) -> SpecFile:
-    """Return the SPEC whose `[set]` and `[random]` say what varies.
+    """Return the SPEC whose `[set]` and `[random]` vary the runs.
 
     Raises:
         DiagnosticError: With its mistakes; a grid has no place in a comparison.
@@ -128,10 +128,19 @@ def _robots(row: Mapping[str, Any]) -> list[str]:
 
 def _entry(scenario: str, controller: str, robot: str, measure: str, rows: Sequence[Mapping[str, Any]]) -> Entry:
     column, name = measure.replace("*", robot), measure.replace(".*", "")
-    found = (share_of if measure in HITS else mean_of)(rows, column)
+    estimate = (share_of if measure in HITS else mean_of)(rows, column)
     stopped = count_of_stopped(rows)
     return Entry(
-        scenario, controller, robot, name, unit_of(column) or "-", found.n, found.mean, found.low, found.high, stopped
+        scenario,
+        controller,
+        robot,
+        name,
+        unit_of(column) or "-",
+        estimate.n,
+        estimate.mean,
+        estimate.low,
+        estimate.high,
+        stopped,
     )
 
 
@@ -164,24 +173,24 @@ _NEAR = 0.10
 def print_comparison(
     out: Console, found: Sequence[Entry], runs: int, printed: Mapping[str, int | None] | None = None
 ) -> None:
-    """Print the tables, what the intervals are, and which runs stopped.
+    """Print the tables, a legend of the intervals, and the stopped runs.
 
     Args:
         out: Where to.
         found: The measures.
         runs: Repetitions of each run.
-        printed: Number of the paper's table that a scenario stands beside, by the scenario's name.
+        printed: Number of the paper's table beside a scenario, by the scenario's name.
     """
     for scenario in dict.fromkeys(one.scenario for one in found):
-        own = [one for one in found if one.scenario == scenario]
+        entries = [one for one in found if one.scenario == scenario]
         for title, heads in _TABLES.items():
-            if not any(one.measure in heads for one in own):
+            if not any(one.measure in heads for one in entries):
                 continue
             out.print(f"{escape(scenario)}: {title}", style="bold", highlight=False)
-            out.print(_table(own, heads))
+            out.print(_table(entries, heads))
             out.print()
         if number := (printed or {}).get(scenario):
-            _print_ratios(out, scenario, list(_ratios(own, number)), number)
+            _print_ratios(out, scenario, list(_ratios(entries, number)), number)
     out.print(_ABOUT, style="dim", highlight=False)
     if any(one.measure.startswith("safety.") for one in found):
         out.print(ABOUT_FILTER, style="dim", highlight=False)
@@ -237,7 +246,7 @@ def _table(found: Sequence[Entry], heads: Mapping[str, str]) -> Table:
 
 
 def _name(law: str, row: int, rows: int) -> str:
-    """Return what stands beside one of a law's rows: its name, that of an ablation word by word down the rows."""
+    """Return the name beside one of a law's rows, that of an ablation word by word down the rows."""
     words = law.split("_") if "_without_" in law else [law]
     return "\n".join(words[row:]) if row == rows - 1 else "".join(words[row : row + 1])
 

@@ -1,4 +1,4 @@
-"""Formations of robots as what a sweep runs."""
+"""Formations of robots as the experiments of a sweep."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class Robots(Runnable[ScenarioFile]):
 
     Args:
         rules_folder: Whose rule files replace those of the same name.
-        known: What this process knows about rule files: they are read and proved once.
+        known: Cache of rule files, which a process reads and proves once.
     """
 
     application: ClassVar[str] = "dwmr"
@@ -39,7 +39,7 @@ class Robots(Runnable[ScenarioFile]):
     known: Known = field(default_factory=Known, compare=False, repr=False)
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Leave out what this process knows, but for that it has proved the rule files: workers need not again."""
+        """Leave out the cache, but keep that the rule files are proved: workers need not prove them again."""
         return type(self), (self.rules_folder, Known(proved=True))
 
     def find(self, name: str, folder: Path = Path()) -> Path:
@@ -52,12 +52,12 @@ class Robots(Runnable[ScenarioFile]):
 
     def controllers(self, scenario: ScenarioFile, names: Sequence[str]) -> tuple[str, ...]:
         """Return the control laws that some names stand for, words for several laws written out."""
-        found: list[str] = []
+        result: list[str] = []
         for name in names or (scenario.scenario.run.controller,):
             if name not in laws.GROUPS and not laws.exists(name, scenario.path.parent):
                 raise UnknownNameError("control law", name, (*laws.names(), *laws.GROUPS))
-            found += laws.group(name)
-        return tuple(dict.fromkeys(found))
+            result += laws.group(name)
+        return tuple(dict.fromkeys(result))
 
     def check(self, scenario: ScenarioFile, controllers: Sequence[str]) -> Mapping[str, UsedFile]:
         """Check a scenario and its rule files, and return these by role and name, and the laws that are text."""
@@ -68,7 +68,7 @@ class Robots(Runnable[ScenarioFile]):
     def unread(
         self, scenario: ScenarioFile, controllers: Sequence[str], used: Mapping[str, str], key: Sequence[str]
     ) -> str:
-        """Return whose gains or which rule file a key belongs to, where none of the laws reads it."""
+        """Return the unused gains or rule file that a key belongs to, or an empty text."""
         tables = {
             laws.table(robot.controllers, law)[0] for law in controllers for robot in scenario.scenario.robots.values()
         }
@@ -93,8 +93,8 @@ class Robots(Runnable[ScenarioFile]):
             trajectory = simulate.run(simulation)
             if trajectory.stop is not None and trajectory.stop.mistake is not None:
                 raise DiagnosticError([trajectory.stop.mistake])
-            found = measure(trajectory, scenario.scenario, measures)
-            return Computed(dict(columns_of(found, measures, trajectory.robots)), trajectory.wall_s)
+            measures_of_run = measure(trajectory, scenario.scenario, measures)
+            return Computed(dict(columns_of(measures_of_run, measures, trajectory.robots)), trajectory.wall_s)
 
         return Prepared(_used(rules), compute)
 
@@ -104,8 +104,8 @@ class Robots(Runnable[ScenarioFile]):
 
     def own_files(self, scenario: ScenarioFile, controllers: Sequence[str]) -> Mapping[str, str]:
         """Return the checksums of the control laws that lie beside the scenario."""
-        own = {law: laws.python_file(law, scenario.path.parent) for law in controllers}
-        return {law: hashlib.sha256(path.read_bytes()).hexdigest() for law, path in own.items() if path is not None}
+        files = {law: laws.python_file(law, scenario.path.parent) for law in controllers}
+        return {law: hashlib.sha256(path.read_bytes()).hexdigest() for law, path in files.items() if path is not None}
 
     def _rules(self, scenario: ScenarioFile) -> Rules:
         folders = (*([self.rules_folder] if self.rules_folder else []), *scenario.folders)
@@ -114,11 +114,11 @@ class Robots(Runnable[ScenarioFile]):
 
 def _used(rules: Rules) -> dict[str, UsedFile]:
     """Return the rule files that were read, by role and name, and the control laws that are text."""
-    found = {f"{role}/{used.path.name}": UsedFile(used.path, used.sha256) for role, used in rules.used.items()}
-    return found | {f"law/{name}": UsedFile(used.path, used.sha256) for name, used in rules.laws.items()}
+    files = {f"{role}/{used.path.name}": UsedFile(used.path, used.sha256) for role, used in rules.used.items()}
+    return files | {f"law/{name}": UsedFile(used.path, used.sha256) for name, used in rules.laws.items()}
 
 
-#: Units of what is kept of a run, by the last part of its column, and of its first part where that has one for all.
+#: Units of the measures of a run, by the last part of its column, and of its first part where that has one for all.
 _UNITS = {
     "t_end": "s", "x_e": "m", "y_e": "m", "theta_e": "rad", "theta_e_star": "rad", "theta_e_unwrapped": "rad",
 }  # fmt: skip
@@ -164,7 +164,7 @@ def _flat(key: str, value: Any) -> Iterator[tuple[str, Any]]:
 
 
 def unit_of(column: str) -> str:
-    """Return the unit of a column, or nothing for what has none or is a value of the scenario."""
+    """Return the unit of a column, or an empty text, also for values of the scenario."""
     group, last = column.partition(".")[0], column.rpartition(".")[2]
     if column.startswith("safety.disc_gap."):
         return "m"
@@ -186,7 +186,7 @@ RENAMED = {"clearance": "centre_distance", "collisions": "obstacles_hit"}
 
 
 class RobotSpec(Spec):
-    """What a SPEC file says, with the measures of robots."""
+    """A SPEC file with the measures of robots."""
 
     measures: Annotated[tuple[Measure, ...], Strict(False)] = Field(
         default=("rmse", "centre_distance", "obstacle_gap", "robot_gap", "obstacles_hit", "robots_hit", "chattering"),
