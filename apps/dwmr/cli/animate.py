@@ -179,9 +179,7 @@ def _film(task: run_options.Task, law: str, path: Path, shown: _Shown) -> bool:
 
     run_options.check(task, (law,))
     with one_file(path) as files, _scene(task.file.scenario, shown) as scene:
-        (trajectory,) = run_options.simulate(task, (law,))
-        if trajectory.stop is not None and trajectory.stop.reason == "interrupted":
-            raise KeyboardInterrupt
+        (trajectory,) = run_options.simulate_whole(task, (law,))
         samples = _samples(trajectory, path, shown)
         _draw(files.write, path, trajectory, task.file.scenario, scene, samples, shown.fps)
         files.publish()

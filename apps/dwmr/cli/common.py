@@ -78,3 +78,8 @@ def refuse_present(paths: Iterable[Path], force: bool, rules: Path | None = None
             help_text = f"name another {other}, or replace it with --force"
             mistakes.append(Diagnostic("FZ005", f"{path} exists", help=help_text, file=str(path)))
         raise DiagnosticError(mistakes)
+
+
+def write_text(path: Path, text: str) -> None:
+    """Write a text as UTF-8."""
+    path.write_text(text, encoding="utf-8")

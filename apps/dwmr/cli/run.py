@@ -1,4 +1,4 @@
-"""`dwmr run SCENARIO`: run a scenario and write the results to a folder."""
+"""Commands that run a scenario and write its results: `dwmr run` to a folder, `dwmr report` to one HTML page."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from dwmr.cli import run_options
-from dwmr.cli.common import mistakes_as_diagnostics
+from dwmr.cli.common import mistakes_as_diagnostics, write_text
 from fuzzyctl.cli import data_formats
 from fuzzyctl.cli.bars import Begin, stages
 from fuzzyctl.cli.interruptions import interrupts_wait, outlive, terminated_as_interrupted
@@ -127,11 +127,10 @@ def _run(
 
 
 def _measure(task: run_options.Task, trajectories: Sequence[Trajectory], begin: Begin) -> dict[str, Any]:
-    from dwmr.output.summary import describe
     from dwmr.results.metrics import measure
 
     move = begin("measuring", len(trajectories))
-    summary: dict[str, Any] = {**describe(task.file, task.rules, task.overrides), "controllers": {}}
+    summary: dict[str, Any] = {**run_options.describe(task), "controllers": {}}
     for k, one in enumerate(trajectories):
         summary["controllers"][one.controller] = measure(one, task.file.scenario)
         move(k + 1)
@@ -182,3 +181,44 @@ def _write(
     about = {**summary, "controllers": None, "scenario": {**summary["scenario"], "text": task.file.texts}}
     write_trajectories(files, trajectories, scenario, about, formats)
     files.publish()
+
+
+@click.command(context_settings={"show_default": True})
+@click.argument("scenario")
+@run_options.output_option("path", "report.html", "FILE", "HTML page to write; one that exists is replaced.")
+@run_options.controller_option
+@run_options.rules_option
+@run_options.set_option
+def report(
+    scenario: str, path: Path, controller: str | None, rules_folder: Path | None, overrides: tuple[str, ...]
+) -> None:
+    """Run SCENARIO, a shipped name or a TOML file, and write one HTML page about it.
+
+    The page holds tables, settings and interactive plots, and opens without a network.
+    """
+    with mistakes_as_diagnostics("text"), terminated_as_interrupted():
+        task = run_options.read(scenario, rules_folder, overrides)
+        finished = _report(task, run_options.laws_of(task, controller), path)
+    if not finished:
+        sys.exit(1)
+
+
+def _report(task: run_options.Task, names: tuple[str, ...], path: Path) -> bool:
+    """Check, run and write; return whether every run came to its end."""
+    from fuzzyctl.experiments.result_files import one_file
+
+    run_options.check(task, names)
+    with one_file(path) as files:
+        trajectories = run_options.simulate_whole(task, names)
+        with interrupts_wait():
+            from dwmr.page.document import page
+            from dwmr.results.metrics import measure
+
+            summary = run_options.describe(task)
+            summary["controllers"] = {t.controller: measure(t, task.file.scenario) for t in trajectories}
+            text = page(summary, trajectories, task.file.scenario)
+            files.write(path.name, lambda part: write_text(part, text))
+            files.publish()
+    run_options.say_stops(trajectories)
+    say(f"wrote {path}: {len(text.encode()) / 1e6:.1f} MB")
+    return all(t.stop is None for t in trajectories)

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
@@ -98,6 +98,32 @@ def read(scenario: str, rules_folder: Path | None, overrides: Sequence[str]) -> 
     return Task(file, rules, tuple(overrides))
 
 
+def describe(task: Task) -> dict[str, Any]:
+    """Return where the numbers of a run come from, as plain data; of files those that the run has read."""
+    from fuzzyctl.experiments.result_files import versions
+
+    file, rules = task.file, task.rules
+    return {
+        "scenario": {
+            "name": file.scenario.name,
+            "file": file.path.name,
+            "sha256": file.sha256,
+            "overrides": list(task.overrides),
+        },
+        "rules": {
+            role: {
+                "file": used.path.name,
+                "sha256": used.sha256,
+                "files": dict(used.files),
+                "params": file.scenario.rules[role].params,
+            }
+            for role, used in sorted(rules.used.items())
+        },
+        "laws": {name: {"sha256": used.sha256, "files": dict(used.files)} for name, used in sorted(rules.laws.items())},
+        "versions": versions(),
+    }
+
+
 def laws_of(task: Task, controller: str | None) -> tuple[str, ...]:
     """Return the names of the control laws that --controller asks for.
 
@@ -177,6 +203,19 @@ def simulate(task: Task, names: Sequence[str], begin: Begin | None = None) -> li
         with stages() as begin_stage:
             return _simulate(task, names, begin_stage)
     return _simulate(task, names, begin)
+
+
+def simulate_whole(task: Task, names: Sequence[str]) -> list[Trajectory]:
+    """Run a checked scenario under some control laws, all of them to the end.
+
+    Raises:
+        DiagnosticError: As `simulate` does.
+        KeyboardInterrupt: When it comes before all is done.
+    """
+    trajectories = simulate(task, names)
+    if len(trajectories) < len(names) or any(t.stop and t.stop.reason == "interrupted" for t in trajectories):
+        raise KeyboardInterrupt
+    return trajectories
 
 
 def _simulate(task: Task, names: Sequence[str], begin: Begin) -> list[Trajectory]:

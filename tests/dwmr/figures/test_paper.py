@@ -6,10 +6,10 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
 from matplotlib.text import Text
 
+from dwmr.cli.figures import index_text
 from dwmr.core.geometry import wrap_array
 from dwmr.figures import panels, paper
 from dwmr.figures.animation import body
-from dwmr.figures.index import index
 from dwmr.results import derived
 from dwmr.results.metrics import distances, measure
 from dwmr.scenario.file import find, read
@@ -165,7 +165,7 @@ class TestContent:
     @pytest.mark.parametrize(("number", "robot"), [(9, "leader"), (18, "follower1"), (26, "follower2")])
     def test_velocity_errors_stand_beside_their_compensation(self, drawn, number, robot):
         figure, trajectory, scenario = drawn(number)
-        i = trajectory.robots.index(robot)
+        i = trajectory.robots.index_text(robot)
         for channel, label in (("v", "$v_e$ [m/s]"), ("omega", r"$\omega_e$ [rad/s]")):
             error = derived.velocity_error(trajectory, channel)[:, i]
             portion = derived.compensation(trajectory, scenario, channel)[:, i]
@@ -305,7 +305,7 @@ class TestFiles:
 
     def test_the_index_says_what_is_there_and_what_is_not(self):
         scenario = read(find("paper"), ['name="a|b"']).scenario
-        text = index([8], {14: "the scenario has no obstacles"}, "svg", scenario)
+        text = index_text([8], {14: "the scenario has no obstacles"}, "svg", scenario)
         assert "(fig08.svg)" in text
         assert "(fig09.svg)" not in text
         assert "Left out: the scenario has no obstacles." in text
@@ -313,4 +313,4 @@ class TestFiles:
         assert "a\\|b" in text
         assert all(f"## Fig. {k}: " in text for k in range(8, 29))
         assert "## Fig. 29" not in text
-        assert "Figs. 29 to 39 of Goto" in index([29], {}, "png", read(find("experiment")).scenario)
+        assert "Figs. 29 to 39 of Goto" in index_text([29], {}, "png", read(find("experiment")).scenario)

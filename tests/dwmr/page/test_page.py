@@ -10,11 +10,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from dwmr.cli.run_options import Task, describe
 from dwmr.control import laws
 from dwmr.control.fuzzy_gains import Rules
 from dwmr.figures.animation import body
 from dwmr.figures.panels import BODIES
-from dwmr.output.summary import describe
 from dwmr.page import plots
 from dwmr.page.document import page, script, setting_rows
 from dwmr.results import derived
@@ -30,7 +30,7 @@ EVIL = "<script>alert(1)</script>"
 def written(file, trajectories, overrides=()):
     """Return the page about some runs."""
     rules = Rules(file.scenario.rules, (), file.places)
-    summary = describe(file, rules, overrides)
+    summary = describe(Task(file, rules, overrides))
     summary["controllers"] = {t.controller: measure(t, file.scenario) for t in trajectories}
     return page(summary, trajectories, file.scenario)
 

@@ -8,7 +8,7 @@ import pytest
 from rich.console import Console
 from scipy import stats
 
-from dwmr.cli import compare
+from dwmr.cli import repetitions
 from dwmr.output.data import KEY
 from dwmr.scenario.file import find
 from dwmr.sweep import comparison
@@ -150,7 +150,7 @@ class TestCommand:
 
 def test_no_terminal_acts_on_the_data(capfdbinary):
     entry = comparison.Entry("here", "own", "a\x9b31m", "rmse.x_e", "m", 1, np.inf, None, None, 0)
-    compare._print([entry], "json", 1)
+    repetitions._print([entry], "json", 1)
     text = capfdbinary.readouterr().out.decode()
     assert "a\\u009b31m" in text
     assert json.loads(text)["entries"][0] == dataclasses.asdict(entry) | {"mean": None}

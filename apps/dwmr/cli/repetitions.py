@@ -1,4 +1,4 @@
-"""`dwmr compare SCENARIO...`: comparison of control laws, with confidence intervals over repetitions."""
+"""Commands that run scenarios many times: `dwmr compare`, with confidence intervals, and `dwmr sweep`."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from dwmr.control import laws as controllers
 from fuzzyctl.cli import data_formats, worker_options
 from fuzzyctl.cli.interruptions import terminated_as_interrupted
 from fuzzyctl.cli.streams import say, write_json
-from fuzzyctl.cli.sweeps import failures
+from fuzzyctl.cli.sweeps import failures, planned, sentence, swept
 
 if TYPE_CHECKING:
     from dwmr.scenario.file import ScenarioFile
@@ -179,3 +179,52 @@ def _print(found: Sequence[Entry], style: str, runs: int, plans: Sequence[Plan[S
 
     scenarios = [plan.scenario.scenario for plan in plans] if runs == 1 else []
     print_comparison(report.console(), found, runs, {one.name: beside(one)[0] for one in scenarios})
+
+
+@click.command(context_settings={"show_default": True})
+@click.argument("spec", type=click.Path(path_type=Path))
+@run_options.rules_option
+@run_options.set_option
+@run_options.output_option("folder", "dwmr-sweep", "DIR", "Folder for the results.")
+@data_formats.data_option(("csv", "parquet"), "csv", "results")
+@worker_options.jobs_option
+@worker_options.dask_option
+@click.option("--resume", is_flag=True, help="Go on with a sweep that was interrupted.")
+@run_options.format_option
+def sweep(
+    spec: Path,
+    rules_folder: Path | None,
+    overrides: tuple[str, ...],
+    folder: Path,
+    formats: tuple[str, ...],
+    jobs: int | None,
+    cluster: str | None,
+    resume: bool,
+    style: str,
+) -> None:
+    """Run a scenario many times, with the values that SPEC, a TOML file, gives or draws.
+
+    \b
+    scenario = "paper"
+    runs = 3
+    [set]
+    "run.horizon" = 5.0
+    [random]
+    "robots.*.x_0" = { normal = [0.0, 0.2], relative = "offset" }
+
+    `scenario` is a file beside the SPEC, or a shipped name: 'dwmr show' lists these.
+
+    The folder receives results.csv or results.parquet with one row a run, sweep.json, which says where they come from,
+    and times.csv. A sweep that was interrupted or killed goes on with --resume.
+    """
+    worker_options.require_one(jobs, cluster)
+    data_formats.require(formats)
+    with mistakes_as_diagnostics(style):
+        from dwmr.sweep.robots import Robots, read_spec
+
+        file, plan = planned(spec, read_spec, lambda _: Robots(rules_folder), overrides)
+        summary = swept(file, plan, overrides, folder, formats, (jobs, cluster), resume).summary
+    if style == "json":
+        write_json(summary)
+    else:
+        say(sentence(summary, folder))
