@@ -165,7 +165,7 @@ class TestContent:
     @pytest.mark.parametrize(("number", "robot"), [(9, "leader"), (18, "follower1"), (26, "follower2")])
     def test_velocity_errors_stand_beside_their_compensation(self, drawn, number, robot):
         figure, trajectory, scenario = drawn(number)
-        i = trajectory.robots.index_text(robot)
+        i = trajectory.robots.index(robot)
         for channel, label in (("v", "$v_e$ [m/s]"), ("omega", r"$\omega_e$ [rad/s]")):
             error = derived.velocity_error(trajectory, channel)[:, i]
             portion = derived.compensation(trajectory, scenario, channel)[:, i]
