@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from rich.console import Console
@@ -36,6 +36,14 @@ _STABILITY = (
     "% of: share of time with dV/dt > 0, by Eqs. (14) and (26). k_h: adaptive gain, its largest value, the last one, "
     "and its growth per second in the last quarter."
 )
+
+#: Heads of the tables.
+_SAFETY_HEADS = ("centre\nm", "obstacle\ngap m", "robot\ngap m", "obstacles\nhit", "robots\nhit", "avoids\ns")
+_FILTER_HEADS = ("disc\ngap m", "changed\n%", "infeasible\nmoments", "missed\nmoments")
+_EFFORT_HEADS = ("|dv_c|\nm/s²", "|dω_c|\nrad/s²", "% at limit of\nv    ω    τ", "least\nG_AIS", "took\ns")
+_STABILITY_HEADS = (
+    "% of\n(14)", "% of\n(26)", *(h for c in "vω" for h in (f"k_h,{c}\nlargest", "\nfinal", "\ngrowth")),
+)  # fmt: skip
 
 #: Origin of the numbers of the paper's tables.
 _PAPERS = {
@@ -73,12 +81,13 @@ def print_report(
     runs = summary["controllers"]
     about = _ERRORS + ("" if printed is None else _RATIO + _PAPERS[printed])
     _print_table(out, _errors_title(printed), _errors(runs, printed), about)
-    _print_table(out, "Safety", _safety(runs), _SAFETY)
+    _print_table(out, "Safety", _table(runs, _SAFETY_HEADS, _safety), _SAFETY)
     if any("safety" in run for run in runs.values()):
-        _print_table(out, "Safety filter", _filter(runs), ABOUT_FILTER)
-    _print_table(out, "Effort", _effort(runs), _EFFORT)
+        table = _table(runs, _FILTER_HEADS, lambda _, run, robot: filter_cells(run, robot))
+        _print_table(out, "Safety filter", table, ABOUT_FILTER)
+    _print_table(out, "Effort", _table(runs, _EFFORT_HEADS, _effort), _EFFORT)
     if any(run.get("lyapunov") for run in runs.values()):
-        _print_table(out, "Stability", _stability(runs), _STABILITY)
+        _print_table(out, "Stability", _table(runs, _STABILITY_HEADS, _stability), _STABILITY)
     for line in ([why_not] if why_not else []) + warnings(runs):
         out.print("[yellow]warning:[/] ", escape(printable(line)), sep="", highlight=False)
     for law, run in runs.items():
@@ -142,21 +151,15 @@ def _errors_title(printed: int | None) -> str:
 
 
 def _errors(runs: Mapping[str, Any], printed: int | None) -> Table:
-    table = _table()
+    heads = []
     for name, unit in _COLUMNS:
-        table.add_column(f"{_SYMBOLS[name]}\n{unit}", justify="right")
-        if printed is not None:
-            table.add_column(f"Table\n{printed}", justify="right", style="dim")
-            table.add_column("\nratio", justify="right")
-    for controller, run in runs.items():
-        beside = printed_errors(controller, run, printed)
-        for k, (robot, values) in enumerate(run["rmse"].items()):
-            wanted = beside.get(robot, {})
-            cells = [c for name, _ in _COLUMNS for c in _cells(values[name], wanted.get(name), printed is not None)]
-            table.add_row(
-                _name(controller, k, len(run["rmse"])), escape(robot), *cells, end_section=k == len(run["rmse"]) - 1
-            )
-    return table
+        heads += [f"{_SYMBOLS[name]}\n{unit}", *([f"Table\n{printed}", "\nratio"] if printed is not None else [])]
+
+    def cells(law: str, run: Mapping[str, Any], robot: str) -> list[str]:
+        values, wanted = run["rmse"][robot], printed_errors(law, run, printed).get(robot, {})
+        return [c for name, _ in _COLUMNS for c in _cells(values[name], wanted.get(name), printed is not None)]
+
+    return _table(runs, heads, cells)
 
 
 def _cells(value: float, printed: float | None, compare: bool) -> list[str]:
@@ -171,43 +174,16 @@ def _number(value: float, digits: int, sign: str = "") -> str:
     return f"{value:{sign}.{digits}f}" if abs(value) < 1e6 else f"{value:{sign}.3e}"
 
 
-def _safety(runs: Mapping[str, Any]) -> Table:
-    table = _table()
-    for name in ("centre\nm", "obstacle\ngap m", "robot\ngap m", "obstacles\nhit", "robots\nhit", "avoids\ns"):
-        table.add_column(name, justify="right")
-    for controller, run in runs.items():
-        for k, robot in enumerate(run["rmse"]):
-            distances = [run[kind][robot] for kind in ("centre_distance", "obstacle_gap", "robot_gap")]
-            table.add_row(
-                _name(controller, k, len(run["rmse"])),
-                escape(robot),
-                *("" if one is None else _number(one, 2) for one in distances),
-                *map(str, hits(run, robot)),
-                f"{run['avoidance_s'][robot]:.1f}",
-                end_section=k == len(run["rmse"]) - 1,
-            )
-    return table
+def _safety(law: str, run: Mapping[str, Any], robot: str) -> list[str]:
+    distances = [run[kind][robot] for kind in ("centre_distance", "obstacle_gap", "robot_gap")]
+    gaps = ["" if one is None else _number(one, 2) for one in distances]
+    return [*gaps, *map(str, hits(run, robot)), f"{run['avoidance_s'][robot]:.1f}"]
 
 
 def hits(run: Mapping[str, Any], robot: str) -> tuple[int, int]:
     """Return how many obstacles and how many other robots the body of a robot touched."""
     obstacles = sum(hit["robot"] == robot for hit in run["obstacles_hit"])
     return obstacles, sum(robot in hit["robots"] for hit in run["robots_hit"])
-
-
-def _filter(runs: Mapping[str, Any]) -> Table:
-    table = _table()
-    for name in ("disc\ngap m", "changed\n%", "infeasible\nmoments", "missed\nmoments"):
-        table.add_column(name, justify="right")
-    for controller, run in runs.items():
-        for k, robot in enumerate(run["rmse"]):
-            table.add_row(
-                _name(controller, k, len(run["rmse"])),
-                escape(robot),
-                *filter_cells(run, robot),
-                end_section=k == len(run["rmse"]) - 1,
-            )
-    return table
 
 
 def filter_cells(run: Mapping[str, Any], robot: str) -> list[str]:
@@ -218,44 +194,23 @@ def filter_cells(run: Mapping[str, Any], robot: str) -> list[str]:
     return ["" if gap is None else _number(gap, 2), f"{100.0 * measures['acts'][robot]:.1f}", *map(str, moments)]
 
 
-def _effort(runs: Mapping[str, Any]) -> Table:
-    table = _table()
-    for name in ("|dv_c|\nm/s²", "|dω_c|\nrad/s²", "% at limit of\nv    ω    τ", "least\nG_AIS", "took\ns"):
-        table.add_column(name, justify="right")
-    for controller, run in runs.items():
-        for k, robot in enumerate(run["rmse"]):
-            first, chattering, limits = k == 0, run["chattering"][robot], run["saturation"][robot]
-            g_ais = run.get("g_ais_min")
-            table.add_row(
-                _name(controller, k, len(run["rmse"])),
-                escape(robot),
-                _number(chattering["v"], 3),
-                _number(chattering["omega"], 3),
-                " ".join(f"{100 * limits[name]:4.1f}" for name in ("v", "omega", "torque")),
-                f"{g_ais:.4f}" if first and g_ais is not None else "",
-                f"{run['wall_s']:.3f}" if first else "",
-                end_section=k == len(run["rmse"]) - 1,
-            )
-    return table
+def _effort(law: str, run: Mapping[str, Any], robot: str) -> list[str]:
+    is_first, chattering, limits = robot == next(iter(run["rmse"])), run["chattering"][robot], run["saturation"][robot]
+    g_ais = run.get("g_ais_min")
+    return [
+        _number(chattering["v"], 3),
+        _number(chattering["omega"], 3),
+        " ".join(f"{100 * limits[name]:4.1f}" for name in ("v", "omega", "torque")),
+        f"{g_ais:.4f}" if is_first and g_ais is not None else "",
+        f"{run['wall_s']:.3f}" if is_first else "",
+    ]
 
 
-def _stability(runs: Mapping[str, Any]) -> Table:
-    """Return the table of Lyapunov functions and of the adaptive gains' drift; empty cells for laws without them."""
-    table = _table()
-    gains = [head for channel in "vω" for head in (f"k_h,{channel}\nlargest", "\nfinal", "\ngrowth")]
-    for name in ("% of\n(14)", "% of\n(26)", *gains):
-        table.add_column(name, justify="right")
-    for controller, run in runs.items():
-        for k, robot in enumerate(run["rmse"]):
-            shares, drifts = run.get("lyapunov", {}).get(robot, {}), run.get("drift", {}).get(robot, {})
-            table.add_row(
-                _name(controller, k, len(run["rmse"])),
-                escape(robot),
-                *(_percent(shares.get(f"V_dot_{number}_positive")) for number in (10, 23)),
-                *(cell for name in ("k_h_v", "k_h_omega") for cell in _drift(drifts.get(name))),
-                end_section=k == len(run["rmse"]) - 1,
-            )
-    return table
+def _stability(law: str, run: Mapping[str, Any], robot: str) -> list[str]:
+    """Return the shares of Lyapunov functions and the drift of adaptive gains; empty cells for a law without them."""
+    shares, drifts = run.get("lyapunov", {}).get(robot, {}), run.get("drift", {}).get(robot, {})
+    percents = [_percent(shares.get(f"V_dot_{number}_positive")) for number in (10, 23)]
+    return [*percents, *(cell for name in ("k_h_v", "k_h_omega") for cell in _drift(drifts.get(name)))]
 
 
 def _name(law: str, row: int, rows: int) -> str:
@@ -275,10 +230,19 @@ def _drift(gain: Mapping[str, float] | None) -> tuple[str, str, str]:
     return _number(gain["largest"], 3), _number(gain["final"], 3), _number(growth, 4, "+")
 
 
-def _table() -> Table:
+def _table(
+    runs: Mapping[str, Any], heads: Sequence[str], cells: Callable[[str, Mapping[str, Any], str], Sequence[str]]
+) -> Table:
+    """Return a table with a row for each law and robot; `cells` returns those of a law, its run and a robot."""
     table = Table(header_style="bold dim", box=None, pad_edge=False, collapse_padding=True)
     table.add_column("\nlaw")
     table.add_column("\nrobot")
+    for head in heads:
+        table.add_column(head, justify="right", style="dim" if head.startswith("Table\n") else None)
+    for law, run in runs.items():
+        rows = len(run["rmse"])
+        for k, robot in enumerate(run["rmse"]):
+            table.add_row(_name(law, k, rows), escape(robot), *cells(law, run, robot), end_section=k == rows - 1)
     return table
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from html import escape
 from importlib.resources import files
 from typing import Any, NamedTuple
@@ -79,6 +79,11 @@ def _error_cells(law: str, robot: str, run: Mapping[str, Any], section: str, bes
     return cells
 
 
+def _by_robot(runs: Mapping[str, Any], cells: Callable[[Mapping[str, Any], str], Iterable[str]]) -> list[list[str]]:
+    """Return a row for each law and robot; `cells` returns those of a run and a robot."""
+    return [[law, robot, *cells(run, robot)] for law, run in runs.items() for robot in run["rmse"]]
+
+
 def safety(runs: Mapping[str, Any]) -> str:
     """Return the table of distances, contacts and avoidance."""
     kinds = {
@@ -86,20 +91,14 @@ def safety(runs: Mapping[str, Any]) -> str:
         "obstacle_gap": "body to an obstacle [m]",
         "robot_gap": "body to another body [m]",
     }
-    head = ["law", "robot", *(f"least distance, {what}" for what in kinds.values())]
+    head = ["law", "robot", *(f"least distance, {distance}" for distance in kinds.values())]
     head += ["obstacles hit", "robots hit", "avoids [s]"]
-    rows = [
-        [
-            law,
-            robot,
-            *("" if run[kind][robot] is None else f"{run[kind][robot]:.2f}" for kind in kinds),
-            *map(str, hits(run, robot)),
-            f"{run['avoidance_s'][robot]:.1f}",
-        ]
-        for law, run in runs.items()
-        for robot in run["rmse"]
-    ]
-    return _table("Safety; distances of bodies that overlap are negative", head, rows)
+
+    def cells(run: Mapping[str, Any], robot: str) -> list[str]:
+        distances = ["" if run[kind][robot] is None else f"{run[kind][robot]:.2f}" for kind in kinds]
+        return [*distances, *map(str, hits(run, robot)), f"{run['avoidance_s'][robot]:.1f}"]
+
+    return _table("Safety; distances of bodies that overlap are negative", head, _by_robot(runs, cells))
 
 
 def safety_filter(runs: Mapping[str, Any]) -> str:
@@ -108,28 +107,20 @@ def safety_filter(runs: Mapping[str, Any]) -> str:
         return ""
     head = ["law", "robot", "least distance of its disc [m]", "commands changed [% of time]"]
     head += ["infeasible moments", "missed moments"]
-    rows = [[law, robot, *filter_cells(run, robot)] for law, run in runs.items() for robot in run["rmse"]]
-    return _table("Safety filter", head, rows)
+    return _table("Safety filter", head, _by_robot(runs, filter_cells))
 
 
 def effort(runs: Mapping[str, Any]) -> str:
     """Return the table of chattering and limits."""
     head = ["law", "robot", "mean |dv_c/dt| [m/s²]", "mean |dω_c/dt| [rad/s²]"]
     head += ["at limit of v [%]", "of ω [%]", "of torque [%]"]
-    rows = []
-    for law, run in runs.items():
-        for robot in run["rmse"]:
-            chattering, limits = run["chattering"][robot], run["saturation"][robot]
-            rows.append(
-                [
-                    law,
-                    robot,
-                    f"{chattering['v']:.3f}",
-                    f"{chattering['omega']:.3f}",
-                    *(f"{100.0 * limits[name]:.1f}" for name in ("v", "omega", "torque")),
-                ]
-            )
-    return _table("Effort", head, rows)
+
+    def cells(run: Mapping[str, Any], robot: str) -> list[str]:
+        chattering, limits = run["chattering"][robot], run["saturation"][robot]
+        shares = [f"{100.0 * limits[name]:.1f}" for name in ("v", "omega", "torque")]
+        return [f"{chattering['v']:.3f}", f"{chattering['omega']:.3f}", *shares]
+
+    return _table("Effort", head, _by_robot(runs, cells))
 
 
 def stability(runs: Mapping[str, Any]) -> str:
@@ -139,17 +130,16 @@ def stability(runs: Mapping[str, Any]) -> str:
     head = ["law", "robot", "dV/dt > 0, Eq. (14) [% of time]", "dV/dt > 0, Eq. (26) [% of time]"]
     for gain in ("k_h,v [m/s]", "k_h,ω [rad/s]"):
         head += [f"{gain}: largest", "last", "growth per s, last quarter"]
-    rows = []
-    for law, run in runs.items():
-        for robot in run["rmse"]:
-            shares, drifts = run.get("lyapunov", {}).get(robot, {}), run.get("drift", {}).get(robot, {})
-            cells = [shares.get(f"V_dot_{number}_positive") for number in (10, 23)]
-            row = [law, robot, *("" if share is None else f"{100.0 * share:.1f}" for share in cells)]
-            for name in ("k_h_v", "k_h_omega"):
-                gain = drifts.get(name)
-                row += ["", "", ""] if gain is None else [_number(gain[key]) for key in ("largest", "final", "growth")]
-            rows.append(row)
-    return _table("Stability", head, rows)
+
+    def cells(run: Mapping[str, Any], robot: str) -> Iterator[str]:
+        shares, drifts = run.get("lyapunov", {}).get(robot, {}), run.get("drift", {}).get(robot, {})
+        for number in (10, 23):
+            share = shares.get(f"V_dot_{number}_positive")
+            yield "" if share is None else f"{100.0 * share:.1f}"
+        for gain in (drifts.get(name, {}) for name in ("k_h_v", "k_h_omega")):
+            yield from (_number(gain[key]) if gain else "" for key in ("largest", "final", "growth"))
+
+    return _table("Stability", head, _by_robot(runs, cells))
 
 
 def _number(value: float) -> str:
