@@ -20,7 +20,6 @@ from fuzzyctl.expr import names_in
 
 if TYPE_CHECKING:
     from dwmr.control.rule_files import RuleFile
-    from dwmr.core.arrays import FloatArray
     from fuzzyctl.analysis.verdicts import Verdict
     from fuzzyctl.experiments.scenario_keys import Places
     from fuzzyctl.model.system import FuzzySystem
@@ -226,13 +225,6 @@ class Rules:
         system = self.system("fcafsmc", {})
         self._prove_guarantees("fcafsmc", system)
         return system
-
-    def adaptive_gain(self) -> tuple[Any, Any, FloatArray, float, float]:
-        """Return F = C·ξ(σ*), the rates of C, C(0), and the bounds every consequent is kept in."""
-        system = self.prove_adaptive_gain()
-        bound = self._bounds("fcafsmc", system)["F"]
-        kernel = self.kernel("fcafsmc", system)
-        return kernel.value, kernel.rates_value, kernel.start(), bound.lo, bound.hi
 
     def gain(self, role: str) -> Any:
         """Return the proved and compiled system of a custom role, for a law in Python."""

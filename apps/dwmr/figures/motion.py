@@ -116,6 +116,7 @@ def _vectors(axes: Any, trajectory: Trajectory, scenario: Scenario, a: int) -> N
     """Draw U_b, U_f and the direction of their sum along the way around obstacle `a`, every second."""
     obstacle, every = scenario.obstacles[a], max(1, round(1.0 / scenario.run.dt))
     panels.obstacles(axes, scenario)
+    panels.obstacle_labels(axes, scenario, r"$\bar{R}_d$")
     for robot in derived.avoiders(scenario):
         i = trajectory.robots.index(robot)
         x, y = trajectory["x"][:, i], trajectory["y"][:, i]

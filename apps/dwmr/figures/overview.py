@@ -9,12 +9,10 @@ from typing import Any
 import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
-from matplotlib.patches import Circle
 
-from dwmr.control.obstacle_avoidance import constant_radius
 from dwmr.core.arrays import FloatArray
-from dwmr.figures.panels import MARKS, bodies, mark, ways
-from dwmr.figures.style import COLOURS, DASHES, STYLE, TITLES
+from dwmr.figures.panels import MARKS, bodies, colour, mark, obstacle_labels, obstacles, ways
+from dwmr.figures.style import COLOURS, STYLE, TITLES
 from dwmr.results.distances import meetings
 from dwmr.results.metrics import errors, printed_frame
 from dwmr.scenario.model import Scenario
@@ -139,34 +137,20 @@ def _path_panel(axes: Any, trajectory: Trajectory, scenario: Scenario) -> None:
     axes.set_aspect("equal")
     axes.set_xlabel("x [m]")
     reference = next(i for i, n in enumerate(trajectory.robots) if scenario.robots[n].formation is None)
-    axes.plot(
-        trajectory["x_r"][:, reference],
-        trajectory["y_r"][:, reference],
-        color="black",
-        lw=0.9,
-        ls=(0, (2, 2)),
-        label="reference",
-    )
+    x_r, y_r = trajectory["x_r"][:, reference], trajectory["y_r"][:, reference]
+    axes.plot(x_r, y_r, color="black", lw=0.9, ls=(0, (2, 2)), label="reference")
     for i, name in enumerate(trajectory.robots):
-        x, y, colour = trajectory["x"][:, i], trajectory["y"][:, i], COLOURS[i % len(COLOURS)]
-        axes.plot(x, y, color=colour, lw=1.3, ls=DASHES[i % len(DASHES)], label=name)
-        axes.plot(x[0], y[0], marker="o", ms=5, color="white", mec=colour, mew=1.4, ls="", zorder=5)
+        x, y, edge = trajectory["x"][:, i], trajectory["y"][:, i], COLOURS[i % len(COLOURS)]
+        axes.plot(x, y, lw=1.3, label=name, **colour(i))
+        axes.plot(x[0], y[0], marker="o", ms=5, color="white", mec=edge, mew=1.4, ls="", zorder=5)
     bodies(axes, trajectory, scenario)
     axes.plot([], [], marker="o", ms=5, color="white", mec="#555555", ls="", label="start")
     met = meetings(trajectory, scenario)
     if len(met):
         axes.plot(*met.T, marker="x", ms=8, mew=2.0, color="#d00000", ls="", zorder=6, label="collision")
-    avoiding = [r.radius for r in scenario.robots.values() if r.avoids_obstacles]
-    for obstacle in scenario.obstacles:
-        reach = constant_radius(obstacle.radius, max(avoiding, default=0.0), scenario.avoidance.margin)
-        axes.add_patch(Circle((obstacle.x, obstacle.y), obstacle.radius, color="#444444"))
-        if avoiding:
-            axes.add_patch(Circle((obstacle.x, obstacle.y), reach, fill=False, ec="#444444", lw=0.8, ls="--"))
+    obstacles(axes, scenario)
     ways(axes, trajectory, scenario)
-    if scenario.obstacles:  # circles for the legend, which draws patches as boxes
-        axes.plot([], [], marker="o", ms=6, color="#444444", ls="", label="obstacle")
-    if scenario.obstacles and avoiding:
-        axes.plot([], [], color="#444444", lw=0.8, ls="--", label=r"avoidance radius $\bar{R}_d$")
+    obstacle_labels(axes, scenario, r"avoidance radius $\bar{R}_d$")
 
 
 def _error_column(panels: Any, trajectory: Trajectory, scenario: Scenario, rows: Sequence[tuple[str, str]]) -> None:
@@ -175,14 +159,7 @@ def _error_column(panels: Any, trajectory: Trajectory, scenario: Scenario, rows:
     for axes, (name, unit) in zip(panels, rows, strict=True):
         axes.set_ylabel(f"{_symbol(name)} [{unit}]")
         for i, robot in enumerate(trajectory.robots):
-            axes.plot(
-                trajectory.t,
-                series[robot][name],
-                color=COLOURS[i % len(COLOURS)],
-                lw=1.1,
-                ls=DASHES[i % len(DASHES)],
-                label=robot,
-            )
+            axes.plot(trajectory.t, series[robot][name], lw=1.1, label=robot, **colour(i))
     mark(panels[:, None], trajectory, scenario)
 
 

@@ -15,7 +15,7 @@ from dwmr.control.obstacle_avoidance import constant_radius
 from dwmr.core.arrays import FloatArray
 from dwmr.figures.animation import body
 from dwmr.figures.style import COLOURS, DASHES
-from dwmr.results.derived import loaded, windows
+from dwmr.results.derived import avoiders, loaded, windows
 from dwmr.scenario.model import Scenario
 from dwmr.scenario.outlines import centres, is_moving, largest_speed
 from dwmr.simulation.simulate import Trajectory
@@ -180,6 +180,7 @@ def paths(axes: Any, trajectory: Trajectory, scenario: Scenario) -> None:
         )
     bodies(axes, trajectory, scenario)
     obstacles(axes, scenario)
+    obstacle_labels(axes, scenario, r"$\bar{R}_d$")
     ways(axes, trajectory, scenario)
 
 
@@ -209,16 +210,20 @@ def ways(axes: Any, trajectory: Trajectory, scenario: Scenario) -> None:
 
 def obstacles(axes: Any, scenario: Scenario) -> None:
     """Draw the obstacles with the constant radius around those that are avoided."""
-    avoiding = [r.radius for r in scenario.robots.values() if r.avoids_obstacles and r.formation is None]
+    avoiding = [scenario.robots[name].radius for name in avoiders(scenario)]
     for one in scenario.obstacles:
         axes.add_patch(Circle((one.x, one.y), one.radius, color="#444444"))
         if avoiding:
             reach = constant_radius(one.radius, max(avoiding), scenario.avoidance.margin)
             axes.add_patch(Circle((one.x, one.y), reach, fill=False, ec="#444444", lw=0.8, ls="--"))
+
+
+def obstacle_labels(axes: Any, scenario: Scenario, radius: str) -> None:
+    """Add the obstacles and their radius, named `radius`, to a legend, which draws patches as boxes."""
     if scenario.obstacles:
         axes.plot([], [], marker="o", ms=6, color="#444444", ls="", label="obstacle")
-    if scenario.obstacles and avoiding:
-        axes.plot([], [], color="#444444", lw=0.8, ls="--", label=r"$\bar{R}_d$")
+    if avoiders(scenario):
+        axes.plot([], [], color="#444444", lw=0.8, ls="--", label=radius)
 
 
 def kept(signal: FloatArray, buckets: int) -> np.ndarray:

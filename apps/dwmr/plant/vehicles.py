@@ -16,7 +16,7 @@ from dwmr.plant.robot import Body, State, add, body, pd_torques, smooth_sign
 
 DIFFERENTIAL, ACKERMANN, OMNIDIRECTIONAL = 0, 1, 2
 
-#: Parameters of one vehicle beside those of `robot.ROBOT`; scenario/vehicles.py documents each.
+#: Parameters of one vehicle beside those of `robot.ROBOT`; scenario/model.py documents each.
 VEHICLE = np.dtype(
     [
         ("kind", "i8"),  # one of the numbers above
