@@ -16,6 +16,7 @@ from dwmr.cli.common import mistakes_as_diagnostics
 from fuzzyctl.cli.bars import progress
 from fuzzyctl.cli.interruptions import terminated_as_interrupted
 from fuzzyctl.cli.streams import say
+from fuzzyctl.experiments.result_files import one_file
 
 if TYPE_CHECKING:
     from dwmr.core.arrays import FloatArray
@@ -175,8 +176,6 @@ def _check_film(path: Path, fps: int, at: float | None) -> None:
 
 def _film(task: run_options.Task, law: str, path: Path, shown: _Shown) -> bool:
     """Run, draw and write; return whether the run came to its end."""
-    from fuzzyctl.experiments.result_files import one_file
-
     run_options.check(task, (law,))
     with one_file(path) as files, _scene(task.file.scenario, shown) as scene:
         (trajectory,) = run_options.simulate_whole(task, (law,))

@@ -11,13 +11,17 @@ import click
 from rich.console import Console
 from rich.table import Table
 
-from dwmr.calibration.parameters import PARAMETERS
+from dwmr.calibration.parameters import PARAMETERS, USUAL, present, scenario_text
 from dwmr.cli import run_options
 from dwmr.cli.common import mistakes_as_diagnostics, refuse_present
 from fuzzyctl.cli.bars import progress
 from fuzzyctl.cli.interruptions import interrupts_wait, terminated_as_interrupted
 from fuzzyctl.cli.streams import INTERRUPTED, say, write_json
+from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
+from fuzzyctl.diagnostics.suggestions import did_you_mean
+from fuzzyctl.experiments.result_files import finite
 from fuzzyctl.support.cores import cores
+from fuzzyctl.support.writing import write_together
 
 if TYPE_CHECKING:
     from dwmr.calibration.search import Found
@@ -85,8 +89,6 @@ def calibrate(
 
 
 def _parameters(names: str | None) -> tuple[str, ...]:
-    from dwmr.calibration.parameters import PARAMETERS, USUAL
-    from fuzzyctl.diagnostics.suggestions import did_you_mean
 
     if names is None:
         return USUAL
@@ -103,10 +105,8 @@ def _parameters(names: str | None) -> tuple[str, ...]:
 
 def _start(task: run_options.Task, names: tuple[str, ...], path: Path, force: bool) -> dict[str, float]:
     """Refuse a calibration that is impossible, or whose result cannot be written."""
-    from dwmr.calibration.parameters import present
     from dwmr.calibration.search import LAWS
     from dwmr.results.metrics import TABLE_12
-    from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 
     file = task.file
     run_options.check(task, LAWS)
@@ -141,10 +141,7 @@ def _search(task: run_options.Task, start: dict[str, float], evaluations: int, s
 
 def _report(task: run_options.Task, found: Found, path: Path, style: str) -> None:
     """Write the scenario and print the result."""
-    from dwmr.calibration.parameters import scenario_text
     from dwmr.output import report
-    from fuzzyctl.experiments.result_files import finite
-    from fuzzyctl.support.writing import write_together
 
     head = (
         f"{task.file.scenario.name} with values fitted to Table 12 by `dwmr calibrate`, cost {found.outcome.cost:.2f}."

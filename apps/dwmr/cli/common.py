@@ -7,44 +7,35 @@ import sys
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
 
+from dwmr.scenario.file import SHIPPED, ScenarioFile, UnknownScenarioError, find, read
+from fuzzyctl.cli.common import show
 from fuzzyctl.cli.streams import say, write_json
-
-if TYPE_CHECKING:
-    from dwmr.scenario.file import ScenarioFile
-    from fuzzyctl.diagnostics.diagnostic import Diagnostic
+from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
+from fuzzyctl.experiments.scenario_keys import OverrideError
 
 
 def read_scenario(scenario: str, overrides: Sequence[str]) -> ScenarioFile:
     """Read a scenario given as a shipped name or a path; an unknown name or a malformed override is wrong usage."""
-    from dwmr.scenario import file
-    from dwmr.scenario.file import SHIPPED
-    from fuzzyctl.experiments import scenario_keys as values
-
     try:
-        path = file.find(scenario)
+        path = find(scenario)
         if path.is_relative_to(SHIPPED) and os.path.exists(f"{scenario}.toml"):
             say(f"note: the shipped '{scenario}' is read, not '{scenario}.toml' of this folder", err=True)
-        return file.read(path, overrides)
-    except (file.UnknownScenarioError, values.OverrideError) as error:
+        return read(path, overrides)
+    except (UnknownScenarioError, OverrideError) as error:
         raise click.UsageError(str(error)) from error
 
 
 def warn(diagnostics: Sequence[Diagnostic]) -> None:
     """Print warnings on standard error."""
-    from fuzzyctl.cli.common import show
-
     show(diagnostics)
 
 
 @contextmanager
 def mistakes_as_diagnostics(style: str) -> Iterator[None]:
     """Print diagnostics instead of a traceback and leave with status 1."""
-    from fuzzyctl.diagnostics.diagnostic import DiagnosticError
-
     try:
         yield
     except DiagnosticError as error:
@@ -54,8 +45,6 @@ def mistakes_as_diagnostics(style: str) -> Iterator[None]:
 
 def show_diagnostics(diagnostics: Sequence[Diagnostic], style: str) -> None:
     """Print diagnostics: as JSON on standard output or as text on standard error."""
-    from fuzzyctl.cli.common import show
-
     if style == "json":
         write_json({"diagnostics": [d.as_dict() for d in diagnostics]})
     else:
@@ -68,8 +57,6 @@ def refuse_present(paths: Iterable[Path], force: bool, rules: Path | None = None
     Raises:
         DiagnosticError: When one of them exists and `force` is not given.
     """
-    from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
-
     present = [path for path in paths if path.exists() or path.is_symlink()]
     if present and not force:
         mistakes = []

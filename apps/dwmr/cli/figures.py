@@ -14,6 +14,7 @@ from dwmr.cli.common import mistakes_as_diagnostics, write_text
 from fuzzyctl.cli.bars import progress
 from fuzzyctl.cli.interruptions import interrupts_wait, terminated_as_interrupted
 from fuzzyctl.cli.streams import say
+from fuzzyctl.experiments.result_files import results
 
 if TYPE_CHECKING:
     from dwmr.figures.paper import PaperFigure
@@ -79,8 +80,6 @@ def _draw(
     task: run_options.Task, wanted: Sequence[PaperFigure], left_out: dict[int, str], folder: Path, suffix: str
 ) -> bool:
     """Run the laws that the figures show, draw and write; return whether all came to their end."""
-    from fuzzyctl.experiments.result_files import results
-
     scenario = task.file.scenario
     laws = tuple(dict.fromkeys(f.law for f in wanted))
     run_options.check(task, laws)

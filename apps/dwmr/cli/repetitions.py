@@ -13,10 +13,13 @@ import click
 from dwmr.cli import run_options
 from dwmr.cli.common import mistakes_as_diagnostics
 from dwmr.control import laws as controllers
+from dwmr.scenario.file import UnknownScenarioError, find
 from fuzzyctl.cli import data_formats, worker_options
 from fuzzyctl.cli.interruptions import terminated_as_interrupted
 from fuzzyctl.cli.streams import say, write_json
 from fuzzyctl.cli.sweeps import failures, planned, sentence, swept
+from fuzzyctl.experiments.result_files import finite, one_file, versions, write_csv
+from fuzzyctl.experiments.scenario_keys import OverrideError
 
 if TYPE_CHECKING:
     from dwmr.scenario.file import ScenarioFile
@@ -122,9 +125,7 @@ def _plan(
     overrides: Sequence[str],
 ) -> Plan[ScenarioFile]:
     """Lay out and check the runs of one scenario; unknown names are wrong usage."""
-    from dwmr.scenario.file import UnknownScenarioError, find
     from dwmr.sweep import comparison
-    from fuzzyctl.experiments.scenario_keys import OverrideError
 
     try:
         path = find(scenario)
@@ -152,7 +153,6 @@ def _compute(plans: Sequence[Plan[ScenarioFile]], workers: Workers) -> list[Entr
 
 
 def _write(path: Path, found: Sequence[Entry]) -> None:
-    from fuzzyctl.experiments.result_files import one_file, write_csv
 
     columns = {f.name: [getattr(one, f.name) for one in found] for f in dataclasses.fields(found[0])}
     with one_file(path) as files:
@@ -161,7 +161,6 @@ def _write(path: Path, found: Sequence[Entry]) -> None:
         else:
             from dwmr.output.data import KEY
             from fuzzyctl.experiments import parquet
-            from fuzzyctl.experiments.result_files import versions
 
             files.write(path.name, lambda part: parquet.write_table(part, columns, {"versions": versions()}, KEY))
         files.publish()
@@ -169,8 +168,6 @@ def _write(path: Path, found: Sequence[Entry]) -> None:
 
 def _print(found: Sequence[Entry], style: str, runs: int, plans: Sequence[Plan[ScenarioFile]] = ()) -> None:
     if style == "json":
-        from fuzzyctl.experiments.result_files import finite
-
         write_json(finite({"runs": runs, "entries": [dataclasses.asdict(one) for one in found]}))
         return
     from dwmr.output import report

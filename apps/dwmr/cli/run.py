@@ -16,6 +16,7 @@ from fuzzyctl.cli import data_formats
 from fuzzyctl.cli.bars import Begin, stages
 from fuzzyctl.cli.interruptions import interrupts_wait, outlive, terminated_as_interrupted
 from fuzzyctl.cli.streams import say, write_json
+from fuzzyctl.experiments.result_files import finite, one_file, results, write_summary
 
 if TYPE_CHECKING:
     from dwmr.simulation.simulate import Trajectory
@@ -68,8 +69,6 @@ def run(
                 say(f"recorded {bag}")
     finished = [run["stopped"] is None for run in summary["controllers"].values()]
     if style == "json":
-        from fuzzyctl.experiments.result_files import finite
-
         write_json(finite(summary))
     if not all(finished):
         sys.exit(1)
@@ -109,7 +108,6 @@ def _run(
 ) -> tuple[dict[str, Any], list[str]]:
     """Check, run and write; return the summary and the names of the files."""
     from dwmr.output.data import NAMES
-    from fuzzyctl.experiments.result_files import results
 
     begin("proving", 0)
     run_options.check(task, names)
@@ -164,7 +162,6 @@ def _write(
     move = begin("drawing", 3)
     from dwmr import figures
     from dwmr.output.data import write_trajectories
-    from fuzzyctl.experiments.result_files import write_summary
 
     move(1)  # matplotlib is there
     scenario = task.file.scenario
@@ -205,8 +202,6 @@ def report(
 
 def _report(task: run_options.Task, names: tuple[str, ...], path: Path) -> bool:
     """Check, run and write; return whether every run came to its end."""
-    from fuzzyctl.experiments.result_files import one_file
-
     run_options.check(task, names)
     with one_file(path) as files:
         trajectories = run_options.simulate_whole(task, names)

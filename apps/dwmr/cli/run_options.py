@@ -14,6 +14,7 @@ from dwmr.cli.common import read_scenario, warn
 from dwmr.control import laws
 from fuzzyctl.cli.bars import Begin, stages
 from fuzzyctl.cli.streams import say
+from fuzzyctl.experiments.result_files import versions
 
 if TYPE_CHECKING:
     from dwmr.control.fuzzy_gains import Rules
@@ -100,8 +101,6 @@ def read(scenario: str, rules_folder: Path | None, overrides: Sequence[str]) -> 
 
 def describe(task: Task) -> dict[str, Any]:
     """Return where the numbers of a run come from, as plain data; of files those that the run has read."""
-    from fuzzyctl.experiments.result_files import versions
-
     file, rules = task.file, task.rules
     return {
         "scenario": {

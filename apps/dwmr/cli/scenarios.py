@@ -16,7 +16,9 @@ from dwmr.cli.common import mistakes_as_diagnostics, refuse_present, show_diagno
 from dwmr.control.rule_files import LAWS
 from dwmr.scenario.file import SHIPPED, UnknownScenarioError, read, shipped_names
 from fuzzyctl.cli.streams import say, write_json
+from fuzzyctl.diagnostics.diagnostic import DiagnosticError
 from fuzzyctl.diagnostics.suggestions import did_you_mean
+from fuzzyctl.experiments.result_files import finite
 from fuzzyctl.loading.assembly import files_read
 from fuzzyctl.support.shipped import rules_folder
 from fuzzyctl.support.writing import folder_for, write_together
@@ -37,6 +39,7 @@ def show(scenario: str | None, rules_folder: Path | None, overrides: tuple[str, 
     Shown are the formation, the path with its length and speeds, how far the obstacles are from it, the disturbances in
     the order of time, the gains of the control laws, and what is proved of the rule files. Nothing is simulated.
     """
+    from dwmr.scenario import overview
 
     if scenario is None:
         if overrides or rules_folder:
@@ -45,27 +48,17 @@ def show(scenario: str | None, rules_folder: Path | None, overrides: tuple[str, 
         return
     with mistakes_as_diagnostics(style):
         task = run_options.read(scenario, rules_folder, overrides)
-        facts = _facts(task)
+        facts = overview.facts(task.file, task.rules)
     if style == "json":
-        from fuzzyctl.experiments.result_files import finite
-
         write_json(finite(facts))
         return
     for line in _page(facts):
         say(line)
 
 
-def _facts(task: Task) -> dict[str, Any]:
-    from dwmr.scenario.overview import facts
-
-    return facts(task.file, task.rules)
-
-
 def _list(style: str) -> None:
     """Print the shipped scenarios and control laws with the first sentence of each file."""
-
     from dwmr.control import laws
-    from dwmr.scenario.file import SHIPPED, shipped_names
     from fuzzyctl.support.shipped import first_sentence, rules_folder
 
     first = {name: first_sentence(SHIPPED / f"{name}.toml") for name in shipped_names()}
@@ -235,8 +228,6 @@ def check(scenarios: tuple[str, ...], rules_folder: Path | None, overrides: tupl
 
 def _check(scenario: str, rules_folder: Path | None, overrides: Sequence[str]) -> tuple[list[Diagnostic], str]:
     """Return the diagnostics of one scenario, and what to say of it if it has no errors."""
-    from fuzzyctl.diagnostics.diagnostic import DiagnosticError
-
     try:
         task = run_options.read(scenario, rules_folder, overrides)
     except DiagnosticError as error:
