@@ -18,7 +18,8 @@ from scipy.stats import qmc
 
 from dwmr.calibration.parameters import PARAMETERS, overrides
 from dwmr.control.fuzzy_gains import Known, Rules
-from dwmr.results.metrics import TABLE_12, distances, errors, printed_frame, rmse
+from dwmr.results.metrics import distances, errors, printed_frame, rmse
+from dwmr.results.paper_tables import TABLE_12
 from dwmr.scenario.file import ScenarioFile, read
 from dwmr.simulation import simulate
 from dwmr.simulation.simulate import Trajectory

@@ -106,7 +106,7 @@ def _parameters(names: str | None) -> tuple[str, ...]:
 def _start(task: run_options.Task, names: tuple[str, ...], path: Path, force: bool) -> dict[str, float]:
     """Refuse a calibration that is impossible, or whose result cannot be written."""
     from dwmr.calibration.search import LAWS
-    from dwmr.results.metrics import TABLE_12
+    from dwmr.results.paper_tables import TABLE_12
 
     file = task.file
     run_options.check(task, LAWS)
@@ -126,7 +126,7 @@ def _start(task: run_options.Task, names: tuple[str, ...], path: Path, force: bo
 
 def _warn_of_another_run(scenario: Scenario) -> None:
     """Warn of a scenario that differs from the printed values of Table 12's run."""
-    from dwmr.results.metrics import differences, said
+    from dwmr.results.paper_tables import differences, said
 
     if keys := differences(scenario, fitted=True):
         say(f"warning: {said(keys)}: Table 12 speaks of another run", err=True)

@@ -171,7 +171,7 @@ def _print(found: Sequence[Entry], style: str, runs: int, plans: Sequence[Plan[S
         write_json(finite({"runs": runs, "entries": [dataclasses.asdict(one) for one in found]}))
         return
     from dwmr.output import report
-    from dwmr.results.metrics import beside
+    from dwmr.results.paper_tables import beside
     from dwmr.sweep.comparison import print_comparison
 
     scenarios = [plan.scenario.scenario for plan in plans] if runs == 1 else []

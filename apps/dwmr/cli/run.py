@@ -140,7 +140,7 @@ def _say(
 ) -> None:
     """Print the results, and where they are."""
     from dwmr.output import report
-    from dwmr.results.metrics import beside
+    from dwmr.results.paper_tables import beside
 
     for name in names[len(summary["controllers"]) :]:
         say(f"warning: {name} was not run: interrupted", err=True)

@@ -10,7 +10,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from dwmr.results.metrics import TABLES
+from dwmr.results.paper_tables import TABLES
 from fuzzyctl.diagnostics.terminal import printable
 
 _COLUMNS = (("x_e", "m"), ("y_e", "m"), ("theta_e", "rad"))

@@ -13,7 +13,7 @@ from dwmr.figures.style import COLOURS
 from dwmr.output import report
 from dwmr.output.report import filter_cells, hits, printed_errors
 from dwmr.page import plots
-from dwmr.results.metrics import beside
+from dwmr.results.paper_tables import beside
 from dwmr.scenario.model import Scenario
 from dwmr.simulation.simulate import Trajectory
 from fuzzyctl.page.document import PANELS, asset, enclosed, html_document

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Collection, Iterable
+from collections.abc import Callable, Collection
 from functools import cache
 from typing import Any
 
@@ -14,37 +14,9 @@ from dwmr.core.arrays import FloatArray
 from dwmr.core.geometry import wrap_array
 from dwmr.results import lyapunov
 from dwmr.results.distances import contact, obstacle_gaps, robot_gaps, safety_measures
-from dwmr.scenario.model import Robot, Scenario
+from dwmr.scenario.model import Scenario
 from dwmr.scenario.outlines import centres
 from dwmr.simulation.simulate import Trajectory
-
-#: Duration of the runs behind Table 12 [s] (section 7); errors of a shorter run are no counterpart of it.
-TABLE_12_HORIZON = 200.0
-
-#: Goto, Bertol, Martins, Table 12: RMSE of x_e [m], y_e [m], theta_e [rad] with disturbances and obstacles.
-TABLE_12: dict[str, dict[str, dict[str, float]]] = {
-    controller: {
-        robot: dict(zip(("x_e", "y_e", "theta_e"), row, strict=True))
-        for robot, row in zip(("leader", "follower1", "follower2"), rows, strict=True)
-    }
-    for controller, rows in {
-        "smc": ((3.2309, 3.4591, 4.0197), (0.8302, 2.3546, 0.4170), (0.7973, 1.9537, 0.4404)),
-        "aifqsmc": ((0.5399, 0.6988, 0.2327), (0.1298, 0.1340, 0.0318), (0.1008, 0.1114, 0.0206)),
-        "fcafsmc": ((0.4519, 0.5694, 0.2546), (0.1806, 0.1883, 0.0528), (0.1456, 0.1693, 0.0427)),
-    }.items()
-}
-
-
-#: The same, Table 13: AIFQSMC in Gazebo, to which no disturbance was added.
-TABLE_13: dict[str, dict[str, dict[str, float]]] = {
-    "aifqsmc": {
-        "leader": {"x_e": 0.4604, "y_e": 0.5881, "theta_e": 0.2205},
-        "follower1": {"x_e": 0.1532, "y_e": 0.2428, "theta_e": 0.1987},
-        "follower2": {"x_e": 0.0999, "y_e": 0.1560, "theta_e": 0.0349},
-    }
-}
-
-TABLES = {12: TABLE_12, 13: TABLE_13}
 
 #: Names of two robots, samples, and the gaps between their bodies at these [m].
 Pairs = list[tuple[str, str, Any, FloatArray]]
@@ -238,76 +210,3 @@ def _condition_violated(trajectory: Trajectory, scenario: Scenario, robot: str) 
     i = trajectory.robots.index(robot)
     reach = np.abs(scenario.robots[robot].d + trajectory["x_e"][:, i])
     return _share(lambda_2 / lambda_3 > 1.0 / (reach + 1.0))
-
-
-#: Keys of a robot that the paper prints; the others are fitted to its table.
-_PRINTED = ("x_0", "y_0", "theta_0", "d", "radius", "avoids_obstacles", "formation", "delay", "sensors", "noise")
-#: Keys of a robot that its errors do not depend on, or by design may differ: the measures' outline, the gains.
-_FREE = ("body", "controllers")
-#: Numbers of the paper's tables by the shipped scenario of their runs.
-_TABLES = {
-    "paper": 12,
-    "paper-with-limits": 12,
-    "paper-constant-gain": 12,
-    "paper-ideal-loop": 12,
-    "undisturbed": 13,
-    "experiment": 13,
-}
-#: Keys that are listed before the rest is counted.
-_MOST_SHOWN = 4
-
-
-def differences(scenario: Scenario, fitted: bool = False, shipped: str = "paper") -> tuple[str, ...]:
-    """Return the keys in which a run is not the paper's, its gains and rule files aside.
-
-    Args:
-        scenario: The scenario.
-        fitted: Whether unprinted values may differ: amplitudes, bodies and drives.
-        shipped: Name of the scenario that is the paper's run.
-    """
-    from dwmr.scenario.file import find, read
-
-    paper = read(find(shipped)).scenario
-    keys = [
-        key
-        for key in ("reference", "formation", "obstacles", "avoidance", "load")
-        if getattr(scenario, key) != getattr(paper, key)
-    ]
-    keys += [f"run.{key}" for key in ("horizon", "plant") if getattr(scenario.run, key) != getattr(paper.run, key)]
-    if _disturbances(scenario, fitted) != _disturbances(paper, fitted):
-        keys.append("disturbances")
-    return (*keys, *_robots(scenario, paper, fitted))
-
-
-def beside(scenario: Scenario) -> tuple[int | None, str]:
-    """Return the number of the paper's table that errors are shown beside, and why of none where one is expected."""
-    number = _TABLES.get(scenario.name)
-    if number is None or scenario.run.horizon < TABLE_12_HORIZON:
-        return None, ""
-    keys = differences(scenario, shipped=scenario.name)
-    return (None, f"Table {number} is left out, it speaks of another run: {said(keys)}") if keys else (number, "")
-
-
-def said(keys: tuple[str, ...]) -> str:
-    """Return that some keys are not the paper's."""
-    text = ", ".join(keys[:_MOST_SHOWN])
-    more = f" and {len(keys) - _MOST_SHOWN} more" if len(keys) > _MOST_SHOWN else ""
-    verb = "is" if len(keys) == 1 and keys[0] not in ("obstacles", "disturbances") else "are"
-    return f"{text}{more} {verb} not the paper's"
-
-
-def _disturbances(scenario: Scenario, fitted: bool) -> list[Any]:
-    if not fitted:
-        return list(scenario.disturbances)
-    return [(one.kind, one.start, one.stop, one.robots) for one in scenario.disturbances]
-
-
-def _robots(scenario: Scenario, paper: Scenario, fitted: bool) -> Iterable[str]:
-    """Give the keys of the paper's robots that differ, and the names of robots that it has not."""
-    keys = _PRINTED if fitted else tuple(k for k in Robot.model_fields if k not in _FREE)
-    for name in dict.fromkeys((*paper.robots, *scenario.robots)):
-        if name not in paper.robots or name not in scenario.robots:
-            yield f"robots.{name}"
-            continue
-        mine, theirs = scenario.robots[name], paper.robots[name]
-        yield from (f"robots.{name}.{key}" for key in keys if getattr(mine, key) != getattr(theirs, key))

@@ -13,7 +13,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from dwmr.output.report import ABOUT_FILTER
-from dwmr.results.metrics import TABLES
+from dwmr.results.paper_tables import TABLES
 from dwmr.scenario import file
 from dwmr.scenario.file import ScenarioFile
 from dwmr.sweep.robots import Measure, Robots, read_spec, unit_of
