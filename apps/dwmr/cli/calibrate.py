@@ -126,10 +126,10 @@ def _start(task: run_options.Task, names: tuple[str, ...], path: Path, force: bo
 
 def _warn_of_another_run(scenario: Scenario) -> None:
     """Warn of a scenario that differs from the printed values of Table 12's run."""
-    from dwmr.results.paper_tables import differences, said
+    from dwmr.results.paper_tables import as_text, differences
 
     if keys := differences(scenario, fitted=True):
-        say(f"warning: {said(keys)}: Table 12 speaks of another run", err=True)
+        say(f"warning: {as_text(keys)}: Table 12 speaks of another run", err=True)
 
 
 def _search(task: run_options.Task, start: dict[str, float], evaluations: int, seed: int, jobs: int) -> Found:

@@ -17,6 +17,7 @@ from dwmr.control.rule_files import RuleFiles, Used, read_whole
 from dwmr.control.rule_requirements import ROLE, ROLES, Channel, check_alike, check_role, not_positive, prove_floor
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError, UnknownNameError, ValueOutOfBoundsError
 from fuzzyctl.expr import names_in
+from fuzzyctl.kernels.plan.expansion import with_values
 
 if TYPE_CHECKING:
     from dwmr.control.rule_files import RuleFile
@@ -194,7 +195,7 @@ class Rules:
                 p.name: values[p.name] for p in controller.params if p.name in values and not [*names_in(p.expression)]
             }
             called = law_text.with_systems(controller, {role: _named(s, role) for role, s in systems.items()})
-            changed = law_text.with_params(called, numbers | ({part: 0.0} if part else {}))
+            changed = with_values(called, numbers | ({part: 0.0} if part else {}))
             self.known.assembled[key] = law_text.Assembled(changed)
         return self.known.assembled[key]
 

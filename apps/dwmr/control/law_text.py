@@ -249,11 +249,6 @@ def used_as_called(law: LawText, roles: Mapping[str, Used]) -> Used:
     return read_whole(law.path, {paths[role] for role in changed} - others, changed) if changed else law.used
 
 
-def with_params(controller: Controller, values: Mapping[str, float]) -> Controller:
-    """Return a controller with some params set; those that are computed from them follow."""
-    return with_values(controller, values)
-
-
 def _out_of_bounds(controller: Controller) -> Iterator[tuple[str, str]]:
     """Yield the names of params without a value or out of bounds, and the mistake of each."""
     params = controller.param_values

@@ -79,10 +79,10 @@ def beside(scenario: Scenario) -> tuple[int | None, str]:
     if number is None or scenario.run.horizon < TABLE_12_HORIZON:
         return None, ""
     keys = differences(scenario, shipped=scenario.name)
-    return (None, f"Table {number} is left out, it speaks of another run: {said(keys)}") if keys else (number, "")
+    return (None, f"Table {number} is left out, it speaks of another run: {as_text(keys)}") if keys else (number, "")
 
 
-def said(keys: tuple[str, ...]) -> str:
+def as_text(keys: tuple[str, ...]) -> str:
     """Return that some keys are not the paper's."""
     text = ", ".join(keys[:_MOST_SHOWN])
     more = f" and {len(keys) - _MOST_SHOWN} more" if len(keys) > _MOST_SHOWN else ""
