@@ -81,11 +81,7 @@ class LawText(NamedTuple):
 
 
 class Assembled:
-    """A control law with its systems; values that do not depend on gains are computed once.
-
-    Args:
-        controller: The law.
-    """
+    """A control law with its systems; values that do not depend on gains are computed once."""
 
     def __init__(self, controller: Controller) -> None:
         self.controller = controller

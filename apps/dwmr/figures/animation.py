@@ -67,10 +67,6 @@ def body(robot: Robot, x: float, y: float, theta: float) -> FloatArray:
 class Film:
     """Draws the pictures of a run one by one; what never changes is drawn once.
 
-    Args:
-        trajectory: A run.
-        scenario: Its scenario.
-
     Attributes:
         size: Width and height of a picture [pixels].
     """

@@ -49,13 +49,7 @@ def draw_path(path: Path, trajectories: Sequence[Trajectory], scenario: Scenario
 
 
 def draw_errors(path: Path, trajectories: Sequence[Trajectory], scenario: Scenario) -> None:
-    """Draw the tracking errors of all robots over time, one column per control law, disturbance windows shaded.
-
-    Args:
-        path: File to write.
-        trajectories: One per control law.
-        scenario: Scenario of the runs.
-    """
+    """Draw the tracking errors of all robots over time, one column per control law, disturbance windows shaded."""
     rows = (("x_e", "m"), ("y_e", "m"), ("theta_e_unwrapped", "rad"))
     with mpl.rc_context(STYLE):
         count = len(trajectories)

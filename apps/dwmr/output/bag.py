@@ -63,11 +63,6 @@ def save(folder: Path, trajectory: Trajectory, scenario: Scenario) -> None:
 
     Times are those of the run, from 0 on. Of its samples every `run.save_every`-th is written.
 
-    Args:
-        folder: New folder.
-        trajectory: The run.
-        scenario: Its scenario.
-
     Raises:
         DiagnosticError: When the folder exists, or cannot be written.
     """

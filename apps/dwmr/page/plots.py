@@ -63,12 +63,7 @@ def buckets(trajectories: Sequence[Trajectory]) -> int:
 
 
 def of(trajectories: Sequence[Trajectory], scenario: Scenario) -> list[Plot]:
-    """Return all plots of runs of one scenario.
-
-    Args:
-        trajectories: One run per control law.
-        scenario: Scenario of the runs.
-    """
+    """Return all plots of runs of one scenario."""
     draw = _Drawing(trajectories, scenario)
     return [draw.path(), draw.errors(), draw.velocities(), draw.chattering(), *draw.law(), *draw.lyapunov()]
 

@@ -194,11 +194,6 @@ def missed(pair: Pair, alpha: float, dt: float) -> FloatArray:
 def safety_measures(trajectory: Trajectory, scenario: Scenario, settings: SafetySettings) -> dict[str, Any]:
     """Return what became of the safety filter as plain data.
 
-    Args:
-        trajectory: A run.
-        scenario: Its scenario.
-        settings: Its filter.
-
     Returns:
         `acts`: share of time in which the filter changed a robot's command [-]; `disc_gap`: least distance between a
         robot's disc and another one [m]; `infeasible`: moments at which no command within the limits kept a barrier;

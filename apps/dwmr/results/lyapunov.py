@@ -54,10 +54,6 @@ _DRIFTING = ("k_h_v", "k_h_omega", "eta_v", "eta_omega")
 def signals(trajectory: Trajectory, scenario: Scenario) -> Mapping[str, FloatArray]:
     """Return the Lyapunov functions of a run with their derivatives and parts, each of shape (samples, robots).
 
-    Args:
-        trajectory: A run.
-        scenario: Its scenario.
-
     Returns:
         Arrays by the names of `SIGNALS`. Without an adaptive gain there are no V_23 and V_dot_23. A user's law
         takes part when its gains and signals have the names that those of the shipped laws have; else there is nothing.
@@ -189,10 +185,6 @@ def last(found: Mapping[str, FloatArray], kind: str) -> FloatArray:
 
 def measure(trajectory: Trajectory, scenario: Scenario) -> dict[str, Any]:
     """Return for every robot the shares of time in which V̇ > 0, and the drift of its adaptive gains, as plain data.
-
-    Args:
-        trajectory: A run.
-        scenario: Its scenario.
 
     Returns:
         "lyapunov": by robot the shares [-] `V_dot_10_positive`, and `V_dot_23_positive` with an adaptive gain; the

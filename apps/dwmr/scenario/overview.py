@@ -23,10 +23,6 @@ SAMPLES = 4001
 def facts(file: ScenarioFile, rules: Rules) -> dict[str, Any]:
     """Return the facts of a scenario as plain data.
 
-    Args:
-        file: The scenario.
-        rules: Its rule files.
-
     Raises:
         DiagnosticError: When a rule file that it names has mistakes.
     """

@@ -33,11 +33,6 @@ CURVATURE = "kappa_max"
 def check(file: ScenarioFile, laws: Iterable[str], rules: Rules) -> None:
     """Check a scenario and its rule files for some control laws, and its plant, without compiling anything.
 
-    Args:
-        file: The scenario.
-        laws: Names of the control laws.
-        rules: Rule files of the scenario.
-
     Raises:
         DiagnosticError: With the mistakes of all robots; equal ones show once.
     """
