@@ -20,7 +20,7 @@ from fuzzyctl.diagnostics.diagnostic import DiagnosticError
 from fuzzyctl.diagnostics.suggestions import did_you_mean
 from fuzzyctl.experiments.result_files import finite
 from fuzzyctl.loading.assembly import files_read
-from fuzzyctl.support.shipped import rules_folder
+from fuzzyctl.support.shipped import first_sentence, rules_folder
 from fuzzyctl.support.writing import folder_for, write_together
 
 if TYPE_CHECKING:
@@ -59,7 +59,6 @@ def show(scenario: str | None, rules_folder: Path | None, overrides: tuple[str, 
 def _list(style: str) -> None:
     """Print the shipped scenarios and control laws with the first sentence of each file."""
     from dwmr.control import laws
-    from fuzzyctl.support.shipped import first_sentence, rules_folder
 
     first = {name: first_sentence(SHIPPED / f"{name}.toml") for name in shipped_names()}
     files = {name: laws.shipped_file(name) for name in laws.names()}

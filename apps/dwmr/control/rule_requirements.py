@@ -9,8 +9,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     from dwmr.control.rule_files import RuleFiles
     from fuzzyctl.diagnostics.source import Span
 
