@@ -104,18 +104,13 @@ def _draw(
 
 def _draw_one(figure: PaperFigure, trajectory: Trajectory, scenario: Scenario, suffix: str, files: Results) -> str:
     """Draw one figure; return why it could not be drawn, or an empty text."""
-    from dwmr.figures import CANNOT_DRAW, large_numbers, paper
+    from dwmr.figures import draw_file, paper
 
-    name = figure.file(suffix)
-    try:
-        with large_numbers():
-            files.write(name, lambda path: paper.draw(figure, path, trajectory, scenario))
-    except CANNOT_DRAW as error:
-        files.drop(name)
-        why = f"it could not be drawn: {str(error) or type(error).__name__}"
+    why = draw_file(files, figure.file(suffix), lambda path: paper.draw(figure, path, trajectory, scenario))
+    if why:
+        why = f"it could not be drawn: {why}"
         say(f"warning: figure {figure.number}: {why}", err=True)
-        return why
-    return ""
+    return why
 
 
 def index_text(made: Collection[int], left_out: Mapping[int, str], suffix: str, scenario: Scenario) -> str:

@@ -166,12 +166,8 @@ def _write(
     move(1)  # matplotlib is there
     scenario = task.file.scenario
     for k, (name, draw) in enumerate((("path.png", figures.draw_path), ("errors.png", figures.draw_errors))):
-        try:
-            with figures.large_numbers():
-                files.write(name, partial(draw, trajectories=trajectories, scenario=scenario))
-        except figures.CANNOT_DRAW as error:
-            say(f"warning: {name} could not be drawn: {str(error) or type(error).__name__}", err=True)
-            files.drop(name)
+        if why := figures.draw_file(files, name, partial(draw, trajectories=trajectories, scenario=scenario)):
+            say(f"warning: {name} could not be drawn: {why}", err=True)
         move(k + 2)
     begin("writing", 0)
     write_summary(files, summary)
