@@ -137,7 +137,7 @@ _DARK = "0.15 0.15 0.15 1"
 def scene(scenario: Scenario) -> str:
     """Return the MuJoCo model of a scenario with colours, lights and a floor.
 
-    Its joints are those of `mujoco_model.mjcf`, so it takes the same `qpos`. Obstacles are the mocap bodies
+    Its joints are those of `mujoco_plant.mjcf`, so it takes the same `qpos`. Obstacles are the mocap bodies
     `obstacle0`, `obstacle1` and so on, which touch nothing.
 
     Args:
