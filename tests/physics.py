@@ -17,12 +17,13 @@ def renders():
     """Whether MuJoCo renders pictures here."""
     if find_spec("mujoco") is None:
         return False
-    from dwmr.figures import renderer, scene
+    from dwmr.figures import scene
+    from dwmr.figures.scene import NoRendererError
 
     try:
         with scene.Scene(read(find("experiment")).scenario):
             return True
-    except renderer.NoRendererError:
+    except NoRendererError:
         return False
 
 

@@ -75,7 +75,7 @@ HOMES = {
         "fuzzyctl/editor/session.py",
     },
     "pygments": {"fuzzyctl/lang/highlight.py"},
-    "pyarrow": {"fuzzyctl/experiments/parquet.py", "apps/dwmr/output/data/parquet_file.py"},
+    "pyarrow": {"fuzzyctl/experiments/parquet.py", "apps/dwmr/output/data.py"},
     "distributed": {"fuzzyctl/experiments/dask_workers.py"},
     "control": {"apps/gallery/beside_upa.py"},  # elsewhere by name, when it is called
     "fmpy": set(),  # by name, when a loop with an FMU is run
@@ -85,7 +85,7 @@ HOMES = {
     "gymnasium": {"fuzzyctl/interop/environments.py"},
     "scipy": {
         "apps/dwmr/calibration/search.py",
-        "apps/dwmr/output/data/mat_file.py",
+        "apps/dwmr/output/data.py",
         "fuzzyctl/experiments/estimates.py",
         "fuzzyctl/simulation/simulate.py",
     },

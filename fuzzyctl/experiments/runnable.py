@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -84,11 +85,13 @@ class Runnable(ABC, Generic[S]):
         seed: Key of the first number of what a run draws itself, such as noise; each repetition has another one. Empty
             without one.
         common: By the name of a table of tables, the table whose values each of those takes over unless it sets one.
+        package: Folder of the sources that compute a run, or None if versions tell them apart.
     """
 
     application: ClassVar[str] = "fuzzyctl"
     seed: ClassVar[str] = ""
     common: ClassVar[Mapping[str, str]] = {}
+    package: ClassVar[Path | None] = None
 
     @abstractmethod
     def read(self, path: Path, overrides: Sequence[str]) -> S:
@@ -163,5 +166,11 @@ class Runnable(ABC, Generic[S]):
         return {}
 
     def software(self) -> dict[str, str | None]:
-        """Return the versions of the software that computes a run, and checksums of its sources."""
-        return versions()
+        """Return the versions of the software that computes a run, and a checksum of its sources."""
+        if self.package is None:
+            return versions()
+        digest = hashlib.sha256()
+        for folder in (self.package, Path(__file__).parent):
+            for source in sorted(folder.rglob("*.py")):
+                digest.update(source.read_bytes())
+        return {**versions(), "sources": digest.hexdigest()}

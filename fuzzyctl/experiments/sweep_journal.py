@@ -38,20 +38,6 @@ def describe(file: SpecFile, plan: Plan[Any], overrides: Sequence[str]) -> dict[
     }
 
 
-def sources(folder: Path, outside: tuple[str, ...] = ()) -> str:
-    """Return one checksum of the sources of a package and of `experiments`.
-
-    Args:
-        folder: Of the package.
-        outside: Beginnings of paths in it that no result depends on.
-    """
-    digest, experiments = hashlib.sha256(), Path(__file__).parent
-    files = [one for one in sorted(folder.rglob("*.py")) if not one.relative_to(folder).as_posix().startswith(outside)]
-    for source in (*files, *sorted(experiments.rglob("*.py"))):
-        digest.update(source.read_bytes())
-    return digest.hexdigest()
-
-
 def differences(before: Mapping[str, Any], now: Mapping[str, Any]) -> Iterator[str]:
     """Yield the differences between two descriptions, in words."""
     yield from dict.fromkeys(_in_words(*key) for key in _keys(before, now))

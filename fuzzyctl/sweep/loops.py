@@ -14,7 +14,6 @@ import numpy as np
 
 from fuzzyctl.diagnostics.diagnostic import ArgumentError, UnknownNameError
 from fuzzyctl.experiments.runnable import Computed, Prepared, Runnable, UsedFile
-from fuzzyctl.experiments.sweep_journal import sources
 from fuzzyctl.model.instance_params import with_instance_params
 from fuzzyctl.model.loop import Loop
 from fuzzyctl.simulation.columns import columns
@@ -26,9 +25,6 @@ from fuzzyctl.simulation.run import Run
 from fuzzyctl.simulation.signals import Noise, Table
 from fuzzyctl.support.shipped import place_of
 from fuzzyctl.sweep.loop_files import SEED, LoopFiles, LoopScenario, read_files, with_overrides
-
-#: Packages that no result depends on.
-OUTSIDE = ("analysis/", "cli/", "codegen/", "convert/", "explain/", "interop/", "plot/")
 
 
 @dataclass
@@ -51,6 +47,7 @@ class Loops(Runnable[LoopScenario]):
     """
 
     seed = SEED
+    package = Path(__file__).parents[1]
 
     against: tuple[Path, ...] = ()
     known: Known = field(default_factory=Known, compare=False, repr=False)
@@ -126,10 +123,6 @@ class Loops(Runnable[LoopScenario]):
         units = [m.unit for loop in loops for m in loop.measures if m.name == column]
         full = scenario.files.names.get(column, column)
         return next(iter([*units, *(unit for loop in loops for name, unit in _param_units(loop) if name == full)]), "")
-
-    def software(self) -> dict[str, str | None]:
-        """Return the versions of the software that computes a run, and a checksum of its sources."""
-        return {**super().software(), "sources": sources(Path(__file__).parents[1], OUTSIDE)}
 
     def _experiment(self, scenario: LoopScenario, label: str) -> tuple[Experiment, list[float]]:
         """Return a compiled loop, and the values of its free params."""

@@ -6,7 +6,8 @@ import pytest
 
 from dwmr.calibration import parameters
 from dwmr.control.fuzzy_gains import Rules
-from dwmr.results.metrics import TABLE_12, TABLE_13, measure
+from dwmr.results.metrics import measure
+from dwmr.results.paper_tables import TABLE_12, TABLE_13
 from dwmr.scenario.file import find, read
 from dwmr.simulation import simulate
 from tests import explanation

@@ -317,15 +317,15 @@ class TestInterruption:
 
     @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
     def test_while_files_are_written_waits(self, tmp_path, monkeypatch, number):
-        from dwmr.output import outputs
+        from dwmr.output import data
 
-        write = outputs.write_trajectories
+        write = data.write_trajectories
 
         def interrupted(*arguments):
             os.kill(os.getpid(), number)
             write(*arguments)
 
-        monkeypatch.setattr(outputs, "write_trajectories", interrupted)
+        monkeypatch.setattr(data, "write_trajectories", interrupted)
         with pytest.raises(SystemExit) as stop:
             main(["run", "paper", "--set", "run.horizon=0.1", "-o", str(tmp_path)])
         assert stop.value.code == 130

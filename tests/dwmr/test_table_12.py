@@ -6,7 +6,7 @@ import pytest
 from rich.console import Console
 
 from dwmr.output.report import print_report
-from dwmr.results.paper_run import beside, differences
+from dwmr.results.paper_tables import beside, differences
 from dwmr.scenario.file import find, read
 
 

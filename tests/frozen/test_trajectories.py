@@ -13,7 +13,7 @@ import pytest
 
 from dwmr.control.fuzzy_gains import Rules
 from dwmr.scenario.file import find, read
-from dwmr.scenario.vehicle_checks import others
+from dwmr.scenario.vehicle_limits import others
 from dwmr.simulation import simulate
 from tests.physics import shipped_of_equations
 

@@ -1,13 +1,16 @@
-"""Parameters of a calibration: values of a scenario that the paper does not print, each with plausible bounds."""
+"""Parameters of a calibration: values that the paper does not print, with plausible bounds, and scenarios with them."""
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping, Sequence
-from typing import NamedTuple
+from pathlib import Path
+from typing import Any, NamedTuple
 
+from dwmr.scenario.file import SHIPPED, ScenarioFile
 from dwmr.scenario.model import Scenario
 from fuzzyctl.diagnostics.diagnostic import DiagnosticError
-from fuzzyctl.experiments.scenario_keys import Places
+from fuzzyctl.experiments.scenario_keys import Places, override
 
 
 class Parameter(NamedTuple):
@@ -58,19 +61,19 @@ def keys(scenario: Scenario, name: str, places: Places) -> list[str]:
     Raises:
         DiagnosticError: When the scenario has no disturbance of the parameter's kind.
     """
-    found: list[str] = []
+    result: list[str] = []
     for key in PARAMETERS[name].keys:
         table, kind, field = (*key.split("."), "")[:3]
         if table != "disturbances":
-            found.append(key)
+            result.append(key)
             continue
         numbers = [k for k, one in enumerate(scenario.disturbances) if one.kind == kind]
         if not numbers:
             message = f"disturbances: there is none of kind {kind!r}, so there is no {name} to fit"
             help_text = "name others with --parameters"
             raise DiagnosticError([places.diagnostic("FZ904", "disturbances", message, help=help_text)])
-        found += [f"disturbances.{k}.{field}" for k in numbers]
-    return found
+        result += [f"disturbances.{k}.{field}" for k in numbers]
+    return result
 
 
 def present(scenario: Scenario, names: Sequence[str], places: Places) -> tuple[float, ...]:
@@ -102,3 +105,60 @@ def _value(scenario: Scenario, key: str, places: Places) -> float:
 def overrides(scenario: Scenario, values: Mapping[str, float], places: Places) -> tuple[str, ...]:
     """Return the arguments `key=value` that give a scenario the values of some parameters."""
     return tuple(f"{key}={value!r}" for name, value in values.items() for key in keys(scenario, name, places))
+
+
+def scenario_text(file: ScenarioFile, values: Mapping[str, float], path: Path, head: str) -> str:
+    """Return the text of a scenario with other values.
+
+    Args:
+        file: The scenario it extends.
+        values: Values by parameter.
+        path: Place of the text.
+        head: Comment for its first lines.
+    """
+    data: dict[str, Any] = {}
+    if any(key.startswith("disturbances.") for name in values for key in keys(file.scenario, name, file.places)):
+        # lists replace those below, so all disturbances are written with all of their keys
+        disturbances = file.scenario.disturbances
+        data["disturbances"] = [one.model_dump(exclude_none=True, exclude_unset=True) for one in disturbances]
+    for name, value in values.items():
+        for key in keys(file.scenario, name, file.places):
+            override(data, f"{key}={value!r}")
+    lines = [f"# {line}".rstrip() for line in head.splitlines()]
+    lines += ["", f'extends = "{_base(file.path, path.parent)}"', f'name = "{path.stem}"', *_toml_tables(data, "")]
+    return "\n".join(lines) + "\n"
+
+
+def _base(path: Path, folder: Path) -> str:
+    """Return how a file in a folder names the scenario it extends."""
+    if path.parent == SHIPPED:
+        return path.stem
+    return Path(os.path.relpath(path.resolve(), folder.resolve())).as_posix()
+
+
+def _toml_tables(data: Mapping[str, Any], prefix: str) -> list[str]:
+    """Return the lines of tables and lists of tables, in TOML."""
+    lines: list[str] = []
+    values = {k: v for k, v in data.items() if not isinstance(v, dict | list)}
+    if values:
+        lines += ["", f"[{prefix}]", *_toml_values(values)]
+    for key, value in data.items():
+        full = f"{prefix}.{key}" if prefix else key
+        if isinstance(value, dict):
+            lines += _toml_tables(value, full)
+        elif isinstance(value, list):
+            for one in value:
+                lines += ["", f"[[{full}]]", *_toml_values(one)]
+    return lines
+
+
+def _toml_values(table: Mapping[str, Any]) -> list[str]:
+    return [f"{key} = {_toml_value(value)}" for key, value in table.items()]
+
+
+def _toml_value(value: Any) -> str:
+    if isinstance(value, str):
+        return f'"{value}"'
+    if isinstance(value, tuple | list):
+        return f"[{', '.join(_toml_value(v) for v in value)}]"
+    return repr(value)

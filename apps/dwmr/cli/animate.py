@@ -16,6 +16,7 @@ from dwmr.cli.common import mistakes_as_diagnostics
 from fuzzyctl.cli.bars import progress
 from fuzzyctl.cli.interruptions import terminated_as_interrupted
 from fuzzyctl.cli.streams import say
+from fuzzyctl.experiments.result_files import one_file
 
 if TYPE_CHECKING:
     from dwmr.core.arrays import FloatArray
@@ -26,7 +27,7 @@ if TYPE_CHECKING:
 #: More pictures than these are refused: an hour of film at 20 pictures a second has 72,000.
 MOST_PICTURES = 20_000
 SUFFIXES = (".gif", ".mp4", ".png")
-#: What brings a renderer.
+#: How to install a renderer.
 REPAIR = (
     "leave MUJOCO_GL unset, or set it to egl, and install what brings OpenGL without a window; on Debian: "
     "apt install libegl1 libgl1-mesa-dri"
@@ -36,7 +37,7 @@ Item = TypeVar("Item")
 
 
 def _number(context: click.Context, parameter: click.Parameter, value: float | None) -> float | None:
-    """Refuse what is no number; comparisons with a range let NaN pass."""
+    """Refuse NaN, which comparisons with a range let pass."""
     if value is not None and math.isnan(value):
         raise click.BadParameter(f"{value} is not a number")
     return value
@@ -114,7 +115,7 @@ def animate(
 
 
 class _Shown(NamedTuple):
-    """What a film shows: options of the command."""
+    """Contents of a film: options of the command."""
 
     speed: float
     fps: int
@@ -124,25 +125,24 @@ class _Shown(NamedTuple):
 
 
 def _check_view(scenario: Scenario, view: str | None, follow: str | None) -> None:
-    """Refuse a scene of what has no bodies, and a camera behind a robot that is not there."""
+    """Refuse a scene without bodies, and a camera behind an unknown robot."""
     if follow is not None and view == "above":
         raise click.UsageError("--follow: a drawing from above shows all robots; leave out --view above")
     if follow is not None and follow not in scenario.robots:
         raise click.UsageError(f"--follow {follow}: the scenario has the robots {', '.join(scenario.robots)}")
     if (view == "scene" or follow is not None) and scenario.run.plant != "mujoco":
-        given = "--view scene" if view else f"--follow {follow}"
+        option = "--view scene" if view else f"--follow {follow}"
         raise click.UsageError(
-            f"{given}: a scene shows rigid bodies, and run.plant is {scenario.run.plant!r}; "
+            f"{option}: a scene shows rigid bodies, and run.plant is {scenario.run.plant!r}; "
             "the scenario 'experiment' has bodies"
         )
 
 
 def _scene(scenario: Scenario, shown: _Shown) -> AbstractContextManager[Scene | None]:
-    """Return what renders the film, None inside where it is drawn from above."""
+    """Return the renderer of the film, None inside if it is drawn from above."""
     if shown.view == "above" or scenario.run.plant != "mujoco":
         return nullcontext()
-    from dwmr.figures.renderer import NoRendererError
-    from dwmr.figures.scene import Scene
+    from dwmr.figures.scene import NoRendererError, Scene
 
     try:
         return Scene(scenario, shown.follow)
@@ -176,13 +176,9 @@ def _check_film(path: Path, fps: int, at: float | None) -> None:
 
 def _film(task: run_options.Task, law: str, path: Path, shown: _Shown) -> bool:
     """Run, draw and write; return whether the run came to its end."""
-    from fuzzyctl.experiments.result_files import one_file
-
     run_options.check(task, (law,))
     with one_file(path) as files, _scene(task.file.scenario, shown) as scene:
-        (trajectory,) = run_options.simulate(task, (law,))
-        if trajectory.stop is not None and trajectory.stop.reason == "interrupted":
-            raise KeyboardInterrupt
+        (trajectory,) = run_options.simulate_whole(task, (law,))
         samples = _samples(trajectory, path, shown)
         _draw(files.write, path, trajectory, task.file.scenario, scene, samples, shown.fps)
         files.publish()
@@ -220,11 +216,11 @@ def _draw(
         with large_numbers(), progress("") as start:
             if scene is None:
                 drawn = animation.Film(trajectory, scenario)
-                size, made = drawn.size, drawn.pictures(samples)
+                size, frames = drawn.size, drawn.pictures(samples)
                 palette: Sequence[str] = animation.PALETTE
             else:
-                size, palette, made = scene.size, scene.palette, scene.pictures(trajectory, samples)
-            pictures = _counted(made, start("pictures", len(samples)))
+                size, palette, frames = scene.size, scene.palette, scene.pictures(trajectory, samples)
+            pictures = _counted(frames, start("pictures", len(samples)))
             write(path.name, lambda part: _write(part, path.suffix.lower(), pictures, fps, size, palette))
     except film.FilmError as error:
         raise click.ClickException(f"ffmpeg cannot write {path}: {error}") from error

@@ -3,17 +3,25 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
+from rich.console import Console
+from rich.table import Table
 
+from dwmr.calibration.parameters import PARAMETERS, USUAL, present, scenario_text
 from dwmr.cli import run_options
-from dwmr.cli.common import mistakes_as_diagnostics
+from dwmr.cli.common import mistakes_as_diagnostics, refuse_present
 from fuzzyctl.cli.bars import progress
 from fuzzyctl.cli.interruptions import interrupts_wait, terminated_as_interrupted
 from fuzzyctl.cli.streams import INTERRUPTED, say, write_json
+from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
+from fuzzyctl.diagnostics.suggestions import did_you_mean
+from fuzzyctl.experiments.result_files import finite
 from fuzzyctl.support.cores import cores
+from fuzzyctl.support.writing import write_together
 
 if TYPE_CHECKING:
     from dwmr.calibration.search import Found
@@ -73,16 +81,14 @@ def calibrate(
     with mistakes_as_diagnostics(style), terminated_as_interrupted():
         task = run_options.read(scenario, None, ())
         start = _start(task, wanted, path, force)
-        found = _search(task, start, evaluations, seed, jobs or cores())
+        result = _search(task, start, evaluations, seed, jobs or cores())
         with interrupts_wait():
-            _report(task, found, path, style)
-    if found.interrupted:
+            _report(task, result, path, style)
+    if result.interrupted:
         sys.exit(INTERRUPTED)
 
 
 def _parameters(names: str | None) -> tuple[str, ...]:
-    from dwmr.calibration.parameters import PARAMETERS, USUAL
-    from fuzzyctl.diagnostics.suggestions import did_you_mean
 
     if names is None:
         return USUAL
@@ -98,12 +104,9 @@ def _parameters(names: str | None) -> tuple[str, ...]:
 
 
 def _start(task: run_options.Task, names: tuple[str, ...], path: Path, force: bool) -> dict[str, float]:
-    """Refuse what cannot be calibrated, or whose result could not be written, before the search begins."""
-    from dwmr.calibration.cost import LAWS
-    from dwmr.calibration.parameters import present
-    from dwmr.results.metrics import TABLE_12
-    from dwmr.scenario import template
-    from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
+    """Refuse a calibration that is impossible, or whose result cannot be written."""
+    from dwmr.calibration.search import LAWS
+    from dwmr.results.paper_tables import TABLE_12
 
     file = task.file
     run_options.check(task, LAWS)
@@ -111,7 +114,7 @@ def _start(task: run_options.Task, names: tuple[str, ...], path: Path, force: bo
     if missing:
         message = f"robots: Table 12 has a robot {missing[0]!r}, this scenario has none"
         raise DiagnosticError([file.places.diagnostic("FZ903", "robots", message)])
-    template.refuse_present([path], force)
+    refuse_present([path], force)
     if path.exists() and any(path.samefile(one) for one in file.files):
         raise click.BadParameter(f"{path} is the scenario itself, or one that it extends", param_hint="'--output'")
     if not path.parent.is_dir():
@@ -122,11 +125,11 @@ def _start(task: run_options.Task, names: tuple[str, ...], path: Path, force: bo
 
 
 def _warn_of_another_run(scenario: Scenario) -> None:
-    """Warn of a scenario that differs from what is printed of the run behind Table 12."""
-    from dwmr.results.paper_run import differences, said
+    """Warn of a scenario that differs from the printed values of Table 12's run."""
+    from dwmr.results.paper_tables import as_text, differences
 
-    if found := differences(scenario, fitted=True):
-        say(f"warning: {said(found)}: Table 12 speaks of another run", err=True)
+    if keys := differences(scenario, fitted=True):
+        say(f"warning: {as_text(keys)}: Table 12 speaks of another run", err=True)
 
 
 def _search(task: run_options.Task, start: dict[str, float], evaluations: int, seed: int, jobs: int) -> Found:
@@ -137,23 +140,47 @@ def _search(task: run_options.Task, start: dict[str, float], evaluations: int, s
 
 
 def _report(task: run_options.Task, found: Found, path: Path, style: str) -> None:
-    """Write the scenario and print what was found."""
-    from dwmr.calibration import table
-    from dwmr.calibration.writing import scenario_text
+    """Write the scenario and print the result."""
     from dwmr.output import report
-    from fuzzyctl.experiments.result_files import finite
-    from fuzzyctl.support.writing import write_together
 
     head = (
         f"{task.file.scenario.name} with values fitted to Table 12 by `dwmr calibrate`, cost {found.outcome.cost:.2f}."
     )
     text = scenario_text(task.file, found.values, path, head)
     write_together({path: text})
-    data: dict[str, Any] = table.as_data(found)
+    data: dict[str, Any] = found.data()
     if style == "json":
         write_json(finite(data))
         return
-    table.show(report.console(), data)
+    _show(report.console(), data)
     if found.interrupted:
         say("interrupted: these are the best values until then", err=True)
     say(f"wrote {path}")
+
+
+def _show(out: Console, data: Mapping[str, Any]) -> None:
+    """Print the result."""
+    values = _table("Values", "parameter", "unit", "from", "to", "before", "now")
+    for name, one in data["parameters"].items():
+        bounds = (f"{PARAMETERS[name].low:g}", f"{PARAMETERS[name].high:g}")
+        values.add_row(name, one["unit"], *bounds, f"{one['before']:.3f}", f"{one['value']:.3f}")
+    out.print(values)
+    out.print()
+    ratios = _table("Errors over Table 12; least and greatest with one value changed by 5 %", "law", "robot", "error")
+    for title in ("Table 12", "before", "now", "least", "greatest"):
+        ratios.add_column(title, justify="right")
+    for k, one in enumerate(data["entries"]):
+        numbers = (f"{one[name]:.2f}" for name in ("before", "ratio", "least", "greatest"))
+        ratios.add_row(
+            one["law"], one["robot"], one["error"], f"{one['table_12']:.4f}", *numbers, end_section=k % 9 == 8
+        )
+    out.print(ratios)
+    cost = data["cost"]
+    out.print(f"cost {cost['before']:.2f} before, {cost['value']:.2f} now", highlight=False)
+
+
+def _table(title: str, *columns: str) -> Table:
+    table = Table(title=title, title_justify="left", title_style="bold", header_style="bold dim", box=None)
+    for column in columns:
+        table.add_column(column)
+    return table

@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
 from dwmr.cli import run_options
-from dwmr.cli.common import mistakes_as_diagnostics
+from dwmr.cli.common import mistakes_as_diagnostics, write_text
 from fuzzyctl.cli.bars import progress
 from fuzzyctl.cli.interruptions import interrupts_wait, terminated_as_interrupted
 from fuzzyctl.cli.streams import say
+from fuzzyctl.experiments.result_files import results
 
 if TYPE_CHECKING:
     from dwmr.figures.paper import PaperFigure
@@ -79,18 +80,11 @@ def _draw(
     task: run_options.Task, wanted: Sequence[PaperFigure], left_out: dict[int, str], folder: Path, suffix: str
 ) -> bool:
     """Run the laws that the figures show, draw and write; return whether all came to their end."""
-    from dwmr.figures.index import index
-    from fuzzyctl.experiments.result_files import results
-
     scenario = task.file.scenario
     laws = tuple(dict.fromkeys(f.law for f in wanted))
     run_options.check(task, laws)
     with results(folder, (*(f.file(suffix) for f in wanted), INDEX)) as files:
-        trajectories = {t.controller: t for t in run_options.simulate(task, laws)}
-        if len(trajectories) < len(laws) or any(
-            t.stop and t.stop.reason == "interrupted" for t in trajectories.values()
-        ):
-            raise KeyboardInterrupt
+        trajectories = {t.controller: t for t in run_options.simulate_whole(task, laws)}
         with progress("") as start:
             move = start("figures", len(wanted))
             for k, figure in enumerate(wanted):
@@ -98,31 +92,66 @@ def _draw(
                 if why:
                     left_out[figure.number] = why
                 move(k + 1)
-        made = [f.number for f in wanted if f.number not in left_out]
-        text = index(made, left_out, suffix, scenario)
-        files.write(INDEX, lambda path: _write(path, text))
+        drawn = [f.number for f in wanted if f.number not in left_out]
+        text = index_text(drawn, left_out, suffix, scenario)
+        files.write(INDEX, lambda path: write_text(path, text))
         with interrupts_wait():
             files.publish()
     run_options.say_stops(trajectories.values())
-    say(f"{len(made)} figure{'s' if len(made) != 1 else ''} in {folder}, described in {folder / INDEX}")
-    return all(t.stop is None for t in trajectories.values()) and len(made) == len(wanted)
+    say(f"{len(drawn)} figure{'s' if len(drawn) != 1 else ''} in {folder}, described in {folder / INDEX}")
+    return all(t.stop is None for t in trajectories.values()) and len(drawn) == len(wanted)
 
 
 def _draw_one(figure: PaperFigure, trajectory: Trajectory, scenario: Scenario, suffix: str, files: Results) -> str:
     """Draw one figure; return why it could not be drawn, or an empty text."""
-    from dwmr.figures import CANNOT_DRAW, large_numbers, paper
+    from dwmr.figures import draw_file, paper
 
-    name = figure.file(suffix)
-    try:
-        with large_numbers():
-            files.write(name, lambda path: paper.draw(figure, path, trajectory, scenario))
-    except CANNOT_DRAW as error:
-        files.drop(name)
-        why = f"it could not be drawn: {str(error) or type(error).__name__}"
+    why = draw_file(files, figure.file(suffix), lambda path: paper.draw(figure, path, trajectory, scenario))
+    if why:
+        why = f"it could not be drawn: {why}"
         say(f"warning: figure {figure.number}: {why}", err=True)
-        return why
-    return ""
+    return why
 
 
-def _write(path: Path, text: str) -> None:
-    path.write_text(text, encoding="utf-8")
+def index_text(made: Collection[int], left_out: Mapping[int, str], suffix: str, scenario: Scenario) -> str:
+    """Return the text of index.md: every figure with its caption, and why others are missing.
+
+    Args:
+        made: Numbers of the figures that were drawn.
+        left_out: Why others were not, by number.
+        suffix: Of the pictures' files.
+        scenario: Scenario of the runs.
+    """
+    from dwmr.figures import paper
+
+    items = [f for f in paper.FIGURES if f in paper.usual(scenario) or f.number in made or f.number in left_out]
+    lines = [
+        f"# Figures of the scenario {_plain(scenario.name)}",
+        "",
+        f"Counterparts of Figs. {items[0].number} to {items[-1].number} of Goto, Bertol, Martins, drawn from simulated "
+        "runs. Disturbance windows are shaded; a bar at the foot of a panel marks obstacle avoidance, one at its head "
+        "the load. Signals are drawn by the least and greatest value of every stretch of time, so that chattering "
+        "shows as the band it fills.",
+        "",
+    ]
+    for figure in items:
+        lines.append(f"## Fig. {figure.number}: {figure.title} ({figure.subject})")
+        lines.append("")
+        if figure.number in made:
+            lines += [figure.about, "", f"![Fig. {figure.number}]({figure.file(suffix)})", ""]
+        else:
+            lines += [f"Left out: {left_out.get(figure.number, 'not asked for')}.", ""]
+    lines += [
+        "## The paper's other figures",
+        "",
+        "Figs. 1 to 4 are drawings of geometry and block diagrams, without numbers. Figs. 5 to 7 are membership "
+        "functions: `fuzzyctl plot --terms` draws them from the rule files. Figs. 8 to 28 show the simulation, "
+        "`dwmr figures paper`, and Figs. 29 to 39 the experiment, with rigid bodies, `dwmr figures experiment`.",
+        "",
+    ]
+    return "\n".join(lines)
+
+
+def _plain(text: str) -> str:
+    """Return text for Markdown with nothing that it would take for markup."""
+    return "".join(f"\\{c}" if c in r"\`*_{}[]()<>#+!|" else " " if c in "\r\n" else c for c in text)

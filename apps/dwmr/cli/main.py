@@ -10,16 +10,16 @@ from fuzzyctl.cli.streams import Program
 
 #: By name of a command its module, its function there, and its line in the list of commands.
 COMMANDS: Final = {
-    "show": ("dwmr.cli.show", "show", "Print what a scenario says, or list the shipped ones."),
-    "new": ("dwmr.cli.new", "new", "Write a scenario to start from."),
-    "check": ("dwmr.cli.check", "check", "Find the mistakes of scenarios and their rule files."),
+    "show": ("dwmr.cli.scenarios", "show", "Print what a scenario says, or list the shipped ones."),
+    "new": ("dwmr.cli.scenarios", "new", "Write a scenario to start from."),
+    "check": ("dwmr.cli.scenarios", "check", "Find the mistakes of scenarios and their rule files."),
     "run": ("dwmr.cli.run", "run", "Run a scenario and write the results to a folder."),
     "figures": ("dwmr.cli.figures", "figures", "Draw the counterparts of the paper's Figures 8 to 39."),
     "animate": ("dwmr.cli.animate", "animate", "Show a run as moving pictures, GIF or MP4."),
-    "report": ("dwmr.cli.report", "report", "Write one HTML page with tables and interactive plots."),
+    "report": ("dwmr.cli.run", "report", "Write one HTML page with tables and interactive plots."),
     "calibrate": ("dwmr.cli.calibrate", "calibrate", "Fit what the paper does not print to its Table 12."),
-    "compare": ("dwmr.cli.compare", "compare", "Put control laws side by side, with confidence intervals."),
-    "sweep": ("dwmr.cli.sweep", "sweep", "Run a scenario many times with values that vary."),
+    "compare": ("dwmr.cli.repetitions", "compare", "Put control laws side by side, with confidence intervals."),
+    "sweep": ("dwmr.cli.repetitions", "sweep", "Run a scenario many times with values that vary."),
 }
 
 

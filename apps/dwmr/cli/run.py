@@ -1,4 +1,4 @@
-"""`dwmr run SCENARIO`: run a scenario and write the results to a folder."""
+"""Commands that run a scenario and write its results: `dwmr run` to a folder, `dwmr report` to one HTML page."""
 
 from __future__ import annotations
 
@@ -11,11 +11,12 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from dwmr.cli import run_options
-from dwmr.cli.common import mistakes_as_diagnostics
+from dwmr.cli.common import mistakes_as_diagnostics, write_text
 from fuzzyctl.cli import data_formats
 from fuzzyctl.cli.bars import Begin, stages
 from fuzzyctl.cli.interruptions import interrupts_wait, outlive, terminated_as_interrupted
 from fuzzyctl.cli.streams import say, write_json
+from fuzzyctl.experiments.result_files import finite, one_file, results, write_summary
 
 if TYPE_CHECKING:
     from dwmr.simulation.simulate import Trajectory
@@ -68,8 +69,6 @@ def run(
                 say(f"recorded {bag}")
     finished = [run["stopped"] is None for run in summary["controllers"].values()]
     if style == "json":
-        from fuzzyctl.experiments.result_files import finite
-
         write_json(finite(summary))
     if not all(finished):
         sys.exit(1)
@@ -108,8 +107,7 @@ def _run(
     begin: Begin,
 ) -> tuple[dict[str, Any], list[str]]:
     """Check, run and write; return the summary and the names of the files."""
-    from dwmr.output.outputs import NAMES
-    from fuzzyctl.experiments.result_files import results
+    from dwmr.output.data import NAMES
 
     begin("proving", 0)
     run_options.check(task, names)
@@ -127,11 +125,10 @@ def _run(
 
 
 def _measure(task: run_options.Task, trajectories: Sequence[Trajectory], begin: Begin) -> dict[str, Any]:
-    from dwmr.output.summary import describe
     from dwmr.results.metrics import measure
 
     move = begin("measuring", len(trajectories))
-    summary: dict[str, Any] = {**describe(task.file, task.rules, task.overrides), "controllers": {}}
+    summary: dict[str, Any] = {**run_options.describe(task), "controllers": {}}
     for k, one in enumerate(trajectories):
         summary["controllers"][one.controller] = measure(one, task.file.scenario)
         move(k + 1)
@@ -141,9 +138,9 @@ def _measure(task: run_options.Task, trajectories: Sequence[Trajectory], begin: 
 def _say(
     task: run_options.Task, summary: Mapping[str, Any], names: Sequence[str], folder: Path, written: Sequence[str]
 ) -> None:
-    """Print what was found, and where it is."""
+    """Print the results, and where they are."""
     from dwmr.output import report
-    from dwmr.results.paper_run import beside
+    from dwmr.results.paper_tables import beside
 
     for name in names[len(summary["controllers"]) :]:
         say(f"warning: {name} was not run: interrupted", err=True)
@@ -164,21 +161,55 @@ def _write(
     """Write all files of a run; a picture that cannot be drawn is left out with a warning, and costs nothing else."""
     move = begin("drawing", 3)
     from dwmr import figures
-    from dwmr.output import outputs
-    from fuzzyctl.experiments.result_files import write_summary
+    from dwmr.output.data import write_trajectories
 
     move(1)  # matplotlib is there
     scenario = task.file.scenario
     for k, (name, draw) in enumerate((("path.png", figures.draw_path), ("errors.png", figures.draw_errors))):
-        try:
-            with figures.large_numbers():
-                files.write(name, partial(draw, trajectories=trajectories, scenario=scenario))
-        except figures.CANNOT_DRAW as error:
-            say(f"warning: {name} could not be drawn: {str(error) or type(error).__name__}", err=True)
-            files.drop(name)
+        if why := figures.draw_file(files, name, partial(draw, trajectories=trajectories, scenario=scenario)):
+            say(f"warning: {name} could not be drawn: {why}", err=True)
         move(k + 2)
     begin("writing", 0)
     write_summary(files, summary)
     about = {**summary, "controllers": None, "scenario": {**summary["scenario"], "text": task.file.texts}}
-    outputs.write_trajectories(files, trajectories, scenario, about, formats)
+    write_trajectories(files, trajectories, scenario, about, formats)
     files.publish()
+
+
+@click.command(context_settings={"show_default": True})
+@click.argument("scenario")
+@run_options.output_option("path", "report.html", "FILE", "HTML page to write; one that exists is replaced.")
+@run_options.controller_option
+@run_options.rules_option
+@run_options.set_option
+def report(
+    scenario: str, path: Path, controller: str | None, rules_folder: Path | None, overrides: tuple[str, ...]
+) -> None:
+    """Run SCENARIO, a shipped name or a TOML file, and write one HTML page about it.
+
+    The page holds tables, settings and interactive plots, and opens without a network.
+    """
+    with mistakes_as_diagnostics("text"), terminated_as_interrupted():
+        task = run_options.read(scenario, rules_folder, overrides)
+        finished = _report(task, run_options.laws_of(task, controller), path)
+    if not finished:
+        sys.exit(1)
+
+
+def _report(task: run_options.Task, names: tuple[str, ...], path: Path) -> bool:
+    """Check, run and write; return whether every run came to its end."""
+    run_options.check(task, names)
+    with one_file(path) as files:
+        trajectories = run_options.simulate_whole(task, names)
+        with interrupts_wait():
+            from dwmr.page.document import page
+            from dwmr.results.metrics import measure
+
+            summary = run_options.describe(task)
+            summary["controllers"] = {t.controller: measure(t, task.file.scenario) for t in trajectories}
+            text = page(summary, trajectories, task.file.scenario)
+            files.write(path.name, lambda part: write_text(part, text))
+            files.publish()
+    run_options.say_stops(trajectories)
+    say(f"wrote {path}: {len(text.encode()) / 1e6:.1f} MB")
+    return all(t.stop is None for t in trajectories)

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
@@ -14,6 +14,7 @@ from dwmr.cli.common import read_scenario, warn
 from dwmr.control import laws
 from fuzzyctl.cli.bars import Begin, stages
 from fuzzyctl.cli.streams import say
+from fuzzyctl.experiments.result_files import versions
 
 if TYPE_CHECKING:
     from dwmr.control.fuzzy_gains import Rules
@@ -69,7 +70,7 @@ def format_option(command: Command) -> Command:
 
 @dataclass(frozen=True)
 class Task:
-    """What a command is to run: read, but not yet checked.
+    """A run of a command: read, but not yet checked.
 
     Attributes:
         file: The scenario, overrides included.
@@ -96,6 +97,30 @@ def read(scenario: str, rules_folder: Path | None, overrides: Sequence[str]) -> 
         rules.files.require_use_of(rules_folder)
         rules.warnings += rules.files.near_misses(rules_folder)
     return Task(file, rules, tuple(overrides))
+
+
+def describe(task: Task) -> dict[str, Any]:
+    """Return where the numbers of a run come from, as plain data; of files those that the run has read."""
+    file, rules = task.file, task.rules
+    return {
+        "scenario": {
+            "name": file.scenario.name,
+            "file": file.path.name,
+            "sha256": file.sha256,
+            "overrides": list(task.overrides),
+        },
+        "rules": {
+            role: {
+                "file": used.path.name,
+                "sha256": used.sha256,
+                "files": dict(used.files),
+                "params": file.scenario.rules[role].params,
+            }
+            for role, used in sorted(rules.used.items())
+        },
+        "laws": {name: {"sha256": used.sha256, "files": dict(used.files)} for name, used in sorted(rules.laws.items())},
+        "versions": versions(),
+    }
 
 
 def laws_of(task: Task, controller: str | None) -> tuple[str, ...]:
@@ -128,8 +153,8 @@ def require_law(word: str, folder: Path, scenario: str) -> None:
     """Refuse a word that is no law, no group of laws, and no law in the folder of a scenario."""
     if word in laws.GROUPS or laws.exists(word, folder):
         return
-    known = ", ".join(repr(name) for name in (*laws.names(), *laws.GROUPS))
-    message = f"{word!r} is not one of {known}, and there is no {word}.fz or {word}.py beside {scenario}."
+    words = ", ".join(repr(name) for name in (*laws.names(), *laws.GROUPS))
+    message = f"{word!r} is not one of {words}, and there is no {word}.fz or {word}.py beside {scenario}."
     raise click.BadParameter(message, param_hint="'--controller'")
 
 
@@ -162,7 +187,7 @@ def say_stops(trajectories: Iterable[Trajectory]) -> None:
 def simulate(task: Task, names: Sequence[str], begin: Begin | None = None) -> list[Trajectory]:
     """Run a checked scenario under some control laws.
 
-    An interruption keeps what is done: the laws that are finished, and what the present one has computed.
+    An interruption keeps the finished laws, and the computed part of the present one.
 
     Args:
         task: What to run.
@@ -174,31 +199,43 @@ def simulate(task: Task, names: Sequence[str], begin: Begin | None = None) -> li
         KeyboardInterrupt: When it comes before anything is done.
     """
     if begin is None:
-        with stages() as own:
-            return _simulate(task, names, own)
+        with stages() as begin_stage:
+            return _simulate(task, names, begin_stage)
     return _simulate(task, names, begin)
 
 
+def simulate_whole(task: Task, names: Sequence[str]) -> list[Trajectory]:
+    """Run a checked scenario under some control laws, all of them to the end.
+
+    Raises:
+        DiagnosticError: As `simulate` does.
+        KeyboardInterrupt: When it comes before all is done.
+    """
+    trajectories = simulate(task, names)
+    if len(trajectories) < len(names) or any(t.stop and t.stop.reason == "interrupted" for t in trajectories):
+        raise KeyboardInterrupt
+    return trajectories
+
+
 def _simulate(task: Task, names: Sequence[str], begin: Begin) -> list[Trajectory]:
-    # the compiler comes only now, when nothing stands in the way of the run
-    shown = _Shown(begin)
+    # the compiler comes only now, when the run can begin
+    display = _Shown(begin)
     from dwmr.core import jit
+    from dwmr.simulation import simulate
 
     if not jit.COMPILED:
         say("numba is not installed: the run is computed in plain Python, about a hundred times slower", err=True)
     trajectories: list[Trajectory] = []
     try:
-        with jit.watched(partial(shown.report, "compiling", 100)):
-            from dwmr.simulation import simulate
-
+        with jit.watched(partial(display.report, "compiling", 100)):
             simulations = [simulate.prepare(task.file, name, task.rules) for name in names]
             simulate.require_memory(simulations, task.file.places)
-            trajectories.append(_run(simulations[0], shown))
+            trajectories.append(_run(simulations[0], display))
         for one in simulations[1:]:
             if trajectories[-1].stop is not None and trajectories[-1].stop.reason == "interrupted":
                 break
-            shown.report(f"compiling {one.name}", 0, 0)
-            trajectories.append(_run(one, shown))
+            display.report(f"compiling {one.name}", 0, 0)
+            trajectories.append(_run(one, display))
     except KeyboardInterrupt:
         if not trajectories:
             raise

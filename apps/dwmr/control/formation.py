@@ -175,7 +175,7 @@ def with_leaders_orientation(error: PostureError, theta_i: float, omega_i: float
 def tracking_error(
     e: PostureError, on_reference: bool, theta_e: float, v_r: float, omega_r: float, v: float, omega: float, t: float
 ) -> TrackingError:
-    """Return what a control law sees of its robot: the error, and the velocities behind it.
+    """Return the inputs of a control law: the error, and the velocities that cause it.
 
     Args:
         e: The error and its drift.

@@ -13,15 +13,14 @@ from typing import TYPE_CHECKING, Any
 
 import fuzzyctl
 from dwmr.control import law_text
-from dwmr.control.gain_floor import ROLE, Channel, not_positive, prove_floor
-from dwmr.control.roles import ROLES, check_alike, check_role
 from dwmr.control.rule_files import RuleFiles, Used, read_whole
+from dwmr.control.rule_requirements import ROLE, ROLES, Channel, check_alike, check_role, not_positive, prove_floor
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError, UnknownNameError, ValueOutOfBoundsError
 from fuzzyctl.expr import names_in
+from fuzzyctl.kernels.plan.expansion import with_values
 
 if TYPE_CHECKING:
-    from dwmr.control.rule_file_settings import RuleFile
-    from dwmr.core.arrays import FloatArray
+    from dwmr.control.rule_files import RuleFile
     from fuzzyctl.analysis.verdicts import Verdict
     from fuzzyctl.experiments.scenario_keys import Places
     from fuzzyctl.model.system import FuzzySystem
@@ -31,7 +30,7 @@ Key = tuple[Path, tuple[tuple[str, float], ...]]
 
 
 class Known:
-    """What has been read, proved and compiled; scenarios that differ in params share it.
+    """Files, proofs and compiled code, which scenarios that differ in params share.
 
     Attributes:
         systems: By file: the system, the checksums of all that it reads, and the warnings of its checks.
@@ -66,14 +65,14 @@ class Rules:
     Args:
         named: File and params by role, as the scenario gives them.
         folders: Where to look for a file, first match wins; the shipped rules come last.
-        places: Where the scenario's keys stand, for diagnostics.
+        places: Locations of the scenario's keys, for diagnostics.
         known: Of other scenarios, to share.
 
     Attributes:
         files: Where they are.
         used: The files read so far, by role.
         laws: The control laws read so far that are text, by file name.
-        warnings: What the checks of those files warn of.
+        warnings: Those of the checks of these files.
     """
 
     def __init__(
@@ -102,18 +101,18 @@ class Rules:
         Source:
             Goto, Bertol, Martins, section 7, choice of f_max.
         """
-        own = {name: value for name, value in (("k_h_min", k_h_min), ("k_s", k_s)) if value is not None}
-        asked = Channel(robot, channel, own)
-        given = {**self.files.params(ROLE), **own}
+        gains = {name: value for name, value in (("k_h_min", k_h_min), ("k_s", k_s)) if value is not None}
+        asked = Channel(robot, channel, gains)
+        values = {**self.files.params(ROLE), **gains}
         for name in ("k_h_min", "k_s"):
-            if not given.get(name, 1.0) > 0.0:
-                raise DiagnosticError([not_positive(asked, name, given[name], self.files)])
+            if not values.get(name, 1.0) > 0.0:
+                raise DiagnosticError([not_positive(asked, name, values[name], self.files)])
         missing = [name for name in ("k_h_min", "k_s", "G_min") if name not in self.system(ROLE, {}).values]
         if missing:
             message = f"{self.files.path(ROLE).name} declares no param {', '.join(missing)}"
             facts = (f"{ROLE} needs the params k_h_min, k_s and G_min",)
             raise DiagnosticError([Diagnostic("FZ905", message, facts=facts, file=str(self.files.path(ROLE)))])
-        system = self.system(ROLE, own)
+        system = self.system(ROLE, gains)
         for name in ("k_h_min", "k_s"):
             if not system.values[name] > 0.0:
                 raise DiagnosticError([self._not_positive(asked, name, system.values[name])])
@@ -169,22 +168,22 @@ class Rules:
         if path not in self.known.laws:
             systems = {one.resolve(): (system,) for one, (system, *_) in self.known.systems.items()}
             self.known.laws[path] = law_text.read(path, systems)
-        found = self.known.laws[path]
+        text = self.known.laws[path]
         if name not in self.laws:
-            self.laws[name] = found.used
-            self.warnings += [d for d in found.warnings if d not in self.warnings]
-        return found
+            self.laws[name] = text.used
+            self.warnings += [d for d in text.warnings if d not in self.warnings]
+        return text
 
     def assembled(self, law: law_text.LawText, part: str) -> law_text.Assembled:
         """Return a control law that calls the rule files of the scenario, each by the name of its role.
 
-        A param of the law that is a number of its own has the value of the rule files' param of the same name.
+        A param of the law that is a plain number has the value of the rule files' param of the same name.
 
         Args:
             law: The law.
             part: A param that is 0; an empty string for none.
         """
-        own, written = law.controller, law_text.systems_of(law.controller)
+        controller, written = law.controller, law_text.systems_of(law.controller)
         systems = {role: self.system(role, {}) for role in written if role in self.files.named}
         for role in systems.keys() - ROLES.keys():
             check_alike(systems[role], written[role], role, self.used[role].path)
@@ -192,14 +191,16 @@ class Rules:
         key = law.path, part, tuple(self._key(role, system) for role, system in systems.items())
         if key not in self.known.assembled:
             values = {name: value for system in systems.values() for name, value in system.values.items()}
-            numbers = {p.name: values[p.name] for p in own.params if p.name in values and not [*names_in(p.expression)]}
-            called = law_text.with_systems(own, {role: _named(s, role) for role, s in systems.items()})
-            changed = law_text.with_params(called, numbers | ({part: 0.0} if part else {}))
+            numbers = {
+                p.name: values[p.name] for p in controller.params if p.name in values and not [*names_in(p.expression)]
+            }
+            called = law_text.with_systems(controller, {role: _named(s, role) for role, s in systems.items()})
+            changed = with_values(called, numbers | ({part: 0.0} if part else {}))
             self.known.assembled[key] = law_text.Assembled(changed)
         return self.known.assembled[key]
 
     def prove_law(self, law: law_text.Assembled, values: Mapping[str, float], where: str) -> None:
-        """Refuse a control law unless what it and the systems that it calls require is proved.
+        """Refuse a control law unless its guarantees, and those of its systems, are proved.
 
         Args:
             law: The law.
@@ -217,7 +218,7 @@ class Rules:
         _require_proved(law.proved(values), law.controller.path, where)
 
     def prove_adaptive_gain(self) -> Any:
-        """Prove what the rule file requires and return the fuzzy system F(σ*).
+        """Prove the guarantees of the rule file and return the fuzzy system F(σ*).
 
         Raises:
             DiagnosticError: When a guarantee is not proved.
@@ -226,21 +227,14 @@ class Rules:
         self._prove_guarantees("fcafsmc", system)
         return system
 
-    def adaptive_gain(self) -> tuple[Any, Any, FloatArray, float, float]:
-        """Return F = C·ξ(σ*), the rates of C, C(0), and the bounds every consequent is kept in."""
-        system = self.prove_adaptive_gain()
-        bound = self._bounds("fcafsmc", system)["F"]
-        kernel = self.kernel("fcafsmc", system)
-        return kernel.value, kernel.rates_value, kernel.start(), bound.lo, bound.hi
-
     def gain(self, role: str) -> Any:
-        """Return the proved and compiled system of a role of one's own, for a law in Python."""
+        """Return the proved and compiled system of a custom role, for a law in Python."""
         system = self.system(role, {})
         self._prove_guarantees(role, system)
         return self.kernel(role, system).value
 
     def proved(self, role: str) -> tuple[str, int, dict[str, float], float, float]:
-        """Return what is proved of a rule file: output, number of rules, params, and least and greatest value.
+        """Return facts of a proved rule file: output, number of rules, params, and least and greatest value.
 
         Raises:
             DiagnosticError: When the file has mistakes or does not fit the role.
@@ -260,8 +254,8 @@ class Rules:
         unknown = sorted(set(params) - set(system.values))
         if unknown:
             raise DiagnosticError([self.files.unknown_param(role, name, tuple(system.values)) for name in unknown])
-        given = [p for p in system.params if p.name in params]
-        sources = {p.name: dict.fromkeys(n.name for n in names_in(p.expression)) for p in given}
+        replaced = [p for p in system.params if p.name in params]
+        sources = {p.name: dict.fromkeys(n.name for n in names_in(p.expression)) for p in replaced}
         derived = [self.files.computed_param(role, name, tuple(names)) for name, names in sources.items() if names]
         if derived:
             raise DiagnosticError(derived)
@@ -289,11 +283,11 @@ class Rules:
             if system is None:
                 raise DiagnosticError(diagnostics)
             self.known.systems[path] = (system, read_whole(path), tuple(diagnostics))
-        system, used, found = self.known.systems[path]
+        system, used, remarks = self.known.systems[path]
         if role not in self.used:
             check_role(system, role, path)
             self.used[role] = used
-            self.warnings += [d for d in found if d not in self.warnings]
+            self.warnings += [d for d in remarks if d not in self.warnings]
         return system
 
     def _key(self, role: str, system: Any) -> Key:
@@ -330,16 +324,16 @@ class Rules:
     def _require_coverage(self, system: Any, path: Path) -> None:
         """Refuse a system that is not proved to have a number as its output everywhere; params may have opened a hole.
 
-        A hole whose `else` is a number is none: the number counts in the bounds.
+        A hole whose `else` is a number does not count: the number is in the bounds.
         """
         key = path, tuple(sorted(system.values.items()))
         if self.known.proved or key in self.known.sound:
             return
         from fuzzyctl.analysis.coverage import coverage
 
-        found = [d for d in coverage.diagnostics(system) if d.severity == "error"]
-        if found:
-            raise DiagnosticError(found)
+        errors = [d for d in coverage.diagnostics(system) if d.severity == "error"]
+        if errors:
+            raise DiagnosticError(errors)
         (output,) = system.outputs
         verdict = coverage.uncovered(system)[output.name]
         if verdict is not None and output.otherwise in (None, "nan", "error"):

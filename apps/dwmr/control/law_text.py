@@ -1,4 +1,4 @@
-"""Control laws as text: a controller of a rule file, matched with what the formation offers, and compiled."""
+"""Control laws as text: a controller of a rule file, matched with the signals of the formation, and compiled."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from fuzzyctl.kernels.kernel import Kernel
     from fuzzyctl.model.system import FuzzySystem
 
-#: What the formation offers as inputs, and their units: the fields of `TrackingError`, in their order.
+#: Inputs from the formation and their units: the fields of `TrackingError`, in their order.
 OFFERED = {
     "x_e": "m",
     "y_e": "m",
@@ -44,7 +44,7 @@ OFFERED = {
 }
 #: The outputs that a law must have; all others are recorded.
 COMMANDS = {"v_c": "m/s", "omega_c": "rad/s"}
-#: An output that a law of robots that move sideways may have: the velocity asked for to the left [m/s].
+#: An output of laws of robots that move sideways: the commanded velocity to the left [m/s].
 LATERAL = "v_y_c"
 #: Names of other columns of the data, which no output of a law may have: of every robot, of the row.
 COLUMNS = (
@@ -66,7 +66,7 @@ class LawText(NamedTuple):
         path: The file.
         controller: The controller in it.
         used: Checksums of all that it reads.
-        warnings: What its checks warn of.
+        warnings: Those of its checks.
     """
 
     path: Path
@@ -81,11 +81,7 @@ class LawText(NamedTuple):
 
 
 class Assembled:
-    """A control law, called with the systems it shall have: what its gains do not change is computed once.
-
-    Args:
-        controller: The law.
-    """
+    """A control law with its systems; values that do not depend on gains are computed once."""
 
     def __init__(self, controller: Controller) -> None:
         self.controller = controller
@@ -98,7 +94,7 @@ class Assembled:
         self._step: Kernel | None = None
 
     def values(self, gains: Mapping[str, float]) -> tuple[Mapping[str, float], Mapping[str, str]]:
-        """Return the values of all params with some gains, and what is wrong with which."""
+        """Return the values of all params with some gains, and the mistakes by name."""
         key = tuple(gains.items())
         if key not in self._values:
             if len(self._values) > _MOST_VALUES:
@@ -112,7 +108,7 @@ class Assembled:
         return tuple(values[p.name] for p in self.controller.params if p.name not in self.varying)
 
     def proved(self, values: Mapping[str, float]) -> tuple[Verdict, ...]:
-        """Return what is proved of each claim with some values of all params.
+        """Return a verdict on each claim with some values of all params.
 
         It is proved for all values of the varying ones at once, and where that fails, for these.
         """
@@ -158,8 +154,8 @@ def read(path: Path, opened: Mapping[Path, tuple[FuzzySystem, ...]]) -> LawText:
         DiagnosticError: When the file has mistakes, or its controller does not fit the formation.
     """
     examined = look_through(read_source(path), folder=path.parent, opened=dict(opened))
-    found = check_examined(examined, guarantees=False)[1]
-    errors = [d for d in found if d.severity == "error"]
+    remarks = check_examined(examined, guarantees=False)[1]
+    errors = [d for d in remarks if d.severity == "error"]
     if errors:
         raise DiagnosticError(errors)
     name = path.stem if path.stem in {c.name for c in examined.controllers} else None
@@ -167,11 +163,11 @@ def read(path: Path, opened: Mapping[Path, tuple[FuzzySystem, ...]]) -> LawText:
     mistakes = list(_misfits(controller))
     if mistakes:
         raise DiagnosticError(mistakes)
-    return LawText(path, controller, read_whole(path), tuple(d for d in found if d.severity == "warning"))
+    return LawText(path, controller, read_whole(path), tuple(d for d in remarks if d.severity == "warning"))
 
 
 def _misfits(controller: Controller) -> Iterator[Diagnostic]:
-    """Yield what keeps a controller from being a control law of the formation."""
+    """Yield the reasons why a controller cannot be a control law of the formation."""
     offered = f"the formation offers {', '.join(f'{name} [{unit}]' for name, unit in OFFERED.items())}"
     for signal in controller.inputs:
         if signal.name not in OFFERED:
@@ -213,18 +209,18 @@ def require_period(controller: Controller, dt: float) -> None:
     """
     if controller.period is None or controller.number(controller.period) == dt:
         return
-    own = controller.number(controller.period)
-    message = f"the law runs every {own:g} s, and the control period run.dt is {dt:g} s"
+    sample_time = controller.number(controller.period)
+    message = f"the law runs every {sample_time:g} s, and the control period run.dt is {dt:g} s"
     help_text = "leave out 'every', so that run.dt is the sample time"
     raise DiagnosticError([Diagnostic("FZ905", message, span_of(controller.period), help=help_text)])
 
 
 def systems_of(controller: Controller) -> dict[str, FuzzySystem]:
     """Return the systems that a controller and those inside it call, by name."""
-    found = {s.name: s for s in controller.systems}
+    systems = {s.name: s for s in controller.systems}
     for inner in controller.controllers:
-        found |= systems_of(inner)
-    return found
+        systems |= systems_of(inner)
+    return systems
 
 
 def with_systems(controller: Controller, systems: Mapping[str, FuzzySystem]) -> Controller:
@@ -237,25 +233,20 @@ def with_systems(controller: Controller, systems: Mapping[str, FuzzySystem]) -> 
 
 
 def used_as_called(law: LawText, roles: Mapping[str, Used]) -> Used:
-    """Return what a law reads where files of roles stand in for those that it names.
+    """Return the files that a law reads if files of roles replace those that it names.
 
     Args:
         law: The law.
-        roles: The files of the systems that are called in place of its own, by name.
+        roles: Files of the replacing systems, by name.
     """
-    own = {name: Path(system.path) for name, system in systems_of(law.controller).items()}
-    changed = {role: used for role, used in roles.items() if own[role].resolve() != used.path.resolve()}
-    kept = {path for name, path in own.items() if name not in changed}
-    return read_whole(law.path, {own[role] for role in changed} - kept, changed) if changed else law.used
-
-
-def with_params(controller: Controller, values: Mapping[str, float]) -> Controller:
-    """Return a controller with some params set; those that are computed from them follow."""
-    return with_values(controller, values)
+    paths = {name: Path(system.path) for name, system in systems_of(law.controller).items()}
+    changed = {role: used for role, used in roles.items() if paths[role].resolve() != used.path.resolve()}
+    others = {path for name, path in paths.items() if name not in changed}
+    return read_whole(law.path, {paths[role] for role in changed} - others, changed) if changed else law.used
 
 
 def _out_of_bounds(controller: Controller) -> Iterator[tuple[str, str]]:
-    """Yield the names of params that have no value, or one out of its bounds, and what is wrong with each."""
+    """Yield the names of params without a value or out of bounds, and the mistake of each."""
     params = controller.param_values
     yield from ((name, f"has no value: {params.errors[0]}") for name in sorted(params.failed))
     for param in controller.params:
@@ -269,14 +260,14 @@ def _out_of_bounds(controller: Controller) -> Iterator[tuple[str, str]]:
 
 def varying(controller: Controller) -> tuple[str, ...]:
     """Return the params on which no system, start, range or period depends."""
-    known, params = _known(controller), {p.name: p for p in controller.params}
-    waiting = [name for name in known if name in params]
+    names, params = _known(controller), {p.name: p for p in controller.params}
+    waiting = [name for name in names if name in params]
     while waiting:
         for name in names_in(params[waiting.pop()].expression):
-            if name.name in params and name.name not in known:
-                known.add(name.name)
+            if name.name in params and name.name not in names:
+                names.add(name.name)
                 waiting.append(name.name)
-    return tuple(name for name in params if name not in known)
+    return tuple(name for name in params if name not in names)
 
 
 def _known(controller: Controller) -> set[str]:

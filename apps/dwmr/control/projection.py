@@ -95,7 +95,7 @@ def project(wanted: FloatArray, spaces: HalfSpaces, count: int, hard: int, activ
             return attempt == 0
         if blocked == ENDLESS or not _lower(spaces, hard, active, size, blocked):
             break
-    # unreachable but for rounding: stand still, and say by how much that breaks constraints
+    # unreachable but for rounding: stay at rest, and return by how much that breaks constraints
     for i in range(y.shape[0]):
         y[i, 0] = y[i, 1] = 0.0
     for k in range(count):
@@ -212,7 +212,7 @@ def _product(spaces: HalfSpaces, j: int, k: int) -> float:
 
 @compiled
 def _decompose(spaces: HalfSpaces, active: ActiveSet, size: int, new: int) -> float:
-    """Write the shares of the active normals in a new one; return the square of what they leave of it [-]."""
+    """Write the shares of the active normals in a new one; return the square of its remaining length [-]."""
     factor, shares = active.factor, active.shares
     for r in range(size):
         for c in range(r + 1):

@@ -1,4 +1,4 @@
-"""Rule files of a scenario: search, checksums and params."""
+"""Rule files of a scenario: their settings, search, checksums and params."""
 
 from __future__ import annotations
 
@@ -7,6 +7,9 @@ from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
+from pydantic import ConfigDict, Field
+
+from dwmr.config.quantities import Section
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 from fuzzyctl.diagnostics.suggestions import closest
 from fuzzyctl.loading.assembly import files_read
@@ -14,8 +17,22 @@ from fuzzyctl.support.reading import is_special
 from fuzzyctl.support.shipped import rules_folder
 
 if TYPE_CHECKING:
-    from dwmr.control.rule_file_settings import RuleFile
     from fuzzyctl.experiments.scenario_keys import Places
+
+
+class RuleFile(Section):
+    """A rule file and values for its params."""
+
+    model_config = ConfigDict(frozen=True, extra="allow", allow_inf_nan=False, strict=True)
+    __pydantic_extra__: dict[str, float] = Field(init=False)
+
+    file: str = Field(description="name of the rule file", min_length=1)
+
+    @property
+    def params(self) -> dict[str, float]:
+        """Values for params of the file, by name."""
+        return {name: float(value) for name, value in (self.__pydantic_extra__ or {}).items()}
+
 
 #: Files of the shipped control laws.
 LAWS = {
@@ -28,7 +45,7 @@ LAWS = {
 
 
 class Used(NamedTuple):
-    """A rule file that serves in a role: where it is and what it holds.
+    """A rule file that serves in a role: its place and its contents.
 
     Attributes:
         path: The file.
@@ -46,7 +63,7 @@ def read_whole(path: Path, without: Collection[Path] = (), roles: Mapping[str, U
 
     Args:
         path: The file.
-        without: Files that it names and that do not count, as others stand in for them.
+        without: Files that it names and that do not count, as others replace them.
         roles: These others, by role.
     """
     names = {path.name: path} | {str(p.relative_to(path.parent)): p for p in files_read(path, without)}
@@ -63,7 +80,7 @@ class RuleFiles:
     Args:
         named: File and params by role, as the scenario gives them.
         folders: Where to look for a file, first match wins; the shipped rules come last.
-        places: Where the scenario's keys stand, for diagnostics.
+        places: Locations of the scenario's keys, for diagnostics.
     """
 
     def __init__(self, named: Mapping[str, RuleFile], folders: tuple[Path, ...], places: Places) -> None:
@@ -128,15 +145,15 @@ class RuleFiles:
         """Warn of rule files in a folder that are named almost like one that the scenario takes from elsewhere."""
         wanted = self._wanted()
         missing = [name for name in wanted if not _exists(folder / name)]
-        found = []
+        warnings = []
         for path in sorted(folder.glob("*.fz")):
             near = closest(path.name, missing) if path.name not in wanted else None
             if near is not None:
                 message = f"{path.name} is not used: the scenario names no such file"
-                found.append(
+                warnings.append(
                     Diagnostic("FZ905", message, severity="warning", help=f"did you mean '{near}'?", file=str(path))
                 )
-        return found
+        return warnings
 
     def unknown_param(self, role: str, name: str, known: tuple[str, ...]) -> Diagnostic:
         """Describe a param that the scenario sets and the file of a role does not declare."""

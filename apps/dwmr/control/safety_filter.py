@@ -13,13 +13,12 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from dwmr.control.projection import ActiveSet, HalfSpaces, active_set, half_spaces, project
-from dwmr.control.safety_settings import Safety
-from dwmr.core.arrays import FloatArray
+from dwmr.core.arrays import FloatArray, Safety
 from dwmr.core.geometry import clamp
 from dwmr.core.interfaces import Signal
 from dwmr.core.jit import compiled
 
-#: What the filter records of every robot at every sample, behind the signals of the control law.
+#: Signals of the filter for every robot at every sample, after those of the control law.
 SIGNALS = (
     Signal("safe_v", "m/s", "linear velocity command after the safety filter"),
     Signal("safe_omega", "rad/s", "angular velocity command after the safety filter"),
@@ -41,7 +40,7 @@ class Filter(NamedTuple):
         spaces: Constraints on these.
         obstacles: Number of the obstacle that each constraint is about, -1 for none, shape (m,).
         active: Working memory of the projection.
-        record: What is recorded, in the order of `SIGNALS`, shape (periods, n, 4).
+        record: Recorded values, in the order of `SIGNALS`, shape (periods, n, 4).
     """
 
     commands: FloatArray

@@ -1,6 +1,6 @@
 """Interfaces of the loop: arguments and results of reference trajectories and control laws, and of other plants.
 
-Whatever keeps them can be added in a file of its own; the loop and its compiled code stay as they are.
+Implementations are added as files; the loop and its compiled code stay as they are.
 """
 
 from __future__ import annotations
@@ -8,9 +8,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, NamedTuple, Protocol, TypeVar
 
-from dwmr.core.arrays import FloatArray
+from dwmr.core.arrays import FloatArray, Reference
 from dwmr.core.jit import compiled_as, function_type
-from dwmr.core.reference import Reference
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -38,7 +37,7 @@ class PostureError(NamedTuple):
 
 
 class TrackingError(NamedTuple):
-    """What a control law sees of its robot at one instant.
+    """Inputs of a control law at one instant.
 
     Attributes:
         x_e, y_e, theta_e_star, drift_x, drift_y, drift_theta, d: As those of `PostureError`.
@@ -87,7 +86,7 @@ class Law(NamedTuple):
 
 
 class Plant(Protocol):
-    """What moves the robots in place of the compiled plant of `plant/robot.py`; nothing else asks for more of it."""
+    """A plant that replaces the compiled one of `plant/robot.py`."""
 
     def move(self, t: float, torques: FloatArray, state: FloatArray, slip: FloatArray) -> None:
         """Move all robots by one control period under held torques.
@@ -108,8 +107,8 @@ def control_law(*kernels: str) -> Callable[[Function], Function]:
 
     Returns:
         A decorator for `step(error, dt, gains, state, kernels, next_state, signals) -> (v_c, omega_c, fault)`: the
-        velocities asked for [m/s, rad/s] and 0 or a key of the module's FAULTS. It writes the state after the period
-        into `next_state` and what shall be recorded into `signals`, and nothing else.
+        commanded velocities [m/s, rad/s] and 0 or a key of the module's FAULTS. It writes the state after the period
+        into `next_state` and its records into `signals`, and no other array.
     """
 
     def signature(types: Any) -> Any:

@@ -8,7 +8,6 @@ as it was.
 from __future__ import annotations
 
 import hashlib
-import importlib
 import os
 import sys
 import warnings
@@ -33,13 +32,10 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 
 COMPILED: bool = numba is not None
 
-#: Parts of the package that compiled code never reaches: they come after a run, or before it.
-NEVER_COMPILED = ("cli", "figures", "page", "output", "ros", "sweep")
-
 
 @contextmanager
 def first_class_functions() -> Iterator[None]:
-    """Silence numba's note that functions as values are experimental, and nothing else."""
+    """Silence numba's note that functions as values are experimental, but no other warning."""
     with warnings.catch_warnings():
         if numba is not None:
             warnings.simplefilter("ignore", numba.core.errors.NumbaExperimentalFeatureWarning)
@@ -75,13 +71,14 @@ _FUNCTIONS: list[Any] = []
 
 @contextmanager
 def watched(report: Callable[[float], None]) -> Iterator[None]:
-    """Report what share of all functions is compiled, in percent, whenever one is; those on disk are there at once."""
+    """Report the compiled share of all functions, in percent, after each compilation.
+
+    Functions count from their import on, so the loop should be imported before; those on disk are there at once.
+    """
     if numba is None:
         yield
         return
     from numba.core import event
-
-    importlib.import_module("dwmr.simulation.loop")  # so that its functions count from the beginning
 
     class Listener(event.Listener):  # type: ignore[misc]  # numba has no types
         def on_start(self, event: Any) -> None:
@@ -96,9 +93,9 @@ def watched(report: Callable[[float], None]) -> Iterator[None]:
 
 def _jit(function: Function, *signatures: Any, checked: bool = False) -> Function:
     # Divisions by zero give infinities, which the loop reports as divergence. A call with the dozens of arguments that
-    # the loop's tuples and arrays are takes longer than what is called, so all but functions as values are inlined.
-    # What is inlined allocates nothing: its arrays belong to the caller, and counting references to them, each an
-    # atomic operation, took a third of the loop's time. Laws of one's own may allocate.
+    # the loop's tuples and arrays are takes longer than the called code, so all but functions as values are inlined.
+    # Inlined code does not allocate: its arrays belong to the caller, and counting references to them, each an
+    # atomic operation, took a third of the loop's time. Users' laws may allocate.
     inlined, model = not signatures, "python" if checked else "numpy"
     options = {"error_model": model, "forceinline": inlined, "boundscheck": checked, "_nrt": not inlined}
     result = numba.njit(**options)(function)
@@ -125,8 +122,7 @@ def _cache_folder() -> Path:
     """Return the folder for compiled code of exactly these sources."""
     digest, package = hashlib.sha256(), Path(__file__).parents[1]
     for source in sorted(package.rglob("*.py")):
-        if source.relative_to(package).parts[0] not in NEVER_COMPILED:
-            digest.update(source.read_bytes())
+        digest.update(source.read_bytes())
     return _cache_root() / "dwmr" / digest.hexdigest()[:16]
 
 
@@ -159,10 +155,10 @@ def collected_errors() -> Iterator[list[BaseException]]:
 
 
 def reason(error: BaseException) -> str:
-    """Return the line of an error that says what is wrong; numba puts the step in which it failed before it."""
+    """Return the line of an error with its cause; numba puts the failed step before it."""
     lines = [line.strip() for line in str(error).splitlines() if line.strip()]
-    said = [line for line in lines if not line.startswith("Failed in ")]
-    return next(iter(said or lines), "no reason given")
+    reasons = [line for line in lines if not line.startswith("Failed in ")]
+    return next(iter(reasons or lines), "no reason given")
 
 
 def function_type(signature: str) -> Any:

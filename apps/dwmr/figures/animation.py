@@ -16,7 +16,7 @@ from dwmr.core.arrays import FloatArray
 from dwmr.figures.style import COLOURS, STYLE, TITLES
 from dwmr.results import derived
 from dwmr.scenario.model import Robot, Scenario
-from dwmr.scenario.moving import centres, largest_speed
+from dwmr.scenario.outlines import centres, largest_speed
 from dwmr.simulation.simulate import Trajectory
 
 #: A picture's longer side [pixels]; both sides are even, as video formats ask for.
@@ -24,7 +24,7 @@ SIZE = 720
 #: Left and lower edge, width and height of the panel, as shares of the picture.
 PANEL = (0.09, 0.1, 0.88, 0.82)
 DPI = 100
-#: Colour behind the words that say what disturbs the robots.
+#: Colour behind the words about disturbances.
 NOTE = "#f0e442"
 #: Colours that a picture may hold and the first one need not: a palette must have them.
 PALETTE = (*COLOURS, NOTE)
@@ -42,9 +42,9 @@ def moments(trajectory: Trajectory, speed: float, rate: float) -> list[int]:
     """
     end = float(trajectory.t[-1])
     count = math.floor(end * rate / speed + 1e-9) + 1
-    found = np.searchsorted(trajectory.t, np.arange(count) * speed / rate - 1e-9)
-    shown: list[int] = np.union1d(found, [len(trajectory.t) - 1]).tolist()
-    return shown
+    samples = np.searchsorted(trajectory.t, np.arange(count) * speed / rate - 1e-9)
+    numbers: list[int] = np.union1d(samples, [len(trajectory.t) - 1]).tolist()
+    return numbers
 
 
 def body(robot: Robot, x: float, y: float, theta: float) -> FloatArray:
@@ -66,10 +66,6 @@ def body(robot: Robot, x: float, y: float, theta: float) -> FloatArray:
 
 class Film:
     """Draws the pictures of a run one by one; what never changes is drawn once.
-
-    Args:
-        trajectory: A run.
-        scenario: What was run.
 
     Attributes:
         size: Width and height of a picture [pixels].
@@ -185,7 +181,7 @@ class Film:
 
 
 def acting(trajectory: Trajectory, scenario: Scenario, k: int) -> str:
-    """Return what disturbs the robots at sample `k`, in words."""
+    """Return the disturbances of the robots at sample `k`, in words."""
     now, load = float(trajectory.t[k]), scenario.load
     kinds = [d.kind for d in scenario.disturbances if d.start <= now < d.stop]
     words = [f"disturbance: {', '.join(dict.fromkeys(kinds))}"] if kinds else []
@@ -194,7 +190,7 @@ def acting(trajectory: Trajectory, scenario: Scenario, k: int) -> str:
 
 
 def extent(trajectory: Trajectory, scenario: Scenario) -> tuple[tuple[float, float], tuple[float, float]]:
-    """Return the lower left and the upper right corner of what holds paths, references and obstacles [m]."""
+    """Return the lower left and the upper right corner of the area of paths, references and obstacles [m]."""
     robots = scenario.robots
     reach = max(robot.radius for robot in robots.values())
     around = max([0.0, *(robots[n].radius + scenario.avoidance.margin for n in derived.avoiders(scenario))])

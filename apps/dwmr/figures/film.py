@@ -16,7 +16,7 @@ from PIL.GifImagePlugin import getdata, getheader
 
 from dwmr.core.arrays import FloatArray
 
-#: What a GIF can tell apart: a delay is a whole number of hundredths of a second, and viewers slow one of 1 down.
+#: Fastest rate of a GIF: a delay is a whole number of hundredths of a second, and viewers slow one of 1 down.
 FASTEST_GIF = 50.0
 #: Comment of a GIF: pictures of one version are alike.
 DRAWN_BY = f"Matplotlib {matplotlib.__version__}, Pillow {PIL.__version__}"
@@ -25,7 +25,7 @@ UNCHANGED = 255
 
 
 class FilmError(Exception):
-    """Raised when ffmpeg cannot write a film, with what it says."""
+    """Raised when ffmpeg cannot write a film, with its message."""
 
 
 def has_ffmpeg() -> bool:
@@ -40,29 +40,29 @@ def write_gif(path: Path, pictures: Iterable[FloatArray], rate: float, colours: 
         path: File to write.
         pictures: Of shape (height, width, 3) each; at least one.
         rate: Pictures in a second; delays are rounded so that the whole keeps its time.
-        colours: What the palette must have beside the colours of the first picture, as #rrggbb.
+        colours: Colours of the palette besides those of the first picture, as #rrggbb.
     """
-    shown: FloatArray | None = None
+    last: FloatArray | None = None
     with path.open("wb") as file:
         # Pillow's own way to save an animation keeps all pictures in memory first
         for k, image in enumerate(_in_one_palette(pictures, colours)):
             indices = np.array(image)
             indices[indices == UNCHANGED] = 0
             image.putdata(indices.ravel())
-            if shown is None:
+            if last is None:
                 file.writelines(getheader(image, info={"loop": 0, "comment": DRAWN_BY})[0])
                 box = (0, 0, *image.size)
             else:
-                changed = indices != shown
+                changed = indices != last
                 box = _box(changed)
                 image.putdata(np.where(changed, indices, UNCHANGED).ravel())
             file.writelines(getdata(image.crop(box), box[:2], duration=_delay(k, rate), transparency=UNCHANGED))
-            shown = indices
+            last = indices
         file.write(b";")
 
 
 def _box(changed: FloatArray) -> tuple[int, int, int, int]:
-    """Return left, upper, right and lower border of what has changed, at least one pixel."""
+    """Return left, upper, right and lower border of the changed part, at least one pixel."""
     rows, columns = (np.flatnonzero(changed.any(axis=axis)) for axis in (1, 0))
     if not len(rows):
         return 0, 0, 1, 1
@@ -70,7 +70,7 @@ def _box(changed: FloatArray) -> tuple[int, int, int, int]:
 
 
 def _in_one_palette(pictures: Iterable[FloatArray], colours: Sequence[str]) -> Iterator[Image.Image]:
-    """Give all pictures the colours of the first one and some more, so that what stays needs no bytes."""
+    """Give all pictures the colours of the first one and some more, so that unchanged parts need no bytes."""
     palette = None
     for picture in pictures:
         image = Image.fromarray(picture)
@@ -80,16 +80,16 @@ def _in_one_palette(pictures: Iterable[FloatArray], colours: Sequence[str]) -> I
 
 
 def _palette(image: Image.Image, colours: Sequence[str]) -> Image.Image:
-    """Return an image with a palette of a picture's own colours and of others, each exactly as it is asked for."""
-    own = image.quantize(colors=UNCHANGED - len(colours), method=Image.Quantize.MEDIANCUT).getpalette() or []
+    """Return an image with a palette of a picture's own colours and of others, each exactly."""
+    colors = image.quantize(colors=UNCHANGED - len(colours), method=Image.Quantize.MEDIANCUT).getpalette() or []
     added = [value for colour in colours for value in ImageColor.getrgb(colour)[:3]]
     result = Image.new("P", (1, 1))
-    result.putpalette([*own, *added, *([0] * (3 * UNCHANGED - len(own) - len(added))), *own[:3]])
+    result.putpalette([*colors, *added, *([0] * (3 * UNCHANGED - len(colors) - len(added))), *colors[:3]])
     return result
 
 
 def _delay(k: int, rate: float) -> int:
-    """Return how long picture `k` stands [ms], a multiple of 10."""
+    """Return how long picture `k` is shown [ms], a multiple of 10."""
     begin, end = (round(100 * n / rate) for n in (k, k + 1))
     return 10 * (end - begin)
 
@@ -116,19 +116,19 @@ def write_mp4(path: Path, pictures: Iterable[FloatArray], rate: float, size: tup
         "-video_size", f"{size[0]}x{size[1]}", "-framerate", f"{rate:g}", "-i", "-",
         "-c:v", "libx264", "-pix_fmt", "yuv420p", "-crf", "20", "-movflags", "+faststart", "-f", "mp4", str(path),
     ]  # fmt: skip
-    with tempfile.TemporaryFile() as said:
-        with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=said) as program:
+    with tempfile.TemporaryFile() as messages:
+        with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=messages) as program:
             assert program.stdin is not None
             try:
                 for picture in pictures:
                     program.stdin.write(picture.tobytes())
                 program.stdin.close()
-            except BrokenPipeError:  # it has ended; what it says explains why
+            except BrokenPipeError:  # it has ended, and its message explains why
                 pass
             except BaseException:
                 program.kill()
                 raise
         if program.returncode:
-            said.seek(0)
-            lines = said.read().decode(errors="replace").split("\n")
+            messages.seek(0)
+            lines = messages.read().decode(errors="replace").split("\n")
             raise FilmError(next((line.strip() for line in reversed(lines) if line.strip()), "it gives no reason"))

@@ -11,10 +11,10 @@ from matplotlib.figure import Figure
 from dwmr.control.obstacle_avoidance import constant_radius
 from dwmr.core.geometry import wrap_array
 from dwmr.figures import panels
+from dwmr.figures.panels import thin
 from dwmr.figures.style import COLOURS
 from dwmr.results import derived
-from dwmr.results.contacts import obstacle_gaps
-from dwmr.results.decimation import thin
+from dwmr.results.distances import obstacle_gaps
 from dwmr.results.metrics import distances
 from dwmr.scenario.model import Scenario
 from dwmr.simulation.simulate import Trajectory
@@ -51,12 +51,12 @@ def _velocity_rows(rows: Any, trajectory: Trajectory, scenario: Scenario, robots
         symbol, unit = VELOCITY[channel]
         for axes, robot in zip(rows[:, column], robots, strict=True):
             i = trajectory.robots.index(robot)
-            shown, names = [error[:, i]], ["auxiliary velocity tracking error"]
+            signals, names = [error[:, i]], ["auxiliary velocity tracking error"]
             if portion is not None:
-                shown, names = [*shown, portion[:, i]], [*names, "compensation by the sliding mode portion"]
+                signals, names = [*signals, portion[:, i]], [*names, "compensation by the sliding mode portion"]
             label = rf"${symbol}_e$ [{unit}]"
-            panels.lines(axes, trajectory.t, np.stack(shown, axis=1), names, label, PORTION)
-            panels.cut_peaks(axes, np.stack(shown, axis=1))
+            panels.lines(axes, trajectory.t, np.stack(signals, axis=1), names, label, PORTION)
+            panels.cut_peaks(axes, np.stack(signals, axis=1))
             axes.set_title(robot, loc="left")  # at the right a note says how far peaks go
 
 
@@ -75,12 +75,12 @@ def velocity_and_formation_errors(trajectory: Trajectory, scenario: Scenario) ->
     robots, followers = trajectory.robots[2:], derived.followers(scenario)
     figure, rows = panels.grid(len(robots) + 1, 2)
     _velocity_rows(rows[:-1], trajectory, scenario, robots)
-    found = [derived.formation_error(trajectory, scenario, robot) for robot in followers]
-    found = [(separation, np.unwrap(bearing)) for separation, bearing in found]
+    errors = [derived.formation_error(trajectory, scenario, robot) for robot in followers]
+    errors = [(separation, np.unwrap(bearing)) for separation, bearing in errors]
     titles = ((r"$L_d - L$ [m]", "separation error"), (r"$\Psi_d - \Psi$ [rad]", "bearing error"))
     for column, (label, title) in enumerate(titles):
         # a follower keeps the colour it has among all robots
-        for robot, one in zip(followers, found, strict=True):
+        for robot, one in zip(followers, errors, strict=True):
             style = panels.colour(trajectory.robots.index(robot))
             rows[-1, column].plot(*thin(trajectory.t, one[column], panels.BUCKETS), lw=1.0, label=robot, **style)
         rows[-1, column].set(ylabel=label, title=title)
@@ -116,6 +116,7 @@ def _vectors(axes: Any, trajectory: Trajectory, scenario: Scenario, a: int) -> N
     """Draw U_b, U_f and the direction of their sum along the way around obstacle `a`, every second."""
     obstacle, every = scenario.obstacles[a], max(1, round(1.0 / scenario.run.dt))
     panels.obstacles(axes, scenario)
+    panels.obstacle_labels(axes, scenario, r"$\bar{R}_d$")
     for robot in derived.avoiders(scenario):
         i = trajectory.robots.index(robot)
         x, y = trajectory["x"][:, i], trajectory["y"][:, i]
@@ -144,7 +145,7 @@ def radii(trajectory: Trajectory, scenario: Scenario, chosen: slice, distance: b
     """Draw R_d of some obstacles, and, if wanted, the distances of the avoiding robots from all obstacles.
 
     Args:
-        trajectory, scenario: What was run.
+        trajectory, scenario: A run and its scenario.
         chosen: Which obstacles.
         distance: Whether to add the distances.
     """

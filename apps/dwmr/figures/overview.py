@@ -9,19 +9,17 @@ from typing import Any
 import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
-from matplotlib.patches import Circle
 
-from dwmr.control.obstacle_avoidance import constant_radius
 from dwmr.core.arrays import FloatArray
-from dwmr.figures.panels import MARKS, bodies, mark, ways
-from dwmr.figures.style import COLOURS, DASHES, STYLE, TITLES
-from dwmr.results.contacts import meetings
+from dwmr.figures.panels import MARKS, bodies, colour, mark, obstacle_labels, obstacles, ways
+from dwmr.figures.style import COLOURS, STYLE, TITLES
+from dwmr.results.distances import meetings
 from dwmr.results.metrics import errors, printed_frame
 from dwmr.scenario.model import Scenario
-from dwmr.scenario.moving import centres, is_moving
+from dwmr.scenario.outlines import centres, is_moving
 from dwmr.simulation.simulate import Trajectory
 
-#: Multiple of the size of the scene above which a panel has a scale of its own,
+#: Multiple of the size of the scene above which a panel has another scale,
 FAR = 2.0
 #: and the largest multiple that such a panel shows.
 FARTHEST = 5.0
@@ -33,7 +31,7 @@ def draw_path(path: Path, trajectories: Sequence[Trajectory], scenario: Scenario
     Args:
         path: File to write, of any format matplotlib knows.
         trajectories: One per control law.
-        scenario: What was run.
+        scenario: Scenario of the runs.
     """
     with mpl.rc_context(STYLE):
         count = len(trajectories)
@@ -51,13 +49,7 @@ def draw_path(path: Path, trajectories: Sequence[Trajectory], scenario: Scenario
 
 
 def draw_errors(path: Path, trajectories: Sequence[Trajectory], scenario: Scenario) -> None:
-    """Draw the tracking errors of all robots over time, one column per control law, disturbance windows shaded.
-
-    Args:
-        path: File to write.
-        trajectories: One per control law.
-        scenario: What was run.
-    """
+    """Draw the tracking errors of all robots over time, one column per control law, disturbance windows shaded."""
     rows = (("x_e", "m"), ("y_e", "m"), ("theta_e_unwrapped", "rad"))
     with mpl.rc_context(STYLE):
         count = len(trajectories)
@@ -83,7 +75,7 @@ def _draw_legend(figure: Figure, handles: Sequence[Any], labels: Sequence[str], 
 
 
 def _limit(panels: Sequence[Any], trajectories: Sequence[Trajectory], scenario: Scenario) -> None:
-    """Give all panels the same limits, but those with a robot far from the scene their own, and say so."""
+    """Give all panels the same limits, but those with a robot far from the scene limits that fit it, and say so."""
     scene = _scene(trajectories, scenario)
     boxes = [_box([(one["x"], one["y"]), scene]) for one in trajectories]
     size = np.ptp(scene, axis=1).max()
@@ -92,14 +84,14 @@ def _limit(panels: Sequence[Any], trajectories: Sequence[Trajectory], scenario: 
     for axes, box, one in zip(panels, boxes, trajectories, strict=True):
         is_far = bool(np.ptp(box, axis=1).max() > FAR * size)
         middle, half = 0.5 * scene.sum(axis=1), 0.5 * FARTHEST * size
-        shown = np.clip(box, (middle - half)[:, None], (middle + half)[:, None]) if is_far else common
+        limits = np.clip(box, (middle - half)[:, None], (middle + half)[:, None]) if is_far else common
         # squares, so that panels are of one size
-        half = 0.54 * np.ptp(shown, axis=1).max()
+        half = 0.54 * np.ptp(limits, axis=1).max()
         for k, limit in enumerate((axes.set_xlim, axes.set_ylim)):
-            limit(shown[k].mean() - half, shown[k].mean() + half)
+            limit(limits[k].mean() - half, limits[k].mean() + half)
         if is_far and len(panels) > 1:
             axes.set_title("own scale", loc="right", size="small", style="italic")
-        gone = [n for i, n in enumerate(one.robots) if not _is_within(one["x"][:, i], one["y"][:, i], shown)]
+        gone = [n for i, n in enumerate(one.robots) if not _is_within(one["x"][:, i], one["y"][:, i], limits)]
         if gone:
             text = f"{', '.join(gone)} out of the picture"
             axes.annotate(text, (0.5, 0.01), xycoords="axes fraction", ha="center", va="bottom", size="small")
@@ -121,8 +113,8 @@ def _scene(trajectories: Sequence[Trajectory], scenario: Scenario) -> FloatArray
 
 def _box(places: Sequence[Any]) -> FloatArray:
     """Return the least and greatest finite x and y of some places, shape (2, 2) [m]."""
-    found = np.array([[_ends(place[k]) for place in places] for k in (0, 1)])
-    return np.stack([found[:, :, 0].min(axis=1), found[:, :, 1].max(axis=1)], axis=1)
+    ends = np.array([[_ends(place[k]) for place in places] for k in (0, 1)])
+    return np.stack([ends[:, :, 0].min(axis=1), ends[:, :, 1].max(axis=1)], axis=1)
 
 
 def _ends(values: FloatArray) -> tuple[float, float]:
@@ -139,34 +131,20 @@ def _path_panel(axes: Any, trajectory: Trajectory, scenario: Scenario) -> None:
     axes.set_aspect("equal")
     axes.set_xlabel("x [m]")
     reference = next(i for i, n in enumerate(trajectory.robots) if scenario.robots[n].formation is None)
-    axes.plot(
-        trajectory["x_r"][:, reference],
-        trajectory["y_r"][:, reference],
-        color="black",
-        lw=0.9,
-        ls=(0, (2, 2)),
-        label="reference",
-    )
+    x_r, y_r = trajectory["x_r"][:, reference], trajectory["y_r"][:, reference]
+    axes.plot(x_r, y_r, color="black", lw=0.9, ls=(0, (2, 2)), label="reference")
     for i, name in enumerate(trajectory.robots):
-        x, y, colour = trajectory["x"][:, i], trajectory["y"][:, i], COLOURS[i % len(COLOURS)]
-        axes.plot(x, y, color=colour, lw=1.3, ls=DASHES[i % len(DASHES)], label=name)
-        axes.plot(x[0], y[0], marker="o", ms=5, color="white", mec=colour, mew=1.4, ls="", zorder=5)
+        x, y, edge = trajectory["x"][:, i], trajectory["y"][:, i], COLOURS[i % len(COLOURS)]
+        axes.plot(x, y, lw=1.3, label=name, **colour(i))
+        axes.plot(x[0], y[0], marker="o", ms=5, color="white", mec=edge, mew=1.4, ls="", zorder=5)
     bodies(axes, trajectory, scenario)
     axes.plot([], [], marker="o", ms=5, color="white", mec="#555555", ls="", label="start")
     met = meetings(trajectory, scenario)
     if len(met):
         axes.plot(*met.T, marker="x", ms=8, mew=2.0, color="#d00000", ls="", zorder=6, label="collision")
-    avoiding = [r.radius for r in scenario.robots.values() if r.avoids_obstacles]
-    for obstacle in scenario.obstacles:
-        reach = constant_radius(obstacle.radius, max(avoiding, default=0.0), scenario.avoidance.margin)
-        axes.add_patch(Circle((obstacle.x, obstacle.y), obstacle.radius, color="#444444"))
-        if avoiding:
-            axes.add_patch(Circle((obstacle.x, obstacle.y), reach, fill=False, ec="#444444", lw=0.8, ls="--"))
+    obstacles(axes, scenario)
     ways(axes, trajectory, scenario)
-    if scenario.obstacles:  # circles for the legend, which draws patches as boxes
-        axes.plot([], [], marker="o", ms=6, color="#444444", ls="", label="obstacle")
-    if scenario.obstacles and avoiding:
-        axes.plot([], [], color="#444444", lw=0.8, ls="--", label=r"avoidance radius $\bar{R}_d$")
+    obstacle_labels(axes, scenario, r"avoidance radius $\bar{R}_d$")
 
 
 def _error_column(panels: Any, trajectory: Trajectory, scenario: Scenario, rows: Sequence[tuple[str, str]]) -> None:
@@ -175,19 +153,12 @@ def _error_column(panels: Any, trajectory: Trajectory, scenario: Scenario, rows:
     for axes, (name, unit) in zip(panels, rows, strict=True):
         axes.set_ylabel(f"{_symbol(name)} [{unit}]")
         for i, robot in enumerate(trajectory.robots):
-            axes.plot(
-                trajectory.t,
-                series[robot][name],
-                color=COLOURS[i % len(COLOURS)],
-                lw=1.1,
-                ls=DASHES[i % len(DASHES)],
-                label=robot,
-            )
+            axes.plot(trajectory.t, series[robot][name], lw=1.1, label=robot, **colour(i))
     mark(panels[:, None], trajectory, scenario)
 
 
 def _share_comparable_limits(row: Any) -> None:
-    """Give panels of similar range the same limits; one that is more than twice as tall keeps its own."""
+    """Give panels of similar range the same limits; one that is more than twice as tall keeps its limits."""
     limits = [axes.get_ylim() for axes in row]
     smallest = min(high - low for low, high in limits)
     alike = [k for k, (low, high) in enumerate(limits) if high - low <= 2.0 * smallest]

@@ -15,10 +15,9 @@ from dwmr.control.obstacle_avoidance import constant_radius
 from dwmr.core.arrays import FloatArray
 from dwmr.figures.animation import body
 from dwmr.figures.style import COLOURS, DASHES
-from dwmr.results.decimation import kept, thin
-from dwmr.results.derived import loaded, windows
+from dwmr.results.derived import avoiders, loaded, windows
 from dwmr.scenario.model import Scenario
-from dwmr.scenario.moving import centres, is_moving, largest_speed
+from dwmr.scenario.outlines import centres, is_moving, largest_speed
 from dwmr.simulation.simulate import Trajectory
 
 #: Stretches of time into which a signal is divided: more than a page has columns of ink.
@@ -33,7 +32,7 @@ LEGEND_WIDTH = 0.98
 PATH_POINTS = 2000
 #: Bodies along the way of a robot: the first at its start, one at its end.
 BODIES = 11
-#: Labels of what `mark` draws, which stand last in a legend.
+#: Labels of the marks of `mark`, the last ones of a legend.
 MARKS = ("disturbance", "load", "avoidance")
 
 
@@ -63,11 +62,11 @@ def lines(
         t: Times, shape (samples,) [s].
         signals: Shape (samples, names).
         names: Labels of the lines.
-        label: What stands beside the axis: symbol and unit.
+        label: Symbol and unit, beside the axis.
         styles: Numbers of their styles; absent: in order.
     """
     axes.set_ylabel(label)
-    # a line that chatters is a band, which would hide what lies below it
+    # a line that chatters is a band, which would hide lines below it
     wide = np.mean(np.abs(np.diff(signals, axis=0)), axis=0) if len(t) > 1 else np.zeros(len(names))
     order = np.argsort(np.argsort(-wide, kind="stable"), kind="stable")
     for k, name in enumerate(names):
@@ -76,11 +75,11 @@ def lines(
 
 
 def cut_peaks(axes: Any, signals: FloatArray) -> None:
-    """Cut off what fills less than a hundredth of the time, where it would flatten all else, and say how far it goes.
+    """Cut off peaks of less than a hundredth of the time that would flatten the rest, and note their size.
 
     Args:
         axes: Panel.
-        signals: What is drawn there, shape (samples, lines).
+        signals: Drawn signals, shape (samples, lines).
     """
     seen = signals[np.isfinite(signals)]
     if not seen.size:
@@ -95,7 +94,7 @@ def cut_peaks(axes: Any, signals: FloatArray) -> None:
 
 
 def lengths(axes: Any, least: float) -> None:
-    """Give a panel of distances [m] a logarithmic axis from `least` on: what is near is what counts."""
+    """Give a panel of distances [m] a logarithmic axis from `least` on, as small distances count."""
     axes.set_yscale("log")
     axes.set_ylim(bottom=least)
     axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
@@ -111,7 +110,7 @@ def peaks(axes: Any, t: FloatArray, levels: FloatArray, names: Sequence[str], la
         t: Times, shape (samples,) [s].
         levels: Shape (samples, names), >= 0.
         names: Labels of the lines.
-        label: What stands beside the axis.
+        label: Text beside the axis.
     """
     size = max(1, -(-len(t) // PEAKS))
     starts = np.arange(0, len(t), size)
@@ -149,22 +148,22 @@ def legend(figure: Figure, *panels: Any, columns: int = 6) -> None:
 
     It has as many columns as the width of the figure has room for, `columns` at most.
     """
-    found: dict[str, Any] = {}
+    handles: dict[str, Any] = {}
     for axes in panels:
         for handle, label in zip(*axes.get_legend_handles_labels(), strict=True):
-            if label not in found:
-                found[label] = handle
-    order = sorted(found, key=lambda label: label in MARKS)
+            if label not in handles:
+                handles[label] = handle
+    order = sorted(handles, key=lambda label: label in MARKS)
     for lines in range(math.ceil(len(order) / columns), len(order) + 1):
         count = math.ceil(len(order) / lines)
-        drawn = figure.legend([found[k] for k in order], order, loc="outside lower center", ncols=count)
+        drawn = figure.legend([handles[k] for k in order], order, loc="outside lower center", ncols=count)
         if count == 1 or drawn.get_window_extent().width <= LEGEND_WIDTH * figure.bbox.width:
             return
         drawn.remove()
 
 
 def paths(axes: Any, trajectory: Trajectory, scenario: Scenario) -> None:
-    """Draw the ways of all robots, what they follow, the obstacles and the constant avoidance radii."""
+    """Draw the ways of all robots, their references, the obstacles and the constant avoidance radii."""
     axes.set_aspect("equal")
     axes.set_xlabel("x [m]")
     axes.set_ylabel("y [m]")
@@ -181,6 +180,7 @@ def paths(axes: Any, trajectory: Trajectory, scenario: Scenario) -> None:
         )
     bodies(axes, trajectory, scenario)
     obstacles(axes, scenario)
+    obstacle_labels(axes, scenario, r"$\bar{R}_d$")
     ways(axes, trajectory, scenario)
 
 
@@ -210,13 +210,46 @@ def ways(axes: Any, trajectory: Trajectory, scenario: Scenario) -> None:
 
 def obstacles(axes: Any, scenario: Scenario) -> None:
     """Draw the obstacles with the constant radius around those that are avoided."""
-    avoiding = [r.radius for r in scenario.robots.values() if r.avoids_obstacles and r.formation is None]
+    avoiding = [scenario.robots[name].radius for name in avoiders(scenario)]
     for one in scenario.obstacles:
         axes.add_patch(Circle((one.x, one.y), one.radius, color="#444444"))
         if avoiding:
             reach = constant_radius(one.radius, max(avoiding), scenario.avoidance.margin)
             axes.add_patch(Circle((one.x, one.y), reach, fill=False, ec="#444444", lw=0.8, ls="--"))
+
+
+def obstacle_labels(axes: Any, scenario: Scenario, radius: str) -> None:
+    """Add the obstacles and their radius, named `radius`, to a legend, which draws patches as boxes."""
     if scenario.obstacles:
         axes.plot([], [], marker="o", ms=6, color="#444444", ls="", label="obstacle")
-    if scenario.obstacles and avoiding:
-        axes.plot([], [], color="#444444", lw=0.8, ls="--", label=r"$\bar{R}_d$")
+    if avoiders(scenario):
+        axes.plot([], [], color="#444444", lw=0.8, ls="--", label=radius)
+
+
+def kept(signal: FloatArray, buckets: int) -> np.ndarray:
+    """Return which samples draw the same picture: the least and the greatest of every bucket, first and last.
+
+    Every peak stays at its time, so that chattering shows as the band it fills.
+
+    Args:
+        signal: Shape (samples,), any unit.
+        buckets: Stretches of equal length; a picture needs about one for each of its columns of pixels.
+
+    Returns:
+        Increasing indices, shape (k,) with k <= 2 buckets + 2, or all where there are no more samples than that.
+    """
+    count = len(signal)
+    if count <= 2 * buckets + 2:
+        return np.arange(count)
+    size = -(-count // buckets)
+    # the last bucket is filled up with the last sample
+    rows = np.pad(signal, (0, -count % size), mode="edge").reshape(-1, size)
+    starts = np.arange(len(rows)) * size
+    samples = np.concatenate([[0, count - 1], starts + rows.argmin(axis=1), starts + rows.argmax(axis=1)])
+    return np.unique(np.minimum(samples, count - 1))
+
+
+def thin(t: FloatArray, signal: FloatArray, buckets: int) -> tuple[FloatArray, FloatArray]:
+    """Return times and values of the samples that are kept, both of shape (k,)."""
+    index = kept(signal, buckets)
+    return t[index], signal[index]

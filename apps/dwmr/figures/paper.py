@@ -2,19 +2,108 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
 import matplotlib as mpl
+import numpy as np
 from matplotlib.figure import Figure
 
-from dwmr.figures import law_signals, motion
+from dwmr.core.arrays import FloatArray
+from dwmr.figures import motion, panels
+from dwmr.figures.panels import thin
 from dwmr.figures.style import STYLE, TITLES
-from dwmr.results import derived
+from dwmr.results import derived, lyapunov
 from dwmr.scenario.model import Scenario
 from dwmr.simulation.simulate import Trajectory
+
+#: Symbol and unit of σ in the two channels.
+SIGMA = {"v": ("v", "m"), "omega": (r"\omega", "rad")}
+
+
+def sliding(trajectory: Trajectory, scenario: Scenario) -> Figure:
+    """Draw σ and σ* of both channels."""
+    return _grid(trajectory, scenario, _both(trajectory, scenario), "", "")
+
+
+def sliding_rates(trajectory: Trajectory, scenario: Scenario) -> Figure:
+    """Draw the backward differences of σ and σ* of both channels."""
+    rates = {key: derived.rate(signal, scenario.run.dt) for key, signal in _both(trajectory, scenario).items()}
+    return _grid(trajectory, scenario, rates, r"\dot", "/s")
+
+
+def _both(trajectory: Trajectory, scenario: Scenario) -> dict[tuple[str, str], FloatArray]:
+    """Return σ and σ* by star and channel."""
+    plain = lyapunov.signals(trajectory, scenario)
+    stars = {("*", c): trajectory[f"sigma_{c}"] for c in derived.CHANNELS}
+    return {("", c): plain[f"surface_{c}"] for c in derived.CHANNELS} | stars
+
+
+def _grid(
+    trajectory: Trajectory, scenario: Scenario, signals: Mapping[tuple[str, str], FloatArray], dot: str, per: str
+) -> Figure:
+    figure, rows = panels.grid(2, 2, height=2.6)
+    for row, star in zip(rows, ("", "*"), strict=True):
+        for axes, channel in zip(row, derived.CHANNELS, strict=True):
+            symbol, unit = SIGMA[channel]
+            label = rf"${dot}{{\sigma}}_{{{symbol}}}{'^*' if star else ''}$ [{unit}{per}]"
+            panels.lines(axes, trajectory.t, signals[star, channel], trajectory.robots, label)
+            panels.cut_peaks(axes, signals[star, channel])
+    panels.mark(rows, trajectory, scenario)
+    panels.legend(figure, rows[0, 0])
+    return figure
+
+
+def layers(trajectory: Trajectory, scenario: Scenario) -> Figure:
+    """Draw σ* within its boundary layer ±β, one row per robot, zoomed to the layer."""
+    figure, rows = panels.grid(len(trajectory.robots), 2, height=2.0)
+    for i, robot in enumerate(trajectory.robots):
+        for axes, channel in zip(rows[i], derived.CHANNELS, strict=True):
+            symbol, unit = SIGMA[channel]
+            sigma, beta = trajectory[f"sigma_{channel}"][:, i], trajectory[f"beta_{channel}"][:, i]
+            names = [r"$\sigma^*$", r"boundary layer $\pm\beta$"]
+            panels.lines(
+                axes, trajectory.t, np.stack([sigma, beta], axis=1), names, rf"$\sigma_{{{symbol}}}^*$ [{unit}]"
+            )
+            axes.plot(*thin(trajectory.t, -beta, panels.BUCKETS), lw=1.0, **panels.colour(1))
+            layers = trajectory[f"beta_{channel}"]
+            reach = 1.8 * float(layers[np.isfinite(layers)].max())
+            axes.set(ylim=(-reach, reach), title=robot)
+    panels.mark(rows, trajectory, scenario)
+    panels.legend(figure, rows[0, 0])
+    return figure
+
+
+def adaptive_gains(trajectory: Trajectory, scenario: Scenario) -> Figure:
+    """Draw k̂_h and η̂ of both channels."""
+    figure, rows = panels.grid(2, 2, height=2.6)
+    for column, (channel, unit) in enumerate(zip(derived.CHANNELS, ("m/s", "rad/s"), strict=True)):
+        symbol = SIGMA[channel][0]
+        label = rf"$\hat{{k}}_{{h,{symbol}}}$ [{unit}]"
+        panels.lines(rows[0, column], trajectory.t, trajectory[f"k_h_{channel}"], trajectory.robots, label)
+        label = rf"$\hat{{\eta}}_{{{symbol}}}$ [-]"
+        panels.lines(rows[1, column], trajectory.t, trajectory[f"eta_{channel}"], trajectory.robots, label)
+    panels.mark(rows, trajectory, scenario)
+    panels.legend(figure, rows[0, 0])
+    return figure
+
+
+def immune_gains(trajectory: Trajectory, scenario: Scenario) -> Figure:
+    """Draw f(σ*, dσ*/dt) and G_AIS of both channels."""
+    figure, rows = panels.grid(2, 2, height=2.6)
+    for column, (channel, unit) in enumerate(zip(derived.CHANNELS, ("m/s", "rad/s"), strict=True)):
+        symbol = SIGMA[channel][0]
+        panels.lines(
+            rows[0, column], trajectory.t, trajectory[f"f_{channel}"], trajectory.robots, rf"$f_{{{symbol}}}$ [-]"
+        )
+        label = rf"$\hat{{G}}_{{AIS,{symbol}}}$ [{unit}]"
+        panels.lines(rows[1, column], trajectory.t, trajectory[f"g_ais_{channel}"], trajectory.robots, label)
+    panels.mark(rows, trajectory, scenario)
+    panels.legend(figure, rows[0, 0])
+    return figure
+
 
 Draw = Callable[[Trajectory, Scenario], Figure]
 
@@ -26,10 +115,10 @@ class PaperFigure:
     Attributes:
         number: Its number in the paper.
         law: Name of the control law it shows.
-        title: What it shows, in a few words.
-        about: What to see in the counterpart, quantities and units.
+        title: Its subject, in a few words.
+        about: Contents of the counterpart, quantities and units.
         draw: Draws it.
-        needs: What a scenario must have for it: "obstacles", "followers", or nothing.
+        needs: Requirements on the scenario: "obstacles", "followers", "avoidance".
         experiment: Whether it shows rigid bodies, as Figs. 29 to 39 do, and not the simulation.
     """
 
@@ -105,7 +194,7 @@ def _sliding(number: int, law: str) -> list[PaperFigure]:
             law,
             "Sliding surfaces σ and σ*",
             "Above σ of Eq. (7), below σ* of Eq. (9), in both channels [m, rad].",
-            law_signals.sliding,
+            sliding,
         ),
         _rates(number + 1, law),
     ]
@@ -113,7 +202,7 @@ def _sliding(number: int, law: str) -> list[PaperFigure]:
 
 def _rates(number: int, law: str) -> PaperFigure:
     about = "Backward differences over one control period of σ, above, and σ*, below [m/s, rad/s]."
-    return PaperFigure(number, law, "Rates of the sliding surfaces", about, law_signals.sliding_rates)
+    return PaperFigure(number, law, "Rates of the sliding surfaces", about, sliding_rates)
 
 
 def _avoidance(law: str) -> list[PaperFigure]:
@@ -168,7 +257,7 @@ def _gains(law: str) -> list[PaperFigure]:
             law,
             "σ* within its boundary layer",
             "σ* and ±β, zoomed to the layer; what leaves the panel is cut off [m, rad].",
-            law_signals.layers,
+            layers,
         ),
         _rates(21, law),
         PaperFigure(
@@ -176,14 +265,14 @@ def _gains(law: str) -> list[PaperFigure]:
             law,
             "Adaptive gains",
             "k̂_h [m/s, rad/s] and η̂ = k_s / k̂_h [-] in both channels.",
-            law_signals.adaptive_gains,
+            adaptive_gains,
         ),
         PaperFigure(
             23,
             law,
             "Immune reaction and switching gain",
             "f(σ*, dσ*/dt) [-] and G_AIS = k̂_h − k_s f [m/s, rad/s] in both channels.",
-            law_signals.immune_gains,
+            immune_gains,
         ),
     ]
 
@@ -214,17 +303,17 @@ def numbers(text: str) -> tuple[int, ...]:
     Raises:
         ValueError: When it is no such list, or names a figure that has no counterpart.
     """
-    known = [figure.number for figure in FIGURES]
-    found: set[int] = set()
+    drawn = [figure.number for figure in FIGURES]
+    chosen: set[int] = set()
     for part in text.split(","):
         first, dash, last = part.strip().partition("-")
         if not first.strip().isdecimal() or (dash and not last.strip().isdecimal()):
             raise ValueError(f"{part.strip()!r} is no number of a figure; write such as 8,12 or 13-23")
         low, high = int(first), int(last) if dash else int(first)
-        if low > high or low < known[0] or high > known[-1]:
-            raise ValueError(f"only figures {known[0]} to {known[-1]} have counterparts")
-        found.update(range(low, high + 1))
-    return tuple(sorted(found))
+        if low > high or low < drawn[0] or high > drawn[-1]:
+            raise ValueError(f"only figures {drawn[0]} to {drawn[-1]} have counterparts")
+        chosen.update(range(low, high + 1))
+    return tuple(sorted(chosen))
 
 
 def draw(figure: PaperFigure, path: Path, trajectory: Trajectory, scenario: Scenario) -> None:
@@ -234,7 +323,7 @@ def draw(figure: PaperFigure, path: Path, trajectory: Trajectory, scenario: Scen
         figure: Which.
         path: File to write: PNG, PDF or SVG by its suffix.
         trajectory: A run under the figure's control law.
-        scenario: What was run.
+        scenario: Its scenario.
     """
     undated = {".png": {"Software": None}, ".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
     with mpl.rc_context({**STYLE, "svg.hashsalt": "dwmr"}):

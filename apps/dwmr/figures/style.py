@@ -3,13 +3,19 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fuzzyctl.plot.style import COLORS
 from fuzzyctl.plot.style import STYLE as PLOTS
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from fuzzyctl.experiments.result_files import Results
 
 #: Told apart with any colour vision; widths and dashes tell them apart without colour.
 COLOURS = COLORS[:6]
@@ -42,3 +48,18 @@ def large_numbers() -> Iterator[None]:
         warnings.simplefilter("ignore", RuntimeWarning)
         warnings.simplefilter("ignore", UserWarning)
         yield
+
+
+def draw_file(files: Results, name: str, draw: Callable[[Path], None]) -> str:
+    """Draw a picture into a file of results.
+
+    Returns:
+        The reason why it cannot be drawn, in which case the file is dropped; else an empty text.
+    """
+    try:
+        with large_numbers():
+            files.write(name, draw)
+    except CANNOT_DRAW as error:
+        files.drop(name)
+        return str(error) or type(error).__name__
+    return ""

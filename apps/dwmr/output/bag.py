@@ -13,8 +13,8 @@ import numpy as np
 from dwmr.control.law_text import LATERAL
 from dwmr.core.arrays import FloatArray
 from dwmr.core.geometry import ahead, quaternion
-from dwmr.output.data.signals import kept_samples
-from dwmr.scenario.command_limits import limited
+from dwmr.output.data import kept_samples
+from dwmr.scenario.vehicle_limits import limited
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 from fuzzyctl.experiments.result_files import results
 
@@ -62,11 +62,6 @@ def save(folder: Path, trajectory: Trajectory, scenario: Scenario) -> None:
     """Write a run as a bag; the folder is there when the bag is complete.
 
     Times are those of the run, from 0 on. Of its samples every `run.save_every`-th is written.
-
-    Args:
-        folder: New folder.
-        trajectory: The run.
-        scenario: What was run.
 
     Raises:
         DiagnosticError: When the folder exists, or cannot be written.

@@ -3,21 +3,21 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from dwmr.results.metrics import TABLES
+from dwmr.results.paper_tables import TABLES
 from fuzzyctl.diagnostics.terminal import printable
 
 _COLUMNS = (("x_e", "m"), ("y_e", "m"), ("theta_e", "rad"))
 _SYMBOLS = {"x_e": "x_e", "y_e": "y_e", "theta_e": "θ_e"}
 _BY_UNIT = (("x_e", "y_e"), ("theta_e",))
 
-#: What the columns of the tables mean.
+#: Legends of the tables.
 _ERRORS = "x_e, y_e: of a robot on the reference along x and y, of a follower along and across it."
 _RATIO = " ratio: ours / paper's."
 _SAFETY = (
@@ -37,7 +37,15 @@ _STABILITY = (
     "and its growth per second in the last quarter."
 )
 
-#: What the numbers of a table of the paper are.
+#: Heads of the tables.
+_SAFETY_HEADS = ("centre\nm", "obstacle\ngap m", "robot\ngap m", "obstacles\nhit", "robots\nhit", "avoids\ns")
+_FILTER_HEADS = ("disc\ngap m", "changed\n%", "infeasible\nmoments", "missed\nmoments")
+_EFFORT_HEADS = ("|dv_c|\nm/s²", "|dω_c|\nrad/s²", "% at limit of\nv    ω    τ", "least\nG_AIS", "took\ns")
+_STABILITY_HEADS = (
+    "% of\n(14)", "% of\n(26)", *(h for c in "vω" for h in (f"k_h,{c}\nlargest", "\nfinal", "\ngrowth")),
+)  # fmt: skip
+
+#: Origin of the numbers of the paper's tables.
 _PAPERS = {
     12: " Table 12: the paper's simulation; what the paper does not print of it is fitted here to this table.",
     13: " Table 13: AIFQSMC in Gazebo, whose robots have bodies and sensors; here they are what the scenario says.",
@@ -54,8 +62,8 @@ _LONGEST_NAME = 10
 
 def console() -> Console:
     """Return a console on standard output that is never too narrow for the tables."""
-    found = Console()
-    return found if found.width >= _WIDTH else Console(width=_WIDTH)
+    terminal = Console()
+    return terminal if terminal.width >= _WIDTH else Console(width=_WIDTH)
 
 
 def print_report(
@@ -73,12 +81,13 @@ def print_report(
     runs = summary["controllers"]
     about = _ERRORS + ("" if printed is None else _RATIO + _PAPERS[printed])
     _print_table(out, _errors_title(printed), _errors(runs, printed), about)
-    _print_table(out, "Safety", _safety(runs), _SAFETY)
+    _print_table(out, "Safety", _table(runs, _SAFETY_HEADS, _safety), _SAFETY)
     if any("safety" in run for run in runs.values()):
-        _print_table(out, "Safety filter", _filter(runs), ABOUT_FILTER)
-    _print_table(out, "Effort", _effort(runs), _EFFORT)
+        table = _table(runs, _FILTER_HEADS, lambda _, run, robot: filter_cells(run, robot))
+        _print_table(out, "Safety filter", table, ABOUT_FILTER)
+    _print_table(out, "Effort", _table(runs, _EFFORT_HEADS, _effort), _EFFORT)
     if any(run.get("lyapunov") for run in runs.values()):
-        _print_table(out, "Stability", _stability(runs), _STABILITY)
+        _print_table(out, "Stability", _table(runs, _STABILITY_HEADS, _stability), _STABILITY)
     for line in ([why_not] if why_not else []) + warnings(runs):
         out.print("[yellow]warning:[/] ", escape(printable(line)), sep="", highlight=False)
     for law, run in runs.items():
@@ -86,7 +95,7 @@ def print_report(
 
 
 def _print_table(out: Console, title: str, table: Table, about: str) -> None:
-    """Print a table with its title above and what its columns mean below; a title of its own would be as narrow."""
+    """Print a table with its title above and a legend of its columns below; rich would make the title as narrow."""
     out.print(title, style="bold", highlight=False)
     out.print(table)
     out.print(about, style="dim", highlight=False)
@@ -124,9 +133,9 @@ def _largest_errors(law: str, run: Mapping[str, Any], printed: int | None) -> st
 
 def _collisions(run: Mapping[str, Any]) -> str:
     counts = [(run["obstacles_hit"], "with obstacles"), (run["robots_hit"], "between robots")]
-    said = [f"{len(hits)} {where}" for hits, where in counts if hits]
-    if said:
-        return f"collisions: {' and '.join(said)}"
+    parts = [f"{len(hits)} {where}" for hits, where in counts if hits]
+    if parts:
+        return f"collisions: {' and '.join(parts)}"
     gaps = [run[kind][robot] for kind in ("obstacle_gap", "robot_gap") for robot in run["rmse"]]
     least = min((gap for gap in gaps if gap is not None), default=None)
     return "no collision" + ("" if least is None else f" (least gap {_number(least, 2)} m)")
@@ -142,28 +151,22 @@ def _errors_title(printed: int | None) -> str:
 
 
 def _errors(runs: Mapping[str, Any], printed: int | None) -> Table:
-    table = _table()
+    heads = []
     for name, unit in _COLUMNS:
-        table.add_column(f"{_SYMBOLS[name]}\n{unit}", justify="right")
-        if printed is not None:
-            table.add_column(f"Table\n{printed}", justify="right", style="dim")
-            table.add_column("\nratio", justify="right")
-    for controller, run in runs.items():
-        beside = printed_errors(controller, run, printed)
-        for k, (robot, values) in enumerate(run["rmse"].items()):
-            wanted = beside.get(robot, {})
-            cells = [c for name, _ in _COLUMNS for c in _cells(values[name], wanted.get(name), printed is not None)]
-            table.add_row(
-                _name(controller, k, len(run["rmse"])), escape(robot), *cells, end_section=k == len(run["rmse"]) - 1
-            )
-    return table
+        heads += [f"{_SYMBOLS[name]}\n{unit}", *([f"Table\n{printed}", "\nratio"] if printed is not None else [])]
+
+    def cells(law: str, run: Mapping[str, Any], robot: str) -> list[str]:
+        values, wanted = run["rmse"][robot], printed_errors(law, run, printed).get(robot, {})
+        return [c for name, _ in _COLUMNS for c in _cells(values[name], wanted.get(name), printed is not None)]
+
+    return _table(runs, heads, cells)
 
 
 def _cells(value: float, printed: float | None, compare: bool) -> list[str]:
-    shown = _number(value, 4)
+    number = _number(value, 4)
     if not compare:
-        return [shown]
-    return [shown, "" if printed is None else f"{printed:.4f}", "" if printed is None else f"{value / printed:.2f}"]
+        return [number]
+    return [number, "" if printed is None else f"{printed:.4f}", "" if printed is None else f"{value / printed:.2f}"]
 
 
 def _number(value: float, digits: int, sign: str = "") -> str:
@@ -171,22 +174,10 @@ def _number(value: float, digits: int, sign: str = "") -> str:
     return f"{value:{sign}.{digits}f}" if abs(value) < 1e6 else f"{value:{sign}.3e}"
 
 
-def _safety(runs: Mapping[str, Any]) -> Table:
-    table = _table()
-    for name in ("centre\nm", "obstacle\ngap m", "robot\ngap m", "obstacles\nhit", "robots\nhit", "avoids\ns"):
-        table.add_column(name, justify="right")
-    for controller, run in runs.items():
-        for k, robot in enumerate(run["rmse"]):
-            distances = [run[kind][robot] for kind in ("centre_distance", "obstacle_gap", "robot_gap")]
-            table.add_row(
-                _name(controller, k, len(run["rmse"])),
-                escape(robot),
-                *("" if one is None else _number(one, 2) for one in distances),
-                *map(str, hits(run, robot)),
-                f"{run['avoidance_s'][robot]:.1f}",
-                end_section=k == len(run["rmse"]) - 1,
-            )
-    return table
+def _safety(law: str, run: Mapping[str, Any], robot: str) -> list[str]:
+    distances = [run[kind][robot] for kind in ("centre_distance", "obstacle_gap", "robot_gap")]
+    gaps = ["" if one is None else _number(one, 2) for one in distances]
+    return [*gaps, *map(str, hits(run, robot)), f"{run['avoidance_s'][robot]:.1f}"]
 
 
 def hits(run: Mapping[str, Any], robot: str) -> tuple[int, int]:
@@ -195,67 +186,31 @@ def hits(run: Mapping[str, Any], robot: str) -> tuple[int, int]:
     return obstacles, sum(robot in hit["robots"] for hit in run["robots_hit"])
 
 
-def _filter(runs: Mapping[str, Any]) -> Table:
-    table = _table()
-    for name in ("disc\ngap m", "changed\n%", "infeasible\nmoments", "missed\nmoments"):
-        table.add_column(name, justify="right")
-    for controller, run in runs.items():
-        for k, robot in enumerate(run["rmse"]):
-            table.add_row(
-                _name(controller, k, len(run["rmse"])),
-                escape(robot),
-                *filter_cells(run, robot),
-                end_section=k == len(run["rmse"]) - 1,
-            )
-    return table
-
-
 def filter_cells(run: Mapping[str, Any], robot: str) -> list[str]:
-    """Return what the safety filter did to a robot: least distance of its disc, share of time, two kinds of moments."""
-    found = run["safety"]
-    gap = found["disc_gap"][robot]
-    moments = [sum(robot in (one["robot"], one["with"]) for one in found[kind]) for kind in ("infeasible", "missed")]
-    return ["" if gap is None else _number(gap, 2), f"{100.0 * found['acts'][robot]:.1f}", *map(str, moments)]
+    """Return the effects of the safety filter on a robot: least distance of its disc, share of time, moments."""
+    measures = run["safety"]
+    gap = measures["disc_gap"][robot]
+    moments = [sum(robot in (one["robot"], one["with"]) for one in measures[kind]) for kind in ("infeasible", "missed")]
+    return ["" if gap is None else _number(gap, 2), f"{100.0 * measures['acts'][robot]:.1f}", *map(str, moments)]
 
 
-def _effort(runs: Mapping[str, Any]) -> Table:
-    table = _table()
-    for name in ("|dv_c|\nm/s²", "|dω_c|\nrad/s²", "% at limit of\nv    ω    τ", "least\nG_AIS", "took\ns"):
-        table.add_column(name, justify="right")
-    for controller, run in runs.items():
-        for k, robot in enumerate(run["rmse"]):
-            first, chattering, limits = k == 0, run["chattering"][robot], run["saturation"][robot]
-            g_ais = run.get("g_ais_min")
-            table.add_row(
-                _name(controller, k, len(run["rmse"])),
-                escape(robot),
-                _number(chattering["v"], 3),
-                _number(chattering["omega"], 3),
-                " ".join(f"{100 * limits[name]:4.1f}" for name in ("v", "omega", "torque")),
-                f"{g_ais:.4f}" if first and g_ais is not None else "",
-                f"{run['wall_s']:.3f}" if first else "",
-                end_section=k == len(run["rmse"]) - 1,
-            )
-    return table
+def _effort(law: str, run: Mapping[str, Any], robot: str) -> list[str]:
+    is_first, chattering, limits = robot == next(iter(run["rmse"])), run["chattering"][robot], run["saturation"][robot]
+    g_ais = run.get("g_ais_min")
+    return [
+        _number(chattering["v"], 3),
+        _number(chattering["omega"], 3),
+        " ".join(f"{100 * limits[name]:4.1f}" for name in ("v", "omega", "torque")),
+        f"{g_ais:.4f}" if is_first and g_ais is not None else "",
+        f"{run['wall_s']:.3f}" if is_first else "",
+    ]
 
 
-def _stability(runs: Mapping[str, Any]) -> Table:
-    """Return the table of Lyapunov functions and of the adaptive gains' drift; empty cells where a law has none."""
-    table = _table()
-    gains = [head for channel in "vω" for head in (f"k_h,{channel}\nlargest", "\nfinal", "\ngrowth")]
-    for name in ("% of\n(14)", "% of\n(26)", *gains):
-        table.add_column(name, justify="right")
-    for controller, run in runs.items():
-        for k, robot in enumerate(run["rmse"]):
-            shares, drifts = run.get("lyapunov", {}).get(robot, {}), run.get("drift", {}).get(robot, {})
-            table.add_row(
-                _name(controller, k, len(run["rmse"])),
-                escape(robot),
-                *(_percent(shares.get(f"V_dot_{number}_positive")) for number in (10, 23)),
-                *(cell for name in ("k_h_v", "k_h_omega") for cell in _drift(drifts.get(name))),
-                end_section=k == len(run["rmse"]) - 1,
-            )
-    return table
+def _stability(law: str, run: Mapping[str, Any], robot: str) -> list[str]:
+    """Return the shares of Lyapunov functions and the drift of adaptive gains; empty cells for a law without them."""
+    shares, drifts = run.get("lyapunov", {}).get(robot, {}), run.get("drift", {}).get(robot, {})
+    percents = [_percent(shares.get(f"V_dot_{number}_positive")) for number in (10, 23)]
+    return [*percents, *(cell for name in ("k_h_v", "k_h_omega") for cell in _drift(drifts.get(name)))]
 
 
 def _name(law: str, row: int, rows: int) -> str:
@@ -275,15 +230,24 @@ def _drift(gain: Mapping[str, float] | None) -> tuple[str, str, str]:
     return _number(gain["largest"], 3), _number(gain["final"], 3), _number(growth, 4, "+")
 
 
-def _table() -> Table:
+def _table(
+    runs: Mapping[str, Any], heads: Sequence[str], cells: Callable[[str, Mapping[str, Any], str], Sequence[str]]
+) -> Table:
+    """Return a table with a row for each law and robot; `cells` returns those of a law, its run and a robot."""
     table = Table(header_style="bold dim", box=None, pad_edge=False, collapse_padding=True)
     table.add_column("\nlaw")
     table.add_column("\nrobot")
+    for head in heads:
+        table.add_column(head, justify="right", style="dim" if head.startswith("Table\n") else None)
+    for law, run in runs.items():
+        rows = len(run["rmse"])
+        for k, robot in enumerate(run["rmse"]):
+            table.add_row(_name(law, k, rows), escape(robot), *cells(law, run, robot), end_section=k == rows - 1)
     return table
 
 
 def warnings(runs: Mapping[str, Any]) -> list[str]:
-    """Return what a reader must know about the runs, one line each."""
+    """Return warnings about the runs, one line each."""
     lines = []
     for controller, run in runs.items():
         if run["stopped"]:
@@ -293,9 +257,9 @@ def warnings(runs: Mapping[str, Any]) -> list[str]:
         lines += [f"{controller}: {line}" for line in (*contacts(run), *barriers(run))]
         shares = {robot: share for robot, share in run["condition_violated"].items() if share > 0}
         if shares:
-            shown = ", ".join(f"{robot} {100 * share:.1f} %" for robot, share in shares.items())
+            robots = ", ".join(f"{robot} {100 * share:.1f} %" for robot, share in shares.items())
             lines.append(
-                f"{controller}: λ2/λ3 <= 1/(|d + x_e| + 1), after Eq. (13), fails for part of the time: {shown}"
+                f"{controller}: λ2/λ3 <= 1/(|d + x_e| + 1), after Eq. (13), fails for part of the time: {robots}"
             )
     return lines
 
@@ -317,12 +281,12 @@ def barriers(run: Mapping[str, Any]) -> list[str]:
         ("infeasible", "no command within the limits keeps {0} away from {1}"),
         ("missed", "{0} comes nearer to {1} than its command allows"),
     ):
-        found = run.get("safety", {}).get(kind, [])
-        for one in found[:MOST_BARRIERS]:
+        moments = run.get("safety", {}).get(kind, [])
+        for one in moments[:MOST_BARRIERS]:
             lines.append(
                 f"{words.format(one['robot'], one['with'])} at t = {one['t']:.2f} s, ({one['x']:.2f}, {one['y']:.2f}) "
                 f"m, for {one['lasted']:.2f} s, {one['by']:.2g} m/s at most"
             )
-        if len(found) > MOST_BARRIERS:
-            lines.append(f"{len(found) - MOST_BARRIERS} more such moments are under safety.{kind} of summary.json")
+        if len(moments) > MOST_BARRIERS:
+            lines.append(f"{len(moments) - MOST_BARRIERS} more such moments are under safety.{kind} of summary.json")
     return lines

@@ -2,18 +2,194 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from html import escape
 from importlib.resources import files
-from typing import Any
+from typing import Any, NamedTuple
+
+from pydantic import BaseModel
 
 from dwmr.figures.style import COLOURS
 from dwmr.output import report
-from dwmr.page import plots, settings, tables
-from dwmr.results.paper_run import beside
+from dwmr.output.report import filter_cells, hits, printed_errors
+from dwmr.page import plots
+from dwmr.results.paper_tables import beside
 from dwmr.scenario.model import Scenario
 from dwmr.simulation.simulate import Trajectory
 from fuzzyctl.page.document import PANELS, asset, enclosed, html_document
+
+_ERRORS = (("x_e", "x_e [m]"), ("y_e", "y_e [m]"), ("theta_e", "θ_e [rad]"))
+_SECTIONS = (
+    ("rmse", "Root mean square errors, each robot in the axes of Table 12"),
+    ("rmse_inertial", "Root mean square errors in inertial axes"),
+    ("rmse_body", "Root mean square errors in the robot's own axes"),
+)
+
+
+def _table(caption: str, head: Sequence[str], body: Iterable[Sequence[str]], left: int = 2) -> str:
+    """Return a table.
+
+    Args:
+        caption: Its subject.
+        head: Names of the columns.
+        body: Rows; a row's first cell is its heading.
+        left: Columns of text, aligned to the left; the others hold numbers.
+    """
+    cells = "".join(f'<th scope="col"{_side(k, left)}>{escape(name)}</th>' for k, name in enumerate(head))
+    lines = [
+        f'<div class="scroll" tabindex="0" role="region" aria-label="{escape(caption)}">',
+        f"<table><caption>{escape(caption)}</caption>",
+        f"<thead><tr>{cells}</tr></thead><tbody>",
+    ]
+    for row in body:
+        rest = "".join(f"<td{_side(k, left)}>{escape(cell)}</td>" for k, cell in enumerate(row[1:], start=1))
+        lines.append(f'<tr><th scope="row">{escape(row[0])}</th>{rest}</tr>')
+    return "\n".join([*lines, "</tbody></table></div>"])
+
+
+def _side(k: int, left: int) -> str:
+    return "" if k < left else ' class="n"'
+
+
+def errors(runs: Mapping[str, Any], printed: int | None) -> str:
+    """Return the tables of tracking errors, the first beside a table of the paper if one is given by its number."""
+    tables = []
+    for section, caption in _SECTIONS:
+        beside = printed if section == "rmse" else None
+        head = ["law", "robot"]
+        for _, label in _ERRORS:
+            head += [label] if beside is None else [label, f"Table {beside}", "ratio"]
+        rows = [
+            [law, robot, *_error_cells(law, robot, run, section, beside)]
+            for law, run in runs.items()
+            for robot in run[section]
+        ]
+        tables.append(_table(caption + ("" if beside is None else f", beside Table {beside} of the paper"), head, rows))
+    return "\n".join(tables)
+
+
+def _error_cells(law: str, robot: str, run: Mapping[str, Any], section: str, beside: int | None) -> list[str]:
+    wanted = printed_errors(law, run, beside).get(robot, {})
+    cells = []
+    for name, _ in _ERRORS:
+        value, one = run[section][robot][name], wanted.get(name)
+        cells.append(_number(value))
+        if beside is not None:
+            cells += ["", ""] if one is None else [f"{one:.4f}", f"{value / one:.2f}"]
+    return cells
+
+
+def _by_robot(runs: Mapping[str, Any], cells: Callable[[Mapping[str, Any], str], Iterable[str]]) -> list[list[str]]:
+    """Return a row for each law and robot; `cells` returns those of a run and a robot."""
+    return [[law, robot, *cells(run, robot)] for law, run in runs.items() for robot in run["rmse"]]
+
+
+def safety(runs: Mapping[str, Any]) -> str:
+    """Return the table of distances, contacts and avoidance."""
+    kinds = {
+        "centre_distance": "reference point to an obstacle's centre [m]",
+        "obstacle_gap": "body to an obstacle [m]",
+        "robot_gap": "body to another body [m]",
+    }
+    head = ["law", "robot", *(f"least distance, {distance}" for distance in kinds.values())]
+    head += ["obstacles hit", "robots hit", "avoids [s]"]
+
+    def cells(run: Mapping[str, Any], robot: str) -> list[str]:
+        distances = ["" if run[kind][robot] is None else f"{run[kind][robot]:.2f}" for kind in kinds]
+        return [*distances, *map(str, hits(run, robot)), f"{run['avoidance_s'][robot]:.1f}"]
+
+    return _table("Safety; distances of bodies that overlap are negative", head, _by_robot(runs, cells))
+
+
+def safety_filter(runs: Mapping[str, Any]) -> str:
+    """Return the table of the safety filter, an empty text without one."""
+    if not any("safety" in run for run in runs.values()):
+        return ""
+    head = ["law", "robot", "least distance of its disc [m]", "commands changed [% of time]"]
+    head += ["infeasible moments", "missed moments"]
+    return _table("Safety filter", head, _by_robot(runs, filter_cells))
+
+
+def effort(runs: Mapping[str, Any]) -> str:
+    """Return the table of chattering and limits."""
+    head = ["law", "robot", "mean |dv_c/dt| [m/s²]", "mean |dω_c/dt| [rad/s²]"]
+    head += ["at limit of v [%]", "of ω [%]", "of torque [%]"]
+
+    def cells(run: Mapping[str, Any], robot: str) -> list[str]:
+        chattering, limits = run["chattering"][robot], run["saturation"][robot]
+        shares = [f"{100.0 * limits[name]:.1f}" for name in ("v", "omega", "torque")]
+        return [f"{chattering['v']:.3f}", f"{chattering['omega']:.3f}", *shares]
+
+    return _table("Effort", head, _by_robot(runs, cells))
+
+
+def stability(runs: Mapping[str, Any]) -> str:
+    """Return the table of Lyapunov functions and of the drift of adaptive gains, an empty text without them."""
+    if not any(run.get("lyapunov") for run in runs.values()):
+        return ""
+    head = ["law", "robot", "dV/dt > 0, Eq. (14) [% of time]", "dV/dt > 0, Eq. (26) [% of time]"]
+    for gain in ("k_h,v [m/s]", "k_h,ω [rad/s]"):
+        head += [f"{gain}: largest", "last", "growth per s, last quarter"]
+
+    def cells(run: Mapping[str, Any], robot: str) -> Iterator[str]:
+        shares, drifts = run.get("lyapunov", {}).get(robot, {}), run.get("drift", {}).get(robot, {})
+        for number in (10, 23):
+            share = shares.get(f"V_dot_{number}_positive")
+            yield "" if share is None else f"{100.0 * share:.1f}"
+        for gain in (drifts.get(name, {}) for name in ("k_h_v", "k_h_omega")):
+            yield from (_number(gain[key]) if gain else "" for key in ("largest", "final", "growth"))
+
+    return _table("Stability", head, _by_robot(runs, cells))
+
+
+def _number(value: float) -> str:
+    return f"{value:.4f}" if abs(value) < 1e6 else f"{value:.3e}"
+
+
+class Row(NamedTuple):
+    """One setting."""
+
+    key: str
+    value: str
+    unit: str
+    doc: str
+
+
+def setting_rows(section: BaseModel, prefix: str = "") -> Iterator[Row]:
+    """Yield every setting of a section and of those in it, by its key in the scenario file.
+
+    Args:
+        section: A scenario or a part of one.
+        prefix: Key of the section, with a dot at its end.
+    """
+    for name, field in type(section).model_fields.items():
+        extra = field.json_schema_extra
+        unit = str(extra.get("unit", "")) if isinstance(extra, dict) else ""
+        yield from _of(f"{prefix}{name}", getattr(section, name), unit, field.description or "")
+    for name, value in (section.model_extra or {}).items():
+        yield from _of(f"{prefix}{name}", value, "", "")
+
+
+def _of(key: str, value: Any, unit: str, doc: str) -> Iterator[Row]:
+    if isinstance(value, BaseModel):
+        yield from setting_rows(value, f"{key}.")
+    elif isinstance(value, Mapping):
+        for name, inner in value.items():
+            yield from _of(f"{key}.{name}", inner, "", "")
+    elif isinstance(value, tuple | list) and any(isinstance(one, BaseModel) for one in value):
+        for k, one in enumerate(value):
+            yield from _of(f"{key}[{k}]", one, unit, doc)
+    elif value is not None:
+        yield Row(key, _shown(value), "" if unit == "-" else unit, doc)
+
+
+def _shown(value: Any) -> str:
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, tuple | list):
+        return ", ".join(_shown(one) for one in value)
+    return repr(value) if isinstance(value, float) else str(value)
+
 
 #: Where the report differs from other pages: it is read from above to below.
 STYLE = """
@@ -33,7 +209,7 @@ def page(summary: Mapping[str, Any], trajectories: Sequence[Trajectory], scenari
     Args:
         summary: Content of summary.json.
         trajectories: One per control law.
-        scenario: What was run.
+        scenario: Scenario of the runs.
     """
     name, runs = escape(scenario.name), summary["controllers"]
     links = (("results", "Results"), ("plots-of-runs", "Plots"), ("settings", "Settings"), ("origin", "Origin"))
@@ -54,9 +230,9 @@ def page(summary: Mapping[str, Any], trajectories: Sequence[Trajectory], scenari
 
 
 def script() -> str:
-    """Return what draws the plots: that of all pages, and where the report has them."""
-    own = (files("dwmr.page") / "report.js").read_text(encoding="utf-8")
-    return enclosed(*map(asset, PANELS), own)
+    """Return the script of the plots: that of all pages, and the part for the report."""
+    placing = (files("dwmr.page") / "report.js").read_text(encoding="utf-8")
+    return enclosed(*map(asset, PANELS), placing)
 
 
 def _headline(trajectories: Sequence[Trajectory], scenario: Scenario) -> str:
@@ -71,15 +247,15 @@ def _results(runs: Mapping[str, Any], scenario: Scenario) -> str:
     printed, why_not = beside(scenario)
     lines = [f"<li>{escape(line)}</li>" for line in ([why_not] if why_not else []) + report.warnings(runs)]
     warned = f'<div class="warnings"><h3>Warnings</h3><ul>{"".join(lines)}</ul></div>' if lines else ""
-    said = "".join(f"<li>{escape(report.sentence(law, run, printed))}</li>" for law, run in runs.items())
+    sentences = "".join(f"<li>{escape(report.sentence(law, run, printed))}</li>" for law, run in runs.items())
     return "\n".join(
         [
-            f'<section id="results"><h2>Results</h2><ul>{said}</ul>',
-            tables.errors(runs, printed),
-            tables.safety(runs),
-            tables.safety_filter(runs),
-            tables.effort(runs),
-            tables.stability(runs),
+            f'<section id="results"><h2>Results</h2><ul>{sentences}</ul>',
+            errors(runs, printed),
+            safety(runs),
+            safety_filter(runs),
+            effort(runs),
+            stability(runs),
             warned,
             "</section>",
         ]
@@ -101,16 +277,16 @@ def _plots(drawn: Sequence[plots.Plot]) -> str:
 
 def _settings(scenario: Scenario) -> str:
     parts = ['<section id="settings"><h2>Settings</h2>']
-    rows = list(settings.rows(scenario))
+    rows = list(setting_rows(scenario))
     for group in dict.fromkeys(_group(row.key) for row in rows):
-        own = [row for row in rows if _group(row.key) == group]
-        table = tables.table(f"Settings of {group}", ("key", "value", "unit", "meaning"), own, left=4)
+        group_rows = [row for row in rows if _group(row.key) == group]
+        table = _table(f"Settings of {group}", ("key", "value", "unit", "meaning"), group_rows, left=4)
         parts.append(f"<details><summary>{escape(group)}</summary>{table}</details>")
     return "\n".join([*parts, "</section>"])
 
 
 def _group(key: str) -> str:
-    """Return the table a setting stands in: `robots.leader` for those of a robot, else the first part of its key."""
+    """Return the table of a setting: `robots.leader` for those of a robot, else the first part of its key."""
     first, _, rest = key.partition(".")
     return f"{first}.{rest.partition('.')[0]}" if first == "robots" else first.partition("[")[0]
 
@@ -120,15 +296,13 @@ def _origin(summary: Mapping[str, Any]) -> str:
     about = [["scenario", origin["file"], origin["sha256"]]]
     about += [[role, one["file"], one["sha256"]] for role, one in rules.items()]
     parts = ['<section id="origin"><h2>Origin</h2>']
-    parts.append(tables.table("Files", ("role", "file", "SHA-256"), about, left=3))
+    parts.append(_table("Files", ("role", "file", "SHA-256"), about, left=3))
     params = [[role, name, f"{value:g}"] for role, one in rules.items() for name, value in one["params"].items()]
     if params:
-        parts.append(
-            tables.table("Params of the rule files that the scenario sets", ("role", "param", "value"), params)
-        )
+        parts.append(_table("Params of the rule files that the scenario sets", ("role", "param", "value"), params))
     if origin["overrides"]:
-        given = "".join(f"<li><code>{escape(one)}</code></li>" for one in origin["overrides"])
-        parts.append(f"<h3>Overrides</h3><ul>{given}</ul>")
+        items = "".join(f"<li><code>{escape(one)}</code></li>" for one in origin["overrides"])
+        parts.append(f"<h3>Overrides</h3><ul>{items}</ul>")
     versions = [[name, value or "not installed"] for name, value in summary["versions"].items()]
-    parts.append(tables.table("Versions", ("package", "version"), versions))
+    parts.append(_table("Versions", ("package", "version"), versions))
     return "\n".join([*parts, "</section>"])

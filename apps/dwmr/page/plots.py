@@ -11,13 +11,12 @@ import numpy as np
 from dwmr.control.obstacle_avoidance import constant_radius
 from dwmr.core.arrays import FloatArray
 from dwmr.figures.animation import body
-from dwmr.figures.panels import BODIES
+from dwmr.figures.panels import BODIES, kept, thin
 from dwmr.figures.style import COLOURS
 from dwmr.results import derived, lyapunov
-from dwmr.results.decimation import kept, thin
 from dwmr.results.metrics import errors, printed_frame
 from dwmr.scenario.model import Scenario
-from dwmr.scenario.moving import centres, is_moving, largest_speed
+from dwmr.scenario.outlines import centres, is_moving, largest_speed
 from dwmr.simulation.simulate import Trajectory
 from fuzzyctl.plot import limits
 
@@ -27,12 +26,12 @@ DASHES = ("", "7 3", "2 2", "8 3 2 3")
 MOST_POINTS = 75_000
 #: Smallest chattering that a logarithmic axis shows [m/s² or rad/s²].
 LEAST_LEVEL = 1e-3
-#: Robots side by side; more of them stand below each other.
+#: Robots side by side; more of them are below each other.
 MOST_COLUMNS = 4
 
 
 class Plot(NamedTuple):
-    """A plot and what it shows, in words; `data` is what `PanelPlot` takes."""
+    """A plot with its title and caption; `data` is the input of `PanelPlot`."""
 
     title: str
     caption: str
@@ -40,14 +39,14 @@ class Plot(NamedTuple):
 
 
 class Signal(NamedTuple):
-    """What one row of panels shows.
+    """Signals of one row of panels.
 
     Attributes:
         label: Beside the axis: symbol and unit.
         by_law: Values of each law that has the signal, shape (samples, robots).
         commanded: The same of the command that belongs to it; empty without one.
         is_log: Whether the axis is logarithmic.
-        about: What it is, in words; empty where the label and the caption say it.
+        about: Description; empty if the label and the caption have it.
     """
 
     label: str
@@ -64,12 +63,7 @@ def buckets(trajectories: Sequence[Trajectory]) -> int:
 
 
 def of(trajectories: Sequence[Trajectory], scenario: Scenario) -> list[Plot]:
-    """Return all plots of runs of one scenario.
-
-    Args:
-        trajectories: One run per control law.
-        scenario: What was run.
-    """
+    """Return all plots of runs of one scenario."""
     draw = _Drawing(trajectories, scenario)
     return [draw.path(), draw.errors(), draw.velocities(), draw.chattering(), *draw.law(), *draw.lyapunov()]
 
@@ -107,16 +101,16 @@ class _Drawing:
         return self._plot("Paths", caption, panels, "x [m]", extra=[reference], is_map=True)
 
     def _tracks(self, i: int) -> list[dict[str, Any]]:
-        found = []
+        lines = []
         for law, t in self.runs.items():
             series = self.names.index(law if self.has_many_laws else self.robots[i])
-            found.append({"series": series, "points": self._track(t["x"][:, i], t["y"][:, i])})
-            found.append({"series": series, "points": self._bodies(t, i), "body": True})
+            lines.append({"series": series, "points": self._track(t["x"][:, i], t["y"][:, i])})
+            lines.append({"series": series, "points": self._bodies(t, i), "body": True})
         if self.scenario.robots[self.robots[i]].formation is None:
             longest = max(self.runs.values(), key=lambda t: len(t.t))
             points = self._track(longest["x_r"][:, i], longest["y_r"][:, i])
-            found.append({"series": len(self.names), "points": points})
-        return found
+            lines.append({"series": len(self.names), "points": points})
+        return lines
 
     def _track(self, x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
         even = np.linspace(0, len(x) - 1, min(len(x), self.count)).astype(int)
@@ -125,37 +119,37 @@ class _Drawing:
 
     def _bodies(self, t: Trajectory, i: int) -> tuple[FloatArray, FloatArray]:
         """Return the outlines of a robot at moments that divide its run evenly, as one line with gaps."""
-        robot, found = self.scenario.robots[self.robots[i]], [np.full((1, 2), np.nan)]
+        robot, outlines = self.scenario.robots[self.robots[i]], [np.full((1, 2), np.nan)]
         for k in np.linspace(0, len(t.t) - 1, BODIES).round().astype(int):
             outline = body(robot, *(float(t[signal][k, i]) for signal in ("x", "y", "theta")))
-            found += [outline, outline[:1], found[0]]
-        x, y = np.concatenate(found).T
+            outlines += [outline, outline[:1], outlines[0]]
+        x, y = np.concatenate(outlines).T
         return x, y
 
     def _obstacles(self) -> list[tuple[float, float, float, bool]]:
         """Return circles: centre and radius [m], and whether it is an obstacle's body."""
         avoiders = derived.avoiders(self.scenario)
         largest = max((self.scenario.robots[n].radius for n in avoiders), default=0.0)
-        found = []
+        circles = []
         for a, one in enumerate(self.scenario.obstacles):
-            found.append((one.x, one.y, one.radius, True))
+            circles.append((one.x, one.y, one.radius, True))
             if largest_speed(one) > 0.0:
                 x, y = centres(self.scenario, np.array([self.end]))[0, a]
-                found.append((float(x), float(y), one.radius, False))
+                circles.append((float(x), float(y), one.radius, False))
             if avoiders:
                 reach = constant_radius(one.radius, largest, self.scenario.avoidance.margin)
-                found.append((one.x, one.y, reach, False))
-        return found
+                circles.append((one.x, one.y, reach, False))
+        return circles
 
     def errors(self) -> Plot:
         """Draw the tracking errors as Table 12 takes them."""
-        found = {
+        by_law = {
             law: [errors(t, robot, printed_frame(self.scenario, robot)) for robot in t.robots]
             for law, t in self.runs.items()
         }
         labels = (("x_e", "x_e [m]"), ("y_e", "y_e [m]"), ("theta_e", "θ_e [rad]"))
         signals = [
-            Signal(label, {law: np.stack([one[key] for one in each], axis=1) for law, each in found.items()})
+            Signal(label, {law: np.stack([one[key] for one in each], axis=1) for law, each in by_law.items()})
             for key, label in labels
         ]
         caption = "As in Table 12: inertial axes for a robot on the reference, its own axes for a follower."
@@ -189,37 +183,37 @@ class _Drawing:
         return np.repeat(np.maximum(peaks, LEAST_LEVEL), size, axis=0)[: len(levels)]
 
     def law(self) -> list[Plot]:
-        """Draw what the control laws have recorded; signals of the same name and unit share their panels."""
-        found: dict[tuple[str, str], dict[str, FloatArray]] = {}
+        """Draw the records of the control laws; signals of the same name and unit share their panels."""
+        by_signal: dict[tuple[str, str], dict[str, FloatArray]] = {}
         docs: dict[tuple[str, str], dict[str, None]] = {}
-        said: dict[str, None] = {}
+        legend: dict[str, None] = {}
         for law, t in self.runs.items():
             for one in t.law_signals:
-                found.setdefault((one.name, one.unit), {})[law] = t[one.name]
+                by_signal.setdefault((one.name, one.unit), {})[law] = t[one.name]
                 docs.setdefault((one.name, one.unit), {})[one.doc] = None
                 stem, doc = one.name.removesuffix("_v"), one.doc.removesuffix(", v channel")
                 if not one.name.endswith("_omega"):
-                    said[f"{stem}: {doc}"] = None
-        if not found:
+                    legend[f"{stem}: {doc}"] = None
+        if not by_signal:
             return []
         signals = [
             Signal(name if unit == "-" else f"{name} [{unit}]", by_law, about="; ".join(docs[name, unit]))
-            for (name, unit), by_law in found.items()
+            for (name, unit), by_law in by_signal.items()
         ]
-        return [self._over_time("Sliding variables and gains", f"{'; '.join(said)}.", signals, columns=2)]
+        return [self._over_time("Sliding variables and gains", f"{'; '.join(legend)}.", signals, columns=2)]
 
     def lyapunov(self) -> list[Plot]:
         """Draw the Lyapunov functions and their derivatives, of the laws that have one."""
-        found = {law: lyapunov.signals(t, self.scenario) for law, t in self.runs.items()}
-        found = {law: one for law, one in found.items() if one}
-        if not found:
+        by_law = {law: lyapunov.signals(t, self.scenario) for law, t in self.runs.items()}
+        by_law = {law: one for law, one in by_law.items() if one}
+        if not by_law:
             return []
         signals = [
-            Signal(label, {law: lyapunov.last(one, name) for law, one in found.items()})
+            Signal(label, {law: lyapunov.last(one, name) for law, one in by_law.items()})
             for name, label in (("V", "V [m² + rad²]"), ("V_dot", "dV/dt [(m² + rad²)/s]"))
         ]
-        said = ", ".join(f"{law} V of Eq. ({'23' if 'V_23' in one else '10'})" for law, one in found.items())
-        return [self._over_time("Lyapunov function", f"V and its derivative: {said}.", signals)]
+        functions = ", ".join(f"{law} V of Eq. ({'23' if 'V_23' in one else '10'})" for law, one in by_law.items())
+        return [self._over_time("Lyapunov function", f"V and its derivative: {functions}.", signals)]
 
     def _recorded(self, name: str) -> dict[str, FloatArray]:
         return {law: t[name] for law, t in self.runs.items()}
@@ -247,10 +241,10 @@ class _Drawing:
                         drawn.append(limits.Line(name, t, source[law][:, i]))
                         points = thin(t, source[law][:, i], self.count)
                         lines.append(_encoded({"series": self.names.index(name), "points": points, "wide": is_wide}))
-        found = limits.of(drawn, is_log=signal.is_log)
+        limit = limits.of(drawn, is_log=signal.is_log)
         return {
-            "title": self._title(group), "label": signal.label, "x": (0.0, self.end), "y": found.shown,
-            "whole": found.whole, "note": found.note, "log": signal.is_log, "lines": lines, "about": signal.about,
+            "title": self._title(group), "label": signal.label, "x": (0.0, self.end), "y": limit.shown,
+            "whole": limit.whole, "note": limit.note, "log": signal.is_log, "lines": lines, "about": signal.about,
         }  # fmt: skip
 
     def _plot(
@@ -273,11 +267,11 @@ class _Drawing:
 
 def _encoded(line: Mapping[str, Any]) -> dict[str, Any]:
     x, y = line["points"]
-    found = {"series": line["series"], "wide": line.get("wide", False), "x": _single(x), "y": _single(y)}
-    return {**found, "body": True} if "body" in line else found
+    encoded = {"series": line["series"], "wide": line.get("wide", False), "x": _single(x), "y": _single(y)}
+    return {**encoded, "body": True} if "body" in line else encoded
 
 
 def _single(values: FloatArray) -> str:
-    """Return numbers in half the space; what does not fit, of a run that diverged, becomes NaN: a gap in a line."""
+    """Return numbers in half the space; larger ones, of a run that diverged, become NaN: a gap in a line."""
     fits = np.abs(values) <= np.finfo(np.float32).max
     return base64.b64encode(np.where(fits, values, np.nan).astype("<f4").tobytes()).decode()

@@ -78,7 +78,7 @@ def velocity(state: State, acting: Disturbance) -> tuple[float, float]:
 
 
 class Body(NamedTuple):
-    """What the load and the drives make of a robot during one control period; divisions are done once.
+    """Constants of a robot with its load and drives during one control period.
 
     Attributes:
         inverse_mass: [1/kg].
@@ -140,7 +140,7 @@ def derivative(
 
     Source:
         Goto, Bertol, Martins, Eq. (46) for the kinematics; Eqs. (1), (6) for the structure. The printed inertia I − m
-        d² is negative for the followers' d, so the plant has an inertia about the axle and a Coriolis term of its own.
+        d² is negative for the followers' d, so the plant has an inertia about the axle and another Coriolis term.
     """
     v, omega = velocity(state, now)
     c, s = math.cos(state.theta), math.sin(state.theta)

@@ -16,7 +16,7 @@ from dwmr.plant.robot import Body, State, add, body, pd_torques, smooth_sign
 
 DIFFERENTIAL, ACKERMANN, OMNIDIRECTIONAL = 0, 1, 2
 
-#: Parameters of one vehicle beside those of `robot.ROBOT`; scenario/vehicles.py documents each.
+#: Parameters of one vehicle beside those of `robot.ROBOT`; scenario/model.py documents each.
 VEHICLE = np.dtype(
     [
         ("kind", "i8"),  # one of the numbers above
@@ -27,7 +27,7 @@ VEHICLE = np.dtype(
     align=True,
 )
 
-#: What is recorded of every robot where one of them is no differential drive, in the order of `Vehicles.record`.
+#: Records of every robot if one of them is no differential drive, in the order of `Vehicles.record`.
 SIGNALS = (
     Signal("steering", "rad", "steering angle of a car"),
     Signal("v_y", "m/s", "velocity of an omnidirectional robot to its left"),
@@ -39,8 +39,8 @@ class Vehicles(NamedTuple):
 
     Attributes:
         own: Records of dtype `VEHICLE`, shape (n,).
-        lateral: Column of the law's signals that holds the velocity asked for to the left, -1 where it has none.
-        asked: Steering angle [rad] or sideways torque [N m] asked for, shape (n,).
+        lateral: Column of the law's signals that holds the commanded velocity to the left, -1 without one.
+        asked: Commanded steering angle [rad] or sideways torque [N m], shape (n,).
         state: Steering angle [rad] of a car; velocity to the left [m/s], sideways torque behind the actuators' lag
             [N m] and state of the derivative filter [m/s] of an omnidirectional robot, shape (n, 3).
         record: Written, shape (periods, n, len(SIGNALS)).
@@ -101,14 +101,14 @@ def drive(
         filters, torques: Written, shape (2,), see `loop.Memory`.
     """
     e_v, e_omega = clamp(v_c, robot.v_limit) - seen[3], clamp(omega_c, robot.omega_limit) - seen[4]
-    own, state = vehicles.own[i], vehicles.state[i]
-    if own.kind == ACKERMANN:
-        vehicles.asked[i] = steering_angle(v_c, omega_c, own.wheelbase, own.steering_limit)
+    vehicle, state = vehicles.own[i], vehicles.state[i]
+    if vehicle.kind == ACKERMANN:
+        vehicles.asked[i] = steering_angle(v_c, omega_c, vehicle.wheelbase, vehicle.steering_limit)
         e_omega = 0.0  # its rear wheels drive and do not turn it
     torques[0], torques[1], filters[0], filters[1] = pd_torques(e_v, e_omega, filters[0], filters[1], robot, dt)
-    if own.kind == OMNIDIRECTIONAL:
+    if vehicle.kind == OMNIDIRECTIONAL:
         e_y = clamp(v_y_c, robot.v_limit) - state[0]
-        # both of two equal torques are half of what one force needs
+        # each of two equal torques is half of the torque for one force
         half, _, state[2], _ = pd_torques(e_y, 0.0, state[2], 0.0, robot, dt)
         vehicles.asked[i] = clamp(2.0 * half, robot.torque_limit)
 
@@ -136,9 +136,9 @@ def _advance_car(
     i: int, t: float, s: State, torques: FloatArray, robot: Any, acting: Any, load: Load, dt: float, substeps: int,
     vehicles: Vehicles,
 ) -> State:  # fmt: skip
-    h, own, shape = dt / substeps, vehicles.own[i], body(t, robot, load)
+    h, vehicle, shape = dt / substeps, vehicles.own[i], body(t, robot, load)
     first, way = vehicles.state[i, 0], vehicles.asked[i] - vehicles.state[i, 0]
-    rate = own.steering_rate if way >= 0.0 else -own.steering_rate
+    rate = vehicle.steering_rate if way >= 0.0 else -vehicle.steering_rate
     for k in range(substeps):
         since = k * h
         begin = disturbance_since(t, t + since, acting)
@@ -147,18 +147,20 @@ def _advance_car(
         angle_1, rate_1 = _steered(first, way, rate, since)
         angle_2, rate_2 = _steered(first, way, rate, since + 0.5 * h)
         angle_3, rate_3 = _steered(first, way, rate, since + h)
-        k1 = car_derivative(s, torques[0], torques[1], angle_1, rate_1, own.wheelbase, robot, shape, begin)
+        k1 = car_derivative(s, torques[0], torques[1], angle_1, rate_1, vehicle.wheelbase, robot, shape, begin)
         k2 = car_derivative(
-            add(s, k1, 0.5 * h), torques[0], torques[1], angle_2, rate_2, own.wheelbase, robot, shape, middle
+            add(s, k1, 0.5 * h), torques[0], torques[1], angle_2, rate_2, vehicle.wheelbase, robot, shape, middle
         )
         k3 = car_derivative(
-            add(s, k2, 0.5 * h), torques[0], torques[1], angle_2, rate_2, own.wheelbase, robot, shape, middle
+            add(s, k2, 0.5 * h), torques[0], torques[1], angle_2, rate_2, vehicle.wheelbase, robot, shape, middle
         )
-        k4 = car_derivative(add(s, k3, h), torques[0], torques[1], angle_3, rate_3, own.wheelbase, robot, shape, end)
+        k4 = car_derivative(
+            add(s, k3, h), torques[0], torques[1], angle_3, rate_3, vehicle.wheelbase, robot, shape, end
+        )
         s = add(add(add(add(s, k1, h / 6.0), k2, h / 3.0), k3, h / 3.0), k4, h / 6.0)
     angle, _ = _steered(first, way, rate, dt)
     vehicles.state[i, 0] = angle
-    omega = s.v * math.tan(angle) / own.wheelbase
+    omega = s.v * math.tan(angle) / vehicle.wheelbase
     return State(s.x, s.y, s.theta, s.v, omega, s.torque_right, s.torque_left)
 
 
@@ -248,7 +250,7 @@ def omnidirectional_derivative(
         u: Velocity to the left [m/s].
         sideways: Torque of the wheels that pushes it to the left, behind the actuators' lag [N m].
         torques: Asked of the right and the left wheels, shape (2,) [N m].
-        asked: Sideways torque asked for [N m].
+        asked: Commanded sideways torque [N m].
         robot, shape, now: As for `robot.derivative`; `half_track` is the lever arm of the wheels.
     """
     v, omega = s.v + now.v, s.omega + now.omega

@@ -45,7 +45,7 @@ class PathRows:
     source: SourceText
 
     def standstill(self, when: float, speed: float, least: float) -> Diagnostic:
-        """Describe where the path stands still."""
+        """Describe where the path does not move."""
         k = max(0, int(np.searchsorted(self.t, when, side="right")) - 1)
         message = f"the reference stands still: its speed is {speed:.3g} m/s at t = {when:.6g} s"
         facts = (f"below {least:g} m/s its direction is undefined, and with it the auxiliary angular velocity",)
@@ -93,7 +93,7 @@ _HELP = "write a line 't,x,y' and below it a row for each time [s] and place [m,
 
 
 def _header(source: SourceText, number: int, line: str) -> tuple[list[int], int]:
-    """Return where the columns t, x, y stand, and how many columns there are."""
+    """Return the numbers of the columns t, x, y, and the number of columns."""
     names = [cell.strip() for cell in line.split(",")]
     missing = [c for c in COLUMNS if c not in names]
     if missing:
@@ -109,7 +109,7 @@ def _header(source: SourceText, number: int, line: str) -> tuple[list[int], int]
 def _cells(
     source: SourceText, number: int, line: str, columns: tuple[list[int], int], rows: list[tuple[float, ...]]
 ) -> Iterator[Diagnostic]:
-    """Append one row to those before it, or say what is wrong with it."""
+    """Append one row to those before it, or describe its mistake."""
     where, count = columns
     cells = line.split(",")
     if len(cells) != count:
@@ -119,8 +119,8 @@ def _cells(
     for name, k in zip(COLUMNS, where, strict=True):
         value = _number(cells[k])
         if value is None or not abs(value) <= LARGEST_VALUE:
-            shown = cells[k].strip()[:40]
-            message = f"column {name}: {shown} {_fault(value)}" if shown else f"column {name} is empty"
+            text = cells[k].strip()[:40]
+            message = f"column {name}: {text} {_fault(value)}" if text else f"column {name} is empty"
             yield _at(source, number, message, column=k)
         else:
             values.append(value)

@@ -1,21 +1,182 @@
-"""References prepared for the loop: the name of a curve and its flat constants."""
+"""Reference trajectories: their settings, curves, and constants for the loop."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable
 from itertools import islice
-from typing import NamedTuple
+from typing import Annotated, Literal, NamedTuple
 
 import numpy as np
+from pydantic import Field, Strict, model_validator
 
-from dwmr.core.arrays import FloatArray
-from dwmr.core.reference import Reference
-from dwmr.reference import curves, splines
+from dwmr.config.quantities import FARTHEST, Section, place, quantity
+from dwmr.core.arrays import FloatArray, Reference
+from dwmr.reference import splines
 from dwmr.reference.path_files import PathRows
-from dwmr.reference.settings import Circle, CsvPath, Eight, Line, Waypoints
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 from fuzzyctl.experiments.scenario_keys import Places
+
+
+def eight(t: float, shape: FloatArray) -> Reference:
+    """Return posture and velocity on a figure eight at a time.
+
+    Args:
+        t: Time [s].
+        shape: Half the width along x and along y [m]; period [s]; how often each of the two is travelled per period.
+
+    Returns:
+        The virtual robot's posture and velocities; its orientation is the direction of travel.
+
+    Source:
+        Goto, Bertol, Martins, Eq. (76) with x and y exchanged: only so do the obstacles of Table 11 lie on the path in
+        the middle of the disturbance windows, as section 7.2 says; third row with the numerator's second derivatives
+        restored.
+    """
+    w, a_x, a_y = 2.0 * math.pi / shape[2], shape[0], shape[1]
+    w_x, w_y = shape[3] * w, shape[4] * w
+    x_dot = w_x * a_x * math.cos(w_x * t)
+    y_dot = w_y * a_y * math.cos(w_y * t)
+    x = a_x * math.sin(w_x * t)
+    y = a_y * math.sin(w_y * t)
+    omega = (w_x * w_x * x * y_dot - w_y * w_y * y * x_dot) / (x_dot * x_dot + y_dot * y_dot)
+    return Reference(x, y, math.atan2(y_dot, x_dot), math.hypot(x_dot, y_dot), omega)
+
+
+def circle(t: float, shape: FloatArray) -> Reference:
+    """Return posture and velocity on a circle at a time.
+
+    Args:
+        t: Time [s].
+        shape: Centre x, y and radius [m]; angle of the place at t = 0 [rad]; angular velocity, positive
+            counter-clockwise [rad/s].
+    """
+    angle = shape[3] + shape[4] * t
+    c, s = math.cos(angle), math.sin(angle)
+    turn = 1.0 if shape[4] > 0.0 else -1.0
+    theta = math.atan2(turn * c, -turn * s)
+    return Reference(shape[0] + shape[2] * c, shape[1] + shape[2] * s, theta, shape[2] * abs(shape[4]), shape[4])
+
+
+def line(t: float, shape: FloatArray) -> Reference:
+    """Return posture and velocity on a straight line at a time.
+
+    Args:
+        t: Time [s].
+        shape: Place x, y at t = 0 [m]; direction [rad]; velocity [m/s].
+    """
+    way = shape[3] * t
+    theta = math.atan2(math.sin(shape[2]), math.cos(shape[2]))
+    return Reference(shape[0] + way * math.cos(theta), shape[1] + way * math.sin(theta), theta, shape[3], 0.0)
+
+
+def spline(t: float, shape: FloatArray) -> Reference:
+    """Return posture and velocity on a piecewise cubic path at a time.
+
+    Before its first knot and behind its last one an open path goes on straight, at the velocity it has there: a
+    reference must not rest.
+
+    Args:
+        t: Time [s].
+        shape: Number n of pieces; period [s], 0 for an open path; n + 1 knots [s]; and for each piece the coefficients
+            of x and then of y, lowest power of the time since the piece's first knot first [m, m/s, m/s², m/s³].
+    """
+    n, period, first = int(shape[0]), shape[1], shape[2]
+    if period > 0.0:
+        t -= period * math.floor((t - first) / period)
+    inside = min(max(t, first), shape[2 + n])
+    low, high = 0, n
+    while high - low > 1:
+        middle = (low + high) // 2
+        if shape[2 + middle] <= inside:
+            low = middle
+        else:
+            high = middle
+    c, tau = 3 + n + 8 * low, inside - shape[2 + low]
+    x_dot = shape[c + 1] + tau * (2.0 * shape[c + 2] + tau * 3.0 * shape[c + 3])
+    y_dot = shape[c + 5] + tau * (2.0 * shape[c + 6] + tau * 3.0 * shape[c + 7])
+    x = shape[c] + tau * (shape[c + 1] + tau * (shape[c + 2] + tau * shape[c + 3]))
+    y = shape[c + 4] + tau * (shape[c + 5] + tau * (shape[c + 6] + tau * shape[c + 7]))
+    beyond, omega = t - inside, 0.0
+    if beyond == 0.0:
+        x_ddot = 2.0 * shape[c + 2] + 6.0 * tau * shape[c + 3]
+        y_ddot = 2.0 * shape[c + 6] + 6.0 * tau * shape[c + 7]
+        omega = (y_ddot * x_dot - x_ddot * y_dot) / max(x_dot * x_dot + y_dot * y_dot, 1e-300)
+    return Reference(x + beyond * x_dot, y + beyond * y_dot, math.atan2(y_dot, x_dot), math.hypot(x_dot, y_dot), omega)
+
+
+#: A place in the plane, x and y [m].
+Coordinate = Annotated[float, Field(ge=-FARTHEST, le=FARTHEST)]
+Point = Annotated[tuple[Coordinate, Coordinate], Strict(False)]
+
+
+class Eight(Section):
+    """Figure eight, Eq. (76)."""
+
+    kind: Literal["eight"]
+    amplitude_x: float = quantity("half the extent along x", "m", gt=0, le=FARTHEST)
+    amplitude_y: float = quantity("half the extent along y", "m", gt=0, le=FARTHEST)
+    period: float = quantity("time of one round", "s", ge=1e-3)
+    along: Literal["x", "y"] = Field(
+        default="y", description="axis along which the two loops lie; the other one is travelled twice per period"
+    )
+
+
+class Circle(Section):
+    """Circle at constant speed."""
+
+    kind: Literal["circle"]
+    centre_x: float = place("centre, x")
+    centre_y: float = place("centre, y")
+    radius: float = quantity("radius", "m", gt=0, le=FARTHEST)
+    period: float = quantity("time of one round", "s", ge=1e-3)
+    direction: Literal["counter-clockwise", "clockwise"] = Field(description="sense of travel")
+    start_angle: float = quantity("angle of the place at t = 0, seen from the centre", "rad", default=0.0)
+
+
+class Line(Section):
+    """Straight line at constant speed."""
+
+    kind: Literal["line"]
+    start_x: float = place("place at t = 0, x")
+    start_y: float = place("place at t = 0, y")
+    angle: float = quantity("direction, counter-clockwise from the x axis", "rad")
+    speed: float = quantity("speed", "m/s", gt=0, le=1e6)
+
+
+class Waypoints(Section):
+    """Smooth path through places at nearly constant speed; an open one goes on straight behind its last place."""
+
+    kind: Literal["waypoints"]
+    points: Annotated[tuple[Point, ...], Strict(False)] = Field(
+        description="places [x, y] in order", min_length=2, max_length=2000, json_schema_extra={"unit": "m"}
+    )
+    closed: bool = Field(default=False, description="whether the path leads back to its first place, again and again")
+    speed: float | None = quantity("speed", "m/s", gt=0, le=1e6, default=None)
+    duration: float | None = quantity("time of the whole way, or of one round", "s", ge=1e-3, default=None)
+
+    @model_validator(mode="after")
+    def _one_tempo(self) -> Waypoints:
+        if (self.speed is None) == (self.duration is None):
+            raise ValueError(f"give speed or duration{', not both' if self.speed is not None else ''}")
+        return self
+
+
+class CsvPath(Section):
+    """Smooth path through the rows of a CSV file; an open one goes on straight behind its last row."""
+
+    kind: Literal["csv"]
+    file: str = Field(description="CSV file with the columns t [s], x [m], y [m], beside the scenario", min_length=1)
+    closed: bool = Field(default=False, description="whether the last row is the first place again, and so on")
+
+
+#: Curves by name; the loop compiles them, `Shape.at` calls them as Python.
+CURVES: dict[str, Callable[[float, FloatArray], Reference]] = {
+    "eight": eight, "circle": circle, "line": line, "spline": spline,
+}  # fmt: skip
+
+ReferenceSettings = Annotated[Eight | Circle | Line | Waypoints | CsvPath, Field(discriminator="kind")]
+
 
 #: Below this a reference counts as standing still: its direction is then undefined [m/s].
 SLOWEST = 1e-3
@@ -33,8 +194,8 @@ class Shape(NamedTuple):
     """A reference trajectory as the loop wants it.
 
     Attributes:
-        path: Name of a function of `curves`.
-        constants: What it reads, shape (c,).
+        path: Name of a function of `CURVES`.
+        constants: Its arguments, shape (c,).
         end: Time from which an open path goes on straight; infinite where it never ends [s].
         period: Time after which it repeats, 0 where it does not [s].
     """
@@ -46,9 +207,8 @@ class Shape(NamedTuple):
 
     def at(self, t: float) -> Reference:
         """Return posture and velocity at a time [s]."""
-        function: Callable[[float, FloatArray], Reference] = getattr(curves, self.path)
-        with np.errstate(all="ignore"):  # as compiled: what overflows is infinite, and the run stops there
-            return function(t, self.constants)
+        with np.errstate(all="ignore"):  # as compiled: an overflow is infinite, and the run stops there
+            return CURVES[self.path](t, self.constants)
 
 
 def shape_of(settings: Settings, rows: Callable[[str], PathRows], places: Places) -> Shape:
@@ -57,10 +217,10 @@ def shape_of(settings: Settings, rows: Callable[[str], PathRows], places: Places
     Args:
         settings: The scenario's reference.
         rows: Reads a file of the scenario's own.
-        places: Where the scenario's keys stand.
+        places: Locations of the scenario's keys.
 
     Raises:
-        DiagnosticError: When it stands still somewhere, or its file is malformed.
+        DiagnosticError: When it rests somewhere, or its file is malformed.
     """
     match settings:
         case Eight():
@@ -128,7 +288,7 @@ def _twice(gaps: FloatArray, count: int, places: Places) -> Iterable[Diagnostic]
     for k in np.flatnonzero(gaps < SAME):
         after = (int(k) + 1) % count
         message = f"reference.points.{after} is the same place as reference.points.{int(k)}"
-        yield places.diagnostic("FZ904", "reference.points", message, facts=("a reference must not stand still",))
+        yield places.diagnostic("FZ904", "reference.points", message, facts=("a reference must not rest",))
 
 
 def _csv(settings: CsvPath, rows: PathRows, places: Places) -> Shape:
@@ -144,7 +304,7 @@ def _csv(settings: CsvPath, rows: PathRows, places: Places) -> Shape:
 
 
 def _spline(t: FloatArray, coefficients: FloatArray, closed: bool) -> Shape:
-    """Lay the pieces out as `curves.spline` reads them."""
+    """Lay the pieces out as `spline` reads them."""
     period = float(t[-1] - t[0]) if closed else 0.0
     constants = np.concatenate([[len(t) - 1, period], t, coefficients.reshape(-1)])
     return Shape("spline", constants, end=math.inf if closed else float(t[-1]), period=period)

@@ -13,7 +13,7 @@ from dwmr.core.geometry import wrap_array
 from dwmr.results import lyapunov
 from dwmr.results.metrics import distances
 from dwmr.scenario.model import Scenario
-from dwmr.scenario.moving import centres
+from dwmr.scenario.outlines import centres
 from dwmr.simulation.simulate import Trajectory
 
 #: Channels of a control law: linear and angular velocity.
@@ -45,13 +45,13 @@ def chattering(trajectory: Trajectory, channel: str, dt: float) -> FloatArray:
 
 
 def velocity_error(trajectory: Trajectory, channel: str) -> FloatArray:
-    """Return v_e, the velocity asked for less that with which a robot really moves, shape (samples, robots).
+    """Return v_e, the commanded velocity less the actual one, shape (samples, robots).
 
     Returns:
         [m/s or rad/s].
 
     Source:
-        Goto, Bertol, Martins, section 2: what disturbs the kinematics of Eq. (6), with its sign changed.
+        Goto, Bertol, Martins, section 2: the disturbance of the kinematics of Eq. (6), with its sign changed.
     """
     error: FloatArray = trajectory[f"{channel}_c"] - trajectory[channel] - trajectory[f"d_{channel}"]
     return error
@@ -77,8 +77,8 @@ def followers(scenario: Scenario) -> tuple[str, ...]:
 
 def avoiders(scenario: Scenario) -> tuple[str, ...]:
     """Return the names of the robots that avoid obstacles: those on the reference with avoidance switched on."""
-    found = (n for n, r in scenario.robots.items() if r.avoids_obstacles and r.formation is None)
-    return tuple(found) if scenario.obstacles else ()
+    names = (n for n, r in scenario.robots.items() if r.avoids_obstacles and r.formation is None)
+    return tuple(names) if scenario.obstacles else ()
 
 
 def formation_error(trajectory: Trajectory, scenario: Scenario, robot: str) -> tuple[FloatArray, FloatArray]:
@@ -106,7 +106,7 @@ def avoidance_radii(trajectory: Trajectory, scenario: Scenario, robot: str) -> F
     Source:
         Goto, Bertol, Martins, Eqs. (58)-(63).
     """
-    i, own, settings = trajectory.robots.index(robot), scenario.robots[robot], scenario.avoidance
+    i, settings_of_robot, settings = trajectory.robots.index(robot), scenario.robots[robot], scenario.avoidance
     x, y, theta, v = (trajectory[name][:, i] for name in ("x", "y", "theta", "v"))
     values = Avoidance(
         settings.margin, settings.largest_radius, settings.kappa, settings.gamma, settings.rho, settings.slowdown
@@ -116,7 +116,7 @@ def avoidance_radii(trajectory: Trajectory, scenario: Scenario, robot: str) -> F
     for a, one in enumerate(scenario.obstacles):
         closing = v * np.cos(theta - np.arctan2(at[:, a, 1] - y, at[:, a, 0] - x))
         radii[:, a] = [
-            avoidance_radius(d, c, one.radius, own.radius, values)
+            avoidance_radius(d, c, one.radius, settings_of_robot.radius, values)
             for d, c in zip(gap[:, a].tolist(), closing.tolist(), strict=True)
         ]
     return radii

@@ -1,6 +1,6 @@
 """Lyapunov functions and drift of the adaptive gains along a recorded run: arrays in, arrays out.
 
-Everything follows from the recorded signals. What the paper calls d̃_0, the effect of all uncertainties and disturbances
+Everything follows from the recorded signals. d̃_0 of the paper, the effect of all uncertainties and disturbances
 on the kinematics, is here what it is there (section 3.2): the difference between the velocities with which a robot
 really moves and those its control law asked for. With it Eqs. (14) and (26) are identities, and not only bounds: the
 derivative of V along the recorded run, except during avoidance. There the reference's position goes on along the path
@@ -54,12 +54,8 @@ _DRIFTING = ("k_h_v", "k_h_omega", "eta_v", "eta_omega")
 def signals(trajectory: Trajectory, scenario: Scenario) -> Mapping[str, FloatArray]:
     """Return the Lyapunov functions of a run with their derivatives and parts, each of shape (samples, robots).
 
-    Args:
-        trajectory: A run.
-        scenario: What was run.
-
     Returns:
-        Arrays by the names of `SIGNALS`. Without an adaptive gain there are no V_23 and V_dot_23. A law of one's own
+        Arrays by the names of `SIGNALS`. Without an adaptive gain there are no V_23 and V_dot_23. A user's law
         takes part when its gains and signals have the names that those of the shipped laws have; else there is nothing.
 
     Source:
@@ -81,9 +77,9 @@ def _gains(trajectory: Trajectory, scenario: Scenario) -> Mapping[str, FloatArra
     tables = [laws.table(scenario.robots[r].controllers, trajectory.controller)[1] for r in trajectory.robots]
     rows = [dict(one or {}) for one in tables]
     keys = [key for key in rows[0] if all(isinstance(row.get(key), int | float) for row in rows)]
-    found = {key: np.array([row[key] for row in rows], dtype=np.float64) for key in keys}
-    complete = {"lambda_1", "lambda_2", "lambda_3", "p_v", "p_omega"} <= found.keys()
-    return found if complete and {"sigma_v", "sigma_omega"} <= set(trajectory.names) else None
+    gains = {key: np.array([row[key] for row in rows], dtype=np.float64) for key in keys}
+    complete = {"lambda_1", "lambda_2", "lambda_3", "p_v", "p_omega"} <= gains.keys()
+    return gains if complete and {"sigma_v", "sigma_omega"} <= set(trajectory.names) else None
 
 
 def _parts(trajectory: Trajectory, gains: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
@@ -141,7 +137,7 @@ def _functions(
 
 
 def _adaptive_part(trajectory: Trajectory, gains: Mapping[str, FloatArray]) -> tuple[FloatArray, FloatArray]:
-    """Return ½ Σ k̃²/Γ and Σ k̃/Γ dk̂/dt; dk̂/dt is what the law did from each sample to the next.
+    """Return ½ Σ k̃²/Γ and Σ k̃/Γ dk̂/dt; dk̂/dt is the change by the law from each sample to the next.
 
     Source:
         Goto, Bertol, Martins, Eqs. (23)-(25), with `surrogate` for k_h.
@@ -156,7 +152,7 @@ def _adaptive_part(trajectory: Trajectory, gains: Mapping[str, FloatArray]) -> t
 
 
 def surrogate(trajectory: Trajectory, channel: str) -> FloatArray:
-    """Return what stands for the unknown k_h of Eq. (24): the largest k̂_h of the run, shape (robots,) [m/s or rad/s].
+    """Return a substitute for the unknown k_h of Eq. (24): the largest k̂_h of the run, shape (robots,) [m/s or rad/s].
 
     Args:
         trajectory: A run under a law with an adaptive gain.
@@ -178,7 +174,7 @@ def _forward_rate(values: FloatArray, t: FloatArray) -> FloatArray:
 
 
 def last(found: Mapping[str, FloatArray], kind: str) -> FloatArray:
-    """Return "V" or "V_dot" of Eq. (23) where the law has an adaptive gain, else of Eq. (10).
+    """Return "V" or "V_dot" of Eq. (23) for a law with an adaptive gain, else of Eq. (10).
 
     Args:
         found: From `signals`, not empty.
@@ -188,22 +184,20 @@ def last(found: Mapping[str, FloatArray], kind: str) -> FloatArray:
 
 
 def measure(trajectory: Trajectory, scenario: Scenario) -> dict[str, Any]:
-    """Return for every robot the shares of time in which V̇ > 0, and what its adaptive gains do, as plain data.
-
-    Args:
-        trajectory: A run.
-        scenario: What was run.
+    """Return for every robot the shares of time in which V̇ > 0, and the drift of its adaptive gains, as plain data.
 
     Returns:
         "lyapunov": by robot the shares [-] `V_dot_10_positive`, and `V_dot_23_positive` with an adaptive gain; the
         last of them split into those `in_tracking` and `in_avoidance`, None for a mode that never is on; and
         `V_10_growing`, the share of periods after which V of Eq. (10) is larger than before.
-        "drift": by robot and gain `largest`, `final` and `growth`, see `drift`. Either is empty where a law has none.
+        "drift": by robot and gain `largest`, `final` and `growth`, see `drift`. Either is empty for a law without them.
     """
-    found = signals(trajectory, scenario)
+    functions = signals(trajectory, scenario)
     watched = [name for name in _DRIFTING if name in trajectory.names]
     return {
-        "lyapunov": {r: _shares(trajectory, found, i) for i, r in enumerate(trajectory.robots)} if found else {},
+        "lyapunov": {r: _shares(trajectory, functions, i) for i, r in enumerate(trajectory.robots)}
+        if functions
+        else {},
         "drift": {
             r: {name: drift(trajectory.t, trajectory[name][:, i]) for name in watched}
             for i, r in enumerate(trajectory.robots)

@@ -12,38 +12,11 @@ import numpy as np
 from dwmr.control import laws
 from dwmr.core.arrays import FloatArray
 from dwmr.core.geometry import wrap_array
-from dwmr.results import contacts, lyapunov, safety
+from dwmr.results import lyapunov
+from dwmr.results.distances import contact, obstacle_gaps, robot_gaps, safety_measures
 from dwmr.scenario.model import Scenario
-from dwmr.scenario.moving import centres
+from dwmr.scenario.outlines import centres
 from dwmr.simulation.simulate import Trajectory
-
-#: Duration of the runs behind Table 12 [s] (section 7); errors of a shorter run are no counterpart of it.
-TABLE_12_HORIZON = 200.0
-
-#: Goto, Bertol, Martins, Table 12: RMSE of x_e [m], y_e [m], theta_e [rad] with disturbances and obstacles.
-TABLE_12: dict[str, dict[str, dict[str, float]]] = {
-    controller: {
-        robot: dict(zip(("x_e", "y_e", "theta_e"), row, strict=True))
-        for robot, row in zip(("leader", "follower1", "follower2"), rows, strict=True)
-    }
-    for controller, rows in {
-        "smc": ((3.2309, 3.4591, 4.0197), (0.8302, 2.3546, 0.4170), (0.7973, 1.9537, 0.4404)),
-        "aifqsmc": ((0.5399, 0.6988, 0.2327), (0.1298, 0.1340, 0.0318), (0.1008, 0.1114, 0.0206)),
-        "fcafsmc": ((0.4519, 0.5694, 0.2546), (0.1806, 0.1883, 0.0528), (0.1456, 0.1693, 0.0427)),
-    }.items()
-}
-
-
-#: The same, Table 13: AIFQSMC in Gazebo, to which no disturbance was added.
-TABLE_13: dict[str, dict[str, dict[str, float]]] = {
-    "aifqsmc": {
-        "leader": {"x_e": 0.4604, "y_e": 0.5881, "theta_e": 0.2205},
-        "follower1": {"x_e": 0.1532, "y_e": 0.2428, "theta_e": 0.1987},
-        "follower2": {"x_e": 0.0999, "y_e": 0.1560, "theta_e": 0.0349},
-    }
-}
-
-TABLES = {12: TABLE_12, 13: TABLE_13}
 
 #: Names of two robots, samples, and the gaps between their bodies at these [m].
 Pairs = list[tuple[str, str, Any, FloatArray]]
@@ -99,11 +72,11 @@ def measure(trajectory: Trajectory, scenario: Scenario, wanted: Collection[str] 
 
     Args:
         trajectory: A run.
-        scenario: What was run.
+        scenario: Its scenario.
         wanted: Names of the measures, None for all; some cost as much as the run. How the run ended is always there.
     """
     whole, trajectory = trajectory, finite_part(trajectory)
-    # numbers of a run that diverged may overflow; what is not finite shows as null
+    # numbers of a run that diverged may overflow; infinite ones show as null
     with np.errstate(over="ignore", invalid="ignore"):
         result = {
             name: of() for name, of in _measures(trajectory, scenario).items() if wanted is None or name in wanted
@@ -111,7 +84,7 @@ def measure(trajectory: Trajectory, scenario: Scenario, wanted: Collection[str] 
         if wanted is None or {"lyapunov", "drift"} & set(wanted):
             result |= lyapunov.measure(trajectory, scenario)
     if (wanted is None or "safety" in wanted) and scenario.safety is not None:
-        result["safety"] = safety.measure(trajectory, scenario, scenario.safety)
+        result["safety"] = safety_measures(trajectory, scenario, scenario.safety)
     if "g_ais_v" in trajectory.names:
         result["g_ais_min"] = float(min(trajectory["g_ais_v"].min(), trajectory["g_ais_omega"].min()))
     result["steps"] = len(whole.t) - 1
@@ -142,8 +115,8 @@ def finite_part(trajectory: Trajectory) -> Trajectory:
 def _measures(run: Trajectory, scenario: Scenario) -> dict[str, Callable[[], Any]]:
     """Return how to compute each measure."""
     names = run.robots
-    pairs = cache(lambda: list(contacts.robot_gaps(run, scenario)))
-    to_obstacles = cache(lambda robot: contacts.obstacle_gaps(run, scenario, robot))
+    pairs = cache(lambda: list(robot_gaps(run, scenario)))
+    to_obstacles = cache(lambda robot: obstacle_gaps(run, scenario, robot))
     return {
         "rmse": lambda: {n: _rmse(run, n, printed_frame(scenario, n)) for n in names},
         "rmse_body": lambda: {n: _rmse(run, n, "body") for n in names},
@@ -187,20 +160,20 @@ def distances(trajectory: Trajectory, scenario: Scenario, robot: str) -> FloatAr
 
 
 def _least(gaps: list[FloatArray]) -> float | None:
-    """Return the least of some distances, None where there are none [m]."""
+    """Return the least of some distances, None without any [m]."""
     return min((float(one.min()) for one in gaps if one.size), default=None)
 
 
 def _obstacles_hit(t: FloatArray, dt: float, robot: str, gaps: FloatArray) -> list[dict[str, Any]]:
     """Return the obstacles that a robot's body touches, from its gaps to them."""
-    found = [contacts.contact(t, dt, gaps[:, a]) for a in range(gaps.shape[1])]
-    return [{"robot": robot, "obstacle": a, **one._asdict()} for a, one in enumerate(found) if one is not None]
+    contacts = [contact(t, dt, gaps[:, a]) for a in range(gaps.shape[1])]
+    return [{"robot": robot, "obstacle": a, **one._asdict()} for a, one in enumerate(contacts) if one is not None]
 
 
 def _robots_hit(trajectory: Trajectory, scenario: Scenario, pairs: Pairs) -> list[dict[str, Any]]:
     """Return the pairs of robots whose bodies touch."""
-    found = [((a, b), contacts.contact(trajectory.t[near], scenario.run.dt, gaps)) for a, b, near, gaps in pairs]
-    return [{"robots": list(names), **one._asdict()} for names, one in found if one is not None]
+    contacts = [((a, b), contact(trajectory.t[near], scenario.run.dt, gaps)) for a, b, near, gaps in pairs]
+    return [{"robots": list(names), **one._asdict()} for names, one in contacts if one is not None]
 
 
 def _chattering(trajectory: Trajectory, dt: float, robot: str) -> dict[str, float]:
@@ -214,7 +187,7 @@ def _chattering(trajectory: Trajectory, dt: float, robot: str) -> dict[str, floa
 
 
 def _saturation(trajectory: Trajectory, scenario: Scenario, robot: str) -> dict[str, float]:
-    """Return the shares of time in which the velocities asked for and the torques reach their limits [-]."""
+    """Return the shares of time in which the commanded velocities and the torques reach their limits [-]."""
     i, limits = trajectory.robots.index(robot), scenario.robots[robot].actuator
     torque = np.maximum(np.abs(trajectory["torque_right"][:, i]), np.abs(trajectory["torque_left"][:, i]))
     return {

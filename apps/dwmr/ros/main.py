@@ -10,8 +10,7 @@ from typing import Any
 from dwmr.control import laws
 from dwmr.control.fuzzy_gains import Rules
 from dwmr.output.bag import unfit_names
-from dwmr.ros.formation_commands import FormationCommands
-from dwmr.ros.node import FormationNode, Settings
+from dwmr.ros.node import FormationCommands, FormationNode, Settings
 from dwmr.scenario.file import UnknownScenarioError, find, read
 from dwmr.scenario.model import Scenario
 from dwmr.simulation import preflight, simulate
@@ -85,13 +84,13 @@ def prepare(values: Mapping[str, Any]) -> Simulation:
     file = read(path)
     controller = values["controller"] or file.scenario.run.controller
     if not laws.exists(controller, file.path.parent):
-        known = ", ".join(laws.names())
-        wrong.append(f"controller = '{controller}' is not one of {known}, and no file beside the scenario")
+        names = ", ".join(laws.names())
+        wrong.append(f"controller = '{controller}' is not one of {names}, and no file beside the scenario")
     wrong += unfit_names(file.scenario.robots)
     if wrong:
         raise ParameterError("\n".join(wrong))
     if lower := _lower_limits(file.scenario, values):
-        file = read(path, lower)  # the safety filter and the law's checks count on what commands are cut to
+        file = read(path, lower)  # the safety filter and the law's checks rely on the limits of commands
     folders = [Path(values["rules"])] if values["rules"] else []
     rules = Rules(file.scenario.rules, (*folders, *file.folders), file.places)
     preflight.check(file, [controller], rules)
@@ -102,7 +101,7 @@ def prepare(values: Mapping[str, Any]) -> Simulation:
 
 
 def _lower_limits(scenario: Scenario, values: Mapping[str, Any]) -> list[str]:
-    """Return what sets the limits of robots to those of the node, where these are lower."""
+    """Return overrides that lower the limits of robots to those of the node."""
     return [
         f"robots.{name}.actuator.{key}={values[key]!r}"
         for name, robot in scenario.robots.items()

@@ -8,20 +8,20 @@ from itertools import islice
 from pathlib import Path
 
 from dwmr.control import laws as controllers
-from dwmr.control.roles import ROLES
-from dwmr.scenario import safety_checks
+from dwmr.control.rule_requirements import ROLES
+from dwmr.scenario.guard import safety_mistakes
 from dwmr.scenario.mistakes import unknown_role
 from dwmr.scenario.model import RigidBody, Robot, Scenario
 from dwmr.scenario.outlines import distance_from
 from dwmr.scenario.remarks import MOST_OF_A_KIND, overlaps
-from dwmr.scenario.vehicle_checks import others, vehicles
+from dwmr.scenario.vehicle_limits import others, vehicles
 from fuzzyctl.diagnostics.diagnostic import Diagnostic
 from fuzzyctl.diagnostics.suggestions import did_you_mean
 from fuzzyctl.experiments.scenario_keys import Places, split_key
 
 
 def rigid_bodies(scenario: Scenario, places: Places) -> Iterable[Diagnostic]:
-    """Check what run.plant = "mujoco" needs of the robots and of what disturbs them."""
+    """Check the robots and disturbances for run.plant = "mujoco"."""
     if scenario.run.plant != "mujoco":
         return
     refused = others(scenario)  # as vehicles, whatever bodies they have
@@ -62,11 +62,11 @@ def _body(robot: Robot, own: RigidBody, key: str, places: Places) -> Iterable[Di
 def _velocities(scenario: Scenario, places: Places) -> Iterable[Diagnostic]:
     """Refuse disturbances that are added to the velocity."""
     units = {"v": "m/s", "omega": "rad/s"}
-    given = [(k, part) for k, one in enumerate(scenario.disturbances) for part in units if getattr(one, part)]
-    if given:
-        k, part = given[0]
+    velocities = [(k, part) for k, one in enumerate(scenario.disturbances) for part in units if getattr(one, part)]
+    if velocities:
+        k, part = velocities[0]
         key = f"disturbances.{k}.{part}"
-        more = f", and {len(given) - 1} more" if len(given) > 1 else ""
+        more = f", and {len(velocities) - 1} more" if len(velocities) > 1 else ""
         message = (
             f"{key} = {getattr(scenario.disturbances[k], part):g} {units[part]}{more}: a rigid body takes forces and "
             "torques, no velocity that is added to its own"
@@ -82,10 +82,10 @@ STABLE_STEP = 2.785
 
 
 def cross_checks(scenario: Scenario, places: Places) -> Iterable[Diagnostic]:
-    """Check what concerns several keys at once; of mistakes of one kind the first ones are given."""
+    """Check values of several keys together; of mistakes of one kind the first ones are reported."""
     checks = (
         _laws, _roles, _obstacles, _starts, _formation, _disturbed, _length, _steps, rigid_bodies,
-        safety_checks.mistakes, vehicles,
+        safety_mistakes, vehicles,
     )  # fmt: skip
     for check in checks:
         yield from islice(dict.fromkeys(check(scenario, places)), MOST_OF_A_KIND)
@@ -93,7 +93,7 @@ def cross_checks(scenario: Scenario, places: Places) -> Iterable[Diagnostic]:
 
 def _laws(scenario: Scenario, places: Places) -> Iterable[Diagnostic]:
     """Refuse laws that are neither shipped nor beside the scenario, each where it is named first."""
-    known, folder = controllers.names(), Path(places.source.name).parent
+    names, folder = controllers.names(), Path(places.source.name).parent
     named = {scenario.run.controller: "run.controller"}
     for name, robot in scenario.robots.items():
         for law in robot.controllers.__pydantic_extra__ or {}:
@@ -101,11 +101,11 @@ def _laws(scenario: Scenario, places: Places) -> Iterable[Diagnostic]:
     for law, key in named.items():
         if not controllers.exists(law, folder):
             beside = f"there is no {law}.fz or {law}.py beside the scenario"
-            yield _unknown(places, key, law, "controller", known, (beside,) if law.isidentifier() else ())
+            yield _unknown(places, key, law, "controller", names, (beside,) if law.isidentifier() else ())
 
 
 def _roles(scenario: Scenario, places: Places) -> Iterable[Diagnostic]:
-    """Refuse roles that no law can ask for; a law of one's own may have roles of its own, see `preflight`."""
+    """Refuse roles that no law uses; a user's law may have more roles, see `preflight`."""
     tables = {law for robot in scenario.robots.values() for law in robot.controllers.__pydantic_extra__ or {}}
     if all(controllers.base(law) in controllers.SHIPPED for law in {scenario.run.controller, *tables}):
         yield from (unknown_role(places, role) for role in scenario.rules if role not in ROLES)

@@ -4,34 +4,41 @@ from __future__ import annotations
 
 import dataclasses
 import hashlib
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from pydantic import ValidationError
 
-from dwmr.config.shipped import COMMON, SCENARIOS, SHIPPED, find, shipped_names
 from dwmr.reference.path_files import LARGEST_PATH, PathRows, read_rows
 from dwmr.reference.prepared import Shape, shape_of
-from dwmr.scenario import shared_robot
 from dwmr.scenario.checks import cross_checks
 from dwmr.scenario.mistakes import diagnose, diagnose_unused
-from dwmr.scenario.model import Robot, Scenario
+from dwmr.scenario.model import COMMON, Robot, Scenario
 from dwmr.scenario.remarks import remarks, too_slow
-from dwmr.scenario.vehicle_checks import turning
+from dwmr.scenario.vehicle_limits import turning
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
-from fuzzyctl.experiments.scenario_keys import EXTENDS, OverrideError, Places, override, shorten
+from fuzzyctl.experiments.scenario_keys import EXTENDS, KeyPath, OverrideError, Places, override, shorten
 from fuzzyctl.experiments.scenario_layers import (
     LARGEST_FILE,
+    Shipped,
     UnknownScenarioError,
     exists,
     merge,
+    overlay,
     read_bytes,
     read_layers,
+    replaced,
 )
+from fuzzyctl.experiments.value_errors import show
 
 __all__ = ["LARGEST_FILE", "SHIPPED", "ScenarioFile", "UnknownScenarioError", "find", "read", "shipped_names"]
+
+#: The scenarios that come with dwmr.
+SCENARIOS = Shipped(Path(__file__).parents[1] / "scenarios", "begin one with 'dwmr new NAME'", {"robots": COMMON})
+SHIPPED = SCENARIOS.folder
+find, shipped_names = SCENARIOS.find, SCENARIOS.names
 
 
 @dataclass(frozen=True)
@@ -41,10 +48,10 @@ class ScenarioFile:
     Args:
         scenario: Its values.
         path: Its file.
-        places: Where its keys stand.
+        places: Locations of its keys.
         sha256: Of its file and, where there are any, of the files it extends and of its path's CSV.
         shape: The reference, ready for the loop.
-        warnings: What a run does otherwise than its author may think.
+        warnings: Surprising effects of its values.
         folders: Where files that it names are looked for: beside it, then beside the scenarios it extends.
         files: Its file and those of the scenarios it extends.
     """
@@ -89,27 +96,27 @@ def read(path: Path, overrides: Iterable[str] = ()) -> ScenarioFile:
     written: dict[str, str] = {}
     try:
         data, places = merge(layers, written, SCENARIOS.common)
-        known, unused = tuple(_tables(data, "robots")), shared_robot.unused(data)
+        robots, unused = tuple(_tables(data, "robots")), unused_keys(data)
     except RecursionError:
         raise _too_deep(path) from None
-    if "name" not in layers[0].data and len(layers) > 1:  # what changes a scenario is not that scenario
+    if "name" not in layers[0].data and len(layers) > 1:  # a changed scenario is not that scenario
         data["name"] = path.stem
     for argument in overrides:
-        key, given = override(data, argument)
+        key, value = override(data, argument)
         if key in written:
             raise OverrideError(f"--set {shorten(argument)}: {key} is given twice")
         if key == EXTENDS or key.startswith(f"{EXTENDS}."):
             raise OverrideError(f"--set {shorten(argument)}: {EXTENDS} cannot be set, only written in a scenario file")
-        written[key] = given
+        written[key] = value
     try:
-        scenario = _validate(data, places, known)
-        idle = [key for key in shared_robot.unused(data) if places.given(COMMON, *key)]
+        scenario = _validate(data, places, robots)
+        idle = [key for key in unused_keys(data) if places.given(COMMON, *key)]
     except RecursionError:
         raise _too_deep(path) from None
     files = tuple(layer.path for layer in layers)
     folders = tuple(dict.fromkeys(one.parent for one in files))
     digest = hashlib.sha256(b"".join(layer.content for layer in layers))
-    mistakes = list(shared_robot.without_effect(idle, scenario.robots, places))
+    mistakes = list(without_effect(idle, scenario.robots, places))
     mistakes += dict.fromkeys(cross_checks(scenario, places))
     try:
         shape = shape_of(scenario.reference, _reader(folders, places, digest.update), places)
@@ -119,10 +126,10 @@ def read(path: Path, overrides: Iterable[str] = ()) -> ScenarioFile:
         mistakes += turning(scenario, shape, places)
     if mistakes:
         raise DiagnosticError(mistakes)
-    # what an extending scenario or --set gives each robot of its own is no slip of the table below
-    own = frozenset(shared_robot.leaves(_tables(layers[0].data, COMMON)))
-    idle = [key for key in unused if key in own and not places.given(COMMON, *key)]
-    warned = shared_robot.without_effect(idle, scenario.robots, places)
+    # values of each robot in an extending scenario or by --set are no slip of the table below
+    table_keys = frozenset(leaves(_tables(layers[0].data, COMMON)))
+    idle = [key for key in unused if key in table_keys and not places.given(COMMON, *key)]
+    warned = without_effect(idle, scenario.robots, places)
     warnings = (
         *remarks(scenario, places),
         *too_slow(scenario, shape, places),
@@ -158,7 +165,7 @@ def _tables(data: Mapping[str, Any], key: str) -> Mapping[str, Any]:
 
 def _validate(data: Mapping[str, Any], places: Places, known: Sequence[str]) -> Scenario:
     """Return the scenario of some data; `known` are the robots that its files name."""
-    whole = shared_robot.give(data, places)
+    whole = give(data, places)
     mistakes: list[Diagnostic] = []
     scenario = None
     try:
@@ -168,7 +175,65 @@ def _validate(data: Mapping[str, Any], places: Places, known: Sequence[str]) -> 
     try:
         Robot.model_validate(_tables(data, COMMON))
     except ValidationError as error:
-        mistakes += diagnose_unused(error, places, shared_robot.unused(data))
+        mistakes += diagnose_unused(error, places, unused_keys(data))
     if scenario is None or mistakes:
         raise DiagnosticError(mistakes)
     return scenario
+
+
+def give(data: Mapping[str, Any], places: Places) -> dict[str, Any]:
+    """Merge the [robot] table under every robot of [robots].
+
+    Raises:
+        DiagnosticError: When [robot] is no table.
+    """
+    rest = {k: v for k, v in data.items() if k != COMMON}
+    common, robots = data.get(COMMON, {}), data.get("robots")
+    if not isinstance(common, dict):
+        message = f"{COMMON} must be a table, got {show(common)}"
+        raise DiagnosticError([places.diagnostic("FZ904", COMMON, message)])
+    if isinstance(robots, dict):
+        rest["robots"] = {
+            n: overlay(common, values) if isinstance(values, dict) else values for n, values in robots.items()
+        }
+    return rest
+
+
+def unused_keys(data: Mapping[str, Any]) -> tuple[KeyPath, ...]:
+    """Return the keys below [robot] for which every robot has another value."""
+    common, robots = data.get(COMMON), data.get("robots")
+    if not isinstance(common, dict) or not isinstance(robots, dict) or not robots:
+        return ()
+    replacements = [
+        frozenset(replaced(common, one)) if isinstance(one, dict) else frozenset() for one in robots.values()
+    ]
+    return tuple(key for key in leaves(common) if all(_below(key, keys) for keys in replacements))
+
+
+def leaves(table: Mapping[str, Any], prefix: KeyPath = ()) -> Iterator[KeyPath]:
+    """Yield the keys of the values of a table and of its tables."""
+    for key, value in table.items():
+        if isinstance(value, dict):
+            yield from leaves(value, (*prefix, key))
+        else:
+            yield (*prefix, key)
+
+
+def _below(key: KeyPath, heads: frozenset[KeyPath]) -> bool:
+    return any(key[:k] in heads for k in range(1, len(key) + 1))
+
+
+def without_effect(keys: Iterable[KeyPath], robots: Iterable[str], places: Places) -> Iterator[Diagnostic]:
+    """Describe values of [robot] that no robot takes.
+
+    Args:
+        keys: From `unused_keys`.
+        robots: Names of the robots.
+        places: Locations of the keys.
+    """
+    first = next(iter(robots))
+    for key in keys:
+        tail = ".".join(key)
+        message = f"{COMMON}.{tail} is used by no robot: each has its own"
+        help_text = f"set robots.{first}.{tail}, or robots.*.{tail} in a sweep"
+        yield places.diagnostic("FZ904", f"{COMMON}.{tail}", message, help=help_text)

@@ -10,9 +10,8 @@ from typing import Any, Union, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
 
-from dwmr.config.shipped import COMMON
-from dwmr.control.roles import ROLES
-from dwmr.scenario.model import FULL_TURN, Robot, Scenario
+from dwmr.control.rule_requirements import ROLES
+from dwmr.scenario.model import COMMON, FULL_TURN, Robot, Scenario
 from fuzzyctl.diagnostics.diagnostic import Diagnostic
 from fuzzyctl.diagnostics.suggestions import did_you_mean
 from fuzzyctl.experiments.scenario_keys import EXTENDS, Places
@@ -34,7 +33,7 @@ def diagnose(
 
     Args:
         error: What pydantic found.
-        places: Where the keys stand.
+        places: Locations of the keys.
         prefix: Key of the table that was validated.
         robots: How many robots there are; what all of them lack is missing in the common table.
         known: The robots that files name; an incomplete one that only the command line names is a slip of its name.
@@ -43,9 +42,9 @@ def diagnose(
     errors = _few_of_each_list([e for e in error.errors(include_url=False) if not _miscounted(e, error)])
     misspelt = dict.fromkeys(e["loc"][1] for e in errors if known and _lacks(e) and e["loc"][1] not in known)
     errors = [e for e in errors if e["loc"][:1] != ("robots",) or e["loc"][1:2] == () or e["loc"][1] not in misspelt]
-    found = dict.fromkeys(_unknown_robot(places, str(name), known) for name in misspelt)
-    found |= dict.fromkeys(_diagnose(e, places, prefix) for e in _once(errors, robots - len(misspelt)))
-    return sorted(found, key=lambda d: d.span.start if d.span else -1)
+    diagnostics = dict.fromkeys(_unknown_robot(places, str(name), known) for name in misspelt)
+    diagnostics |= dict.fromkeys(_diagnose(e, places, prefix) for e in _once(errors, robots - len(misspelt)))
+    return sorted(diagnostics, key=lambda d: d.span.start if d.span else -1)
 
 
 def diagnose_unused(
@@ -55,7 +54,7 @@ def diagnose_unused(
 
     Args:
         error: What pydantic found in the common table alone, which need not be complete.
-        places: Where the keys stand.
+        places: Locations of the keys.
         unused: Keys of the common table that no robot takes; the others are seen at the robots.
     """
     for one in error.errors(include_url=False):
@@ -80,28 +79,28 @@ def _miscounted(one: Any, error: ValidationError) -> bool:
 
 
 def _few_of_each_list(errors: Sequence[Any]) -> list[Any]:
-    """Leave out what goes beyond `MOST_OF_A_LIST` mistakes of the elements of one list."""
+    """Keep at most `MOST_OF_A_LIST` mistakes of the elements of one list."""
     counts: Counter[Any] = Counter()
-    kept = []
+    few = []
     for one in errors:
         depth = next((k for k, part in enumerate(one["loc"]) if isinstance(part, int)), None)
         head = None if depth is None else one["loc"][:depth]
         counts[head] += 1
         if head is None or counts[head] <= MOST_OF_A_LIST:
-            kept.append(one)
-    return kept
+            few.append(one)
+    return few
 
 
 def _once(errors: Sequence[Any], robots: int) -> Iterable[Any]:
     """Give what every robot lacks once, as a key of the common table."""
     lacking = Counter(e["loc"][2:] for e in errors if _lacks(e))
-    shown: set[Any] = set()
+    tails: set[Any] = set()
     for one in errors:
         tail = one["loc"][2:]
         if not _lacks(one) or lacking[tail] < max(robots, 2):
             yield one
-        elif tail not in shown:
-            shown.add(tail)
+        elif tail not in tails:
+            tails.add(tail)
             yield {**one, "common": True}
 
 
@@ -125,11 +124,11 @@ def _diagnose(error: Any, places: Places, prefix: tuple[str, ...]) -> Diagnostic
         meaning = (f"{path[-1]} is: {info.description}{f' [{unit.strip()}]' if unit else ''}",)
     match error["type"]:
         case "extra_forbidden":
-            known = _known_keys(typed[:-1])
+            keys = _known_keys(typed[:-1])
             parent = key.rpartition(".")[0] or "a scenario"
-            facts = (f"{parent} has the keys {', '.join(known)}",)
+            facts = (f"{parent} has the keys {', '.join(keys)}",)
             hint = _elsewhere(path[-1]) if len(typed) == 1 else ""
-            hint = hint or places.did_you_mean(key, known)
+            hint = hint or places.did_you_mean(key, keys)
             return Diagnostic("FZ902", f"unknown key {key}", span, facts=facts, help=hint, file=file)
         case "missing" if len(path) > 1 and path[0] == "rules" and path[1] not in ROLES:
             return unknown_role(places, path[1])
@@ -175,7 +174,7 @@ def _elsewhere(key: str) -> str:
 
 
 def _shipped(role: str) -> str:
-    """Return the text of the shipped rule file of a role; an empty string where there is none."""
+    """Return the text of the shipped rule file of a role; an empty string without one."""
     path = rules_folder() / f"{role}.fz"
     return path.read_text(encoding="utf-8") if path.is_file() else ""
 
@@ -231,5 +230,5 @@ def unknown_role(places: Places, role: str) -> Diagnostic:
     """Describe a table of [rules] that no control law asks for."""
     key, facts = f"rules.{role}", (f"the roles are {', '.join(ROLES)}",)
     # An argument of the command line that gives a value of the table is where the table is named.
-    given = next((k for k in places.overrides if f"{k}.".startswith(f"{key}.")), key)
-    return places.diagnostic("FZ902", given, f"unknown key {key}", facts=facts, help=places.did_you_mean(key, ROLES))
+    place = next((k for k in places.overrides if f"{k}.".startswith(f"{key}.")), key)
+    return places.diagnostic("FZ902", place, f"unknown key {key}", facts=facts, help=places.did_you_mean(key, ROLES))

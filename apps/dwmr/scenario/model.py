@@ -9,9 +9,41 @@ from pydantic import AfterValidator, ConfigDict, Field, Strict, model_validator
 
 from dwmr.config.quantities import FARTHEST, Section, place, quantity
 from dwmr.control.laws.settings import AifqsmcSettings, FcafsmcSettings, SmcSettings
-from dwmr.control.rule_file_settings import RuleFile
-from dwmr.reference.settings import Coordinate, ReferenceSettings
-from dwmr.scenario.vehicles import Ackermann, Differential, Omnidirectional
+from dwmr.control.rule_files import RuleFile
+from dwmr.reference.prepared import Coordinate, ReferenceSettings
+
+#: Table of a scenario whose values every robot takes over unless it has others.
+COMMON = "robot"
+
+
+class Differential(Section):
+    """Two driven wheels on one axle, the robot of the paper."""
+
+    kind: Literal["differential"]
+
+
+class Ackermann(Section):
+    """Car: driven wheels behind, steered ones in front."""
+
+    kind: Literal["ackermann"]
+    wheelbase: float = quantity("from the rear axle to the front one", "m", gt=0, le=FARTHEST)
+    steering_limit: float = quantity(
+        "largest angle of a steered wheel in the middle of the front axle", "rad", gt=0, lt=math.pi / 2
+    )
+    steering_rate: float = quantity("largest rate of that angle", "rad/s", gt=0)
+
+    @property
+    def turning_radius(self) -> float:
+        """Least radius of the middle of the rear axle [m]."""
+        return self.wheelbase / math.tan(self.steering_limit)
+
+
+class Omnidirectional(Section):
+    """Four mecanum wheels."""
+
+    kind: Literal["omnidirectional"]
+    half_base: float = quantity("half the distance between the front axle and the rear one", "m", gt=0, le=FARTHEST)
+
 
 #: Elements that a list of a scenario may have.
 LONGEST_LIST = 1000
@@ -60,7 +92,7 @@ class Body(Section):
 
 
 class RigidBody(Section):
-    """What a rigid body in MuJoCo needs besides mass, inertia, wheels and outline; the equations do without."""
+    """Constants of a rigid body in MuJoCo besides mass, inertia, wheels and outline; the equations do not need them."""
 
     height: float = quantity("height of the chassis's top", "m", gt=0, le=FARTHEST)
     clearance: float = quantity("from the ground to the chassis", "m", gt=0, le=FARTHEST)
@@ -88,7 +120,7 @@ class Friction(Section):
 
 
 class Actuator(Section):
-    """What the drives can do."""
+    """Limits and lag of the drives."""
 
     lag: float = quantity("time constant of the torques", "s", ge=0.001)
     torque_limit: float = quantity("largest torque of one wheel", "N m", gt=0)
@@ -119,7 +151,7 @@ class Formation(Section):
 
 
 class FormationSettings(Section):
-    """What robots of a formation know of one another."""
+    """Knowledge of the robots of a formation about one another."""
 
     leader_velocity: Literal["ground", "wheels"] = Field(
         default="ground",
@@ -132,7 +164,7 @@ LARGEST_NOISE = 4.0
 
 
 class Noise(Section):
-    """Standard deviations of what a robot measures of itself, drawn anew every control period."""
+    """Standard deviations of the measured state of a robot, drawn anew every control period."""
 
     x: float = quantity("position, x", "m", ge=0, le=FARTHEST, default=0.0)
     y: float = quantity("position, y", "m", ge=0, le=FARTHEST, default=0.0)
@@ -142,7 +174,7 @@ class Noise(Section):
 
 
 class Sensors(Section):
-    """What a robot knows its posture and its wheels' velocities by; noise is added to them."""
+    """Sensors of a robot's posture and wheels' velocities; noise is added to them."""
 
     pose: Literal["exact", "odometry"] = Field(
         default="exact", description="posture as it is, or as the wheels' ways add up from the start"
@@ -153,7 +185,7 @@ class Sensors(Section):
 
 
 class Controllers(Section):
-    """Gains by control law; a law of one's own finds its table among the extra ones."""
+    """Gains by control law; tables of users' laws are among the extra ones."""
 
     model_config = ConfigDict(frozen=True, extra="allow", allow_inf_nan=False, strict=True)
 

@@ -14,7 +14,7 @@ from dwmr.core.arrays import FloatArray
 from dwmr.reference.prepared import Shape
 from dwmr.scenario.file import ScenarioFile
 from dwmr.scenario.model import Robot, Scenario
-from dwmr.scenario.moving import largest_speed
+from dwmr.scenario.outlines import largest_speed
 
 #: Samples of the path, over the horizon or over one round of a closed path that is shorter.
 SAMPLES = 4001
@@ -23,10 +23,6 @@ SAMPLES = 4001
 def facts(file: ScenarioFile, rules: Rules) -> dict[str, Any]:
     """Return the facts of a scenario as plain data.
 
-    Args:
-        file: The scenario.
-        rules: Its rule files.
-
     Raises:
         DiagnosticError: When a rule file that it names has mistakes.
     """
@@ -34,7 +30,7 @@ def facts(file: ScenarioFile, rules: Rules) -> dict[str, Any]:
     span = file.shape.period if 0.0 < file.shape.period < scenario.run.horizon else scenario.run.horizon
     t = np.linspace(0.0, span, SAMPLES)
     path = np.array([file.shape.at(float(one)) for one in t])
-    with np.errstate(all="ignore"):  # what overflows shows as infinite
+    with np.errstate(all="ignore"):  # an overflow shows as infinite
         return _facts(file, rules, t, path)
 
 
@@ -66,13 +62,13 @@ def in_order(scenario: Scenario) -> dict[str, int]:
     followers: dict[str | None, list[str]] = {}
     for name, robot in scenario.robots.items():
         followers.setdefault(robot.formation.leader if robot.formation else None, []).append(name)
-    found: dict[str, int] = {}
+    depths: dict[str, int] = {}
     waiting = [(name, 0) for name in reversed(followers.get(None, []))]
     while waiting:
         name, depth = waiting.pop()
-        found[name] = depth
+        depths[name] = depth
         waiting += [(below, depth + 1) for below in reversed(followers.get(name, []))]
-    return found
+    return depths
 
 
 def _robot(scenario: Scenario, name: str, depth: int) -> dict[str, Any]:
@@ -98,9 +94,9 @@ def _reference(file: ScenarioFile, t: FloatArray, path: FloatArray) -> dict[str,
     theta = np.unwrap(path[:, 2])
     rates = np.diff(theta) / np.diff(t)
     steps = np.hypot(np.diff(path[:, 0]), np.diff(path[:, 1]))
-    given = file.scenario.reference.model_dump()
+    facts = file.scenario.reference.model_dump()
     return {
-        **{k: v for k, v in given.items() if k != "points"},
+        **{k: v for k, v in facts.items() if k != "points"},
         "length": float(steps.sum()),
         "time": float(t[-1]),
         "speed": [float(path[:, 3].min()), float(path[:, 3].max())],
@@ -128,14 +124,14 @@ def _obstacle(x: float, y: float, radius: float, shape: Shape, t: FloatArray, pa
 
 def _controllers(scenario: Scenario) -> dict[str, dict[str, Mapping[str, Any]]]:
     """Return the gains by law and robot."""
-    found: dict[str, dict[str, Mapping[str, Any]]] = {}
+    tables: dict[str, dict[str, Mapping[str, Any]]] = {}
     for law in laws_of(scenario.robots.values()):
         for name, robot in scenario.robots.items():
-            given = laws.table(robot.controllers, law)[1]
-            if given is not None:
-                plain = given if isinstance(given, Mapping) else given.model_dump(exclude_none=True)
-                found.setdefault(law, {})[name] = plain
-    return found
+            table = laws.table(robot.controllers, law)[1]
+            if table is not None:
+                plain = table if isinstance(table, Mapping) else table.model_dump(exclude_none=True)
+                tables.setdefault(law, {})[name] = plain
+    return tables
 
 
 def laws_of(robots: Iterable[Robot]) -> tuple[str, ...]:
@@ -149,7 +145,7 @@ def laws_of(robots: Iterable[Robot]) -> tuple[str, ...]:
 
 def _rule(rules: Rules, role: str) -> dict[str, Any]:
     output, count, params, low, high = rules.proved(role)
-    found: dict[str, Any] = {
+    facts: dict[str, Any] = {
         "file": str(rules.used[role].path),
         "sha256": rules.used[role].sha256,
         "files": dict(rules.used[role].files),
@@ -159,11 +155,11 @@ def _rule(rules: Rules, role: str) -> dict[str, Any]:
         "bounds": [low, high],
     }
     if {"k_h_min", "k_s"} <= params.keys():
-        found["g_ais_min"] = params["k_h_min"] - params["k_s"] * high
-    return found
+        facts["g_ais_min"] = params["k_h_min"] - params["k_s"] * high
+    return facts
 
 
 def common(tables: Mapping[str, Mapping[str, Any]], names: Sequence[str]) -> dict[str, Any]:
-    """Return what the gains of all robots have in common."""
+    """Return the gains that all robots have in common."""
     first = tables[names[0]]
     return {k: v for k, v in first.items() if all(tables[n].get(k) == v for n in names)}

@@ -9,12 +9,10 @@ from itertools import combinations, islice
 
 import numpy as np
 
-from dwmr.plant.bodies import gap_between, gap_to_point
 from dwmr.reference.prepared import Shape
-from dwmr.scenario import safety_checks
-from dwmr.scenario.model import Scenario, Window
-from dwmr.scenario.outlines import outline, start
-from dwmr.scenario.vehicles import Ackermann
+from dwmr.scenario.guard import safety_remarks
+from dwmr.scenario.model import Ackermann, Scenario, Window
+from dwmr.scenario.outlines import gap_between, gap_to_point, outline, start
 from fuzzyctl.diagnostics.diagnostic import Diagnostic
 from fuzzyctl.experiments.scenario_keys import Places
 
@@ -25,10 +23,10 @@ _PLACES = 400
 
 
 def remarks(scenario: Scenario, places: Places) -> Iterable[Diagnostic]:
-    """Warn of what a run does otherwise than its author may think."""
-    for remark in (_rounded, _together, _starts, _margin, _windows, _spared, _fast, safety_checks.remarks):
-        found = dict.fromkeys(remark(scenario, places))
-        yield from (dataclasses.replace(one, severity="warning") for one in islice(found, MOST_OF_A_KIND))
+    """Warn of values with surprising effects."""
+    for remark in (_rounded, _together, _starts, _margin, _windows, _spared, _fast, safety_remarks):
+        diagnostics = dict.fromkeys(remark(scenario, places))
+        yield from (dataclasses.replace(one, severity="warning") for one in islice(diagnostics, MOST_OF_A_KIND))
 
 
 def too_slow(scenario: Scenario, shape: Shape, places: Places) -> Iterable[Diagnostic]:
@@ -52,7 +50,7 @@ def too_slow(scenario: Scenario, shape: Shape, places: Places) -> Iterable[Diagn
 
 
 def overlaps(circles: Sequence[tuple[float, float, float]]) -> Iterable[tuple[int, int, float]]:
-    """Give every circle that overlaps one before it: the number of the other, its own, and how far apart they are.
+    """Give every circle that overlaps one before it: both numbers, the other's first, and their distance.
 
     Args:
         circles: Centres and radii [m].
@@ -77,27 +75,27 @@ def _rounded(scenario: Scenario, places: Places) -> Iterable[Diagnostic]:
 
 def _together(scenario: Scenario, places: Places) -> Iterable[Diagnostic]:
     """Find robots that are sent to one place."""
-    taken: dict[object, str] = {}
+    robots: dict[object, str] = {}
     for name, robot in scenario.robots.items():
         formation = robot.formation
         goal = formation or robot.delay
-        if goal in taken:
+        if goal in robots:
             where = f"the same place behind {formation.leader}" if formation else "the same place of the reference"
-            message = f"robots.{name} and robots.{taken[goal]} are sent to {where}"
+            message = f"robots.{name} and robots.{robots[goal]} are sent to {where}"
             help_text = "give one another separation or bearing" if formation else "give one a delay, or a leader"
             key = f"robots.{name}.formation" if formation else f"robots.{name}"
             yield places.diagnostic("FZ904", key, message, help=help_text)
-        taken.setdefault(goal, name)
+        robots.setdefault(goal, name)
 
 
 def _starts(scenario: Scenario, places: Places) -> Iterable[Diagnostic]:
     """Find bodies that begin inside one another, or inside an obstacle."""
-    found = {name: (start(robot), outline(robot)) for name, robot in scenario.robots.items()}
-    circles = {name: (float(pose[0, 0]), float(pose[1, 0]), one.reach) for name, (pose, one) in found.items()}
-    for a, b in combinations(found, 2):
+    outlines = {name: (start(robot), outline(robot)) for name, robot in scenario.robots.items()}
+    circles = {name: (float(pose[0, 0]), float(pose[1, 0]), one.reach) for name, (pose, one) in outlines.items()}
+    for a, b in combinations(outlines, 2):
         (x_a, y_a, reach_a), (x_b, y_b, reach_b) = circles[a], circles[b]
         if math.hypot(x_a - x_b, y_a - y_b) < reach_a + reach_b:
-            depth = -float(gap_between(*found[a], *found[b])[0])
+            depth = -float(gap_between(*outlines[a], *outlines[b])[0])
             if depth > 0.0:
                 message = f"robots.{b} starts inside robots.{a}: their bodies overlap by {depth:.2g} m"
                 bodies = scenario.run.plant == "mujoco"
@@ -105,7 +103,7 @@ def _starts(scenario: Scenario, places: Places) -> Iterable[Diagnostic]:
                 yield places.diagnostic("FZ904", f"robots.{b}.x_0", message, help=why)
     x, y, radius = (np.array([getattr(one, key) for one in scenario.obstacles]) for key in ("x", "y", "radius"))
     for name, robot in scenario.robots.items():
-        depths = radius - gap_to_point(*found[name], x, y)
+        depths = radius - gap_to_point(*outlines[name], x, y)
         # where the reference point is inside as well, that is a mistake
         for k in np.flatnonzero((depths > 0.0) & (np.hypot(x - robot.x_0, y - robot.y_0) > radius)):
             message = f"the body of robots.{name} starts inside obstacles.{k}: they overlap by {depths[k]:.2g} m"

@@ -31,7 +31,7 @@ LARGEST = {
 
 @compiled
 def fault_of(fault: int, state: State, v_c: float, omega_c: float) -> int:
-    """Return what ends the run: numbers first, nothing can be said about the gain of a run whose numbers are gone."""
+    """Return the fault that ends the run; those of numbers come before those of the law."""
     if not (math.isfinite(v_c) and math.isfinite(omega_c) and _is_finite(state)):
         return NOT_FINITE
     return TOO_LARGE if _is_too_large(state, v_c, omega_c) else fault

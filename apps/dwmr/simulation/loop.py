@@ -1,6 +1,6 @@
 """Compiled loop: references, avoidance, control law, inner loop and plant of all robots, period after period.
 
-`decide` turns what the robots measure into wheel torques; `move` is the plant of `plant/robot.py`. Another plant takes
+`decide` turns measured states into wheel torques; `move` is the plant of `plant/robot.py`. Another plant takes
 the place of `move` only, see `interfaces.Plant`.
 """
 
@@ -18,18 +18,16 @@ from dwmr.control.formation import (
 )
 from dwmr.control.obstacle_avoidance import Avoidance, avoid, towards
 from dwmr.control.safety_filter import Filter, filter_commands
-from dwmr.control.safety_settings import Safety
-from dwmr.core.arrays import FloatArray
+from dwmr.core.arrays import FloatArray, Safety
 from dwmr.core.geometry import clamp
 from dwmr.core.interfaces import PostureError, Signal
 from dwmr.core.jit import compiled
-from dwmr.plant.disturbances import Load, disturbance
+from dwmr.plant.disturbances import Load, disturbance, measure
 from dwmr.plant.robot import State, advance, pd_torques
 from dwmr.plant.vehicles import Vehicles, advance_vehicle, drive, lateral_velocity, moves_sideways, steering
 from dwmr.simulation.faults import fault_of
-from dwmr.simulation.sensors import measure
 
-#: What is recorded of every robot at every sample, in the order of the columns that `_record` fills.
+#: Records of every robot at every sample, in the order of the columns that `_record` fills.
 SIGNALS = (
     Signal("x", "m", "reference point"),
     Signal("y", "m", "reference point"),
@@ -56,7 +54,7 @@ COLUMNS = {signal.name: k for k, signal in enumerate(SIGNALS)}
 
 
 class World(NamedTuple):
-    """What stays as it is during a run.
+    """Constants of a run.
 
     Attributes:
         dt: Control period [s].
@@ -68,7 +66,7 @@ class World(NamedTuple):
         avoidance: Parameters of the avoidance.
         gains: Constants of the control law, shape (n, g).
         known_slip: 1 where followers know the velocity of their leader over ground, 0 where that of its wheels.
-        measures_exactly: Whether what the robots see of themselves is so.
+        measures_exactly: Whether the measured states are the true ones.
         other_plant: Whether the caller of the loop moves the robots, by an `interfaces.Plant`.
     """
 
@@ -86,7 +84,7 @@ class World(NamedTuple):
 
 
 class Memory(NamedTuple):
-    """What one period leaves to the next; the loop writes it.
+    """Memory from one period to the next; the loop writes it.
 
     Attributes:
         plant: Fields of `State`, shape (n, 7).
@@ -153,12 +151,12 @@ def run_periods(
         memory: Read and written.
         obstacles: Centres and radii of the obstacles at these periods and the one after, shape (last - first + 1, a, 3)
             [m]; shape (1, a, 3) where none moves.
-        noise: Added to what the robots measure of x, y, theta, v, omega, shape (last - first, n, 5) [m, m, rad, m/s,
+        noise: Added to the measured x, y, theta, v, omega, shape (last - first, n, 5) [m, m, rad, m/s,
             rad/s]; shape (0, n, 5) where all measure exactly.
         record: Written, shape (periods, n, len(SIGNALS)).
         law_record: Written, shape (periods, n, signals of the law).
         guard: Safety filter and its memory, None for none; numba compiles the loop once for each.
-        vehicles: What drives other than by two wheels, None for nothing.
+        vehicles: Vehicles with other drives than two wheels, or None.
 
     Returns:
         Number of the period reached, robot and fault: 0 for none, a key of the law's FAULTS, `faults.NOT_FINITE` or
@@ -195,7 +193,7 @@ def decide(
     guard: tuple[Safety, Filter] | None,
     vehicles: Vehicles | None,
 ) -> tuple[int, int]:
-    """Compute the torques of all robots from what they measure at the begin of a period, before any of them moves.
+    """Compute the torques of all robots from measured states, before any of them moves.
 
     Args:
         period: Number of the control period.
@@ -216,8 +214,10 @@ def decide(
             seen = _error(i, target, memory.seen, world, memory, vehicles)
         if vehicles is not None and target.obstacle >= 0.0 and moves_sideways(i, vehicles):
             seen = towards(seen)
-        own, theta = memory.seen[i], target.theta - memory.seen[i, 2]
-        view = tracking_error(seen, world.robots[i].leader < 0, theta, target.v, target.omega, own[3], own[4], t)
+        measured, theta = memory.seen[i], target.theta - memory.seen[i, 2]
+        view = tracking_error(
+            seen, world.robots[i].leader < 0, theta, target.v, target.omega, measured[3], measured[4], t
+        )
         v_c, omega_c, fault = step(
             view, world.dt, world.gains[i], memory.law[i], kernels[i], memory.next_law[i], law_record[period, i]
         )
@@ -263,7 +263,7 @@ def _state(plant: FloatArray, i: int) -> State:
 
 @compiled
 def _aim(t: float, i: int, path: Any, obstacles: FloatArray, world: World, memory: Memory) -> Target:
-    """Return the target of one robot; a robot on the reference avoids obstacles by what it sees of itself.
+    """Return the target of one robot; a robot on the reference avoids obstacles by its measured state.
 
     Source:
         Goto, Bertol, Martins, Eqs. (70), (71) for a robot on the reference; Eq. (47) for a follower.
@@ -308,8 +308,8 @@ def _error(
     if j < 0:
         return trajectory_error(s.x, s.y, s.theta, target.x, target.y, target.theta, theta_star, target.v, robot.d)
     lead, d_i = _state(plant, j), world.robots[j].d
-    known = world.known_slip
-    v_i, omega_i = lead.v + known * memory.slip[j, 0], lead.omega + known * memory.slip[j, 1]
+    share = world.known_slip
+    v_i, omega_i = lead.v + share * memory.slip[j, 0], lead.omega + share * memory.slip[j, 1]
     error = follower_error(
         lead.x, lead.y, lead.theta, v_i, omega_i, d_i, s.x, s.y, s.theta, theta_star, robot.d,
         robot.separation, robot.bearing,
@@ -339,7 +339,7 @@ def _drive(
     i: int, period: int, v_c: float, omega_c: float, signals: FloatArray, world: World, memory: Memory,
     vehicles: Vehicles,
 ) -> None:  # fmt: skip
-    """Turn the velocity command of a robot, some of them in the law's signals, into what its drives are asked for."""
+    """Turn the velocity command of a robot, some of them in the law's signals, into commands of its drives."""
     v_y_c = signals[vehicles.lateral] if vehicles.lateral >= 0 else 0.0
     row = vehicles.record[period, i]
     row[0], row[1] = steering(i, vehicles), lateral_velocity(i, vehicles)

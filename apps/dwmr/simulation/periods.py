@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -13,19 +14,16 @@ from dwmr.control.law_text import LATERAL
 from dwmr.control.laws.python_law import reported
 from dwmr.control.obstacle_avoidance import Avoidance
 from dwmr.core.arrays import FloatArray
-from dwmr.core.interfaces import Law, Signal
+from dwmr.core.interfaces import Law, Signal, reference_path
 from dwmr.core.jit import first_class
 from dwmr.plant import vehicles
 from dwmr.plant.disturbances import DISTURBANCE, Load
 from dwmr.plant.robot import ROBOT
-from dwmr.reference import compiled
-from dwmr.reference.prepared import Shape
+from dwmr.reference.prepared import CURVES, Shape
 from dwmr.scenario.guard import safety_of
-from dwmr.scenario.model import Robot, Scenario
-from dwmr.scenario.moving import centres, is_moving
-from dwmr.scenario.vehicle_checks import others
-from dwmr.scenario.vehicles import Ackermann, Omnidirectional
-from dwmr.simulation import noise
+from dwmr.scenario.model import LARGEST_NOISE, Ackermann, Omnidirectional, Robot, Scenario
+from dwmr.scenario.outlines import centres, is_moving
+from dwmr.scenario.vehicle_limits import others
 from dwmr.simulation.loop import SIGNALS, Memory, World, run_periods
 
 
@@ -42,27 +40,27 @@ class Simulation:
     @property
     def law_signals(self) -> tuple[Signal, ...]:
         """Signals of the control law and, where there are any, of the safety filter or of vehicles."""
-        own: tuple[Signal, ...] = tuple(self.module.SIGNALS)
+        signals: tuple[Signal, ...] = tuple(self.module.SIGNALS)
         if self.scenario.safety is not None:
-            return (*own, *safety_filter.SIGNALS)
-        return (*own, *vehicles.SIGNALS) if others(self.scenario) else own
+            return (*signals, *safety_filter.SIGNALS)
+        return (*signals, *vehicles.SIGNALS) if others(self.scenario) else signals
 
 
 class Periods:
     """The control periods of a run; they are computed in order, some at a time.
 
     Args:
-        simulation: What is run.
-        measured: Whether the states that the caller writes are what sensors say, so that the scenario's noise and
+        simulation: A prepared run.
+        measured: Whether the caller writes states as sensors measure them, so that the scenario's noise and
             odometry are left out; nothing but the caller moves the robots then.
 
     Attributes:
-        simulation: What is run.
+        simulation: A prepared run.
         world, memory: Constants and memory of the loop.
         record: Signals of `loop.SIGNALS`, shape (samples, robots, signals).
         law_record: Those of the control law.
         guard: Safety filter and its memory, None without one.
-        vehicles: What drives other than by two wheels, None for nothing.
+        vehicles: Vehicles with other drives than two wheels, or None.
         path, kernels: Reference trajectory, and the law's gain kernels, one tuple per robot, as the loop takes them.
         raised: Errors of compiled code, from `jit.collected_errors`.
     """
@@ -70,7 +68,7 @@ class Periods:
     def __init__(self, simulation: Simulation, *, measured: bool = False) -> None:
         scenario, names = simulation.scenario, tuple(simulation.scenario.robots)
         laws = [simulation.laws[n] for n in names]
-        exactly = measured or not noise.is_present(scenario)
+        exactly = measured or not measures_inexactly(scenario)
         samples = scenario.run.steps + 1
         self.simulation = simulation
         self.world = _world(simulation, laws, exactly, measured or scenario.run.plant != "equations")
@@ -83,8 +81,8 @@ class Periods:
             self.guard = (safety_of(scenario, scenario.safety), room)
         self.vehicles = _vehicles(scenario, simulation.module, samples)
         self.raised: list[BaseException] = []
-        self.path, self._step = first_class(compiled.PATHS[simulation.shape.path]), first_class(simulation.module.step)
-        self._draw = noise.source(scenario)
+        self.path, self._step = first_class(PATHS[simulation.shape.path]), first_class(simulation.module.step)
+        self._draw = noise_source(scenario)
         self.kernels = tuple(tuple(first_class(k) for k in law.kernels) for law in laws)
 
     @property
@@ -106,7 +104,7 @@ class Periods:
 
         Args:
             first, last: Numbers of control periods.
-            obstacles, noise: What is `given` for them.
+            obstacles, noise: From `given`.
 
         Raises:
             DiagnosticError: When the law raises an error, or cannot be compiled into the loop.
@@ -126,14 +124,14 @@ class Periods:
 
 
 def _vehicles(scenario: Scenario, module: Any, samples: int) -> vehicles.Vehicles | None:
-    """Return what drives other than by two wheels, None for nothing."""
-    found = others(scenario)
-    if not found:
+    """Return the vehicles with other drives than two wheels, or None."""
+    special = others(scenario)
+    if not special:
         return None
     n = len(scenario.robots)
-    own = np.zeros(n, dtype=vehicles.VEHICLE)
-    for row, name in zip(own, scenario.robots, strict=True):
-        match found.get(name):
+    records = np.zeros(n, dtype=vehicles.VEHICLE)
+    for row, name in zip(records, scenario.robots, strict=True):
+        match special.get(name):
             case Ackermann() as car:
                 row["kind"] = vehicles.ACKERMANN
                 for key in ("wheelbase", "steering_limit", "steering_rate"):
@@ -142,11 +140,11 @@ def _vehicles(scenario: Scenario, module: Any, samples: int) -> vehicles.Vehicle
                 row["kind"] = vehicles.OMNIDIRECTIONAL
     lateral = next((k for k, one in enumerate(module.SIGNALS) if one.name == LATERAL), -1)
     record = np.zeros((samples, n, len(vehicles.SIGNALS)))
-    return vehicles.Vehicles(own.view(np.recarray), lateral, np.zeros(n), np.zeros((n, 3)), record)
+    return vehicles.Vehicles(records.view(np.recarray), lateral, np.zeros(n), np.zeros((n, 3)), record)
 
 
 def _obstacles(scenario: Scenario, first: int, last: int) -> FloatArray:
-    """Return the obstacles at some periods and the one after them, once where none moves, as the loop takes them."""
+    """Return the obstacles at some periods and the one after them, once if all rest, as the loop takes them."""
     count = last - first + 1 if is_moving(scenario) else 1
     radii = np.broadcast_to([one.radius for one in scenario.obstacles], (count, len(scenario.obstacles)))
     places = centres(scenario, scenario.run.dt * np.arange(first, first + count, dtype=np.float64))
@@ -182,7 +180,7 @@ def _constants(robot: Robot, names: list[str]) -> dict[str, float]:
     """Return the fields of a `ROBOT` record."""
     as_accelerations = robot.inner_loop.torque_reading == "acceleration"
     formation = robot.formation
-    own = {
+    derived = {
         "pd_mass": robot.mass if as_accelerations else 1.0,
         "pd_inertia": robot.inertia if as_accelerations else 1.0,
         "separation": formation.separation if formation else 0.0,
@@ -193,15 +191,15 @@ def _constants(robot: Robot, names: list[str]) -> dict[str, float]:
         "encoder_steps": robot.sensors.encoder_steps,
     }
     if isinstance(robot.vehicle, Omnidirectional):  # the lever arm of a mecanum wheel
-        own["half_track"] = robot.half_track + robot.vehicle.half_base
+        derived["half_track"] = robot.half_track + robot.vehicle.half_base
     tables = (robot, robot.friction, robot.actuator, robot.inner_loop)
     wanted = set(ROBOT.names or ())
-    given = {name: getattr(t, name) for t in tables for name in type(t).model_fields if name in wanted}
-    return given | own
+    values = {name: getattr(t, name) for t in tables for name in type(t).model_fields if name in wanted}
+    return values | derived
 
 
 def _acting(scenario: Scenario) -> Any:
-    """Return every disturbance for every robot, with zero amplitudes where a robot is spared."""
+    """Return every disturbance for every robot, with zero amplitudes for a spared robot."""
     acting = np.zeros((len(scenario.robots), len(scenario.disturbances)), dtype=DISTURBANCE)
     for i, name in enumerate(scenario.robots):
         for k, one in enumerate(scenario.disturbances):
@@ -232,3 +230,43 @@ def _first_direction(simulation: Simulation, robot: Robot) -> float:
     if robot.formation is not None:
         return simulation.scenario.robots[robot.formation.leader].theta_0
     return float(simulation.shape.at(-robot.delay).theta)
+
+
+#: Measured signals, in the order of the fields of `robot.State`.
+MEASURED = ("x", "y", "theta", "v", "omega")
+
+
+def measures_inexactly(scenario: Scenario) -> bool:
+    """Return whether some robot measures inexactly."""
+    by_wheels = any(r.sensors.pose == "odometry" or r.sensors.encoder_steps for r in scenario.robots.values())
+    return by_wheels or bool(_deviations(scenario).any())
+
+
+def noise_source(scenario: Scenario) -> Callable[[int], FloatArray]:
+    """Return a function that draws the noise of the next periods, shape (periods, robots, 5).
+
+    A robot's numbers follow from the seed and its name alone: neither the other robots nor the control law nor how many
+    periods are drawn at once change them. Where all robots measure exactly the arrays are empty.
+    """
+    deviations, n = _deviations(scenario), len(scenario.robots)
+    if not measures_inexactly(scenario):
+        nothing = np.zeros((0, n, len(MEASURED)))
+        return lambda periods: nothing
+    streams = [np.random.default_rng([scenario.run.seed, *name.encode()]) for name in scenario.robots]
+
+    def draw(periods: int) -> FloatArray:
+        drawn = np.stack([one.standard_normal((periods, len(MEASURED))) for one in streams], axis=1)
+        result: FloatArray = np.clip(drawn, -LARGEST_NOISE, LARGEST_NOISE) * deviations
+        return result
+
+    return draw
+
+
+def _deviations(scenario: Scenario) -> FloatArray:
+    """Return the standard deviations, shape (robots, 5) [m, m, rad, m/s, rad/s]."""
+    settings = [r.noise for r in scenario.robots.values()]
+    return np.array([[getattr(one, name, 0.0) for name in MEASURED] for one in settings])
+
+
+#: Compiled curves by name.
+PATHS = {name: reference_path(curve) for name, curve in CURVES.items()}

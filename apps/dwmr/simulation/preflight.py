@@ -16,11 +16,11 @@ from dwmr.control.law_text import LATERAL
 from dwmr.control.laws.python_law import reported
 from dwmr.control.laws.settings import LawSettings
 from dwmr.control.laws.text_law import TextLaw, TextSettings
-from dwmr.control.roles import ROLES
+from dwmr.control.rule_requirements import ROLES
 from dwmr.scenario.file import ScenarioFile
 from dwmr.scenario.mistakes import diagnose
-from dwmr.scenario.vehicle_checks import curvature
-from dwmr.scenario.vehicles import Omnidirectional
+from dwmr.scenario.model import Omnidirectional
+from dwmr.scenario.vehicle_limits import curvature
 from dwmr.simulation import mujoco_plant
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError, Note
 from fuzzyctl.diagnostics.source import Span
@@ -33,16 +33,11 @@ CURVATURE = "kappa_max"
 def check(file: ScenarioFile, laws: Iterable[str], rules: Rules) -> None:
     """Check a scenario and its rule files for some control laws, and its plant, without compiling anything.
 
-    Args:
-        file: The scenario.
-        laws: Names of the control laws.
-        rules: Rule files of the scenario.
-
     Raises:
-        DiagnosticError: With the mistakes of all robots; what robots have in common shows once.
+        DiagnosticError: With the mistakes of all robots; equal ones show once.
     """
     mujoco_plant.require(file)
-    found: dict[tuple[str, str, str], Diagnostic] = {}
+    mistakes: dict[tuple[str, str, str], Diagnostic] = {}
     for name in laws:
         law = None
         for robot in file.scenario.robots:
@@ -51,9 +46,9 @@ def check(file: ScenarioFile, laws: Iterable[str], rules: Rules) -> None:
                 _check(file, name, law, robot, rules)
             except DiagnosticError as error:
                 for one in error.diagnostics:
-                    found.setdefault((one.code, one.place, one.message), one)
-    if found:
-        raise DiagnosticError(tuple(found.values()))
+                    mistakes.setdefault((one.code, one.place, one.message), one)
+    if mistakes:
+        raise DiagnosticError(tuple(mistakes.values()))
     unused = [role for role in file.scenario.rules if role not in ROLES and role not in rules.used]
     rules.warnings += [_unused(file, role) for role in unused]
 
@@ -100,7 +95,7 @@ def _curvature(file: ScenarioFile, name: str, law: TextLaw, robot: str) -> Itera
 
 @contextmanager
 def _named(file: ScenarioFile, law: str) -> Iterator[None]:
-    """Let the mistakes in the text of one's own law say where the scenario names it."""
+    """Add the place where the scenario names a law to the mistakes in its text."""
     try:
         yield
     except DiagnosticError as error:
@@ -128,20 +123,20 @@ def settings_of(file: ScenarioFile, robot: str, name: str, law: Any) -> LawSetti
         law: From `laws.find`.
 
     Raises:
-        DiagnosticError: When the scenario gives none, or wrong ones for a law of one's own.
+        DiagnosticError: When the scenario gives none, or wrong ones for a user's law.
     """
-    table, given = controllers.table(file.scenario.robots[robot].controllers, name)
+    table, gains = controllers.table(file.scenario.robots[robot].controllers, name)
     key = f"robots.{robot}.controllers.{table}"
-    if isinstance(given, LawSettings):
-        return given
-    if given is None and law.Settings is TextSettings:
+    if isinstance(gains, LawSettings):
+        return gains
+    if gains is None and law.Settings is TextSettings:
         return TextSettings()  # its params have values in the text
-    if given is None:
+    if gains is None:
         message = f"{key} is missing: robot {robot} has no gains for {name}"
         raise DiagnosticError([file.places.diagnostic("FZ903", key, message)])
     with reported(name, Path(str(law.__file__)), "checked", only_own=True):
         try:
-            settings: LawSettings = law.Settings.model_validate(given)
+            settings: LawSettings = law.Settings.model_validate(gains)
         except ValidationError as error:
             raise DiagnosticError(diagnose(error, file.places, tuple(split_key(key)))) from None
     return settings

@@ -44,7 +44,7 @@ class LawError(DiagnosticError):
 
 
 class _WorkingMemory:
-    """A copy of what the loop changes from one period to the next; records are left out, which it only writes.
+    """A copy of the arrays that the loop reads and changes from one period to the next.
 
     Args:
         periods: Those of the run.
@@ -98,11 +98,11 @@ def decide(periods: Periods, first: int, last: int) -> tuple[int, int, int]:
 def _in_python(
     periods: Periods, period: int, obstacles: FloatArray, start: _WorkingMemory, compiled: DiagnosticError
 ) -> LawError:
-    """Return what a law raises in a period as Python, with its line; as compiled code where that is another error."""
+    """Return the error of a law in a period as Python, with its line; that of compiled code if they differ."""
     module, memory = periods.simulation.module, periods.memory
     seen, slip = memory.seen.copy(), memory.slip.copy()
     start.restore()
-    memory.slip[...] = slip  # what the robots measure before the law is asked
+    memory.slip[...] = slip  # measured states before the law is called
     if memory.seen is not memory.plant:
         memory.seen[...] = seen
     step, asked = getattr(module.step, "py_func", module.step), list[TrackingError]()
@@ -122,11 +122,11 @@ def _in_python(
                 periods.record, periods.law_record, periods.guard, periods.vehicles,
             )  # fmt: skip
     except DiagnosticError as python:
-        (found,), kinds = python.diagnostics, (type(compiled.__cause__), type(python.__cause__))
-        if kinds == (ZeroDivisionError, FloatingPointError):  # numbers of arrays have errors of their own
-            diagnostic = replace(diagnostic, span=found.span)
+        (error_in_python,), kinds = python.diagnostics, (type(compiled.__cause__), type(python.__cause__))
+        if kinds == (ZeroDivisionError, FloatingPointError):  # numbers of arrays have other errors
+            diagnostic = replace(diagnostic, span=error_in_python.span)
         elif kinds[0] is kinds[1]:
-            diagnostic = found
+            diagnostic = error_in_python
     robot, error = len(asked) - 1, asked[-1]
     seen_by_law = ", ".join(f"{name} = {value:.6g}" for name, value in zip(error._fields, error, strict=True))
     there = f"there, of robot {list(periods.simulation.scenario.robots)[robot]}: {seen_by_law}"
@@ -149,7 +149,7 @@ class Stop:
 
     Attributes:
         t: Time of the control period [s].
-        robot: Name of the robot, an empty string where it is none.
+        robot: Name of the robot, or an empty string.
         reason: One line.
         mistake: The law's mistake and its line, None where its step raised no error.
     """
@@ -162,7 +162,7 @@ class Stop:
 
 @dataclass(frozen=True)
 class Trajectory:
-    """What was recorded of a run, every control period.
+    """Records of a run, every control period.
 
     Args:
         controller: Name of the control law.
@@ -219,7 +219,7 @@ def prepare(file: ScenarioFile, controller: str, rules: Rules) -> Simulation:
 
 
 def _law(module: Any, settings: LawSettings, rules: Rules, robot: str, name: str) -> Law:
-    """Return the law of one robot; a law of one's own may raise or return anything."""
+    """Return the law of one robot; a user's law may raise or return anything."""
     with reported(name, Path(str(module.__file__)), "prepared"):
         law = module.init(settings, rules, robot)
         if not isinstance(law, Law):
@@ -254,7 +254,7 @@ def run(simulation: Simulation, report: Callable[[int], None] | None = None) -> 
     Args:
         simulation: From `prepare`.
         report: Called with the number of periods done: 0 when all is compiled, then every `PERIODS_AT_A_TIME` or
-            `PATIENCE`. A KeyboardInterrupt ends the run and keeps what is done, as an error that the law raises does.
+            `PATIENCE`. A KeyboardInterrupt ends the run and keeps the computed part, as an error of the law does.
 
     Raises:
         KeyboardInterrupt: When it comes before anything is done.
@@ -264,8 +264,8 @@ def run(simulation: Simulation, report: Callable[[int], None] | None = None) -> 
     plant = _other_plant(simulation.scenario)
     positions = None if plant is None else np.empty((periods.samples, plant.positions.size))
     with first_class_functions(), collected_errors() as periods.raised:
-        kept, wall_s, stop = _computed(periods, report or (lambda _: None), plant, positions)
-    t: FloatArray = np.arange(kept, dtype=np.float64) * simulation.scenario.run.dt
+        samples, wall_s, stop = _computed(periods, report or (lambda _: None), plant, positions)
+    t: FloatArray = np.arange(samples, dtype=np.float64) * simulation.scenario.run.dt
     law_record = periods.law_record
     if periods.guard is not None:
         law_record = np.concatenate([law_record, periods.guard[1].record], axis=2)
@@ -273,9 +273,9 @@ def run(simulation: Simulation, report: Callable[[int], None] | None = None) -> 
         law_record = np.concatenate([law_record, periods.vehicles.record], axis=2)
     names, signals = tuple(simulation.scenario.robots), simulation.law_signals
     if positions is not None:
-        positions = positions[:kept]
+        positions = positions[:samples]
     return Trajectory(
-        simulation.name, names, t, periods.record[:kept], law_record[:kept], signals, wall_s, stop, positions
+        simulation.name, names, t, periods.record[:samples], law_record[:samples], signals, wall_s, stop, positions
     )
 
 
@@ -308,11 +308,11 @@ def _computed(
     except LawError as error:
         if error.period == 0:
             raise
-        (found,) = error.diagnostics
+        (mistake,) = error.diagnostics
         return (
             error.period,
             wall_s + perf_counter() - began,
-            Stop(error.period * dt, names[error.robot], found.facts[0], found),
+            Stop(error.period * dt, names[error.robot], mistake.facts[0], mistake),
         )
     return reached, wall_s, None
 
@@ -334,7 +334,7 @@ def _some(
 
 
 def _other_plant(scenario: Scenario) -> MujocoPlant | None:
-    """Return what moves the robots, None for the equations, which the loop has in itself."""
+    """Return the plant, None for the equations, which are part of the loop."""
     if scenario.run.plant == "equations":
         return None
     return MujocoPlant(scenario)

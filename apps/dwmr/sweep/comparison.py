@@ -8,19 +8,24 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from rich.console import Console
+from rich.markup import escape
+from rich.table import Table
+
+from dwmr.output.report import ABOUT_FILTER
+from dwmr.results.paper_tables import TABLES
 from dwmr.scenario import file
 from dwmr.scenario.file import ScenarioFile
-from dwmr.sweep import plan, spec
-from dwmr.sweep.columns import unit
-from dwmr.sweep.spec import Measure
-from fuzzyctl.experiments.estimates import grouped, mean_of, share_of
+from dwmr.sweep.robots import Measure, Robots, read_spec, unit_of
+from fuzzyctl.experiments import sweep_plan
+from fuzzyctl.experiments.estimates import CONFIDENCE, grouped, mean_of, share_of
 from fuzzyctl.experiments.estimates import stopped as count_of_stopped
 from fuzzyctl.experiments.sweep_plan import Plan, Run
 from fuzzyctl.experiments.sweep_spec import SpecFile
 from fuzzyctl.experiments.sweep_variables import has
 from fuzzyctl.experiments.sweep_workers import Outcome
 
-#: What varies unless one says otherwise.
+#: Default variation.
 VARIATION = Path(__file__).with_name("variation.toml")
 #: Groups of measures that are compared.
 GROUPS: tuple[Measure, ...] = (
@@ -71,12 +76,12 @@ class Entry:
 
 
 def variation(path: Path | None) -> SpecFile:
-    """Return the SPEC whose `[set]` and `[random]` say what varies.
+    """Return the SPEC whose `[set]` and `[random]` vary the runs.
 
     Raises:
         DiagnosticError: With its mistakes; a grid has no place in a comparison.
     """
-    return spec.read(path or VARIATION)
+    return read_spec(path or VARIATION)
 
 
 def make(
@@ -104,7 +109,7 @@ def make(
             "random": random, "measures": GROUPS, "grid": {},
         }
     )  # fmt: skip
-    return plan.make(dataclasses.replace(varied, spec=changed), rules_folder, overrides, report)
+    return sweep_plan.make(Robots(rules_folder), dataclasses.replace(varied, spec=changed), overrides, report)
 
 
 def entries(runs: Sequence[Run], done: Mapping[int, Outcome]) -> Iterator[Entry]:
@@ -123,8 +128,137 @@ def _robots(row: Mapping[str, Any]) -> list[str]:
 
 def _entry(scenario: str, controller: str, robot: str, measure: str, rows: Sequence[Mapping[str, Any]]) -> Entry:
     column, name = measure.replace("*", robot), measure.replace(".*", "")
-    found = (share_of if measure in HITS else mean_of)(rows, column)
+    estimate = (share_of if measure in HITS else mean_of)(rows, column)
     stopped = count_of_stopped(rows)
     return Entry(
-        scenario, controller, robot, name, unit(column) or "-", found.n, found.mean, found.low, found.high, stopped
+        scenario,
+        controller,
+        robot,
+        name,
+        unit_of(column) or "-",
+        estimate.n,
+        estimate.mean,
+        estimate.low,
+        estimate.high,
+        stopped,
     )
+
+
+#: Columns by title of the table: heads by measure.
+_TABLES = {
+    "RMSE and chattering": {
+        "rmse.x_e": "x_e\nm", "rmse.y_e": "y_e\nm", "rmse.theta_e": "θ_e\nrad",
+        "chattering.v": "|dv_c|\nm/s²", "chattering.omega": "|dω_c|\nrad/s²",
+    },
+    "least distances and collisions": {
+        "centre_distance": "centre\nm", "obstacle_gap": "obstacle\ngap m", "robot_gap": "robot\ngap m",
+        "obstacles_hit": "obstacles\nhit, %", "robots_hit": "robots\nhit, %",
+    },
+    "safety filter": {
+        "safety.disc_gap": "disc\ngap m", "safety.acts": "changed\n%", "safety.infeasible": "infeasible\nmoments",
+        "safety.missed": "missed\nmoments",
+    },
+}  # fmt: skip
+_ABOUT = (
+    "centre: least distance of the reference point from an obstacle's centre. gap: least distance of the body from an "
+    "obstacle and from another robot's body, negative where they overlap. hit: share of runs in which it touched one."
+)
+
+
+#: Columns of the ratios to a table of the paper, and how near to 1 they are counted.
+_RATIOS = {"ratio.x_e": "x_e\n", "ratio.y_e": "y_e\n", "ratio.theta_e": "θ_e\n"}
+_NEAR = 0.10
+
+
+def print_comparison(
+    out: Console, found: Sequence[Entry], runs: int, printed: Mapping[str, int | None] | None = None
+) -> None:
+    """Print the tables, a legend of the intervals, and the stopped runs.
+
+    Args:
+        out: Where to.
+        found: The measures.
+        runs: Repetitions of each run.
+        printed: Number of the paper's table beside a scenario, by the scenario's name.
+    """
+    for scenario in dict.fromkeys(one.scenario for one in found):
+        entries = [one for one in found if one.scenario == scenario]
+        for title, heads in _TABLES.items():
+            if not any(one.measure in heads for one in entries):
+                continue
+            out.print(f"{escape(scenario)}: {title}", style="bold", highlight=False)
+            out.print(_table(entries, heads))
+            out.print()
+        if number := (printed or {}).get(scenario):
+            _print_ratios(out, scenario, list(_ratios(entries, number)), number)
+    out.print(_ABOUT, style="dim", highlight=False)
+    if any(one.measure.startswith("safety.") for one in found):
+        out.print(ABOUT_FILTER, style="dim", highlight=False)
+    if runs > 1:
+        sure = f"{100 * CONFIDENCE:.0f} %"
+        out.print(
+            f"{runs} runs each. Below means ± half of the {sure} confidence interval, by Student's t;", highlight=False
+        )
+        out.print(f"below shares of runs their {sure} confidence interval, by Wilson.", highlight=False)
+    for (scenario, law), count in {(one.scenario, one.controller): one.stopped for one in found}.items():
+        if count:
+            text = f"warning: {scenario}, {law}: {count} of {runs} stopped; they count among those that hit only"
+            out.print(escape(text), highlight=False)
+
+
+def _ratios(found: Sequence[Entry], number: int) -> Iterator[Entry]:
+    """Yield the root mean square errors over those of a table of the paper, for the laws and robots that it has."""
+    for one in found:
+        group, _, name = one.measure.partition(".")
+        wanted = TABLES[number].get(one.controller, {}).get(one.robot, {}).get(name) if group == "rmse" else None
+        if wanted is not None and one.mean is not None:
+            yield dataclasses.replace(one, measure=f"ratio.{name}", mean=one.mean / wanted, low=None, high=None)
+
+
+def _print_ratios(out: Console, scenario: str, found: Sequence[Entry], number: int) -> None:
+    if not found:
+        return
+    out.print(f"{escape(scenario)}: RMSE over those of Table {number} of the paper", style="bold", highlight=False)
+    out.print(_table(found, _RATIOS))
+    for law in dict.fromkeys(one.controller for one in found):
+        values = [one.mean for one in found if one.controller == law and one.mean is not None]
+        near = sum(abs(value - 1.0) <= _NEAR for value in values)
+        span = f"{min(values):.2f} to {max(values):.2f}"
+        out.print(f"{law}: {near} of {len(values)} within {_NEAR:.0%}, {span}", style="dim", highlight=False)
+    out.print()
+
+
+def _table(found: Sequence[Entry], heads: Mapping[str, str]) -> Table:
+    table = Table(header_style="bold dim", box=None, pad_edge=False, collapse_padding=True)
+    table.add_column("\nlaw")
+    table.add_column("\nrobot")
+    for head in heads.values():
+        table.add_column(head, justify="right")
+    for law in dict.fromkeys(one.controller for one in found):
+        robots = tuple(dict.fromkeys(one.robot for one in found if one.controller == law))
+        for k, robot in enumerate(robots):
+            cells = {one.measure: one for one in found if (one.controller, one.robot) == (law, robot)}
+            name = _name(law, k, len(robots))
+            table.add_row(
+                escape(name), escape(robot), *(_cell(cells[measure]) if measure in cells else "" for measure in heads)
+            )
+    return table
+
+
+def _name(law: str, row: int, rows: int) -> str:
+    """Return the name beside one of a law's rows, that of an ablation word by word down the rows."""
+    words = law.split("_") if "_without_" in law else [law]
+    return "\n".join(words[row:]) if row == rows - 1 else "".join(words[row : row + 1])
+
+
+def _cell(one: Entry) -> str:
+    if one.mean is None:
+        return ""
+    if one.measure in ("obstacles_hit", "robots_hit"):
+        interval = "" if one.low is None or one.high is None else f"\n{100 * one.low:.0f} to {100 * one.high:.0f}"
+        return f"{100 * one.mean:.0f}{interval}"
+    if one.measure == "safety.acts":
+        return f"{100 * one.mean:.1f}" + ("" if one.high is None else f"\n±{100 * (one.high - one.mean):.2g}")
+    if one.measure in _RATIOS:
+        return f"{one.mean:.2f}"
+    return f"{one.mean:.4g}" + ("" if one.high is None else f"\n±{one.high - one.mean:.2g}")

@@ -1,22 +1,24 @@
-"""Formations of robots as what a sweep runs."""
+"""Formations of robots as the experiments of a sweep."""
 
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Annotated, Any, ClassVar, Literal
 
-from dwmr.config.shipped import SCENARIOS
+from pydantic import Field, Strict, field_validator
+
 from dwmr.control import laws
 from dwmr.control.fuzzy_gains import Known, Rules
 from dwmr.scenario import file as scenario_file
-from dwmr.scenario.file import ScenarioFile
+from dwmr.scenario.file import SCENARIOS, ScenarioFile
 from dwmr.simulation import preflight
-from dwmr.sweep import columns, provenance
 from fuzzyctl.diagnostics.diagnostic import DiagnosticError, UnknownNameError
+from fuzzyctl.experiments import sweep_spec
 from fuzzyctl.experiments.runnable import Computed, Prepared, Runnable, UsedFile
+from fuzzyctl.experiments.sweep_spec import Spec, SpecFile
 
 
 @dataclass(frozen=True)
@@ -25,18 +27,19 @@ class Robots(Runnable[ScenarioFile]):
 
     Args:
         rules_folder: Whose rule files replace those of the same name.
-        known: What this process knows about rule files: they are read and proved once.
+        known: Cache of rule files, which a process reads and proves once.
     """
 
     application: ClassVar[str] = "dwmr"
     seed: ClassVar[str] = "run.seed"
     common: ClassVar[Mapping[str, str]] = SCENARIOS.common
+    package: ClassVar[Path | None] = Path(__file__).parents[1]
 
     rules_folder: Path | None = None
     known: Known = field(default_factory=Known, compare=False, repr=False)
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Leave out what this process knows, but for that it has proved the rule files: workers need not again."""
+        """Leave out the cache, but keep that the rule files are proved: workers need not prove them again."""
         return type(self), (self.rules_folder, Known(proved=True))
 
     def find(self, name: str, folder: Path = Path()) -> Path:
@@ -49,12 +52,12 @@ class Robots(Runnable[ScenarioFile]):
 
     def controllers(self, scenario: ScenarioFile, names: Sequence[str]) -> tuple[str, ...]:
         """Return the control laws that some names stand for, words for several laws written out."""
-        found: list[str] = []
+        result: list[str] = []
         for name in names or (scenario.scenario.run.controller,):
             if name not in laws.GROUPS and not laws.exists(name, scenario.path.parent):
                 raise UnknownNameError("control law", name, (*laws.names(), *laws.GROUPS))
-            found += laws.group(name)
-        return tuple(dict.fromkeys(found))
+            result += laws.group(name)
+        return tuple(dict.fromkeys(result))
 
     def check(self, scenario: ScenarioFile, controllers: Sequence[str]) -> Mapping[str, UsedFile]:
         """Check a scenario and its rule files, and return these by role and name, and the laws that are text."""
@@ -65,7 +68,7 @@ class Robots(Runnable[ScenarioFile]):
     def unread(
         self, scenario: ScenarioFile, controllers: Sequence[str], used: Mapping[str, str], key: Sequence[str]
     ) -> str:
-        """Return whose gains or which rule file a key belongs to, where none of the laws reads it."""
+        """Return the unused gains or rule file that a key belongs to, or an empty text."""
         tables = {
             laws.table(robot.controllers, law)[0] for law in controllers for robot in scenario.scenario.robots.values()
         }
@@ -90,23 +93,19 @@ class Robots(Runnable[ScenarioFile]):
             trajectory = simulate.run(simulation)
             if trajectory.stop is not None and trajectory.stop.mistake is not None:
                 raise DiagnosticError([trajectory.stop.mistake])
-            found = measure(trajectory, scenario.scenario, measures)
-            return Computed(dict(columns.row(found, measures, trajectory.robots)), trajectory.wall_s)
+            measures_of_run = measure(trajectory, scenario.scenario, measures)
+            return Computed(dict(columns_of(measures_of_run, measures, trajectory.robots)), trajectory.wall_s)
 
         return Prepared(_used(rules), compute)
 
     def unit(self, scenario: ScenarioFile, column: str) -> str:
         """Return the unit of a measure of robots."""
-        return columns.unit(column)
+        return unit_of(column)
 
     def own_files(self, scenario: ScenarioFile, controllers: Sequence[str]) -> Mapping[str, str]:
         """Return the checksums of the control laws that lie beside the scenario."""
-        own = {law: laws.python_file(law, scenario.path.parent) for law in controllers}
-        return {law: hashlib.sha256(path.read_bytes()).hexdigest() for law, path in own.items() if path is not None}
-
-    def software(self) -> dict[str, str | None]:
-        """Return the versions of what computes a run, and a checksum of its sources."""
-        return provenance.software()
+        files = {law: laws.python_file(law, scenario.path.parent) for law in controllers}
+        return {law: hashlib.sha256(path.read_bytes()).hexdigest() for law, path in files.items() if path is not None}
 
     def _rules(self, scenario: ScenarioFile) -> Rules:
         folders = (*([self.rules_folder] if self.rules_folder else []), *scenario.folders)
@@ -115,5 +114,97 @@ class Robots(Runnable[ScenarioFile]):
 
 def _used(rules: Rules) -> dict[str, UsedFile]:
     """Return the rule files that were read, by role and name, and the control laws that are text."""
-    found = {f"{role}/{used.path.name}": UsedFile(used.path, used.sha256) for role, used in rules.used.items()}
-    return found | {f"law/{name}": UsedFile(used.path, used.sha256) for name, used in rules.laws.items()}
+    files = {f"{role}/{used.path.name}": UsedFile(used.path, used.sha256) for role, used in rules.used.items()}
+    return files | {f"law/{name}": UsedFile(used.path, used.sha256) for name, used in rules.laws.items()}
+
+
+#: Units of the measures of a run, by the last part of its column, and of its first part where that has one for all.
+_UNITS = {
+    "t_end": "s", "x_e": "m", "y_e": "m", "theta_e": "rad", "theta_e_star": "rad", "theta_e_unwrapped": "rad",
+}  # fmt: skip
+_GROUP_UNITS = {
+    "centre_distance": "m", "obstacle_gap": "m", "robot_gap": "m", "avoidance_s": "s", "g_ais_min": "m/s, rad/s",
+}  # fmt: skip
+_CHATTERING = {"v": "m/s²", "omega": "rad/s²"}
+#: Lists of moments of the safety filter; a column has how many concern a robot.
+_MOMENTS = ("infeasible", "missed")
+
+
+def columns_of(measures: Mapping[str, Any], wanted: Sequence[str], robots: Sequence[str]) -> Iterator[tuple[str, Any]]:
+    """Yield columns and values of a run: how it ended, then the measures wanted, keys of tables joined by dots.
+
+    Args:
+        measures: From `metrics.measure`.
+        wanted: Groups to keep; one that the control law does not have is left out.
+        robots: Names of the robots.
+    """
+    stopped = measures["stopped"] or {}
+    yield "t_end", measures["t_end"]
+    yield "stopped", bool(stopped)
+    yield "stop_robot", stopped.get("robot")
+    yield "stop_reason", stopped.get("reason")
+    for group in wanted:
+        if group in ("obstacles_hit", "robots_hit"):
+            hits = [name for hit in measures[group] for name in hit.get("robots", [hit.get("robot")])]
+            yield from ((f"{group}.{robot}", hits.count(robot)) for robot in robots)
+        elif group == "safety" and group in measures:
+            ends = {kind: [(one["robot"], one["with"]) for one in measures[group][kind]] for kind in _MOMENTS}
+            counts = {kind: {n: sum(n in pair for pair in ends[kind]) for n in robots} for kind in _MOMENTS}
+            yield from _flat(group, measures[group] | counts)
+        elif group in measures:
+            yield from _flat(group, measures[group])
+
+
+def _flat(key: str, value: Any) -> Iterator[tuple[str, Any]]:
+    if isinstance(value, Mapping):
+        for name, below in value.items():
+            yield from _flat(f"{key}.{name}", below)
+    else:
+        yield key, value
+
+
+def unit_of(column: str) -> str:
+    """Return the unit of a column, or an empty text, also for values of the scenario."""
+    group, last = column.partition(".")[0], column.rpartition(".")[2]
+    if column.startswith("safety.disc_gap."):
+        return "m"
+    if group == "chattering":
+        return _CHATTERING.get(last, "")
+    if group in _GROUP_UNITS:
+        return _GROUP_UNITS[group]
+    return _UNITS.get(last, "") if group.startswith("rmse") or column == "t_end" else ""
+
+
+#: Groups of measures that a sweep can keep, as summary.json names them.
+Measure = Literal[
+    "rmse", "rmse_body", "rmse_inertial", "centre_distance", "obstacle_gap", "robot_gap", "obstacles_hit", "robots_hit",
+    "chattering", "avoidance_s", "saturation", "condition_violated", "safety", "lyapunov", "drift", "g_ais_min",
+]  # fmt: skip
+
+#: Names of earlier versions.
+RENAMED = {"clearance": "centre_distance", "collisions": "obstacles_hit"}
+
+
+class RobotSpec(Spec):
+    """A SPEC file with the measures of robots."""
+
+    measures: Annotated[tuple[Measure, ...], Strict(False)] = Field(
+        default=("rmse", "centre_distance", "obstacle_gap", "robot_gap", "obstacles_hit", "robots_hit", "chattering"),
+        description="what to keep of each run",
+    )
+
+    @field_validator("measures", mode="before")
+    @classmethod
+    def _renamed(cls, value: Any) -> Any:
+        if not isinstance(value, list | tuple):
+            return value
+        return [RENAMED.get(one, one) if isinstance(one, str) else one for one in value]
+
+
+def read_spec(path: Path) -> SpecFile:
+    """Read a SPEC file.
+
+    Raises:
+        DiagnosticError: With every mistake in it.
+    """
+    return sweep_spec.read(path, RobotSpec)

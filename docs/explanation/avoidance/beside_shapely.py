@@ -17,7 +17,7 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).parent))
 import crowds
 
-from dwmr.results.contacts import obstacle_gaps, robot_gaps
+from dwmr.results.distances import obstacle_gaps, robot_gaps
 
 
 def polygons(shapely: Any, trajectory: Any, scenario: Any, robot: str) -> Any:

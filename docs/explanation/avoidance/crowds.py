@@ -23,8 +23,7 @@ from typing import Any
 import numpy as np
 
 from dwmr.control.fuzzy_gains import Rules
-from dwmr.results import safety
-from dwmr.results.contacts import obstacle_gaps, robot_gaps
+from dwmr.results.distances import obstacle_gaps, robot_gaps, safety_measures
 from dwmr.scenario.file import ScenarioFile, read
 from dwmr.simulation import simulate
 
@@ -140,7 +139,7 @@ def outcome(number: int, seed: int, law: str) -> dict[str, Any]:
     """Run a scene: its collisions [robot, other, time], moments of violated barriers, and least gaps."""
     file, trajectory = run(number, seed, law)
     scenario = file.scenario
-    barriers = safety.measure(trajectory, scenario, scenario.safety)
+    barriers = safety_measures(trajectory, scenario, scenario.safety)
     hits, least = contacts(file, trajectory)
     return {
         "scene": number, "stopped": trajectory.stop is not None, "least_gap": least, "hits": hits,

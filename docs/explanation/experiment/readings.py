@@ -17,7 +17,8 @@ import numpy as np
 
 from dwmr.control.fuzzy_gains import Rules
 from dwmr.core.geometry import wrap_array
-from dwmr.results.metrics import TABLE_12_HORIZON, TABLE_13, measure, rmse
+from dwmr.results.metrics import measure, rmse
+from dwmr.results.paper_tables import TABLE_12_HORIZON, TABLE_13
 from dwmr.scenario.file import find, read
 from dwmr.simulation import simulate
 

@@ -12,7 +12,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from dwmr.control.fuzzy_gains import Known, Rules
-from dwmr.results.metrics import TABLE_12, errors, printed_frame, rmse
+from dwmr.results.metrics import errors, printed_frame, rmse
+from dwmr.results.paper_tables import TABLE_12
 from dwmr.scenario.file import find, read
 from dwmr.simulation import simulate
 

@@ -13,7 +13,8 @@ from pathlib import Path
 from typing import Any
 
 from dwmr.control.fuzzy_gains import Rules
-from dwmr.results.metrics import TABLE_12, errors, printed_frame, rmse
+from dwmr.results.metrics import errors, printed_frame, rmse
+from dwmr.results.paper_tables import TABLE_12
 from dwmr.scenario.file import find, read
 from dwmr.simulation import simulate
 

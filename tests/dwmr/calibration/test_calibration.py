@@ -8,10 +8,8 @@ import tomllib
 import pytest
 
 from dwmr.calibration import search
-from dwmr.calibration.cost import ENTRIES, UNSAFE, Outcome, Scorer, bar, cost
-from dwmr.calibration.parameters import PARAMETERS, USUAL, keys, overrides, present
-from dwmr.calibration.search import explore
-from dwmr.calibration.writing import scenario_text
+from dwmr.calibration.parameters import PARAMETERS, USUAL, keys, overrides, present, scenario_text
+from dwmr.calibration.search import ENTRIES, UNSAFE, Outcome, Scorer, bar, cost, explore
 from dwmr.scenario.file import find, read
 from fuzzyctl.diagnostics.diagnostic import DiagnosticError
 from fuzzyctl.experiments import sweep_workers

@@ -12,8 +12,8 @@ from textwrap import dedent
 import pytest
 
 from dwmr.output import data
-from dwmr.output.data import parquet_file
-from fuzzyctl.experiments import sweep_workers
+from dwmr.output.data import KEY
+from fuzzyctl.experiments import parquet, sweep_workers
 from tests.dwmr.process import LONG, dwmr, here, in_short, interrupted_by_a_worker_that_starts
 
 SPEC = """
@@ -71,7 +71,7 @@ class TestSweep:
         assert sorted(p.name for p in one[1].iterdir()) == ["results.csv", "results.parquet", "sweep.json", "times.csv"]
 
     def test_has_the_same_numbers_in_both_formats(self, one):
-        columns, about = parquet_file.read_table(one[1] / "results.parquet")
+        columns, about = parquet.read_table(one[1] / "results.parquet", KEY)
         with (one[1] / "results.csv").open(newline="") as file:
             rows = list(csv.DictReader(file))
         assert [float(row["rmse.leader.x_e"]) for row in rows] == columns["rmse.leader.x_e"]

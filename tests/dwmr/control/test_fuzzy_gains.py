@@ -95,17 +95,6 @@ class TestBoundaryLayer:
         assert "VS" in one.span.source.line_text(one.span.line)
 
 
-class TestAdaptiveGain:
-    def test_starts_at_zero_with_one_consequent_per_rule(self):
-        gain, rates, start, lowest, highest = rules().adaptive_gain()
-        assert start.tolist() == [0.0] * 7
-        assert (lowest, highest) == (-2.0, 2.0)
-        assert gain(0.1, start) == 0.0
-        out = start.copy()
-        rates(0.4, start, out)
-        assert out.tolist() == pytest.approx([0, 0, 0, 0, 0, 0, 0.4])
-
-
 class TestGuarantees:
     """What a rule file requires is proved before a run, with the params of each robot and channel."""
 
@@ -138,7 +127,7 @@ class TestGuarantees:
 
     def test_so_are_those_of_the_adaptive_gain(self, tmp_path):
         folder = edited(tmp_path, "fcafsmc.fz", ("require F <= 2", "require F <= 1.5"))
-        one = refusal(rules(folder=folder).adaptive_gain)
+        one = refusal(rules(folder=folder).prove_adaptive_gain)
         assert one.code == "FZ402"
 
     def test_what_is_left_open_is_refused_too(self, tmp_path):

@@ -3,7 +3,7 @@
 import pytest
 from pydantic import ValidationError
 
-from dwmr.control.rule_file_settings import RuleFile
+from dwmr.control.rule_files import RuleFile
 
 
 def test_every_key_besides_the_file_is_a_param():

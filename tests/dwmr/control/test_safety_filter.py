@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from dwmr.control.safety_filter import filter_commands, is_near, rate_bound, working_memory
-from dwmr.control.safety_settings import Safety
+from dwmr.core.arrays import Safety
 from dwmr.plant.robot import ROBOT
 from tests.sizes import examples
 

@@ -6,10 +6,10 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
 from matplotlib.text import Text
 
+from dwmr.cli.figures import index_text
 from dwmr.core.geometry import wrap_array
 from dwmr.figures import panels, paper
 from dwmr.figures.animation import body
-from dwmr.figures.index import index
 from dwmr.results import derived
 from dwmr.results.metrics import distances, measure
 from dwmr.scenario.file import find, read
@@ -305,7 +305,7 @@ class TestFiles:
 
     def test_the_index_says_what_is_there_and_what_is_not(self):
         scenario = read(find("paper"), ['name="a|b"']).scenario
-        text = index([8], {14: "the scenario has no obstacles"}, "svg", scenario)
+        text = index_text([8], {14: "the scenario has no obstacles"}, "svg", scenario)
         assert "(fig08.svg)" in text
         assert "(fig09.svg)" not in text
         assert "Left out: the scenario has no obstacles." in text
@@ -313,4 +313,4 @@ class TestFiles:
         assert "a\\|b" in text
         assert all(f"## Fig. {k}: " in text for k in range(8, 29))
         assert "## Fig. 29" not in text
-        assert "Figs. 29 to 39 of Goto" in index([29], {}, "png", read(find("experiment")).scenario)
+        assert "Figs. 29 to 39 of Goto" in index_text([29], {}, "png", read(find("experiment")).scenario)

@@ -5,7 +5,8 @@ from types import SimpleNamespace
 import pytest
 from PIL import Image
 
-from dwmr.figures import renderer
+from dwmr.figures import scene
+from dwmr.figures.scene import NoRendererError, _context
 from tests.dwmr.process import here
 from tests.physics import needs_mujoco
 
@@ -13,8 +14,8 @@ from tests.physics import needs_mujoco
 @pytest.mark.parametrize("word", ["disable", "Off", "0"])
 def test_a_renderer_that_is_turned_off_is_none(monkeypatch, word):
     monkeypatch.setenv("MUJOCO_GL", word)
-    with pytest.raises(renderer.NoRendererError, match=r"^MUJOCO_GL = "):
-        renderer._context(8, 8)
+    with pytest.raises(NoRendererError, match=r"^MUJOCO_GL = "):
+        _context(8, 8)
 
 
 @pytest.mark.parametrize(("asked", "name"), [("osmesa", "osmesa"), ("GLFW", "glfw"), ("", "egl"), ("1", "egl")])
@@ -26,9 +27,9 @@ def test_the_context_is_the_one_that_is_asked_for(monkeypatch, asked, name):
         return SimpleNamespace(GLContext=lambda *size: SimpleNamespace(make_current=lambda: made.append(size)))
 
     monkeypatch.setenv("MUJOCO_GL", asked)
-    monkeypatch.setattr(renderer, "import_module", loaded)
-    monkeypatch.setattr(renderer.sys, "platform", "linux")
-    renderer._context(8, 6)
+    monkeypatch.setattr(scene, "import_module", loaded)
+    monkeypatch.setattr(scene.sys, "platform", "linux")
+    _context(8, 6)
     assert made == [f"mujoco.{name}", (8, 6)]
 
 
@@ -38,9 +39,9 @@ def test_a_library_that_is_missing_is_a_reason(monkeypatch, error):
         raise error("no library\nand more")
 
     monkeypatch.setenv("MUJOCO_GL", "egl")
-    monkeypatch.setattr(renderer, "import_module", broken)
-    with pytest.raises(renderer.NoRendererError, match=r"^OpenGL by egl: no library$"):
-        renderer._context(8, 8)
+    monkeypatch.setattr(scene, "import_module", broken)
+    with pytest.raises(NoRendererError, match=r"^OpenGL by egl: no library$"):
+        _context(8, 8)
 
 
 @needs_mujoco

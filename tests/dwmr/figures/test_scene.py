@@ -6,7 +6,7 @@ import pytest
 
 from dwmr.figures.scene import scene
 from dwmr.scenario.file import find, read
-from dwmr.simulation.mujoco_model import mjcf
+from dwmr.simulation.mujoco_plant import mjcf
 from tests.physics import needs_mujoco
 
 

@@ -10,9 +10,9 @@ from hypothesis.extra import numpy as hnp
 
 from dwmr.core.interfaces import Signal
 from dwmr.output import data
-from dwmr.output.data import files, parquet_file, signals
-from dwmr.output.data.signals import Data
+from dwmr.output.data import Data, save, signals_of
 from dwmr.results import lyapunov
+from fuzzyctl.experiments import parquet
 
 
 def equal(first, second):
@@ -38,13 +38,13 @@ def real(run_paper):
     """Two laws with signals of their own, as `dwmr run` saves them."""
     runs = [run_paper(law, "run.horizon=3") for law in ("aifqsmc", "smc")]
     about = {"scenario": {"text": [{"file": "ö.toml", "text": "θ = 'σ*' # \"\n\\"}]}, "load": 1.25}
-    return signals.of([one for _, one in runs], runs[0][0].scenario, 4, about)
+    return signals_of([one for _, one in runs], runs[0][0].scenario, 4, about)
 
 
 @pytest.mark.parametrize(("every", "count"), [(1, 601), (4, 151), (7, 87), (600, 2), (10_000, 2)])
 def test_the_first_and_the_last_sample_are_always_kept(run_paper, every, count):
     file, run = run_paper("aifqsmc", "run.horizon=3")
-    kept = signals.of([run], file.scenario, every, {}).runs["aifqsmc"]
+    kept = signals_of([run], file.scenario, every, {}).runs["aifqsmc"]
     assert kept["t"].shape == (count,)
     assert (kept["t"][0], kept["t"][-1]) == (0.0, 3.0)
     assert np.array_equal(kept["x"][-1], run["x"][-1])
@@ -54,18 +54,18 @@ def test_the_first_and_the_last_sample_are_always_kept(run_paper, every, count):
 @pytest.mark.parametrize("name", data.FORMATS)
 class TestEveryFormat:
     def test_gives_back_a_run_bit_for_bit(self, real, tmp_path, name):
-        files.save(tmp_path / f"run.{name}", real)
+        save(tmp_path / f"run.{name}", real)
         require_same(real, data.load(tmp_path / f"run.{name}"))
 
     def test_has_units_and_the_robots(self, real, tmp_path, name):
-        files.save(tmp_path / f"run.{name}", real)
+        save(tmp_path / f"run.{name}", real)
         found = data.load(tmp_path / f"run.{name}")
         assert found.robots == ("leader", "follower1", "follower2")
         assert found.metadata["signals"]["sigma_omega"]["unit"] == "rad"
         assert "k_h_v" not in found.runs["smc"]
 
     def test_holds_the_lyapunov_functions_of_the_whole_run(self, real, run_paper, tmp_path, name):
-        files.save(tmp_path / f"run.{name}", real)
+        save(tmp_path / f"run.{name}", real)
         found = data.load(tmp_path / f"run.{name}")
         for law in ("aifqsmc", "smc"):
             file, trajectory = run_paper(law, "run.horizon=3")
@@ -78,9 +78,9 @@ class TestEveryFormat:
     def test_is_the_same_bytes_each_time(self, real, tmp_path, name, monkeypatch):
         import time
 
-        files.save(tmp_path / f"a.{name}", real)
+        save(tmp_path / f"a.{name}", real)
         monkeypatch.setattr(time, "asctime", lambda *_: "another day")
-        files.save(tmp_path / f"b.{name}", real)
+        save(tmp_path / f"b.{name}", real)
         assert (tmp_path / f"a.{name}").read_bytes() == (tmp_path / f"b.{name}").read_bytes()
 
     @given(
@@ -92,7 +92,7 @@ class TestEveryFormat:
         t = first + np.arange(count)
         one = Data({"smc": {"t": t, "x": values}}, {"robots": [f"r{k}" for k in range(robots)]})
         path = tmp_path_factory.mktemp("any") / f"run.{name}"
-        files.save(path, one)
+        save(path, one)
         require_same(one, data.load(path))
 
     @pytest.mark.parametrize("content", [b"", b"x", b"a,b\n1,2\n", bytes(range(256)) * 4])
@@ -107,14 +107,20 @@ class TestSignals:
     def test_of_a_law_with_a_signal_of_the_same_name_keep_its_own(self, run_paper):
         file, run = run_paper("smc", "run.horizon=3")
         own = dataclasses.replace(run, law_signals=(*run.law_signals[:-1], Signal("V_10", "-", "its own")))
-        found = signals.of([own], file.scenario, 1, {})
+        found = signals_of([own], file.scenario, 1, {})
         assert equal(found.runs["smc"]["V_10"], own["V_10"])
         assert found.metadata["signals"]["V_10"]["doc"] == "its own"
 
     def test_of_an_unknown_law_have_no_lyapunov_functions(self, run_paper):
         file, run = run_paper("smc", "run.horizon=3")
         plain = dataclasses.replace(run, law_values=run.law_values[:, :, :0], law_signals=())
-        assert not {s.name for s in lyapunov.SIGNALS} & set(signals.of([plain], file.scenario, 1, {}).signals())
+        assert not {s.name for s in lyapunov.SIGNALS} & set(signals_of([plain], file.scenario, 1, {}).signals())
+
+
+def test_parquet_is_said_to_be_absent_where_it_is(monkeypatch):
+    assert parquet.available()
+    monkeypatch.setitem(sys.modules, "pyarrow.parquet", None)
+    assert not parquet.available()
 
 
 class TestLoad:
@@ -126,10 +132,3 @@ class TestLoad:
         for name in data.FORMATS:
             with pytest.raises(FileNotFoundError):
                 data.load(tmp_path / f"run.{name}")
-
-
-class TestParquet:
-    def test_is_said_to_be_absent_where_it_is(self, monkeypatch):
-        assert parquet_file.available()
-        monkeypatch.setitem(sys.modules, "pyarrow.parquet", None)
-        assert not parquet_file.available()

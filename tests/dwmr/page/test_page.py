@@ -10,13 +10,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from dwmr.cli.run_options import Task, describe
 from dwmr.control import laws
 from dwmr.control.fuzzy_gains import Rules
 from dwmr.figures.animation import body
 from dwmr.figures.panels import BODIES
-from dwmr.output.summary import describe
-from dwmr.page import plots, settings
-from dwmr.page.document import page, script
+from dwmr.page import plots
+from dwmr.page.document import page, script, setting_rows
 from dwmr.results import derived
 from dwmr.results.metrics import measure
 from dwmr.scenario.file import find, read
@@ -30,7 +30,7 @@ EVIL = "<script>alert(1)</script>"
 def written(file, trajectories, overrides=()):
     """Return the page about some runs."""
     rules = Rules(file.scenario.rules, (), file.places)
-    summary = describe(file, rules, overrides)
+    summary = describe(Task(file, rules, overrides))
     summary["controllers"] = {t.controller: measure(t, file.scenario) for t in trajectories}
     return page(summary, trajectories, file.scenario)
 
@@ -267,7 +267,7 @@ class TestPlots:
 
 class TestSettings:
     def test_every_number_of_the_scenario_has_its_key_and_unit(self):
-        rows = {row.key: row for row in settings.rows(read(find("paper"), []).scenario)}
+        rows = {row.key: row for row in setting_rows(read(find("paper"), []).scenario)}
         assert rows["robots.follower1.formation.separation"][1:3] == ("1.25", "m")
         assert rows["obstacles[1].x"].value == "8.0"
         assert rows["rules.ais_reaction.k_s"].value == "0.55"

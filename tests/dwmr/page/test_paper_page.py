@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from dwmr.results.metrics import TABLE_12
+from dwmr.results.paper_tables import TABLE_12
 from dwmr.scenario.file import find
 
 EXPLANATION = Path(__file__).resolve().parents[3] / "docs" / "explanation"

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial import ConvexHull
 
-from dwmr.plant.bodies import Outline, gap_between, gap_to_point, outline_pose
+from dwmr.scenario.outlines import Outline, gap_between, gap_to_point, outline_pose
 
 SIZES = st.floats(0.05, 2.0)
 PLACES = st.floats(-3.0, 3.0)

@@ -5,11 +5,10 @@ import itertools
 import numpy as np
 import pytest
 
-from dwmr.plant.bodies import gap_between
-from dwmr.results import contacts
+from dwmr.results.distances import contact, meetings, poses
 from dwmr.results.metrics import measure
 from dwmr.scenario.file import find, read
-from dwmr.scenario.outlines import outline
+from dwmr.scenario.outlines import gap_between, outline
 from tests.dwmr.results.test_metrics import SCENARIO, trajectory
 
 
@@ -56,7 +55,7 @@ class TestMeasures:
         file, run = run_with_limits("fcafsmc", "run.horizon=70")
         least = measure(run, file.scenario)["robot_gap"]
         for a, b in itertools.combinations(run.robots, 2):
-            first, second = (contacts.poses(run, file.scenario, name) for name in (a, b))
+            first, second = (poses(run, file.scenario, name) for name in (a, b))
             shapes = [outline(file.scenario.robots[name]) for name in (a, b)]
             gaps = gap_between(first, shapes[0], second, shapes[1])
             assert gaps.min() >= max(least[a], least[b])
@@ -64,12 +63,10 @@ class TestMeasures:
 
     def test_meetings_are_where_bodies_first_touch(self):
         x = np.array([[0.0, 50.0, 100.0], [0.0, 0.7, 100.0], [0.0, 0.5, 100.0]])
-        assert contacts.meetings(moved(), SCENARIO).shape == (0, 2)
-        assert contacts.meetings(moved(x=x), SCENARIO) == pytest.approx(np.array([[-0.1865, 0.0]]))
+        assert meetings(moved(), SCENARIO).shape == (0, 2)
+        assert meetings(moved(x=x), SCENARIO) == pytest.approx(np.array([[-0.1865, 0.0]]))
         y = np.array([[-6.0], [-5.0], [-6.0]]) * [1, 0, 0]
-        assert contacts.meetings(moved(x=[8.0, 50.0, 100.0], y=y), SCENARIO) == pytest.approx(
-            np.array([[7.8135, -5.0]])
-        )
+        assert meetings(moved(x=[8.0, 50.0, 100.0], y=y), SCENARIO) == pytest.approx(np.array([[7.8135, -5.0]]))
 
     def test_have_no_contact_where_the_gap_stays_open(self):
-        assert contacts.contact(np.array([0.0, 1.0]), 1.0, np.array([0.1, 0.2])) is None
+        assert contact(np.array([0.0, 1.0]), 1.0, np.array([0.1, 0.2])) is None

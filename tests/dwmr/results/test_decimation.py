@@ -1,6 +1,6 @@
 import numpy as np
 
-from dwmr.results.decimation import kept, thin
+from dwmr.figures.panels import kept, thin
 
 
 class TestThin:

@@ -9,12 +9,11 @@ from rich.console import Console
 from dwmr.control.fuzzy_gains import Rules
 from dwmr.control.safety_filter import rate_bound
 from dwmr.output.report import barriers, filter_cells, print_report
-from dwmr.page import tables
-from dwmr.results import safety
-from dwmr.results.contacts import obstacle_gaps, robot_gaps
+from dwmr.page.document import safety_filter
+from dwmr.results.distances import moments, obstacle_gaps, rate_bounds, robot_gaps
 from dwmr.results.metrics import errors, measure, rmse
 from dwmr.scenario.file import find, read
-from dwmr.scenario.moving import centres
+from dwmr.scenario.outlines import centres
 from dwmr.simulation import simulate
 from tests import explanation
 
@@ -128,10 +127,10 @@ class TestMoments:
         t = np.arange(0.0, 5.0, 0.1)
         amounts = np.where((t > 0.95) & (t < 1.25) | (t > 1.45) & (t < 1.65) | (t > 3.95), 0.5, 0.0)
         amounts[15] = 0.7
-        first, second = safety.moments(t, amounts)
+        first, second = moments(t, amounts)
         assert (first["t"], first["lasted"], first["by"], first["sample"]) == pytest.approx((1.0, 0.7, 0.7, 10))
         assert (second["t"], second["lasted"]) == pytest.approx((4.0, 1.0))
-        assert safety.moments(t, 0.0 * t) == []
+        assert moments(t, 0.0 * t) == []
 
     def test_of_an_obstacle_that_runs_into_a_robot_have_time_and_place(self):
         file, trajectory = run(
@@ -157,7 +156,7 @@ class TestMoments:
 
     def test_of_rates_are_judged_by_the_bound_of_the_filter(self):
         distance = np.linspace(0.1, 3.0, 30)
-        assert safety.rate_bounds(2.0, distance, 1.0) == pytest.approx([rate_bound(2.0, d, 1.0) for d in distance])
+        assert rate_bounds(2.0, distance, 1.0) == pytest.approx([rate_bound(2.0, d, 1.0) for d in distance])
 
 
 def test_tables_of_a_run_have_what_the_filter_did():
@@ -168,8 +167,8 @@ def test_tables_of_a_run_have_what_the_filter_did():
     text = io.StringIO()
     print_report(Console(file=text, width=100), {"controllers": found}, None)
     assert "Safety filter" in text.getvalue()
-    assert f">{share:.1f}<" in tables.safety_filter(found)
-    assert tables.safety_filter({"fcafsmc": {}}) == ""
+    assert f">{share:.1f}<" in safety_filter(found)
+    assert safety_filter({"fcafsmc": {}}) == ""
 
 
 def test_report_names_five_moments_and_counts_the_others():

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from dwmr.core.geometry import ahead, clamp, wrap
-from dwmr.ros.formation_commands import FormationCommands, Odometry, StoppedError
 from dwmr.ros.main import PARAMETERS, prepare
+from dwmr.ros.node import FormationCommands, Odometry, StoppedError
 from dwmr.simulation.simulate import run
 from tests.dwmr.ros.stub import FILTER
 

@@ -5,8 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from dwmr.ros.formation_commands import StoppedError
-from dwmr.ros.node import FormationNode, Settings
+from dwmr.ros.node import FormationNode, Settings, StoppedError
 from dwmr.simulation.simulate import Stop
 from tests.dwmr.ros.stub import Node, Odometry, Twist, odometry
 

@@ -6,8 +6,8 @@ import warnings
 import numpy as np
 import pytest
 
-from dwmr.scenario.command_limits import limited
 from dwmr.scenario.file import find, read
+from dwmr.scenario.vehicle_limits import limited
 
 LIMITS = ("robot.actuator.v_limit=1.5", "robot.actuator.omega_limit=1.0")
 

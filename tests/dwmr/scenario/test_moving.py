@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from dwmr.scenario.file import find, read
-from dwmr.scenario.moving import centres, is_moving, largest_speed
+from dwmr.scenario.outlines import centres, is_moving, largest_speed
 from fuzzyctl.diagnostics.diagnostic import DiagnosticError
 
 STILL = "{x=1,y=2,radius=0.5}"

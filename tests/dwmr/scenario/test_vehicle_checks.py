@@ -8,7 +8,7 @@ import pytest
 
 from dwmr.control.fuzzy_gains import Rules
 from dwmr.scenario.file import find, read
-from dwmr.scenario.vehicle_checks import point_radius
+from dwmr.scenario.vehicle_limits import point_radius
 from dwmr.simulation import preflight
 from fuzzyctl.diagnostics.diagnostic import DiagnosticError
 

@@ -8,7 +8,7 @@ import pytest
 from dwmr.control.fuzzy_gains import Rules
 from dwmr.scenario.file import find, read
 from dwmr.simulation import mujoco_plant, simulate
-from dwmr.simulation.mujoco_model import mjcf
+from dwmr.simulation.mujoco_plant import mjcf
 from fuzzyctl.diagnostics.diagnostic import DiagnosticError
 from tests.physics import needs_mujoco
 

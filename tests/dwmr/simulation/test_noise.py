@@ -9,12 +9,13 @@ import pytest
 from dwmr.control.fuzzy_gains import Rules
 from dwmr.scenario.file import find, read
 from dwmr.scenario.model import LARGEST_NOISE
-from dwmr.simulation import noise, simulate
+from dwmr.simulation import simulate
+from dwmr.simulation.periods import MEASURED, noise_source
 from tests.dwmr.process import LONG
 
 PAPER = find("paper")
 ALL = tuple(
-    f"robot.noise.{name}={value}" for name, value in zip(noise.MEASURED, (0.01, 0.02, 0.005, 0.03, 0.04), strict=True)
+    f"robot.noise.{name}={value}" for name, value in zip(MEASURED, (0.01, 0.02, 0.005, 0.03, 0.04), strict=True)
 )
 
 
@@ -25,33 +26,33 @@ def run(law="aifqsmc", *overrides):
 
 class TestSource:
     def test_has_the_deviations_asked_for(self):
-        drawn = noise.source(read(PAPER, ALL).scenario)(20_000)
+        drawn = noise_source(read(PAPER, ALL).scenario)(20_000)
         assert drawn.std(axis=0) == pytest.approx(np.tile([0.01, 0.02, 0.005, 0.03, 0.04], (3, 1)), rel=0.03)
         assert np.abs(drawn.mean(axis=0) / drawn.std(axis=0)).max() < 0.03
 
     def test_is_cut_at_four_deviations(self):
-        drawn = noise.source(read(PAPER, ["robots.leader.noise.x=0.01"]).scenario)(200_000)[:, 0, 0]
+        drawn = noise_source(read(PAPER, ["robots.leader.noise.x=0.01"]).scenario)(200_000)[:, 0, 0]
         assert np.abs(drawn).max() == LARGEST_NOISE * 0.01  # one of 16,000 lies beyond
 
     def test_does_not_depend_on_how_much_is_drawn_at_once(self):
         scenario = read(PAPER, ALL).scenario
-        pieces = noise.source(scenario)
-        assert np.array_equal(np.concatenate([pieces(3), pieces(0), pieces(97)]), noise.source(scenario)(100))
+        pieces = noise_source(scenario)
+        assert np.array_equal(np.concatenate([pieces(3), pieces(0), pieces(97)]), noise_source(scenario)(100))
 
     def test_of_a_robot_does_not_depend_on_the_others(self):
-        both = noise.source(read(PAPER, ALL).scenario)(50)
-        one = noise.source(read(PAPER, ["robots.follower1.noise.x=0.01"]).scenario)(50)
+        both = noise_source(read(PAPER, ALL).scenario)(50)
+        one = noise_source(read(PAPER, ["robots.follower1.noise.x=0.01"]).scenario)(50)
         assert not one[:, [0, 2]].any()
         assert np.array_equal(one[:, 1, 0], both[:, 1, 0])
         assert not np.array_equal(both[:, 0, 0], both[:, 1, 0])
 
     def test_another_seed_gives_other_numbers(self):
-        first, second = (noise.source(read(PAPER, [*ALL, f"run.seed={k}"]).scenario)(10) for k in (0, 1))
+        first, second = (noise_source(read(PAPER, [*ALL, f"run.seed={k}"]).scenario)(10) for k in (0, 1))
         assert not np.isclose(first, second).any()
 
     def test_is_empty_where_nobody_asked_for_any(self):
         for overrides in ([], ["robot.noise.x=0.0"]):
-            assert noise.source(read(PAPER, overrides).scenario)(10).shape == (0, 3, 5)
+            assert noise_source(read(PAPER, overrides).scenario)(10).shape == (0, 3, 5)
 
 
 class TestRun:

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from dwmr.control.fuzzy_gains import Rules
+from dwmr.plant.disturbances import measure
 from dwmr.plant.robot import ROBOT
 from dwmr.scenario.file import find, read
 from dwmr.simulation import simulate
-from dwmr.simulation.sensors import measure
 
 DT = 0.005
 

@@ -4,9 +4,9 @@ import io
 
 from rich.console import Console
 
-from dwmr.sweep import columns, comparison
-from dwmr.sweep.comparison import Entry
-from dwmr.sweep.tables import print_comparison
+from dwmr.sweep import comparison
+from dwmr.sweep.comparison import Entry, print_comparison
+from dwmr.sweep.robots import columns_of, unit_of
 
 MEASURES = {
     "stopped": None, "t_end": 9.0,
@@ -19,7 +19,7 @@ MEASURES = {
 
 
 def row(measures):
-    return dict(columns.row(measures, ("safety",), ("a", "b", "c")))
+    return dict(columns_of(measures, ("safety",), ("a", "b", "c")))
 
 
 def test_moments_of_the_filter_are_counted_for_each_robot_that_they_concern():
@@ -27,8 +27,8 @@ def test_moments_of_the_filter_are_counted_for_each_robot_that_they_concern():
     assert [found[f"safety.infeasible.{robot}"] for robot in "abc"] == [2, 1, 0]
     assert [found[f"safety.missed.{robot}"] for robot in "abc"] == [0, 1, 0]
     assert (found["safety.acts.b"], found["safety.disc_gap.a"], found["safety.disc_gap.c"]) == (0.5, 0.1, None)
-    assert columns.unit("safety.disc_gap.a") == "m"
-    assert columns.unit("safety.acts.a") == columns.unit("safety.missed.a") == ""
+    assert unit_of("safety.disc_gap.a") == "m"
+    assert unit_of("safety.acts.a") == unit_of("safety.missed.a") == ""
 
 
 def test_a_run_without_a_filter_has_no_columns_of_it():

@@ -8,11 +8,12 @@ import pytest
 from rich.console import Console
 from scipy import stats
 
-from dwmr.cli import compare
-from dwmr.output.data import parquet_file
+from dwmr.cli import repetitions
+from dwmr.output.data import KEY
 from dwmr.scenario.file import find
-from dwmr.sweep import comparison, tables
-from dwmr.sweep.comparison import entries
+from dwmr.sweep import comparison
+from dwmr.sweep.comparison import _print_ratios, _ratios, entries
+from fuzzyctl.experiments import parquet
 from fuzzyctl.experiments.sweep_plan import Run
 from fuzzyctl.experiments.sweep_workers import Outcome
 from tests.dwmr.process import here
@@ -97,7 +98,7 @@ class TestCommand:
         assert (row["controller"], row["robot"], row["measure"], row["n"]) == ("aifqsmc", "leader", "rmse.x_e", "3")
         assert float(row["low"]) < float(row["mean"]) < float(row["high"])
         here(*arguments, "-o", tmp_path / "table.parquet")
-        columns, _ = parquet_file.read_table(tmp_path / "table.parquet")
+        columns, _ = parquet.read_table(tmp_path / "table.parquet", KEY)
         assert [repr(v) for v in columns["mean"]] == [r["mean"] for r in rows]
 
     def test_takes_what_varies_from_a_spec(self, tmp_path):
@@ -149,7 +150,7 @@ class TestCommand:
 
 def test_no_terminal_acts_on_the_data(capfdbinary):
     entry = comparison.Entry("here", "own", "a\x9b31m", "rmse.x_e", "m", 1, np.inf, None, None, 0)
-    compare._print([entry], "json", 1)
+    repetitions._print([entry], "json", 1)
     text = capfdbinary.readouterr().out.decode()
     assert "a\\u009b31m" in text
     assert json.loads(text)["entries"][0] == dataclasses.asdict(entry) | {"mean": None}
@@ -162,8 +163,8 @@ def test_ratios_to_a_table_of_the_paper_are_counted(measured):
         for name, value in row.items()
     ]
     out = Console(width=120, record=True, file=io.StringIO())
-    tables._print_ratios(out, "paper", list(tables._ratios(found, 12)), 12)
+    _print_ratios(out, "paper", list(_ratios(found, 12)), 12)
     said = out.export_text()
     assert "paper: RMSE over those of Table 12 of the paper" in said
     assert "aifqsmc: 9 of 9 within 10%, 0.90 to 1.09" in said
-    assert list(tables._ratios([dataclasses.replace(found[0], controller="mine")], 12)) == []
+    assert list(_ratios([dataclasses.replace(found[0], controller="mine")], 12)) == []

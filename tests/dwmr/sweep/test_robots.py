@@ -4,9 +4,9 @@ import pickle
 
 import pytest
 
-from dwmr.sweep import plan, spec
-from dwmr.sweep.robots import Robots
+from dwmr.sweep.robots import Robots, read_spec
 from fuzzyctl.diagnostics.diagnostic import DiagnosticError
+from fuzzyctl.experiments import sweep_plan
 
 
 def test_workers_get_the_folder_of_rule_files_but_not_what_is_known(tmp_path):
@@ -22,7 +22,7 @@ def test_a_factor_on_the_common_table_is_answered_with_the_key_of_each_robot(tmp
     path = tmp_path / "spec.toml"
     path.write_text('scenario = "paper"\n[random]\n"robot.mass" = { uniform = [1, 2], relative = "factor" }\n')
     with pytest.raises(DiagnosticError) as caught:
-        plan.make(spec.read(path), None, ())
+        sweep_plan.make(Robots(), read_spec(path), ())
     (found,) = caught.value.diagnostics
     assert (found.help, found.span.line) == ("give robots.*.KEY in place of robot.KEY", 3)
 
@@ -30,5 +30,5 @@ def test_a_factor_on_the_common_table_is_answered_with_the_key_of_each_robot(tmp
 def test_a_spec_has_its_keys_in_the_order_of_its_description(tmp_path):
     path = tmp_path / "spec.toml"
     path.write_text('scenario = "paper"\n')
-    keys = list(spec.read(path).spec.model_dump())
+    keys = list(read_spec(path).spec.model_dump())
     assert keys == ["scenario", "controllers", "runs", "seed", "measures", "set", "grid", "random"]

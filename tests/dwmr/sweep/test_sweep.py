@@ -3,18 +3,15 @@ import json
 import os
 import signal
 import time
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 from dwmr.scenario.file import find
 from dwmr.scenario.file import read as read_scenario
-from dwmr.sweep import columns, plan, provenance
-from dwmr.sweep import spec as spec_file
-from dwmr.sweep.robots import Robots
+from dwmr.sweep.robots import Robots, read_spec, unit_of
 from fuzzyctl.diagnostics.diagnostic import DiagnosticError
-from fuzzyctl.experiments import sweep_workers
+from fuzzyctl.experiments import sweep_plan, sweep_workers
 from fuzzyctl.experiments.sweep_journal import describe, differences
 from fuzzyctl.experiments.sweep_variables import Variable, expand
 from fuzzyctl.experiments.sweep_workers import Setup
@@ -41,11 +38,11 @@ seed = 7
 def read(tmp_path, text=SPEC, name="spec.toml"):
     path = tmp_path / name
     path.write_text(text, encoding="utf-8")
-    return spec_file.read(path)
+    return read_spec(path)
 
 
 def made(tmp_path, text=SPEC, overrides=()):
-    return plan.make(read(tmp_path, text), None, overrides)
+    return sweep_plan.make(Robots(), read(tmp_path, text), overrides)
 
 
 def mistakes(tmp_path, text, overrides=()):
@@ -314,24 +311,20 @@ class TestWork:
 
 class TestResults:
     def test_know_their_units(self):
-        units = {name: columns.unit(name) for name in ("rmse.leader.theta_e", "chattering.f.v", "robot_gap.f", "run")}
+        units = {name: unit_of(name) for name in ("rmse.leader.theta_e", "chattering.f.v", "robot_gap.f", "run")}
         assert units == {"rmse.leader.theta_e": "rad", "chattering.f.v": "m/s²", "robot_gap.f": "m", "run": ""}
 
 
 class TestAbout:
     def test_tells_scenarios_rule_files_and_sources_apart(self, tmp_path):
         file = read(tmp_path)
-        whole = describe(file, plan.make(file, None, ()), ())
-        other = describe(file, plan.make(file, None, ["robot.radius=0.6"]), ["robot.radius=0.6"])
+        whole = describe(file, sweep_plan.make(Robots(), file, ()), ())
+        other = describe(file, sweep_plan.make(Robots(), file, ["robot.radius=0.6"]), ["robot.radius=0.6"])
         assert list(differences(whole, other)) == ["values of --set"]
         assert len(whole["rules"]["ais_reaction/ais_reaction.fz"]) == 64
         assert len(whole["versions"]["sources"]) == 64
         assert 'name = "paper"' in whole["scenario"]["text"][0]["text"]
         assert json.loads(json.dumps(whole)) == whole
-
-    def test_checksum_of_sources_leaves_out_packages_that_exist(self):
-        package = Path(provenance.__file__).parents[1]
-        assert [one for one in provenance.OUTSIDE if not (package / one / "__init__.py").exists()] == []
 
 
 def test_a_sweep_that_is_terminated_while_it_checks_says_so(dwmr, tmp_path, monkeypatch):

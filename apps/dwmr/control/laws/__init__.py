@@ -1,4 +1,4 @@
-"""Control laws: those that are shipped, and one's own in a file beside the scenario.
+"""Control laws: the shipped ones, and the user's in a file beside the scenario.
 
 A control law is a controller of a rule file, see `text_law`, or a Python module, see `python_law`. Either has
 
@@ -56,19 +56,19 @@ def shipped_file(name: str) -> str:
 
 
 def table(tables: Any, law: str) -> tuple[str, Any]:
-    """Return name and content of the table a law has its gains from, of a robot's `controllers`; None if there is none.
+    """Return name and content of the table a law has its gains from, of a robot's `controllers`; None without one.
 
-    An ablation without a table of its own has that of the law it is taken from.
+    An ablation without a table has that of the law it is taken from.
     """
-    own = getattr(tables, law, None)
-    return (law, own) if own is not None else (base(law), getattr(tables, base(law), None))
+    content = getattr(tables, law, None)
+    return (law, content) if content is not None else (base(law), getattr(tables, base(law), None))
 
 
 def group(name: str) -> tuple[str, ...]:
     """Return the laws a word of the command line stands for.
 
     Args:
-        name: "all" for every law of the paper that stands on its own, "ablations" for those with a part switched off,
+        name: "all" for every complete law of the paper, "ablations" for those with a part switched off,
             each beside the law it is taken from; or the name of one law.
     """
     if name == "all":
@@ -84,7 +84,7 @@ def exists(name: str, folder: Path) -> bool:
 
 
 def python_file(name: str, folder: Path) -> Path | None:
-    """Return the file of a law of one's own in Python; None for any other law."""
+    """Return the file of a user's law in Python; None for any other law."""
     return None if name in names() or not _is_file(name, ".py", folder) else (folder / f"{name}.py").resolve()
 
 

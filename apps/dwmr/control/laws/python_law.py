@@ -1,4 +1,4 @@
-"""Control laws in Python: their files, and what is reported of what they raise."""
+"""Control laws in Python: their files, and reports of the errors that they raise."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from types import ModuleType
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 from fuzzyctl.diagnostics.source import SourceText, Span
 
-#: What a control law consists of.
+#: Parts of a control law.
 PARTS = ("Settings", "SIGNALS", "FAULTS", "init", "step")
 
 
@@ -78,14 +78,14 @@ def _load(path: Path, changed: int) -> ModuleType:
 
 @contextmanager
 def reported(name: str, file: Path, verb: str, *, only_own: bool = False) -> Iterator[None]:
-    """Report what a law raises as a diagnostic: any error, and SystemExit, which would end the command silently.
+    """Report any error of a law as a diagnostic, and SystemExit, which would end the command silently.
 
     Diagnostics pass, and so does KeyboardInterrupt unless a line of the law raises it.
 
     Args:
         name: Name of the law.
         file: File of the law.
-        verb: What cannot be done with the law: "imported", "checked", "prepared" or "run".
+        verb: The step that fails: "imported", "checked", "prepared" or "run".
         only_own: Whether errors that pass through no line of the law pass.
 
     Raises:
@@ -95,7 +95,7 @@ def reported(name: str, file: Path, verb: str, *, only_own: bool = False) -> Ite
         yield
     except DiagnosticError:
         raise
-    except BaseException as error:  # a law of one's own may raise anything
+    except BaseException as error:  # a user's law may raise anything
         span = _span_in(file, error)
         if (only_own and span is None) or (isinstance(error, KeyboardInterrupt) and not _is_raised_by(file, error)):
             raise
@@ -134,7 +134,7 @@ def _is_raised_by(file: Path, error: BaseException) -> bool:
 
 
 def _broken_law(name: str, file: Path, span: Span | None, error: BaseException, verb: str) -> Diagnostic:
-    """Describe what a law raised, with its line where the file itself is to blame."""
+    """Describe an error of a law, with its line if the file itself caused it."""
     from dwmr.core.jit import reason
 
     facts = (f"{type(error).__name__}: {reason(error)}",)

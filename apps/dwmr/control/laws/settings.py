@@ -1,6 +1,6 @@
 """Settings of the control laws in a scenario, and the properties that each law requires of its rule files.
 
-They stand apart from the laws, so that a mistake in a scenario or a rule file is answered without loading the compiler.
+They are apart from the laws, so that a mistake in a scenario or a rule file is reported without the compiler.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ class LawSettings(Section):
     """Gains of a control law for one robot."""
 
     def prove(self, rules: Rules, robot: str) -> None:
-        """Prove what the law relies on; a law without gain kernels relies on nothing.
+        """Prove the assumptions of the law; a law without gain kernels has none.
 
         Raises:
             DiagnosticError: When a rule file has mistakes, does not fit its role, or breaks a guarantee.
@@ -67,5 +67,5 @@ class FcafsmcSettings(SurfaceSettings):
     """Gains of FCAFSMC, Eqs. (77), (78); its adaptation gain is a param of the rule file."""
 
     def prove(self, rules: Rules, robot: str) -> None:
-        """Prove what the rule file requires; that it fits its role is checked, its consequents are bounded anyway."""
+        """Prove the guarantees of the rule file, whose role is checked; its consequents are bounded anyway."""
         rules.prove_adaptive_gain()

@@ -1,4 +1,4 @@
-"""Control laws as text: what the loop takes of a law, from a controller of a rule file."""
+"""Control laws as text: the interface of the loop, from a controller of a rule file."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 class TextSettings(LawSettings):
-    """Gains of a law of one's own that is text: values for its params, by name."""
+    """Gains of a user's law that is text: values for its params, by name."""
 
     model_config = ConfigDict(frozen=True, extra="allow", allow_inf_nan=False, strict=True)
     __pydantic_extra__: dict[str, float] = Field(init=False)
@@ -31,7 +31,7 @@ class TextLaw:
         name: Name of the law.
         part: Name of the param that is 0 in an ablation, else an empty string.
         file: Name of the rule file.
-        settings: What a scenario says of its gains.
+        settings: Type of its gains in a scenario.
         rules: Rule files of the scenario.
     """
 
@@ -49,10 +49,10 @@ class TextLaw:
     @cached_property
     def assembled(self) -> law_text.Assembled:
         """The law with the rule files of the scenario, before robots give it their gains."""
-        own = self.text.controller
-        if self._part and self._part not in own.param_values.values:
-            message = f"controller '{own.name}' has no param '{self._part}', which {self.name} sets to 0"
-            raise DiagnosticError([Diagnostic("FZ905", message, own.span)])
+        controller = self.text.controller
+        if self._part and self._part not in controller.param_values.values:
+            message = f"controller '{controller.name}' has no param '{self._part}', which {self.name} sets to 0"
+            raise DiagnosticError([Diagnostic("FZ905", message, controller.span)])
         return self._rules.assembled(self.text, self._part)
 
     @property
@@ -83,7 +83,7 @@ class TextLaw:
         law_text.require_period(self.text.controller, dt)
 
     def prove(self, settings: LawSettings, rules: Rules, robot: str) -> None:
-        """Prove what the law and its rule files require, with the gains of a robot.
+        """Prove the guarantees of the law and of its rule files, with the gains of a robot.
 
         Raises:
             DiagnosticError: When a rule file has mistakes, does not fit its role, or breaks a guarantee; for gains that
@@ -115,8 +115,8 @@ class TextLaw:
             DiagnosticError: For gains that it does not have, or that are out of their bounds.
         """
         files, gains = self._rules.files, settings.model_dump(exclude_none=True)
-        known, path = tuple(p.name for p in self.assembled.controller.params), self.text.path
-        unknown = [files.unknown_gain(path, self.name, robot, name, known) for name in gains if name not in known]
+        params, path = tuple(p.name for p in self.assembled.controller.params), self.text.path
+        unknown = [files.unknown_gain(path, self.name, robot, name, params) for name in gains if name not in params]
         if unknown:
             raise DiagnosticError(unknown)
         values, wrong = self.assembled.values(gains)

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dwmr.core.arrays import FloatArray
 from dwmr.core.interfaces import TrackingError, control_law
 
-#: Takes the tracking error, field by field, the control period and the state, two arrays: the state and what it writes,
+#: Takes the tracking error, field by field, the control period and the state, two arrays: the state, and as results
 #: outputs and next state.
 Kernel = Callable[..., None]
 

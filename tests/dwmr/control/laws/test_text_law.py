@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 import fuzzyctl
+from dwmr.cli.run_options import Task, describe
 from dwmr.control import law_text
 from dwmr.control.fuzzy_gains import Rules
 from dwmr.core.jit import COMPILED
-from dwmr.output.summary import describe
 from dwmr.scenario.file import read
 from dwmr.simulation import preflight, simulate
 from dwmr.sweep.robots import Robots
@@ -268,7 +268,7 @@ class TestAGainOfOnesOwn:
         file = checked(scenario)
         rules = rules_of(file)
         preflight.check(file, ["mine"], rules)
-        assert describe(file, rules, ())["rules"]["my_gain"]["file"] == "my_gain.fz"
+        assert describe(Task(file, rules, ()))["rules"]["my_gain"]["file"] == "my_gain.fz"
 
     def test_is_replaced_by_a_file_of_another_folder(self, scenario, tmp_path):
         (tmp_path / "other").mkdir()
@@ -286,7 +286,7 @@ class TestAGainOfOnesOwn:
         for folders in (file.folders, (other.parent, *file.folders)):
             rules = Rules(file.scenario.rules, folders, file.places)
             preflight.check(file, ["mine"], rules)
-            found.append(describe(file, rules, ()))
+            found.append(describe(Task(file, rules, ())))
         (usual, changed), law = found, scenario.with_name("mine.fz")
         assert list(usual["laws"]["mine.fz"]["files"]) == ["mine.fz", "my_gain.fz"]
         files = changed["laws"]["mine.fz"]["files"]

@@ -1,4 +1,4 @@
-"""`dwmr compare SCENARIO...`: comparison of control laws, with confidence intervals over repetitions."""
+"""Commands that run scenarios many times: `dwmr compare`, with confidence intervals, and `dwmr sweep`."""
 
 from __future__ import annotations
 
@@ -13,10 +13,13 @@ import click
 from dwmr.cli import run_options
 from dwmr.cli.common import mistakes_as_diagnostics
 from dwmr.control import laws as controllers
+from dwmr.scenario.file import UnknownScenarioError, find
 from fuzzyctl.cli import data_formats, worker_options
 from fuzzyctl.cli.interruptions import terminated_as_interrupted
 from fuzzyctl.cli.streams import say, write_json
-from fuzzyctl.cli.sweeps import failures
+from fuzzyctl.cli.sweeps import failures, planned, sentence, swept
+from fuzzyctl.experiments.result_files import finite, one_file, versions, write_csv
+from fuzzyctl.experiments.scenario_keys import OverrideError
 
 if TYPE_CHECKING:
     from dwmr.scenario.file import ScenarioFile
@@ -80,13 +83,13 @@ def compare(
         run_options.require_once("SCENARIO...", scenarios)
         plans = [_plan(varied, name, laws, runs, seed, rules_folder, overrides) for name in scenarios]
         _require_names(plans)
-        found = _compute(plans, Workers(jobs, cluster))
+        entries = _compute(plans, Workers(jobs, cluster))
         if path is not None:
-            _write(path, found)
-    _print(found, style, runs, plans)
+            _write(path, entries)
+    _print(entries, style, runs, plans)
     if path is not None and style == "text":
         say(f"wrote {path}")
-    if any(one.stopped for one in found):
+    if any(one.stopped for one in entries):
         sys.exit(1)
 
 
@@ -101,15 +104,15 @@ def _require_format(path: Path | None) -> None:
 
 def _require_names(plans: Sequence[Plan[ScenarioFile]]) -> None:
     """Refuse scenarios of the same name: the tables could not tell them apart."""
-    found: dict[str, Path] = {}
+    files: dict[str, Path] = {}
     for file in (plan.scenario for plan in plans):
         name = file.scenario.name
-        if name in found and found[name].resolve() == file.path.resolve():
+        if name in files and files[name].resolve() == file.path.resolve():
             raise click.BadParameter(f"{file.path} is given twice.", param_hint="'SCENARIO...'")
-        if name in found:
-            both = f"{found[name]} and {file.path}"
+        if name in files:
+            both = f"{files[name]} and {file.path}"
             raise click.UsageError(f"two scenarios have the name {name!r}: {both}; give one of them another 'name'")
-        found[name] = file.path
+        files[name] = file.path
 
 
 def _plan(
@@ -122,9 +125,7 @@ def _plan(
     overrides: Sequence[str],
 ) -> Plan[ScenarioFile]:
     """Lay out and check the runs of one scenario; unknown names are wrong usage."""
-    from dwmr.scenario.file import UnknownScenarioError, find
     from dwmr.sweep import comparison
-    from fuzzyctl.experiments.scenario_keys import OverrideError
 
     try:
         path = find(scenario)
@@ -152,29 +153,75 @@ def _compute(plans: Sequence[Plan[ScenarioFile]], workers: Workers) -> list[Entr
 
 
 def _write(path: Path, found: Sequence[Entry]) -> None:
-    from fuzzyctl.experiments.result_files import one_file, write_csv
 
     columns = {f.name: [getattr(one, f.name) for one in found] for f in dataclasses.fields(found[0])}
     with one_file(path) as files:
         if path.suffix.lower() == ".csv":
             files.write(path.name, lambda part: write_csv(part, columns))
         else:
-            from dwmr.output.data import parquet_file
-            from fuzzyctl.experiments.result_files import versions
+            from dwmr.output.data import KEY
+            from fuzzyctl.experiments import parquet
 
-            files.write(path.name, lambda part: parquet_file.write_table(part, columns, {"versions": versions()}))
+            files.write(path.name, lambda part: parquet.write_table(part, columns, {"versions": versions()}, KEY))
         files.publish()
 
 
 def _print(found: Sequence[Entry], style: str, runs: int, plans: Sequence[Plan[ScenarioFile]] = ()) -> None:
     if style == "json":
-        from fuzzyctl.experiments.result_files import finite
-
         write_json(finite({"runs": runs, "entries": [dataclasses.asdict(one) for one in found]}))
         return
     from dwmr.output import report
-    from dwmr.results.paper_run import beside
-    from dwmr.sweep.tables import print_comparison
+    from dwmr.results.paper_tables import beside
+    from dwmr.sweep.comparison import print_comparison
 
     scenarios = [plan.scenario.scenario for plan in plans] if runs == 1 else []
     print_comparison(report.console(), found, runs, {one.name: beside(one)[0] for one in scenarios})
+
+
+@click.command(context_settings={"show_default": True})
+@click.argument("spec", type=click.Path(path_type=Path))
+@run_options.rules_option
+@run_options.set_option
+@run_options.output_option("folder", "dwmr-sweep", "DIR", "Folder for the results.")
+@data_formats.data_option(("csv", "parquet"), "csv", "results")
+@worker_options.jobs_option
+@worker_options.dask_option
+@click.option("--resume", is_flag=True, help="Go on with a sweep that was interrupted.")
+@run_options.format_option
+def sweep(
+    spec: Path,
+    rules_folder: Path | None,
+    overrides: tuple[str, ...],
+    folder: Path,
+    formats: tuple[str, ...],
+    jobs: int | None,
+    cluster: str | None,
+    resume: bool,
+    style: str,
+) -> None:
+    """Run a scenario many times, with the values that SPEC, a TOML file, gives or draws.
+
+    \b
+    scenario = "paper"
+    runs = 3
+    [set]
+    "run.horizon" = 5.0
+    [random]
+    "robots.*.x_0" = { normal = [0.0, 0.2], relative = "offset" }
+
+    `scenario` is a file beside the SPEC, or a shipped name: 'dwmr show' lists these.
+
+    The folder receives results.csv or results.parquet with one row a run, sweep.json, which says where they come from,
+    and times.csv. A sweep that was interrupted or killed goes on with --resume.
+    """
+    worker_options.require_one(jobs, cluster)
+    data_formats.require(formats)
+    with mistakes_as_diagnostics(style):
+        from dwmr.sweep.robots import Robots, read_spec
+
+        file, plan = planned(spec, read_spec, lambda _: Robots(rules_folder), overrides)
+        summary = swept(file, plan, overrides, folder, formats, (jobs, cluster), resume).summary
+    if style == "json":
+        write_json(summary)
+    else:
+        say(sentence(summary, folder))

@@ -1,4 +1,4 @@
-"""Constraints of scenarios with vehicles other than the differential drive."""
+"""Limits of vehicles: velocity commands within them, and scenarios that exceed them."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from dwmr.core.arrays import FloatArray
 from dwmr.reference.prepared import Shape
-from dwmr.scenario.model import Robot, Scenario
-from dwmr.scenario.vehicles import Ackermann, Omnidirectional
+from dwmr.scenario.model import Ackermann, Omnidirectional, Robot, Scenario
 from fuzzyctl.diagnostics.diagnostic import Diagnostic
 from fuzzyctl.experiments.scenario_keys import Places
 
@@ -30,11 +30,11 @@ def others(scenario: Scenario) -> dict[str, Ackermann | Omnidirectional]:
 
 
 def vehicles(scenario: Scenario, places: Places) -> Iterable[Diagnostic]:
-    """Refuse what is made for two wheels only."""
-    found = others(scenario)
-    if not found:
+    """Refuse settings that need two driven wheels."""
+    special = others(scenario)
+    if not special:
         return
-    name, vehicle = next(iter(found.items()))
+    name, vehicle = next(iter(special.items()))
     what = f"robots.{name} is {vehicle.kind}"
     if scenario.run.plant == "mujoco":
         message = f"run.plant = 'mujoco' has bodies with two driven wheels, and {what}"
@@ -47,7 +47,7 @@ def vehicles(scenario: Scenario, places: Places) -> Iterable[Diagnostic]:
         )
         message = f"[safety] plans the two commands of two driven wheels, and {what}, {why}"
         yield places.diagnostic("FZ904", "safety", message, help="leave out the table safety")
-    for name, vehicle in found.items():
+    for name, vehicle in special.items():
         robot = scenario.robots[name]
         if not isinstance(vehicle, Omnidirectional):
             continue
@@ -84,12 +84,12 @@ def bends(scenario: Scenario, shape: Shape) -> list[Bend]:
     """Return the curvature of the reference all along the run."""
     end = min(scenario.run.horizon, shape.end, shape.period or math.inf)
     step = end / PLACES
-    found = []
+    curve = []
     for t in np.linspace(0.0, end, PLACES + 1)[:-1].tolist():
         here, there = shape.at(t), shape.at(t + _NEAR * step)
         turned = math.remainder(there.theta - here.theta, 2.0 * math.pi)
-        found.append(Bend(t, here.x, here.y, turned / (_NEAR * step * here.v)))
-    return found
+        curve.append(Bend(t, here.x, here.y, turned / (_NEAR * step * here.v)))
+    return curve
 
 
 def turning(scenario: Scenario, shape: Shape, places: Places) -> Iterable[Diagnostic]:
@@ -115,11 +115,11 @@ def curvature(scenario: Scenario, name: str, key: str, asked: float, places: Pla
     """Warn of a law that may ask a car for more curvature than its steering gives.
 
     Args:
-        scenario: What is run.
+        scenario: The scenario.
         name: The robot.
         key: Of the law's greatest curvature.
         asked: That curvature, at the rear axle [1/m].
-        places: Where the keys stand.
+        places: Locations of the keys.
     """
     car = scenario.robots[name].vehicle
     if isinstance(car, Ackermann) and asked * car.turning_radius > 1.0 + 1e-9:
@@ -166,17 +166,17 @@ def point_radius(scenario: Scenario, name: str, radius: float) -> float:
 
 
 def _too_close(name: str, robot: Robot, car: Ackermann, bend: Bend, radius: float, places: Places) -> Diagnostic:
-    own = math.hypot(car.turning_radius, robot.d)
+    least = math.hypot(car.turning_radius, robot.d)
     where = f"({bend.x:.4g}, {bend.y:.4g}) at t = {bend.t:.4g} s"
     way = "the path" if robot.formation is None else "its place in the formation"
     message = (
-        f"robots.{name} turns on a radius of {own:.4g} m at the least, and {way} has one of {radius:.4g} m where the "
+        f"robots.{name} turns on a radius of {least:.4g} m at the least, and {way} has one of {radius:.4g} m where the "
         f"reference is at {where}"
     )
     key = f"robots.{name}.vehicle.steering_limit"
     facts = (
-        f"wheelbase / tan(steering_limit) = {car.turning_radius:.4g} m at the rear axle, {own:.4g} m at the reference "
-        f"point {robot.d:g} m ahead of it",
+        f"wheelbase / tan(steering_limit) = {car.turning_radius:.4g} m at the rear axle, {least:.4g} m at the "
+        f"reference point {robot.d:g} m ahead of it",
     )
     repair = "widen the path"
     if radius > robot.d:
@@ -201,3 +201,29 @@ def _too_sudden(name: str, robot: Robot, car: Ackermann, bend: Bend, rate: float
     key = f"robots.{name}.vehicle.steering_rate"
     repair = f"set steering_rate to {needed:g} rad/s or more, or {repair}"
     return places.diagnostic("FZ904", key, message, facts=facts, help=repair)
+
+
+def limited(asked: FloatArray, robot: Robot) -> FloatArray:
+    """Return velocity commands within the limits of a robot.
+
+    A car gets the commanded curvature, or that of its steering at the stop, whatever its velocity is cut to; at
+    rest it does not turn.
+
+    Args:
+        asked: Velocities ahead, to the left, and turning, shape (..., 3) [m/s, m/s, rad/s].
+        robot: Its settings.
+
+    Returns:
+        Same shape.
+    """
+    v, omega = robot.actuator.v_limit, robot.actuator.omega_limit
+    result: FloatArray = np.clip(asked, (-v, -v, -omega), (v, v, omega))
+    if isinstance(robot.vehicle, Ackermann):
+        ahead, bend = asked[..., 0], math.tan(robot.vehicle.steering_limit) / robot.vehicle.wheelbase
+        with np.errstate(over="ignore"):  # of a car nearly at rest
+            curvature = np.divide(asked[..., 2], ahead, out=np.zeros_like(ahead), where=ahead != 0.0)
+        curvature = np.clip(curvature, -bend, bend)
+        slower = np.minimum(v, omega / np.maximum(np.abs(curvature), omega / v))
+        result[..., 0] = np.clip(ahead, -slower, slower)
+        result[..., 2] = curvature * result[..., 0]
+    return result

@@ -1,18 +1,46 @@
-"""Comparison of a scenario with those behind Tables 12 and 13 of the paper."""
+"""Tables 12 and 13 of the paper, and the differences of a scenario from the runs behind them."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 from typing import Any
 
-from dwmr.results.metrics import TABLE_12_HORIZON
+from dwmr.scenario.file import find, read
 from dwmr.scenario.model import Robot, Scenario
 
-#: Keys of a robot that the paper prints; what it does not print is fitted to its table.
+#: Duration of the runs behind Table 12 [s] (section 7); errors of a shorter run are no counterpart of it.
+TABLE_12_HORIZON = 200.0
+
+#: Goto, Bertol, Martins, Table 12: RMSE of x_e [m], y_e [m], theta_e [rad] with disturbances and obstacles.
+TABLE_12: dict[str, dict[str, dict[str, float]]] = {
+    controller: {
+        robot: dict(zip(("x_e", "y_e", "theta_e"), row, strict=True))
+        for robot, row in zip(("leader", "follower1", "follower2"), rows, strict=True)
+    }
+    for controller, rows in {
+        "smc": ((3.2309, 3.4591, 4.0197), (0.8302, 2.3546, 0.4170), (0.7973, 1.9537, 0.4404)),
+        "aifqsmc": ((0.5399, 0.6988, 0.2327), (0.1298, 0.1340, 0.0318), (0.1008, 0.1114, 0.0206)),
+        "fcafsmc": ((0.4519, 0.5694, 0.2546), (0.1806, 0.1883, 0.0528), (0.1456, 0.1693, 0.0427)),
+    }.items()
+}
+
+
+#: The same, Table 13: AIFQSMC in Gazebo, to which no disturbance was added.
+TABLE_13: dict[str, dict[str, dict[str, float]]] = {
+    "aifqsmc": {
+        "leader": {"x_e": 0.4604, "y_e": 0.5881, "theta_e": 0.2205},
+        "follower1": {"x_e": 0.1532, "y_e": 0.2428, "theta_e": 0.1987},
+        "follower2": {"x_e": 0.0999, "y_e": 0.1560, "theta_e": 0.0349},
+    }
+}
+
+TABLES = {12: TABLE_12, 13: TABLE_13}
+
+#: Keys of a robot that the paper prints; the others are fitted to its table.
 _PRINTED = ("x_0", "y_0", "theta_0", "d", "radius", "avoids_obstacles", "formation", "delay", "sensors", "noise")
 #: Keys of a robot that its errors do not depend on, or by design may differ: the measures' outline, the gains.
 _FREE = ("body", "controllers")
-#: Numbers of the paper's tables by the shipped scenario behind them.
+#: Numbers of the paper's tables by the shipped scenario of their runs.
 _TABLES = {
     "paper": 12,
     "paper-with-limits": 12,
@@ -29,22 +57,20 @@ def differences(scenario: Scenario, fitted: bool = False, shipped: str = "paper"
     """Return the keys in which a run is not the paper's, its gains and rule files aside.
 
     Args:
-        scenario: What is run.
-        fitted: Whether what the paper does not print may differ: amplitudes, bodies and drives.
+        scenario: The scenario.
+        fitted: Whether unprinted values may differ: amplitudes, bodies and drives.
         shipped: Name of the scenario that is the paper's run.
     """
-    from dwmr.scenario.file import find, read
-
     paper = read(find(shipped)).scenario
-    found = [
+    keys = [
         key
         for key in ("reference", "formation", "obstacles", "avoidance", "load")
         if getattr(scenario, key) != getattr(paper, key)
     ]
-    found += [f"run.{key}" for key in ("horizon", "plant") if getattr(scenario.run, key) != getattr(paper.run, key)]
+    keys += [f"run.{key}" for key in ("horizon", "plant") if getattr(scenario.run, key) != getattr(paper.run, key)]
     if _disturbances(scenario, fitted) != _disturbances(paper, fitted):
-        found.append("disturbances")
-    return (*found, *_robots(scenario, paper, fitted))
+        keys.append("disturbances")
+    return (*keys, *_robots(scenario, paper, fitted))
 
 
 def beside(scenario: Scenario) -> tuple[int | None, str]:
@@ -52,16 +78,16 @@ def beside(scenario: Scenario) -> tuple[int | None, str]:
     number = _TABLES.get(scenario.name)
     if number is None or scenario.run.horizon < TABLE_12_HORIZON:
         return None, ""
-    found = differences(scenario, shipped=scenario.name)
-    return (None, f"Table {number} is left out, it speaks of another run: {said(found)}") if found else (number, "")
+    keys = differences(scenario, shipped=scenario.name)
+    return (None, f"Table {number} is left out, it speaks of another run: {as_text(keys)}") if keys else (number, "")
 
 
-def said(found: tuple[str, ...]) -> str:
+def as_text(keys: tuple[str, ...]) -> str:
     """Return that some keys are not the paper's."""
-    shown = ", ".join(found[:_MOST_SHOWN])
-    more = f" and {len(found) - _MOST_SHOWN} more" if len(found) > _MOST_SHOWN else ""
-    verb = "is" if len(found) == 1 and found[0] not in ("obstacles", "disturbances") else "are"
-    return f"{shown}{more} {verb} not the paper's"
+    text = ", ".join(keys[:_MOST_SHOWN])
+    more = f" and {len(keys) - _MOST_SHOWN} more" if len(keys) > _MOST_SHOWN else ""
+    verb = "is" if len(keys) == 1 and keys[0] not in ("obstacles", "disturbances") else "are"
+    return f"{text}{more} {verb} not the paper's"
 
 
 def _disturbances(scenario: Scenario, fitted: bool) -> list[Any]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import combinations
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -10,10 +11,83 @@ import numpy as np
 from dwmr.core.arrays import FloatArray
 from dwmr.scenario.guard import radii_of, safety_of
 from dwmr.scenario.model import SafetySettings, Scenario
-from dwmr.scenario.moving import centres
+from dwmr.scenario.outlines import centres, gap_between, gap_to_point, outline, outline_pose
 from dwmr.simulation.simulate import Trajectory
 
-#: A rate of distance below its bound by less is rounding, and what the projection leaves [m/s].
+
+class Contact(NamedTuple):
+    """Contact of two bodies, whose gap closed.
+
+    Attributes:
+        t: First time [s].
+        lasted: Time in contact, all contacts together [s].
+        depth: Largest depth of overlap [m].
+    """
+
+    t: float
+    lasted: float
+    depth: float
+
+
+def poses(trajectory: Trajectory, scenario: Scenario, robot: str) -> FloatArray:
+    """Return the middle of a robot's outline and its orientation, shape (3, samples) [m, m, rad]."""
+    i = trajectory.robots.index(robot)
+    return outline_pose(outline(scenario.robots[robot]), *(trajectory[name][:, i] for name in ("x", "y", "theta")))
+
+
+def obstacle_gaps(trajectory: Trajectory, scenario: Scenario, robot: str) -> FloatArray:
+    """Return the gap between a robot's body and every obstacle, negative in overlap, shape (samples, obstacles) [m]."""
+    pose, body = poses(trajectory, scenario, robot), outline(scenario.robots[robot])
+    x, y = centres(scenario, trajectory.t).transpose(2, 1, 0)
+    radius = np.array([one.radius for one in scenario.obstacles])[:, None]
+    return np.ascontiguousarray((gap_to_point(pose, body, x, y) - radius).T)
+
+
+def robot_gaps(trajectory: Trajectory, scenario: Scenario) -> Iterator[tuple[str, str, Any, FloatArray]]:
+    """Yield for every pair of robots their names, samples, and the gaps between their bodies at these [m].
+
+    The samples include the least gap and all contacts; at the others the circles about the bodies are farther apart.
+    """
+    bodies = {name: (poses(trajectory, scenario, name), outline(scenario.robots[name])) for name in trajectory.robots}
+    for first, second in combinations(trajectory.robots, 2):
+        (pose_a, a), (pose_b, b) = bodies[first], bodies[second]
+        between = np.sqrt((pose_a[0] - pose_b[0]) ** 2 + (pose_a[1] - pose_b[1]) ** 2)
+        nearest = int(np.argmin(between))
+        least = gap_between(pose_a[:, [nearest]], a, pose_b[:, [nearest]], b)[0]
+        close = between <= a.reach + b.reach + max(float(least), 0.0)
+        close[nearest] = True
+        near = np.flatnonzero(close)
+        yield first, second, near, gap_between(pose_a[:, near], a, pose_b[:, near], b)
+
+
+def meetings(trajectory: Trajectory, scenario: Scenario) -> FloatArray:
+    """Return the middles of bodies where they first touch another body or an obstacle, shape (contacts, 2) [m]."""
+    places = []
+    for first, _, near, gaps in robot_gaps(trajectory, scenario):
+        if (gaps <= 0.0).any():
+            places.append(poses(trajectory, scenario, first)[:2, near[int(np.argmax(gaps <= 0.0))]])
+    for robot in trajectory.robots:
+        touched = obstacle_gaps(trajectory, scenario, robot) <= 0.0
+        samples = np.argmax(touched, axis=0)[touched.any(axis=0)]
+        places += list(poses(trajectory, scenario, robot)[:2, samples].T)
+    return np.array(places).reshape(-1, 2)
+
+
+def contact(t: FloatArray, dt: float, gaps: FloatArray) -> Contact | None:
+    """Return the contact of two bodies, or None where their gap stays open.
+
+    Args:
+        t: Times, shape (samples,) [s].
+        dt: Time that a sample stands for [s].
+        gaps: Gaps at these times, shape (samples,) [m].
+    """
+    closed = gaps <= 0.0
+    if not closed.any():
+        return None
+    return Contact(float(t[closed][0]), float(np.count_nonzero(closed) * dt), float(-gaps.min()))
+
+
+#: A rate of distance below its bound by less is rounding, and the error of the projection [m/s].
 TOLERANCE = 1e-6
 #: Moments of the same two that are less apart are one [s].
 TOGETHER = 0.5
@@ -27,7 +101,7 @@ class Pair(NamedTuple):
         other: Number of another robot, or of an obstacle behind all robots.
         vector: From the other disc's centre to the robot's guarded point, shape (samples, 2) [m].
         least: R, the distance of the centres that is kept at samples [m].
-        kept: What the filter keeps of the measured distance [m].
+        kept: Least measured distance that the filter allows [m].
         noise: By how much that is wrong at most [m].
         speed: Bound of the speed at which they approach each other [m/s].
         touch: Sum of the radii [m].
@@ -65,9 +139,11 @@ def pairs(trajectory: Trajectory, scenario: Scenario, settings: SafetySettings) 
     others = np.concatenate([points, obstacles], axis=1)
     for i in range(n):
         for other in (*range(i), *range(n, others.shape[1])):
-            least, kept = float(safety.least[i, other]), float(safety.kept[i, other])
+            least, measured = float(safety.least[i, other]), float(safety.kept[i, other])
             noise, speed = (float(both[i] + both[other]) for both in (safety.noise, safety.speeds))
-            yield Pair(i, other, points[:, i] - others[:, other], least, kept, noise, speed, radii[i] + radii[other])
+            yield Pair(
+                i, other, points[:, i] - others[:, other], least, measured, noise, speed, radii[i] + radii[other]
+            )
 
 
 def rate_bounds(alpha: float, distance: FloatArray, least: float) -> FloatArray:
@@ -115,13 +191,8 @@ def missed(pair: Pair, alpha: float, dt: float) -> FloatArray:
     return np.where(short > TOLERANCE, short, 0.0)
 
 
-def measure(trajectory: Trajectory, scenario: Scenario, settings: SafetySettings) -> dict[str, Any]:
+def safety_measures(trajectory: Trajectory, scenario: Scenario, settings: SafetySettings) -> dict[str, Any]:
     """Return what became of the safety filter as plain data.
-
-    Args:
-        trajectory: A run.
-        scenario: What was run.
-        settings: Its filter.
 
     Returns:
         `acts`: share of time in which the filter changed a robot's command [-]; `disc_gap`: least distance between a
@@ -134,14 +205,14 @@ def measure(trajectory: Trajectory, scenario: Scenario, settings: SafetySettings
     shortfall, conflict = trajectory["safe_shortfall"], trajectory["safe_conflict"]
     points = guarded_points(trajectory, scenario, settings.lookahead)
     gaps: dict[str, float | None] = dict.fromkeys(trajectory.robots)
-    found: dict[str, list[dict[str, Any]]] = {"infeasible": [], "missed": []}
+    failures: dict[str, list[dict[str, Any]]] = {"infeasible": [], "missed": []}
     for pair in pairs(trajectory, scenario, settings):
         i, other = pair.robot, pair.other
         ends = [i] if other >= len(trajectory.robots) else [i, other]
         gap = float(np.min(pair.distance)) - pair.touch
         for name in (names[end] for end in ends):
-            known = gaps[name]
-            gaps[name] = gap if known is None else min(known, gap)
+            least = gaps[name]
+            gaps[name] = gap if least is None else min(least, gap)
         lowered = np.where(conflict[:, i] == other, shortfall[:, i], 0.0)
         if len(ends) == 2:
             lowered = np.maximum(lowered, np.where(conflict[:, other] == i, shortfall[:, other], 0.0))
@@ -151,11 +222,11 @@ def measure(trajectory: Trajectory, scenario: Scenario, settings: SafetySettings
             for one in moments(trajectory.t, amounts):
                 x, y = points[one.pop("sample"), i]
                 about = {"robot": names[i], "with": names[other]}
-                found[kind].append({**about, **one, "x": float(x), "y": float(y)})
+                failures[kind].append({**about, **one, "x": float(x), "y": float(y)})
     return {
         "acts": {name: _acts(trajectory, scenario, name) for name in trajectory.robots},
         "disc_gap": gaps,
-        **{kind: sorted(each, key=lambda one: float(one["t"])) for kind, each in found.items()},
+        **{kind: sorted(each, key=lambda one: float(one["t"])) for kind, each in failures.items()},
     }
 
 
