@@ -40,8 +40,7 @@ SUBORDER = {
     "formats": [["common"], ["fll"], ["fcl", "fis"], ["fml"]],
     "kernels": [["program"], ["interval", "plan"], ["inference"], ["algorithms"], ["backends"]],
     "kernels/backends": [["python"], ["numba"], ["numpy"]],
-    "kernels/inference": [["degrees"], ["defuzzify"]],
-    "kernels/program": [["passes"]],
+    "kernels/inference": [["defuzzify"]],
     "model": [["checks"]],
     "studio": [["arrays"]],
 }

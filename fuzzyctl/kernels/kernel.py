@@ -17,9 +17,9 @@ from fuzzyctl.kernels.backends.arguments import (
     in_order,
     input_number,
     overflows,
+    require_same_index,
     too_large,
 )
-from fuzzyctl.kernels.backends.columns import require_same_index
 from fuzzyctl.kernels.backends.labels import labelled
 from fuzzyctl.kernels.backends.python import backend as python_backend
 from fuzzyctl.kernels.forms import NO_RULES, Form
@@ -33,8 +33,8 @@ from fuzzyctl.support.signatures import InputSignature
 if TYPE_CHECKING:
     from fuzzyctl.annotations import By, FloatArray, Frames, Numbers, Outputs, Points, Scalar, State, Vector
     from fuzzyctl.kernels.algorithms.select import Algorithm
-    from fuzzyctl.kernels.arrays import Arrays
     from fuzzyctl.kernels.backends.blocks import Fill
+    from fuzzyctl.kernels.batch import Arrays
 
 _BACKENDS: Final = ("numba", "numpy", "python")
 #: What a function raises for arguments that it does not take, and where no rule fires.
@@ -397,7 +397,7 @@ class Kernel(Displayed):
         Raises:
             FuzzyctlError: For a controller, which has no rules of its own.
         """
-        from fuzzyctl.kernels.arrays import by_name
+        from fuzzyctl.kernels.batch import by_name
 
         return by_name(self.plan, self._view("degrees", points, state), points)
 
@@ -462,7 +462,7 @@ class Kernel(Displayed):
     def _view(self, what: str, points: Any, state: Any, dt: Any = None) -> FloatArray:
         """Evaluate one of the programs that show what is behind the outputs."""
         if what not in self._views:
-            from fuzzyctl.kernels.arrays import Arrays, derivatives
+            from fuzzyctl.kernels.batch import Arrays, derivatives
 
             program = derivatives(self.form, what) if what in _BY else self.form.view(what)
             self._views[what] = Arrays(program, self.backend, self.form.argument_names)

@@ -13,9 +13,8 @@ from fuzzyctl.kernels.plan.build import Plan, plan
 from fuzzyctl.kernels.plan.equations import DT, Equations, Evaluation
 from fuzzyctl.kernels.plan.free import free_plan
 from fuzzyctl.kernels.program.builder import Builder, any_nan, clip
-from fuzzyctl.kernels.program.passes.embed import embed
 from fuzzyctl.kernels.program.program import NAN, STATE, Item, Program
-from fuzzyctl.kernels.program.traversal import uses
+from fuzzyctl.kernels.program.traversal import embed, uses
 
 
 def step_program(equations: Equations, algorithm: str = "auto") -> Program:

@@ -17,7 +17,7 @@ sys.path.insert(0, str(Path(__file__).parents[2]))
 
 import fuzzyctl
 from fuzzyctl.kernels.backends.numba.batch_loop import sequence
-from fuzzyctl.kernels.program import stores
+from fuzzyctl.kernels.program import printer as stores
 
 CURVED = """system curved
 defuzzifier centroid

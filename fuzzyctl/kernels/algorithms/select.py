@@ -6,7 +6,7 @@ from functools import cached_property
 from typing import Final, Literal, get_args
 
 from fuzzyctl.diagnostics.diagnostic import ArgumentError, UnknownNameError
-from fuzzyctl.kernels.algorithms import interpolation, rule_cells, rule_lookup
+from fuzzyctl.kernels.algorithms import interpolation, rule_cells
 from fuzzyctl.kernels.algorithms.grid import Grid, grid_of
 from fuzzyctl.kernels.algorithms.rule_cells import Active
 from fuzzyctl.kernels.inference import inference
@@ -66,7 +66,7 @@ class Algorithm:
         if self.grid is not None:
             return interpolation.lookup(self.plan, self.grid, self.most_coefficients)
         if self.active is not None:
-            return rule_lookup.lookup(self.plan, self.active)
+            return rule_cells.lookup(self.plan, self.active)
         return inference.evaluation(self.plan, most_pairs=COMPILED)
 
     @cached_property

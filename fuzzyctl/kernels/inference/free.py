@@ -12,9 +12,8 @@ from fuzzyctl.kernels.plan.free import FreePlan
 from fuzzyctl.kernels.plan.plan import Plan
 from fuzzyctl.kernels.plan.traced import NeedsNumberError, Trace, Traced, atom, is_free
 from fuzzyctl.kernels.program.builder import Builder
-from fuzzyctl.kernels.program.passes.embed import embed
 from fuzzyctl.kernels.program.program import STATE, Item, Program, Quadrature, Statement
-from fuzzyctl.kernels.program.traversal import map_expressions, reads, uses
+from fuzzyctl.kernels.program.traversal import embed, map_expressions, reads, uses
 
 
 def free_program(free: FreePlan, write: Callable[[Plan], Program] = inference.evaluation) -> Program:

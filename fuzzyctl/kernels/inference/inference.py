@@ -21,10 +21,8 @@ from fuzzyctl.expr import (
     walk,
 )
 from fuzzyctl.formulas import IMPLICATIONS, aggregation
-from fuzzyctl.kernels.inference.activation_methods import acting
+from fuzzyctl.kernels.inference.activations import acting, merged
 from fuzzyctl.kernels.inference.defuzzify.defuzzify import Activation, defuzzify
-from fuzzyctl.kernels.inference.degrees.tabulated import degree_of
-from fuzzyctl.kernels.inference.merging import merged
 from fuzzyctl.kernels.plan.build import (
     ITSELF,
     ImpliedPlan,
@@ -37,10 +35,11 @@ from fuzzyctl.kernels.plan.build import (
     degree_name,
     step_name,
 )
+from fuzzyctl.kernels.plan.sets import degree_of
 from fuzzyctl.kernels.plan.traced import is_free
 from fuzzyctl.kernels.program.builder import Builder, any_nan, clip
-from fuzzyctl.kernels.program.passes.embed import embed
 from fuzzyctl.kernels.program.program import NAN, STATE, Item, Program, Refuse
+from fuzzyctl.kernels.program.traversal import embed
 
 
 def evaluation(plan: Plan, *, many: bool = False, most_pairs: int | None = None) -> Program:

@@ -18,6 +18,9 @@ from fuzzyctl.kernels.interval.vector import (
     Array,
     Enclosure,
     Mask,
+    Truths,
+    applied,
+    compared,
     divided,
     least_and_largest,
     minus,
@@ -25,7 +28,6 @@ from fuzzyctl.kernels.interval.vector import (
     sound,
     times,
 )
-from fuzzyctl.kernels.interval.vector_functions import Truths, applied, compared
 
 #: Most conjunctions that a condition is written as.
 _MOST_CASES: Final = 8

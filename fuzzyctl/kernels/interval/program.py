@@ -14,18 +14,21 @@ from fuzzyctl.kernels.interval.vector import (
     Array,
     Enclosure,
     Mask,
+    Truths,
+    applied,
     chosen,
+    compared,
     constant,
     divided,
     jumping,
     minus,
     negative,
     plus,
+    power,
     sound,
     square,
     times,
 )
-from fuzzyctl.kernels.interval.vector_functions import Truths, applied, compared, power
 from fuzzyctl.kernels.program.program import STATE, Accumulate, Assign, Fold, Item, Place, Program, Quadrature, Refuse
 
 

@@ -22,8 +22,7 @@ from fuzzyctl.formulas import (
 )
 from fuzzyctl.formulas.inverse import solved
 from fuzzyctl.formulas.shared import is_infinite
-from fuzzyctl.kernels.plan.antecedents import Antecedents, term_of_input
-from fuzzyctl.kernels.plan.consequents import Conclusions, term_of_output
+from fuzzyctl.kernels.plan.clauses import Antecedents, Conclusions, term_of_input, term_of_output
 from fuzzyctl.kernels.plan.expressions import guarded, number_of, over_inputs
 from fuzzyctl.kernels.plan.plan import (
     ActivationPlan,

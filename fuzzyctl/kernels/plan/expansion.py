@@ -27,9 +27,8 @@ from fuzzyctl.expr import (
     rebuilt,
     span_of,
 )
-from fuzzyctl.kernels.plan.algebraic_loops import ordered
 from fuzzyctl.kernels.plan.build import OutputPlan, plan
-from fuzzyctl.kernels.plan.equations import DT, Equation, Equations, Evaluation, KeptState
+from fuzzyctl.kernels.plan.equations import DT, Equation, Equations, Evaluation, KeptState, ordered
 from fuzzyctl.kernels.plan.free_states import FreeNumber, free_names
 from fuzzyctl.model.checks.checks import unused_params
 from fuzzyctl.model.controller import Controller, Definition, Function, Result

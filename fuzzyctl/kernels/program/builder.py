@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import reduce
 from itertools import count
 from typing import Final
@@ -234,3 +234,25 @@ def any_nan(names: Iterable[Expr]) -> Expr:
     """Return whether some value is NaN, the only number that differs from itself."""
     tests = tuple(Compare("!=", x, x) for x in names)
     return tests[0] if len(tests) == 1 else Logic("or", tests)
+
+
+def sorted_atoms(builder: Builder, values: Sequence[Expr]) -> list[Expr]:
+    """Write atoms in rising order, by the merge exchange of Batcher (Knuth, volume 3, 5.2.2, algorithm M)."""
+    found = list(values)
+    for i, j in _exchanges(len(found)):
+        low, high = (builder.let(Call(f, (found[i], found[j]))) for f in ("min", "max"))
+        found[i], found[j] = low, high
+    return found
+
+
+def _exchanges(count: int) -> Iterator[tuple[int, int]]:
+    top = 1 << max(0, (count - 1).bit_length() - 1)
+    p = top if count > 1 else 0
+    while p > 0:
+        q, r, d = top, 0, p
+        while True:
+            yield from ((i, i + d) for i in range(count - d) if i & p == r)
+            if q == p:
+                break
+            d, q, r = q - p, q // 2, p
+        p //= 2

@@ -7,13 +7,15 @@ backends and code generators ask of a program follows from these two.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 from typing import NamedTuple, assert_never
 
 from fuzzyctl.expr import Expr, Name, names_in, walk
 from fuzzyctl.expr import replace as replace_in
+from fuzzyctl.kernels.program.builder import Builder
 from fuzzyctl.kernels.program.program import (
+    STATE,
     Accumulate,
     Assign,
     Between,
@@ -222,3 +224,33 @@ def renamed(expr: Expr, name: Callable[[str], str]) -> Expr:
 
 def _named(body: tuple[Assign, ...]) -> tuple[str, ...]:
     return tuple(s.name for s in body)
+
+
+def embed(builder: Builder, program: Program, arguments: Sequence[Expr], *, state: int = 0) -> list[Expr]:
+    """Write the statements of a program into another one and return its results as atoms.
+
+    Args:
+        builder: Writes the outer program.
+        program: A program that reads entries of its state at fixed positions only.
+        arguments: What its arguments are.
+        state: Position of its first state in that of the outer program.
+    """
+    names: dict[str, str] = {STATE: STATE}
+    tables = dict(program.tables)
+
+    def renamed(name: str) -> str:
+        if name not in names:
+            names[name] = builder.table(tables[name]) if name in tables else builder.fresh()
+        return names[name]
+
+    def moved(node: Expr) -> Expr:
+        match node:
+            case Item(array=array, index=int(index)) if array == STATE:
+                return Item(STATE, state + index)
+        return node
+
+    own = map_names(map_expressions(program, moved) if state else program, renamed)
+    for name, value in zip(own.arguments, arguments, strict=True):
+        builder.statements.append(Assign(name, value))
+    builder.statements.extend(own.body)
+    return [builder.let(r) for r in own.results]

@@ -13,8 +13,7 @@ from fuzzyctl.expr import Expr, names_in
 from fuzzyctl.kernels.backends import blocks
 from fuzzyctl.kernels.backends.numpy import quadrature
 from fuzzyctl.kernels.backends.python.backend import point_text
-from fuzzyctl.kernels.program.primitives import PRIMITIVES
-from fuzzyctl.kernels.program.printer import ARRAYS, INDENT, block, set_functions, text
+from fuzzyctl.kernels.program.printer import ARRAYS, INDENT, PRIMITIVES, block, set_functions, text
 from fuzzyctl.kernels.program.program import (
     STATE,
     Accumulate,

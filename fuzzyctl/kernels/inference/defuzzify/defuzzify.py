@@ -9,14 +9,16 @@ from typing import Final
 
 from fuzzyctl.expr import ZERO, Compare, Expr, Logic, Name, Number, Where, replace_names, times
 from fuzzyctl.formulas import MEMBERSHIP, Vertex, exact_norms, is_endless
-from fuzzyctl.kernels.inference.defuzzify.alpha_cuts import has_cuts, maximum_of_union
 from fuzzyctl.kernels.inference.defuzzify.centroid import Height, exact_centroid, has_many_pieces, unit_of
 from fuzzyctl.kernels.inference.defuzzify.curved_sets import adaptive
-from fuzzyctl.kernels.inference.defuzzify.envelope import size_of
-from fuzzyctl.kernels.inference.defuzzify.maxima import sampled_maximum
-from fuzzyctl.kernels.inference.defuzzify.piecewise_linear import straight_bisector, straight_centroid, straight_maximum
-from fuzzyctl.kernels.inference.defuzzify.sampled_bisector import sampled_bisector
-from fuzzyctl.kernels.inference.defuzzify.sampled_polygon import sampled_polygon
+from fuzzyctl.kernels.inference.defuzzify.envelope import (
+    size_of,
+    straight_bisector,
+    straight_centroid,
+    straight_maximum,
+)
+from fuzzyctl.kernels.inference.defuzzify.maxima import has_cuts, maximum_of_union, sampled_maximum
+from fuzzyctl.kernels.inference.defuzzify.sampled_bisector import sampled_bisector, sampled_polygon
 from fuzzyctl.kernels.inference.defuzzify.sampling import Samples, points_at, sampled_moments
 from fuzzyctl.kernels.plan.build import OutputPlan, SetPlan
 from fuzzyctl.kernels.plan.traced import greatest, is_free, least

@@ -1,15 +1,11 @@
-"""Pass that differentiates a program: forward mode, along all arguments that are asked for.
-
-Of `a if x < b else c` at x = b the derivative is that of the branch just ahead, where the argument has grown, so that
-kinks that cancel, such as those of triangles with one peak, leave the slope that is there. Where a and c differ, at a
-jump, it is that of the branch taken.
-"""
+"""Pass that differentiates a program: forward mode, along all arguments that are asked for."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from typing import Final
 
 from fuzzyctl.expr import (
     ONE,
@@ -27,10 +23,9 @@ from fuzzyctl.expr import (
     minus,
     plus,
     times,
+    walk,
 )
 from fuzzyctl.kernels.program.builder import is_atom
-from fuzzyctl.kernels.program.passes.jumps import comparisons
-from fuzzyctl.kernels.program.passes.slopes import SLOPES, STEEP, STEPS
 from fuzzyctl.kernels.program.program import (
     NAN,
     Accumulate,
@@ -45,7 +40,7 @@ from fuzzyctl.kernels.program.program import (
     Refuse,
     Statement,
 )
-from fuzzyctl.kernels.program.traversal import locals_of, needed, reads, rebuilt, renamed, writes
+from fuzzyctl.kernels.program.traversal import locals_of, needed, parts, reads, rebuilt, renamed, statements, writes
 
 #: Derivatives of a value by the position of the argument, without those that are 0 everywhere.
 Derivatives = Mapping[int, Expr]
@@ -411,3 +406,37 @@ def _compared(
         return Logic("or", (beyond, Logic("and", (tie, Compare(op, left, right)))))
 
     return ahead
+
+
+#: Functions that are constant between their jumps.
+STEPS: Final = ("floor",)
+
+#: Functions whose slope may be infinite.
+STEEP: Final = ("sqrt", "log")
+
+#: From an atom, the value of the function there and what names a value to the derivative.
+SLOPES: Final[Mapping[str, Callable[[Expr, Expr, Callable[[Expr], Expr]], Expr]]] = {
+    "sqrt": lambda x, value, let: let(Number(0.5) / value),
+    "exp": lambda x, value, let: value,
+    "log": lambda x, value, let: let(ONE / x),
+    "sin": lambda x, value, let: let(Call("cos", (x,))),
+    "cos": lambda x, value, let: let(-let(Call("sin", (x,)))),
+    "tan": lambda x, value, let: let(1.0 + let(value * value)),
+}
+
+
+def comparisons(whole: Quadrature) -> list[Compare]:
+    """Return the comparisons at which a set may jump, each before those that read what depends on it.
+
+    The choice of the smaller or the larger of two values is none.
+    """
+    values = [e for s in statements(whole.body) for e in parts(s).values]
+    choices = [n for e in (*values, whole.value) for n in walk(e) if isinstance(n, Where) and not _is_extreme(n)]
+    return list(dict.fromkeys(n for c in choices for n in walk(c.condition) if isinstance(n, Compare)))
+
+
+def _is_extreme(choice: Where) -> bool:
+    match choice.condition:
+        case Compare(op=op, left=a, right=b) if op not in ("==", "!="):
+            return {choice.then, choice.otherwise} == {a, b}
+    return False
