@@ -11,11 +11,9 @@ import numpy as np
 
 from fuzzyctl.diagnostics.diagnostic import ArgumentError, NoRuleFiresError
 from fuzzyctl.expr import Number
-from fuzzyctl.kernels.backends import blocks, states
-from fuzzyctl.kernels.backends.arguments import float_array
-from fuzzyctl.kernels.backends.labels import labelled
-from fuzzyctl.kernels.backends.python import backend as python_backend
-from fuzzyctl.kernels.inference.free import with_values_as_array
+from fuzzyctl.kernels.backends import blocks, python_backend
+from fuzzyctl.kernels.backends.arguments import float_array, labelled, state_after, states_along
+from fuzzyctl.kernels.free_values import with_values_as_array
 from fuzzyctl.kernels.plan.build import Plan
 from fuzzyctl.kernels.program.derivatives import differentiated
 from fuzzyctl.kernels.program.program import Program
@@ -99,9 +97,9 @@ def fill_in_sequence(
 
     for first in range(0, len(results), blocks.BLOCK):
         last = min(first + blocks.BLOCK, len(results))
-        rows = states.states_along(plan, some, points[first:last], state)
+        rows = states_along(plan, some, points[first:last], state)
         checked(points[first:last], rows, results[first:last])
-        state[:] = states.state_after(plan, state, results[first:last])
+        state[:] = state_after(plan, state, results[first:last])
 
 
 def fill_of(program: Program, backend: str, names: Sequence[str], promises: Promises | None = None) -> Fill:
@@ -114,13 +112,13 @@ def fill_of(program: Program, backend: str, names: Sequence[str], promises: Prom
         promises: Checked by machine code for the points before one that is refused, so that the first one is named.
     """
     if backend == "numpy":
-        from fuzzyctl.kernels.backends.numpy import backend as numpy_backend
+        from fuzzyctl.kernels.backends import numpy_backend
 
         return numpy_backend.compile_batch(program, names)
     if backend == "python":
         source = python_backend.storing_source(program)
         return _fill_by_storing(python_backend.compile_source(source, program, names))
-    from fuzzyctl.kernels.backends.numba.batch_loop import loop
+    from fuzzyctl.kernels.backends.numba.machine_code import loop
 
     return fill_by_loop(loop(program), program, names, promises)
 

@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 from fuzzyctl.diagnostics.diagnostic import ArgumentError, FuzzyctlError, UnknownNameError
 from fuzzyctl.kernels.algorithms.select import Algorithm, algorithm_of
-from fuzzyctl.kernels.backends import states
-from fuzzyctl.kernels.backends.arguments import point_array, row_array
+from fuzzyctl.kernels.backends.arguments import NO_STATE, point_array, row_array, state_argument
 from fuzzyctl.kernels.inference import inference
 from fuzzyctl.kernels.plan.build import Plan
 from fuzzyctl.kernels.program.program import Program
@@ -104,7 +103,7 @@ class Form:
 
     def argument(self, state: Any, *, compiled: bool) -> Any:
         """Return the state at one point as the function of a backend takes it."""
-        return states.argument(state, self.state_names, compiled=compiled)
+        return state_argument(state, self.state_names, compiled=compiled)
 
     def rows(self, state: Any) -> FloatArray | None:
         """Return states of shape (..., states), those to begin with for None; None for a block without state.
@@ -118,7 +117,7 @@ class Form:
             return np.array(self._start(), dtype=np.float64) if self.n_states else None
         if not self.n_states and not self.moves:
             if np.size(state):
-                raise ArgumentError(f"{states.NO_STATE}, so it takes none")
+                raise ArgumentError(f"{NO_STATE}, so it takes none")
             return None
         array = row_array(self.state_names, state, "states")
         if array.ndim == 0 or array.shape[-1] != self.n_states:
@@ -197,7 +196,7 @@ class SystemForm(Form):
 
     def named(self) -> tuple[Program, tuple[str, ...]]:
         """Return the program of all rules with the state as its last arguments, and their names."""
-        from fuzzyctl.kernels.inference.free import with_named_state
+        from fuzzyctl.kernels.free_values import with_named_state
 
         return with_named_state(inference.evaluation(self._plan))
 
@@ -250,7 +249,7 @@ class FreeForm(Form):
 
     def named(self) -> tuple[Program, tuple[str, ...]]:
         """Return the program of all rules with the state as its last arguments, and their names."""
-        from fuzzyctl.kernels.inference.free import free_program
+        from fuzzyctl.kernels.free_values import free_program
 
         return free_program(self._free), tuple(a.name for a in self._free.trace.arguments)
 
@@ -275,7 +274,7 @@ class FreeForm(Form):
         return self._values.of({} if state is None else state)
 
     def _over_values(self, write: Callable[[Plan], Program]) -> Program:
-        from fuzzyctl.kernels.inference.free import free_program, with_values_as_array
+        from fuzzyctl.kernels.free_values import free_program, with_values_as_array
 
         names = [a.name for a in self._free.trace.arguments]
         return with_values_as_array(free_program(self._free, write), names)

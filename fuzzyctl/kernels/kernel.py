@@ -9,19 +9,20 @@ from typing import TYPE_CHECKING, Any, Final
 from fuzzyctl.diagnostics.diagnostic import ArgumentError, FuzzyctlError, UnknownNameError
 from fuzzyctl.diagnostics.terminal import printable
 from fuzzyctl.displayed import Displayed
-from fuzzyctl.kernels.backends import states
+from fuzzyctl.kernels.backends import python_backend
 from fuzzyctl.kernels.backends.arguments import (
+    NO_STATE,
     argument_error,
     as_floats,
     float_array,
     in_order,
     input_number,
+    labelled,
     overflows,
     require_same_index,
+    state_after,
     too_large,
 )
-from fuzzyctl.kernels.backends.labels import labelled
-from fuzzyctl.kernels.backends.python import backend as python_backend
 from fuzzyctl.kernels.forms import NO_RULES, Form
 from fuzzyctl.kernels.inference import inference
 from fuzzyctl.kernels.plan.build import Plan
@@ -370,7 +371,7 @@ class Kernel(Displayed):
             return lambda points, state, results: batch.fill_in_sequence(plan, fill, checked, points, state, results)
         if self.backend != "numba":
             return self._run_by_calls
-        from fuzzyctl.kernels.backends.numba.batch_loop import sequence
+        from fuzzyctl.kernels.backends.numba.machine_code import sequence
 
         loop = sequence(self._program, len(self.output_names))
         return batch.fill_by_loop(loop, self._program, self.form.argument_names)
@@ -485,11 +486,11 @@ class Kernel(Displayed):
         """
         plan, before = self.plan, self.form.rows(state) if self.n_states else None
         if before is None:
-            raise FuzzyctlError(states.NO_STATE)
+            raise FuzzyctlError(NO_STATE)
         outputs = float_array(results, "results")
         if outputs.size % len(self.output_names):
             raise ArgumentError(f"the results must have the shape (..., {len(self.output_names)}), got {outputs.shape}")
-        return states.state_after(plan, before, outputs.reshape(-1, len(self.output_names)))
+        return state_after(plan, before, outputs.reshape(-1, len(self.output_names)))
 
     @cached_property
     def value(self) -> Callable[..., Any]:
@@ -501,9 +502,9 @@ class Kernel(Displayed):
         """
         if self.backend != "numba":
             return self.jit
-        from fuzzyctl.kernels.backends.numba import typed_kernels
+        from fuzzyctl.kernels.backends.numba import machine_code
 
-        return typed_kernels.value(self._program, self, (self, "value"))
+        return machine_code.value(self._program, self, (self, "value"))
 
     @cached_property
     def rates_value(self) -> Callable[..., Any]:
@@ -511,9 +512,9 @@ class Kernel(Displayed):
         self._require_adaptive()
         if self.backend != "numba":
             return self.jit_rates
-        from fuzzyctl.kernels.backends.numba import typed_kernels
+        from fuzzyctl.kernels.backends.numba import machine_code
 
-        return typed_kernels.storing_value(inference.rates(self.plan), self._rates, (self, "rates_value"))
+        return machine_code.storing_value(inference.rates(self.plan), self._rates, (self, "rates_value"))
 
     @cached_property
     def jit_rates(self) -> Callable[..., Any]:

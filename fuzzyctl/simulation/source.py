@@ -14,7 +14,7 @@ from fuzzyctl.kernels.program.builder import Builder
 from fuzzyctl.kernels.program.printer import IEEE_SCALAR, INDENT, Dialect, block, number, store_lines, text
 from fuzzyctl.kernels.program.program import STATE, Item, Program, Refuse
 from fuzzyctl.kernels.program.scalar import RUNTIME, execute
-from fuzzyctl.kernels.step_program import evaluated, numeric, system_program
+from fuzzyctl.kernels.step_form import evaluated, numeric, system_program
 from fuzzyctl.model.discrete_plant import BEFORE
 from fuzzyctl.model.loop import TIME
 from fuzzyctl.model.plant import Plant

@@ -14,10 +14,9 @@ from typing import Any
 import fuzzyctl
 from fuzzyctl.diagnostics.diagnostic import DiagnosticError
 from fuzzyctl.kernels.algorithms import interpolation, select
-from fuzzyctl.kernels.backends.numba import parameters, typed_kernels
+from fuzzyctl.kernels.backends import numpy_backend, python_backend
+from fuzzyctl.kernels.backends.numba import machine_code
 from fuzzyctl.kernels.backends.numba import source as numba_backend
-from fuzzyctl.kernels.backends.numpy import backend as numpy_backend
-from fuzzyctl.kernels.backends.python import backend as python_backend
 from fuzzyctl.kernels.inference import inference
 from fuzzyctl.kernels.inference.defuzzify import centroid
 from fuzzyctl.kernels.program.printer import SCALAR, counted_or_searched
@@ -120,7 +119,7 @@ def _dialects(**changed: Any) -> tuple[tuple[Any, str, Any], ...]:
     return tuple((numba_backend, n, replace(getattr(numba_backend, n), **changed)) for n in names)
 
 
-class _InText(parameters.Numbers):
+class _InText(numba_backend.Numbers):
     """The numbers of a program, all of them in its text."""
 
     def __init__(self, program: Any) -> None:
@@ -149,5 +148,5 @@ OPTIMISATIONS = (
         ((inference, "evaluation", lambda *own, many=False, **named: _EVALUATION(*own, **named)),),
     ),
     Optimisation("release", ((numpy_backend, "_last_uses", lambda program: [set() for _ in program.body]),)),
-    Optimisation("parameters", ((typed_kernels, "Numbers", _InText),)),
+    Optimisation("parameters", ((machine_code, "Numbers", _InText),)),
 )

@@ -23,7 +23,6 @@ from fuzzyctl.formulas import (
 from fuzzyctl.formulas.inverse import solved
 from fuzzyctl.formulas.shared import is_infinite
 from fuzzyctl.kernels.plan.clauses import Antecedents, Conclusions, term_of_input, term_of_output
-from fuzzyctl.kernels.plan.expressions import guarded, number_of, over_inputs
 from fuzzyctl.kernels.plan.plan import (
     ActivationPlan,
     CallPlan,
@@ -43,6 +42,7 @@ from fuzzyctl.kernels.plan.plan import (
     step_name,
 )
 from fuzzyctl.kernels.plan.sets import ITSELF, SetPlan
+from fuzzyctl.kernels.plan.traced import guarded, number_of, over_inputs
 from fuzzyctl.model.checks.methods import misfitting_semantics
 from fuzzyctl.model.method import MAXIMA, OVER_MIDDLES, Activation
 from fuzzyctl.model.output_dependencies import comparisons_that_wait, ordered_lets, reads_of

@@ -31,10 +31,9 @@ from fuzzyctl.formulas import (
     one_minus,
 )
 from fuzzyctl.formulas import hedge as usual_hedge
-from fuzzyctl.kernels.plan.expressions import constants_of, guarded, number_of, over_inputs, require_known
 from fuzzyctl.kernels.plan.plan import ChainPlan, DegreePlan, ImpliedPlan, chain_name, degree_name, step_name
 from fuzzyctl.kernels.plan.sets import ITSELF, SetPlan
-from fuzzyctl.kernels.plan.traced import is_free
+from fuzzyctl.kernels.plan.traced import constants_of, guarded, is_free, number_of, over_inputs, require_known
 from fuzzyctl.kernels.program.builder import DEEPEST, depth
 from fuzzyctl.model.guarantee import Hedge
 from fuzzyctl.model.output_dependencies import ordered_lets

@@ -8,7 +8,7 @@ import pytest
 
 from fuzzyctl.expr import FUNCTIONS as LANGUAGE
 from fuzzyctl.expr import SOFT
-from fuzzyctl.kernels.backends.numpy.backend import FUNCTIONS as ARRAYS
+from fuzzyctl.kernels.backends.numpy_backend import FUNCTIONS as ARRAYS
 from fuzzyctl.kernels.interval import scalar
 from fuzzyctl.kernels.interval.vector import Enclosure, applied
 from fuzzyctl.kernels.program.printer import ALIASES, PRIMITIVES

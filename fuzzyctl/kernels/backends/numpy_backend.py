@@ -10,9 +10,8 @@ import numpy.typing as npt
 
 from fuzzyctl.diagnostics.diagnostic import NoRuleFiresError
 from fuzzyctl.expr import Expr, names_in
-from fuzzyctl.kernels.backends import blocks
-from fuzzyctl.kernels.backends.numpy import quadrature
-from fuzzyctl.kernels.backends.python.backend import point_text
+from fuzzyctl.kernels.backends import blocks, numpy_integrals
+from fuzzyctl.kernels.backends.python_backend import point_text
 from fuzzyctl.kernels.program.printer import ARRAYS, INDENT, PRIMITIVES, block, set_functions, text
 from fuzzyctl.kernels.program.program import (
     STATE,
@@ -131,7 +130,7 @@ def _sets(program: Program, tables: Mapping[str, FloatArray]) -> dict[str, Any]:
             source = "\n".join(set_functions(statement, ARRAYS)) + "\n"
             execute_all(source, namespace)
             function = namespace[statement.function]
-            found[statement.function] = quadrature.SetFunction(function, len(statement.body))
+            found[statement.function] = numpy_integrals.SetFunction(function, len(statement.body))
             if statement.crossings is not None:
                 found[statement.crossing_function] = namespace[statement.crossing_function]
     return found
@@ -191,10 +190,10 @@ _RUNTIME: Final[dict[str, Any]] = {
     "inf": np.inf,
     "refuse": _refuse,
     "locate": _locate,
-    "moments": quadrature.moments,
-    "half": quadrature.half,
-    "jumps": quadrature.jumps,
-    "marked": quadrature.marked,
+    "moments": numpy_integrals.moments,
+    "half": numpy_integrals.half,
+    "jumps": numpy_integrals.jumps,
+    "marked": numpy_integrals.marked,
     "where": np.where,
     "logical_not": np.logical_not,
     "minimum": np.minimum,
