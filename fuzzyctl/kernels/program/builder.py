@@ -109,7 +109,9 @@ class Builder:
         return self._places[x, knots]
 
     def let(self, value: Expr) -> Expr:
-        """Return a name or a number that stands for a value."""
+        """Return an atom for a value: itself, or the name that is assigned to it."""
+        if is_atom(value):
+            return value
         value = self.flat(value)
         if is_atom(value):
             return value
@@ -149,28 +151,30 @@ class Builder:
         Printers write those as comparisons, which name each operand twice.
         """
 
-        def change(node: Expr) -> Expr:
-            match node:
-                case Call(function="min" | "max" as function, arguments=arguments):
-                    return reduce(lambda a, b: Call(function, (self.let(a), self.let(b))), arguments)
-                case Call(function="clip", arguments=(x, low, high)):
-                    return Call("clip", (self.let(x), low, high))
-                case Binary(op="*", left=left, right=right) if left == right and not is_atom(left):
-                    root = self.let(left)
-                    return root * root
-                case Call(function="sign", arguments=(x,)):
-                    x = self.let(x)
-                    negative = Where(Compare("<", x, ZERO), Number(-1.0), times(x, ZERO))
-                    return Where(Compare(">", x, ZERO), ONE, negative)
-                case Call(function=function, arguments=(x, *entries)) if function == LAST_ENTRY:
-                    numbers = [e.value for e in entries if isinstance(e, Number)]
-                    place, _ = self.located(self.let(x), tuple(numbers[::2]))
-                    return Item(self.table(numbers[1::2]), Place(place))
-                case Call(function=function, arguments=arguments) if function in SOFT:
-                    return step(function, arguments, self.let)
-            return node
+        return replace(value, self._flat_node)
 
-        return replace(value, change)
+    def _flat_node(self, node: Expr) -> Expr:
+        if isinstance(node, Name | Number):  # most are
+            return node
+        match node:
+            case Call(function="min" | "max" as function, arguments=arguments):
+                return reduce(lambda a, b: Call(function, (self.let(a), self.let(b))), arguments)
+            case Call(function="clip", arguments=(x, low, high)):
+                return Call("clip", (self.let(x), low, high))
+            case Binary(op="*", left=left, right=right) if left == right and not is_atom(left):
+                root = self.let(left)
+                return root * root
+            case Call(function="sign", arguments=(x,)):
+                x = self.let(x)
+                negative = Where(Compare("<", x, ZERO), Number(-1.0), times(x, ZERO))
+                return Where(Compare(">", x, ZERO), ONE, negative)
+            case Call(function=function, arguments=(x, *entries)) if function == LAST_ENTRY:
+                numbers = [e.value for e in entries if isinstance(e, Number)]
+                place, _ = self.located(self.let(x), tuple(numbers[::2]))
+                return Item(self.table(numbers[1::2]), Place(place))
+            case Call(function=function, arguments=arguments) if function in SOFT:
+                return step(function, arguments, self.let)
+        return node
 
     def fresh(self) -> str:
         """Return a name that is not taken."""
@@ -217,10 +221,14 @@ def is_atom(value: Expr) -> bool:
 
 def depth(value: Expr) -> int:
     """Return how deep an expression is nested, 0 for an atom."""
-    level, deepest = [value], -1
+    deepest, level = 0, children(value)
     while level:
         deepest += 1
-        level = [part for node in level for part in children(node)]
+        below: list[Expr] = []
+        for node in level:
+            if not isinstance(node, Name | Number):
+                below += children(node)
+        level = tuple(below)
     return deepest
 
 
