@@ -135,7 +135,6 @@ _EVALUATION = inference.evaluation
 OPTIMISATIONS = (
     Optimisation("interpolation", ((select, "grid_of", _refused),)),
     Optimisation("cells", ((interpolation, "_has_cells", lambda *_: False),)),
-    Optimisation("ramps", ((interpolation, "MOST_RAMPS", 0),)),
     Optimisation("loops over corners", ((interpolation, "LOOPED", 99),)),
     Optimisation("rule cells", ((select.rule_cells, "active_of", _refused),)),
     Optimisation("neighbours", ((centroid, "is_handover", lambda _: False),)),

@@ -1,8 +1,7 @@
 """Programs of multilinear interpolation: find the cell, take its coefficients, and multiply out.
 
-Three forms of the same function. `cells` looks up one polynomial for each cell: least work for one point. `corners`
-looks up the values at the cell's corners, where a polynomial for each cell would take too much memory. `ramps` looks
-nothing up: it adds up, for each cell, the part of it that lies below x, which compilers turn into vector instructions.
+Two forms of the same function. `cells` looks up one polynomial for each cell: least work. `corners` looks up the values
+at the cell's corners, if a polynomial for each cell would take too much memory.
 """
 
 from __future__ import annotations
@@ -22,8 +21,6 @@ from fuzzyctl.kernels.program.traversal import parts, statements, writes
 
 #: Most coefficients of one sum over all cells: 1 MiB.
 MOST_COEFFICIENTS: Final = 1 << 17
-#: Most products of a sum over ramps: beyond, looking up is faster.
-MOST_RAMPS: Final = 64
 #: Least number of inputs looked up in loops: written out, 2^n corners take a compiler seconds, then minutes.
 LOOPED: Final = 7
 #: Inputs whose corners are written out within the loops: as fast as without loops.
@@ -76,11 +73,6 @@ def _changing(grid: Grid) -> int:
 
 def _has_cells(grid: Grid, most: int = MOST_COEFFICIENTS) -> bool:
     return grid.size << len(grid.inputs) <= most
-
-
-def batch(plan: Plan, grid: Grid) -> Program:
-    """Write the program for loops over many points: over ramps if they are few."""
-    return _ramps(plan, grid) if grid.size <= MOST_RAMPS else lookup(plan, grid)
 
 
 def _cells(plan: Plan, grid: Grid) -> Program:
@@ -159,41 +151,6 @@ def _written_out(builder: Builder, table: str, cell: str, along: _Along) -> Expr
         named = [builder.let(i) for i in items]
         items = [plus(a, times(share, minus(b, a))) for a, b in zip(named[::2], named[1::2], strict=True)]
     return builder.let(items[0])
-
-
-def _ramps(plan: Plan, grid: Grid) -> Program:
-    builder = Builder()
-    raw = raw_names(plan)
-    ramps: list[list[Expr]] = []
-    for position, knots in zip(grid.inputs, grid.knots, strict=True):
-        x, own = raw[position], []
-        for a, b in pairwise(knots):
-            share = builder.let(times(builder.let(minus(x, Number(a))), Number(1.0 / (b - a))))
-            own.append(builder.let(clip(share, 0.0, 1.0)))
-        ramps.append(own)
-
-    def value(at_knots: tuple[float, ...]) -> Expr:
-        return builder.let(_over_ramps(builder, list(at_knots), ramps))
-
-    return _finished(plan, builder, [_average(builder, t, value) for t in grid.outputs])
-
-
-def _over_ramps(builder: Builder, values: list[float], ramps: Sequence[Sequence[Expr]]) -> Expr:
-    """Sum V_0 + Σ_k r_k (V_k+1 - V_k), each V itself such a sum over the inputs that follow."""
-    if not ramps:
-        return Number(values[0])
-    size = len(values) // (len(ramps[0]) + 1)
-    slices = [values[k * size : (k + 1) * size] for k in range(len(ramps[0]) + 1)]
-    total = _over_ramps(builder, slices[0], ramps[1:])
-    for ramp, (before, after) in zip(ramps[0], pairwise(slices), strict=True):
-        steps = [b - a for a, b in zip(before, after, strict=True)]
-        if any(steps):
-            total = plus(total, _scaled(builder, ramp, _over_ramps(builder, steps, ramps[1:])))
-    return total
-
-
-def _scaled(builder: Builder, ramp: Expr, factor: Expr) -> Expr:
-    return times(ramp, factor if isinstance(factor, Number) else builder.let(factor))
 
 
 def _located(

@@ -89,7 +89,7 @@ class Algorithm:
     def many(self) -> Program:
         """The program for loops over many points, in a form that compilers vectorise."""
         if self.grid is not None:
-            return interpolation.batch(self.plan, self.grid)
+            return interpolation.lookup(self.plan, self.grid)
         if self._gains(rule_cells.LEAST_GAIN_MANY):
             return self.point
         return inference.evaluation(self.plan, many=True, most_pairs=COMPILED)
