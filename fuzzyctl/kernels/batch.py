@@ -91,9 +91,9 @@ def fill_in_sequence(
     """
 
     def some(points: FloatArray, states: FloatArray) -> FloatArray:
-        found = np.empty((len(points), len(plan.outputs)))
-        fill(points, states, found)
-        return found
+        outputs = np.empty((len(points), len(plan.outputs)))
+        fill(points, states, outputs)
+        return outputs
 
     for first in range(0, len(results), blocks.BLOCK):
         last = min(first + blocks.BLOCK, len(results))
@@ -207,10 +207,10 @@ class Arrays:
 
 def by_name(plan: Plan, degrees: FloatArray, points: Any) -> dict[str, dict[str, Any]]:
     """Return the degrees of a plan, shape (..., degrees), by variable and term, with the row labels of the points."""
-    found: dict[str, dict[str, Any]] = {}
+    by_output: dict[str, dict[str, Any]] = {}
     for k, d in enumerate(plan.degrees):
-        found.setdefault(plan.variable(d.variable).name, {})[d.term] = labelled(degrees[..., k], [d.term], points)
-    return found
+        by_output.setdefault(plan.variable(d.variable).name, {})[d.term] = labelled(degrees[..., k], [d.term], points)
+    return by_output
 
 
 def derivatives(form: Form, by: str) -> Program:

@@ -194,10 +194,10 @@ def degrees(system: FuzzySystem, variable: LinguisticVariable, term: Term, x: An
 
     from fuzzyctl.kernels.backends import numpy_backend
 
-    found = planned_set(system, variable, term)
-    if found is None:
+    term_set = planned_set(system, variable, term)
+    if term_set is None:
         return None
-    fill = numpy_backend.compile_batch(inference.term_degree(found), [variable.name])
+    fill = numpy_backend.compile_batch(inference.term_degree(term_set), [variable.name])
     points = float_array(x, variable.name).reshape(-1, 1)
     results = np.empty_like(points)
     fill(points, None, results)
@@ -206,10 +206,10 @@ def degrees(system: FuzzySystem, variable: LinguisticVariable, term: Term, x: An
 
 def degree_function(system: FuzzySystem, variable: LinguisticVariable, term: Term) -> Callable[[float], float] | None:
     """Return the degree of one term as a function of a number, without numpy; for the arguments see `degrees`."""
-    found = planned_set(system, variable, term)
-    if found is None:
+    term_set = planned_set(system, variable, term)
+    if term_set is None:
         return None
-    program = inference.term_degree(found)
+    program = inference.term_degree(term_set)
     return python_backend.compile_source(python_backend.evaluation_source(program), program, [variable.name])
 
 
@@ -279,10 +279,10 @@ class ByName:
         kernel = self._arrays
         points = stacked(kernel.input_names, ordered)
         results = kernel.batch(points)
-        names, given = kernel.output_names, dict(zip(kernel.input_names, ordered, strict=True))
+        names, columns = kernel.output_names, dict(zip(kernel.input_names, ordered, strict=True))
         if len(names) == 1:
-            return labelled(results, names, given)
-        return {name: labelled(results[..., k], [name], given) for k, name in enumerate(names)}
+            return labelled(results, names, columns)
+        return {name: labelled(results[..., k], [name], columns) for k, name in enumerate(names)}
 
 
 #: More operations than this take numba longer than most programs run: it compiles about a thousand in a second, and as

@@ -1,4 +1,4 @@
-"""Forms: what a kernel computes, by names and programs, whichever block it was made from."""
+"""Forms: names and programs of a kernel, for each kind of block."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ NO_RULES: Final = "a controller has no rules of its own; compile the systems tha
 
 
 class Form:
-    """What a kernel computes.
+    """Names and programs of a kernel.
 
     Args:
         input_names: Of the inputs.
@@ -43,7 +43,7 @@ class Form:
     period: float | None = None
     #: How it finds the rules that act; None for a block without rules of its own.
     algorithm: Algorithm | None = None
-    #: What its outputs promise; None where their programs refuse.
+    #: Promises of its outputs; None if their programs refuse.
     promises: Promises | None = None
 
     def __init__(
@@ -162,7 +162,7 @@ class SystemForm(Form):
     """A system: rules that give the outputs.
 
     Args:
-        plan: What it computes.
+        plan: The plan of the system.
         wanted: One of `select.ALGORITHMS`.
 
     Raises:
@@ -172,8 +172,8 @@ class SystemForm(Form):
 
     def __init__(self, plan: Plan, wanted: str = "auto") -> None:
         consequents = [f"{plan.outputs[o].name}[{k + 1}]" for o, k in plan.states]
-        held = [plan.outputs[o].name for o in plan.held]
-        super().__init__([i.name for i in plan.inputs], [o.name for o in plan.outputs], consequents + held)
+        holding = [plan.outputs[o].name for o in plan.held]
+        super().__init__([i.name for i in plan.inputs], [o.name for o in plan.outputs], consequents + holding)
         self._plan, self._wanted = plan, wanted
         self.algorithm: Algorithm = algorithm_of(plan, wanted)
         self.promises = Promises(plan, known=self.algorithm.is_defined)

@@ -1,4 +1,4 @@
-"""Values of free numbers: arrays or mappings, checked against bounds and against what a program was written for."""
+"""Values of free numbers: arrays or mappings, checked against bounds and against the conditions of a program."""
 
 from __future__ import annotations
 
@@ -35,15 +35,15 @@ def free_program(free: FreePlan, write: Callable[[Plan], Program] = inference.ev
         ArgumentError: For a number that must be known before the program is written.
     """
     try:
-        own = _with_given(map_expressions(write(free.plan), _named), free.trace)
-        _require_plain_tables(own)
+        program = _with_given(map_expressions(write(free.plan), _named), free.trace)
+        _require_plain_tables(program)
     except NeedsNumberError as needs:
         raise free.trace.refusal(needs) from None
     builder = Builder()
-    used = [n for n in uses(own) if n in free.trace.definitions or Name(n) in free.trace.arguments]
-    known = _defined(builder, free, used)
-    inputs = [Name(x) for x in own.arguments]
-    body = embed(builder, replace(own, arguments=(*own.arguments, *used)), [*inputs, *(known[n] for n in used)])
+    used = [n for n in uses(program) if n in free.trace.definitions or Name(n) in free.trace.arguments]
+    names = _defined(builder, free, used)
+    inputs = [Name(x) for x in program.arguments]
+    body = embed(builder, replace(program, arguments=(*program.arguments, *used)), [*inputs, *(names[n] for n in used)])
     return builder.program([*inputs, *free.trace.arguments], body)
 
 
@@ -51,8 +51,8 @@ def condition_program(free: FreePlan) -> Program:
     """Write the program of the free numbers whose results are 1 for each condition that holds, else 0."""
     conditions = list(free.trace.conditions)
     builder = Builder()
-    known = _defined(builder, free, [n.name for c in conditions for n in names_in(c)])
-    results: list[Expr] = [Where(replace_names(c, known), ONE, ZERO) for c in conditions]
+    names = _defined(builder, free, [n.name for c in conditions for n in names_in(c)])
+    results: list[Expr] = [Where(replace_names(c, names), ONE, ZERO) for c in conditions]
     return builder.program(free.trace.arguments, results)
 
 
@@ -99,9 +99,9 @@ def _with_given(program: Program, trace: Trace) -> Program:
 
 
 def _require_plain_tables(program: Program) -> None:
-    found = next((v for _, values in program.tables for v in values if is_free(v)), None)
-    if found is not None:
-        raise NeedsNumberError(cast("Traced", found))
+    number = next((v for _, values in program.tables for v in values if is_free(v)), None)
+    if number is not None:
+        raise NeedsNumberError(cast("Traced", number))
 
 
 def _defined(builder: Builder, free: FreePlan, wanted: Sequence[str]) -> dict[str, Expr]:
@@ -113,11 +113,11 @@ def _defined(builder: Builder, free: FreePlan, wanted: Sequence[str]) -> dict[st
         if name not in needed:
             needed.add(name)
             waiting += [n.name for n in names_in(trace.definitions.get(name, ZERO))]
-    known: dict[str, Expr] = {a.name: a for a in trace.arguments}
+    atoms: dict[str, Expr] = {a.name: a for a in trace.arguments}
     for name, value in trace.definitions.items():
         if name in needed:
-            known[name] = builder.let(replace_names(value, known))
-    return known
+            atoms[name] = builder.let(replace_names(value, atoms))
+    return atoms
 
 
 if TYPE_CHECKING:
@@ -131,7 +131,7 @@ class FreeValues:
 
     Args:
         free: The plan.
-        prefix: What messages put before the names: that of a system inside a controller.
+        prefix: Prefix of the names in messages: that of a system inside a controller.
     """
 
     def __init__(self, free: FreePlan, prefix: str = "") -> None:
@@ -144,11 +144,11 @@ class FreeValues:
     @property
     def bounds(self) -> list[tuple[float, float]]:
         """The ends of the range that each param declares; infinite for another number."""
-        found = [(-math.inf, math.inf)] * len(self._names)
+        ranges = [(-math.inf, math.inf)] * len(self._names)
         for k, bounds, _ in self._bounds:
             if bounds is not None:
-                found[k] = ends_of(bounds, self._free.system.values)
-        return found
+                ranges[k] = ends_of(bounds, self._free.system.values)
+        return ranges
 
     def of(self, given: Any) -> FloatArray:
         """Return values as a contiguous array of shape (..., free).
@@ -197,10 +197,10 @@ class FreeValues:
         broken = list(self._free.trace.conditions)[condition]
         names = {n.name for n in names_in(broken)}
         read = zip(self._names, zip(*map(self._free.trace.sources, names), strict=True), strict=True)
-        given = {n: float(v) for n, v in zip(self._names, values, strict=True)}
-        own = {n: given[n] for n, depends in read if any(depends)}
-        numbers = dict(zip(self._free.names, given.values(), strict=True))
-        what, value = ", ".join(map(repr, own)), next(iter(own.values())) if len(own) == 1 else own
+        by_name = {n: float(v) for n, v in zip(self._names, values, strict=True)}
+        readings = {n: by_name[n] for n, depends in read if any(depends)}
+        numbers = dict(zip(self._free.names, by_name.values(), strict=True))
+        what, value = ", ".join(map(repr, readings)), next(iter(readings.values())) if len(readings) == 1 else readings
         try:
             self._free.system.with_params(**numbers)
         except DiagnosticError as error:
@@ -210,9 +210,9 @@ class FreeValues:
 
     def _shown(self, condition: Expr) -> str:
         """Return a condition over the free numbers as text."""
-        known: dict[str, Expr] = {a.name: Name(n) for a, n in zip(self._free.trace.arguments, self._names, strict=True)}
-        if all(n.name in known for n in names_in(condition)):
-            return f"such that {to_text(replace_names(condition, known))}"
+        names: dict[str, Expr] = {a.name: Name(n) for a, n in zip(self._free.trace.arguments, self._names, strict=True)}
+        if all(n.name in names for n in names_in(condition)):
+            return f"such that {to_text(replace_names(condition, names))}"
         return "such that the corners stay in their order"
 
     @cached_property
@@ -239,10 +239,10 @@ def changed_values(names: Sequence[str], start: Sequence[float], changed: Mappin
         places = [k for k, n in enumerate(names) if name in (n, n.partition("[")[0])]
         if not places:
             raise UnknownNameError("free number", name, names)
-        own = float_array(value, f"free number {name!r}")
-        if own.shape not in ((), (len(places),)):
-            raise ArgumentError(f"free number {name!r} has {len(places)} values, got the shape {own.shape}")
-        values[places] = own
+        array = float_array(value, f"free number {name!r}")
+        if array.shape not in ((), (len(places),)):
+            raise ArgumentError(f"free number {name!r} has {len(places)} values, got the shape {array.shape}")
+        values[places] = array
     return values
 
 

@@ -1,4 +1,4 @@
-"""The kernel: a form printed for a backend, and what its callers need around it."""
+"""The kernel: a form printed for a backend, with calls, batches and derivatives."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     from fuzzyctl.kernels.batch import Arrays
 
 _BACKENDS: Final = ("numba", "numpy", "python")
-#: What a function raises for arguments that it does not take, and where no rule fires.
+#: Exceptions of a function for bad arguments, and if no rule fires.
 _REFUSALS: Final = (TypeError, ValueError, ArithmeticError)
 #: What `gradient` takes derivatives by.
 _BY: Final = ("inputs", "state", "all")
@@ -67,7 +67,7 @@ class Kernel(Displayed):
     (`fuzzyctl.check` proves the promise).
 
     Args:
-        form: What it computes.
+        form: Its names and programs.
         backend: "numba", "numpy" or "python".
 
     Raises:
@@ -92,7 +92,7 @@ class Kernel(Displayed):
         self._program = form.point(backend)
         self._refusals = Refusals(self._program, form.argument_names)
         self._n_arguments = len(self._argument_names())
-        #: What calls from Python call.
+        #: The function behind calls from Python.
         self._function: Callable[..., Outputs] = self._first_call if backend == "numba" else self.jit
         #: Whether a result that equals itself can be returned as it is, since it is one number.
         self._is_single = not self.n_states and not form.moves and len(form.output_names) == 1
@@ -311,7 +311,7 @@ class Kernel(Displayed):
 
     @property
     def _checked(self) -> Fill:
-        """Fill the results of a block of points, and check what the outputs promise."""
+        """Fill the results of a block of points, and check the promises of the outputs."""
         fill, promises = self._fill, self.form.promises
         if promises is None:
             return fill
@@ -347,19 +347,19 @@ class Kernel(Displayed):
 
         array = np.ascontiguousarray(float_array(self.form.points(points, dt, in_rows=True), "points"))
         rows = self.form.rows(state)
-        kept = np.zeros(0) if rows is None else rows.copy()
-        if kept.ndim != 1:
-            raise ArgumentError(f"the state must have the shape ({self.n_states},), got {kept.shape}")
+        state_array = np.zeros(0) if rows is None else rows.copy()
+        if state_array.ndim != 1:
+            raise ArgumentError(f"the state must have the shape ({self.n_states},), got {state_array.shape}")
         if self.form.moves or self.plan.held:
             results = np.empty((len(array), len(self.output_names)))
-            first = kept.copy()
-            self._run(array, kept, results)
+            first = state_array.copy()
+            self._run(array, state_array, results)
             if self.form.promises is not None:
                 self.form.promises.check_run(array, first, results)
             outputs = results[:, 0] if results.shape[1] == 1 else results
         else:
             outputs = self.batch(array, rows)
-        return labelled(outputs, self.output_names, points), kept
+        return labelled(outputs, self.output_names, points), state_array
 
     @cached_property
     def _run(self) -> Callable[[Any, FloatArray, FloatArray], None]:
@@ -377,12 +377,12 @@ class Kernel(Displayed):
         return batch.fill_by_loop(loop, self._program, self.form.argument_names)
 
     def _run_by_calls(self, points: FloatArray, state: FloatArray, results: FloatArray) -> None:
-        outputs, kept = len(self.output_names), state.tolist()
+        outputs, values = len(self.output_names), state.tolist()
         row = [0.0] * self.form.width
         for k, point in enumerate(points.tolist()):
-            self.jit(*point, *((kept,) if kept else ()), row)
-            results[k], kept = row[:outputs], row[outputs:]
-        state[:] = kept
+            self.jit(*point, *((values,) if values else ()), row)
+            results[k], values = row[:outputs], row[outputs:]
+        state[:] = values
 
     def degrees(self, points: Points | Frames, state: State | None = None) -> dict[str, dict[str, Any]]:
         """Compute the degrees of all terms that rules read.
@@ -432,7 +432,7 @@ class Kernel(Displayed):
             points: Shape (..., inputs), as `batch` takes them.
             state: As for `batch`.
             dt: As for `batch`.
-            by: What the derivatives are taken by: "inputs"; "state", whose last entries are the free numbers; or "all",
+            by: Variables of the derivatives: "inputs"; "state", whose last entries are the free numbers; or "all",
                 the inputs, then the state.
 
         Returns:

@@ -63,7 +63,7 @@ class Promises:
 
         Args:
             arguments: The inputs, and the state if there is one.
-            result: What the function gave.
+            result: Result of the function.
 
         Raises:
             NoRuleFiresError: Where an output without `else` is NaN though nothing that it reads is.
@@ -109,8 +109,8 @@ class Promises:
 
     def _lacks_let(self, point: Sequence[float]) -> bool:
         """Return whether a let has no value at a point, so that no output has one."""
-        known = known_at(self._plan, point) if self._plan.lets else {}
-        return any(known[let.name] != known[let.name] for let in self._plan.lets)
+        values = known_at(self._plan, point) if self._plan.lets else {}
+        return any(values[let.name] != values[let.name] for let in self._plan.lets)
 
     def text_of(self, point: Sequence[float]) -> str:
         """Return a point for people."""
@@ -119,23 +119,23 @@ class Promises:
 
 def known_at(plan: Plan, point: Sequence[float]) -> dict[str, float]:
     """Return the inputs as consequents see them, and the lets, by name."""
-    known = {
+    values = {
         i.name: x if i.extrapolate else min(max(x, i.lower), i.upper) for i, x in zip(plan.inputs, point, strict=True)
     }
     for let in plan.lets:
         for call in let.calls:
-            known[call.name] = _called(call, [value_of(a, known) for a in call.arguments])
-        known[let.name] = value_of(let.value, known)
-    return known
+            values[call.name] = _called(call, [value_of(a, values) for a in call.arguments])
+        values[let.name] = value_of(let.value, values)
+    return values
 
 
-def value_of(expr: Expr, known: Mapping[str, float]) -> float:
+def value_of(expr: Expr, values: Mapping[str, float]) -> float:
     """Return the value of an expression over known names."""
     names = list(dict.fromkeys(n.name for n in names_in(expr)))
     # Names of calls are no names of Python.
     places = {name: f"x{k}" for k, name in enumerate(names)}
     function = scalar_function(replace_names(expr, {n: Name(place) for n, place in places.items()}))
-    return float(function(**{places[n]: known[n] for n in names}))
+    return float(function(**{places[n]: values[n] for n in names}))
 
 
 def _called(call: CallPlan, arguments: Sequence[float]) -> float:
@@ -144,7 +144,7 @@ def _called(call: CallPlan, arguments: Sequence[float]) -> float:
     program = inference.evaluation(call.system)
     function = python_backend.compile_source(python_backend.evaluation_source(program), program, names)
     try:
-        found = function(*arguments)
+        outputs = function(*arguments)
     except NoRuleFiresError:
         return math.nan
-    return float(found[call.output] if isinstance(found, tuple) else found)
+    return float(outputs[call.output] if isinstance(outputs, tuple) else outputs)

@@ -40,7 +40,7 @@ if TYPE_CHECKING:
     from fuzzyctl.annotations import FloatArray
     from fuzzyctl.model.system import FuzzySystem
 
-#: What the time since the step before is.
+#: Meaning of the time since the step before.
 _TIME: Final = "> 0 s and finite"
 
 
@@ -82,12 +82,12 @@ class StepPromises(Promises):
 
     def _replay(self, points: FloatArray, state: FloatArray | None) -> None:
         """Make some steps along time, and raise `NoRuleFiresError` at the first one that breaks a promise."""
-        kept = [] if state is None else state.tolist()
+        values = [] if state is None else state.tolist()
         outputs = len(self._equations.outputs)
-        row = [0.0] * (outputs + len(kept))
+        row = [0.0] * (outputs + len(values))
         for point in points.tolist():
-            self._step(*point, *((kept,) if kept else ()), row)
-            kept = row[outputs:]
+            self._step(*point, *((values,) if values else ()), row)
+            values = row[outputs:]
 
     def _missing(self, points: FloatArray, results: FloatArray) -> Sequence[int]:
         """Return the rows with an output that is NaN though no argument is."""
@@ -115,7 +115,7 @@ class StepForm(Form):
     """A controller: equations that give the outputs and the next state.
 
     Args:
-        equations: What a step computes.
+        equations: Equations of the step.
         algorithm: How systems are computed, see `compile`.
         values: Takes the values of free numbers, which are the last states; None for a controller without.
         checked: Whether outputs of its systems without `else` that have no value are errors, as they are in systems.
@@ -126,8 +126,8 @@ class StepForm(Form):
     def __init__(
         self, equations: Equations, algorithm: str = "auto", values: StepValues | None = None, *, checked: bool = False
     ) -> None:
-        outputs, kept = [name for name, _ in equations.outputs], [s.name for s in equations.states]
-        super().__init__(equations.inputs, outputs, kept, equations.free)
+        outputs, state_names = [name for name, _ in equations.outputs], [s.name for s in equations.states]
+        super().__init__(equations.inputs, outputs, state_names, equations.free)
         self.period = equations.period
         self.needs_time = self.period is None and equations.reads_time
         if self.period is None:
@@ -139,8 +139,8 @@ class StepForm(Form):
         self._checked = checked
 
     def __reduce__(self) -> tuple[Any, ...]:
-        made = partial(StepForm, checked=self._checked)
-        return made, (self._equations, self._algorithm, self._values)
+        maker = partial(StepForm, checked=self._checked)
+        return maker, (self._equations, self._algorithm, self._values)
 
     def point(self, backend: str) -> Program:
         """Return the program for one point."""
@@ -211,7 +211,7 @@ def step_program(equations: Equations, algorithm: str = "auto") -> Program:
     """Write the program of a step.
 
     Args:
-        equations: What it computes.
+        equations: Equations of the step.
         algorithm: How systems are computed, see `select.ALGORITHMS`.
 
     Its arguments are the inputs, and dt where the controller has no period; its results are the outputs, then the next
@@ -230,16 +230,16 @@ def system_program(call: Evaluation, algorithm: str) -> Program:
         if set(free) & set(uses(program)):
             return program
         # Where only ranges depend on free numbers, all algorithms are open.
-        known = algorithm_of(plan(call.system), algorithm).point
-        return replace(known, arguments=(*known.arguments, *free))
+        point = algorithm_of(plan(call.system), algorithm).point
+        return replace(point, arguments=(*point.arguments, *free))
     return algorithm_of(plan(call.system), algorithm).point
 
 
 def named_step(equations: Equations, point: Callable[[Evaluation], Program]) -> tuple[Program, dict[str, Expr]]:
-    """Write the program of a step, and return what the names of the equations are in it.
+    """Write the program of a step, and return the values of the names of the equations.
 
     Args:
-        equations: What it computes.
+        equations: Equations of the step.
         point: Writes the program of a system that the step calls, as `system_program` does.
     """
     builder = Builder()
@@ -247,16 +247,16 @@ def named_step(equations: Equations, point: Callable[[Evaluation], Program]) -> 
     env: dict[str, Expr] = dict(zip(equations.inputs, arguments, strict=False))
     if equations.period is None:
         env[DT] = arguments[-1]
-    kept = [Item(STATE, k) for k in range(len(equations.states))]
-    env |= {s.name: item for s, item in zip(equations.states, kept, strict=True)}
+    states = [Item(STATE, k) for k in range(len(equations.states))]
+    env |= {s.name: item for s, item in zip(equations.states, states, strict=True)}
     for item in equations.body:
         if isinstance(item, Evaluation):
-            given = (*item.arguments, *(value for _, value in item.free))
-            values = [builder.let(numeric(replace_names(a, env))) for a in given]
+            inputs = (*item.arguments, *(value for _, value in item.free))
+            values = [builder.let(numeric(replace_names(a, env))) for a in inputs]
             before = [env[s] for s in item.states]
             dt = env[DT] if equations.period is None else Number(equations.period)
-            found = evaluated(builder, plan(item.system), point(item), values, before, dt)
-            env |= dict(zip(item.defined, found, strict=True))
+            outcome = evaluated(builder, plan(item.system), point(item), values, before, dt)
+            env |= dict(zip(item.defined, outcome, strict=True))
         else:
             env[item.name] = builder.let(numeric(replace_names(item.value, env)))
     outputs = [env[value.name] if isinstance(value, Name) else value for _, value in equations.outputs]
@@ -264,9 +264,9 @@ def named_step(equations: Equations, point: Callable[[Evaluation], Program]) -> 
     results = [*outputs, *updates]
     if arguments:
         lacks = any_nan(arguments)
-        missing: list[Expr] = [*([NAN] * len(outputs)), *kept]
+        missing: list[Expr] = [*([NAN] * len(outputs)), *states]
         results = [Where(lacks, old, new) for old, new in zip(missing, results, strict=True)]
-    return builder.program(arguments, results, state=len(kept)), env
+    return builder.program(arguments, results, state=len(states)), env
 
 
 def evaluated(
@@ -282,15 +282,15 @@ def evaluated(
     (first, *_) = before
     assert isinstance(first, Item)
     assert isinstance(first.index, int)
-    found = embed(builder, program, values, state=first.index)
-    outputs, rates = found[: len(system.outputs)], found[len(system.outputs) :]
+    results = embed(builder, program, values, state=first.index)
+    outputs, rates = results[: len(system.outputs)], results[len(system.outputs) :]
     following: list[Expr] = []
     for (o, _), old, rate in zip(system.states, before, rates, strict=False):
         moved = builder.let(old + dt * rate)
         following.append(clip(moved, system.outputs[o].lower, system.outputs[o].upper))
     following += [outputs[o] for o in system.held]
-    kept = [Where(any_nan([new]), old, new) for old, new in zip(before, map(builder.let, following), strict=True)]
-    return [*outputs, *map(builder.let, kept)]
+    states = [Where(any_nan([new]), old, new) for old, new in zip(before, map(builder.let, following), strict=True)]
+    return [*outputs, *map(builder.let, states)]
 
 
 def numeric(value: Expr) -> Expr:
@@ -303,7 +303,7 @@ class StepValues:
 
     Args:
         controller: The controller.
-        equations: What it expands to.
+        equations: Its equations.
     """
 
     def __init__(self, controller: Controller, equations: Equations) -> None:
@@ -311,12 +311,12 @@ class StepValues:
         self._start = [s.start for s in equations.states]
         self._bounds = {p.name: p for p in controller.params if p.name in equations.free and p.bounds is not None}
         self._others = has_computed_params(controller)
-        known = set(equations.free)
+        free = set(equations.free)
         self._params: list[Equation] = []
         for item in equations.body:
-            if isinstance(item, Equation) and _is_arithmetic(item.value, known):
+            if isinstance(item, Equation) and _is_arithmetic(item.value, free):
                 self._params.append(item)
-                known.add(item.name)
+                free.add(item.name)
         calls = [item for item in equations.body if isinstance(item, Evaluation) and item.free]
         self._systems = [
             (c, FreeValues(free_plan(c.system, [n for n, _ in c.free]), f"{c.system.name}.")) for c in calls
@@ -330,11 +330,11 @@ class StepValues:
     def bounds(self) -> list[tuple[float, float]]:
         """The ends of the range that each param declares; infinite for another number."""
         numbers = self._controller.param_values.values
-        own = {n: ends_of(p.bounds, numbers) for n, p in self._bounds.items() if p.bounds is not None}
+        ends = {n: ends_of(p.bounds, numbers) for n, p in self._bounds.items() if p.bounds is not None}
         for call, values in self._systems:
             names = [f"{call.system.name}.{n}" for n, _ in call.free]
-            own |= dict(zip(names, values.bounds, strict=True))
-        return [own.get(name, (-math.inf, math.inf)) for name in self._equations.free]
+            ends |= dict(zip(names, values.bounds, strict=True))
+        return [ends.get(name, (-math.inf, math.inf)) for name in self._equations.free]
 
     def state(self, changed: Mapping[str, Any]) -> list[float]:
         """Return the state before the first step.
@@ -355,9 +355,9 @@ class StepValues:
         again = equations_of(self._changed(dict(zip(names, values, strict=True))))
         return [*(s.start for s in again.states), *values]
 
-    def _changed(self, known: Mapping[str, float]) -> Controller:
-        own = {n: v for n, v in known.items() if n in self._controller.param_values.values}
-        return with_shared(with_values(self._controller, own), own)
+    def _changed(self, values: Mapping[str, float]) -> Controller:
+        params = {n: v for n, v in values.items() if n in self._controller.param_values.values}
+        return with_shared(with_values(self._controller, params), params)
 
     def _require(self, known: dict[str, float]) -> None:
         for name, value in known.items():
@@ -379,9 +379,9 @@ class StepValues:
             values.of([evaluate(value, known) for _, value in call.free])
 
 
-def _is_arithmetic(expr: Expr, known: Container[str]) -> bool:
+def _is_arithmetic(expr: Expr, names: Container[str]) -> bool:
     """Return whether an expression computes with known names alone, without conditions."""
     return all(
-        part.name in known if isinstance(part, Name) else not isinstance(part, Where | Compare | Logic)
+        part.name in names if isinstance(part, Name) else not isinstance(part, Where | Compare | Logic)
         for part in walk(expr)
     )

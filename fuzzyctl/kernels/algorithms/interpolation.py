@@ -104,8 +104,8 @@ def _corners(plan: Plan, grid: Grid, longest: int) -> Program:
     places: list[tuple[str, int]] = []
     for i in inner:
         knots, stride = grid.knots[i], _strides(grid)[i]
-        held = builder.let(clip(raw[grid.inputs[i]], knots[0], knots[-1]))
-        share, place = _share(builder, held, knots)
+        x = builder.let(clip(raw[grid.inputs[i]], knots[0], knots[-1]))
+        share, place = _share(builder, x, knots)
         along.append((share, stride))
         places += [(place, stride)] if place else []
     cell = _sum(builder, places) if places else ""
@@ -116,14 +116,14 @@ def _corners(plan: Plan, grid: Grid, longest: int) -> Program:
     return _finished(plan, builder, [_average(builder, t, value) for t in grid.outputs])
 
 
-def _share(builder: Builder, held: Expr, knots: tuple[float, ...]) -> tuple[Expr, str]:
+def _share(builder: Builder, x: Expr, knots: tuple[float, ...]) -> tuple[Expr, str]:
     """Return how far a value lies from its knot to the next one, and the name of the knot's position, if it has one."""
     if len(knots) == 2:
-        beyond = builder.let(minus(held, Number(knots[0])))
+        beyond = builder.let(minus(x, Number(knots[0])))
         return builder.let(times(beyond, Number(1.0 / (knots[1] - knots[0])))), ""
     name, rest, begins = builder.fresh(), builder.fresh(), knots[:-1]
-    builder.statements.append(Locate(name, rest, held, builder.table(begins), begins, 1))
-    beyond = builder.let(minus(held, Item(builder.table(begins), Place(name))))
+    builder.statements.append(Locate(name, rest, x, builder.table(begins), begins, 1))
+    beyond = builder.let(minus(x, Item(builder.table(begins), Place(name))))
     widths = builder.table(1.0 / (b - a) for a, b in pairwise(knots))
     return builder.let(times(beyond, Item(widths, Place(name)))), name
 
@@ -159,9 +159,9 @@ def _located(
     """Find the cell of each input; return how far the inputs lie beyond its beginning, and the positions."""
     rests: list[Expr] = []
     places: list[str] = []
-    for position, own, stride in zip(grid.inputs, knots, strides, strict=True):
+    for position, row, stride in zip(grid.inputs, knots, strides, strict=True):
         name, rest = builder.fresh(), builder.fresh()
-        builder.statements.append(Locate(name, rest, raw[position], builder.table(own), own, stride))
+        builder.statements.append(Locate(name, rest, raw[position], builder.table(row), row, stride))
         rests.append(Name(rest))
         places.append(name)
     return rests, places
@@ -184,30 +184,30 @@ def coefficients(grid: Grid, at_knots: Sequence[float]) -> list[float]:
 
     The last input's powers vary fastest. Beyond the last knot nothing changes, so there the slopes are 0.
     """
-    found = list(at_knots)
+    row_values = list(at_knots)
     strides = _strides(grid)
     for d, knots in enumerate(grid.knots):
         # What is there already for each knot: a row of coefficients of the inputs before.
         row = 1 << d
         stride = strides[d] * row
-        wider = [0.0] * (2 * len(found))
-        for k, value in enumerate(found):
-            own, place = divmod(k, row)
-            i = own // strides[d] % len(knots)
-            slope = (found[k + stride] - value) / (knots[i + 1] - knots[i]) if i + 1 < len(knots) else 0.0
-            wider[2 * row * own + 2 * place] = value
-            wider[2 * row * own + 2 * place + 1] = slope
-        found = wider
-    return found
+        wider = [0.0] * (2 * len(row_values))
+        for k, value in enumerate(row_values):
+            cell, place = divmod(k, row)
+            i = cell // strides[d] % len(knots)
+            slope = (row_values[k + stride] - value) / (knots[i + 1] - knots[i]) if i + 1 < len(knots) else 0.0
+            wider[2 * row * cell + 2 * place] = value
+            wider[2 * row * cell + 2 * place + 1] = slope
+        row_values = wider
+    return row_values
 
 
 def _average(builder: Builder, table: Table, value: object) -> Expr:
-    """Return an output as an atom, held within what it averages."""
+    """Return an output as an atom, clipped to the hull of its average."""
     assert callable(value)
-    own = value(table.value)
+    average = value(table.value)
     if table.weight:
-        own = builder.let(own / value(table.weight))
-    return builder.let(clip(own, table.low, table.high))
+        average = builder.let(average / value(table.weight))
+    return builder.let(clip(average, table.low, table.high))
 
 
 def _finished(plan: Plan, builder: Builder, outputs: Sequence[Expr]) -> Program:
@@ -223,9 +223,9 @@ def _finished(plan: Plan, builder: Builder, outputs: Sequence[Expr]) -> Program:
 
 def _read(builder: Builder, value: Expr) -> set[str]:
     """Return the names that a value is computed from; positions are not among them, since they hide that one is NaN."""
-    found = {n.name for n in names_in(value)}
+    names = {n.name for n in names_in(value)}
     for statement in reversed(builder.statements):
-        given = {statement.rest} if isinstance(statement, Locate) else writes(statement)
-        if given & found:
-            found |= {n.name for own in statements([statement]) for e in parts(own).values for n in names_in(e)}
-    return found
+        targets = {statement.rest} if isinstance(statement, Locate) else writes(statement)
+        if targets & names:
+            names |= {n.name for part in statements([statement]) for e in parts(part).values for n in names_in(e)}
+    return names

@@ -32,9 +32,9 @@ class Algorithm:
     Args:
         plan: The plan.
         grid: Its values at the knots, for interpolation, else None.
-        reason: Why it is not interpolation, or what is interpolated.
-        active: What its rules say in each cell, for averages over the rules that act, else None.
-        is_forced: Whether it was asked for, so that it is used even where another one is faster.
+        reason: Why it is not interpolation, or the interpolated quantity.
+        active: The rules of each cell, for averages over the rules that act, else None.
+        is_forced: Whether the caller chose it, so that it is used even if another one is faster.
         most_coefficients: Of all cells that are interpolated in; beyond, values at their corners are stored.
     """
 

@@ -32,13 +32,13 @@ def in_order(names: Sequence[str], arguments: tuple[Any, ...], named: Mapping[st
         UnknownNameError: For a name that is no input.
         ArgumentError: For an argument that is missing or given twice.
     """
-    known = [unicodedata.normalize("NFKC", name) for name in names]
+    normal = [unicodedata.normalize("NFKC", name) for name in names]
     for name in named:
-        if name not in known:
+        if name not in normal:
             raise UnknownNameError("input", name, names)
-        if name in known[: len(arguments)]:
+        if name in normal[: len(arguments)]:
             raise ArgumentError(f"{name!r} is given by position and by name")
-    rest = known[len(arguments) :]
+    rest = normal[len(arguments) :]
     missing = [name for name in rest if name not in named]
     if missing:
         raise ArgumentError(f"a value is missing for: {', '.join(missing)}")
@@ -46,13 +46,13 @@ def in_order(names: Sequence[str], arguments: tuple[Any, ...], named: Mapping[st
 
 
 def argument_error(names: Sequence[str], states: int, arguments: tuple[Any, ...], error: Exception) -> ArgumentError:
-    """Return what is wrong with the arguments of a call.
+    """Return the error for the arguments of a call.
 
     Args:
         names: Of the arguments, in their order.
         states: Length of the state, which is the last one; 0 for none.
-        arguments: What was given.
-        error: What the function said of it.
+        arguments: Arguments of the call.
+        error: The exception of the function.
     """
     if isinstance(error, ArgumentError):
         return error
@@ -71,7 +71,7 @@ def input_number(name: str, value: object) -> float:
     """Return the value of one input.
 
     Raises:
-        ArgumentError: For what is no real number.
+        ArgumentError: If a value is not a real number.
         ValueOutOfBoundsError: For an integer beyond all floats.
     """
     try:
@@ -92,7 +92,7 @@ def as_floats(arguments: Sequence[Any], inputs: int, expected: int) -> list[Any]
     """Return the arguments of a call with the inputs, which come first, as floats.
 
     Raises:
-        ArgumentError: For what is no real number.
+        ArgumentError: If a value is not a real number.
         TypeError: For another number of arguments than expected.
     """
     if len(arguments) != expected:
@@ -124,7 +124,7 @@ def row_array(names: Sequence[str], rows: Any, what: str) -> FloatArray:
     """Return rows as an array of floats, shape (..., names); columns by name are put in the order of the names.
 
     Raises:
-        ArgumentError: For columns of other names, and for what is no array of real numbers.
+        ArgumentError: For columns of other names, or values that are not arrays of real numbers.
     """
     import numpy as np
 
@@ -142,7 +142,7 @@ def point_array(names: Sequence[str], points: Any) -> Any:
 
     Args:
         names: Of the inputs.
-        points: What a caller gives; for one input also without the last axis.
+        points: Points of a caller; for one input also without the last axis.
 
     Raises:
         ArgumentError: For columns that are not those of the inputs, for an array of another shape, and for what is no
@@ -183,7 +183,7 @@ def number_array(values: Any, what: str) -> Any:
     """Return an array of numbers of any type, as it is: what is large is converted block by block.
 
     Raises:
-        ArgumentError: For what is no array of real numbers.
+        ArgumentError: If it is not an array of real numbers.
     """
     import numpy as np
 
@@ -196,7 +196,7 @@ def float_array(values: Any, what: str) -> FloatArray:
     """Return an array of floats.
 
     Raises:
-        ArgumentError: For what is no array of real numbers.
+        ArgumentError: If it is not an array of real numbers.
         ValueOutOfBoundsError: For numbers beyond the range of floats.
     """
     import numpy as np
@@ -237,9 +237,9 @@ def column_names(values: Any) -> list[Any] | None:
     if _has_named_axes(values):  # its attributes may be coordinates
         return None
     for attribute in ("keys", "column_names", "columns"):
-        found = getattr(values, attribute, None)
-        if found is not None:
-            return list(found() if callable(found) else found)
+        value = getattr(values, attribute, None)
+        if value is not None:
+            return list(value() if callable(value) else value)
     return None
 
 
@@ -267,8 +267,8 @@ def columns_by_name(inputs: Sequence[str], values: Any, what: str = "points") ->
 
     Args:
         inputs: The names of the inputs.
-        values: What a caller gives as points.
-        what: What messages call them.
+        values: Points of a caller.
+        what: Their name in messages.
 
     Raises:
         ArgumentError: For columns that are missing, repeated or no inputs, all of them by name; for a list of records.
@@ -279,13 +279,13 @@ def columns_by_name(inputs: Sequence[str], values: Any, what: str = "points") ->
     if names is None:
         return None
     # As rule files are read: letters with accents have one form.
-    known = [unicodedata.normalize("NFC", name) if isinstance(name, str) else name for name in names]
+    normal = [unicodedata.normalize("NFC", name) if isinstance(name, str) else name for name in names]
     kind = "state" if what.startswith("state") else "input"
-    others = [name for name in dict.fromkeys(known) if name not in inputs]
+    others = [name for name in dict.fromkeys(normal) if name not in inputs]
     mistakes = [f"no {kind} {name!r}{_hint(name, inputs)}" for name in others[:SHOWN]]
     mistakes += [f"and {len(others) - SHOWN} more"] if len(others) > SHOWN else []
-    mistakes += [f"column {name!r} occurs {known.count(name)} times" for name in inputs if known.count(name) > 1]
-    missing = [repr(name) for name in inputs if name not in known]
+    mistakes += [f"column {name!r} occurs {normal.count(name)} times" for name in inputs if normal.count(name) > 1]
+    missing = [repr(name) for name in inputs if name not in normal]
     mistakes += [f"a column is missing for: {', '.join(missing)}"] if missing else []
     if mistakes:
         if getattr(values, "ndim", None) == 1 and hasattr(values, "iloc"):
@@ -293,9 +293,9 @@ def columns_by_name(inputs: Sequence[str], values: Any, what: str = "points") ->
         wanted = f"{what} with named columns must have exactly the {kind}s {', '.join(inputs)}"
         raise ArgumentError(f"{wanted}; {'; '.join(mistakes)}")
     if labels is not None:
-        return [values[..., known.index(name)] for name in inputs]
+        return [values[..., normal.index(name)] for name in inputs]
     try:
-        return [values[names[known.index(name)]] for name in inputs]
+        return [values[names[normal.index(name)]] for name in inputs]
     except TypeError:  # such as a lazy frame, which holds no values yet
         raise ArgumentError(f"points must hold the values of their columns, got {type(values).__name__}") from None
 
@@ -349,7 +349,7 @@ def _hint(name: object, inputs: Sequence[str]) -> str:
 
 
 def labelled(results: Any, names: Sequence[Any], given: Any) -> Any:
-    """Return results as pandas has them, if what was given is of pandas; else as they are.
+    """Return results as pandas objects if the points are pandas objects, else unchanged.
 
     Args:
         results: Shape (rows,) for one output, (rows, outputs) for several; of another shape they have no row labels.

@@ -26,9 +26,9 @@ def acting(builder: Builder, method: ActivationPlan, activations: Sequence[Expr]
     Returns:
         As many atoms: the activation of a rule that acts, 0 of the others; shares of the sum for `proportional`.
     """
-    own = [k for k, a in enumerate(activations) if a != ZERO]
+    positions = [k for k, a in enumerate(activations) if a != ZERO]
     chosen = list(activations)
-    for k, value in zip(own, _acting(builder, method, [activations[k] for k in own]), strict=True):
+    for k, value in zip(positions, _acting(builder, method, [activations[k] for k in positions]), strict=True):
         chosen[k] = value
     return chosen
 
@@ -79,12 +79,12 @@ def _best(builder: Builder, count: int, activations: list[Expr], keys: list[Expr
     left = list(keys)
     for _ in range(count):
         best = builder.largest(left)
-        found: Expr = ZERO
+        largest: Expr = ZERO
         for k, key in enumerate(left):
-            chosen = Logic("and", (Compare("==", key, best), Compare("==", found, ZERO)))
+            chosen = Logic("and", (Compare("==", key, best), Compare("==", largest, ZERO)))
             left[k] = builder.let(Where(chosen, _TAKEN, key))
             if k + 1 < len(left):
-                found = builder.let(Where(chosen, ONE, found))
+                largest = builder.let(Where(chosen, ONE, largest))
     return [builder.let(Where(Compare("==", key, _TAKEN), a, ZERO)) for key, a in zip(left, activations, strict=True)]
 
 
@@ -101,7 +101,7 @@ def merged(
         builder: The program to write into.
         output: An output that sums over rules.
         active: Its rules, in the order written.
-        inputs: What consequents that are functions read, by name.
+        inputs: Inputs of consequents that are functions, by name.
 
     Returns:
         The rules themselves, or one activation for each consequent term or place.
@@ -119,21 +119,27 @@ def merged(
 
 
 def _place(output: OutputPlan, term: int) -> object:
-    """Return what tells consequents apart that are always at one place."""
-    own = output.terms[term]
-    return own.expression if own.expression is not None else own.peak if output.averages or output.sums else own
+    """Return a key that is equal for consequents that are always at one place."""
+    term_set = output.terms[term]
+    return (
+        term_set.expression
+        if term_set.expression is not None
+        else term_set.peak
+        if output.averages or output.sums
+        else term_set
+    )
 
 
-def _joined(builder: Builder, output: OutputPlan, own: Sequence[Activation]) -> Activation:
+def _joined(builder: Builder, output: OutputPlan, activations: Sequence[Activation]) -> Activation:
     """Join the activations of some rules as if they were one rule."""
-    if len(own) == 1:
-        return own[0]
+    if len(activations) == 1:
+        return activations[0]
     join = aggregation(output.aggregation, output.equal)
-    strength = reduce(lambda a, b: builder.let(join(a, b)), (a.strength for a in own))
-    most = sum(a.weight for a in own) if output.aggregation == "sum" else 1.0
-    conditions = [a.acts for a in own]
+    strength = reduce(lambda a, b: builder.let(join(a, b)), (a.strength for a in activations))
+    most = sum(a.weight for a in activations) if output.aggregation == "sum" else 1.0
+    conditions = [a.acts for a in activations]
     acts = None if None in conditions else tuple(c for found in conditions for c in found or ())
-    return replace(own[0], strength=strength, weight=most, acts=acts)
+    return replace(activations[0], strength=strength, weight=most, acts=acts)
 
 
 def _meeting(
@@ -142,7 +148,7 @@ def _meeting(
     """Join consequents that meet at the point of evaluation: functions of the inputs may have one value there."""
     join = aggregation(output.aggregation, output.equal)
     values = [_value(builder, output, a.term, inputs) for a in active]
-    found: list[Activation] = []
+    merged: list[Activation] = []
     for k, a in enumerate(active):
         strength = a.strength
         for other, value in zip(active[k + 1 :], values[k + 1 :], strict=True):
@@ -152,10 +158,14 @@ def _meeting(
         if earlier:
             met = earlier[0] if len(earlier) == 1 else Logic("or", earlier)
             strength = builder.let(Where(met, ZERO, strength))
-        found.append(replace(a, strength=strength))
-    return found
+        merged.append(replace(a, strength=strength))
+    return merged
 
 
 def _value(builder: Builder, output: OutputPlan, term: int, inputs: Mapping[str, Expr]) -> Expr:
-    own = output.terms[term]
-    return Number(own.peak) if own.expression is None else builder.let(replace_names(own.expression, inputs))
+    term_set = output.terms[term]
+    return (
+        Number(term_set.peak)
+        if term_set.expression is None
+        else builder.let(replace_names(term_set.expression, inputs))
+    )

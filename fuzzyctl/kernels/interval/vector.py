@@ -17,10 +17,10 @@ from fuzzyctl.records import record
 
 Array = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
-#: Between what slopes lie, two arrays of shape (inputs, boxes); None for 0.
+#: Bounds of slopes, two arrays of shape (inputs, boxes); None for 0.
 Slopes = tuple[Array, Array] | None
 
-#: What an operation may be off by, relative to its value: that of another form of the same program included.
+#: Relative error of an operation, that of another form of the same program included.
 ULPS: Final = 8 * 2.0**-53
 #: Quotients of smaller numbers have lost their digits.
 _LEAST: Final = 1e-290
@@ -31,7 +31,7 @@ class Enclosure:
     """A value over some boxes.
 
     Args:
-        lo, hi: What the real value, and the floats of kernels, lie between; shape (boxes,), or () for a constant.
+        lo, hi: Bounds of the real value and of the floats of kernels; shape (boxes,), or () for a constant.
         slopes: Two arrays of shape (inputs, boxes): between them lie the slopes of the real value along each input;
             infinite where it may jump; None for 0.
         error: How far floats may be from the real value.
@@ -55,12 +55,12 @@ def constant(low: float, high: float | None = None, *, error: float = 0.0) -> En
 
 def boxes(lo: Array, hi: Array) -> list[Enclosure]:
     """Return the enclosure of each input over boxes whose ends have the shape (inputs, boxes)."""
-    found = []
+    enclosures = []
     for i in range(len(lo)):
         unit = np.zeros((len(lo), 1))
         unit[i] = 1.0
-        found.append(Enclosure(lo[i], hi[i], (unit, unit), np.array(0.0)))
-    return found
+        enclosures.append(Enclosure(lo[i], hi[i], (unit, unit), np.array(0.0)))
+    return enclosures
 
 
 def sound(lo: Array, hi: Array, slopes: tuple[Array, Array] | None, error: Array) -> Enclosure:
@@ -80,7 +80,7 @@ def sound(lo: Array, hi: Array, slopes: tuple[Array, Array] | None, error: Array
 
 
 def outward(lo: Array, hi: Array) -> tuple[Array, Array]:
-    """Return bounds, of any shape, moved apart by what an operation may be off by."""
+    """Return bounds, of any shape, moved apart by the error of an operation."""
     return lo - np.abs(lo) * ULPS, hi + np.abs(hi) * ULPS
 
 
@@ -216,7 +216,7 @@ def jumping(lo: Array, hi: Array) -> Enclosure:
 #: Boxes where a condition surely holds, and where it surely does not.
 Truths = tuple[Mask, Mask]
 
-#: What a library function may be off by, relative to its value.
+#: Relative error of a library function.
 _LIBRARY: Final = 64 * 2.0**-53
 #: Exponentials below it count as any number from 0 up to it.
 _TINY: Final = 1e-300
@@ -231,10 +231,10 @@ def applied(function: str, a: list[Enclosure]) -> Enclosure:
     match function:
         case "min" | "max" | "smaller" | "larger":
             join = smaller if function in ("min", "smaller") else larger
-            found = a[0]
+            enclosure = a[0]
             for other in a[1:]:
-                found = _unless_nan(join(found, other), other)
-            return found
+                enclosure = _unless_nan(join(enclosure, other), other)
+            return enclosure
         case "divide":
             return divided(a[0], a[1])
         case "clip":
@@ -262,12 +262,12 @@ def _held(q: Enclosure, low: Enclosure, high: Enclosure) -> Enclosure:
     return smaller(larger(q, low), high)
 
 
-def _unless_nan(found: Enclosure, second: Enclosure) -> Enclosure:
+def _unless_nan(enclosure: Enclosure, second: Enclosure) -> Enclosure:
     """Return a smaller or larger value; what may be NaN, the second operand hands on."""
     bad = np.isneginf(second.lo) & np.isposinf(second.hi)
     if not bad.any():
-        return found
-    return sound(np.where(bad, np.nan, found.lo), found.hi, found.slopes, found.error)
+        return enclosure
+    return sound(np.where(bad, np.nan, enclosure.lo), enclosure.hi, enclosure.slopes, enclosure.error)
 
 
 def _exp(a: Enclosure) -> Enclosure:
@@ -308,8 +308,8 @@ def compared(op: str, a: Enclosure, b: Enclosure) -> Truths:
 def _truth(op: str, a: Enclosure, b: Enclosure) -> Enclosure:
     """Enclose the function that is 1 where a comparison holds, else 0; what may be NaN is compared without a result."""
     yes, no = compared(op, a, b)
-    known = ~(np.isneginf(a.lo) & np.isposinf(a.hi) | np.isneginf(b.lo) & np.isposinf(b.hi))
-    return chosen(yes & known, no & known, constant(1.0), constant(0.0))
+    certain = ~(np.isneginf(a.lo) & np.isposinf(a.hi) | np.isneginf(b.lo) & np.isposinf(b.hi))
+    return chosen(yes & certain, no & certain, constant(1.0), constant(0.0))
 
 
 def _sign(a: Enclosure) -> Enclosure:
@@ -321,8 +321,8 @@ def _scalars(function: Callable[..., intervals.Interval], a: Sequence[Enclosure]
     ends = np.broadcast_arrays(*(x for e in a for x in (e.lo, e.hi)))
     shape = ends[0].shape
     flat = [e.reshape(-1).tolist() for e in ends]
-    found = [function(*((row[2 * k], row[2 * k + 1]) for k in range(len(a)))) for row in zip(*flat, strict=True)]
-    values = np.array(found, dtype=np.float64).reshape((*shape, 2))
+    results = [function(*((row[2 * k], row[2 * k + 1]) for k in range(len(a)))) for row in zip(*flat, strict=True)]
+    values = np.array(results, dtype=np.float64).reshape((*shape, 2))
     return values[..., 0], values[..., 1]
 
 

@@ -83,7 +83,7 @@ def consequent_of(system: FuzzySystem, membership: Membership) -> SetPlan:
 
 
 def _reach(system: FuzzySystem, factors: Sequence[float], constant: float) -> tuple[float, float] | None:
-    """Return what a linear consequent lies between while the inputs are in their ranges; None if they need not be."""
+    """Return the bounds of a linear consequent while the inputs are in their ranges; None if they need not be."""
     if any(map(is_free, (*factors, constant))):
         return None
     low = high = constant
@@ -109,8 +109,8 @@ class Conclusions:
         self.semantics = system.method.semantics
         self.over_rules = (output.defuzzifier or system.method.defuzzifier).over_rules
         #: That of the first rule; of others whose rule blocks say something else the terms say it.
-        own = output.implication or system.method.implication
-        self.implication = own if self.over_rules else system.implications_of(output)[0]
+        implication = output.implication or system.method.implication
+        self.implication = implication if self.over_rules else system.implications_of(output)[0]
         self.terms = [term_of_output(system, output.name, term.membership) for term in output.terms]
         self.positions = {term.name: i for i, term in enumerate(output.terms)}
         self.unnamed: dict[SetPlan, int] = {}
@@ -148,34 +148,38 @@ class Conclusions:
         return position
 
     def _hedges(self, consequent: Consequent, *, undone: bool = False) -> list[Expr]:
-        """Return what hedges do one after the other, the nearest to the term first, or what undoes them."""
+        """Return the functions of hedges, the nearest to the term first, or their inverses."""
         return [hedge_change(self.system, hedge, undone=undone) for hedge in reversed(consequent.hedges)]
 
     def _change(self, rule: Rule, place: int) -> Expr | None:
-        """Return what hedges make of the activation of a rule in one of its consequents."""
+        """Return the function of a consequent's hedges, applied to the activation of its rule."""
         how = self.semantics.consequent_hedges
         if how == "set" or (how == "undone" and not self.over_rules):
             return None
         before = rule.consequents[:place] if how == "carried" else ()
-        changes = [c for own in (*before, rule.consequents[place]) for c in self._hedges(own, undone=how == "undone")]
+        changes = [
+            c
+            for consequent in (*before, rule.consequents[place])
+            for c in self._hedges(consequent, undone=how == "undone")
+        ]
         if not changes:
             return None
         return reduce(lambda whole, change: replace_names(change, {ITSELF: whole}), changes)
 
 
 def hedge_change(system: FuzzySystem, hedge: str, *, undone: bool) -> Expr:
-    """Return what a hedge, or its inverse, makes of a degree, an expression over `ITSELF`."""
+    """Return a hedge, or its inverse, as an expression over `ITSELF`."""
     x, cube = Name(ITSELF), system.method.semantics.extremely == "cube"
-    own = next((h for h in system.hedges if h.name == hedge), None)
-    if own is not None:
-        numbers = constants_of(system, {own.parameter})
-        require_known(own.expression, {own.parameter}, numbers)
-        return held(guarded(replace_names(own.expression, {**numbers, own.parameter: x})))
+    declared = next((h for h in system.hedges if h.name == hedge), None)
+    if declared is not None:
+        numbers = constants_of(system, {declared.parameter})
+        require_known(declared.expression, {declared.parameter}, numbers)
+        return held(guarded(replace_names(declared.expression, {**numbers, declared.parameter: x})))
     if hedge not in HEDGES:
         raise UnknownNameError("hedge", hedge, [*HEDGES, *(h.name for h in system.hedges)])
-    found = inverse_hedge(hedge, cube=cube) if undone else usual_hedge(hedge, cube=cube)
-    assert found is not None, "hedges without an inverse are refused"
-    return found(x)
+    change = inverse_hedge(hedge, cube=cube) if undone else usual_hedge(hedge, cube=cube)
+    assert change is not None, "hedges without an inverse are refused"
+    return change(x)
 
 
 #: Most operands and operators of the own hedges in all rules, each counted once for what it is applied to.
@@ -221,7 +225,7 @@ class Antecedents:
 
         Raises:
             DiagnosticError: When it is nested too deeply.
-            UnknownNameError: When it names what is not declared.
+            UnknownNameError: For an undeclared name.
         """
         self._rule = rule
         if not isinstance(antecedent, Is) and _nesting(antecedent) > MAX_DEPTH:
@@ -251,15 +255,15 @@ class Antecedents:
     def _chain(self, norm: Norm, truths: list[Expr]) -> Expr:
         """Join truths from left to right, with names for what is nested deeply; depths are not measured anew."""
         added = depth(norm(Name("a"), Name("b")))
-        found, deep = truths[0], depth(truths[0])
+        truth_so_far, deep = truths[0], depth(truths[0])
         for truth in truths[1:]:
-            own = depth(truth)
+            height = depth(truth)
             if deep >= DEEPEST:
-                found, deep = self._named(found), 0
-            if own >= DEEPEST:
-                truth, own = self._named(truth), 0
-            found, deep = norm(found, truth), added + max(deep, own)
-        return found
+                truth_so_far, deep = self._named(truth_so_far), 0
+            if height >= DEEPEST:
+                truth, height = self._named(truth), 0
+            truth_so_far, deep = norm(truth_so_far, truth), added + max(deep, height)
+        return truth_so_far
 
     def _hedged(self, truth: Expr, hedge: str) -> Expr:
         if hedge in self._hedges:
@@ -268,39 +272,39 @@ class Antecedents:
             raise UnknownNameError("hedge", hedge, [*HEDGES, *self._hedges])
         return usual_hedge(hedge, cube=self._system.method.semantics.extremely == "cube")(self._named(truth))
 
-    def _own_hedge(self, own: Hedge, truth: Expr) -> Expr:
+    def _own_hedge(self, hedge: Hedge, truth: Expr) -> Expr:
         """Return a hedged truth; computed once for all rules."""
-        known = self._applied.get((own.name, truth))
-        if known is None:
-            body = self._bodies.get(own.name) or self._bodies.setdefault(own.name, self._body(own))
+        name = self._applied.get((hedge.name, truth))
+        if name is None:
+            body = self._bodies.get(hedge.name) or self._bodies.setdefault(hedge.name, self._body(hedge))
             self._hedged_parts += sum(1 for _ in walk(body))
             if self._hedged_parts > MAX_HEDGED:
                 message = f"the own hedges of all rules together have more than {MAX_HEDGED:,} operands and operators"
-                raise DiagnosticError([Diagnostic("FZ112", message, own.span, help="use fewer hedges in a row")])
-            known = held(replace_names(body, {own.parameter: truth}))
-            self._applied[own.name, truth] = known
-        return known
+                raise DiagnosticError([Diagnostic("FZ112", message, hedge.span, help="use fewer hedges in a row")])
+            name = held(replace_names(body, {hedge.parameter: truth}))
+            self._applied[hedge.name, truth] = name
+        return name
 
-    def _body(self, own: Hedge) -> Expr:
+    def _body(self, hedge: Hedge) -> Expr:
         """Return the expression of an own hedge with the numbers that its params have."""
-        numbers = constants_of(self._system, {own.parameter})
-        require_known(own.expression, {own.parameter}, numbers)
-        return guarded(replace_names(own.expression, numbers))
+        numbers = constants_of(self._system, {hedge.parameter})
+        require_known(hedge.expression, {hedge.parameter}, numbers)
+        return guarded(replace_names(hedge.expression, numbers))
 
     def _shallow(self, truth: Expr) -> Expr:
         """Return a truth, or a name for it where it is nested deeply."""
         return self._named(truth) if not isinstance(truth, Name | Number) and depth(truth) >= DEEPEST else truth
 
     def _named(self, truth: Expr) -> Expr:
-        """Return a name for what a formula mentions several times."""
+        """Return a name for a part that a formula mentions several times."""
         if isinstance(truth, Name | Number):
             return truth
         # Of a long formula the hash takes long, and with hedges in a row each rule asks for the same ones.
-        known = self._named_parts.get(id(truth))
-        if known is None:
+        step = self._named_parts.get(id(truth))
+        if step is None:
             name = self.steps.setdefault(truth, Name(step_name(len(self.steps))))
-            known = self._named_parts[id(truth)] = truth, name
-        return known[1]
+            step = self._named_parts[id(truth)] = truth, name
+        return step[1]
 
     def _so_far(self, output: int, term: str) -> Expr:
         """Return how far the rules before have activated a term of an output."""
@@ -311,7 +315,7 @@ class Antecedents:
         concluded = [
             (r, c.term) for r, rule in enumerate(self._system.rules) for c in rule.consequents if c.output == name
         ]
-        entries = tuple(k for k, (r, own) in enumerate(concluded) if r < self._rule and own == term)
+        entries = tuple(k for k, (r, other) in enumerate(concluded) if r < self._rule and other == term)
         if not entries:
             return ZERO
         chain = ChainPlan(output, entries)
@@ -323,18 +327,18 @@ class Antecedents:
         if variable not in self._positions:
             raise UnknownNameError("input", variable, self._positions)
         position = self._positions[variable]
-        known = self._names.get((position, term))
-        if known is not None:
-            return known
+        atom = self._names.get((position, term))
+        if atom is not None:
+            return atom
         declared = self._variables[position]
         if self._system.method.semantics.chained == "degree" and isinstance(declared, Output):
             return self._so_far(position - len(self._system.inputs), term)
-        found = declared.term(term)
-        if found is None:
+        membership = declared.term(term)
+        if membership is None:
             raise UnknownNameError("term", term, [t.name for t in declared.terms])
         degrees = _term_of_output if isinstance(declared, Output) else term_of_input
         name = self._names[position, term] = Name(degree_name(len(self.degrees)))
-        self.degrees.append(DegreePlan(position, term, degrees(self._system, declared.name, found)))
+        self.degrees.append(DegreePlan(position, term, degrees(self._system, declared.name, membership)))
         return name
 
 

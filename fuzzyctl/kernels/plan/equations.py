@@ -1,4 +1,4 @@
-"""Equations of a controller: what they are made of."""
+"""Equations of a controller and their order."""
 
 from __future__ import annotations
 
@@ -133,7 +133,7 @@ def feedthrough(equations: Equations) -> dict[str, tuple[str, ...]]:
         read = frozenset[str]().union(*(depends[n] for n in _reads(item) if n in depends))
         depends |= dict.fromkeys(item.defined if isinstance(item, Evaluation) else (item.name,), read)
     values = {o: frozenset[str]().union(*(depends.get(n.name, ()) for n in names_in(v))) for o, v in equations.outputs}
-    return {output: tuple(i for i in equations.inputs if i in found) for output, found in values.items()}
+    return {output: tuple(i for i in equations.inputs if i in inputs) for output, inputs in values.items()}
 
 
 def _reads(item: Equation | Evaluation) -> list[str]:

@@ -62,7 +62,7 @@ class Traced:
     """A number that is known only at run time.
 
     Args:
-        trace: Records what is computed from it.
+        trace: Records its use.
         name: Its name among the definitions.
         value: Its present value.
     """
@@ -138,16 +138,16 @@ class Traced:
 
 
 class Trace:
-    """Records what is computed from free numbers.
+    """Record of arithmetic with free numbers.
 
     Args:
         names: Of the free numbers.
         values: Their present values.
 
     Attributes:
-        numbers: What depends on free numbers, by the name of the param.
+        numbers: Numbers that depend on free ones, by the name of the param.
         definitions: Expressions over free numbers and earlier definitions, by name.
-        conditions: Under which what was recorded holds.
+        conditions: Conditions under which the record is valid.
         strict: Whether a comparison for equality is recorded as well.
     """
 
@@ -169,12 +169,12 @@ class Trace:
         """Return the value of an expression over params, which is finite."""
         if isinstance(expr, Name):
             return self.numbers[expr.name]
-        known: dict[str, Expr] = {n: Number(v) for n, v in values.items()}
-        known |= {n: Name(t.name) for n, t in self.numbers.items()}
-        known |= {"inf": Number(math.inf), "pi": Number(math.pi)}
-        found = self.let(guarded(replace_names(expr, known)), evaluate(expr, values))
-        self.conditions[Compare("<", Call("abs", (Name(found.name),)), Number(math.inf))] = None
-        return found
+        numbers: dict[str, Expr] = {n: Number(v) for n, v in values.items()}
+        numbers |= {n: Name(t.name) for n, t in self.numbers.items()}
+        numbers |= {"inf": Number(math.inf), "pi": Number(math.pi)}
+        result = self.let(guarded(replace_names(expr, numbers)), evaluate(expr, values))
+        self.conditions[Compare("<", Call("abs", (Name(result.name),)), Number(math.inf))] = None
+        return result
 
     def let(self, value: Expr, present: float) -> Traced:
         """Return the number that an expression defines."""
@@ -189,9 +189,9 @@ class Trace:
         if isinstance(a, Expr) or isinstance(b, Expr):
             return NotImplemented
         a, b = (float(x) if isinstance(x, int | Fraction) else x for x in (a, b))
-        found = self._simplified(op, a, b)
-        if found is not None:
-            return found
+        simple = self._simplified(op, a, b)
+        if simple is not None:
+            return simple
         try:
             present = _OPERATIONS[op](_present(a), _present(b))
         except ZeroDivisionError:
@@ -226,16 +226,20 @@ class Trace:
 
     def _undone(self, op: BinaryOp, result: Traced | float, by: Traced | float) -> Traced | float | None:
         """Return a of (a / b) b and of (a - b) + b, None for other operands."""
-        own = self.definitions.get(result.name) if isinstance(result, Traced) else None
-        match own:
+        definition = self.definitions.get(result.name) if isinstance(result, Traced) else None
+        match definition:
             case Binary(op=found, left=left, right=right) if found == op and right == atom(by):
                 return left.value if isinstance(left, Number) else self._named(left)
         return None
 
     def _named(self, name: Expr) -> Traced:
         assert isinstance(name, Name), "operands of definitions are atoms"
-        own = self.definitions.get(name.name)
-        return next(t for t in self.numbers.values() if t.name == name.name) if own is None else self._known[own]
+        definition = self.definitions.get(name.name)
+        return (
+            next(t for t in self.numbers.values() if t.name == name.name)
+            if definition is None
+            else self._known[definition]
+        )
 
     def compare(self, op: CompareOp, a: Traced, b: Any) -> bool:
         """Return how a comparison goes with the present values, which from now on is a condition."""
@@ -247,9 +251,9 @@ class Trace:
             return holds
         if a.value == present and not self.strict and op not in ("==", "!="):
             return self._untied(op, left, right)
-        found = op if holds else _INVERSE[op]
+        relation = op if holds else _INVERSE[op]
         # What orders numbers holds at the ends as well; `binary` asks for divisors that are not 0.
-        self.conditions[Compare(found if self.strict else _CLOSED.get(found, found), left, right)] = None
+        self.conditions[Compare(relation if self.strict else _CLOSED.get(relation, relation), left, right)] = None
         return holds
 
     def require(self, op: CompareOp, a: object, b: float) -> None:
@@ -266,8 +270,8 @@ class Trace:
         if not isinstance(before, Traced) and not isinstance(after, Traced):
             return
         if _present(before) == _present(after):
-            own = before if isinstance(before, Traced) else after
-            raise ArgumentError(f"{self._listed(own)} cannot be free: the set jumps there")
+            number = before if isinstance(before, Traced) else after
+            raise ArgumentError(f"{self._listed(number)} cannot be free: the set jumps there")
         self.conditions[Compare("<", atom(before), atom(after))] = None
 
     def refusal(self, needs: NeedsNumberError) -> ArgumentError:
@@ -278,18 +282,18 @@ class Trace:
         return ArgumentError(f"{self._listed(needs.traced)} cannot be free: {reason}")
 
     def _listed(self, number: Traced) -> str:
-        own = zip(self.names, self.sources(number.name), strict=True)
-        return ", ".join(f"'{name}'" for name, depends in own if depends)
+        pairs = zip(self.names, self.sources(number.name), strict=True)
+        return ", ".join(f"'{name}'" for name, depends in pairs if depends)
 
     def sources(self, name: str) -> tuple[bool, ...]:
         """Return for each free number whether a definition depends on it."""
-        found, waiting = set[str](), [name]
+        names, waiting = set[str](), [name]
         while waiting:
-            own = waiting.pop()
-            if own not in found:
-                found.add(own)
-                waiting += [n.name for n in names_in(self.definitions.get(own, ZERO))]
-        return tuple(a.name in found for a in self.arguments)
+            current = waiting.pop()
+            if current not in names:
+                names.add(current)
+                waiting += [n.name for n in names_in(self.definitions.get(current, ZERO))]
+        return tuple(a.name in names for a in self.arguments)
 
     def _untied(self, op: CompareOp, left: Expr, right: Expr) -> bool:
         """Return how a comparison of two numbers goes that are equal at present: as the first such one decided."""
@@ -371,7 +375,7 @@ def _names(expr: Expr) -> Iterator[str]:
         yield from _names(part)
 
 
-#: Where a system with free numbers keeps what records them, among what is derived from it.
+#: Key of the trace among the values that are derived from a system with free numbers.
 TRACE = "trace"
 
 

@@ -36,7 +36,7 @@ def step(function: str, arguments: Sequence[Expr], let: Callable[[Expr], Expr]) 
 
     Args:
         function: Its name.
-        arguments: What it is applied to.
+        arguments: Its arguments.
         let: Names a value, so that it is computed once.
     """
     a, *others = (let(x) for x in arguments)
@@ -117,11 +117,11 @@ class Builder:
             return value
         if depth(value) > DEEPEST:
             value, _ = self._shallow(value)
-        known = self._known.get(value)
-        if known is None:
-            known = self._known[value] = Name(self.fresh())
-            self.statements.append(Assign(known.name, value))
-        return known
+        atom = self._known.get(value)
+        if atom is None:
+            atom = self._known[value] = Name(self.fresh())
+            self.statements.append(Assign(atom.name, value))
+        return atom
 
     def _shallow(self, value: Expr) -> tuple[Expr, int]:
         """Return a value, and its depth, with names for its deep parts.
@@ -133,10 +133,10 @@ class Builder:
         parts: list[Expr] = []
         deepest = 0
         for part in children(value):
-            own, height = self._shallow(part)
+            shallow, height = self._shallow(part)
             if height >= DEEPEST:
-                own, height = self.let(own), 0
-            parts.append(own)
+                shallow, height = self.let(shallow), 0
+            parts.append(shallow)
             deepest = max(deepest, height)
         match value:
             case Binary(op=op):
@@ -183,8 +183,8 @@ class Builder:
     def table(self, values: Iterable[float]) -> str:
         """Return the name of a constant array."""
         content = tuple(values)
-        for name, known in self.tables.items():
-            if known == content:
+        for name, constants in self.tables.items():
+            if constants == content:
                 return name
         name = f"T{len(self.tables)}"
         self.tables[name] = content
@@ -204,7 +204,7 @@ class Builder:
         return self.let(Call("max", tuple(parts))) if parts else ZERO
 
     def program(self, arguments: Iterable[Name], results: Iterable[Expr], *, state: int = 0) -> Program:
-        """Return what was written as a program; `state` is the length of its array argument."""
+        """Return the statements as a program; `state` is the length of its array argument."""
         names, tables = tuple(x.name for x in arguments), tuple(self.tables.items())
         return Program(names, state, tables, tuple(self.statements), tuple(results))
 
@@ -246,11 +246,11 @@ def any_nan(names: Iterable[Expr]) -> Expr:
 
 def sorted_atoms(builder: Builder, values: Sequence[Expr]) -> list[Expr]:
     """Write atoms in rising order, by the merge exchange of Batcher (Knuth, volume 3, 5.2.2, algorithm M)."""
-    found = list(values)
-    for i, j in _exchanges(len(found)):
-        low, high = (builder.let(Call(f, (found[i], found[j]))) for f in ("min", "max"))
-        found[i], found[j] = low, high
-    return found
+    atoms = list(values)
+    for i, j in _exchanges(len(atoms)):
+        low, high = (builder.let(Call(f, (atoms[i], atoms[j]))) for f in ("min", "max"))
+        atoms[i], atoms[j] = low, high
+    return atoms
 
 
 def _exchanges(count: int) -> Iterator[tuple[int, int]]:

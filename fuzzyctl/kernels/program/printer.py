@@ -120,7 +120,7 @@ def index_text(index: int | str | Place) -> str:
 
 @record(frozen=True)
 class Dialect:
-    """How a target writes what targets write differently.
+    """Texts that differ between targets.
 
     Args:
         where: Text of a choice, from the texts of condition, value and other value.
@@ -157,7 +157,7 @@ def counted(statement: Locate, x: str, constants: Sequence[str] = (), item: str 
     """Return lines without branches: each knot but the first counts if it is not beyond the value.
 
     Args:
-        statement: What is found.
+        statement: The search.
         x: Text of the value.
         constants: Texts of the knots; empty for the numbers themselves.
         item: Text of the knot found; empty for an item of the table.
@@ -165,9 +165,9 @@ def counted(statement: Locate, x: str, constants: Sequence[str] = (), item: str 
     name, rest = statement.name, statement.rest
     knots = constants or [number(k) for k in statement.knots]
     first, last = knots[0], knots[-1]
-    held = f"{rest} = ({first} if {x} < {first} else ({last} if {x} > {last} else {x}))"
+    clipped = f"{rest} = ({first} if {x} < {first} else ({last} if {x} > {last} else {x}))"
     count = " + ".join(["0", *(f"({rest} >= {k})" for k in knots[1:])])
-    lines = [held, f"{name} = {count}", f"{rest} = {rest} - {item or f'{statement.table}[{name}]'}"]
+    lines = [clipped, f"{name} = {count}", f"{rest} = {rest} - {item or f'{statement.table}[{name}]'}"]
     return lines if statement.stride == 1 else [*lines, f"{name} = {statement.stride} * {name}"]
 
 
@@ -175,9 +175,9 @@ def searched(statement: Locate, x: str, table: str = "", first: int = 0) -> list
     """Return lines that call `search`, which halves the knots without branches, as often as a compiler knows.
 
     Args:
-        statement: What is found.
+        statement: The search.
         x: Text of the value.
-        table: Name of the array in which the knots stand; empty for their own.
+        table: Name of the array of the knots; empty for their own.
         first: Where they begin in it.
     """
     name, rest, count = statement.name, statement.rest, len(statement.knots)
@@ -197,7 +197,7 @@ def counted_or_searched(statement: Locate, x: str, most: int = MOST_COUNTED) -> 
 
 
 def decided(statement: Locate, x: str) -> list[str]:
-    """Return lines that halve the knots until one is left: what costs least where each line is interpreted."""
+    """Return lines that halve the knots until one is left: least work for an interpreter."""
     name, rest, knots = statement.name, statement.rest, statement.knots
 
     def halved(first: int, last: int) -> list[str]:
@@ -254,7 +254,7 @@ ARRAYS = Dialect(
 
 
 def text(expr: Expr, dialect: Dialect) -> str:
-    """Return an expression as source text; everything compound stands in parentheses."""
+    """Return an expression as source text; compound parts are in parentheses."""
     return _Writer(dialect).text(expr)
 
 
@@ -378,11 +378,11 @@ def block(
                 yield f"{pad}for {counter} in range({count}):"
                 yield from block((*body, *then), dialect, refuse, depth + 1)
             case Between(name=name, side=side, share=share, body=body, value=value):
-                own, other = text(share, dialect), text(value, dialect)
+                share_text, other = text(share, dialect), text(value, dialect)
                 yield f"{pad}{name} = 0.0"
                 yield f"{pad}for {side} in range(2):"
                 yield from block(body, dialect, refuse, depth + 1)
-                yield f"{pad}{INDENT}{name} = ({name} + {own} * ({other} - {name}) if {side} else {other})"
+                yield f"{pad}{INDENT}{name} = ({name} + {share_text} * ({other} - {name}) if {side} else {other})"
             case Quadrature(found=found, area=area, given=given):
                 if dialect.nested:
                     yield from (pad + line for line in set_functions(statement, dialect))
@@ -436,20 +436,20 @@ def runs(results: Sequence[Expr]) -> list[Run]:
     ]
     ends = [0, *breaks, len(results)]
     long = [(a, b) for a, b in pairwise(ends) if b - a >= LEAST_LOOP]
-    found: list[Run] = []
+    groups: list[Run] = []
     place = 0
     for a, b in [*long, (len(results), len(results))]:
-        found += [Run(k, 1, results[k]) for k in range(place, a)]
-        found += [Run(a, b - a, results[a])] if b > a else []
+        groups += [Run(k, 1, results[k]) for k in range(place, a)]
+        groups += [Run(a, b - a, results[a])] if b > a else []
         place = b
-    return found
+    return groups
 
 
 def store_lines(results: Sequence[Expr], dialect: Dialect, target: Callable[[str], str]) -> Iterator[str]:
     """Yield lines that store results.
 
     Args:
-        results: What is stored; nothing of it reads what is stored before.
+        results: The stored values; none reads a value stored before.
         dialect: For which target.
         target: Text of where a result goes, from the text of its position.
     """

@@ -92,7 +92,7 @@ def tan(x: float) -> float:
 
 
 def fmod(a: float, b: float) -> float:
-    """Return the remainder of a / b with the sign of a, NaN where there is none."""
+    """Return the remainder of a / b with the sign of a, NaN if it does not exist."""
     try:
         return math.fmod(a, b)
     except ValueError:

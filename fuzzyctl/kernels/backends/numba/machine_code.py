@@ -39,7 +39,7 @@ class Value(types.WrapperAddressProtocol):
     Args:
         function: Machine code whose last argument is the table.
         table: The table.
-        plain: What computes the same when called from Python.
+        plain: The same function for calls from Python.
         origin: The object whose attribute it is, and the name of the attribute, from which other processes get it.
     """
 
@@ -48,10 +48,10 @@ class Value(types.WrapperAddressProtocol):
         (result,) = function.overloads.values()
         *arguments, _ = result.signature.args
         self._signature = result.signature.return_type(*arguments)
-        own = f"value{next(_NAMED)}"
-        code = _code(result, self._signature, address_of(function), table.ctypes.data, own)
+        name = f"value{next(_NAMED)}"
+        code = _code(result, self._signature, address_of(function), table.ctypes.data, name)
         # Compiled code may keep the address longer than anyone keeps this object: so does a list of values.
-        self._address = _loaded(code, own)
+        self._address = _loaded(code, name)
         _KEPT.append(table)
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -76,11 +76,11 @@ def _code(result: Any, signature: Any, address: int, table: int, name: str) -> s
     context = result.target_context
     outer, inner = (context.get_value_type(types.FunctionType(s).ftype) for s in (signature, result.signature))
     module = ir.Module()
-    own = ir.Function(module, outer.pointee, name)
-    builder = ir.IRBuilder(own.append_basic_block())
+    outer_function = ir.Function(module, outer.pointee, name)
+    builder = ir.IRBuilder(outer_function.append_basic_block())
     target = builder.inttoptr(ir.Constant(ir.IntType(64), address), inner)
     last = builder.inttoptr(ir.Constant(ir.IntType(64), table), inner.pointee.args[-1])
-    builder.ret(builder.call(target, [*own.args, last]))
+    builder.ret(builder.call(target, [*outer_function.args, last]))
     return str(module)
 
 
@@ -155,9 +155,9 @@ class Loop:
         Returns:
             -1; or the number of kinds of refusals · the first point that was refused + the kind.
         """
-        given = None if states is None else states.ctypes.data
-        found: int = self._c(points.ctypes.data, given, results.ctypes.data, None, len(results))
-        return found
+        address = None if states is None else states.ctypes.data
+        status: int = self._c(points.ctypes.data, address, results.ctypes.data, None, len(results))
+        return status
 
 
 def loop(program: Program) -> Loop:

@@ -62,7 +62,7 @@ class Numbers:
 
     Attributes:
         values: They, once the text is written.
-        shares: Whether they stand in the table; the functions of sets that are integrated do not see it.
+        shares: Whether they are in the table; the functions of sets that are integrated do not see it.
 
     Args:
         program: The program.
@@ -238,9 +238,9 @@ def sequence_source(program: Program, outputs: int) -> str:
 
 def _next_states(updates: Sequence[Expr], dialect: Dialect) -> Iterator[str]:
     """Yield lines that replace the states: delays move in place, from behind, after all else has read them."""
-    found = runs(updates)
-    loops = [run for run in found if run.is_shifted]
-    single = [run.first + k for run in found if run not in loops for k in range(run.count)]
+    groups = runs(updates)
+    loops = [run for run in groups if run.is_shifted]
+    single = [run.first + k for run in groups if run not in loops for k in range(run.count)]
     yield from (f"n{k} = {text(updates[k], dialect)}" for k in single)
     for run in reversed(loops):
         yield f"for {COUNTER} in range({run.count - 1}, -1, -1):"
@@ -290,8 +290,8 @@ def module_source(program: Program, signature: str, lines: list[str], *, numbers
         lines: The text of the function `kernel`.
         numbers: The numbers that are arguments; None for none.
     """
-    own = () if numbers is not None and numbers.shares else program.tables
-    tables = [f"{name} = np.array({list(values)!r})" for name, values in own]
+    constants = () if numbers is not None and numbers.shares else program.tables
+    tables = [f"{name} = np.array({list(values)!r})" for name, values in constants]
     # error_model: 0/0 is NaN without a test; fastmath would delete the NaN that an input may bring.
     decorator = f'@native("{signature}", error_model="numpy")'
     sets = list(integrals_lines([s for s in program.body if isinstance(s, Quadrature)], dict(program.tables)))
@@ -310,10 +310,10 @@ def _unmistakable(line: str) -> str:
 def _helpers(lines: list[str]) -> Iterator[str]:
     if any("search(" in line for line in lines):
         yield _SEARCH
-    for name, own in PRIMITIVES.items():
-        if not own.numba.isidentifier() and any(f"{name}(" in line for line in lines):
-            arguments = ", ".join(own.arguments.split())
-            yield f"\n\n{INNER}\ndef {name}({arguments}):\n{INDENT}return {own.numba}\n"
+    for name, primitive in PRIMITIVES.items():
+        if not primitive.numba.isidentifier() and any(f"{name}(" in line for line in lines):
+            arguments = ", ".join(primitive.arguments.split())
+            yield f"\n\n{INNER}\ndef {name}({arguments}):\n{INDENT}return {primitive.numba}\n"
 
 
 def compile_source(source: str) -> Callable[..., Any]:
@@ -339,10 +339,10 @@ _COMPILING: Final = threading.RLock()
 def _own_version() -> str:
     """Return what tells versions of this package apart, and of what generated modules import from it."""
     try:
-        own = version("fuzzyctl")
+        release = version("fuzzyctl")
     except PackageNotFoundError:
-        own = "unknown"
-    return f"{own} {hashlib.sha256(Path(intrinsics.__file__).read_bytes()).hexdigest()}"
+        release = "unknown"
+    return f"{release} {hashlib.sha256(Path(intrinsics.__file__).read_bytes()).hexdigest()}"
 
 
 def _import(name: str, source: str) -> None:

@@ -83,18 +83,18 @@ def turning_points(term: SetPlan, lower: float, upper: float) -> tuple[float, ..
         Rising places, those of the kind included; nothing for a term that turns at these only.
     """
     places = [lower, *(x for x in term.pieces if lower < x < upper), upper]
-    known = len(places)
+    count = len(places)
     for k, change in enumerate(term.changes):
         degrees = monotone_parts(change).degrees if is_own(change) else ()
         if degrees and len(places) <= MOST_PLACES:
             places = _with_levels(replace(term, changes=term.changes[:k]), places, degrees)[: MOST_PLACES + 1]
-    return _with_halves(term, places) if len(places) > known else ()
+    return _with_halves(term, places) if len(places) > count else ()
 
 
 def is_resolved(term: SetPlan, lower: float, upper: float) -> bool:
     """Return whether a term is monotone between its `turning_points`."""
-    own = [monotone_parts(change) for change in own_changes(term)]
-    return all(o.complete for o in own) and len(turning_points(term, lower, upper)) <= 2 * MOST_PLACES
+    changes = [monotone_parts(change) for change in own_changes(term)]
+    return all(o.complete for o in changes) and len(turning_points(term, lower, upper)) <= 2 * MOST_PLACES
 
 
 def own_changes(term: SetPlan) -> list[Expr]:
@@ -120,12 +120,12 @@ def is_own(change: Expr) -> bool:
 def _with_levels(term: SetPlan, places: Sequence[float], degrees: Sequence[float]) -> list[float]:
     """Return places between which a term is monotone, and between them those where it has one of some degrees."""
     degree = scalar_function(term.degree_of_x)
-    found = set(places)
+    levels = set(places)
     for a, b, low, high in _sides(degree, places):
-        found |= {_reached(degree, a, b, d) for d in degrees if min(low, high) < d < max(low, high)}
-        if len(found) > MOST_PLACES:
+        levels |= {_reached(degree, a, b, d) for d in degrees if min(low, high) < d < max(low, high)}
+        if len(levels) > MOST_PLACES:
             break
-    return sorted(found)
+    return sorted(levels)
 
 
 def _with_halves(term: SetPlan, places: Sequence[float]) -> tuple[float, ...]:
@@ -188,22 +188,22 @@ def _parts(change: Expr, intervals: Sequence[tuple[float, float]]) -> list[_Part
 
     low, high = np.array(intervals).T
     with np.errstate(all="ignore"):
-        found = Interpreter({ITSELF: boxes(low[None], high[None])[0]}).enclose(change)
-    falls, rises = (np.zeros(1), np.zeros(1)) if found.slopes is None else (s[0] for s in found.slopes)
+        enclosure = Interpreter({ITSELF: boxes(low[None], high[None])[0]}).enclose(change)
+    falls, rises = (np.zeros(1), np.zeros(1)) if enclosure.slopes is None else (s[0] for s in enclosure.slopes)
     sign = np.where(falls >= 0.0, np.where(rises > 0.0, 1.0, 0.0), np.where(rises <= 0.0, -1.0, np.nan))
-    columns = [np.broadcast_to(a, low.shape).tolist() for a in (low, high, sign, found.lo, found.hi)]
+    columns = [np.broadcast_to(a, low.shape).tolist() for a in (low, high, sign, enclosure.lo, enclosure.hi)]
     return [_Part(*row) for row in zip(*columns, strict=True)]
 
 
 def _runs(parts: Sequence[_Part]) -> list[list[_Part]]:
     """Return intervals in runs that follow each other without a gap."""
-    found: list[list[_Part]] = []
+    runs: list[list[_Part]] = []
     for part in parts:
-        if found and found[-1][-1].end == part.start:
-            found[-1].append(part)
+        if runs and runs[-1][-1].end == part.start:
+            runs[-1].append(part)
         else:
-            found.append([part])
-    return found
+            runs.append([part])
+    return runs
 
 
 def _is_known(run: Sequence[_Part]) -> bool:
@@ -214,15 +214,15 @@ def _is_known(run: Sequence[_Part]) -> bool:
 
 def _turns(parts: Sequence[_Part]) -> tuple[float, ...]:
     """Return where the sign of the slope changes, and where what lies undecided between known parts begins and ends."""
-    found: list[float] = []
+    turns: list[float] = []
     last, sign = 0.0, math.nan
     for part in [*parts, _Part(1.0, 1.0, math.nan, 0.0, 0.0)]:
         if part.start - last > _NARROW:
-            found += [last, part.start]
+            turns += [last, part.start]
         elif part.start > last or part.sign != sign:
-            found.append(0.5 * last + 0.5 * part.start)
+            turns.append(0.5 * last + 0.5 * part.start)
         last, sign = part.end, part.sign
-    return tuple(dict.fromkeys(d for d in found if 0.0 < d < 1.0))
+    return tuple(dict.fromkeys(d for d in turns if 0.0 < d < 1.0))
 
 
 #: Where the slopes of curved terms change much, in multiples of their widths: bell-shaped ones that vanish fast, those
@@ -256,18 +256,18 @@ def adaptive(builder: Builder, output: OutputPlan, heights: Sequence[Height]) ->
     implied = implied_degrees(output, inner, parts)
     value = inner.let(aggregated(output, inner, implied))
     body = tuple(inner.statements)
-    own = {x}.union(*map(writes, body))
+    locals_ = {x}.union(*map(writes, body))
     named = [n.name for e in (*(e for s in body for e in parts_of(s).values), value) for n in names_in(e)]
-    given = tuple(dict.fromkeys(n for n in named if n not in own))
+    arguments = tuple(dict.fromkeys(n for n in named if n not in locals_))
     table = builder.table((p - middle) / unit for p in places_of(output, [output.terms[t] for t, _, _ in heights]))
-    found, area = builder.fresh(), builder.fresh()
+    result, area = builder.fresh(), builder.fresh()
     kind = "half" if output.kind == "bisector" else "moments"
     marks: list[Expr] = []
     for t, h, _ in heights:
         ends = [e for e in _ends(builder, output, output.terms[t], h) if not isinstance(e, Number)]
         marks += dict.fromkeys(builder.let(in_units(e, unit)) for e in ends)
-    builder.statements.append(Quadrature(found, area, kind, x, body, value, given, table, tuple(marks)))
-    return Name(found), Name(area)
+    builder.statements.append(Quadrature(result, area, kind, x, body, value, arguments, table, tuple(marks)))
+    return Name(result), Name(area)
 
 
 def _ends(builder: Builder, output: OutputPlan, term: SetPlan, activation: Expr) -> list[Expr]:
@@ -281,28 +281,28 @@ def _ends(builder: Builder, output: OutputPlan, term: SetPlan, activation: Expr)
     level = activation if bends == "equal" else builder.let(minus(ONE, activation))
     share = builder.let(term.share(level))
     inside = Logic("and", (Compare(">", share, ZERO), Compare("<=", share, ONE)))
-    found = alpha_cut(term.kind, builder.let(Where(inside, share, ONE)), term.parameters)
-    assert found is not None
+    cut = alpha_cut(term.kind, builder.let(Where(inside, share, ONE)), term.parameters)
+    assert cut is not None
     middle = 0.5 * output.lower + 0.5 * output.upper
-    ends = [builder.let(clip(builder.let(e), output.lower, output.upper)) for e in found]
+    ends = [builder.let(clip(builder.let(e), output.lower, output.upper)) for e in cut]
     # Without a value, as of inputs that have none, nothing could be sorted.
-    known = [builder.let(Where(Compare("==", e, e), e, Number(output.lower))) for e in ends]
-    return [e if isinstance(e, Number) else builder.let(minus(e, Number(middle))) for e in known]
+    atoms = [builder.let(Where(Compare("==", e, e), e, Number(output.lower))) for e in ends]
+    return [e if isinstance(e, Number) else builder.let(minus(e, Number(middle))) for e in atoms]
 
 
 def places_of(output: OutputPlan, terms: Sequence[SetPlan]) -> list[float]:
     """Return places between which terms are smooth, from end to end of the range."""
     lower, upper = output.lower, output.upper
-    found = {lower, upper} | {x for t in terms for x in t.pieces if lower < x < upper}
-    found |= {x for t in terms for x in turning_points(t, lower, upper)}
+    places = {lower, upper} | {x for t in terms for x in t.pieces if lower < x < upper}
+    places |= {x for t in terms for x in turning_points(t, lower, upper)}
     for term in terms:
         for center, width, multiples in _scales(term):
             for multiple in multiples:
                 for x in (center - multiple * width, center + multiple * width):
-                    if lower < x < upper and all(abs(x - p) > _NEAR * multiple * width for p in found):
-                        found.add(x)
-    found |= {x for t in terms for x in _beside_jumps(output, t) if lower < x < upper}
-    return sorted(found)
+                    if lower < x < upper and all(abs(x - p) > _NEAR * multiple * width for p in places):
+                        places.add(x)
+    places |= {x for t in terms for x in _beside_jumps(output, t) if lower < x < upper}
+    return sorted(places)
 
 
 def _beside_jumps(output: OutputPlan, term: SetPlan) -> Iterator[float]:
@@ -328,8 +328,8 @@ def nodes_of(output: OutputPlan, term: SetPlan) -> list[float]:
 
     Other terms only cut the stretches shorter, so that its core is looked at more closely.
     """
-    found: list[float] = []
+    nodes: list[float] = []
     for a, b in pairwise(places_of(output, [term])):
         center, half = 0.5 * a + 0.5 * b, 0.5 * (b - a)
-        found += [center, *(center + side * half * node for node in NODES for side in (-1.0, 1.0))]
-    return found
+        nodes += [center, *(center + side * half * node for node in NODES for side in (-1.0, 1.0))]
+    return nodes

@@ -49,8 +49,8 @@ def sampled_maximum(samples: Samples, middle: float) -> tuple[Expr, Expr]:
     join, neutral = ("max", -math.inf) if largest_place else ("min", math.inf)
 
     def step(b: Builder, v: Expr, items: Sequence[Expr], c: Mapping[str, Expr]) -> Carried:
-        own = b.let(Where(Compare(">=", v, bound), items[0], Number(neutral)))
-        return {"place": Call(join, (c["place"], own))}
+        candidate = b.let(Where(Compare(">=", v, bound), items[0], Number(neutral)))
+        return {"place": Call(join, (c["place"], candidate))}
 
     return samples.scan({"place": Number(neutral)}, step, [places], gaps=gaps)["place"], most
 
@@ -60,8 +60,8 @@ def _mean(samples: Samples, bound: Expr, places: Sequence[float], *, gaps: bool)
         hit = b.let(Where(Compare(">=", v, bound), ONE, ZERO))
         return {"total": plus(c["total"], times(hit, items[0])), "count": plus(c["count"], hit)}
 
-    found = samples.scan({"total": ZERO, "count": ZERO}, step, [places], gaps=gaps)
-    return found["total"] / found["count"]
+    sums = samples.scan({"total": ZERO, "count": ZERO}, step, [places], gaps=gaps)
+    return sums["total"] / sums["count"]
 
 
 def _by_magnitude(samples: Samples, bound: Expr, places: Sequence[float], *, gaps: bool) -> Expr:
@@ -93,8 +93,8 @@ def _running(samples: Samples, middle: float) -> Expr:
     start: Carried = {"most": Number(-1.0), "place": Number(places[0])}
     if samples.output.kind == "mom":
         start = {**start, "end": Number(places[0]), "stays": ZERO}
-    found = samples.scan(start, step, [places], gaps=True)
-    return times(HALF, plus(found["place"], found["end"])) if samples.output.kind == "mom" else found["place"]
+    result = samples.scan(start, step, [places], gaps=True)
+    return times(HALF, plus(result["place"], result["end"])) if samples.output.kind == "mom" else result["place"]
 
 
 def _exceeds(degree: Expr, most: Expr, same: float) -> Expr:
@@ -156,11 +156,11 @@ def place_of(builder: Builder, output: OutputPlan, hits: Hits) -> Expr:
     if output.by == "magnitude":
         return _nearest_or_farthest(builder, output, hits)
     join, neutral = ("max", -math.inf) if output.kind == "lom" else ("min", math.inf)
-    found: Expr = Number(neutral)
+    place: Expr = Number(neutral)
     for hit, x in hits.points:
-        own = builder.let(Where(Compare(">", hit, ZERO), x, Number(neutral)))
-        found = builder.let(Call(join, (found, own)))
-    return found
+        candidate = builder.let(Where(Compare(">", hit, ZERO), x, Number(neutral)))
+        place = builder.let(Call(join, (place, candidate)))
+    return place
 
 
 def _nearest_or_farthest(builder: Builder, output: OutputPlan, hits: Hits) -> Expr:
@@ -173,9 +173,9 @@ def _nearest_or_farthest(builder: Builder, output: OutputPlan, hits: Hits) -> Ex
     place: Expr = ZERO
     away: Expr = Number(math.inf if output.kind == "som" else -1.0)
     for hit, x in candidates:
-        own = builder.let(Call("abs", (builder.let(plus(x, Number(middle))),)))
-        better = Logic("and", (Compare(">", hit, ZERO), Compare(op, own, away)))
-        place, away = builder.let(Where(better, x, place)), builder.let(Where(better, own, away))
+        magnitude = builder.let(Call("abs", (builder.let(plus(x, Number(middle))),)))
+        better = Logic("and", (Compare(">", hit, ZERO), Compare(op, magnitude, away)))
+        place, away = builder.let(Where(better, x, place)), builder.let(Where(better, magnitude, away))
     return place
 
 
@@ -194,8 +194,8 @@ def _middle_of(builder: Builder, output: OutputPlan, hits: Hits) -> Expr:
     last: Expr = Number(-math.inf)
     for hit, x in hits.points:
         is_new = Logic("and", (Compare(">", hit, ZERO), Compare(">", minus(x, last), least)))
-        own = builder.let(Where(is_new, ONE, ZERO))
-        total, count = builder.let(plus(total, times(own, x))), builder.let(plus(count, own))
+        count_of_one = builder.let(Where(is_new, ONE, ZERO))
+        total, count = builder.let(plus(total, times(count_of_one, x))), builder.let(plus(count, count_of_one))
         last = builder.let(Where(is_new, x, last))
     return Where(Compare(">", length, same), moment / length, total / count)
 
@@ -219,9 +219,9 @@ def maximum_of_union(builder: Builder, output: OutputPlan, heights: Sequence[Hei
     tops: list[Expr] = []
     ends: list[Cut] = []
     for t, activation, _ in heights:
-        top, own = _top(builder, output, output.terms[t], activation)
+        top, cut = _top(builder, output, output.terms[t], activation)
         tops.append(top)
-        ends.append(own)
+        ends.append(cut)
     most = builder.largest(tops)
     bound = builder.let(times(Number(1.0 - tolerance(output)), most))
     hits = [builder.let(Where(Compare(">=", top, bound), ONE, ZERO)) for top in tops]
@@ -241,10 +241,10 @@ def _top(builder: Builder, output: OutputPlan, term: SetPlan, activation: Expr) 
     share = builder.let(term.share(level))
     # Where the activation is 0 the set is not largest anywhere, and its ends do not matter.
     positive = builder.let(Where(Compare(">", share, ZERO), share, ONE))
-    found = alpha_cut(term.kind, positive, term.parameters)
-    assert found is not None
+    cut = alpha_cut(term.kind, positive, term.parameters)
+    assert cut is not None
     middle = 0.5 * output.lower + 0.5 * output.upper
-    left, right = (builder.let(clip(builder.let(e), output.lower, output.upper)) for e in found)
+    left, right = (builder.let(clip(builder.let(e), output.lower, output.upper)) for e in cut)
     from_middle = [builder.let(minus(e, Number(middle))) for e in (left, right)]
     return top, (from_middle[0], builder.let(Call("max", (from_middle[0], from_middle[1]))))
 
@@ -270,15 +270,15 @@ def _disjoint(builder: Builder, hits: Sequence[Expr], ends: Sequence[Cut]) -> Hi
     end: together they cover the same.
     """
     chosen = ends[-1] if ends else (ZERO, ZERO)
-    for hit, own in reversed(list(zip(hits, ends, strict=True))[:-1]):
-        left, right = (builder.let(Where(Compare(">", hit, ZERO), e, o)) for e, o in zip(own, chosen, strict=True))
+    for hit, cut in reversed(list(zip(hits, ends, strict=True))[:-1]):
+        left, right = (builder.let(Where(Compare(">", hit, ZERO), e, o)) for e, o in zip(cut, chosen, strict=True))
         chosen = left, right
-    held = [
-        tuple(builder.let(Where(Compare(">", hit, ZERO), e, o)) for e, o in zip(own, chosen, strict=True))
-        for hit, own in zip(hits, ends, strict=True)
+    chosen_ends = [
+        tuple(builder.let(Where(Compare(">", hit, ZERO), e, o)) for e, o in zip(cut, chosen, strict=True))
+        for hit, cut in zip(hits, ends, strict=True)
     ]
-    lefts = sorted_atoms(builder, [e[0] for e in held])
-    rights = sorted_atoms(builder, [e[1] for e in held])
+    lefts = sorted_atoms(builder, [e[0] for e in chosen_ends])
+    rights = sorted_atoms(builder, [e[1] for e in chosen_ends])
     intervals: list[tuple[Expr, Expr, Expr]] = []
     points: list[tuple[Expr, Expr]] = []
     before: Expr = Number(-math.inf)

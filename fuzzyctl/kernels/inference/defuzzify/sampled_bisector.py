@@ -22,8 +22,8 @@ def sampled_bisector(samples: Samples, middle: float) -> tuple[Expr, Expr]:
     """Write the bisector of samples by the rule of the output.
 
     Returns:
-        Its place, counted from the middle, and what is above 0 where there is one; the place is not computed yet, so
-        that it may be left out where there is none.
+        Its place, counted from the middle, and a measure that is above 0 if it exists; the place is not computed yet,
+        so that it may be left out if the set is empty.
     """
     match samples.output.rule:
         case "first":
@@ -45,9 +45,9 @@ def _first(samples: Samples, middle: float) -> tuple[Expr, Expr]:
     half = samples.builder.let(times(HALF, whole))
 
     def step(b: Builder, v: Expr, items: Sequence[Expr], c: Mapping[str, Expr]) -> Carried:
-        own = b.let(plus(c["sum"], v))
-        hit = Logic("and", (Compare("<", c["sum"], half), Compare(">=", own, half)))
-        return {"sum": own, "place": Where(hit, items[0], c["place"])}
+        area = b.let(plus(c["sum"], v))
+        hit = Logic("and", (Compare("<", c["sum"], half), Compare(">=", area, half)))
+        return {"sum": area, "place": Where(hit, items[0], c["place"])}
 
     points = [p - middle for p in samples.points]
     return samples.scan({"sum": ZERO, "place": ZERO}, step, [points])["place"], whole
@@ -60,11 +60,11 @@ def _nearest(samples: Samples, middle: float) -> tuple[Expr, Expr]:
     unit = builder.let(Where(Compare(">", whole, ZERO), whole, ONE))
 
     def step(b: Builder, v: Expr, items: Sequence[Expr], c: Mapping[str, Expr]) -> Carried:
-        own = b.let(plus(c["sum"], v))
-        away = b.let(Call("abs", (own / unit - HALF,)))
+        area = b.let(plus(c["sum"], v))
+        away = b.let(Call("abs", (area / unit - HALF,)))
         nearer, same = Compare("<", away, c["away"]), Compare("==", away, c["away"])
         return {
-            "sum": own,
+            "sum": area,
             "away": Where(nearer, away, c["away"]),
             "total": Where(nearer, items[0], Where(same, plus(c["total"], items[0]), c["total"])),
             "count": Where(nearer, ONE, Where(same, plus(c["count"], ONE), c["count"])),
@@ -72,8 +72,8 @@ def _nearest(samples: Samples, middle: float) -> tuple[Expr, Expr]:
 
     start = {"sum": ZERO, "away": Number(math.inf), "total": ZERO, "count": ZERO}
     points = [p - middle for p in samples.points]
-    found = samples.scan(start, step, [points], gaps=True)
-    return found["total"] / found["count"], whole
+    result = samples.scan(start, step, [points], gaps=True)
+    return result["total"] / result["count"], whole
 
 
 def _walk(samples: Samples, middle: float) -> tuple[Expr, Expr]:
@@ -188,12 +188,12 @@ def _interpolated(samples: Samples, middle: float) -> tuple[Expr, Expr]:
 
     def step(b: Builder, v: Expr, items: Sequence[Expr], c: Mapping[str, Expr]) -> Carried:
         left = c["last"] if straight else v
-        own = b.let(plus(c["sum"], times(HALF, plus(left, v)) if straight else v))
-        hit = b.let(Where(Logic("and", (Compare("<", c["sum"], under), Compare(">=", own, under))), ONE, ZERO))
-        after = Logic("and", (Compare("<=", c["sum"], over), Compare(">", own, over)))
+        area = b.let(plus(c["sum"], times(HALF, plus(left, v)) if straight else v))
+        hit = b.let(Where(Logic("and", (Compare("<", c["sum"], under), Compare(">=", area, under))), ONE, ZERO))
+        after = Logic("and", (Compare("<=", c["sum"], over), Compare(">", area, over)))
         is_hit = Compare(">", hit, ZERO)
         return {
-            "sum": own,
+            "sum": area,
             "before": Where(is_hit, c["sum"], c["before"]),
             "start": Where(is_hit, items[0], c["start"]),
             "left": Where(is_hit, left, c["left"]),
@@ -205,13 +205,13 @@ def _interpolated(samples: Samples, middle: float) -> tuple[Expr, Expr]:
     start: dict[str, Expr] = dict.fromkeys(("sum", "before", "start", "left", "right", "after"), ZERO)
     if straight:
         start["last"] = samples.at(0)
-    found = samples.scan(start, step, [starts], first=1 if straight else 0, gaps=straight)
-    rest = builder.let(minus(half, found["before"]))
-    share = builder.let(share_of(builder, found["left"], found["right"], rest))
-    place = builder.let(plus(found["start"], times(Number(width), share)))
-    end = builder.let(plus(found["start"], Number(width)))
+    result = samples.scan(start, step, [starts], first=1 if straight else 0, gaps=straight)
+    rest = builder.let(minus(half, result["before"]))
+    share = builder.let(share_of(builder, result["left"], result["right"], rest))
+    place = builder.let(plus(result["start"], times(Number(width), share)))
+    end = builder.let(plus(result["start"], Number(width)))
     # Ends that meet may differ by rounding.
-    after = builder.let(Where(Compare(">", found["after"], plus(end, Number(1e-9 * width))), found["after"], end))
+    after = builder.let(Where(Compare(">", result["after"], plus(end, Number(1e-9 * width))), result["after"], end))
     return builder.let(past_gap(place, end, after)), whole
 
 
@@ -248,7 +248,7 @@ def share_of(builder: Builder, left: Expr, right: Expr, area: Expr) -> Expr:
 #: The two ends of a side: their places, or their degrees.
 Ends = tuple[Expr, Expr]
 Side = tuple[Ends, Ends]
-#: From a builder for the loop, the sides of a cell and what is carried: what is carried on.
+#: From a builder for the loop, the sides of a cell and the old values: the new values.
 _SideStep = Callable[[Builder, Sequence[Side], Mapping[str, Expr]], Carried]
 
 
@@ -281,7 +281,7 @@ def _along(samples: Samples, middle: float, carried: Carried, step: _SideStep) -
 def _sum(builder: Builder, sides: Sequence[Side], carried: Mapping[str, Expr]) -> Carried:
     """Return area and moment so far."""
     parts = [moments_of(builder, *side) for side in sides]
-    area, moment = (builder.total(own) for own in zip(*parts, strict=True))
+    area, moment = (builder.total(values) for values in zip(*parts, strict=True))
     return {"area": plus(carried["area"], area), "moment": plus(carried["moment"], moment)}
 
 
@@ -292,9 +292,9 @@ def _halved(half: Expr, builder: Builder, sides: Sequence[Side], carried: Mappin
         width = builder.let(minus(b, a))
         before, area = area, builder.let(plus(area, moments_of(builder, (a, b), (y, z))[0]))
         left = builder.let(Where(Compare(">", width, ZERO), minus(half, before) / width, ZERO))
-        own = plus(a, times(width, builder.let(share_of(builder, y, z, left))))
+        x = plus(a, times(width, builder.let(share_of(builder, y, z, left))))
         hit = Logic("and", (Compare("<", before, half), Compare(">=", area, half)))
-        place = builder.let(Where(hit, own, place))
+        place = builder.let(Where(hit, x, place))
     return {"sum": area, "place": place}
 
 
@@ -303,15 +303,15 @@ def _cells(samples: Samples, middle: float) -> Iterator[tuple[Builder, str, int,
 
     In the cells of a loop the same sets are, or may be, above 0.
     """
-    known = samples.degrees
-    first = replace(samples, points=samples.points[:-1], degrees=tuple(d and d[:-1] for d in known))
-    last = replace(samples, points=samples.points[1:], degrees=tuple(d and d[1:] for d in known))
-    either = tuple(d and tuple(map(max, d, d[1:])) for d in known)
-    for own, begin, end in replace(first, degrees=either).stretches():
-        if own:
+    degrees = samples.degrees
+    first = replace(samples, points=samples.points[:-1], degrees=tuple(d and d[:-1] for d in degrees))
+    last = replace(samples, points=samples.points[1:], degrees=tuple(d and d[1:] for d in degrees))
+    either = tuple(d and tuple(map(max, d, d[1:])) for d in degrees)
+    for sets, begin, end in replace(first, degrees=either).stretches():
+        if sets:
             counter, inner = samples.builder.fresh(), samples.builder.inner()
             loop = inner, begin, end, counter
-            ends = {k: (first.degree(k, *loop), last.degree(k, *loop)) for k in own}
+            ends = {k: (first.degree(k, *loop), last.degree(k, *loop)) for k in sets}
             tables = ([p - middle for p in side.points[begin:end]] for side in (first, last))
             places = [inner.let(Item(samples.builder.table(t), counter)) for t in tables]
             yield inner, counter, end - begin, tuple(_sides(samples, inner, ends, places))
