@@ -18,7 +18,7 @@ from fuzzyctl.kernels.backends import numpy_backend, python_backend
 from fuzzyctl.kernels.backends.numba import machine_code
 from fuzzyctl.kernels.backends.numba import source as numba_backend
 from fuzzyctl.kernels.inference import inference
-from fuzzyctl.kernels.inference.defuzzify import centroid
+from fuzzyctl.kernels.inference.defuzzify import centroid, defuzzify
 from fuzzyctl.kernels.program.printer import SCALAR, counted_or_searched
 from fuzzyctl.model.system import FuzzySystem
 from tests.bench.growth import complete
@@ -90,6 +90,7 @@ SIZES: Mapping[str, str] = {
     "centroid, 49 rules, any table": mamdani(7),
     "centroid, 121 rules, any table": mamdani(11),
     "centroid(resolution=100), 49 rules": mamdani(7, "centroid(resolution=100)"),
+    "bisector, 9 rules, any table": mamdani(3, "bisector"),
     "Sugeno, Gaussian, 49 rules of 2 inputs": sugeno(2, 7),
     "Sugeno, Gaussian, 125 rules of 3 inputs": sugeno(3, 5),
     "Sugeno, triangles, 49 rules of 2 inputs": sugeno(2, 7, "triangle"),
@@ -138,6 +139,7 @@ OPTIMISATIONS = (
     Optimisation("loops over corners", ((interpolation, "LOOPED", 99),)),
     Optimisation("rule cells", ((select.rule_cells, "active_of", _refused),)),
     Optimisation("neighbours", ((centroid, "is_handover", lambda _: False),)),
+    Optimisation("exact bisector", ((defuzzify, "LARGEST", -1),)),
     Optimisation("tables of degrees", ((inference, "degree_of", lambda _, term, x: term.degree(x)),)),
     Optimisation("decisions", ((python_backend, "INTERPRETED", replace(_INTERPRETED, locate=_ALL_COUNTED)),)),
     Optimisation("search", _dialects(locate=_ALL_COUNTED)),
