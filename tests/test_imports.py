@@ -39,9 +39,8 @@ SUBORDER = {
     "codegen": [["fixed", "fmu"]],
     "formats": [["common"], ["fll"], ["fcl", "fis"], ["fml"]],
     "kernels": [["program"], ["interval", "plan"], ["inference"], ["algorithms"], ["backends"]],
-    "kernels/backends": [["python"], ["numba"], ["numpy"]],
-    "kernels/inference": [["degrees"], ["defuzzify"]],
-    "kernels/program": [["passes"]],
+    "kernels/backends": [["numba"]],
+    "kernels/inference": [["defuzzify"]],
     "model": [["checks"]],
     "studio": [["arrays"]],
 }
@@ -50,13 +49,13 @@ SUBORDER = {
 HOMES = {
     "lark": {"fuzzyctl/lang"},
     "numba": {
-        "fuzzyctl/kernels/backends/numba/typed_kernels.py",
+        "fuzzyctl/kernels/backends/numba/machine_code.py",
         "fuzzyctl/kernels/backends/numba/source.py",
         "fuzzyctl/kernels/backends/numba/intrinsics.py",
         "fuzzyctl/kernels/backends/numba/disk_cache.py",
         "apps/dwmr",
     },
-    "llvmlite": {"fuzzyctl/kernels/backends/numba/typed_kernels.py"},
+    "llvmlite": {"fuzzyctl/kernels/backends/numba/machine_code.py"},
     "matplotlib": {"fuzzyctl/plot", "apps/dwmr/figures"},
     "mpl_toolkits": {"fuzzyctl/plot", "apps/dwmr/figures"},
     "click": {"fuzzyctl/cli", "apps/dwmr/cli"},

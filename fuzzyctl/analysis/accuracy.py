@@ -21,17 +21,17 @@ from fuzzyctl.analysis.work import ISOLATION, SECOND, SpentError, Work
 from fuzzyctl.diagnostics.diagnostic import Diagnostic
 from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.expr import Expr, Name, replace_names
-from fuzzyctl.kernels.inference.defuzzify.curved_sets import places_of
-from fuzzyctl.kernels.inference.defuzzify.turning_points import (
+from fuzzyctl.kernels.inference.defuzzify.curved_sets import (
     is_own,
     is_resolved,
     monotone_parts,
     own_changes,
+    places_of,
     units_of_hedge,
     units_of_places,
 )
 from fuzzyctl.kernels.plan.build import OutputPlan, Plan
-from fuzzyctl.kernels.plan.consequents import hedge_change
+from fuzzyctl.kernels.plan.clauses import hedge_change
 from fuzzyctl.kernels.plan.sets import ITSELF, SetPlan
 from fuzzyctl.kernels.program.scalar import scalar_function
 from fuzzyctl.model.method import MAXIMA

@@ -28,7 +28,7 @@ from fuzzyctl.analysis.work import SpentError, Work, compiling
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, NoRuleFiresError
 from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.expr import Expr, Name, span_of
-from fuzzyctl.kernels.backends.python import backend as python_backend
+from fuzzyctl.kernels.backends import python_backend
 from fuzzyctl.kernels.inference import inference
 from fuzzyctl.kernels.inference.defuzzify.defuzzify import closed_form, consequent_hull, support_hull
 from fuzzyctl.kernels.interval.scalar import ANYTHING, Interval, enclose, hull

@@ -39,8 +39,8 @@ from fuzzyctl.analysis.witnesses import Judge
 from fuzzyctl.analysis.work import COVERAGE, SEARCH, SPENT, SpentError, Work
 from fuzzyctl.diagnostics.diagnostic import Diagnostic
 from fuzzyctl.expr import Binary, Expr, span_of, to_text, walk
-from fuzzyctl.kernels.known_values import known_at
 from fuzzyctl.kernels.plan.build import Plan, plan
+from fuzzyctl.kernels.promises import known_at
 from fuzzyctl.model.block import Block
 from fuzzyctl.model.controller import Controller
 from fuzzyctl.model.guarantee import Guarantee

@@ -26,7 +26,7 @@ from fuzzyctl.expr import (
     evaluate,
     to_text,
 )
-from fuzzyctl.kernels.backends.python import backend as python_backend
+from fuzzyctl.kernels.backends import python_backend
 from fuzzyctl.kernels.inference import inference
 from fuzzyctl.kernels.plan.build import plan
 from fuzzyctl.model.system import FuzzySystem

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any, Final
 
 from fuzzyctl.kernels.algorithms.select import algorithm_of
-from fuzzyctl.kernels.backends.numba.compile_cost import MOST_OPERATIONS, operations
+from fuzzyctl.kernels.compile import MOST_OPERATIONS, operations
 from fuzzyctl.kernels.inference.defuzzify.defuzzify import closed_form
 from fuzzyctl.kernels.plan.build import Plan, plan
 from fuzzyctl.kernels.program.program import Accumulate, Assign, Between, Fold, Locate, Program

@@ -13,7 +13,7 @@ from fuzzyctl.codegen.simplify import FALSE, TRUE
 from fuzzyctl.codegen.unit import Precision
 from fuzzyctl.expr import Binary, Call, Compare, Expr, Logic, Name, Negate, Number, Where
 from fuzzyctl.kernels.program.builder import is_atom
-from fuzzyctl.kernels.program.primitives import ALIASES, PRIMITIVES
+from fuzzyctl.kernels.program.printer import ALIASES, PRIMITIVES
 from fuzzyctl.kernels.program.program import (
     Accumulate,
     Assign,

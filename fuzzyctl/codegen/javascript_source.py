@@ -31,7 +31,7 @@ from fuzzyctl.codegen.names import JAVASCRIPT_FUNCTION_RESERVED, JAVASCRIPT_RESE
 from fuzzyctl.codegen.simplify import functions, renamed, with_prefix
 from fuzzyctl.codegen.unit import Unit
 from fuzzyctl.codegen.wrapping import broken
-from fuzzyctl.kernels.backends.numba.compile_cost import operations
+from fuzzyctl.kernels.compile import operations
 from fuzzyctl.kernels.plan.equations import DT
 from fuzzyctl.kernels.program.printer import INDENT
 from fuzzyctl.kernels.program.program import Program

@@ -17,8 +17,7 @@ from fuzzyctl.codegen.simplify import TRUE
 from fuzzyctl.codegen.wrapping import broken, folded
 from fuzzyctl.expr import Binary, Call, Expr, replace
 from fuzzyctl.kernels.program import quadrature
-from fuzzyctl.kernels.program.primitives import PRIMITIVES
-from fuzzyctl.kernels.program.printer import INDENT, SCALAR, Dialect, index_text, text
+from fuzzyctl.kernels.program.printer import INDENT, PRIMITIVES, SCALAR, Dialect, index_text, text
 from fuzzyctl.kernels.program.program import (
     Accumulate,
     Assign,

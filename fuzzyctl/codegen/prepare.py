@@ -19,8 +19,8 @@ from fuzzyctl.codegen.unit import Evaluated, Precision, Slot, Unit
 from fuzzyctl.expr import Binary, Expr, Name, Negate, Number, walk
 from fuzzyctl.expr import replace as replace_in
 from fuzzyctl.kernels.algorithms.select import Algorithm, algorithm_of
+from fuzzyctl.kernels.free_values import free_program
 from fuzzyctl.kernels.inference import inference
-from fuzzyctl.kernels.inference.free import free_program
 from fuzzyctl.kernels.plan.build import plan
 from fuzzyctl.kernels.plan.equations import Equation, Equations, Evaluation, KeptState
 from fuzzyctl.kernels.plan.expansion import equations_of
@@ -28,7 +28,7 @@ from fuzzyctl.kernels.plan.free import free_plan
 from fuzzyctl.kernels.program.builder import is_atom
 from fuzzyctl.kernels.program.program import STATE, Assign, Item, Program, Statement
 from fuzzyctl.kernels.program.traversal import expressions, map_expressions, rebuilt
-from fuzzyctl.kernels.step_program import named_step
+from fuzzyctl.kernels.step_form import named_step
 from fuzzyctl.model.controller import Controller
 from fuzzyctl.model.instance_params import with_instance_params
 from fuzzyctl.model.system import FuzzySystem

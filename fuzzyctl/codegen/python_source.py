@@ -16,9 +16,9 @@ from fuzzyctl.codegen.simplify import functions, renamed
 from fuzzyctl.codegen.unit import Unit
 from fuzzyctl.kernels.inference import inference
 from fuzzyctl.kernels.plan.equations import DT
-from fuzzyctl.kernels.program.ieee import FUNCTIONS
 from fuzzyctl.kernels.program.printer import IEEE_SCALAR, INDENT, INTERPRETED, Dialect, block, index_text, text
 from fuzzyctl.kernels.program.program import STATE, Locate, Place, Program, Quadrature
+from fuzzyctl.kernels.program.scalar import IEEE_FUNCTIONS
 
 #: Functions that the printer writes as comparisons.
 _PRINTED: Final = {"min", "max", "clip", "sign"}
@@ -101,13 +101,15 @@ def module(unit: Unit) -> str:
 def _helpers(used: set[str]) -> Iterator[str]:
     """Yield the text of the primitives that are called, and of what these call."""
     wanted = used - _PRINTED
-    unknown = wanted - set(FUNCTIONS)
+    unknown = wanted - set(IEEE_FUNCTIONS)
     if unknown:
         raise CodegenError(f"the function {min(unknown)!r} has no text in Python")
     wanted |= {"divide"} if "power" in wanted else set()
     for name in sorted(wanted - {"abs"}):
         yield (
-            _plain(FUNCTIONS[name]) if isfunction(FUNCTIONS[name]) else f"\n{name} = math.{FUNCTIONS[name].__name__}\n"
+            _plain(IEEE_FUNCTIONS[name])
+            if isfunction(IEEE_FUNCTIONS[name])
+            else f"\n{name} = math.{IEEE_FUNCTIONS[name].__name__}\n"
         )
 
 

@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 from fuzzyctl.codegen.errors import CodegenError
 from fuzzyctl.codegen.simplify import FALSE, TRUE
 from fuzzyctl.expr import Binary, Call, Compare, Expr, Logic, Name, Negate, Number, Where
-from fuzzyctl.kernels.backends.numpy.backend import FUNCTIONS
-from fuzzyctl.kernels.program.primitives import ALIASES
+from fuzzyctl.kernels.backends.numpy_backend import FUNCTIONS
+from fuzzyctl.kernels.program.printer import ALIASES
 from fuzzyctl.kernels.program.program import (
     Accumulate,
     Assign,

@@ -26,7 +26,7 @@ from fuzzyctl.codegen.st_guards import (
 )
 from fuzzyctl.codegen.unit import Precision
 from fuzzyctl.expr import Binary, Call, Compare, Expr, Logic, Name, Negate, Number, Where, children, replace, walk
-from fuzzyctl.kernels.program.primitives import ALIASES, PRIMITIVES
+from fuzzyctl.kernels.program.printer import ALIASES, PRIMITIVES
 from fuzzyctl.kernels.program.program import (
     Accumulate,
     Assign,

@@ -14,7 +14,7 @@ from fuzzyctl.codegen.errors import CodegenError
 from fuzzyctl.diagnostics.diagnostic import NoRuleFiresError
 from fuzzyctl.kernels.algorithms.grid import STEEPEST, Grid, Table
 from fuzzyctl.kernels.algorithms.select import Algorithm
-from fuzzyctl.kernels.backends.python import backend as python_backend
+from fuzzyctl.kernels.backends import python_backend
 from fuzzyctl.kernels.plan.build import Plan
 
 if TYPE_CHECKING:

@@ -15,11 +15,10 @@ from fuzzyctl.explain.trace import Trace, trace
 from fuzzyctl.expr import Expr
 from fuzzyctl.kernels.backends.arguments import input_number
 from fuzzyctl.kernels.kernel import Kernel
-from fuzzyctl.kernels.known_values import value_of
 from fuzzyctl.kernels.plan.equations import DT, Evaluation
 from fuzzyctl.kernels.plan.expansion import equations_of
-from fuzzyctl.kernels.step_form import StepForm
-from fuzzyctl.kernels.step_program import numeric
+from fuzzyctl.kernels.promises import value_of
+from fuzzyctl.kernels.step_form import StepForm, numeric
 from fuzzyctl.model.block import Block
 from fuzzyctl.model.controller import Controller
 from fuzzyctl.model.system import FuzzySystem

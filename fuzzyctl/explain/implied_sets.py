@@ -10,7 +10,7 @@ from fuzzyctl.expr import Name
 from fuzzyctl.formulas import aggregation, conjunction
 from fuzzyctl.kernels.inference.defuzzify.sampling import sampled_degrees
 from fuzzyctl.kernels.plan.build import OutputPlan, SetPlan, planned_set
-from fuzzyctl.kernels.plan.consequents import hedge_change
+from fuzzyctl.kernels.plan.clauses import hedge_change
 from fuzzyctl.kernels.program.scalar import scalar_function
 from fuzzyctl.model.rule import Is
 from fuzzyctl.model.system import FuzzySystem

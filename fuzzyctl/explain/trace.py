@@ -14,12 +14,12 @@ from fuzzyctl.diagnostics.terminal import printable
 from fuzzyctl.displayed import Printed
 from fuzzyctl.expr import Expr, names_in
 from fuzzyctl.formats.fz import membership_text, rule_text
+from fuzzyctl.kernels.backends import python_backend
 from fuzzyctl.kernels.backends.arguments import input_number
-from fuzzyctl.kernels.backends.python import backend as python_backend
 from fuzzyctl.kernels.inference import inference
 from fuzzyctl.kernels.inference.defuzzify.defuzzify import consequent_hull
-from fuzzyctl.kernels.known_values import known_at, value_of
 from fuzzyctl.kernels.plan.build import OutputPlan, Plan, SetPlan, chain_name, degree_name, plan, step_name
+from fuzzyctl.kernels.promises import known_at, value_of
 from fuzzyctl.model.method import TSUKAMOTO
 from fuzzyctl.model.rule import Consequent
 from fuzzyctl.model.system import FuzzySystem

@@ -1,17 +1,21 @@
-"""Many points at a time: arrays of any shape, and outputs that hold their values."""
+"""Many points at a time: outputs of arrays of any shape, and other results such as degrees and gradients."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from fuzzyctl.diagnostics.diagnostic import ArgumentError, NoRuleFiresError
-from fuzzyctl.kernels.backends import blocks, states
-from fuzzyctl.kernels.backends.python import backend as python_backend
+from fuzzyctl.expr import Number
+from fuzzyctl.kernels.backends import blocks, python_backend
+from fuzzyctl.kernels.backends.arguments import float_array, labelled, state_after, states_along
+from fuzzyctl.kernels.free_values import with_values_as_array
 from fuzzyctl.kernels.plan.build import Plan
+from fuzzyctl.kernels.program.derivatives import differentiated
 from fuzzyctl.kernels.program.program import Program
 from fuzzyctl.kernels.promises import Promises, Refusals
 
@@ -87,15 +91,15 @@ def fill_in_sequence(
     """
 
     def some(points: FloatArray, states: FloatArray) -> FloatArray:
-        found = np.empty((len(points), len(plan.outputs)))
-        fill(points, states, found)
-        return found
+        outputs = np.empty((len(points), len(plan.outputs)))
+        fill(points, states, outputs)
+        return outputs
 
     for first in range(0, len(results), blocks.BLOCK):
         last = min(first + blocks.BLOCK, len(results))
-        rows = states.states_along(plan, some, points[first:last], state)
+        rows = states_along(plan, some, points[first:last], state)
         checked(points[first:last], rows, results[first:last])
-        state[:] = states.state_after(plan, state, results[first:last])
+        state[:] = state_after(plan, state, results[first:last])
 
 
 def fill_of(program: Program, backend: str, names: Sequence[str], promises: Promises | None = None) -> Fill:
@@ -108,13 +112,13 @@ def fill_of(program: Program, backend: str, names: Sequence[str], promises: Prom
         promises: Checked by machine code for the points before one that is refused, so that the first one is named.
     """
     if backend == "numpy":
-        from fuzzyctl.kernels.backends.numpy import backend as numpy_backend
+        from fuzzyctl.kernels.backends import numpy_backend
 
         return numpy_backend.compile_batch(program, names)
     if backend == "python":
         source = python_backend.storing_source(program)
         return _fill_by_storing(python_backend.compile_source(source, program, names))
-    from fuzzyctl.kernels.backends.numba.batch_loop import loop
+    from fuzzyctl.kernels.backends.numba.machine_code import loop
 
     return fill_by_loop(loop(program), program, names, promises)
 
@@ -154,3 +158,72 @@ def _fill_by_storing(function: Callable[..., None]) -> Fill:
             function(*point, *(() if rows is None else (rows[i],)), results[i])
 
     return fill
+
+
+class Arrays:
+    """Evaluates a program at many points; results that are numbers, such as constant derivatives, are not computed.
+
+    Args:
+        program: The program.
+        backend: "numba", "numpy" or "python".
+        names: Of its arguments.
+    """
+
+    def __init__(self, program: Program, backend: str, names: Sequence[str]) -> None:
+        self._takes_rows = bool(program.state)
+        self._constants = np.array([r.value if isinstance(r, Number) else 0.0 for r in program.results])
+        self._computed = [k for k, r in enumerate(program.results) if not isinstance(r, Number)]
+        computed = replace(program, results=tuple(program.results[k] for k in self._computed))
+        self._fill = fill_of(computed, backend, names) if self._computed else None
+
+    def __call__(self, points: Any, rows: FloatArray | None = None) -> FloatArray:
+        """Evaluate.
+
+        Args:
+            points: Shape (..., arguments).
+            rows: The state, shape (..., states), which broadcasts with the points.
+
+        Returns:
+            Shape (..., results).
+
+        Raises:
+            ArgumentError: For a state that does not fit the points.
+        """
+        array, shape = float_array(points, "points"), points.shape[:-1]
+        if rows is not None:
+            shape = broadcast(shape, rows)
+            rows = np.ascontiguousarray(np.broadcast_to(rows, (*shape, rows.shape[-1]))).reshape(-1, rows.shape[-1])
+        count = math.prod(shape)
+        flat = np.ascontiguousarray(np.broadcast_to(array, (*shape, array.shape[-1]))).reshape(count, array.shape[-1])
+        results = np.empty((count, len(self._computed)))
+        if self._fill is not None:
+            blocks.run(self._fill, flat, rows if self._takes_rows else None, results)
+        width = len(self._constants)
+        if len(self._computed) < width:
+            computed, results = results, np.tile(self._constants, (count, 1))
+            results[:, self._computed] = computed
+        return results.reshape(*shape, width)
+
+
+def by_name(plan: Plan, degrees: FloatArray, points: Any) -> dict[str, dict[str, Any]]:
+    """Return the degrees of a plan, shape (..., degrees), by variable and term, with the row labels of the points."""
+    by_output: dict[str, dict[str, Any]] = {}
+    for k, d in enumerate(plan.degrees):
+        by_output.setdefault(plan.variable(d.variable).name, {})[d.term] = labelled(degrees[..., k], [d.term], points)
+    return by_output
+
+
+def derivatives(form: Form, by: str) -> Program:
+    """Differentiate a form in forward mode.
+
+    Args:
+        form: What to differentiate.
+        by: "inputs", "state", or "all", which is the inputs, then the state.
+
+    Returns:
+        The program of the derivatives of each of its numbers by each argument; it takes what the form takes.
+    """
+    program, state = form.named()
+    inputs = program.arguments[: len(form.input_names)]
+    names = {"inputs": inputs, "state": state, "all": (*inputs, *state)}[by]
+    return with_values_as_array(differentiated(program, names), state)

@@ -9,15 +9,26 @@ from numbers import Real
 from typing import TYPE_CHECKING, Any, Final, Literal, get_args, overload
 
 from fuzzyctl.diagnostics.diagnostic import ArgumentError, BackendUnavailableError, UnknownNameError
+from fuzzyctl.expr import Logic, Where, walk
 from fuzzyctl.kernels.algorithms.select import ALGORITHMS, AlgorithmName, algorithm_of
-from fuzzyctl.kernels.backends.arguments import float_array, stacked
-from fuzzyctl.kernels.backends.labels import labelled
-from fuzzyctl.kernels.backends.numba.compile_cost import MOST_OPERATIONS, operations
-from fuzzyctl.kernels.backends.python import backend as python_backend
+from fuzzyctl.kernels.backends import python_backend
+from fuzzyctl.kernels.backends.arguments import float_array, labelled, stacked
 from fuzzyctl.kernels.forms import FreeForm, SystemForm
 from fuzzyctl.kernels.inference import inference
 from fuzzyctl.kernels.kernel import Kernel
 from fuzzyctl.kernels.plan.build import Plan, plan, planned_set
+from fuzzyctl.kernels.program.printer import MOST_COUNTED
+from fuzzyctl.kernels.program.program import (
+    Accumulate,
+    Between,
+    Fold,
+    Locate,
+    Program,
+    Quadrature,
+    Refuse,
+    Statement,
+)
+from fuzzyctl.kernels.program.traversal import expressions, parts, statements
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import LinguisticVariable, Term
 
@@ -82,7 +93,7 @@ def compile(
         backend: "numba"; "numpy", which evaluates arrays with numpy and single points with generated Python; "python",
             which loops over the points of an array with the same Python; or "auto", which is numba where it can be
             imported, else numpy, and a warning says so once. Of systems that numba would take longer over than most
-            programs run, "auto" is numpy too (`compile_cost`). numba compiles at the first call, and at the first
+            programs run, "auto" is numpy too (`operations`). numba compiles at the first call, and at the first
             batch.
         algorithm: "interpolation", "active" or "rules", which compute the same, up to rounding; or "auto",
             which takes the fastest that the system allows. For a controller, that of all systems that it calls.
@@ -120,8 +131,7 @@ def compile(
 
 def _controller_form(controller: Controller, algorithm: str, free: Sequence[str]) -> Form:
     from fuzzyctl.kernels.plan.expansion import equations_of
-    from fuzzyctl.kernels.step_form import StepForm
-    from fuzzyctl.kernels.step_values import StepValues
+    from fuzzyctl.kernels.step_form import StepForm, StepValues
     from fuzzyctl.model.controller import Controller
     from fuzzyctl.model.instance_params import with_instance_params
 
@@ -182,12 +192,12 @@ def degrees(system: FuzzySystem, variable: LinguisticVariable, term: Term, x: An
     """
     import numpy as np
 
-    from fuzzyctl.kernels.backends.numpy import backend as numpy_backend
+    from fuzzyctl.kernels.backends import numpy_backend
 
-    found = planned_set(system, variable, term)
-    if found is None:
+    term_set = planned_set(system, variable, term)
+    if term_set is None:
         return None
-    fill = numpy_backend.compile_batch(inference.term_degree(found), [variable.name])
+    fill = numpy_backend.compile_batch(inference.term_degree(term_set), [variable.name])
     points = float_array(x, variable.name).reshape(-1, 1)
     results = np.empty_like(points)
     fill(points, None, results)
@@ -196,10 +206,10 @@ def degrees(system: FuzzySystem, variable: LinguisticVariable, term: Term, x: An
 
 def degree_function(system: FuzzySystem, variable: LinguisticVariable, term: Term) -> Callable[[float], float] | None:
     """Return the degree of one term as a function of a number, without numpy; for the arguments see `degrees`."""
-    found = planned_set(system, variable, term)
-    if found is None:
+    term_set = planned_set(system, variable, term)
+    if term_set is None:
         return None
-    program = inference.term_degree(found)
+    program = inference.term_degree(term_set)
     return python_backend.compile_source(python_backend.evaluation_source(program), program, [variable.name])
 
 
@@ -269,7 +279,40 @@ class ByName:
         kernel = self._arrays
         points = stacked(kernel.input_names, ordered)
         results = kernel.batch(points)
-        names, given = kernel.output_names, dict(zip(kernel.input_names, ordered, strict=True))
+        names, columns = kernel.output_names, dict(zip(kernel.input_names, ordered, strict=True))
         if len(names) == 1:
-            return labelled(results, names, given)
-        return {name: labelled(results[..., k], [name], given) for k, name in enumerate(names)}
+            return labelled(results, names, columns)
+        return {name: labelled(results[..., k], [name], columns) for k, name in enumerate(names)}
+
+
+#: More operations than this take numba longer than most programs run: it compiles about a thousand in a second, and as
+#: many again for arrays.
+MOST_OPERATIONS: Final = 20_000
+#: More branches than this take numba longer, too: 120 about 10 seconds, 240 45, and more than about 300 none at all.
+MOST_BRANCHES: Final = 100
+#: Operations for each knot that is compared: it is read, compared and counted.
+_COUNTED: Final = 12
+#: Operations of a search among more knots, and of a loop that integrates.
+_LOOP: Final = 200
+
+
+def operations(program: Program) -> int:
+    """Return how many operations a compiler sees in a program, one second for about a thousand with numba.
+
+    Loops count once, however often they run; so do constant tables, which stand in memory.
+    """
+    return sum(map(_own, statements(program.body))) + sum(1 for value in program.results for _ in walk(value))
+
+
+def branches(program: Program) -> int:
+    """Return how many branches a compiler sees in a program."""
+    choices = sum(isinstance(node, Where | Logic) for value in expressions(program) for node in walk(value))
+    return choices + sum(isinstance(statement, Refuse) for statement in statements(program.body))
+
+
+def _own(statement: Statement) -> int:
+    """Return the operations of a statement without those of statements inside it."""
+    if isinstance(statement, Locate):
+        return _COUNTED * len(statement.knots) if len(statement.knots) <= MOST_COUNTED else _LOOP
+    nodes = sum(1 for value in parts(statement).values for _ in walk(value))
+    return nodes + (_LOOP if isinstance(statement, Accumulate | Fold | Between | Quadrature) else 0)

@@ -1,4 +1,4 @@
-"""Forms: what a kernel computes, by names and programs, whichever block it was made from."""
+"""Forms: names and programs of a kernel, for each kind of block."""
 
 from __future__ import annotations
 
@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 from fuzzyctl.diagnostics.diagnostic import ArgumentError, FuzzyctlError, UnknownNameError
 from fuzzyctl.kernels.algorithms.select import Algorithm, algorithm_of
-from fuzzyctl.kernels.backends import states
-from fuzzyctl.kernels.backends.arguments import point_array, row_array
+from fuzzyctl.kernels.backends.arguments import NO_STATE, point_array, row_array, state_argument
 from fuzzyctl.kernels.inference import inference
 from fuzzyctl.kernels.plan.build import Plan
 from fuzzyctl.kernels.program.program import Program
@@ -27,7 +26,7 @@ NO_RULES: Final = "a controller has no rules of its own; compile the systems tha
 
 
 class Form:
-    """What a kernel computes.
+    """Names and programs of a kernel.
 
     Args:
         input_names: Of the inputs.
@@ -44,7 +43,7 @@ class Form:
     period: float | None = None
     #: How it finds the rules that act; None for a block without rules of its own.
     algorithm: Algorithm | None = None
-    #: What its outputs promise; None where their programs refuse.
+    #: Promises of its outputs; None if their programs refuse.
     promises: Promises | None = None
 
     def __init__(
@@ -104,7 +103,7 @@ class Form:
 
     def argument(self, state: Any, *, compiled: bool) -> Any:
         """Return the state at one point as the function of a backend takes it."""
-        return states.argument(state, self.state_names, compiled=compiled)
+        return state_argument(state, self.state_names, compiled=compiled)
 
     def rows(self, state: Any) -> FloatArray | None:
         """Return states of shape (..., states), those to begin with for None; None for a block without state.
@@ -118,7 +117,7 @@ class Form:
             return np.array(self._start(), dtype=np.float64) if self.n_states else None
         if not self.n_states and not self.moves:
             if np.size(state):
-                raise ArgumentError(f"{states.NO_STATE}, so it takes none")
+                raise ArgumentError(f"{NO_STATE}, so it takes none")
             return None
         array = row_array(self.state_names, state, "states")
         if array.ndim == 0 or array.shape[-1] != self.n_states:
@@ -163,7 +162,7 @@ class SystemForm(Form):
     """A system: rules that give the outputs.
 
     Args:
-        plan: What it computes.
+        plan: The plan of the system.
         wanted: One of `select.ALGORITHMS`.
 
     Raises:
@@ -173,8 +172,8 @@ class SystemForm(Form):
 
     def __init__(self, plan: Plan, wanted: str = "auto") -> None:
         consequents = [f"{plan.outputs[o].name}[{k + 1}]" for o, k in plan.states]
-        held = [plan.outputs[o].name for o in plan.held]
-        super().__init__([i.name for i in plan.inputs], [o.name for o in plan.outputs], consequents + held)
+        holding = [plan.outputs[o].name for o in plan.held]
+        super().__init__([i.name for i in plan.inputs], [o.name for o in plan.outputs], consequents + holding)
         self._plan, self._wanted = plan, wanted
         self.algorithm: Algorithm = algorithm_of(plan, wanted)
         self.promises = Promises(plan, known=self.algorithm.is_defined)
@@ -197,7 +196,7 @@ class SystemForm(Form):
 
     def named(self) -> tuple[Program, tuple[str, ...]]:
         """Return the program of all rules with the state as its last arguments, and their names."""
-        from fuzzyctl.kernels.inference.free import with_named_state
+        from fuzzyctl.kernels.free_values import with_named_state
 
         return with_named_state(inference.evaluation(self._plan))
 
@@ -250,7 +249,7 @@ class FreeForm(Form):
 
     def named(self) -> tuple[Program, tuple[str, ...]]:
         """Return the program of all rules with the state as its last arguments, and their names."""
-        from fuzzyctl.kernels.inference.free import free_program
+        from fuzzyctl.kernels.free_values import free_program
 
         return free_program(self._free), tuple(a.name for a in self._free.trace.arguments)
 
@@ -275,7 +274,7 @@ class FreeForm(Form):
         return self._values.of({} if state is None else state)
 
     def _over_values(self, write: Callable[[Plan], Program]) -> Program:
-        from fuzzyctl.kernels.inference.free import free_program, with_values_as_array
+        from fuzzyctl.kernels.free_values import free_program, with_values_as_array
 
         names = [a.name for a in self._free.trace.arguments]
         return with_values_as_array(free_program(self._free, write), names)

@@ -1,4 +1,4 @@
-"""The kernel: a form printed for a backend, and what its callers need around it."""
+"""The kernel: a form printed for a backend, with calls, batches and derivatives."""
 
 from __future__ import annotations
 
@@ -9,19 +9,20 @@ from typing import TYPE_CHECKING, Any, Final
 from fuzzyctl.diagnostics.diagnostic import ArgumentError, FuzzyctlError, UnknownNameError
 from fuzzyctl.diagnostics.terminal import printable
 from fuzzyctl.displayed import Displayed
-from fuzzyctl.kernels.backends import states
+from fuzzyctl.kernels.backends import python_backend
 from fuzzyctl.kernels.backends.arguments import (
+    NO_STATE,
     argument_error,
     as_floats,
     float_array,
     in_order,
     input_number,
+    labelled,
     overflows,
+    require_same_index,
+    state_after,
     too_large,
 )
-from fuzzyctl.kernels.backends.columns import require_same_index
-from fuzzyctl.kernels.backends.labels import labelled
-from fuzzyctl.kernels.backends.python import backend as python_backend
 from fuzzyctl.kernels.forms import NO_RULES, Form
 from fuzzyctl.kernels.inference import inference
 from fuzzyctl.kernels.plan.build import Plan
@@ -33,11 +34,11 @@ from fuzzyctl.support.signatures import InputSignature
 if TYPE_CHECKING:
     from fuzzyctl.annotations import By, FloatArray, Frames, Numbers, Outputs, Points, Scalar, State, Vector
     from fuzzyctl.kernels.algorithms.select import Algorithm
-    from fuzzyctl.kernels.arrays import Arrays
     from fuzzyctl.kernels.backends.blocks import Fill
+    from fuzzyctl.kernels.batch import Arrays
 
 _BACKENDS: Final = ("numba", "numpy", "python")
-#: What a function raises for arguments that it does not take, and where no rule fires.
+#: Exceptions of a function for bad arguments, and if no rule fires.
 _REFUSALS: Final = (TypeError, ValueError, ArithmeticError)
 #: What `gradient` takes derivatives by.
 _BY: Final = ("inputs", "state", "all")
@@ -66,7 +67,7 @@ class Kernel(Displayed):
     (`fuzzyctl.check` proves the promise).
 
     Args:
-        form: What it computes.
+        form: Its names and programs.
         backend: "numba", "numpy" or "python".
 
     Raises:
@@ -91,7 +92,7 @@ class Kernel(Displayed):
         self._program = form.point(backend)
         self._refusals = Refusals(self._program, form.argument_names)
         self._n_arguments = len(self._argument_names())
-        #: What calls from Python call.
+        #: The function behind calls from Python.
         self._function: Callable[..., Outputs] = self._first_call if backend == "numba" else self.jit
         #: Whether a result that equals itself can be returned as it is, since it is one number.
         self._is_single = not self.n_states and not form.moves and len(form.output_names) == 1
@@ -310,7 +311,7 @@ class Kernel(Displayed):
 
     @property
     def _checked(self) -> Fill:
-        """Fill the results of a block of points, and check what the outputs promise."""
+        """Fill the results of a block of points, and check the promises of the outputs."""
         fill, promises = self._fill, self.form.promises
         if promises is None:
             return fill
@@ -346,19 +347,19 @@ class Kernel(Displayed):
 
         array = np.ascontiguousarray(float_array(self.form.points(points, dt, in_rows=True), "points"))
         rows = self.form.rows(state)
-        kept = np.zeros(0) if rows is None else rows.copy()
-        if kept.ndim != 1:
-            raise ArgumentError(f"the state must have the shape ({self.n_states},), got {kept.shape}")
+        state_array = np.zeros(0) if rows is None else rows.copy()
+        if state_array.ndim != 1:
+            raise ArgumentError(f"the state must have the shape ({self.n_states},), got {state_array.shape}")
         if self.form.moves or self.plan.held:
             results = np.empty((len(array), len(self.output_names)))
-            first = kept.copy()
-            self._run(array, kept, results)
+            first = state_array.copy()
+            self._run(array, state_array, results)
             if self.form.promises is not None:
                 self.form.promises.check_run(array, first, results)
             outputs = results[:, 0] if results.shape[1] == 1 else results
         else:
             outputs = self.batch(array, rows)
-        return labelled(outputs, self.output_names, points), kept
+        return labelled(outputs, self.output_names, points), state_array
 
     @cached_property
     def _run(self) -> Callable[[Any, FloatArray, FloatArray], None]:
@@ -370,18 +371,18 @@ class Kernel(Displayed):
             return lambda points, state, results: batch.fill_in_sequence(plan, fill, checked, points, state, results)
         if self.backend != "numba":
             return self._run_by_calls
-        from fuzzyctl.kernels.backends.numba.batch_loop import sequence
+        from fuzzyctl.kernels.backends.numba.machine_code import sequence
 
         loop = sequence(self._program, len(self.output_names))
         return batch.fill_by_loop(loop, self._program, self.form.argument_names)
 
     def _run_by_calls(self, points: FloatArray, state: FloatArray, results: FloatArray) -> None:
-        outputs, kept = len(self.output_names), state.tolist()
+        outputs, values = len(self.output_names), state.tolist()
         row = [0.0] * self.form.width
         for k, point in enumerate(points.tolist()):
-            self.jit(*point, *((kept,) if kept else ()), row)
-            results[k], kept = row[:outputs], row[outputs:]
-        state[:] = kept
+            self.jit(*point, *((values,) if values else ()), row)
+            results[k], values = row[:outputs], row[outputs:]
+        state[:] = values
 
     def degrees(self, points: Points | Frames, state: State | None = None) -> dict[str, dict[str, Any]]:
         """Compute the degrees of all terms that rules read.
@@ -397,7 +398,7 @@ class Kernel(Displayed):
         Raises:
             FuzzyctlError: For a controller, which has no rules of its own.
         """
-        from fuzzyctl.kernels.arrays import by_name
+        from fuzzyctl.kernels.batch import by_name
 
         return by_name(self.plan, self._view("degrees", points, state), points)
 
@@ -431,7 +432,7 @@ class Kernel(Displayed):
             points: Shape (..., inputs), as `batch` takes them.
             state: As for `batch`.
             dt: As for `batch`.
-            by: What the derivatives are taken by: "inputs"; "state", whose last entries are the free numbers; or "all",
+            by: Variables of the derivatives: "inputs"; "state", whose last entries are the free numbers; or "all",
                 the inputs, then the state.
 
         Returns:
@@ -462,7 +463,7 @@ class Kernel(Displayed):
     def _view(self, what: str, points: Any, state: Any, dt: Any = None) -> FloatArray:
         """Evaluate one of the programs that show what is behind the outputs."""
         if what not in self._views:
-            from fuzzyctl.kernels.arrays import Arrays, derivatives
+            from fuzzyctl.kernels.batch import Arrays, derivatives
 
             program = derivatives(self.form, what) if what in _BY else self.form.view(what)
             self._views[what] = Arrays(program, self.backend, self.form.argument_names)
@@ -485,11 +486,11 @@ class Kernel(Displayed):
         """
         plan, before = self.plan, self.form.rows(state) if self.n_states else None
         if before is None:
-            raise FuzzyctlError(states.NO_STATE)
+            raise FuzzyctlError(NO_STATE)
         outputs = float_array(results, "results")
         if outputs.size % len(self.output_names):
             raise ArgumentError(f"the results must have the shape (..., {len(self.output_names)}), got {outputs.shape}")
-        return states.state_after(plan, before, outputs.reshape(-1, len(self.output_names)))
+        return state_after(plan, before, outputs.reshape(-1, len(self.output_names)))
 
     @cached_property
     def value(self) -> Callable[..., Any]:
@@ -501,9 +502,9 @@ class Kernel(Displayed):
         """
         if self.backend != "numba":
             return self.jit
-        from fuzzyctl.kernels.backends.numba import typed_kernels
+        from fuzzyctl.kernels.backends.numba import machine_code
 
-        return typed_kernels.value(self._program, self, (self, "value"))
+        return machine_code.value(self._program, self, (self, "value"))
 
     @cached_property
     def rates_value(self) -> Callable[..., Any]:
@@ -511,9 +512,9 @@ class Kernel(Displayed):
         self._require_adaptive()
         if self.backend != "numba":
             return self.jit_rates
-        from fuzzyctl.kernels.backends.numba import typed_kernels
+        from fuzzyctl.kernels.backends.numba import machine_code
 
-        return typed_kernels.storing_value(inference.rates(self.plan), self._rates, (self, "rates_value"))
+        return machine_code.storing_value(inference.rates(self.plan), self._rates, (self, "rates_value"))
 
     @cached_property
     def jit_rates(self) -> Callable[..., Any]:

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from fuzzyctl.diagnostics.diagnostic import NoRuleFiresError
-from fuzzyctl.kernels.backends.python.backend import point_text
-from fuzzyctl.kernels.known_values import known_at
-from fuzzyctl.kernels.plan.build import Plan
+from fuzzyctl.expr import Expr, Name, names_in, replace_names
+from fuzzyctl.kernels.backends import python_backend
+from fuzzyctl.kernels.backends.python_backend import point_text
+from fuzzyctl.kernels.inference import inference
+from fuzzyctl.kernels.plan.build import CallPlan, Plan
 from fuzzyctl.kernels.program.program import Program, Refuse
+from fuzzyctl.kernels.program.scalar import scalar_function
 
 if TYPE_CHECKING:
     import numpy as np
@@ -59,7 +63,7 @@ class Promises:
 
         Args:
             arguments: The inputs, and the state if there is one.
-            result: What the function gave.
+            result: Result of the function.
 
         Raises:
             NoRuleFiresError: Where an output without `else` is NaN though nothing that it reads is.
@@ -105,9 +109,42 @@ class Promises:
 
     def _lacks_let(self, point: Sequence[float]) -> bool:
         """Return whether a let has no value at a point, so that no output has one."""
-        known = known_at(self._plan, point) if self._plan.lets else {}
-        return any(known[let.name] != known[let.name] for let in self._plan.lets)
+        values = known_at(self._plan, point) if self._plan.lets else {}
+        return any(values[let.name] != values[let.name] for let in self._plan.lets)
 
     def text_of(self, point: Sequence[float]) -> str:
         """Return a point for people."""
         return point_text([i.name for i in self._plan.inputs], point)
+
+
+def known_at(plan: Plan, point: Sequence[float]) -> dict[str, float]:
+    """Return the inputs as consequents see them, and the lets, by name."""
+    values = {
+        i.name: x if i.extrapolate else min(max(x, i.lower), i.upper) for i, x in zip(plan.inputs, point, strict=True)
+    }
+    for let in plan.lets:
+        for call in let.calls:
+            values[call.name] = _called(call, [value_of(a, values) for a in call.arguments])
+        values[let.name] = value_of(let.value, values)
+    return values
+
+
+def value_of(expr: Expr, values: Mapping[str, float]) -> float:
+    """Return the value of an expression over known names."""
+    names = list(dict.fromkeys(n.name for n in names_in(expr)))
+    # Names of calls are no names of Python.
+    places = {name: f"x{k}" for k, name in enumerate(names)}
+    function = scalar_function(replace_names(expr, {n: Name(place) for n, place in places.items()}))
+    return float(function(**{places[n]: values[n] for n in names}))
+
+
+def _called(call: CallPlan, arguments: Sequence[float]) -> float:
+    """Return an output of another system, NaN where it has none."""
+    names = [i.name for i in call.system.inputs]
+    program = inference.evaluation(call.system)
+    function = python_backend.compile_source(python_backend.evaluation_source(program), program, names)
+    try:
+        outputs = function(*arguments)
+    except NoRuleFiresError:
+        return math.nan
+    return float(outputs[call.output] if isinstance(outputs, tuple) else outputs)

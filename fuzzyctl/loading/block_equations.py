@@ -19,8 +19,7 @@ from fuzzyctl.diagnostics.diagnostic import (
     ValueOutOfBoundsError,
 )
 from fuzzyctl.expr import ZERO, Call, Expr, Keyword, Name
-from fuzzyctl.kernels.plan.algebraic_loops import feedthrough, ordered
-from fuzzyctl.kernels.plan.equations import Equation, Equations, Evaluation
+from fuzzyctl.kernels.plan.equations import Equation, Equations, Evaluation, feedthrough, ordered
 from fuzzyctl.kernels.plan.expansion import equations_of
 from fuzzyctl.model.checks.blocks import numbers_of_all
 from fuzzyctl.model.controller import Controller, Definition, EquationBlock, Instance, Result, Signal

@@ -10,8 +10,7 @@ from itertools import pairwise
 from typing import Final
 
 from fuzzyctl.diagnostics.diagnostic import ArgumentError
-from fuzzyctl.kernels.plan.algebraic_loops import feedthrough
-from fuzzyctl.kernels.plan.equations import Equation, Equations
+from fuzzyctl.kernels.plan.equations import Equation, Equations, feedthrough
 from fuzzyctl.model.loop import TIME
 from fuzzyctl.simulation.equations import LoopEquations
 from fuzzyctl.simulation.sample_times import MOST_KEPT

@@ -7,8 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 
 from fuzzyctl.diagnostics.diagnostic import ArgumentError, Diagnostic, DiagnosticError
 from fuzzyctl.expr import Call, Compare, Expr, Name, Number, Where, names_in, span_of
-from fuzzyctl.kernels.plan.algebraic_loops import ordered
-from fuzzyctl.kernels.plan.equations import DT, Equation
+from fuzzyctl.kernels.plan.equations import DT, Equation, ordered
 from fuzzyctl.kernels.plan.expansion import Expansion, Scope, lines_of, split
 from fuzzyctl.kernels.program.builder import any_nan
 from fuzzyctl.kernels.program.program import NAN

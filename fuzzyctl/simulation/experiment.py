@@ -21,8 +21,14 @@ from fuzzyctl.diagnostics.diagnostic import (
 from fuzzyctl.diagnostics.terminal import printable
 from fuzzyctl.displayed import Displayed
 from fuzzyctl.kernels.backends.arguments import float_array, writable
-from fuzzyctl.kernels.backends.numba.compile_cost import MOST_BRANCHES, MOST_OPERATIONS, branches, operations
-from fuzzyctl.kernels.compile import AlgorithmName, numba_is_missing
+from fuzzyctl.kernels.compile import (
+    MOST_BRANCHES,
+    MOST_OPERATIONS,
+    AlgorithmName,
+    branches,
+    numba_is_missing,
+    operations,
+)
 from fuzzyctl.model.instance_params import with_instance_params
 from fuzzyctl.model.loop import Loop
 from fuzzyctl.simulation.columns import columns

@@ -15,7 +15,7 @@ from typing import Final
 
 from fuzzyctl.diagnostics.diagnostic import FuzzyctlError
 from fuzzyctl.expr import Expr, Name, evaluate
-from fuzzyctl.kernels.backends.numba.compile_cost import operations
+from fuzzyctl.kernels.compile import operations
 from fuzzyctl.model.loop import Loop
 from fuzzyctl.simulation.dead_times import dead_times
 from fuzzyctl.simulation.equations import LoopEquations, with_calls

@@ -11,11 +11,10 @@ from fuzzyctl.expr import Expr, Name, Number, replace_names
 from fuzzyctl.kernels.plan.build import plan
 from fuzzyctl.kernels.plan.equations import Equation, Evaluation
 from fuzzyctl.kernels.program.builder import Builder
-from fuzzyctl.kernels.program.printer import IEEE_SCALAR, INDENT, Dialect, block, number, text
+from fuzzyctl.kernels.program.printer import IEEE_SCALAR, INDENT, Dialect, block, number, store_lines, text
 from fuzzyctl.kernels.program.program import STATE, Item, Program, Refuse
 from fuzzyctl.kernels.program.scalar import RUNTIME, execute
-from fuzzyctl.kernels.program.stores import store_lines
-from fuzzyctl.kernels.step_program import evaluated, numeric, system_program
+from fuzzyctl.kernels.step_form import evaluated, numeric, system_program
 from fuzzyctl.model.discrete_plant import BEFORE
 from fuzzyctl.model.loop import TIME
 from fuzzyctl.model.plant import Plant

@@ -19,7 +19,7 @@ sys.path.insert(0, str(Path(__file__).parents[2]))
 
 import fuzzyctl
 from fuzzyctl.kernels.backends.numba import source as numba_backend
-from fuzzyctl.kernels.backends.numba.batch_loop import Loop
+from fuzzyctl.kernels.backends.numba.machine_code import Loop
 from tests.bench.measure import _loop
 from tests.bench.workloads import WORKLOADS, Workload
 

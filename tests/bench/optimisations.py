@@ -29,9 +29,8 @@ sys.path.insert(0, str(Path(__file__).parents[2]))
 
 import fuzzyctl
 from fuzzyctl.kernels.algorithms.select import algorithm_of
+from fuzzyctl.kernels.backends import numpy_backend, python_backend
 from fuzzyctl.kernels.backends.numba import source as numba_backend
-from fuzzyctl.kernels.backends.numpy import backend as numpy_backend
-from fuzzyctl.kernels.backends.python import backend as python_backend
 from fuzzyctl.kernels.plan.build import plan
 from tests.bench import params
 from tests.bench.trials import OPTIMISATIONS, SIZES, Optimisation, files

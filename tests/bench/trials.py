@@ -14,12 +14,11 @@ from typing import Any
 import fuzzyctl
 from fuzzyctl.diagnostics.diagnostic import DiagnosticError
 from fuzzyctl.kernels.algorithms import interpolation, select
-from fuzzyctl.kernels.backends.numba import parameters, typed_kernels
+from fuzzyctl.kernels.backends import numpy_backend, python_backend
+from fuzzyctl.kernels.backends.numba import machine_code
 from fuzzyctl.kernels.backends.numba import source as numba_backend
-from fuzzyctl.kernels.backends.numpy import backend as numpy_backend
-from fuzzyctl.kernels.backends.python import backend as python_backend
 from fuzzyctl.kernels.inference import inference
-from fuzzyctl.kernels.inference.defuzzify import centroid
+from fuzzyctl.kernels.inference.defuzzify import centroid, defuzzify
 from fuzzyctl.kernels.program.printer import SCALAR, counted_or_searched
 from fuzzyctl.model.system import FuzzySystem
 from tests.bench.growth import complete
@@ -91,6 +90,7 @@ SIZES: Mapping[str, str] = {
     "centroid, 49 rules, any table": mamdani(7),
     "centroid, 121 rules, any table": mamdani(11),
     "centroid(resolution=100), 49 rules": mamdani(7, "centroid(resolution=100)"),
+    "bisector, 9 rules, any table": mamdani(3, "bisector"),
     "Sugeno, Gaussian, 49 rules of 2 inputs": sugeno(2, 7),
     "Sugeno, Gaussian, 125 rules of 3 inputs": sugeno(3, 5),
     "Sugeno, triangles, 49 rules of 2 inputs": sugeno(2, 7, "triangle"),
@@ -120,7 +120,7 @@ def _dialects(**changed: Any) -> tuple[tuple[Any, str, Any], ...]:
     return tuple((numba_backend, n, replace(getattr(numba_backend, n), **changed)) for n in names)
 
 
-class _InText(parameters.Numbers):
+class _InText(numba_backend.Numbers):
     """The numbers of a program, all of them in its text."""
 
     def __init__(self, program: Any) -> None:
@@ -136,10 +136,10 @@ _EVALUATION = inference.evaluation
 OPTIMISATIONS = (
     Optimisation("interpolation", ((select, "grid_of", _refused),)),
     Optimisation("cells", ((interpolation, "_has_cells", lambda *_: False),)),
-    Optimisation("ramps", ((interpolation, "MOST_RAMPS", 0),)),
     Optimisation("loops over corners", ((interpolation, "LOOPED", 99),)),
     Optimisation("rule cells", ((select.rule_cells, "active_of", _refused),)),
     Optimisation("neighbours", ((centroid, "is_handover", lambda _: False),)),
+    Optimisation("exact bisector", ((defuzzify, "LARGEST", -1),)),
     Optimisation("tables of degrees", ((inference, "degree_of", lambda _, term, x: term.degree(x)),)),
     Optimisation("decisions", ((python_backend, "INTERPRETED", replace(_INTERPRETED, locate=_ALL_COUNTED)),)),
     Optimisation("search", _dialects(locate=_ALL_COUNTED)),
@@ -149,5 +149,5 @@ OPTIMISATIONS = (
         ((inference, "evaluation", lambda *own, many=False, **named: _EVALUATION(*own, **named)),),
     ),
     Optimisation("release", ((numpy_backend, "_last_uses", lambda program: [set() for _ in program.body]),)),
-    Optimisation("parameters", ((typed_kernels, "Numbers", _InText),)),
+    Optimisation("parameters", ((machine_code, "Numbers", _InText),)),
 )

@@ -5,9 +5,8 @@ import pytest
 from fuzzyctl import loads
 from fuzzyctl.diagnostics.diagnostic import ArgumentError
 from fuzzyctl.kernels.algorithms.select import ALGORITHMS, algorithm_of
+from fuzzyctl.kernels.backends import numpy_backend, python_backend
 from fuzzyctl.kernels.backends.numba import source as numba_backend
-from fuzzyctl.kernels.backends.numpy import backend as numpy_backend
-from fuzzyctl.kernels.backends.python import backend as python_backend
 from fuzzyctl.kernels.inference import inference
 from fuzzyctl.kernels.plan.build import plan
 from tests.frozen.kept import check_kept

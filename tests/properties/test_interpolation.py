@@ -14,8 +14,8 @@ from fuzzyctl.expr import Name
 from fuzzyctl.kernels.algorithms import interpolation
 from fuzzyctl.kernels.algorithms.select import algorithm_of
 from fuzzyctl.kernels.backends.numba import source as numba_backend
-from fuzzyctl.kernels.backends.numba.compile_cost import operations
 from fuzzyctl.kernels.compile import compile as compile_system
+from fuzzyctl.kernels.compile import operations
 from fuzzyctl.kernels.plan.build import plan
 from fuzzyctl.kernels.program.program import Between
 from tests.properties.around import points_around

@@ -299,8 +299,7 @@ def compiled(controller: Controller, backend: str) -> Kernel:
         backend: "numba" or "python".
     """
     from fuzzyctl.kernels.kernel import Kernel
-    from fuzzyctl.kernels.step_form import StepForm
-    from fuzzyctl.kernels.step_values import StepValues
+    from fuzzyctl.kernels.step_form import StepForm, StepValues
 
     equations = _with_free_params(controller)
     outputs = sorted(equations.outputs, key=lambda one: list(COMMANDS).index(one[0]) if one[0] in COMMANDS else 2)

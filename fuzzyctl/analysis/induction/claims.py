@@ -13,7 +13,7 @@ from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.expr import Compare, Expr, Name, Number, to_text
 from fuzzyctl.kernels.plan.equations import Equations
 from fuzzyctl.kernels.plan.expansion import equations_of
-from fuzzyctl.kernels.step_program import numeric
+from fuzzyctl.kernels.step_form import numeric
 from fuzzyctl.model.controller import Controller, Result
 from fuzzyctl.model.guarantee import Bounds
 from fuzzyctl.records import record

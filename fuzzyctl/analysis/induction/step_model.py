@@ -38,7 +38,7 @@ from fuzzyctl.kernels.interval.program import Interpreter
 from fuzzyctl.kernels.interval.vector import Array, Enclosure, Mask, boxes, jumping
 from fuzzyctl.kernels.plan.build import plan
 from fuzzyctl.kernels.plan.equations import DT, Equation, Equations, Evaluation
-from fuzzyctl.kernels.step_program import numeric
+from fuzzyctl.kernels.step_form import numeric
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.records import record
 

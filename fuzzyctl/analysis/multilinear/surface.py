@@ -19,7 +19,6 @@ from fuzzyctl.analysis.degrees import without_idle
 from fuzzyctl.expr import Binary, Expr, Name, Number, names_in
 from fuzzyctl.formulas import MEMBERSHIP, is_straight
 from fuzzyctl.kernels.algorithms.grid import Grid, Table, grid_of
-from fuzzyctl.kernels.algorithms.interpolation import MOST_RAMPS
 from fuzzyctl.kernels.inference.defuzzify.defuzzify import consequent_hull
 from fuzzyctl.kernels.plan.build import Plan, SetPlan, degree_name, step_name
 from fuzzyctl.records import record
@@ -237,7 +236,7 @@ class _Error:
         return [_is_product(e) and {n.name for n in names_in(e)} <= sound for e in plan.strengths]
 
     def _of_table(self, table: Table, least: float) -> float:
-        """Bound the error of interpolating: that of the values at the knots, and that of each form of the program."""
+        """Bound the error of interpolating: that of the values at the knots, and that of the program."""
         largest = max(map(abs, (table.low, table.high)))
         value = self._off(table.value, 0) + self._rounding(table.value)
         if not table.weight:
@@ -262,11 +261,7 @@ class _Error:
     def _rounding(self, values: Sequence[float]) -> float:
         knots = self.surface.grid.knots
         n, lengths = len(knots), [len(k) for k in knots]
-        polynomial = 4.0 * (6 * n + 4) * _U * _largest_polynomial(values, lengths)
-        if len(values) > MOST_RAMPS:
-            return polynomial
-        whole = sum(abs(d) for d in _differences(list(values), lengths))
-        return max(polynomial, 4.0 * (len(values) + 8 * n + 8) * _U * whole)
+        return 4.0 * (6 * n + 4) * _U * _largest_polynomial(values, lengths)
 
 
 def _weights(knots: Sequence[Fraction], x: Fraction) -> list[tuple[int, Fraction]]:
@@ -307,16 +302,6 @@ def _largest_polynomial(values: Sequence[float], lengths: Sequence[int]) -> floa
             wider.append([*terms, *steps])
         results = wider
     return max(sum(abs(term) + cancelled for term, cancelled in terms) for terms in results)
-
-
-def _differences(values: list[float], lengths: Sequence[int]) -> list[float]:
-    """Return the first value and the steps between neighbours along each input, as the sum over ramps has them."""
-    if not lengths:
-        return values
-    size = len(values) // lengths[0]
-    rows = [values[k * size : (k + 1) * size] for k in range(lengths[0])]
-    steps = [rows[0], *([b - a for a, b in zip(u, v, strict=True)] for u, v in pairwise(rows))]
-    return [d for row in steps for d in _differences(row, lengths[1:])]
 
 
 def _is_product(expr: Expr) -> bool:

@@ -23,6 +23,8 @@ from fuzzyctl.kernels.interval.vector import (
     Array,
     Enclosure,
     Slopes,
+    Truths,
+    compared,
     constant,
     either,
     larger,
@@ -34,7 +36,6 @@ from fuzzyctl.kernels.interval.vector import (
     smaller,
     times,
 )
-from fuzzyctl.kernels.interval.vector_functions import Truths, compared
 
 #: Ranges by position.
 Ends = tuple[float, float]

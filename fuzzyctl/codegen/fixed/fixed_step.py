@@ -48,7 +48,7 @@ from fuzzyctl.kernels.plan.build import plan
 from fuzzyctl.kernels.plan.equations import Evaluation
 from fuzzyctl.kernels.program.program import Program
 from fuzzyctl.kernels.program.traversal import expressions
-from fuzzyctl.kernels.step_program import named_step
+from fuzzyctl.kernels.step_form import named_step
 
 #: Seconds that the proof of the range of a state may take.
 _SECONDS: Final = 2.0

@@ -44,7 +44,7 @@ class Table:
     Args:
         value: Values of the output if the activations sum to 1, else of Σ w_r c_r; the last input varies fastest.
         weight: Values of Σ w_r, empty if they sum to 1.
-        low, high: What the output lies within.
+        low, high: Bounds of the output.
     """
 
     value: tuple[float, ...]
@@ -92,10 +92,10 @@ def grid_of(plan: Plan) -> Grid | str:
     if any(f is None for f in fired):
         return "firing strengths are not products of straight lines"
     tables = [_table(plan, output, [f for f in fired if f is not None], inputs, knots) for output in plan.outputs]
-    found = tuple(t for t in tables if t is not None)
-    if len(found) < len(tables):
+    outputs = tuple(t for t in tables if t is not None)
+    if len(outputs) < len(tables):
         return "activations come close to 0"
-    return Grid(inputs, knots, found)
+    return Grid(inputs, knots, outputs)
 
 
 def _unsuited(plan: Plan) -> str:
@@ -161,8 +161,8 @@ def too_close(knots: Sequence[float], sets: Sequence[SetPlan]) -> bool:
 
 def rounded(knots: Sequence[float], sets: Sequence[SetPlan]) -> list[tuple[SetPlan, float, float]]:
     """Return the corners, each with its set and degree, that count as a knot from which they differ by rounding."""
-    own = set(knots)
-    return [(s, x, y) for s in sets for x, y in s.vertices if knots[0] <= x <= knots[-1] and x not in own]
+    places = set(knots)
+    return [(s, x, y) for s in sets for x, y in s.vertices if knots[0] <= x <= knots[-1] and x not in places]
 
 
 def degree_at(term: SetPlan, x: float) -> float:

@@ -1,8 +1,7 @@
 """Programs of multilinear interpolation: find the cell, take its coefficients, and multiply out.
 
-Three forms of the same function. `cells` looks up one polynomial for each cell: least work for one point. `corners`
-looks up the values at the cell's corners, where a polynomial for each cell would take too much memory. `ramps` looks
-nothing up: it adds up, for each cell, the part of it that lies below x, which compilers turn into vector instructions.
+Two forms of the same function. `cells` looks up one polynomial for each cell: least work. `corners` looks up the values
+at the cell's corners, if a polynomial for each cell would take too much memory.
 """
 
 from __future__ import annotations
@@ -22,8 +21,6 @@ from fuzzyctl.kernels.program.traversal import parts, statements, writes
 
 #: Most coefficients of one sum over all cells: 1 MiB.
 MOST_COEFFICIENTS: Final = 1 << 17
-#: Most products of a sum over ramps: beyond, looking up is faster.
-MOST_RAMPS: Final = 64
 #: Least number of inputs looked up in loops: written out, 2^n corners take a compiler seconds, then minutes.
 LOOPED: Final = 7
 #: Inputs whose corners are written out within the loops: as fast as without loops.
@@ -78,11 +75,6 @@ def _has_cells(grid: Grid, most: int = MOST_COEFFICIENTS) -> bool:
     return grid.size << len(grid.inputs) <= most
 
 
-def batch(plan: Plan, grid: Grid) -> Program:
-    """Write the program for loops over many points: over ramps if they are few."""
-    return _ramps(plan, grid) if grid.size <= MOST_RAMPS else lookup(plan, grid)
-
-
 def _cells(plan: Plan, grid: Grid) -> Program:
     builder = Builder()
     raw = raw_names(plan)
@@ -112,8 +104,8 @@ def _corners(plan: Plan, grid: Grid, longest: int) -> Program:
     places: list[tuple[str, int]] = []
     for i in inner:
         knots, stride = grid.knots[i], _strides(grid)[i]
-        held = builder.let(clip(raw[grid.inputs[i]], knots[0], knots[-1]))
-        share, place = _share(builder, held, knots)
+        x = builder.let(clip(raw[grid.inputs[i]], knots[0], knots[-1]))
+        share, place = _share(builder, x, knots)
         along.append((share, stride))
         places += [(place, stride)] if place else []
     cell = _sum(builder, places) if places else ""
@@ -124,14 +116,14 @@ def _corners(plan: Plan, grid: Grid, longest: int) -> Program:
     return _finished(plan, builder, [_average(builder, t, value) for t in grid.outputs])
 
 
-def _share(builder: Builder, held: Expr, knots: tuple[float, ...]) -> tuple[Expr, str]:
+def _share(builder: Builder, x: Expr, knots: tuple[float, ...]) -> tuple[Expr, str]:
     """Return how far a value lies from its knot to the next one, and the name of the knot's position, if it has one."""
     if len(knots) == 2:
-        beyond = builder.let(minus(held, Number(knots[0])))
+        beyond = builder.let(minus(x, Number(knots[0])))
         return builder.let(times(beyond, Number(1.0 / (knots[1] - knots[0])))), ""
     name, rest, begins = builder.fresh(), builder.fresh(), knots[:-1]
-    builder.statements.append(Locate(name, rest, held, builder.table(begins), begins, 1))
-    beyond = builder.let(minus(held, Item(builder.table(begins), Place(name))))
+    builder.statements.append(Locate(name, rest, x, builder.table(begins), begins, 1))
+    beyond = builder.let(minus(x, Item(builder.table(begins), Place(name))))
     widths = builder.table(1.0 / (b - a) for a, b in pairwise(knots))
     return builder.let(times(beyond, Item(widths, Place(name)))), name
 
@@ -161,50 +153,15 @@ def _written_out(builder: Builder, table: str, cell: str, along: _Along) -> Expr
     return builder.let(items[0])
 
 
-def _ramps(plan: Plan, grid: Grid) -> Program:
-    builder = Builder()
-    raw = raw_names(plan)
-    ramps: list[list[Expr]] = []
-    for position, knots in zip(grid.inputs, grid.knots, strict=True):
-        x, own = raw[position], []
-        for a, b in pairwise(knots):
-            share = builder.let(times(builder.let(minus(x, Number(a))), Number(1.0 / (b - a))))
-            own.append(builder.let(clip(share, 0.0, 1.0)))
-        ramps.append(own)
-
-    def value(at_knots: tuple[float, ...]) -> Expr:
-        return builder.let(_over_ramps(builder, list(at_knots), ramps))
-
-    return _finished(plan, builder, [_average(builder, t, value) for t in grid.outputs])
-
-
-def _over_ramps(builder: Builder, values: list[float], ramps: Sequence[Sequence[Expr]]) -> Expr:
-    """Sum V_0 + Σ_k r_k (V_k+1 - V_k), each V itself such a sum over the inputs that follow."""
-    if not ramps:
-        return Number(values[0])
-    size = len(values) // (len(ramps[0]) + 1)
-    slices = [values[k * size : (k + 1) * size] for k in range(len(ramps[0]) + 1)]
-    total = _over_ramps(builder, slices[0], ramps[1:])
-    for ramp, (before, after) in zip(ramps[0], pairwise(slices), strict=True):
-        steps = [b - a for a, b in zip(before, after, strict=True)]
-        if any(steps):
-            total = plus(total, _scaled(builder, ramp, _over_ramps(builder, steps, ramps[1:])))
-    return total
-
-
-def _scaled(builder: Builder, ramp: Expr, factor: Expr) -> Expr:
-    return times(ramp, factor if isinstance(factor, Number) else builder.let(factor))
-
-
 def _located(
     builder: Builder, grid: Grid, raw: Sequence[Expr], knots: Sequence[tuple[float, ...]], strides: Sequence[int]
 ) -> tuple[list[Expr], list[str]]:
     """Find the cell of each input; return how far the inputs lie beyond its beginning, and the positions."""
     rests: list[Expr] = []
     places: list[str] = []
-    for position, own, stride in zip(grid.inputs, knots, strides, strict=True):
+    for position, row, stride in zip(grid.inputs, knots, strides, strict=True):
         name, rest = builder.fresh(), builder.fresh()
-        builder.statements.append(Locate(name, rest, raw[position], builder.table(own), own, stride))
+        builder.statements.append(Locate(name, rest, raw[position], builder.table(row), row, stride))
         rests.append(Name(rest))
         places.append(name)
     return rests, places
@@ -227,30 +184,30 @@ def coefficients(grid: Grid, at_knots: Sequence[float]) -> list[float]:
 
     The last input's powers vary fastest. Beyond the last knot nothing changes, so there the slopes are 0.
     """
-    found = list(at_knots)
+    row_values = list(at_knots)
     strides = _strides(grid)
     for d, knots in enumerate(grid.knots):
         # What is there already for each knot: a row of coefficients of the inputs before.
         row = 1 << d
         stride = strides[d] * row
-        wider = [0.0] * (2 * len(found))
-        for k, value in enumerate(found):
-            own, place = divmod(k, row)
-            i = own // strides[d] % len(knots)
-            slope = (found[k + stride] - value) / (knots[i + 1] - knots[i]) if i + 1 < len(knots) else 0.0
-            wider[2 * row * own + 2 * place] = value
-            wider[2 * row * own + 2 * place + 1] = slope
-        found = wider
-    return found
+        wider = [0.0] * (2 * len(row_values))
+        for k, value in enumerate(row_values):
+            cell, place = divmod(k, row)
+            i = cell // strides[d] % len(knots)
+            slope = (row_values[k + stride] - value) / (knots[i + 1] - knots[i]) if i + 1 < len(knots) else 0.0
+            wider[2 * row * cell + 2 * place] = value
+            wider[2 * row * cell + 2 * place + 1] = slope
+        row_values = wider
+    return row_values
 
 
 def _average(builder: Builder, table: Table, value: object) -> Expr:
-    """Return an output as an atom, held within what it averages."""
+    """Return an output as an atom, clipped to the hull of its average."""
     assert callable(value)
-    own = value(table.value)
+    average = value(table.value)
     if table.weight:
-        own = builder.let(own / value(table.weight))
-    return builder.let(clip(own, table.low, table.high))
+        average = builder.let(average / value(table.weight))
+    return builder.let(clip(average, table.low, table.high))
 
 
 def _finished(plan: Plan, builder: Builder, outputs: Sequence[Expr]) -> Program:
@@ -266,9 +223,9 @@ def _finished(plan: Plan, builder: Builder, outputs: Sequence[Expr]) -> Program:
 
 def _read(builder: Builder, value: Expr) -> set[str]:
     """Return the names that a value is computed from; positions are not among them, since they hide that one is NaN."""
-    found = {n.name for n in names_in(value)}
+    names = {n.name for n in names_in(value)}
     for statement in reversed(builder.statements):
-        given = {statement.rest} if isinstance(statement, Locate) else writes(statement)
-        if given & found:
-            found |= {n.name for own in statements([statement]) for e in parts(own).values for n in names_in(e)}
-    return found
+        targets = {statement.rest} if isinstance(statement, Locate) else writes(statement)
+        if targets & names:
+            names |= {n.name for part in statements([statement]) for e in parts(part).values for n in names_in(e)}
+    return names

@@ -10,13 +10,17 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Sequence
+from functools import reduce
 from itertools import pairwise, product
 from typing import Final
 
-from fuzzyctl.expr import Binary, Call, Expr, Name, Number
+from fuzzyctl.expr import ZERO, Binary, Call, Expr, Logic, Name, Number, Where, minus, plus, times
 from fuzzyctl.kernels.algorithms.grid import ROUNDING, degree_at, is_continuous, knots_of, rounded, too_close
-from fuzzyctl.kernels.inference.defuzzify.defuzzify import consequent_hull
+from fuzzyctl.kernels.inference.defuzzify.defuzzify import average, consequent_hull
+from fuzzyctl.kernels.inference.inference import raw_names
 from fuzzyctl.kernels.plan.build import OutputPlan, Plan, SetPlan, degree_name
+from fuzzyctl.kernels.program.builder import Builder, any_nan, clip
+from fuzzyctl.kernels.program.program import NAN, Item, Locate, Offset, Place, Program, Refuse
 from fuzzyctl.records import record
 
 #: Most numbers of all tables together: 1 MiB.
@@ -61,7 +65,7 @@ class Axis:
         position: Its position.
         knots: Corners of its terms, rising; beyond the outer ones nothing changes.
         sides: The two terms of each cell.
-        terms: Their names in each cell, None where there is none.
+        terms: Their names in each cell, None for a missing term.
         is_rounded: Whether there are corners that differ by rounding and count as one.
         is_covered: Whether everywhere some term has a degree far above rounding. Else minima may be as small as what
             corners of other inputs are off by.
@@ -77,13 +81,13 @@ class Axis:
 
 @record(frozen=True)
 class Sums:
-    """What the rules of an output contribute, for each cell, the last input's varying fastest, and each pair of sides.
+    """Contributions of the rules of an output, for each cell, the last input's varying fastest, and each pair of sides.
 
     Args:
         weights: Σ w of the rules, by pair of sides and cell.
         constants: Σ w · c of the constants of the consequents.
         factors: Σ w · c of their factors, by input; empty for inputs that no consequent reads.
-        hull: What the average lies within.
+        hull: Bounds of the average.
     """
 
     weights: tuple[tuple[float, ...], ...]
@@ -94,7 +98,7 @@ class Sums:
     @property
     def is_finite(self) -> bool:
         """Whether no number is infinite: times a rule that does not act, such a one would be NaN."""
-        tables = (*self.weights, *self.constants, *(t for own in self.factors.values() for t in own))
+        tables = (*self.weights, *self.constants, *(t for factors in self.factors.values() for t in factors))
         return all(math.isfinite(x) for table in tables for x in table)
 
 
@@ -104,7 +108,7 @@ class Active:
 
     Args:
         axes: The inputs that rules read.
-        norm: What joins their degrees, "min" or "product".
+        norm: The norm of their degrees, "min" or "product".
         outputs: One for each output.
         gain: How many rules there are for each that can act at a time.
     """
@@ -188,7 +192,7 @@ def _is_average(output: OutputPlan) -> bool:
 def _read_by(output: OutputPlan) -> set[str]:
     """Return the inputs that consequents of an output read."""
     parts = [linear_parts(output.terms[e.term]) for e in output.implied]
-    return {name for own in parts if own is not None for name in own[0]}
+    return {name for part in parts if part is not None for name in part[0]}
 
 
 def linear_parts(term: SetPlan) -> tuple[dict[str, float], float] | None:
@@ -216,28 +220,28 @@ class _Rules:
     """The rules as combinations of terms.
 
     Attributes:
-        norm: What joins them, "min" or "product"; None where they are no conjunctions of all inputs by one of these.
+        norm: Their norm, "min" or "product"; None if they are no conjunctions of all inputs by one of these.
         terms: For each firing strength the term of each input that rules read, by position.
     """
 
     def __init__(self, plan: Plan) -> None:
-        own = {degree_name(k): (d.variable, d.term) for k, d in enumerate(plan.degrees)}
+        degrees = {degree_name(k): (d.variable, d.term) for k, d in enumerate(plan.degrees)}
         read = {d.variable for d in plan.degrees}
         norms: set[str] = set()
-        self.terms = [_combination(strength, own, norms) for strength in plan.strengths]
+        self.terms = [_combination(strength, degrees, norms) for strength in plan.strengths]
         whole = all(t is not None and t.keys() == read for t in self.terms)
         self.norm = (norms or {"product"}).pop() if whole and len(norms) <= 1 else None
 
 
-def _combination(strength: Expr, own: dict[str, tuple[int, str]], norms: set[str]) -> dict[int, str] | None:
+def _combination(strength: Expr, degrees: dict[str, tuple[int, str]], norms: set[str]) -> dict[int, str] | None:
     """Return the term of each input in a firing strength, None where it is no conjunction of different inputs."""
-    found: dict[int, str] = {}
+    terms: dict[int, str] = {}
     left = [strength]
     while left:
         match left.pop():
-            case Name(name=name) if name in own and own[name][0] not in found:
-                variable, term = own[name]
-                found[variable] = term
+            case Name(name=name) if name in degrees and degrees[name][0] not in terms:
+                variable, term = degrees[name]
+                terms[variable] = term
             case Call(function="min", arguments=(a, b)):
                 norms.add("min")
                 left += [a, b]
@@ -246,11 +250,11 @@ def _combination(strength: Expr, own: dict[str, tuple[int, str]], norms: set[str
                 left += [a, b]
             case _:
                 return None
-    return found
+    return terms
 
 
 def _axis(plan: Plan, position: int) -> Axis | str:
-    """Return an input as an axis, or why it is none."""
+    """Return an input as an axis, or the reason against it."""
     terms = {d.term: d.set for d in plan.degrees if d.variable == position}
     knots = knots_of(plan.inputs[position], list(terms.values()))
     name = plan.inputs[position].name
@@ -265,11 +269,11 @@ def _axis(plan: Plan, position: int) -> Axis | str:
         if len(there) > 2:
             return f"more than two terms of '{name}' meet between {left!r} and {right!r}"
         lines = [_line(t, terms[t], left, right, least) for t in there]
-        own = [line for line in lines if line is not None] + [_NO_TERM] * (2 - len(there))
-        if len(own) < 2:
+        pair = [line for line in lines if line is not None] + [_NO_TERM] * (2 - len(there))
+        if len(pair) < 2:
             return f"terms of '{name}' are too flat or too steep"
-        first.append(own[0])
-        second.append(own[1])
+        first.append(pair[0])
+        second.append(pair[1])
     names = tuple(n for n, *_ in first), tuple(n for n, *_ in second)
     covered = all(max(degree_at(s, x) for s in terms.values()) > _LARGE for x in knots)
     if is_rounded and not covered:
@@ -283,9 +287,9 @@ def _is_full(plan: Plan, rules: _Rules) -> bool:
     whole = math.prod(Counter(variable for variable, _ in terms).values())
     least = _WEIGHTY * max((r.weight for r in plan.rules), default=0.0)
     named = [[plan.rules[e.rule] for e in o.implied] for o in plan.outputs]
-    acting = [{rule.strength for rule in own if rule.weight > least} for own in named]
-    combinations = [{frozenset((rules.terms[s] or {}).items()) for s in own} for own in acting]
-    return all(len(own) == whole for own in combinations)
+    acting = [{rule.strength for rule in group if rule.weight > least} for group in named]
+    combinations = [{frozenset((rules.terms[s] or {}).items()) for s in group} for group in acting]
+    return all(len(group) == whole for group in combinations)
 
 
 def _side(lines: Sequence[_Line]) -> Side:
@@ -308,7 +312,7 @@ def _line(name: str, term: SetPlan, left: float, right: float, least: float) -> 
 
 
 def _sums(plan: Plan, output: OutputPlan, axes: Sequence[Axis], rules: _Rules) -> Sums:
-    """Return what the rules of an output contribute in each cell."""
+    """Return the contributions of an output's rules in each cell."""
     parts: dict[tuple[str | None, ...], tuple[float, float, dict[str, float]]] = {}
     for entry in output.implied:
         rule, consequent = plan.rules[entry.rule], linear_parts(output.terms[entry.term])
@@ -317,8 +321,8 @@ def _sums(plan: Plan, output: OutputPlan, axes: Sequence[Axis], rules: _Rules) -
         assert terms is not None, "others have no norm"
         key = tuple(terms[a.position] for a in axes)
         weight, constant, factors = parts.get(key, (0.0, 0.0, {}))
-        own = {n: factors.get(n, 0.0) + rule.weight * c for n, c in consequent[0].items()}
-        parts[key] = weight + rule.weight, constant + rule.weight * consequent[1], factors | own
+        changes = {n: factors.get(n, 0.0) + rule.weight * c for n, c in consequent[0].items()}
+        parts[key] = weight + rule.weight, constant + rule.weight * consequent[1], factors | changes
     read = _read_by(output)
     names = [i.name for i in plan.inputs if i.name in read]
     none = (0.0, 0.0, dict[str, float]())
@@ -329,8 +333,73 @@ def _sums(plan: Plan, output: OutputPlan, axes: Sequence[Axis], rules: _Rules) -
     by_sides = list(zip(*rows, strict=True))
     used = [e.term for e in output.implied if plan.rules[e.rule].weight > 0.0]
     return Sums(
-        weights=tuple(tuple(p[0] for p in own) for own in by_sides),
-        constants=tuple(tuple(p[1] for p in own) for own in by_sides),
-        factors={n: tuple(tuple(p[2].get(n, 0.0) for p in own) for own in by_sides) for n in names},
+        weights=tuple(tuple(p[0] for p in changes) for changes in by_sides),
+        constants=tuple(tuple(p[1] for p in changes) for changes in by_sides),
+        factors={n: tuple(tuple(p[2].get(n, 0.0) for p in changes) for changes in by_sides) for n in names},
         hull=consequent_hull(output, used),
     )
+
+
+def lookup(plan: Plan, active: Active) -> Program:
+    """Write the program that adds up over the rules of a cell."""
+    builder, raw = Builder(), raw_names(plan)
+    degrees, places = _degrees(builder, active, raw)
+    norm = _min if active.norm == "min" else times
+    strengths = [reduce(lambda a, b: builder.let(norm(a, b)), combination) for combination in product(*degrees)]
+    strides = [math.prod(len(a.knots) for a in active.axes[k + 1 :]) for k in range(len(active.axes))]
+    cell = builder.fresh()
+    builder.statements.append(Offset(cell, tuple(zip(places, strides, strict=True))))
+    clamped = {
+        i.name: x if i.extrapolate else builder.let(clip(x, i.lower, i.upper))
+        for i, x in zip(plan.inputs, raw, strict=True)
+    }
+    results: list[Expr] = []
+    for output, sums in zip(plan.outputs, active.outputs, strict=True):
+        above = _total(builder, strengths, sums.constants, cell)
+        for name, factors in sums.factors.items():
+            above = plus(above, times(clamped[name], builder.let(_total(builder, strengths, factors, cell))))
+        below = builder.let(_total(builder, strengths, sums.weights, cell))
+        value, fires = average(builder, output, builder.let(above), below, sums.hull)
+        if output.otherwise == "error":
+            quiet = Logic("and", (Logic("not", (fires,)), Logic("not", (any_nan(raw),))))
+            builder.statements.append(Refuse(quiet, output.name))
+        results.append(Where(any_nan(raw), NAN, value))
+    return builder.program(raw, results)
+
+
+def _min(a: Expr, b: Expr) -> Expr:
+    return Call("min", (a, b))
+
+
+def _degrees(builder: Builder, active: Active, raw: Sequence[Expr]) -> tuple[list[list[Expr]], list[str]]:
+    """Write the two degrees of each input, and where its cell is."""
+    degrees: list[list[Expr]] = []
+    places: list[str] = []
+    for axis in active.axes:
+        place, rest = builder.fresh(), builder.fresh()
+        x = builder.let(clip(raw[axis.position], axis.knots[0], axis.knots[-1]))
+        builder.statements.append(Locate(place, rest, x, builder.table(axis.knots), axis.knots, 1, wants_rest=False))
+        places.append(place)
+        degrees.append([_degree(builder, side, x, place) for side in axis.sides])
+    return degrees, places
+
+
+def _degree(builder: Builder, side: Side, x: Expr, place: str) -> Expr:
+    foot, slope, base = (_looked_up(builder, values, place) for values in (side.foot, side.slope, side.base))
+    return builder.let(plus(times(slope, minus(x, foot)), base))
+
+
+def _looked_up(builder: Builder, values: Sequence[float], place: str) -> Expr:
+    """Return a number of a table, or the number that all of them are."""
+    if len(set(values)) == 1:
+        return Number(values[0])
+    return Item(builder.table(values), Place(place))
+
+
+def _total(builder: Builder, strengths: Sequence[Expr], tables: Sequence[Sequence[float]], cell: str) -> Expr:
+    """Return Σ strength · number of the cell."""
+    parts = []
+    for strength, values in zip(strengths, tables, strict=True):
+        factor = _looked_up(builder, values, cell)
+        parts.append(ZERO if factor == ZERO else times(factor, strength))
+    return builder.total(parts)

@@ -6,7 +6,7 @@ from functools import cached_property
 from typing import Final, Literal, get_args
 
 from fuzzyctl.diagnostics.diagnostic import ArgumentError, UnknownNameError
-from fuzzyctl.kernels.algorithms import interpolation, rule_cells, rule_lookup
+from fuzzyctl.kernels.algorithms import interpolation, rule_cells
 from fuzzyctl.kernels.algorithms.grid import Grid, grid_of
 from fuzzyctl.kernels.algorithms.rule_cells import Active
 from fuzzyctl.kernels.inference import inference
@@ -32,9 +32,9 @@ class Algorithm:
     Args:
         plan: The plan.
         grid: Its values at the knots, for interpolation, else None.
-        reason: Why it is not interpolation, or what is interpolated.
-        active: What its rules say in each cell, for averages over the rules that act, else None.
-        is_forced: Whether it was asked for, so that it is used even where another one is faster.
+        reason: Why it is not interpolation, or the interpolated quantity.
+        active: The rules of each cell, for averages over the rules that act, else None.
+        is_forced: Whether the caller chose it, so that it is used even if another one is faster.
         most_coefficients: Of all cells that are interpolated in; beyond, values at their corners are stored.
     """
 
@@ -66,7 +66,7 @@ class Algorithm:
         if self.grid is not None:
             return interpolation.lookup(self.plan, self.grid, self.most_coefficients)
         if self.active is not None:
-            return rule_lookup.lookup(self.plan, self.active)
+            return rule_cells.lookup(self.plan, self.active)
         return inference.evaluation(self.plan, most_pairs=COMPILED)
 
     @cached_property
@@ -89,7 +89,7 @@ class Algorithm:
     def many(self) -> Program:
         """The program for loops over many points, in a form that compilers vectorise."""
         if self.grid is not None:
-            return interpolation.batch(self.plan, self.grid)
+            return interpolation.lookup(self.plan, self.grid)
         if self._gains(rule_cells.LEAST_GAIN_MANY):
             return self.point
         return inference.evaluation(self.plan, many=True, most_pairs=COMPILED)

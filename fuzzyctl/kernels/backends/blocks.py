@@ -235,7 +235,7 @@ def results_for(out: Any, shape: tuple[int, ...], *read: FloatArray | None) -> F
 
     Args:
         out: The caller's, None for a new one.
-        shape: What it must be.
+        shape: The required shape.
         read: Arrays that are read while it is written.
 
     Raises:
@@ -246,8 +246,8 @@ def results_for(out: Any, shape: tuple[int, ...], *read: FloatArray | None) -> F
         return np.empty(shape)
     if not isinstance(out, np.ndarray) or isinstance(out, np.ma.MaskedArray) or out.dtype != np.float64:
         plain = isinstance(out, np.ndarray) and not isinstance(out, np.ma.MaskedArray)
-        found = out.dtype if plain else type(out).__name__
-        raise ArgumentError(f"out must be an array of float64, got {found}")
+        kind = out.dtype if plain else type(out).__name__
+        raise ArgumentError(f"out must be an array of float64, got {kind}")
     if out.shape != shape:
         raise ArgumentError(f"out must have the shape {shape}, got {out.shape}")
     if not out.flags.carray:

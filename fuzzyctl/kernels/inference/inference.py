@@ -21,10 +21,8 @@ from fuzzyctl.expr import (
     walk,
 )
 from fuzzyctl.formulas import IMPLICATIONS, aggregation
-from fuzzyctl.kernels.inference.activation_methods import acting
+from fuzzyctl.kernels.inference.activations import acting, merged
 from fuzzyctl.kernels.inference.defuzzify.defuzzify import Activation, defuzzify
-from fuzzyctl.kernels.inference.degrees.tabulated import degree_of
-from fuzzyctl.kernels.inference.merging import merged
 from fuzzyctl.kernels.plan.build import (
     ITSELF,
     ImpliedPlan,
@@ -37,10 +35,11 @@ from fuzzyctl.kernels.plan.build import (
     degree_name,
     step_name,
 )
+from fuzzyctl.kernels.plan.sets import degree_of
 from fuzzyctl.kernels.plan.traced import is_free
 from fuzzyctl.kernels.program.builder import Builder, any_nan, clip
-from fuzzyctl.kernels.program.passes.embed import embed
 from fuzzyctl.kernels.program.program import NAN, STATE, Item, Program, Refuse
+from fuzzyctl.kernels.program.traversal import embed
 
 
 def evaluation(plan: Plan, *, many: bool = False, most_pairs: int | None = None) -> Program:
@@ -82,8 +81,8 @@ def rates(plan: Plan) -> Program:
     front = _adaptive_front(plan)
     results: list[Expr] = []
     for s, ((o, _), change) in enumerate(zip(plan.states, _rates(plan, front), strict=True)):
-        held = Where(_leaves(plan.outputs[o], Item(STATE, s), change), ZERO, change)
-        results.append(Where(front.nan(o), NAN, held))
+        rate = Where(_leaves(plan.outputs[o], Item(STATE, s), change), ZERO, change)
+        results.append(Where(front.nan(o), NAN, rate))
     return _program(plan, front.builder, results)
 
 
@@ -152,10 +151,10 @@ def largest_activations(plan: Plan) -> Program:
     builder = front.builder
     results: list[Expr] = []
     for position, output in enumerate(plan.outputs):
-        own: Expr = ZERO
+        activation: Expr = ZERO
         for entry in output.implied:
-            own = builder.let(Call("max", (own, front.activations[entry.rule])))
-        results.append(Where(front.nan(position), NAN, own))
+            activation = builder.let(Call("max", (activation, front.activations[entry.rule])))
+        results.append(Where(front.nan(position), NAN, activation))
     return _program(plan, builder, results)
 
 
@@ -288,7 +287,7 @@ class _Front:
         return values
 
     def nan(self, position: int) -> Expr:
-        """Return whether an output has no value because what it depends on has none."""
+        """Return whether an output lacks a value because one of its inputs lacks one."""
         return any_nan([*self.raw, *self.lets, *(self.outputs[k] for k in self.plan.outputs[position].reads)])
 
     def degree(self, position: int) -> Expr:
@@ -424,7 +423,7 @@ class _Front:
         return value
 
     def _total(self, output: OutputPlan) -> Expr | None:
-        """Return what an average divides by, None for the sum of the activations of its rules."""
+        """Return the divisor of an average, None for the sum of the activations of its rules."""
         match output.total:
             case "strengths":
                 rules = [self.plan.rules[e.rule] for e in output.implied]
@@ -464,9 +463,9 @@ def _normalised(plan: Plan, front: _Front) -> list[Expr]:
     builder = front.builder
     normalised: list[Expr] = []
     activations = {o: [front.activations[e.rule] for e in plan.outputs[o].implied] for o, _ in plan.states}
-    totals = {o: builder.total(own) for o, own in activations.items()}
+    totals = {o: builder.total(values) for o, values in activations.items()}
     for o, k in plan.states:
-        own, total = activations[o], totals[o]
-        share = Where(Compare(">", total, ZERO), own[k] / total, ZERO)
-        normalised.append(builder.let(share) if own[k] != ZERO else ZERO)
+        values, total = activations[o], totals[o]
+        share = Where(Compare(">", total, ZERO), values[k] / total, ZERO)
+        normalised.append(builder.let(share) if values[k] != ZERO else ZERO)
     return normalised

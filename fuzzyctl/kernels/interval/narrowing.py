@@ -1,4 +1,4 @@
-"""Interval evaluation that uses conditions: in each branch of a choice names are held within what its condition says.
+"""Interval evaluation that uses conditions: each branch of a choice narrows the names of its condition.
 
 The condition is propagated backwards through arithmetic and through the definitions of names, as hull consistency does.
 """
@@ -18,6 +18,9 @@ from fuzzyctl.kernels.interval.vector import (
     Array,
     Enclosure,
     Mask,
+    Truths,
+    applied,
+    compared,
     divided,
     least_and_largest,
     minus,
@@ -25,7 +28,6 @@ from fuzzyctl.kernels.interval.vector import (
     sound,
     times,
 )
-from fuzzyctl.kernels.interval.vector_functions import Truths, applied, compared
 
 #: Most conjunctions that a condition is written as.
 _MOST_CASES: Final = 8
@@ -46,8 +48,8 @@ class NarrowingInterpreter(Interpreter):
     """Encloses expressions whose names are defined by other expressions.
 
     Args:
-        names: What names are enclosed by.
-        definitions: What names are defined by; those without a definition are arguments.
+        names: Enclosures by name.
+        definitions: Definitions by name; those without a definition are arguments.
         nearest: Whether only what kernels compute is enclosed, with arithmetic that rounds to nearest as theirs does,
             and not the real values; slopes are not known then.
     """
@@ -63,42 +65,42 @@ class NarrowingInterpreter(Interpreter):
         match expr:
             case Binary(op=op, left=left, right=right) if self.nearest and op in _NEAREST:
                 a = self.enclose(left)
-                found = _nearest(op, a, a if left == right else self.enclose(right))
+                enclosure = _nearest(op, a, a if left == right else self.enclose(right))
             case Call(function=function, arguments=arguments) if function not in COMPARISONS:
                 parts = [self.enclose(a) for a in arguments]
                 lacks = np.logical_or.reduce([*np.broadcast_arrays(*map(may_be_nan, parts))])
                 return _lost(applied(function, parts), lacks)
             case _:
-                found = super().enclose(expr)
+                enclosure = super().enclose(expr)
         match expr:
             case Binary(op="+"):
-                return self._lag(expr, found)
+                return self._lag(expr, enclosure)
             case Binary(op="/", left=Name() | Number() as part, right=Binary(op="+", left=left, right=right)) if (
                 part in (left, right)
             ):
                 share, rest = self.enclose(part), self.enclose(left if part == right else right)
-                inside = (share.lo > 0.0) & (rest.lo >= 0.0) & ~may_be_nan(found)
-                return _held(found, np.where(inside, 0.0, -np.inf), np.where(inside, 1.0, np.inf))
-        return found
+                inside = (share.lo > 0.0) & (rest.lo >= 0.0) & ~may_be_nan(enclosure)
+                return _held(enclosure, np.where(inside, 0.0, -np.inf), np.where(inside, 1.0, np.inf))
+        return enclosure
 
-    def _lag(self, expr: Binary, found: Enclosure) -> Enclosure:
+    def _lag(self, expr: Binary, enclosure: Enclosure) -> Enclosure:
         """Hold a sum of the form x + part · (y - x), of a part that is written shortly, between x and y."""
         match expr:
             case Binary(
                 left=Name() as start, right=Binary(op="*", left=part, right=Binary(op="-", left=end) as way)
             ) if way.right == start and len(walk(part)) + len(walk(end)) <= _SHORT:
-                return self._between(found, self.enclose(start), self.enclose(end), self.enclose(part))
-        return found
+                return self._between(enclosure, self.enclose(start), self.enclose(end), self.enclose(part))
+        return enclosure
 
-    def _between(self, found: Enclosure, start: Enclosure, end: Enclosure, part: Enclosure) -> Enclosure:
+    def _between(self, enclosure: Enclosure, start: Enclosure, end: Enclosure, part: Enclosure) -> Enclosure:
         """Hold start + part · (end - start) between start and end where the part is one of the whole.
 
         Where the end is above the start, rounding leaves the sum above the start, too; it may pass the end.
         """
-        inside = (part.lo >= 0.0) & (part.hi <= 1.0) & np.isfinite(found.size)  # no difference overflows
+        inside = (part.lo >= 0.0) & (part.hi <= 1.0) & np.isfinite(enclosure.size)  # no difference overflows
         slack = ULPS * (start.size + end.size)
         lo, hi = np.minimum(start.lo, end.lo - slack), np.maximum(start.hi, end.hi + slack)
-        return _held(found, np.where(inside, lo, -np.inf), np.where(inside, hi, np.inf))
+        return _held(enclosure, np.where(inside, lo, -np.inf), np.where(inside, hi, np.inf))
 
     def decide(self, condition: Expr) -> Truths:
         """Return where a condition surely holds, and where it surely does not; NaN differs from all numbers."""
@@ -136,8 +138,8 @@ class NarrowingInterpreter(Interpreter):
         inner = _Narrowed(self)
         for compare in case:
             inner.assume(compare)
-        found = inner.enclose(value)
-        return np.where(inner.empty, np.inf, found.lo), np.where(inner.empty, -np.inf, found.hi)
+        enclosure = inner.enclose(value)
+        return np.where(inner.empty, np.inf, enclosure.lo), np.where(inner.empty, -np.inf, enclosure.hi)
 
 
 class _Narrowed(NarrowingInterpreter):
@@ -165,7 +167,7 @@ class _Narrowed(NarrowingInterpreter):
         return self._chosen(expr, *self.decide(expr.condition))  # branches within branches are not narrowed again
 
     def enclose(self, expr: Expr) -> Enclosure:
-        """Enclose an expression; what depends on narrowed names is computed again."""
+        """Enclose an expression; parts that depend on narrowed names are computed again."""
         if isinstance(expr, Name) and self._depth <= _DEEPEST and self._is_changed(expr.name, self._depth):
             self._again[expr.name] = False
             self._depth += 1
@@ -183,10 +185,13 @@ class _Narrowed(NarrowingInterpreter):
 
     def _hold(self, expr: Expr, lo: Array, hi: Array, depth: int = 0) -> None:
         """Narrow names so that a value lies between two ends, where it is known to be a number."""
-        own = self.enclose(expr)
-        unknown = may_be_nan(own)
-        lo, hi = np.where(unknown, -np.inf, np.maximum(lo, own.lo)), np.where(unknown, np.inf, np.minimum(hi, own.hi))
-        if not ((lo > own.lo) | (hi < own.hi)).any() or depth > _DEEPEST:
+        enclosure = self.enclose(expr)
+        unknown = may_be_nan(enclosure)
+        lo, hi = (
+            np.where(unknown, -np.inf, np.maximum(lo, enclosure.lo)),
+            np.where(unknown, np.inf, np.minimum(hi, enclosure.hi)),
+        )
+        if not ((lo > enclosure.lo) | (hi < enclosure.hi)).any() or depth > _DEEPEST:
             return
         want = Enclosure(lo - _TINY, hi + _TINY, None, np.array(0.0))
         match expr:
@@ -210,26 +215,28 @@ class _Narrowed(NarrowingInterpreter):
         wide = np.maximum(want.size, np.maximum(a.size, b.size)) * ULPS
         match expr.op:
             case "+":
-                found = (minus(want, b), minus(want, a))
+                ends = (minus(want, b), minus(want, a))
             case "-":
-                found = (plus(want, b), minus(a, want))
+                ends = (plus(want, b), minus(a, want))
             case "*":
-                found, wide = (divided(want, b), divided(want, a)), np.array(0.0)
+                ends, wide = (divided(want, b), divided(want, a)), np.array(0.0)
             case "/":
-                found, wide = (times(want, b), divided(a, want)), np.array(0.0)
+                ends, wide = (times(want, b), divided(a, want)), np.array(0.0)
             case _:
                 return
-        for part, e in zip((left, right), found, strict=True):
+        for part, e in zip((left, right), ends, strict=True):
             slack = wide + e.size * ULPS
             self._hold(part, _number(e.lo - slack, -np.inf), _number(e.hi + slack, np.inf), depth)
 
     def _intersect(self, name: str, lo: Array, hi: Array) -> None:
-        own = self.names[name]
-        low, high = np.maximum(own.lo, lo), np.minimum(own.hi, hi)
+        before = self.names[name]
+        low, high = np.maximum(before.lo, lo), np.minimum(before.hi, hi)
         none = low > high
         self.empty = self.empty | none
         self._narrowed.add(name)
-        self.names[name] = Enclosure(np.where(none, own.lo, low), np.where(none, own.hi, high), own.slopes, own.error)
+        self.names[name] = Enclosure(
+            np.where(none, before.lo, low), np.where(none, before.hi, high), before.slopes, before.error
+        )
 
 
 def alternatives(condition: Expr, wanted: bool) -> list[tuple[Compare, ...]]:
@@ -269,12 +276,12 @@ def _nearest(op: str, a: Enclosure, b: Enclosure) -> Enclosure:
     return _lost(Enclosure(lo, hi, None, np.array(np.inf)), bad)
 
 
-def _lost(found: Enclosure, bad: Mask) -> Enclosure:
+def _lost(enclosure: Enclosure, bad: Mask) -> Enclosure:
     """Return an enclosure in which some values may be no numbers."""
     if not bad.any():
-        return found
-    nothing = np.where(bad, np.nan, found.lo)
-    return sound(nothing, found.hi, found.slopes, found.error)
+        return enclosure
+    nothing = np.where(bad, np.nan, enclosure.lo)
+    return sound(nothing, enclosure.hi, enclosure.slopes, enclosure.error)
 
 
 _NEAREST: Final[dict[str, Callable[[Array, Array], Array]]] = {
@@ -290,9 +297,9 @@ def may_be_nan(e: Enclosure) -> Mask:
     return np.isneginf(e.lo) & np.isposinf(e.hi)
 
 
-def _held(found: Enclosure, lo: Array, hi: Array) -> Enclosure:
+def _held(enclosure: Enclosure, lo: Array, hi: Array) -> Enclosure:
     """Return an enclosure within other ends."""
-    return Enclosure(np.maximum(found.lo, lo), np.minimum(found.hi, hi), found.slopes, found.error)
+    return Enclosure(np.maximum(enclosure.lo, lo), np.minimum(enclosure.hi, hi), enclosure.slopes, enclosure.error)
 
 
 def _number(ends: Array, otherwise: float) -> Array:

@@ -14,18 +14,21 @@ from fuzzyctl.kernels.interval.vector import (
     Array,
     Enclosure,
     Mask,
+    Truths,
+    applied,
     chosen,
+    compared,
     constant,
     divided,
     jumping,
     minus,
     negative,
     plus,
+    power,
     sound,
     square,
     times,
 )
-from fuzzyctl.kernels.interval.vector_functions import Truths, applied, compared, power
 from fuzzyctl.kernels.program.program import STATE, Accumulate, Assign, Fold, Item, Place, Program, Quadrature, Refuse
 
 
@@ -33,9 +36,9 @@ class Interpreter:
     """Encloses expressions.
 
     Args:
-        names: What names stand for.
-        items: What numbers of arrays stand for; None where there are no arrays.
-        call: What a function that the language does not know gives.
+        names: Enclosures by name.
+        items: Enclosures of numbers of arrays; None without arrays.
+        call: Encloses a function that the language does not know.
     """
 
     def __init__(
@@ -45,7 +48,7 @@ class Interpreter:
         call: Callable[[Call], Enclosure | None] | None = None,
     ) -> None:
         self.names, self.items, self.call = dict(names), items, call
-        #: Boxes where what was computed has no value.
+        #: Boxes in which a value does not exist.
         self.void: Mask = np.array(False)
 
     def enclose(self, expr: Expr) -> Enclosure:
@@ -66,8 +69,8 @@ class Interpreter:
             case Where():
                 return self._where(expr)
             case Call(function=function, arguments=arguments):
-                own = self.call(expr) if self.call is not None else None
-                return own if own is not None else applied(function, [self.enclose(a) for a in arguments])
+                enclosure = self.call(expr) if self.call is not None else None
+                return enclosure if enclosure is not None else applied(function, [self.enclose(a) for a in arguments])
         raise TypeError(f"{type(expr).__name__} has no enclosure")
 
     def _where(self, expr: Where) -> Enclosure:
@@ -99,9 +102,9 @@ class Interpreter:
                 yes, no = self.decide(operand)
                 return no, yes
             case Logic(op=op, operands=operands):
-                found = [self.decide(o) for o in operands]
-                yes, no = found[0]
-                for y, n in found[1:]:
+                truths = [self.decide(o) for o in operands]
+                yes, no = truths[0]
+                for y, n in truths[1:]:
                     yes, no = (yes & y, no | n) if op == "and" else (yes | y, no & n)
                 return yes, no
         raise TypeError(f"{type(condition).__name__} is no condition")
@@ -139,8 +142,8 @@ class Interpreter:
         inner = Interpreter({n: _spread(e) for n, e in self.names.items()}, items)
         for assignment in statement.body:
             inner.names[assignment.name] = inner.enclose(assignment.value)
-        for own in statement.sums:
-            self.names[own.name] = _summed(inner.enclose(own.value), statement.count)
+        for assign in statement.sums:
+            self.names[assign.name] = _summed(inner.enclose(assign.value), statement.count)
 
 
 def _anything() -> Enclosure:

@@ -26,7 +26,7 @@ from fuzzyctl.expr import (
     rounded,
     sign,
 )
-from fuzzyctl.kernels.program.ieee import power
+from fuzzyctl.kernels.program.scalar import power
 
 #: The least and the largest value.
 Interval = tuple[float, float]

@@ -22,9 +22,7 @@ from fuzzyctl.formulas import (
 )
 from fuzzyctl.formulas.inverse import solved
 from fuzzyctl.formulas.shared import is_infinite
-from fuzzyctl.kernels.plan.antecedents import Antecedents, term_of_input
-from fuzzyctl.kernels.plan.consequents import Conclusions, term_of_output
-from fuzzyctl.kernels.plan.expressions import guarded, number_of, over_inputs
+from fuzzyctl.kernels.plan.clauses import Antecedents, Conclusions, term_of_input, term_of_output
 from fuzzyctl.kernels.plan.plan import (
     ActivationPlan,
     CallPlan,
@@ -44,6 +42,7 @@ from fuzzyctl.kernels.plan.plan import (
     step_name,
 )
 from fuzzyctl.kernels.plan.sets import ITSELF, SetPlan
+from fuzzyctl.kernels.plan.traced import guarded, number_of, over_inputs
 from fuzzyctl.model.checks.methods import misfitting_semantics
 from fuzzyctl.model.method import MAXIMA, OVER_MIDDLES, Activation
 from fuzzyctl.model.output_dependencies import comparisons_that_wait, ordered_lets, reads_of
@@ -62,10 +61,10 @@ def require_suited(output: Output, planned: OutputPlan) -> None:
         message = f"output '{output.name}' is adaptive, and only averages know adaptive consequents"
         raise DiagnosticError([Diagnostic("FZ214", message, output.span, help="use 'defuzzifier weighted_average'")])
     for i in sorted({entry.term for entry in planned.implied}):
-        found = _misfit(planned, planned.terms[i])
-        if found is None:
+        misfit = _misfit(planned, planned.terms[i])
+        if misfit is None:
             continue
-        problem, way_out = found
+        problem, way_out = misfit
         named = i < len(output.terms)
         who = f"term '{output.terms[i].name}'" if named else f"the consequent '{planned.terms[i].kind}'"
         message = f"{who} of output '{output.name}' does not suit the defuzzifier: {problem}"
@@ -74,7 +73,7 @@ def require_suited(output: Output, planned: OutputPlan) -> None:
 
 
 def _misfit(output: OutputPlan, term: SetPlan) -> tuple[str, str] | None:
-    """Return what is wrong with a consequent under the defuzzifier of its output, and the way out."""
+    """Return the problem of a consequent under the defuzzifier of its output, and its solution."""
     average = "use 'defuzzifier weighted_average'"
     if term.kind == "formula" and output.inverts and output.merge == "rules":
         if term.expression is not None and solved(term.expression, ITSELF, Name("w")) is not None:
@@ -150,13 +149,13 @@ def plan(system: FuzzySystem) -> Plan:
         DiagnosticError: For terms that do not suit the defuzzifier, such as an exact centroid of curved terms, and for
             activation methods that compare rules where some rule reads an output of the same evaluation.
         OutputCycleError: For outputs that read each other in a circle.
-        UnknownNameError: For an antecedent or consequent that names what is not declared.
+        UnknownNameError: For an undeclared name in an antecedent or consequent.
         ExprError: For an expression without a value; a loaded system has none such.
     """
     if "plan" not in system.derived:
         system.derived["plan"] = _plan(system)
-    known: Plan = system.derived["plan"]
-    return known
+    cached: Plan = system.derived["plan"]
+    return cached
 
 
 def _plan(system: FuzzySystem) -> Plan:
@@ -213,8 +212,8 @@ def _with_calls(system: FuzzySystem, name: str, expr: Expr, calls: list[CallPlan
         return rebuilt(expr, parts) if parts else expr
     other, _, output = expr.function.partition(".")
     called = next(c for c in system.called if c.name == other)
-    known = {c.name for c in calls}
-    arguments = tuple(guarded(over_inputs(system, part, more=known)) for part in parts)
+    names = {c.name for c in calls}
+    arguments = tuple(guarded(over_inputs(system, part, more=names)) for part in parts)
     position = [o.name for o in called.outputs].index(output)
     calls.append(CallPlan(f"{name}.{len(calls) + 1}", plan(called), position, arguments))
     return Name(calls[-1].name)
@@ -263,12 +262,12 @@ def _activations(system: FuzzySystem) -> tuple[tuple[ActivationPlan, ...], list[
     mistake = next(comparisons_that_wait(system), None)
     if mistake is not None:
         raise DiagnosticError([mistake])
-    found: dict[tuple[ActivationPlan, int], int] = {}
+    positions: dict[tuple[ActivationPlan, int], int] = {}
     groups: dict[int, int] = {}
     for method in {m.block: m for m in system.rule_methods}.values():
         own = _activation(system, method.activation)
-        groups[method.block] = found.setdefault((own, method.block if own.compares else -1), len(found))
-    return tuple(activation for activation, _ in found), [groups[m.block] for m in system.rule_methods]
+        groups[method.block] = positions.setdefault((own, method.block if own.compares else -1), len(positions))
+    return tuple(activation for activation, _ in positions), [groups[m.block] for m in system.rule_methods]
 
 
 def _activation(system: FuzzySystem, method: Activation) -> ActivationPlan:
@@ -276,7 +275,7 @@ def _activation(system: FuzzySystem, method: Activation) -> ActivationPlan:
         kind=method.kind,
         count=1 if method.count is None else method.count,
         threshold=0.0 if method.threshold is None else number_of(system, method.threshold),
-        comparison=cast("CompareOp", method.comparison or ">="),  # what reads an activation lets nothing else pass
+        comparison=cast("CompareOp", method.comparison or ">="),  # a reader of an activation accepts only atoms
     )
 
 

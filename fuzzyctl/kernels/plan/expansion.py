@@ -27,10 +27,9 @@ from fuzzyctl.expr import (
     rebuilt,
     span_of,
 )
-from fuzzyctl.kernels.plan.algebraic_loops import ordered
 from fuzzyctl.kernels.plan.build import OutputPlan, plan
-from fuzzyctl.kernels.plan.equations import DT, Equation, Equations, Evaluation, KeptState
-from fuzzyctl.kernels.plan.free_states import FreeNumber, free_names
+from fuzzyctl.kernels.plan.equations import DT, Equation, Equations, Evaluation, KeptState, ordered
+from fuzzyctl.kernels.plan.free import FreeNumber, free_names
 from fuzzyctl.model.checks.checks import unused_params
 from fuzzyctl.model.controller import Controller, Definition, Function, Result
 from fuzzyctl.model.guarantee import Bounds, Param
@@ -95,7 +94,7 @@ def _defined(controller: Controller) -> tuple[Definition | Result, ...]:
 
 @dataclass
 class Scope:
-    """What the names of one controller stand for."""
+    """Meanings of the names of one controller."""
 
     controller: Controller
     prefix: str
@@ -111,8 +110,8 @@ class Scope:
         values = controller.param_values.values
         self.names |= {name: value for name, value in self.symbolic.items() if name not in self.names}
         self.names |= {name: Number(value) for name, value in values.items() if name not in self.names}
-        own = [s.name for s in controller.states] + [d.name for d in _defined(controller)]
-        self.names |= {name: Name(self.prefix + name) for name in own}
+        names = [s.name for s in controller.states] + [d.name for d in _defined(controller)]
+        self.names |= {name: Name(self.prefix + name) for name in names}
         self.names[DT] = Name(DT) if self.period is None else Number(self.period)
         self.functions = {f.name: f for f in controller.functions}
         self.systems = {s.name: s for s in controller.systems}
@@ -136,8 +135,8 @@ class Scope:
             span = span_of(expr)
             at = "" if span is None else f" at {span}"
             raise ArgumentError(f"'{free[0]}' cannot be free: a constant depends on it{at}")
-        known = {n.name: self.names.get(n.name) for n in names_in(expr)}
-        return evaluate(expr, {n: e.value for n, e in known.items() if isinstance(e, Number)})
+        values = {n.name: self.names.get(n.name) for n in names_in(expr)}
+        return evaluate(expr, {n: e.value for n, e in values.items() if isinstance(e, Number)})
 
     def free_in(self, expr: Expr) -> list[str]:
         """Return the params in an expression that depend on free numbers."""
@@ -214,8 +213,8 @@ class Expansion:
     def _enter_instance(self, scope: Scope, name: str, of: str, arguments: tuple[Expr, ...]) -> None:
         inner = next(c for c in scope.controller.controllers if c.name == of)
         inputs = [s.name for s in inner.inputs]
-        given, named = split(arguments)
-        bound = dict(zip(inputs, given, strict=False)) | {n: v for n, v in named.items() if n in inputs}
+        positional, named = split(arguments)
+        bound = dict(zip(inputs, positional, strict=False)) | {n: v for n, v in named.items() if n in inputs}
         params, symbolic = self._split_params({n: v for n, v in named.items() if n not in inputs}, scope)
         symbolic |= _written(inner.params, named, scope)
         names: dict[str, Expr] = {}
@@ -228,13 +227,13 @@ class Expansion:
             prefixed = f"{scope.prefix}{name}.{key}"
             self.body.append(Equation(prefixed, self.expanded(value, scope), span_of(value)))
             names[key] = Name(prefixed)
-        own = {p.span for p in inner.params if p.name in named}
-        written = {line: v for line, v in scope.written.items() if line not in own} | lines_of(inner, symbolic)
+        spans = {p.span for p in inner.params if p.name in named}
+        written = {line: v for line, v in scope.written.items() if line not in spans} | lines_of(inner, symbolic)
         changed = with_shared(with_values(inner, params), params)
         self.enter(Scope(changed, f"{scope.prefix}{name}.", names, scope.period, symbolic, written))
 
     def _several(self, scope: Scope, name: str, value: Expr) -> Expr | None:
-        """Return what a definition stands for; None for a call of a system with several outputs."""
+        """Return the value of a definition; None for a call of a system with several outputs."""
         if isinstance(value, Call) and value.function in scope.systems:
             names = self._evaluation(value, scope, name)
             outputs = scope.systems[value.function].outputs
@@ -327,8 +326,8 @@ class Expansion:
         """
         system = scope.systems[call.function]
         inputs = [i.name for i in system.inputs]
-        given, named = split(call.arguments)
-        bound = dict(zip(inputs, given, strict=False)) | {n: v for n, v in named.items() if n in inputs}
+        positional, named = split(call.arguments)
+        bound = dict(zip(inputs, positional, strict=False)) | {n: v for n, v in named.items() if n in inputs}
         params, symbolic = self._split_params({n: v for n, v in named.items() if n not in inputs}, scope)
         system = _changed(system, params)
         arguments = tuple(self.expanded(bound[i], scope) for i in inputs)
@@ -351,8 +350,8 @@ class Expansion:
             updates = tuple(f"{start}.next.{k}" for k in range(len(states)))
             self.updates |= {s.name: Name(u) for s, u in zip(states, updates, strict=True)}
             self.states += states
-            own = tuple(s.name for s in states)
-            self.body.append(Evaluation(system, arguments, self._calls[key], call.span, own, updates, free))
+            state_names = tuple(s.name for s in states)
+            self.body.append(Evaluation(system, arguments, self._calls[key], call.span, state_names, updates, free))
         return self._calls[key]
 
     def _states_of(self, system: FuzzySystem, name: str, span: Span | None) -> list[KeptState]:
@@ -364,15 +363,15 @@ class Expansion:
         ranges += [None] * len(planned.held)
         return [KeptState(*one, span) for one in zip(names, planned.initial_state, ranges, strict=True)]
 
-    def _split_params(self, given: Mapping[str, Expr], scope: Scope) -> tuple[dict[str, float], dict[str, Expr]]:
+    def _split_params(self, changes: Mapping[str, Expr], scope: Scope) -> tuple[dict[str, float], dict[str, Expr]]:
         """Return the present values of params that a call sets, and expressions for those that depend on free ones."""
-        symbolic = {n: self.expanded(v, scope) for n, v in given.items() if scope.free_in(v)}
+        symbolic = {n: self.expanded(v, scope) for n, v in changes.items() if scope.free_in(v)}
         values = scope.controller.param_values.values
-        return {n: evaluate(v, values) if n in symbolic else scope.constant(v) for n, v in given.items()}, symbolic
+        return {n: evaluate(v, values) if n in symbolic else scope.constant(v) for n, v in changes.items()}, symbolic
 
     def _operator(self, call: Call, scope: Scope) -> Expr:
-        given, named = split(call.arguments)
-        x, *rest = given
+        positional, named = split(call.arguments)
+        x, *rest = positional
         settings = dict(zip(OPERATORS[call.function].settings, rest, strict=False)) | named
         key = (call.function, call.arguments, scope.prefix)
         if key not in self._operators:
@@ -482,8 +481,8 @@ def _rate_limit(use: _Use, x: Expr) -> Expr:
     value = use.atom(x)
     most = use.expansion.named(use.value(use.settings["rate"]) * use.dt, use.name)
     name = f"{use.name}.limited"
-    held = Call("min", (Call("max", (value, Name(name) - most)), Name(name) + most))
-    result = use.result(Where(use.is_first, value, held))
+    limited = Call("min", (Call("max", (value, Name(name) - most)), Name(name) + most))
+    result = use.result(Where(use.is_first, value, limited))
     use.expansion.keep(name, 0.0, result, use.call.span)
     return result
 
@@ -516,7 +515,7 @@ def _delay(use: _Use, x: Expr) -> Expr:
     return value
 
 
-#: What writes the equations of each operator.
+#: Writers of the equations of each operator.
 _EXPANSIONS: Final[dict[str, Callable[[_Use, Expr], Expr]]] = {
     "previous": _previous,
     "difference": _difference,
@@ -529,10 +528,10 @@ _EXPANSIONS: Final[dict[str, Callable[[_Use, Expr], Expr]]] = {
 }
 
 
-def _written(params: Iterable[Param], given: Mapping[str, Expr], scope: Scope) -> dict[str, Expr]:
+def _written(params: Iterable[Param], changes: Mapping[str, Expr], scope: Scope) -> dict[str, Expr]:
     """Return the params that are written once for all blocks and free, but for those that are given."""
-    found = {p.name: scope.written[p.span] for p in params if p.span is not None and p.span in scope.written}
-    return {name: value for name, value in found.items() if name not in given}
+    texts = {p.name: scope.written[p.span] for p in params if p.span is not None and p.span in scope.written}
+    return {name: value for name, value in texts.items() if name not in changes}
 
 
 def lines_of(controller: Controller, values: Mapping[str, Expr]) -> dict[Span, Expr]:
@@ -558,10 +557,10 @@ def _changed(system: FuzzySystem, params: Mapping[str, float]) -> FuzzySystem:
 
 def _read_params(system: FuzzySystem) -> tuple[Param, ...]:
     """Return the params that something else than unused params reads."""
-    kept = system
-    while unused := {d.span for d in unused_params(kept)}:
-        kept = dataclasses.replace(kept, params=tuple(p for p in kept.params if p.span not in unused))
-    return kept.params
+    block = system
+    while unused := {d.span for d in unused_params(block)}:
+        block = dataclasses.replace(block, params=tuple(p for p in block.params if p.span not in unused))
+    return block.params
 
 
 def _range_of(output: OutputPlan) -> Bounds:
@@ -572,5 +571,5 @@ def _range_of(output: OutputPlan) -> Bounds:
 
 def split(arguments: tuple[Expr, ...]) -> tuple[list[Expr], dict[str, Expr]]:
     """Return arguments by position and by name."""
-    given = [a for a in arguments if not isinstance(a, Keyword)]
-    return given, {a.name: a.value for a in arguments if isinstance(a, Keyword)}
+    positional = [a for a in arguments if not isinstance(a, Keyword)]
+    return positional, {a.name: a.value for a in arguments if isinstance(a, Keyword)}

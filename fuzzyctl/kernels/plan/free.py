@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from itertools import pairwise
-from typing import cast
+from typing import NamedTuple, cast
 
+from fuzzyctl.diagnostics.diagnostic import ArgumentError, UnknownNameError
 from fuzzyctl.expr import names_in
 from fuzzyctl.formulas import MEMBERSHIP
 from fuzzyctl.kernels.plan.build import Plan, plan
-from fuzzyctl.kernels.plan.expressions import TRACE, number_of
-from fuzzyctl.kernels.plan.traced import NeedsNumberError, Trace, Traced
+from fuzzyctl.kernels.plan.traced import TRACE, NeedsNumberError, Trace, Traced, number_of
+from fuzzyctl.model.controller import Controller
 from fuzzyctl.model.free_numbers import parametrised
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import LinguisticVariable
@@ -53,12 +54,12 @@ def free_plan(system: FuzzySystem, names: Sequence[str]) -> FreePlan:
         DiagnosticError: As `plan` does.
     """
     changed, free = parametrised(system, names)
-    own = replace(changed)
-    trace = own.derived[TRACE] = Trace(free, [own.values[n] for n in free])
-    _trace_params(own, trace)
+    copy = replace(changed)
+    trace = copy.derived[TRACE] = Trace(free, [copy.values[n] for n in free])
+    _trace_params(copy, trace)
     try:
-        _require_shapes(own, trace)
-        return FreePlan(changed, free, plan(own), trace)
+        _require_shapes(copy, trace)
+        return FreePlan(changed, free, plan(copy), trace)
     except NeedsNumberError as needs:
         raise trace.refusal(needs) from None
 
@@ -84,13 +85,56 @@ def _require_shapes(system: FuzzySystem, trace: Trace) -> None:
 
 def _require_terms(system: FuzzySystem, variable: LinguisticVariable, trace: Trace) -> None:
     for term in variable.terms:
-        own = term.membership
-        if own.kind not in MEMBERSHIP:
+        membership = term.membership
+        if membership.kind not in MEMBERSHIP:
             continue
-        parameters = tuple(number_of(system, a) for a in own.arguments)
-        MEMBERSHIP[own.kind].mistake(parameters)
-        if MEMBERSHIP[own.kind].variadic:
+        parameters = tuple(number_of(system, a) for a in membership.arguments)
+        MEMBERSHIP[membership.kind].mistake(parameters)
+        if MEMBERSHIP[membership.kind].variadic:
             for before, after in pairwise(parameters[::2]):
                 trace.require_apart(before, after)
-        trace.require(">", number_of(system, own.height), 0.0)
-        trace.require("<=", number_of(system, own.height), 1.0)
+        trace.require(">", number_of(system, membership.height), 0.0)
+        trace.require("<=", number_of(system, membership.height), 1.0)
+
+
+class FreeNumber(NamedTuple):
+    """A number of a system that a controller calls."""
+
+    system: str
+    name: str
+
+
+def free_names(controller: Controller, names: Sequence[str]) -> tuple[tuple[str, ...], tuple[float, ...]]:
+    """Return the names of free numbers, those of arrays one by one, and their present values.
+
+    Params of instances are among the params of the controller here, see `with_instance_params`.
+    """
+    values = controller.param_values.values
+    systems = {s.name: s for s in controller.systems}
+    values_by_name: dict[str, float] = {}
+    for name in names:
+        if not isinstance(name, str):
+            raise ArgumentError(f"free must be a list of names, got {type(name).__name__} in it")
+        system, _, rest = name.partition(".")
+        if name in values:
+            numbers = {name: values[name]}
+        elif system in systems and rest:
+            changed, parts = _parametrised(systems[system], rest)
+            numbers = {f"{system}.{part}": changed.values[part] for part in parts}
+        else:
+            own_params = controller.settable
+            names_known = [*dict.fromkeys(own_params), *(f"{s}.NAME" for s in systems)]
+            raise UnknownNameError("free number", name, names_known)
+        repeated = next((n for n in numbers if n in values_by_name), None)
+        if repeated is not None:
+            raise ArgumentError(f"'{repeated}' cannot be free: it is given twice")
+        values_by_name |= numbers
+    return tuple(values_by_name), tuple(values_by_name.values())
+
+
+def _parametrised(system: FuzzySystem, name: str) -> tuple[FuzzySystem, tuple[str, ...]]:
+    try:
+        return parametrised(system, [name])
+    except UnknownNameError as error:
+        suggestions = [f"{system.name}.{k}" for k in error.known]
+        raise UnknownNameError("free number", f"{system.name}.{name}", suggestions) from None

@@ -19,7 +19,7 @@ from fuzzyctl.records import record
 
 @record(frozen=True)
 class HeldPlan:
-    """What an output is where no rule fires, if that is its previous value: at first `start`."""
+    """Mark of an output that holds its previous value if no rule fires, at first `start`."""
 
     start: float
 
@@ -55,7 +55,7 @@ class LetPlan:
         lower: Lower end of the range.
         upper: Upper end of the range.
         value: The expression, over calls as well.
-        calls: What calls in it are: names with a system, the position of an output and arguments.
+        calls: Its calls: names with a system, the position of an output and arguments.
     """
 
     name: str
@@ -109,8 +109,8 @@ class ImpliedPlan:
     Args:
         rule: The rule.
         term: The consequent term.
-        factor: What the activation is multiplied by in the end: a weight that counts after implication.
-        change: What hedges make of the activation, an expression over `ITSELF`; None for none.
+        factor: Last factor of the activation: a weight that counts after implication.
+        change: Function of the hedges over the activation `ITSELF`; None without hedges.
     """
 
     rule: int
@@ -141,26 +141,26 @@ class OutputPlan:
         lower: Lower end of the range.
         upper: Upper end of the range.
         kind: The defuzzifier, one of `model.method.DEFUZZIFIERS`.
-        resolution: Sample points of the set, None for what is exact.
-        grid: Where the sample points stand.
+        resolution: Number of sample points of the set, None for an exact method.
+        grid: Places of the sample points.
         implication: One of `formulas.IMPLICATIONS`.
         aggregation: One of `formulas.AGGREGATIONS`.
         terms: The consequents: the terms in order of declaration, then those without a name.
         implied: One entry for each rule that names the output, in order of the rules.
-        otherwise: What it is where no rule fires.
+        otherwise: Its value if no rule fires.
         rate: For an adaptive output dC_k/dt divided by ξ_k over the names of the inputs, else None.
         reads: Positions of the outputs it depends on, directly or through others.
-        merge: What a sum over rules runs over; see `model.method`.
-        total: What an average divides by; see there.
-        equal: What degrees may differ by that count as equal; see there.
+        merge: Summands of a sum over rules; see `model.method`.
+        total: Divisor of an average; see there.
+        equal: Largest difference of degrees that count as equal; see there.
         clamped: Whether its value is held within its range.
-        rule: What is made of the samples; see `model.method.Defuzzifier`.
+        rule: Rule for the samples; see `model.method.Defuzzifier`.
         tolerance: Part of the largest degree by which maxima may fall short of it, None for the usual one.
         by: What smallest and largest of the maxima are measured by.
         places: Whether places that Tsukamoto's method finds are clamped to the range; see `model.method`.
-        none_active: What the maxima of a set are that is 0 everywhere; see there.
-        fallback: Where it is what its `else` says; see there.
-        value: What it is, over the names of inputs, lets and other outputs, where no rules set it; else None.
+        none_active: Maxima of a set that is 0 everywhere; see there.
+        fallback: When its `else` applies; see there.
+        value: Its value, over the names of inputs, lets and other outputs, if no rules set it; else None.
     """
 
     name: str
@@ -288,7 +288,7 @@ class Plan:
 
     @property
     def all_act(self) -> bool:
-        """Whether no activation method leaves out or changes what rules do."""
+        """Whether every rule keeps its activation under all activation methods."""
         return all(a.kind == "general" for a in self.activations)
 
     def variable(self, position: int) -> InputPlan:
@@ -296,8 +296,8 @@ class Plan:
         if position < len(self.inputs):
             return self.inputs[position]
         others: tuple[OutputPlan | LetPlan, ...] = (*self.outputs, *self.lets)
-        found = others[position - len(self.inputs)]
-        return InputPlan(found.name, found.lower, found.upper, extrapolate=False)
+        other = others[position - len(self.inputs)]
+        return InputPlan(other.name, other.lower, other.upper, extrapolate=False)
 
     @property
     def has_formulas(self) -> bool:
@@ -328,11 +328,11 @@ class Plan:
 
     @property
     def initial_state(self) -> tuple[float, ...]:
-        """The peaks of the declared terms, one for each entry of `states`, then what is held at first."""
-        held = (self.outputs[o].otherwise for o in self.held)
+        """The peaks of the declared terms, one for each entry of `states`, then the first values of holding outputs."""
+        starts = (self.outputs[o].otherwise for o in self.held)
         return (
             *(self.outputs[o].terms[self.outputs[o].implied[k].term].peak for o, k in self.states),
-            *(h.start for h in held if isinstance(h, HeldPlan)),
+            *(h.start for h in starts if isinstance(h, HeldPlan)),
         )
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from functools import cached_property, reduce
+from itertools import groupby, pairwise
 from typing import Final
 
 from fuzzyctl.expr import (
@@ -12,10 +13,12 @@ from fuzzyctl.expr import (
     ONE,
     Binary,
     Call,
+    Compare,
     Expr,
     ExprError,
     Name,
     Number,
+    Where,
     evaluate,
     names_in,
     replace,
@@ -26,7 +29,8 @@ from fuzzyctl.formulas import Vertex, formula_of, held
 from fuzzyctl.formulas.inverse import solved
 from fuzzyctl.formulas.shared import is_infinite
 from fuzzyctl.kernels.plan.traced import is_free
-from fuzzyctl.kernels.program.builder import clip
+from fuzzyctl.kernels.program.builder import Builder, clip
+from fuzzyctl.kernels.program.program import Item, Place
 from fuzzyctl.records import record
 
 #: The name of the variable itself in the expression of a `function` term of an input.
@@ -60,19 +64,19 @@ class SetPlan:
     def degree(self, x: Expr) -> Expr:
         """Return the degree of x."""
         if self.expression is not None:
-            own = held(replace_names(self.expression, {ITSELF: x}))
+            degree = held(replace_names(self.expression, {ITSELF: x}))
         else:
-            own = formula_of(self.kind).degree(x, self.parameters)
-        return self.finished(own)
+            degree = formula_of(self.kind).degree(x, self.parameters)
+        return self.finished(degree)
 
     @cached_property
     def degree_of_x(self) -> Expr:
         """The degree of a name `x`, built once: that of a function of many points is a large expression."""
         return self.degree(Name("x"))
 
-    def finished(self, own: Expr) -> Expr:
+    def finished(self, value: Expr) -> Expr:
         """Return what height, hedges and weights make of the degree that the function itself has."""
-        whole = own if self.height == 1.0 else self.height * own
+        whole = value if self.height == 1.0 else self.height * value
         return reduce(lambda degree, change: replace_names(change, {ITSELF: degree}), self.changes, whole)
 
     def degree_for_many(self, x: Expr, *, exact: bool) -> Expr:
@@ -88,8 +92,8 @@ class SetPlan:
         sides = _sides(self)
         if sides is None:
             return self.degree(x)
-        own = clip(reduce(lambda a, b: Call("min", (a, b)), [_line(x, *s, exact=exact) for s in sides]), 0.0, 1.0)
-        return own if self.height == 1.0 else self.height * own
+        degree = clip(reduce(lambda a, b: Call("min", (a, b)), [_line(x, *s, exact=exact) for s in sides]), 0.0, 1.0)
+        return degree if self.height == 1.0 else self.height * degree
 
     @property
     def reads_inputs(self) -> bool:
@@ -99,8 +103,8 @@ class SetPlan:
     @property
     def is_free(self) -> bool:
         """Whether some number of it is known only at run time."""
-        own = [*self.changes, *([] if self.expression is None else [self.expression])]
-        inside = (node.value for e in own for node in walk(e) if isinstance(node, Number))
+        exprs = [*self.changes, *([] if self.expression is None else [self.expression])]
+        inside = (node.value for e in exprs for node in walk(e) if isinstance(node, Number))
         return any(map(is_free, (*self.parameters, self.height, *inside)))
 
     @property
@@ -135,8 +139,8 @@ class SetPlan:
 
     def share(self, activation: Expr, *, limited: bool = True) -> Expr:
         """Return an activation relative to the height; `limited` to at most 1, which it may pass."""
-        own = activation if self.height == 1.0 else activation / self.height
-        return Call("min", (ONE, own)) if limited else own
+        share = activation if self.height == 1.0 else activation / self.height
+        return Call("min", (ONE, share)) if limited else share
 
     def inverse(self, share: Expr) -> Expr:
         """Return where a monotone set has a share, which must be a name, of its height."""
@@ -144,9 +148,9 @@ class SetPlan:
             place = solved(self.expression, ITSELF, share)
             assert place is not None, "tsukamoto takes formulas that can be solved only"
             return place
-        found = formula_of(self.kind).inverse(share, self.parameters)
-        assert found is not None, "tsukamoto takes monotone sets only"
-        return found
+        result = formula_of(self.kind).inverse(share, self.parameters)
+        assert result is not None, "tsukamoto takes monotone sets only"
+        return result
 
 
 def _compared(expression: Expr) -> Iterator[float]:
@@ -204,3 +208,36 @@ def _line(x: Expr, foot: float, top: float, *, exact: bool) -> Expr:
     while slope * abs(top - foot) < 1.0:
         slope = math.nextafter(slope, math.inf)
     return beyond * slope
+
+
+#: Most corners of a term that is written as choices; a larger one is a table.
+MOST_CHOICES: Final = 32
+
+
+def degree_of(builder: Builder, term: SetPlan, x: Expr) -> Expr:
+    """Return the degree of an atom: from tables for a term of many corners, where the program may have them."""
+    is_large = builder.most_pairs is not None and term.kind == "piecewise" and len(term.parameters) > 2 * MOST_CHOICES
+    return term.finished(_looked_up(builder, term.parameters, x)) if is_large else term.degree(x)
+
+
+def _looked_up(builder: Builder, parameters: tuple[float, ...], x: Expr) -> Expr:
+    """Search the stretch of x and go straight between its ends, as the formula of `piecewise` does."""
+    corners = zip(parameters[::2], parameters[1::2], strict=True)
+    degrees = {place: [y for _, y in rows] for place, rows in groupby(corners, key=lambda corner: corner[0])}
+    places = tuple(degrees)
+    first, last = ([rows[k] for rows in degrees.values()] for k in (0, -1))
+    rises = [b - a for a, b in zip(last, first[1:], strict=False)]
+    widths = [b - a for a, b in pairwise(places)]
+    name, rest = builder.located(x, places)
+
+    def item(values: list[float]) -> Expr:
+        return Item(builder.table(values), Place(name))
+
+    run = item([*rises, 0.0]) * (rest / item([*widths, 1.0]))
+    degree: Expr = item(last) + run
+    tops = [max(rows) for rows in degrees.values()]
+    if tops != last:  # at a jump the largest degree holds
+        degree = Where(Compare("==", x, item(list(places))), item(tops), degree)
+    if first[0] != last[0]:
+        degree = Where(Compare("<", x, Number(places[0])), Number(first[0]), degree)
+    return degree

@@ -8,13 +8,15 @@ other values as well.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from fractions import Fraction
+from functools import reduce
 from typing import Any, Final, cast
 
-from fuzzyctl.diagnostics.diagnostic import ArgumentError
+from fuzzyctl.diagnostics.diagnostic import ArgumentError, UnknownNameError
 from fuzzyctl.expr import (
+    CONSTANTS,
     ZERO,
     Binary,
     BinaryOp,
@@ -28,8 +30,10 @@ from fuzzyctl.expr import (
     children,
     evaluate,
     names_in,
+    replace,
     replace_names,
 )
+from fuzzyctl.model.system import FuzzySystem
 
 _OPERATIONS: Final[dict[BinaryOp, Callable[[float, float], float]]] = {
     "+": lambda a, b: a + b,
@@ -58,7 +62,7 @@ class Traced:
     """A number that is known only at run time.
 
     Args:
-        trace: Records what is computed from it.
+        trace: Records its use.
         name: Its name among the definitions.
         value: Its present value.
     """
@@ -134,16 +138,16 @@ class Traced:
 
 
 class Trace:
-    """Records what is computed from free numbers.
+    """Record of arithmetic with free numbers.
 
     Args:
         names: Of the free numbers.
         values: Their present values.
 
     Attributes:
-        numbers: What depends on free numbers, by the name of the param.
+        numbers: Numbers that depend on free ones, by the name of the param.
         definitions: Expressions over free numbers and earlier definitions, by name.
-        conditions: Under which what was recorded holds.
+        conditions: Conditions under which the record is valid.
         strict: Whether a comparison for equality is recorded as well.
     """
 
@@ -165,12 +169,12 @@ class Trace:
         """Return the value of an expression over params, which is finite."""
         if isinstance(expr, Name):
             return self.numbers[expr.name]
-        known: dict[str, Expr] = {n: Number(v) for n, v in values.items()}
-        known |= {n: Name(t.name) for n, t in self.numbers.items()}
-        known |= {"inf": Number(math.inf), "pi": Number(math.pi)}
-        found = self.let(guarded(replace_names(expr, known)), evaluate(expr, values))
-        self.conditions[Compare("<", Call("abs", (Name(found.name),)), Number(math.inf))] = None
-        return found
+        numbers: dict[str, Expr] = {n: Number(v) for n, v in values.items()}
+        numbers |= {n: Name(t.name) for n, t in self.numbers.items()}
+        numbers |= {"inf": Number(math.inf), "pi": Number(math.pi)}
+        result = self.let(guarded(replace_names(expr, numbers)), evaluate(expr, values))
+        self.conditions[Compare("<", Call("abs", (Name(result.name),)), Number(math.inf))] = None
+        return result
 
     def let(self, value: Expr, present: float) -> Traced:
         """Return the number that an expression defines."""
@@ -185,9 +189,9 @@ class Trace:
         if isinstance(a, Expr) or isinstance(b, Expr):
             return NotImplemented
         a, b = (float(x) if isinstance(x, int | Fraction) else x for x in (a, b))
-        found = self._simplified(op, a, b)
-        if found is not None:
-            return found
+        simple = self._simplified(op, a, b)
+        if simple is not None:
+            return simple
         try:
             present = _OPERATIONS[op](_present(a), _present(b))
         except ZeroDivisionError:
@@ -222,16 +226,20 @@ class Trace:
 
     def _undone(self, op: BinaryOp, result: Traced | float, by: Traced | float) -> Traced | float | None:
         """Return a of (a / b) b and of (a - b) + b, None for other operands."""
-        own = self.definitions.get(result.name) if isinstance(result, Traced) else None
-        match own:
+        definition = self.definitions.get(result.name) if isinstance(result, Traced) else None
+        match definition:
             case Binary(op=found, left=left, right=right) if found == op and right == atom(by):
                 return left.value if isinstance(left, Number) else self._named(left)
         return None
 
     def _named(self, name: Expr) -> Traced:
         assert isinstance(name, Name), "operands of definitions are atoms"
-        own = self.definitions.get(name.name)
-        return next(t for t in self.numbers.values() if t.name == name.name) if own is None else self._known[own]
+        definition = self.definitions.get(name.name)
+        return (
+            next(t for t in self.numbers.values() if t.name == name.name)
+            if definition is None
+            else self._known[definition]
+        )
 
     def compare(self, op: CompareOp, a: Traced, b: Any) -> bool:
         """Return how a comparison goes with the present values, which from now on is a condition."""
@@ -243,9 +251,9 @@ class Trace:
             return holds
         if a.value == present and not self.strict and op not in ("==", "!="):
             return self._untied(op, left, right)
-        found = op if holds else _INVERSE[op]
+        relation = op if holds else _INVERSE[op]
         # What orders numbers holds at the ends as well; `binary` asks for divisors that are not 0.
-        self.conditions[Compare(found if self.strict else _CLOSED.get(found, found), left, right)] = None
+        self.conditions[Compare(relation if self.strict else _CLOSED.get(relation, relation), left, right)] = None
         return holds
 
     def require(self, op: CompareOp, a: object, b: float) -> None:
@@ -262,8 +270,8 @@ class Trace:
         if not isinstance(before, Traced) and not isinstance(after, Traced):
             return
         if _present(before) == _present(after):
-            own = before if isinstance(before, Traced) else after
-            raise ArgumentError(f"{self._listed(own)} cannot be free: the set jumps there")
+            number = before if isinstance(before, Traced) else after
+            raise ArgumentError(f"{self._listed(number)} cannot be free: the set jumps there")
         self.conditions[Compare("<", atom(before), atom(after))] = None
 
     def refusal(self, needs: NeedsNumberError) -> ArgumentError:
@@ -274,18 +282,18 @@ class Trace:
         return ArgumentError(f"{self._listed(needs.traced)} cannot be free: {reason}")
 
     def _listed(self, number: Traced) -> str:
-        own = zip(self.names, self.sources(number.name), strict=True)
-        return ", ".join(f"'{name}'" for name, depends in own if depends)
+        pairs = zip(self.names, self.sources(number.name), strict=True)
+        return ", ".join(f"'{name}'" for name, depends in pairs if depends)
 
     def sources(self, name: str) -> tuple[bool, ...]:
         """Return for each free number whether a definition depends on it."""
-        found, waiting = set[str](), [name]
+        names, waiting = set[str](), [name]
         while waiting:
-            own = waiting.pop()
-            if own not in found:
-                found.add(own)
-                waiting += [n.name for n in names_in(self.definitions.get(own, ZERO))]
-        return tuple(a.name in found for a in self.arguments)
+            current = waiting.pop()
+            if current not in names:
+                names.add(current)
+                waiting += [n.name for n in names_in(self.definitions.get(current, ZERO))]
+        return tuple(a.name in names for a in self.arguments)
 
     def _untied(self, op: CompareOp, left: Expr, right: Expr) -> bool:
         """Return how a comparison of two numbers goes that are equal at present: as the first such one decided."""
@@ -365,3 +373,56 @@ def _names(expr: Expr) -> Iterator[str]:
         yield expr.name
     for part in children(expr):
         yield from _names(part)
+
+
+#: Key of the trace among the values that are derived from a system with free numbers.
+TRACE = "trace"
+
+
+def guarded(expr: Expr) -> Expr:
+    """Return an expression that a user wrote so that every target computes the same, and none raises.
+
+    Quotients follow IEEE 754, and `min` and `max` compare, so that all targets agree where an operand has no value.
+    """
+
+    def change(node: Expr) -> Expr:
+        match node:
+            case Binary(op="/", left=left, right=right):
+                return Call("divide", (left, right))
+            case Call(function="min" | "max" as function, arguments=arguments):
+                pair = "smaller" if function == "min" else "larger"
+                return reduce(lambda a, b: Call(pair, (a, b)), arguments)
+        return node
+
+    return replace(expr, change)
+
+
+def number_of(system: FuzzySystem, expr: Expr) -> float:
+    """Compute an expression over the params; one that depends on free numbers is a `Traced`."""
+    trace: Trace | None = system.derived.get(TRACE)
+    if trace is not None and trace.concerns(expr):
+        return cast("float", trace.number(expr, system.values, guarded))
+    # + 0.0 makes -0.0 a plain zero, so that equal systems have equal plans.
+    return float(system.number(expr)) + 0.0
+
+
+def constants_of(system: FuzzySystem, hidden: set[str]) -> dict[str, Expr]:
+    """Return params and named constants as numbers, without those that a variable of the same name hides."""
+    trace: Trace | None = system.derived.get(TRACE)
+    free = {} if trace is None else cast("dict[str, float]", trace.numbers)
+    return {n: Number(v) for n, v in (CONSTANTS | system.values | free).items() if n not in hidden}
+
+
+def require_known(expr: Expr, variables: set[str], numbers: dict[str, Expr]) -> None:
+    """Raise `UnknownNameError` for a name that is neither a variable nor a number."""
+    for name in names_in(expr):
+        if name.name not in variables and name.name not in numbers:
+            raise UnknownNameError("input", name.name, sorted(variables))
+
+
+def over_inputs(system: FuzzySystem, expr: Expr, *, outputs: bool = False, more: Collection[str] = ()) -> Expr:
+    """Return an expression over the names of inputs, lets, and perhaps outputs, params replaced by numbers."""
+    inputs = {v.name for v in (*system.inputs, *system.lets, *(system.outputs if outputs else ()))} | set(more)
+    numbers = constants_of(system, inputs)
+    require_known(expr, inputs, numbers)
+    return replace_names(expr, numbers)

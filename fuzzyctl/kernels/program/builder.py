@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import reduce
 from itertools import count
 from typing import Final
@@ -36,7 +36,7 @@ def step(function: str, arguments: Sequence[Expr], let: Callable[[Expr], Expr]) 
 
     Args:
         function: Its name.
-        arguments: What it is applied to.
+        arguments: Its arguments.
         let: Names a value, so that it is computed once.
     """
     a, *others = (let(x) for x in arguments)
@@ -109,17 +109,19 @@ class Builder:
         return self._places[x, knots]
 
     def let(self, value: Expr) -> Expr:
-        """Return a name or a number that stands for a value."""
+        """Return an atom for a value: itself, or the name that is assigned to it."""
+        if is_atom(value):
+            return value
         value = self.flat(value)
         if is_atom(value):
             return value
         if depth(value) > DEEPEST:
             value, _ = self._shallow(value)
-        known = self._known.get(value)
-        if known is None:
-            known = self._known[value] = Name(self.fresh())
-            self.statements.append(Assign(known.name, value))
-        return known
+        atom = self._known.get(value)
+        if atom is None:
+            atom = self._known[value] = Name(self.fresh())
+            self.statements.append(Assign(atom.name, value))
+        return atom
 
     def _shallow(self, value: Expr) -> tuple[Expr, int]:
         """Return a value, and its depth, with names for its deep parts.
@@ -131,10 +133,10 @@ class Builder:
         parts: list[Expr] = []
         deepest = 0
         for part in children(value):
-            own, height = self._shallow(part)
+            shallow, height = self._shallow(part)
             if height >= DEEPEST:
-                own, height = self.let(own), 0
-            parts.append(own)
+                shallow, height = self.let(shallow), 0
+            parts.append(shallow)
             deepest = max(deepest, height)
         match value:
             case Binary(op=op):
@@ -149,28 +151,30 @@ class Builder:
         Printers write those as comparisons, which name each operand twice.
         """
 
-        def change(node: Expr) -> Expr:
-            match node:
-                case Call(function="min" | "max" as function, arguments=arguments):
-                    return reduce(lambda a, b: Call(function, (self.let(a), self.let(b))), arguments)
-                case Call(function="clip", arguments=(x, low, high)):
-                    return Call("clip", (self.let(x), low, high))
-                case Binary(op="*", left=left, right=right) if left == right and not is_atom(left):
-                    root = self.let(left)
-                    return root * root
-                case Call(function="sign", arguments=(x,)):
-                    x = self.let(x)
-                    negative = Where(Compare("<", x, ZERO), Number(-1.0), times(x, ZERO))
-                    return Where(Compare(">", x, ZERO), ONE, negative)
-                case Call(function=function, arguments=(x, *entries)) if function == LAST_ENTRY:
-                    numbers = [e.value for e in entries if isinstance(e, Number)]
-                    place, _ = self.located(self.let(x), tuple(numbers[::2]))
-                    return Item(self.table(numbers[1::2]), Place(place))
-                case Call(function=function, arguments=arguments) if function in SOFT:
-                    return step(function, arguments, self.let)
-            return node
+        return replace(value, self._flat_node)
 
-        return replace(value, change)
+    def _flat_node(self, node: Expr) -> Expr:
+        if isinstance(node, Name | Number):  # most are
+            return node
+        match node:
+            case Call(function="min" | "max" as function, arguments=arguments):
+                return reduce(lambda a, b: Call(function, (self.let(a), self.let(b))), arguments)
+            case Call(function="clip", arguments=(x, low, high)):
+                return Call("clip", (self.let(x), low, high))
+            case Binary(op="*", left=left, right=right) if left == right and not is_atom(left):
+                root = self.let(left)
+                return root * root
+            case Call(function="sign", arguments=(x,)):
+                x = self.let(x)
+                negative = Where(Compare("<", x, ZERO), Number(-1.0), times(x, ZERO))
+                return Where(Compare(">", x, ZERO), ONE, negative)
+            case Call(function=function, arguments=(x, *entries)) if function == LAST_ENTRY:
+                numbers = [e.value for e in entries if isinstance(e, Number)]
+                place, _ = self.located(self.let(x), tuple(numbers[::2]))
+                return Item(self.table(numbers[1::2]), Place(place))
+            case Call(function=function, arguments=arguments) if function in SOFT:
+                return step(function, arguments, self.let)
+        return node
 
     def fresh(self) -> str:
         """Return a name that is not taken."""
@@ -179,8 +183,8 @@ class Builder:
     def table(self, values: Iterable[float]) -> str:
         """Return the name of a constant array."""
         content = tuple(values)
-        for name, known in self.tables.items():
-            if known == content:
+        for name, constants in self.tables.items():
+            if constants == content:
                 return name
         name = f"T{len(self.tables)}"
         self.tables[name] = content
@@ -200,7 +204,7 @@ class Builder:
         return self.let(Call("max", tuple(parts))) if parts else ZERO
 
     def program(self, arguments: Iterable[Name], results: Iterable[Expr], *, state: int = 0) -> Program:
-        """Return what was written as a program; `state` is the length of its array argument."""
+        """Return the statements as a program; `state` is the length of its array argument."""
         names, tables = tuple(x.name for x in arguments), tuple(self.tables.items())
         return Program(names, state, tables, tuple(self.statements), tuple(results))
 
@@ -217,10 +221,14 @@ def is_atom(value: Expr) -> bool:
 
 def depth(value: Expr) -> int:
     """Return how deep an expression is nested, 0 for an atom."""
-    level, deepest = [value], -1
+    deepest, level = 0, children(value)
     while level:
         deepest += 1
-        level = [part for node in level for part in children(node)]
+        below: list[Expr] = []
+        for node in level:
+            if not isinstance(node, Name | Number):
+                below += children(node)
+        level = tuple(below)
     return deepest
 
 
@@ -234,3 +242,25 @@ def any_nan(names: Iterable[Expr]) -> Expr:
     """Return whether some value is NaN, the only number that differs from itself."""
     tests = tuple(Compare("!=", x, x) for x in names)
     return tests[0] if len(tests) == 1 else Logic("or", tests)
+
+
+def sorted_atoms(builder: Builder, values: Sequence[Expr]) -> list[Expr]:
+    """Write atoms in rising order, by the merge exchange of Batcher (Knuth, volume 3, 5.2.2, algorithm M)."""
+    atoms = list(values)
+    for i, j in _exchanges(len(atoms)):
+        low, high = (builder.let(Call(f, (atoms[i], atoms[j]))) for f in ("min", "max"))
+        atoms[i], atoms[j] = low, high
+    return atoms
+
+
+def _exchanges(count: int) -> Iterator[tuple[int, int]]:
+    top = 1 << max(0, (count - 1).bit_length() - 1)
+    p = top if count > 1 else 0
+    while p > 0:
+        q, r, d = top, 0, p
+        while True:
+            yield from ((i, i + d) for i in range(count - d) if i & p == r)
+            if q == p:
+                break
+            d, q, r = q - p, q // 2, p
+        p //= 2

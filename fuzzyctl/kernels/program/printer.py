@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import reduce
+from itertools import pairwise
+from typing import Final, NamedTuple
 
-from fuzzyctl.expr import FUNCTIONS, Binary, Call, Compare, Expr, Logic, Name, Negate, Number, Where
-from fuzzyctl.kernels.program.primitives import PRIMITIVES
+from fuzzyctl.expr import FUNCTIONS, Binary, Call, Compare, Expr, Logic, Name, Negate, Number, Where, walk
+from fuzzyctl.expr import replace as replace_in
 from fuzzyctl.kernels.program.program import (
+    STATE,
     Accumulate,
     Assign,
     Between,
@@ -23,6 +26,82 @@ from fuzzyctl.kernels.program.program import (
     Statement,
 )
 from fuzzyctl.records import record
+
+
+class Primitive(NamedTuple):
+    """One function.
+
+    Args:
+        arguments: Names of its arguments.
+        numpy: For arrays.
+        numba: For compiled Python, after the header of its modules.
+        c: For C99, with literals of the precision for {zero} and {one}.
+        st: For IEC 61131-3, with arguments by position; empty where it has no such function.
+        javascript: For JavaScript; a word with a dot is a function of its library.
+    """
+
+    arguments: str
+    numpy: str
+    numba: str
+    c: str
+    st: str
+    javascript: str
+
+
+def _library(arguments: str, name: str, st: str, *, numpy: str = "", c: str = "", javascript: str = "") -> Primitive:
+    return Primitive(arguments, numpy or name, name, c or name, st, javascript or f"Math.{name}")
+
+
+#: By name; the comment says what it computes where the name does not.
+PRIMITIVES: Final[Mapping[str, Primitive]] = {
+    # Quotient of IEEE 754: infinite or NaN for a divisor of 0.
+    "divide": Primitive("a b", "divide", "a / b", "a / b", "({0} / {1})", "a / b"),
+    # The second argument where one of them is NaN.
+    "smaller": Primitive("a b", "where(a < b, a, b)", "smaller", "(a < b) ? a : b", "MIN", "a < b ? a : b"),
+    "larger": Primitive("a b", "where(a > b, a, b)", "larger", "(a > b) ? a : b", "MAX", "a > b ? a : b"),
+    # The first argument held between the others; NaN stays NaN.
+    "clip": Primitive(
+        "x low high",
+        "clip",
+        "clip",
+        "(x < low) ? low : ((x > high) ? high : x)",
+        "LIMIT({1}, {0}, {2})",
+        "x < low ? low : x > high ? high : x",
+    ),
+    # The argument held within [0, 1], 0 for NaN.
+    "held": Primitive(
+        "x",
+        "where(x > 0.0, where(x < 1.0, x, 1.0), 0.0)",
+        "(x if x < 1.0 else 1.0) if x > 0.0 else 0.0",
+        "(x > {zero}) ? ((x < {one}) ? x : {one}) : {zero}",
+        "LIMIT({zero}, {0}, {one})",
+        "x > 0 ? (x < 1 ? x : 1) : 0",
+    ),
+    "abs": _library("x", "abs", "ABS", c="(x > {zero}) ? x : ({zero} - x)"),
+    # JavaScript's own is NaN where IEEE 754 has 1.
+    "power": _library(
+        "a b",
+        "power",
+        "EXPT",
+        c="pow",
+        javascript="a === 1 || (a === -1 && Math.abs(b) === Infinity) ? 1 : Math.pow(a, b)",
+    ),
+    "sqrt": _library("x", "sqrt", "SQRT"),
+    "exp": _library("x", "exp", "EXP"),
+    "log": _library("x", "log", "LN"),
+    "sin": _library("x", "sin", "SIN"),
+    "cos": _library("x", "cos", "COS"),
+    "tan": _library("x", "tan", "TAN"),
+    "atan2": _library("y x", "atan2", "", numpy="arctan2"),
+    # The largest whole number that is not above the argument.
+    "floor": _library("x", "floor", ""),
+    # The remainder with the sign of the first argument.
+    "fmod": _library("a b", "fmod", "", javascript="a % b"),
+}
+
+#: Other names of primitives: what `expr` calls them.
+ALIASES: Final[Mapping[str, str]] = {"min": "smaller", "max": "larger"}
+
 
 INDENT = "    "
 
@@ -41,7 +120,7 @@ def index_text(index: int | str | Place) -> str:
 
 @record(frozen=True)
 class Dialect:
-    """How a target writes what targets write differently.
+    """Texts that differ between targets.
 
     Args:
         where: Text of a choice, from the texts of condition, value and other value.
@@ -78,7 +157,7 @@ def counted(statement: Locate, x: str, constants: Sequence[str] = (), item: str 
     """Return lines without branches: each knot but the first counts if it is not beyond the value.
 
     Args:
-        statement: What is found.
+        statement: The search.
         x: Text of the value.
         constants: Texts of the knots; empty for the numbers themselves.
         item: Text of the knot found; empty for an item of the table.
@@ -86,9 +165,9 @@ def counted(statement: Locate, x: str, constants: Sequence[str] = (), item: str 
     name, rest = statement.name, statement.rest
     knots = constants or [number(k) for k in statement.knots]
     first, last = knots[0], knots[-1]
-    held = f"{rest} = ({first} if {x} < {first} else ({last} if {x} > {last} else {x}))"
+    clipped = f"{rest} = ({first} if {x} < {first} else ({last} if {x} > {last} else {x}))"
     count = " + ".join(["0", *(f"({rest} >= {k})" for k in knots[1:])])
-    lines = [held, f"{name} = {count}", f"{rest} = {rest} - {item or f'{statement.table}[{name}]'}"]
+    lines = [clipped, f"{name} = {count}", f"{rest} = {rest} - {item or f'{statement.table}[{name}]'}"]
     return lines if statement.stride == 1 else [*lines, f"{name} = {statement.stride} * {name}"]
 
 
@@ -96,9 +175,9 @@ def searched(statement: Locate, x: str, table: str = "", first: int = 0) -> list
     """Return lines that call `search`, which halves the knots without branches, as often as a compiler knows.
 
     Args:
-        statement: What is found.
+        statement: The search.
         x: Text of the value.
-        table: Name of the array in which the knots stand; empty for their own.
+        table: Name of the array of the knots; empty for their own.
         first: Where they begin in it.
     """
     name, rest, count = statement.name, statement.rest, len(statement.knots)
@@ -118,7 +197,7 @@ def counted_or_searched(statement: Locate, x: str, most: int = MOST_COUNTED) -> 
 
 
 def decided(statement: Locate, x: str) -> list[str]:
-    """Return lines that halve the knots until one is left: what costs least where each line is interpreted."""
+    """Return lines that halve the knots until one is left: least work for an interpreter."""
     name, rest, knots = statement.name, statement.rest, statement.knots
 
     def halved(first: int, last: int) -> list[str]:
@@ -175,7 +254,7 @@ ARRAYS = Dialect(
 
 
 def text(expr: Expr, dialect: Dialect) -> str:
-    """Return an expression as source text; everything compound stands in parentheses."""
+    """Return an expression as source text; compound parts are in parentheses."""
     return _Writer(dialect).text(expr)
 
 
@@ -299,11 +378,11 @@ def block(
                 yield f"{pad}for {counter} in range({count}):"
                 yield from block((*body, *then), dialect, refuse, depth + 1)
             case Between(name=name, side=side, share=share, body=body, value=value):
-                own, other = text(share, dialect), text(value, dialect)
+                share_text, other = text(share, dialect), text(value, dialect)
                 yield f"{pad}{name} = 0.0"
                 yield f"{pad}for {side} in range(2):"
                 yield from block(body, dialect, refuse, depth + 1)
-                yield f"{pad}{INDENT}{name} = ({name} + {own} * ({other} - {name}) if {side} else {other})"
+                yield f"{pad}{INDENT}{name} = ({name} + {share_text} * ({other} - {name}) if {side} else {other})"
             case Quadrature(found=found, area=area, given=given):
                 if dialect.nested:
                     yield from (pad + line for line in set_functions(statement, dialect))
@@ -311,3 +390,87 @@ def block(
                 yield f"{pad}{found}, {area} = {dialect.integral(statement, read, marks)}"
             case Refuse(condition=condition, output=output):
                 yield from (pad + line for line in refuse(text(condition, dialect), output))
+
+
+#: Fewest results of a loop.
+LEAST_LOOP: Final = 4
+#: Name of the counter of a loop.
+COUNTER: Final = "place"
+
+
+@record(frozen=True)
+class Run:
+    """Results one after the other, each that of the one before with the next numbers of the state.
+
+    Args:
+        first: Position of the first one.
+        count: How many there are.
+        value: The first one.
+    """
+
+    first: int
+    count: int
+    value: Expr
+
+    @property
+    def is_loop(self) -> bool:
+        """Whether it is long enough for a loop."""
+        return self.count >= LEAST_LOOP
+
+    @property
+    def is_shifted(self) -> bool:
+        """Whether each next state is its own number of the state, or the one before, as in a delay."""
+        return self.is_loop and all(item.index in (self.first, self.first - 1) for item in _items(self.value))
+
+    def in_loop(self) -> Expr:
+        """Return the value with positions that the counter of a loop moves."""
+        return _moved(self.value, lambda index: Place(COUNTER, index))
+
+
+def runs(results: Sequence[Expr]) -> list[Run]:
+    """Return some results as runs, in order."""
+    breaks = [
+        k
+        for k, (a, b) in enumerate(pairwise(results), start=1)
+        if not (_items(b) and _moved(a, lambda index: index + 1) == b)
+    ]
+    ends = [0, *breaks, len(results)]
+    long = [(a, b) for a, b in pairwise(ends) if b - a >= LEAST_LOOP]
+    groups: list[Run] = []
+    place = 0
+    for a, b in [*long, (len(results), len(results))]:
+        groups += [Run(k, 1, results[k]) for k in range(place, a)]
+        groups += [Run(a, b - a, results[a])] if b > a else []
+        place = b
+    return groups
+
+
+def store_lines(results: Sequence[Expr], dialect: Dialect, target: Callable[[str], str]) -> Iterator[str]:
+    """Yield lines that store results.
+
+    Args:
+        results: The stored values; none reads a value stored before.
+        dialect: For which target.
+        target: Text of where a result goes, from the text of its position.
+    """
+    for run in runs(results):
+        if run.is_loop:
+            yield f"for {COUNTER} in range({run.count}):"
+            yield f"{INDENT}{target(f'{COUNTER} + {run.first}')} = {text(run.in_loop(), dialect)}"
+        else:
+            yield f"{target(str(run.first))} = {text(run.value, dialect)}"
+
+
+def _items(value: Expr) -> list[Item]:
+    return [n for n in walk(value) if isinstance(n, Item) and n.array == STATE and isinstance(n.index, int)]
+
+
+def _moved(value: Expr, change: Callable[[int], int | Place]) -> Expr:
+    """Return a value that reads numbers of the state at other positions."""
+
+    def moved(node: Expr) -> Expr:
+        if isinstance(node, Item) and node.array == STATE and isinstance(node.index, int):
+            return Item(STATE, change(node.index))
+        return node
+
+    return replace_in(value, moved)

@@ -100,14 +100,14 @@ class Accumulate:
 
 @record(frozen=True, slots=True)
 class Fold:
-    """Carry values along the entries of constant tables: what a sum is not enough for.
+    """Carry values along the entries of constant tables, for more than sums.
 
     Args:
         count: Number of entries.
         counter: Name of the position.
-        first: Names of what is carried, with what it is at first.
-        body: Assignments for each entry, from what is carried so far.
-        then: The same names as in `first`, with what is carried on; names and numbers that none of the names changes.
+        first: Names of the values, with their first ones.
+        body: Assignments for each entry, from the old values.
+        then: The same names as in `first`, with the new values; names and numbers that none of the names changes.
     """
 
     count: int
@@ -126,7 +126,7 @@ class Between:
         side: Name of the counter, an integer: 0 for the first value, 1 for the second one.
         share: How far the result lies from the first value to the second one, an atom.
         body: Statements for each side, among them others of this kind.
-        value: What they compute, an atom.
+        value: The result of the body, an atom.
     """
 
     name: str
@@ -155,7 +155,7 @@ class Quadrature:
     """Integrate a set that depends on a place, from the first to the last entry of a constant table; see `quadrature`.
 
     Args:
-        found: Name of what is found: the first moment about 0, or the place up to which the area is half.
+        found: Name of the result: the first moment about 0, or the place up to which the area is half.
         area: Name of the area.
         kind: Name of the function: `moments`, `half`, or `jumps`, which finds what jumps add to the derivatives of
             moment and area.
@@ -215,7 +215,7 @@ class Program:
         state: Length of the array argument `C` with the adaptive consequents; 0 for none.
         tables: Constant arrays by name.
         body: Statements; every name is assigned once.
-        results: What it returns, one expression for each output, or stores, one for each entry of the state.
+        results: Its results, one expression for each output, or stores, one for each entry of the state.
     """
 
     arguments: tuple[str, ...]

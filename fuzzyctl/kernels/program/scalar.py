@@ -8,14 +8,103 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from itertools import count
+from math import inf, nan
 from numbers import Real
 from typing import Any, Final
 
 from fuzzyctl.diagnostics.diagnostic import ArgumentError
-from fuzzyctl.expr import SCALAR_FUNCTIONS, SOFT, Expr, names_in
-from fuzzyctl.kernels.program import ieee, quadrature
+from fuzzyctl.expr import SCALAR_FUNCTIONS, SOFT, Expr, floor, names_in
+from fuzzyctl.kernels.program import quadrature
 from fuzzyctl.kernels.program.printer import INDENT, SCALAR, text
 from fuzzyctl.records import dataclass
+
+
+def divide(a: float, b: float) -> float:
+    """Return a / b."""
+    if b != 0.0:
+        return a / b
+    if a == 0.0 or a != a or b != b:
+        return nan
+    return math.copysign(inf, a) * math.copysign(1.0, b)
+
+
+def smaller(a: float, b: float) -> float:
+    """Return the smaller number, the second one where one of them is NaN."""
+    return a if a < b else b
+
+
+def larger(a: float, b: float) -> float:
+    """Return the larger number, the second one where one of them is NaN."""
+    return a if a > b else b
+
+
+def clip(x: float, low: float, high: float) -> float:
+    """Return a number held between two others; NaN stays NaN."""
+    return low if x < low else high if x > high else x
+
+
+def held(x: float) -> float:
+    """Return a number held within [0, 1], 0 for NaN."""
+    return (x if x < 1.0 else 1.0) if x > 0.0 else 0.0
+
+
+def power(a: float, b: float) -> float:
+    """Return a^b."""
+    try:
+        return math.pow(a, b)
+    except OverflowError:
+        return math.copysign(inf, a) if b % 2.0 == 1.0 else inf
+    except ValueError:
+        return divide(1.0, math.copysign(0.0, a) if b % 2.0 == 1.0 else 0.0) if a == 0.0 else nan
+
+
+def sqrt(x: float) -> float:
+    """Return the square root, NaN of a negative number."""
+    return math.sqrt(x) if x >= 0.0 else nan
+
+
+def exp(x: float) -> float:
+    """Return the exponential."""
+    try:
+        return math.exp(x)
+    except OverflowError:
+        return inf
+
+
+def log(x: float) -> float:
+    """Return the natural logarithm, -∞ of 0 and NaN of a negative number."""
+    return -inf if x == 0.0 else math.log(x) if x > 0.0 else nan
+
+
+def sin(x: float) -> float:
+    """Return the sine, NaN of an infinite angle."""
+    return math.sin(x) if -inf < x < inf else nan
+
+
+def cos(x: float) -> float:
+    """Return the cosine, NaN of an infinite angle."""
+    return math.cos(x) if -inf < x < inf else nan
+
+
+def tan(x: float) -> float:
+    """Return the tangent, NaN of an infinite angle."""
+    return math.tan(x) if -inf < x < inf else nan
+
+
+def fmod(a: float, b: float) -> float:
+    """Return the remainder of a / b with the sign of a, NaN if it does not exist."""
+    try:
+        return math.fmod(a, b)
+    except ValueError:
+        return nan
+
+
+#: The primitives by name.
+IEEE_FUNCTIONS: Final[Mapping[str, Callable[..., float]]] = {
+    **{f.__name__: f for f in (divide, smaller, larger, clip, held, power, sqrt, exp, log, sin, cos, tan, floor, fmod)},
+    "abs": abs,
+    "atan2": math.atan2,
+}
 
 
 def scalar_function(expr: Expr) -> Callable[..., float]:
@@ -88,7 +177,7 @@ RUNTIME: Final[Mapping[str, Any]] = {
     "nan": math.nan,
     "inf": math.inf,
     "as_number": as_number,
-    **ieee.FUNCTIONS,
+    **IEEE_FUNCTIONS,
 }
 #: What `scalar_function` calls besides: programs have choices in the place of these.
 _CHOICES: Final[Mapping[str, Any]] = {n: _ieee(f) for n, f in SCALAR_FUNCTIONS.items() if n in (*SOFT, "sign")}

@@ -1,4 +1,4 @@
-"""Traversal of programs: what statements write, read and contain, and how they are rebuilt.
+"""Traversal of programs: names that statements write and read, their parts, and how they are rebuilt.
 
 `parts` and `rebuilt` know all kinds of statements; the type checker reports a kind that they miss. What passes,
 backends and code generators ask of a program follows from these two.
@@ -7,13 +7,15 @@ backends and code generators ask of a program follows from these two.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 from typing import NamedTuple, assert_never
 
 from fuzzyctl.expr import Expr, Name, names_in, walk
 from fuzzyctl.expr import replace as replace_in
+from fuzzyctl.kernels.program.builder import Builder
 from fuzzyctl.kernels.program.program import (
+    STATE,
     Accumulate,
     Assign,
     Between,
@@ -31,7 +33,7 @@ from fuzzyctl.kernels.program.program import (
 
 
 class Parts(NamedTuple):
-    """What a statement consists of.
+    """Parts of a statement.
 
     Args:
         writes: Names that have a value after it.
@@ -49,7 +51,7 @@ class Parts(NamedTuple):
 
 
 def parts(statement: Statement) -> Parts:
-    """Return what a statement consists of."""
+    """Return the parts of a statement."""
     match statement:
         case Assign(name=name, value=value):
             return Parts((name,), (value,))
@@ -77,8 +79,8 @@ def rebuilt(statement: Statement, value: Callable[[Expr], Expr], name: Callable[
 
     Args:
         statement: The statement.
-        value: Returns what takes the place of an expression.
-        name: Returns what takes the place of a name or table that is not in an expression.
+        value: Returns the substitute of an expression.
+        name: Returns the substitute of a name or table that is not in an expression.
     """
 
     def all_of(body: tuple[Statement, ...]) -> tuple[Statement, ...]:
@@ -144,39 +146,39 @@ def writes(statement: Statement) -> set[str]:
 
 def needed(body: Iterable[Statement], values: Iterable[Expr]) -> tuple[Statement, ...]:
     """Return the statements that some values depend on."""
-    wanted, found = set[str]().union(*map(read, values)), list[Statement]()
+    wanted, needed_statements = set[str]().union(*map(read, values)), list[Statement]()
     for statement in reversed(tuple(body)):
         if writes(statement) & wanted:
             wanted |= reads(statement)
-            found.append(statement)
-    return tuple(reversed(found))
+            needed_statements.append(statement)
+    return tuple(reversed(needed_statements))
 
 
 def locals_of(statement: Statement) -> set[str]:
     """Return the names that have a value inside a statement only, those of its counters among them."""
-    own = parts(statement)
-    return set(own.counters).union(*(writes(s) | locals_of(s) for s in own.inner)) - set(own.writes)
+    here = parts(statement)
+    return set(here.counters).union(*(writes(s) | locals_of(s) for s in here.inner)) - set(here.writes)
 
 
 def reads(statement: Statement) -> set[str]:
     """Return the names, tables and arrays from outside that a statement reads."""
-    own = parts(statement)
-    found = set(own.reads).union(*map(read, own.values), *map(reads, own.inner))
-    return found - locals_of(statement) - (set(own.writes) if own.inner else set())
+    here = parts(statement)
+    names = set(here.reads).union(*map(read, here.values), *map(reads, here.inner))
+    return names - locals_of(statement) - (set(here.writes) if here.inner else set())
 
 
 def read(expr: Expr) -> set[str]:
     """Return the names, tables and arrays that an expression reads."""
-    found: set[str] = set()
+    names: set[str] = set()
     for node in walk(expr):
         match node:
             case Name(name=name):
-                found.add(name)
+                names.add(name)
             case Item(array=array, index=Place(name=name)):
-                found |= {array, name}
+                names |= {array, name}
             case Item(array=array, index=index):
-                found |= {array, index} if isinstance(index, str) else {array}
-    return found
+                names |= {array, index} if isinstance(index, str) else {array}
+    return names
 
 
 def map_expressions(program: Program, change: Callable[[Expr], Expr]) -> Program:
@@ -198,7 +200,7 @@ def map_names(program: Program, name: Callable[[str], str]) -> Program:
     return replace(
         program,
         arguments=tuple(map(name, program.arguments)),
-        tables=tuple((name(own), values) for own, values in program.tables),
+        tables=tuple((name(table), values) for table, values in program.tables),
         body=tuple(rebuilt(s, changed, name) for s in program.body),
         results=tuple(map(changed, program.results)),
     )
@@ -222,3 +224,33 @@ def renamed(expr: Expr, name: Callable[[str], str]) -> Expr:
 
 def _named(body: tuple[Assign, ...]) -> tuple[str, ...]:
     return tuple(s.name for s in body)
+
+
+def embed(builder: Builder, program: Program, arguments: Sequence[Expr], *, state: int = 0) -> list[Expr]:
+    """Write the statements of a program into another one and return its results as atoms.
+
+    Args:
+        builder: Writes the outer program.
+        program: A program that reads entries of its state at fixed positions only.
+        arguments: Values of its arguments.
+        state: Position of its first state in that of the outer program.
+    """
+    names: dict[str, str] = {STATE: STATE}
+    tables = dict(program.tables)
+
+    def renamed(name: str) -> str:
+        if name not in names:
+            names[name] = builder.table(tables[name]) if name in tables else builder.fresh()
+        return names[name]
+
+    def moved(node: Expr) -> Expr:
+        match node:
+            case Item(array=array, index=int(index)) if array == STATE:
+                return Item(STATE, state + index)
+        return node
+
+    inner = map_names(map_expressions(program, moved) if state else program, renamed)
+    for name, value in zip(inner.arguments, arguments, strict=True):
+        builder.statements.append(Assign(name, value))
+    builder.statements.extend(inner.body)
+    return [builder.let(r) for r in inner.results]

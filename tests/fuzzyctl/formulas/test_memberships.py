@@ -14,7 +14,7 @@ from fuzzyctl.formulas import (
     is_monotone,
     is_straight,
 )
-from fuzzyctl.kernels.backends.numpy.backend import array_function
+from fuzzyctl.kernels.backends.numpy_backend import array_function
 from fuzzyctl.kernels.program.scalar import scalar_function
 from tests.reference import formulas as reference
 from tests.sizes import examples

@@ -19,8 +19,8 @@ from fuzzyctl.diagnostics.diagnostic import (
     UnknownNameError,
 )
 from fuzzyctl.kernels.algorithms.select import algorithm_of
-from fuzzyctl.kernels.backends.numba.compile_cost import operations
 from fuzzyctl.kernels.compile import compile as compile_system
+from fuzzyctl.kernels.compile import operations
 from fuzzyctl.kernels.plan.build import plan
 from tests import sizes
 
@@ -68,7 +68,7 @@ class TestCompile:
     def no_numba(self, monkeypatch):
         """Leave numba out; what was found out of it before is forgotten, and again afterwards."""
         monkeypatch.setitem(sys.modules, "numba", None)
-        for name in ("source", "loop", "values", "intrinsics", "disk_cache"):
+        for name in ("source", "machine_code", "integrals", "intrinsics", "disk_cache"):
             monkeypatch.delitem(sys.modules, f"fuzzyctl.kernels.backends.numba.{name}", raising=False)
             monkeypatch.delattr(f"fuzzyctl.kernels.backends.numba.{name}", raising=False)
         for found in (compile_module.numba_is_missing, compile_module._say_once):

@@ -1,4 +1,4 @@
-"""numba's cache on disk for functions of generated modules and of dwmr, where what cannot be used costs only time.
+"""numba's cache on disk for functions of generated modules and of dwmr, where a broken entry costs only time.
 
 numba stops where an entry is damaged or the disk is full, and of two processes that store two signatures of a function
 at the same time one may find the code of the other's.
@@ -33,7 +33,7 @@ _DAMAGED: Final = (
 
 
 def native(signature: str, **options: Any) -> Callable[[Callable[..., Any]], Any]:
-    """Return a decorator that compiles a function for one signature, or takes what is kept on disk.
+    """Return a decorator that compiles a function for one signature, or loads it from disk.
 
     Args:
         signature: As numba writes it.
@@ -62,18 +62,18 @@ class _Cache(FunctionCache):  # type: ignore[misc]  # numba has no types
     """What numba keeps of one function."""
 
     def load_overload(self, signature: Any, context: Any) -> Any:
-        """Return what is kept for a signature, None for nothing that can be used."""
+        """Return the entry of a signature, None if it cannot be used."""
         try:
-            found = super().load_overload(signature, context)
+            entry = super().load_overload(signature, context)
         except OSError:
             return None
         except _DAMAGED:
             with contextlib.suppress(OSError):
                 self.flush()
             return None
-        return found if found and found.signature.args == sigutils.normalize_signature(signature)[0] else None
+        return entry if entry and entry.signature.args == sigutils.normalize_signature(signature)[0] else None
 
     def save_overload(self, signature: Any, data: Any) -> None:
-        """Keep what was compiled for a signature."""
+        """Store the machine code of a signature."""
         with contextlib.suppress(OSError, *_DAMAGED):
             super().save_overload(signature, data)

@@ -37,7 +37,7 @@ _FUNCTIONS: Final = {
         quadrature.jumps,
     )
 }
-#: What each of the functions that programs call needs besides itself.
+#: Other functions that each function of programs needs.
 _NEEDED: Final = {
     "moments": ("stretch", "rough_area", "summed", "integrals", "moments"),
     "half": ("stretch", "rough_area", "summed", "integrals", "within", "half"),
@@ -56,7 +56,7 @@ def integrals_lines(statements: Iterable[Quadrature], tables: Iterable[str]) -> 
         statements: The integrals of a program.
         tables: Names of its tables, which functions share.
     """
-    known: dict[str, str] = {}
+    functions: dict[str, str] = {}
     kept = set(tables)
     for statement in statements:
         lines = list(integral_lines(statement))
@@ -66,11 +66,11 @@ def integrals_lines(statements: Iterable[Quadrature], tables: Iterable[str]) -> 
             return found[0] if found[0] in kept else names.setdefault(found[0], f"#{len(names)}")
 
         key = _NUMBERED.sub(renamed, "\n".join([statement.kind, *lines]))
-        own = f"{statement.kind}_{statement.function}"
-        if key in known:
-            yield from ("", "", f"{own} = {known[key]}")
+        name = f"{statement.kind}_{statement.function}"
+        if key in functions:
+            yield from ("", "", f"{name} = {functions[key]}")
         else:
-            known[key] = own
+            functions[key] = name
             yield from lines
 
 

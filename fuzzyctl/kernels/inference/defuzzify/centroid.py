@@ -62,7 +62,7 @@ def exact_centroid(builder: Builder, output: OutputPlan, heights: Sequence[Heigh
 
 
 def unit_of(output: OutputPlan) -> float:
-    """Return what lengths are counted in: 1, or a power of two of the size of a range whose square is no number."""
+    """Return the unit of lengths: 1, or a power of two of the size of a range whose square is no number."""
     width = output.upper - output.lower
     return 1.0 if _SMALL < width < _LARGE else math.ldexp(1.0, math.frexp(width)[1] - 1)
 
@@ -79,15 +79,15 @@ def exact_moments(builder: Builder, output: OutputPlan, heights: Sequence[Height
         builder: The program to write into.
         output: Piecewise-linear terms, implication `min` or `product`, aggregation `max` or `sum`.
         heights: Activations, merged by term as far as the aggregation allows.
-        unit: What lengths are counted in.
+        unit: The unit of lengths.
 
     Returns:
         Area and moment as atoms.
     """
     clipped = output.implication == "min"
     parts: list[Moments] = []
-    for own in pieces(output, heights):
-        piece = replace(own, start=own.start / exact(unit), end=own.end / exact(unit))
+    for stretch in pieces(output, heights):
+        piece = replace(stretch, start=stretch.start / exact(unit), end=stretch.end / exact(unit))
         if output.aggregation == "sum":
             cut = _clipped if clipped else _scaled
             parts.extend(_about_middle(builder, piece, line, cut(builder, line, line.height)) for line in piece.lines)
@@ -126,13 +126,13 @@ def pieces(output: OutputPlan, heights: Sequence[Height]) -> list[Piece]:
     others = [term.vertices for term in output.terms] if output.rule == "polygon" else []
     corners = {lower, upper} | {exact(x) for shape in (*shapes, *others) for x, _ in shape}
     cuts = sorted(c for c in corners if lower <= c <= upper)
-    found: list[Piece] = []
+    result: list[Piece] = []
     for a, b in pairwise(cuts):
         ends = [line_ends(shape, a, b) for shape in shapes]
         lines = [_line(h, most, *e) for (_, h, most), e in zip(heights, ends, strict=True) if any(e)]
         if lines:
-            found.append(Piece(a - middle, b - middle, tuple(lines)))
-    return found
+            result.append(Piece(a - middle, b - middle, tuple(lines)))
+    return result
 
 
 def uncrossed(piece: Piece) -> list[Piece]:
@@ -143,13 +143,13 @@ def uncrossed(piece: Piece) -> list[Piece]:
         before, after = a.left - b.left, a.right - b.right
         if before * after < 0:
             shares.add(before / (before - after))
-    found: list[Piece] = []
+    parts: list[Piece] = []
     for s, t in pairwise(sorted(shares)):
         lines = tuple(
             _line(line.height, line.most, line.left + s * line.rise, line.left + t * line.rise) for line in piece.lines
         )
-        found.append(Piece(piece.start + s * length, piece.start + t * length, lines))
-    return found
+        parts.append(Piece(piece.start + s * length, piece.start + t * length, lines))
+    return parts
 
 
 def _line(height: Expr, most: float, left: Fraction, right: Fraction) -> Line:

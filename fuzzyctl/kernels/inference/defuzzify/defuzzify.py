@@ -9,14 +9,16 @@ from typing import Final
 
 from fuzzyctl.expr import ZERO, Compare, Expr, Logic, Name, Number, Where, replace_names, times
 from fuzzyctl.formulas import MEMBERSHIP, Vertex, exact_norms, is_endless
-from fuzzyctl.kernels.inference.defuzzify.alpha_cuts import has_cuts, maximum_of_union
 from fuzzyctl.kernels.inference.defuzzify.centroid import Height, exact_centroid, has_many_pieces, unit_of
 from fuzzyctl.kernels.inference.defuzzify.curved_sets import adaptive
-from fuzzyctl.kernels.inference.defuzzify.envelope import size_of
-from fuzzyctl.kernels.inference.defuzzify.maxima import sampled_maximum
-from fuzzyctl.kernels.inference.defuzzify.piecewise_linear import straight_bisector, straight_centroid, straight_maximum
-from fuzzyctl.kernels.inference.defuzzify.sampled_bisector import sampled_bisector
-from fuzzyctl.kernels.inference.defuzzify.sampled_polygon import sampled_polygon
+from fuzzyctl.kernels.inference.defuzzify.envelope import (
+    size_of,
+    straight_bisector,
+    straight_centroid,
+    straight_maximum,
+)
+from fuzzyctl.kernels.inference.defuzzify.maxima import has_cuts, maximum_of_union, sampled_maximum
+from fuzzyctl.kernels.inference.defuzzify.sampled_bisector import sampled_bisector, sampled_polygon
 from fuzzyctl.kernels.inference.defuzzify.sampling import Samples, points_at, sampled_moments
 from fuzzyctl.kernels.plan.build import OutputPlan, SetPlan
 from fuzzyctl.kernels.plan.traced import greatest, is_free, least
@@ -68,7 +70,7 @@ def defuzzify(
         active: The rules that name it, without those of activation 0.
         inputs: The clamped inputs by name, for consequents that are functions of them.
         previous: The previous value of an output that holds it where no rule fires, else None.
-        total: What an average divides by, None for the sum of the activations.
+        total: The divisor of an average, None for the sum of the activations.
 
     Returns:
         Its value as an atom, and the condition that some rule fires.
@@ -99,7 +101,7 @@ def average(builder: Builder, output: OutputPlan, above: Expr, below: Expr, hull
         output: The output, which does not hold its value.
         above: Σ activation · consequent.
         below: Σ activation, as an atom.
-        hull: What the consequents lie within.
+        hull: Bounds of the consequents.
 
     Returns:
         Its value as an atom, and the condition that some rule fires.
@@ -123,7 +125,7 @@ def _held(
 
 
 def _defined(builder: Builder, output: OutputPlan, value: Expr, fires: Expr, otherwise: Expr) -> tuple[Expr, Expr]:
-    """Return a value and whether there is one; where NaN is none, what the output is otherwise takes its place."""
+    """Return a value and whether it exists; a NaN that counts as no value is replaced by the `else` value."""
     if output.fallback == "unfired":
         return value, fires
     there = Compare("==", value, value)
@@ -131,7 +133,7 @@ def _defined(builder: Builder, output: OutputPlan, value: Expr, fires: Expr, oth
 
 
 def _of_set(builder: Builder, output: OutputPlan, active: Sequence[Activation]) -> tuple[Expr, Expr]:
-    """Write what is made of the aggregated set: its place, counted from the middle, and what is above 0 with it."""
+    """Write the place of the aggregated set, counted from the middle, and a measure that is above 0 if it exists."""
     heights = _heights(builder, output, active)
     if output.resolution is None:
         return _exact(builder, output, heights)
@@ -187,7 +189,7 @@ def with_zero(builder: Builder, hull: Hull) -> Hull:
 
 
 def _passes(hull: Hull, otherwise: Expr) -> bool:
-    """Return whether a value is what it was once it is held within the hull."""
+    """Return whether clipping to the hull keeps a value."""
     if not isinstance(otherwise, Number):
         return False
     low, high = hull
@@ -209,7 +211,7 @@ def consequent_hull(output: OutputPlan, terms: Sequence[int]) -> tuple[float, fl
 
 
 def _values(output: OutputPlan, term: SetPlan) -> tuple[float, float]:
-    """Return the ends of what a rule with this consequent can contribute; a function of the inputs is bounded later."""
+    """Return the bounds of a consequent's contribution; a function of the inputs is bounded later."""
     if term.reads_inputs:
         return term.reach or (-math.inf, math.inf)
     if output.takes_degrees:
@@ -244,10 +246,12 @@ def support_hull(output: OutputPlan, terms: Sequence[int]) -> tuple[float, float
     # The first and the last sample above 0 are looked for from both ends: most samples are never computed.
     samples = range(output.resolution)
     sides = (points_at(output, samples), points_at(output, reversed(samples)))
-    first, last = (next((x for x in own if any(d(x) > 0.0 for d in degrees)), None) for own in sides)
+    first, last = (
+        next((x for x in samples_of_side if any(d(x) > 0.0 for d in degrees)), None) for samples_of_side in sides
+    )
     if first is None or last is None:
         return whole
-    # What lies between samples may be a step away from those above 0.
+    # A place between samples may be a step away from those above 0.
     between = output.kind == "bisector" or output.rule == "polygon"
     beyond = (output.upper - output.lower) / max(output.resolution - 1, 1) if between else 0.0
     return max(first - beyond, output.lower), min(last + beyond, output.upper)
@@ -291,7 +295,7 @@ def _over_rules(
     values = [_consequent(builder, output, output.terms[a.term], a.strength, inputs) for a in active]
     for a, value in zip(active, values, strict=True):
         by_value.setdefault(value, []).append(a)
-    sums = {value: builder.total(a.strength for a in own) for value, own in by_value.items()}
+    sums = {value: builder.total(a.strength for a in rules) for value, rules in by_value.items()}
     may_be_infinite = output.inverts and output.places == "free"
     if not may_be_infinite and all(not output.terms[a.term].reads_inputs or output.terms[a.term].reach for a in active):
         numerator = builder.total(times(s, value) for value, s in sums.items() if value != ZERO)
@@ -324,8 +328,8 @@ def _consequent(
 
 def _acting(active: Sequence[Activation]) -> tuple[Expr, ...] | None:
     """Return conditions under which some rule of a consequent acts besides that it fires; None if one always does."""
-    own = [a.acts for a in active]
-    return None if None in own else tuple(c for conditions in own for c in conditions or ())
+    acts = [a.acts for a in active]
+    return None if None in acts else tuple(c for conditions in acts for c in conditions or ())
 
 
 def _part(builder: Builder, strength: Expr, value: Expr, acts: tuple[Expr, ...] | None) -> Expr:
@@ -350,11 +354,11 @@ def _heights(builder: Builder, output: OutputPlan, active: Sequence[Activation])
         return [(a.term, a.strength, a.weight) for a in active]
     merged: list[Height] = [(a.term, a.strength, a.weight) for a in active if not _merges(output, output.terms[a.term])]
     for term in dict.fromkeys(a.term for a in active if _merges(output, output.terms[a.term])):
-        own = [a for a in active if a.term == term]
+        same_term = [a for a in active if a.term == term]
         if output.aggregation == "max":
-            merged.append((term, builder.largest(a.strength for a in own), max(a.weight for a in own)))
+            merged.append((term, builder.largest(a.strength for a in same_term), max(a.weight for a in same_term)))
         else:
-            merged.append((term, builder.total(a.strength for a in own), sum(a.weight for a in own)))
+            merged.append((term, builder.total(a.strength for a in same_term), sum(a.weight for a in same_term)))
     return merged
 
 

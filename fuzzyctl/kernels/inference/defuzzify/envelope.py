@@ -7,14 +7,17 @@ of minima and maxima, so that the program has no branches.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from itertools import combinations, pairwise
+from typing import Final
 
 from fuzzyctl.expr import ONE, ZERO, Call, Compare, Expr, Logic, Number, Where, minus, plus, times
 from fuzzyctl.kernels.inference.defuzzify.centroid import Height, Line, Piece, is_handover, line_ends, pieces, uncrossed
+from fuzzyctl.kernels.inference.defuzzify.maxima import Hits, place_of, tolerance
+from fuzzyctl.kernels.inference.defuzzify.sampled_bisector import SLACK, moments_of, past_gap, share_of
 from fuzzyctl.kernels.plan.build import OutputPlan
-from fuzzyctl.kernels.program.builder import Builder, clip
+from fuzzyctl.kernels.program.builder import Builder, clip, sorted_atoms
 from fuzzyctl.records import record
 
 
@@ -39,15 +42,15 @@ def outline(builder: Builder, output: OutputPlan, heights: Sequence[Height]) -> 
         may jump between pieces.
     """
     clipped, bends = output.implication == "min", _bends_at_crossings(output)
-    found: list[list[Knot]] = []
+    knots: list[list[Knot]] = []
     for piece in pieces(output, heights):
         if clipped and bends and is_handover(piece):
-            found.append(_knots(builder, output, piece, _handover_places(builder, piece)))
+            knots.append(_knots(builder, output, piece, _handover_places(builder, piece)))
             continue
         for part in uncrossed(piece) if clipped and bends else [piece]:
             places = _levels(builder, part, union=bends) if clipped else _crossings(builder, part) if bends else []
-            found.append(_knots(builder, output, part, [ZERO, *_sorted(builder, places), ONE]))
-    return found
+            knots.append(_knots(builder, output, part, [ZERO, *_sorted(builder, places), ONE]))
+    return knots
 
 
 def _bends_at_crossings(output: OutputPlan) -> bool:
@@ -62,40 +65,44 @@ def size_of(output: OutputPlan, heights: Sequence[Height]) -> int:
     for piece in pieces(output, heights):
         for part in uncrossed(piece) if clipped and bends else [piece]:
             lines = len(part.lines)
-            own = 2 * lines if clipped else lines * (lines - 1) // 2 if bends else 0
-            count += (own + 2) * (2 * lines + 8) + own * own // 4
+            places = 2 * lines if clipped else lines * (lines - 1) // 2 if bends else 0
+            count += (places + 2) * (2 * lines + 8) + places * places // 4
     return count
 
 
 def joints(builder: Builder, output: OutputPlan, heights: Sequence[Height]) -> list[Knot]:
     """Write the degree at the corners where some term jumps: there the larger degree of each term holds."""
-    own = pieces(output, heights)
+    stretches = pieces(output, heights)
     middle = Fraction(0.5 * output.lower + 0.5 * output.upper)
     shapes = [output.terms[t].vertices for t, _, _ in heights]
-    found: list[Knot] = []
-    for place in sorted({p.start for p in own} | {p.end for p in own}):
-        limits = [_limits(shape, own, place, middle) for shape in shapes]
+    knots: list[Knot] = []
+    for place in sorted({p.start for p in stretches} | {p.end for p in stretches}):
+        limits = [_limits(shape, stretches, place, middle) for shape in shapes]
         if all(a == b for a, b in limits):
             continue
-        parts = [(h, Number(float(max(own)))) for (_, h, _), own in zip(heights, limits, strict=True) if max(own) > 0]
+        parts = [
+            (h, Number(float(max(stretches))))
+            for (_, h, _), stretches in zip(heights, limits, strict=True)
+            if max(stretches) > 0
+        ]
         implied = [Call("min", (h, d)) if output.implication == "min" else times(h, d) for h, d in parts]
-        found.append(Knot(Number(float(place)), _joined(builder, output, [builder.let(y) for y in implied])))
-    return found
+        knots.append(Knot(Number(float(place)), _joined(builder, output, [builder.let(y) for y in implied])))
+    return knots
 
 
 def _limits(
-    shape: tuple[tuple[float, float], ...], own: Sequence[Piece], place: Fraction, middle: Fraction
+    shape: tuple[tuple[float, float], ...], stretches: Sequence[Piece], place: Fraction, middle: Fraction
 ) -> tuple[Fraction, Fraction]:
     """Return the limits of a term from both sides of a corner, 0 beyond the range."""
     zero = Fraction(0)
-    left = next((line_ends(shape, p.start + middle, p.end + middle)[1] for p in own if p.end == place), zero)
-    right = next((line_ends(shape, p.start + middle, p.end + middle)[0] for p in own if p.start == place), zero)
+    left = next((line_ends(shape, p.start + middle, p.end + middle)[1] for p in stretches if p.end == place), zero)
+    right = next((line_ends(shape, p.start + middle, p.end + middle)[0] for p in stretches if p.start == place), zero)
     return left, right
 
 
 def _knots(builder: Builder, output: OutputPlan, piece: Piece, places: Sequence[Expr]) -> list[Knot]:
     length = piece.end - piece.start
-    found = []
+    knots = []
     for t in places:
         if t in (ZERO, ONE):
             x: Expr = Number(float(piece.start if t == ZERO else piece.end))
@@ -103,8 +110,8 @@ def _knots(builder: Builder, output: OutputPlan, piece: Piece, places: Sequence[
             x = builder.let(plus(Number(float(piece.start)), times(Number(float(length)), t)))
         cut = _clipped if output.implication == "min" else _times_height
         implied = [cut(builder, line, t) for line in piece.lines]
-        found.append(Knot(x, _joined(builder, output, [y for y in implied if y != ZERO])))
-    return found
+        knots.append(Knot(x, _joined(builder, output, [y for y in implied if y != ZERO])))
+    return knots
 
 
 def _times_height(builder: Builder, line: Line, t: Expr) -> Expr:
@@ -147,15 +154,15 @@ def _levels(builder: Builder, piece: Piece, *, union: bool) -> list[Expr]:
     Lines that do not cross have an order. In a union each counts from the level on that those above it reach up to.
     """
     lines = sorted(piece.lines, key=lambda line: -(line.left + line.right)) if union else list(piece.lines)
-    found: list[Expr] = []
+    places: list[Expr] = []
     above: Expr = ZERO
     for line in lines:
         level = line.height if above == ZERO else builder.let(Call("max", (above, line.height)))
-        for own in dict.fromkeys((above, level) if union else (line.height,)):
-            if own != ZERO and line.rise != 0:
-                found.append(_reaching(builder, line, own))
+        for bound in dict.fromkeys((above, level) if union else (line.height,)):
+            if bound != ZERO and line.rise != 0:
+                places.append(_reaching(builder, line, bound))
         above = level
-    return found
+    return places
 
 
 def _reaching(builder: Builder, line: Line, level: Expr) -> Expr:
@@ -166,7 +173,7 @@ def _reaching(builder: Builder, line: Line, level: Expr) -> Expr:
 
 def _crossings(builder: Builder, piece: Piece) -> list[Expr]:
     """Return where scaled lines cross; the beginning of the piece for those that do not."""
-    found: list[Expr] = []
+    places: list[Expr] = []
     for a, b in combinations(piece.lines, 2):
         before, after = (
             builder.let(minus(_scaled(a.height, p), _scaled(b.height, q)))
@@ -175,8 +182,8 @@ def _crossings(builder: Builder, piece: Piece) -> list[Expr]:
         falls = Logic("and", (Compare(">", before, ZERO), Compare("<", after, ZERO)))
         rises = Logic("and", (Compare("<", before, ZERO), Compare(">", after, ZERO)))
         crossing = before / (before - after)
-        found.append(builder.let(clip(builder.let(Where(Logic("or", (falls, rises)), crossing, ZERO)), 0.0, 1.0)))
-    return found
+        places.append(builder.let(clip(builder.let(Where(Logic("or", (falls, rises)), crossing, ZERO)), 0.0, 1.0)))
+    return places
 
 
 def _scaled(height: Expr, degree: Fraction) -> Expr:
@@ -204,33 +211,108 @@ def _sorted(builder: Builder, values: Sequence[Expr]) -> list[Expr]:
     return sorted_atoms(builder, list(dict.fromkeys(values)))
 
 
-def sorted_atoms(builder: Builder, values: Sequence[Expr]) -> list[Expr]:
-    """Write atoms in rising order, by the merge exchange of Batcher (Knuth, volume 3, 5.2.2, algorithm M)."""
-    found = list(values)
-    for i, j in _exchanges(len(found)):
-        low, high = (builder.let(Call(f, (found[i], found[j]))) for f in ("min", "max"))
-        found[i], found[j] = low, high
-    return found
-
-
-def _exchanges(count: int) -> Iterator[tuple[int, int]]:
-    top = 1 << max(0, (count - 1).bit_length() - 1)
-    p = top if count > 1 else 0
-    while p > 0:
-        q, r, d = top, 0, p
-        while True:
-            yield from ((i, i + d) for i in range(count - d) if i & p == r)
-            if q == p:
-                break
-            d, q, r = q - p, q // 2, p
-        p //= 2
-
-
 def segments(knots: Sequence[Sequence[Knot]]) -> list[tuple[Knot, Knot]]:
     """Return the straight parts of an outline, from left to right."""
-    return [pair for own in knots for pair in pairwise(own)]
+    return [pair for row in knots for pair in pairwise(row)]
 
 
 def largest_of(builder: Builder, knots: Sequence[Knot]) -> Expr:
     """Write the largest degree."""
     return builder.largest(k.y for k in knots)
+
+
+_HALF: Final = Number(0.5)
+#: Degrees that are the same but for rounding.
+_ROUNDING: Final = 1e-12
+
+
+def straight_centroid(builder: Builder, output: OutputPlan, heights: Sequence[Height]) -> tuple[Expr, Expr]:
+    """Write the centroid of an outline, counted from the middle of the range, and its area, as an atom."""
+    parts = [moments_of(builder, (a.x, b.x), (a.y, b.y)) for a, b in segments(outline(builder, output, heights))]
+    area = builder.total(value for value, _ in parts)
+    return builder.total(value for _, value in parts) / area, area
+
+
+def straight_bisector(builder: Builder, output: OutputPlan, heights: Sequence[Height]) -> tuple[Expr, Expr]:
+    """Write where the area to the left is half of all; at a gap the middle of the gap.
+
+    Returns:
+        Its place, counted from the middle of the range, and the area, as atoms.
+    """
+    parts = segments(outline(builder, output, heights))
+    sums: list[Expr] = [ZERO]
+    for a, b in parts:
+        width = builder.let(minus(b.x, a.x))
+        area = times(times(_HALF, width), plus(a.y, b.y))
+        sums.append(builder.let(plus(sums[-1], builder.let(area))))
+    whole = sums[-1]
+    half = builder.let(times(_HALF, whole))
+    under, over = builder.let(times(Number(1.0 - SLACK), half)), builder.let(times(Number(1.0 + SLACK), half))
+    last = parts[-1] if parts else (Knot(ZERO, ZERO), Knot(ZERO, ZERO))
+    chosen: list[Expr] = [sums[-2] if parts else ZERO, last[0].x, last[1].x, last[0].y, last[1].y]
+    after = last[0].x
+    for k in reversed(range(len(parts) - 1)):
+        a, b = parts[k]
+        here = Compare(">=", sums[k + 1], under)
+        chosen = [
+            builder.let(Where(here, value, other))
+            for value, other in zip((sums[k], a.x, b.x, a.y, b.y), chosen, strict=True)
+        ]
+        after = builder.let(Where(Compare(">", sums[k + 1], over), a.x, after))
+    before, start, end, left, right = chosen
+    width = builder.let(minus(end, start))
+    area = Where(Compare(">", width, ZERO), minus(half, before) / width, ZERO)
+    share = share_of(builder, left, right, builder.let(area))
+    place = builder.let(plus(start, times(width, builder.let(share))))
+    return builder.let(past_gap(place, end, after)), whole
+
+
+def straight_maximum(builder: Builder, output: OutputPlan, heights: Sequence[Height]) -> tuple[Expr, Expr]:
+    """Write the place of the maximum that the output asks for.
+
+    Returns:
+        Its place, counted from the middle of the range, not computed yet; and the largest degree as an atom.
+    """
+    rows = outline(builder, output, heights)
+    jumps = joints(builder, output, heights)
+    knots = _in_order(rows, jumps)
+    most = largest_of(builder, knots)
+    bound = builder.let(times(Number(1.0 - max(tolerance(output), _ROUNDING)), most))
+    hits = {k: builder.let(Where(Compare(">=", k.y, bound), ONE, ZERO)) for k in jumps}
+    for part in rows:
+        hits |= {k: _is_top(builder, part, i, bound) for i, k in enumerate(part) if k not in hits}
+    slack = builder.let(times(Number(_ROUNDING), most))
+    intervals = tuple((_is_flat(builder, hits, a, b, slack), a.x, b.x) for a, b in segments(rows))
+    return place_of(builder, output, Hits(intervals, tuple((hits[k], k.x) for k in knots))), most
+
+
+def _is_top(builder: Builder, part: Sequence[Knot], position: int, bound: Expr) -> Expr:
+    """Return 1 for a knot that reaches a bound and does not lie on a slope towards a neighbour, else 0."""
+    knot = part[position]
+    beside = builder.largest(k.y for k in part[max(position - 1, 0) : position + 2] if k != knot)
+    level = builder.let(times(Number(1.0 - _ROUNDING), beside))
+    is_top = Logic("and", (Compare(">=", knot.y, bound), Compare(">=", knot.y, level)))
+    return builder.let(Where(is_top, ONE, ZERO))
+
+
+def _is_flat(builder: Builder, hits: Mapping[Knot, Expr], a: Knot, b: Knot, slack: Expr) -> Expr:
+    """Return 1 for a stretch that attains the maximum everywhere, else 0."""
+    apart = builder.let(Call("abs", (builder.let(minus(a.y, b.y)),)))
+    return builder.let(times(builder.let(times(hits[a], hits[b])), Where(Compare("<=", apart, slack), ONE, ZERO)))
+
+
+def _in_order(rows: Sequence[Sequence[Knot]], others: Sequence[Knot]) -> list[Knot]:
+    """Return the knots of an outline from left to right, among them those where terms jump."""
+    left = list(others)
+    result: list[Knot] = []
+    for part in rows:
+        while left and _number(left[0]) <= _number(part[0]):
+            result.append(left.pop(0))
+        result.extend(part)
+    return [*result, *left]
+
+
+def _number(knot: Knot) -> float:
+    """Return the place of a knot at a corner."""
+    assert isinstance(knot.x, Number)
+    return knot.x.value

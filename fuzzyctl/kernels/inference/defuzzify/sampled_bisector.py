@@ -1,15 +1,18 @@
-"""Bisector of sampled sets, by the rule of each tool."""
+"""Bisector of samples by the rule of each tool; centroid and bisector of polygons through samples."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from functools import partial
+from itertools import pairwise
 from typing import Final
 
 from fuzzyctl.expr import ONE, ZERO, Call, Compare, Expr, Logic, Name, Number, Where, minus, plus, times
-from fuzzyctl.kernels.inference.defuzzify.sampling import HALF, Carried, Samples, total
-from fuzzyctl.kernels.program.builder import Builder, clip
-from fuzzyctl.kernels.program.program import Assign, Fold
+from fuzzyctl.kernels.inference.defuzzify.sampling import HALF, Carried, Samples, carry, total
+from fuzzyctl.kernels.program.builder import Builder, clip, sorted_atoms
+from fuzzyctl.kernels.program.program import Assign, Fold, Item
 
 #: Parts of the area that are taken for rounding: where half of it ends up to this, a gap may follow.
 SLACK: Final = 1e-13
@@ -19,8 +22,8 @@ def sampled_bisector(samples: Samples, middle: float) -> tuple[Expr, Expr]:
     """Write the bisector of samples by the rule of the output.
 
     Returns:
-        Its place, counted from the middle, and what is above 0 where there is one; the place is not computed yet, so
-        that it may be left out where there is none.
+        Its place, counted from the middle, and a measure that is above 0 if it exists; the place is not computed yet,
+        so that it may be left out if the set is empty.
     """
     match samples.output.rule:
         case "first":
@@ -42,9 +45,9 @@ def _first(samples: Samples, middle: float) -> tuple[Expr, Expr]:
     half = samples.builder.let(times(HALF, whole))
 
     def step(b: Builder, v: Expr, items: Sequence[Expr], c: Mapping[str, Expr]) -> Carried:
-        own = b.let(plus(c["sum"], v))
-        hit = Logic("and", (Compare("<", c["sum"], half), Compare(">=", own, half)))
-        return {"sum": own, "place": Where(hit, items[0], c["place"])}
+        area = b.let(plus(c["sum"], v))
+        hit = Logic("and", (Compare("<", c["sum"], half), Compare(">=", area, half)))
+        return {"sum": area, "place": Where(hit, items[0], c["place"])}
 
     points = [p - middle for p in samples.points]
     return samples.scan({"sum": ZERO, "place": ZERO}, step, [points])["place"], whole
@@ -57,11 +60,11 @@ def _nearest(samples: Samples, middle: float) -> tuple[Expr, Expr]:
     unit = builder.let(Where(Compare(">", whole, ZERO), whole, ONE))
 
     def step(b: Builder, v: Expr, items: Sequence[Expr], c: Mapping[str, Expr]) -> Carried:
-        own = b.let(plus(c["sum"], v))
-        away = b.let(Call("abs", (own / unit - HALF,)))
+        area = b.let(plus(c["sum"], v))
+        away = b.let(Call("abs", (area / unit - HALF,)))
         nearer, same = Compare("<", away, c["away"]), Compare("==", away, c["away"])
         return {
-            "sum": own,
+            "sum": area,
             "away": Where(nearer, away, c["away"]),
             "total": Where(nearer, items[0], Where(same, plus(c["total"], items[0]), c["total"])),
             "count": Where(nearer, ONE, Where(same, plus(c["count"], ONE), c["count"])),
@@ -69,8 +72,8 @@ def _nearest(samples: Samples, middle: float) -> tuple[Expr, Expr]:
 
     start = {"sum": ZERO, "away": Number(math.inf), "total": ZERO, "count": ZERO}
     points = [p - middle for p in samples.points]
-    found = samples.scan(start, step, [points], gaps=True)
-    return found["total"] / found["count"], whole
+    result = samples.scan(start, step, [points], gaps=True)
+    return result["total"] / result["count"], whole
 
 
 def _walk(samples: Samples, middle: float) -> tuple[Expr, Expr]:
@@ -185,12 +188,12 @@ def _interpolated(samples: Samples, middle: float) -> tuple[Expr, Expr]:
 
     def step(b: Builder, v: Expr, items: Sequence[Expr], c: Mapping[str, Expr]) -> Carried:
         left = c["last"] if straight else v
-        own = b.let(plus(c["sum"], times(HALF, plus(left, v)) if straight else v))
-        hit = b.let(Where(Logic("and", (Compare("<", c["sum"], under), Compare(">=", own, under))), ONE, ZERO))
-        after = Logic("and", (Compare("<=", c["sum"], over), Compare(">", own, over)))
+        area = b.let(plus(c["sum"], times(HALF, plus(left, v)) if straight else v))
+        hit = b.let(Where(Logic("and", (Compare("<", c["sum"], under), Compare(">=", area, under))), ONE, ZERO))
+        after = Logic("and", (Compare("<=", c["sum"], over), Compare(">", area, over)))
         is_hit = Compare(">", hit, ZERO)
         return {
-            "sum": own,
+            "sum": area,
             "before": Where(is_hit, c["sum"], c["before"]),
             "start": Where(is_hit, items[0], c["start"]),
             "left": Where(is_hit, left, c["left"]),
@@ -202,13 +205,13 @@ def _interpolated(samples: Samples, middle: float) -> tuple[Expr, Expr]:
     start: dict[str, Expr] = dict.fromkeys(("sum", "before", "start", "left", "right", "after"), ZERO)
     if straight:
         start["last"] = samples.at(0)
-    found = samples.scan(start, step, [starts], first=1 if straight else 0, gaps=straight)
-    rest = builder.let(minus(half, found["before"]))
-    share = builder.let(share_of(builder, found["left"], found["right"], rest))
-    place = builder.let(plus(found["start"], times(Number(width), share)))
-    end = builder.let(plus(found["start"], Number(width)))
+    result = samples.scan(start, step, [starts], first=1 if straight else 0, gaps=straight)
+    rest = builder.let(minus(half, result["before"]))
+    share = builder.let(share_of(builder, result["left"], result["right"], rest))
+    place = builder.let(plus(result["start"], times(Number(width), share)))
+    end = builder.let(plus(result["start"], Number(width)))
     # Ends that meet may differ by rounding.
-    after = builder.let(Where(Compare(">", found["after"], plus(end, Number(1e-9 * width))), found["after"], end))
+    after = builder.let(Where(Compare(">", result["after"], plus(end, Number(1e-9 * width))), result["after"], end))
     return builder.let(past_gap(place, end, after)), whole
 
 
@@ -240,3 +243,100 @@ def share_of(builder: Builder, left: Expr, right: Expr, area: Expr) -> Expr:
     below = builder.let(plus(left, root))
     share = Where(Compare(">", below, ZERO), times(Number(2.0), area) / below, ZERO)
     return clip(builder.let(share), 0.0, 1.0)
+
+
+#: The two ends of a side: their places, or their degrees.
+Ends = tuple[Expr, Expr]
+Side = tuple[Ends, Ends]
+#: From a builder for the loop, the sides of a cell and the old values: the new values.
+_SideStep = Callable[[Builder, Sequence[Side], Mapping[str, Expr]], Carried]
+
+
+def moments_of(builder: Builder, places: Ends, degrees: Ends) -> Ends:
+    """Write the area below a side, and its moment."""
+    (a, b), (y, z) = places, degrees
+    area = builder.let(times(HALF, times(minus(b, a), plus(y, z))))
+    weighted = plus(times(a, plus(plus(y, y), z)), times(b, plus(y, plus(z, z))))
+    return area, builder.let(times(Number(1 / 6), times(minus(b, a), weighted)))
+
+
+def sampled_polygon(samples: Samples, middle: float) -> Ends:
+    """Write the centroid or the bisector, counted from the middle of the range, and the area, as an atom."""
+    sums = _along(samples, middle, {"area": ZERO, "moment": ZERO}, _sum)
+    if samples.output.kind == "centroid":
+        return sums["moment"] / sums["area"], sums["area"]
+    half = samples.builder.let(times(HALF, sums["area"]))
+    start = {"sum": ZERO, "place": Number(samples.points[0] - middle)}
+    return _along(samples, middle, start, partial(_halved, half))["place"], sums["area"]
+
+
+def _along(samples: Samples, middle: float, carried: Carried, step: _SideStep) -> Carried:
+    """Carry values along the sides."""
+    for inner, counter, count, sides in _cells(samples, middle):
+        names = {what: Name(samples.builder.fresh()) for what in carried}
+        carried = carry(samples.builder, inner, count, counter, carried, names, step(inner, sides, names))
+    return carried
+
+
+def _sum(builder: Builder, sides: Sequence[Side], carried: Mapping[str, Expr]) -> Carried:
+    """Return area and moment so far."""
+    parts = [moments_of(builder, *side) for side in sides]
+    area, moment = (builder.total(values) for values in zip(*parts, strict=True))
+    return {"area": plus(carried["area"], area), "moment": plus(carried["moment"], moment)}
+
+
+def _halved(half: Expr, builder: Builder, sides: Sequence[Side], carried: Mapping[str, Expr]) -> Carried:
+    """Return the area so far, and where it is half of all."""
+    area, place = carried["sum"], carried["place"]
+    for (a, b), (y, z) in sides:
+        width = builder.let(minus(b, a))
+        before, area = area, builder.let(plus(area, moments_of(builder, (a, b), (y, z))[0]))
+        left = builder.let(Where(Compare(">", width, ZERO), minus(half, before) / width, ZERO))
+        x = plus(a, times(width, builder.let(share_of(builder, y, z, left))))
+        hit = Logic("and", (Compare("<", before, half), Compare(">=", area, half)))
+        place = builder.let(Where(hit, x, place))
+    return {"sum": area, "place": place}
+
+
+def _cells(samples: Samples, middle: float) -> Iterator[tuple[Builder, str, int, tuple[Side, ...]]]:
+    """Yield loops over cells between samples: what to write into, counter, number and sides of a cell.
+
+    In the cells of a loop the same sets are, or may be, above 0.
+    """
+    degrees = samples.degrees
+    first = replace(samples, points=samples.points[:-1], degrees=tuple(d and d[:-1] for d in degrees))
+    last = replace(samples, points=samples.points[1:], degrees=tuple(d and d[1:] for d in degrees))
+    either = tuple(d and tuple(map(max, d, d[1:])) for d in degrees)
+    for sets, begin, end in replace(first, degrees=either).stretches():
+        if sets:
+            counter, inner = samples.builder.fresh(), samples.builder.inner()
+            loop = inner, begin, end, counter
+            ends = {k: (first.degree(k, *loop), last.degree(k, *loop)) for k in sets}
+            tables = ([p - middle for p in side.points[begin:end]] for side in (first, last))
+            places = [inner.let(Item(samples.builder.table(t), counter)) for t in tables]
+            yield inner, counter, end - begin, tuple(_sides(samples, inner, ends, places))
+
+
+def _sides(samples: Samples, inner: Builder, ends: Mapping[int, Ends], places: Sequence[Expr]) -> Iterator[Side]:
+    """Yield the sides of a cell, from left to right; a term that is clipped bends where it has its activation."""
+    terms = [(samples.heights[k][1], samples.output.terms[samples.heights[k][0]], pair) for k, pair in ends.items()]
+    cuts = [_reach(inner, h, pair) for h, term, pair in terms if samples.output.implication_of(term) == "min"]
+    knots: list[Ends] = []
+    for t in (ZERO, *sorted_atoms(inner, cuts), ONE):
+        degrees = {k: _line_at(inner, pair, t) for k, pair in ends.items()}
+        knots.append((_line_at(inner, (places[0], places[1]), t), inner.let(samples.join(inner, degrees))))
+    yield from (((a, b), (y, z)) for (a, y), (b, z) in pairwise(knots))
+
+
+def _reach(inner: Builder, level: Expr, ends: Ends) -> Expr:
+    """Return at which part of a cell a line has a level; an end of the cell if it has it nowhere inside."""
+    rise = inner.let(minus(ends[1], ends[0]))
+    share = Where(Compare("==", rise, ZERO), ZERO, minus(level, ends[0]) / rise)
+    return inner.let(clip(inner.let(share), 0.0, 1.0))
+
+
+def _line_at(inner: Builder, ends: Ends, t: Expr) -> Expr:
+    """Return the value of a line at a part of a cell."""
+    if t in (ZERO, ONE):
+        return ends[0] if t == ZERO else ends[1]
+    return inner.let(plus(times(minus(ONE, t), ends[0]), times(t, ends[1])))

@@ -17,9 +17,9 @@ from fuzzyctl.records import record
 
 #: (term, its activation as an atom, the largest value the activation can have)
 Height = tuple[int, Expr, float]
-#: Values that are carried from sample to sample, by what they are.
+#: Values that are carried from sample to sample, by meaning.
 Carried = Mapping[str, Expr]
-#: From a builder for the loop, the value of the sample, its item of each table and what is carried: what is carried on.
+#: From a builder for the loop, the value of the sample, its item of each table and the old values: the new values.
 Step = Callable[[Builder, Expr, Sequence[Expr], Mapping[str, Expr]], Carried]
 
 HALF: Final = Number(0.5)
@@ -103,16 +103,16 @@ class Samples:
 
     def join(self, builder: Builder, degrees: Mapping[int, Expr]) -> Expr:
         """Return the aggregated degree from the degrees of some sets, by the positions of their heights."""
-        own = {k: self.heights[k] for k in degrees}
-        return joined(self.output, builder, [(h, degrees[k], self.output.terms[t]) for k, (t, h, _) in own.items()])
+        heights = {k: self.heights[k] for k in degrees}
+        return joined(self.output, builder, [(h, degrees[k], self.output.terms[t]) for k, (t, h, _) in heights.items()])
 
     def at(self, position: int) -> Expr:
         """Return the aggregated degree at one point as an atom."""
         place = Number(self.points[position])
-        found = {
+        degrees = {
             k: self._term(k).degree(place) if d is None else Number(d[position]) for k, d in enumerate(self.degrees)
         }
-        return self.builder.let(self.join(self.builder, {k: d for k, d in found.items() if d != ZERO}))
+        return self.builder.let(self.join(self.builder, {k: d for k, d in degrees.items() if d != ZERO}))
 
     def stretches(self, first: int = 0, last: int | None = None) -> Iterator[tuple[tuple[int, ...], int, int]]:
         """Cut the grid into stretches where the same sets are, or may be, above 0; the others cost nothing there.
@@ -123,22 +123,22 @@ class Samples:
         stop = len(self.points) if last is None else last
         present = [tuple(k for k, d in enumerate(self.degrees) if d is None or d[i] > 0.0) for i in range(first, stop)]
         begin = first
-        for own, stretch in groupby(present):
+        for sets, stretch in groupby(present):
             end = begin + len(list(stretch))
-            yield own, begin, end
+            yield sets, begin, end
             begin = end
 
-    def joined(self, inner: Builder, own: Sequence[int], begin: int, end: int, counter: str) -> Expr:
+    def joined(self, inner: Builder, sets: Sequence[int], begin: int, end: int, counter: str) -> Expr:
         """Return the aggregated degree at the sample that a loop over a stretch is at."""
-        return self.join(inner, {k: self.degree(k, inner, begin, end, counter) for k in own})
+        return self.join(inner, {k: self.degree(k, inner, begin, end, counter) for k in sets})
 
     def degree(self, k: int, inner: Builder, begin: int, end: int, counter: str) -> Expr:
         """Return the degree of the set at a position at the sample that a loop over a stretch is at."""
-        known = self.degrees[k]
-        if known is None:
+        values = self.degrees[k]
+        if values is None:
             place = Item(self.builder.table(self.points[begin:end]), counter)
             return inner.let(self._term(k).degree(place))
-        return Item(self.builder.table(known[begin:end]), counter)
+        return Item(self.builder.table(values[begin:end]), counter)
 
     def _term(self, height: int) -> SetPlan:
         return self.output.terms[self.heights[height][0]]
@@ -155,19 +155,19 @@ class Samples:
         """Carry values along the samples.
 
         Args:
-            start: What is carried at first.
-            step: What is carried on from each sample.
+            start: The first values.
+            step: The new values from each sample.
             tables: Numbers for each sample.
             first: The first sample that counts.
             gaps: Whether samples count where no set is above 0.
         """
         carried: Carried = dict(start)
-        for own, begin, end in self.stretches(first):
-            if not own and not gaps:
+        for sets, begin, end in self.stretches(first):
+            if not sets and not gaps:
                 continue
             counter, inner = self.builder.fresh(), self.builder.inner()
             names = {what: Name(self.builder.fresh()) for what in carried}
-            value = self.joined(inner, own, begin, end, counter)
+            value = self.joined(inner, sets, begin, end, counter)
             items = [inner.let(Item(self.builder.table(t[begin:end]), counter)) for t in tables]
             new = step(inner, inner.let(value), items, names)
             carried = carry(self.builder, inner, end - begin, counter, carried, names, new)
@@ -197,9 +197,9 @@ def sampled_moments(samples: Samples, middle: float) -> tuple[Expr, Expr]:
     areas: list[Expr] = []
     moments: list[Expr] = []
     ends = (0, last - 1) if samples.output.rule == "trapezoid" and last > 1 else ()
-    for own, begin, end in samples.stretches(*((1, last - 1) if ends else ())):
-        if own:
-            area, moment = _sums(samples, own, begin, end, middle)
+    for sets, begin, end in samples.stretches(*((1, last - 1) if ends else ())):
+        if sets:
+            area, moment = _sums(samples, sets, begin, end, middle)
             areas.append(area)
             moments.append(moment)
     for position in ends:
@@ -209,12 +209,12 @@ def sampled_moments(samples: Samples, middle: float) -> tuple[Expr, Expr]:
     return samples.builder.total(moments), samples.builder.total(areas)
 
 
-def _sums(samples: Samples, own: Sequence[int], begin: int, end: int, middle: float) -> tuple[Expr, Expr]:
+def _sums(samples: Samples, sets: Sequence[int], begin: int, end: int, middle: float) -> tuple[Expr, Expr]:
     """Add up area and moment over some samples."""
     builder = samples.builder
     counter, inner = builder.fresh(), builder.inner()
     # The last step of the join stays an expression: `area` and `moment` both name it.
-    joined = samples.joined(inner, own, begin, end, counter)
+    joined = samples.joined(inner, sets, begin, end, counter)
     x = Item(builder.table(p - middle for p in samples.points[begin:end]), counter)
     area, moment = inner.fresh(), inner.fresh()
     body = tuple(s for s in inner.statements if isinstance(s, Assign))

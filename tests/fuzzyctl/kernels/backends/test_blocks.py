@@ -14,7 +14,7 @@ import pytest
 from fuzzyctl import loads
 from fuzzyctl.diagnostics.diagnostic import ArgumentError, NoRuleFiresError
 from fuzzyctl.kernels.backends import blocks
-from fuzzyctl.kernels.backends.numpy.backend import block_source
+from fuzzyctl.kernels.backends.numpy_backend import block_source
 from fuzzyctl.kernels.compile import compile as compile_system
 
 BACKENDS = ("numpy", "numba")

@@ -5,7 +5,7 @@ import pandas as pd
 import pytest
 
 import fuzzyctl
-from fuzzyctl.kernels.backends.labels import labelled
+from fuzzyctl.kernels.backends.arguments import labelled
 from fuzzyctl.support.shipped import rules_folder
 
 FRAME = pd.DataFrame({"food": [10.0, 0.0, 3.0], "service": [2.0, 9.0, 7.0]}, index=["a", "b", "c"])

@@ -7,7 +7,7 @@ from hypothesis import given, settings
 
 from fuzzyctl.expr import FUNCTIONS, SOFT, Binary, Call, Compare, Logic, Name, Negate, Number, Where, names_in
 from fuzzyctl.formulas import CONJUNCTIONS, DISJUNCTIONS, MEMBERSHIP
-from fuzzyctl.kernels.backends.numpy.backend import array_function
+from fuzzyctl.kernels.backends.numpy_backend import array_function
 from fuzzyctl.kernels.interval.scalar import decide, enclose, hull
 from fuzzyctl.kernels.program.scalar import scalar_function
 from tests.sizes import examples

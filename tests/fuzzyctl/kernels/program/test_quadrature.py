@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fuzzyctl.kernels.backends.numpy import quadrature
+from fuzzyctl.kernels.backends import numpy_integrals
 from fuzzyctl.kernels.program.quadrature import (
     DEEPEST,
     OF_ALL,
@@ -112,7 +112,7 @@ class TestNoise:
 
     def test_leaves_halves_in_arrays_too(self, power, level):
         given = (np.array([power, 2.0]), np.array([level, 0.1]))
-        for function in (quadrature.moments, quadrature.half):
+        for function in (numpy_integrals.moments, numpy_integrals.half):
             _, areas = function(self.notched_arrays, np.array(self.PLACES), given)
             assert areas[0] == pytest.approx(self.known(power, level), abs=3e-10)
 
@@ -137,7 +137,7 @@ class TestNoise:
         moment, area = jumps(self.stepped, self.crossing, self.PLACES, (power, level))
         assert [moment, area] == pytest.approx([bend * by_level * (level - 1.0), by_level * (level - 1.0)], rel=1e-9)
         given = (np.array([power, 2.0]), np.array([level, 0.1]))
-        moments_, areas = quadrature.jumps(self.stepped, self.crossing, np.array(self.PLACES), given)
+        moments_, areas = numpy_integrals.jumps(self.stepped, self.crossing, np.array(self.PLACES), given)
         assert [moments_[0], areas[0]] == pytest.approx([moment, area], rel=1e-12)
 
 
@@ -197,7 +197,7 @@ class TestArrays:
     def both(self, function, places, given, scalar=None):
         """Return the places of many points at once, and of each by itself, where a function of numbers is faster."""
         with np.errstate(all="ignore"):  # as kernels do
-            together = quadrature.half(function, np.array(places), tuple(map(np.array, given)))
+            together = numpy_integrals.half(function, np.array(places), tuple(map(np.array, given)))
         alone = [half(scalar or function, places, tuple(map(float, one))) for one in zip(*given, strict=True)]
         return np.array(together).T, np.array(alone)
 
@@ -214,8 +214,8 @@ class TestArrays:
             calls.append(len(x))
             return self.clipped(x, given)
 
-        centers, height = np.linspace(0.5, 3.5, quadrature.PART), np.array(0.5)
-        quadrature.half(counted, np.array((0.0, 1.0, 2.0, 4.0)), (centers, height))
+        centers, height = np.linspace(0.5, 3.5, numpy_integrals.PART), np.array(0.5)
+        numpy_integrals.half(counted, np.array((0.0, 1.0, 2.0, 4.0)), (centers, height))
         assert len(calls) <= 1 + DEEPEST + 2 * STEPS  # of the levels of halving, and of Newton's steps
 
     def test_before_at_and_behind_a_gap(self):

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from fuzzyctl.expr import Binary, Call, Name
-from fuzzyctl.kernels.backends.numpy.backend import array_function
+from fuzzyctl.kernels.backends.numpy_backend import array_function
 from fuzzyctl.kernels.program.scalar import RUNTIME, scalar_function
 
 

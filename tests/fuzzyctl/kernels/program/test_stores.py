@@ -6,9 +6,8 @@ import pytest
 import fuzzyctl
 from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.expr import Compare, Name, Number, Where
-from fuzzyctl.kernels.program.printer import SCALAR
+from fuzzyctl.kernels.program.printer import SCALAR, runs, store_lines
 from fuzzyctl.kernels.program.program import STATE, Item
-from fuzzyctl.kernels.program.stores import runs, store_lines
 from fuzzyctl.loading.load import look_through
 
 X = Name("x")

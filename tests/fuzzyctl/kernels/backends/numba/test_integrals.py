@@ -6,7 +6,7 @@ import fuzzyctl
 from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.kernels.backends.numba import source
 from fuzzyctl.kernels.plan.expansion import equations_of
-from fuzzyctl.kernels.step_program import step_program
+from fuzzyctl.kernels.step_form import step_program
 from fuzzyctl.loading.load import look_through
 
 CURVED = """system {name}

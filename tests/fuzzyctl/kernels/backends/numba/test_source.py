@@ -16,7 +16,7 @@ import pytest
 from fuzzyctl import loads
 from fuzzyctl.kernels.algorithms.select import algorithm_of
 from fuzzyctl.kernels.backends.numba import source as numba_backend
-from fuzzyctl.kernels.backends.numba.parameters import Numbers
+from fuzzyctl.kernels.backends.numba.source import Numbers
 from fuzzyctl.kernels.compile import compile as compile_system
 from fuzzyctl.kernels.plan.build import plan
 

@@ -5,7 +5,7 @@ import pytest
 
 from fuzzyctl import loads
 from fuzzyctl.kernels.algorithms.select import algorithm_of
-from fuzzyctl.kernels.backends.python.backend import compile_source, evaluation_source
+from fuzzyctl.kernels.backends.python_backend import compile_source, evaluation_source
 from fuzzyctl.kernels.compile import compile as compile_system
 from fuzzyctl.kernels.inference.defuzzify.centroid import line_ends, pieces, uncrossed
 from fuzzyctl.kernels.plan.build import plan

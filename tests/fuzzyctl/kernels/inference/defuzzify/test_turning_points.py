@@ -9,7 +9,7 @@ import pytest
 import fuzzyctl
 from fuzzyctl.analysis.verdicts import Refuted
 from fuzzyctl.formulas.sigmoid_extrema import difference_extrema, product_extrema
-from fuzzyctl.kernels.inference.defuzzify.turning_points import (
+from fuzzyctl.kernels.inference.defuzzify.curved_sets import (
     MOST_DEGREES,
     MOST_PLACES,
     is_resolved,
@@ -17,7 +17,7 @@ from fuzzyctl.kernels.inference.defuzzify.turning_points import (
     turning_points,
 )
 from fuzzyctl.kernels.plan.build import plan
-from fuzzyctl.kernels.plan.consequents import hedge_change
+from fuzzyctl.kernels.plan.clauses import hedge_change
 from fuzzyctl.kernels.program.scalar import scalar_function
 from tests import sizes
 

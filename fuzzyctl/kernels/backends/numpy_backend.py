@@ -10,11 +10,9 @@ import numpy.typing as npt
 
 from fuzzyctl.diagnostics.diagnostic import NoRuleFiresError
 from fuzzyctl.expr import Expr, names_in
-from fuzzyctl.kernels.backends import blocks
-from fuzzyctl.kernels.backends.numpy import quadrature
-from fuzzyctl.kernels.backends.python.backend import point_text
-from fuzzyctl.kernels.program.primitives import PRIMITIVES
-from fuzzyctl.kernels.program.printer import ARRAYS, INDENT, block, set_functions, text
+from fuzzyctl.kernels.backends import blocks, numpy_integrals
+from fuzzyctl.kernels.backends.python_backend import point_text
+from fuzzyctl.kernels.program.printer import ARRAYS, INDENT, PRIMITIVES, block, set_functions, text
 from fuzzyctl.kernels.program.program import (
     STATE,
     Accumulate,
@@ -47,7 +45,7 @@ class _QuietError(Exception):
 def block_source(program: Program) -> str:
     """Return the text of the function `block(x0, ..., C, result)` over arrays; `result` is (n, results).
 
-    What is not needed any more is let go at once, so that a block stays in the cache.
+    An array is released after its last use, so that a block stays in the cache.
     """
     arguments = [*program.arguments, *([STATE] if program.state else []), "result"]
     lines = [f"def block({', '.join(arguments)}):"]
@@ -60,7 +58,7 @@ def block_source(program: Program) -> str:
 
 
 def _last_uses(program: Program) -> list[set[str]]:
-    """Return for each statement the names that nothing after it needs."""
+    """Return for each statement the names that are not used after it."""
     needed = set(program.arguments).union(*map(read, program.results))
     dead: list[set[str]] = []
     for named in reversed(_names(program)):
@@ -74,7 +72,7 @@ def _names(program: Program) -> list[set[str]]:
     arrays = {STATE, *(name for name, _ in program.tables)}
     # What a loop over corners names inside takes memory up to the end.
     inside = [locals_of(s) if isinstance(s, Between) else set() for s in program.body]
-    return [(writes(s) | reads(s) | own) - arrays for s, own in zip(program.body, inside, strict=True)]
+    return [(writes(s) | reads(s) | inner) - arrays for s, inner in zip(program.body, inside, strict=True)]
 
 
 def _most_alive(program: Program) -> int:
@@ -83,7 +81,7 @@ def _most_alive(program: Program) -> int:
     for statement, named, dead in zip(program.body, _names(program), _last_uses(program), strict=True):
         alive |= named
         inner = len(statement.body) + len(statement.sums) if isinstance(statement, Accumulate) else 0
-        if isinstance(statement, Fold):  # what is carried on stands beside what it is computed from
+        if isinstance(statement, Fold):  # new values exist beside the old ones
             inner = 3 * len(parts(statement).inner)
         most = max(most, len(alive) + inner)
         alive -= dead
@@ -92,8 +90,8 @@ def _most_alive(program: Program) -> int:
 
 def _of_integrals(program: Program, tables: Mapping[str, FloatArray]) -> int:
     """Return how many more numbers of each point integrals need: what they depend on, and places with marks."""
-    found = [s for s in program.body if isinstance(s, Quadrature)]
-    sizes = [len(s.given) + _SORTED * (len(tables[s.places]) + len(s.marks) if s.marks else 0) for s in found]
+    integrals = [s for s in program.body if isinstance(s, Quadrature)]
+    sizes = [len(s.given) + _SORTED * (len(tables[s.places]) + len(s.marks) if s.marks else 0) for s in integrals]
     return max(sizes, default=0)
 
 
@@ -125,17 +123,17 @@ def compile_batch(program: Program, input_names: Sequence[str]) -> Callable[...,
 
 def _sets(program: Program, tables: Mapping[str, FloatArray]) -> dict[str, Any]:
     """Return the functions of arrays that are integrated."""
-    found: dict[str, Any] = {}
+    functions: dict[str, Any] = {}
     for statement in program.body:
         if isinstance(statement, Quadrature):
             namespace: dict[str, Any] = {**_RUNTIME, **tables}
             source = "\n".join(set_functions(statement, ARRAYS)) + "\n"
             execute_all(source, namespace)
             function = namespace[statement.function]
-            found[statement.function] = quadrature.SetFunction(function, len(statement.body))
+            functions[statement.function] = numpy_integrals.SetFunction(function, len(statement.body))
             if statement.crossings is not None:
-                found[statement.crossing_function] = namespace[statement.crossing_function]
-    return found
+                functions[statement.crossing_function] = namespace[statement.crossing_function]
+    return functions
 
 
 def array_function(expr: Expr) -> Callable[..., FloatArray]:
@@ -160,26 +158,26 @@ def _refuse(condition: Any, output: str) -> None:
 
 def _locate(x: FloatArray, knots: FloatArray, stride: int) -> tuple[Any, FloatArray]:
     """Return the position of the knot at or below each value times a stride, and how far the value lies beyond it."""
-    held = np.atleast_1d(np.clip(x, float(knots[0]), float(knots[-1])))  # of a system called with a constant
+    clipped = np.atleast_1d(np.clip(x, float(knots[0]), float(knots[-1])))  # of a system called with a constant
     if len(knots) > 16:
-        position = np.searchsorted(knots[1:], held, side="right")
-        position[np.isnan(held)] = 0
+        position = np.searchsorted(knots[1:], clipped, side="right")
+        position[np.isnan(clipped)] = 0
     else:
-        counted = np.zeros(len(held), dtype=np.uint8)
+        counted = np.zeros(len(clipped), dtype=np.uint8)
         for knot in knots[1:].tolist():
-            np.add(counted, (held >= knot).view(np.uint8), out=counted)
+            np.add(counted, (clipped >= knot).view(np.uint8), out=counted)
         position = counted.astype(np.intp)
-    rest: FloatArray = np.subtract(held, knots.take(position), out=held)
+    rest: FloatArray = np.subtract(clipped, knots.take(position), out=clipped)
     return position * stride if stride != 1 else position, rest
 
 
 def _primitive(name: str) -> Any:
     """Return a primitive for arrays from its text in the table."""
-    own = PRIMITIVES[name]
-    if own.numpy.isidentifier():
-        return getattr(np, own.numpy)
+    primitive = PRIMITIVES[name]
+    if primitive.numpy.isidentifier():
+        return getattr(np, primitive.numpy)
     names: dict[str, Any] = {"where": np.where}
-    exec(f"def {name}({', '.join(own.arguments.split())}): return {own.numpy}", names)  # noqa: S102 - a constant text
+    exec(f"def {name}({', '.join(primitive.arguments.split())}): return {primitive.numpy}", names)  # noqa: S102 - a constant text
     return names[name]
 
 
@@ -192,10 +190,10 @@ _RUNTIME: Final[dict[str, Any]] = {
     "inf": np.inf,
     "refuse": _refuse,
     "locate": _locate,
-    "moments": quadrature.moments,
-    "half": quadrature.half,
-    "jumps": quadrature.jumps,
-    "marked": quadrature.marked,
+    "moments": numpy_integrals.moments,
+    "half": numpy_integrals.half,
+    "jumps": numpy_integrals.jumps,
+    "marked": numpy_integrals.marked,
     "where": np.where,
     "logical_not": np.logical_not,
     "minimum": np.minimum,

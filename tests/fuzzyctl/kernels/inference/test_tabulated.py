@@ -10,7 +10,7 @@ from fuzzyctl import loads
 from fuzzyctl.expr import Name, walk
 from fuzzyctl.formulas import MEMBERSHIP
 from fuzzyctl.kernels.algorithms.select import COMPILED, algorithm_of
-from fuzzyctl.kernels.backends.python.backend import compile_source, evaluation_source
+from fuzzyctl.kernels.backends.python_backend import compile_source, evaluation_source
 from fuzzyctl.kernels.inference import inference
 from fuzzyctl.kernels.plan.build import plan
 from fuzzyctl.kernels.program.program import Locate, Quadrature

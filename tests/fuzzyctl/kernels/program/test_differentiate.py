@@ -5,9 +5,9 @@ import math
 import pytest
 
 from fuzzyctl.expr import ONE, Binary, Call, Compare, Logic, Name, Number, Where
-from fuzzyctl.kernels.backends.python import backend
+from fuzzyctl.kernels.backends import python_backend as backend
 from fuzzyctl.kernels.program.builder import Builder
-from fuzzyctl.kernels.program.passes.differentiate import NotDifferentiableError, differentiated
+from fuzzyctl.kernels.program.derivatives import NotDifferentiableError, differentiated
 from fuzzyctl.kernels.program.program import Accumulate, Assign, Between, Fold, Item, Locate, Program
 
 X, Y = Name("x0"), Name("x1")

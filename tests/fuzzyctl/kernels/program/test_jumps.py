@@ -6,7 +6,7 @@ import pytest
 
 from fuzzyctl.expr import Compare, Name, Number, Where
 from fuzzyctl.kernels.compile import compile as compile_system
-from fuzzyctl.kernels.program.passes.jumps import comparisons
+from fuzzyctl.kernels.program.derivatives import comparisons
 from fuzzyctl.kernels.program.program import Assign, Quadrature
 from fuzzyctl.loading.load import loads
 from tests import sizes

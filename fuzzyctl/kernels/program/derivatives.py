@@ -1,15 +1,11 @@
-"""Pass that differentiates a program: forward mode, along all arguments that are asked for.
-
-Of `a if x < b else c` at x = b the derivative is that of the branch just ahead, where the argument has grown, so that
-kinks that cancel, such as those of triangles with one peak, leave the slope that is there. Where a and c differ, at a
-jump, it is that of the branch taken.
-"""
+"""Derivatives of programs: forward mode, along the chosen arguments."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from typing import Final
 
 from fuzzyctl.expr import (
     ONE,
@@ -27,10 +23,9 @@ from fuzzyctl.expr import (
     minus,
     plus,
     times,
+    walk,
 )
 from fuzzyctl.kernels.program.builder import is_atom
-from fuzzyctl.kernels.program.passes.jumps import comparisons
-from fuzzyctl.kernels.program.passes.slopes import SLOPES, STEEP, STEPS
 from fuzzyctl.kernels.program.program import (
     NAN,
     Accumulate,
@@ -45,7 +40,7 @@ from fuzzyctl.kernels.program.program import (
     Refuse,
     Statement,
 )
-from fuzzyctl.kernels.program.traversal import locals_of, needed, reads, rebuilt, renamed, writes
+from fuzzyctl.kernels.program.traversal import locals_of, needed, parts, reads, rebuilt, renamed, statements, writes
 
 #: Derivatives of a value by the position of the argument, without those that are 0 everywhere.
 Derivatives = Mapping[int, Expr]
@@ -68,8 +63,8 @@ def differentiated(program: Program, by: Sequence[str]) -> Program:
     tape = _Tape({name: {k: ONE} for k, name in enumerate(by)})
     for statement in program.body:
         tape.copy(statement)
-    found = [tape.derivatives(r) for r in program.results]
-    results = tuple(own.get(k, ZERO) for own in found for k in range(len(by)))
+    derivatives = [tape.derivatives(r) for r in program.results]
+    results = tuple(row.get(k, ZERO) for row in derivatives for k in range(len(by)))
     return replace(program, body=tuple(tape.body), results=results)
 
 
@@ -83,7 +78,7 @@ class _Tape:
     _written: dict[Expr, Expr] = field(default_factory=dict)
 
     def copy(self, statement: Statement) -> None:
-        """Take a statement over, and write what its values change by."""
+        """Copy a statement, and write the derivatives of its values."""
         match statement:
             case Assign(name=name, value=value):
                 self.body.append(statement)
@@ -132,7 +127,7 @@ class _Tape:
         derivative may be 0 at all nodes.
         """
         moved = [n for n in whole.given if self.known.get(n)]
-        found: dict[str, dict[int, Expr]] = {whole.found: {}, whole.area: {}}
+        by_name: dict[str, dict[int, Expr]] = {whole.found: {}, whole.area: {}}
         for k in sorted({k for n in moved for k in self.known[n]}):
             slopes = {n: self.named(self.known[n].get(k, ZERO)) for n in moved}
             size = self.named(self._total([self._finite(s) for s in slopes.values()]))
@@ -140,17 +135,17 @@ class _Tape:
             for statement in whole.body:
                 inner.copy(statement)
             slope = inner.let(plus(inner.derivatives(whole.value).get(0, ZERO), size * whole.value))
-            given = (*whole.given, *(s.name for s in slopes.values()), size.name)
+            arguments = (*whole.given, *(s.name for s in slopes.values()), size.name)
             self.count = inner.count
-            of_set = replace(whole, kind="moments", body=tuple(inner.body), value=slope, given=given)
-            of_jumps = self._of_jumps(replace(whole, given=given), slopes)
+            of_set = replace(whole, kind="moments", body=tuple(inner.body), value=slope, given=arguments)
+            of_jumps = self._of_jumps(replace(whole, given=arguments), slopes)
             moment, area = self._integrated(of_set, of_jumps)
-            found[whole.area][k] = self.let(area - self.let(size * Name(whole.area)))
+            by_name[whole.area][k] = self.let(area - self.let(size * Name(whole.area)))
             if whole.kind == "half":
-                found[whole.found][k] = self._of_half(whole, of_set, of_jumps)
+                by_name[whole.found][k] = self._of_half(whole, of_set, of_jumps)
             else:
-                found[whole.found][k] = self.let(moment - self.let(size * Name(whole.found)))
-        return dict(found)
+                by_name[whole.found][k] = self.let(moment - self.let(size * Name(whole.found)))
+        return dict(by_name)
 
     def _of_half(self, whole: Quadrature, of_set: Quadrature, of_jumps: Quadrature | None) -> Expr:
         """Return the derivative of the place where the area to the left is half of all; NaN at a gap, where it jumps.
@@ -171,18 +166,18 @@ class _Tape:
 
     def _of_jumps(self, whole: Quadrature, slopes: Mapping[str, Name]) -> Quadrature | None:
         """Return the integral of the jumps of a set that move, None for a set without such jumps."""
-        found = comparisons(whole)
-        if not found:
+        compared = comparisons(whole)
+        if not compared:
             return None
         tape = _Tape({n: {1: s} for n, s in slopes.items()} | {whole.x: {0: ONE}}, count=self.count)
         for statement in whole.body:
             tape.copy(statement)
         values: list[Expr] = []
-        for condition in found:
+        for condition in compared:
             gap = minus(condition.left, condition.right)
-            own = tape.derivatives(gap)
-            if len(own) == 2:
-                values += [tape.let(Where(condition, ONE, ZERO)), tape.let(gap), own[0], own[1]]
+            changes = tape.derivatives(gap)
+            if len(changes) == 2:
+                values += [tape.let(Where(condition, ONE, ZERO)), tape.let(gap), changes[0], changes[1]]
         self.count = tape.count
         crossings = Crossings(needed(tape.body, values), tuple(values))
         return replace(whole, kind="jumps", marks=(), crossings=crossings) if values else None
@@ -192,8 +187,8 @@ class _Tape:
         inside = set().union(*(writes(s) | locals_of(s) for s in whole.body))
         names = {whole.x: place.name} | {n: self.fresh() for n in sorted(inside)}
 
-        def name(own: str) -> str:
-            return names.get(own, own)
+        def name(local: str) -> str:
+            return names.get(local, local)
 
         self.body += [rebuilt(s, lambda value: renamed(value, name), name) for s in whole.body]
         return self.let(renamed(whole.value, name))
@@ -267,20 +262,20 @@ class _Tape:
         raise NotDifferentiableError(type(value).__name__)
 
     def _all(self) -> list[int]:
-        return sorted({k for own in self.known.values() for k in own})
+        return sorted({k for row in self.known.values() for k in row})
 
     def _branch(self, condition: Expr, then: Expr, otherwise: Expr) -> Derivatives:
         """Differentiate a choice: where both values are equal ahead of the point, elsewhere in the branch taken."""
-        own, others = self.derivatives(then), self.derivatives(otherwise)
-        if NAN in (then, otherwise) or own == others:
-            return self._chosen(lambda _: condition, own, others)
+        changes, others = self.derivatives(then), self.derivatives(otherwise)
+        if NAN in (then, otherwise) or changes == others:
+            return self._chosen(lambda _: condition, changes, others)
         ahead, level = self._ahead(condition), Compare("==", self.let(then), self.let(otherwise))
 
         def chosen(k: int) -> Expr:
             found, apart = ahead(k), Logic("and", (Logic("not", (level,)), condition))
             return found if found == condition else Logic("or", (Logic("and", (level, found)), apart))
 
-        return self._chosen(chosen, own, others)
+        return self._chosen(chosen, changes, others)
 
     def _chosen(self, condition: Callable[[int], Expr], then: Derivatives, otherwise: Derivatives) -> Derivatives:
         keys = [*then, *(k for k in otherwise if k not in then)]
@@ -288,7 +283,7 @@ class _Tape:
         return {k: a if a == b else self.let(Where(condition(k), a, b)) for k, (a, b) in pairs.items()}
 
     def _ahead(self, condition: Expr) -> Callable[[int], Expr]:
-        """Return what holds of a condition where argument k has grown a little."""
+        """Return a condition after a small growth of argument k."""
         match condition:
             case Logic(op=joint, operands=operands):
                 parts = [self._ahead(o) for o in operands]
@@ -326,60 +321,70 @@ class _Tape:
         growth = self.let(
             Where(Compare(">", left, ZERO), self.let(self.let(value) * self.let(Call("log", (left,)))), ZERO)
         )
-        own = {k: self._steep(d, slope) for k, d in a.items()}
-        return self._sum([*own, *(k for k in b if k not in own)], (own, ONE), (b, growth))
+        changes = {k: self._steep(d, slope) for k, d in a.items()}
+        return self._sum([*changes, *(k for k in b if k not in changes)], (changes, ONE), (b, growth))
 
     def _of_call(self, function: str, arguments: Sequence[Expr]) -> Derivatives:
-        own = [self.derivatives(a) for a in arguments]
-        if not any(own):
+        changes = [self.derivatives(a) for a in arguments]
+        if not any(changes):
             return {}
         atoms = [self.let(a) for a in arguments]
         value = self.let(Call(function, tuple(atoms)))
         match function, atoms:
             case (("min" | "smaller"), [a, b]):
-                return self._chosen(_compared("<", (a, b), (own[0], own[1])), own[0], own[1])
+                return self._chosen(_compared("<", (a, b), (changes[0], changes[1])), changes[0], changes[1])
             case (("max" | "larger"), [a, b]):
-                return self._chosen(_compared(">", (a, b), (own[0], own[1])), own[0], own[1])
+                return self._chosen(_compared(">", (a, b), (changes[0], changes[1])), changes[0], changes[1])
             case "clip", [x, low, high]:
-                return self._clipped((x, low, high), own)
+                return self._clipped((x, low, high), changes)
             case "held", [x]:
-                return self._clipped((x, ZERO, ONE), (own[0], {}, {}))
+                return self._clipped((x, ZERO, ONE), (changes[0], {}, {}))
             case "abs", [x]:
-                falling = {k: self.let(-d) for k, d in own[0].items()}
-                return self._chosen(_compared("<", (x, ZERO), (own[0], {})), falling, own[0])
+                falling = {k: self.let(-d) for k, d in changes[0].items()}
+                return self._chosen(_compared("<", (x, ZERO), (changes[0], {})), falling, changes[0])
             case "divide", _:
                 return self._of_binary(Binary("/", arguments[0], arguments[1]))
             case "power", [a, b]:
-                return self._power(value, (a, own[0]), (b, own[1]))
+                return self._power(value, (a, changes[0]), (b, changes[1]))
             case "fmod", [a, b]:
                 whole = self.let(self.let(value - a) / b)
-                return self._sum([*own[0], *(k for k in own[1] if k not in own[0])], (own[0], ONE), (own[1], whole))
+                return self._sum(
+                    [*changes[0], *(k for k in changes[1] if k not in changes[0])],
+                    (changes[0], ONE),
+                    (changes[1], whole),
+                )
             case "atan2", [y, x]:
                 size = self.let(self.let(y * y) + self.let(x * x))
                 by_y, by_x = self.let(x / size), self.let(self.let(-y) / size)
-                return self._sum([*own[0], *(k for k in own[1] if k not in own[0])], (own[0], by_y), (own[1], by_x))
+                return self._sum(
+                    [*changes[0], *(k for k in changes[1] if k not in changes[0])],
+                    (changes[0], by_y),
+                    (changes[1], by_x),
+                )
             case _, [x] if function in STEPS:
                 return {}
             case _, [x] if function in SLOPES:
                 slope, is_steep = SLOPES[function](x, value, self.let), function in STEEP
-                return {k: self._steep(d, slope) if is_steep else self._product(d, slope) for k, d in own[0].items()}
+                return {
+                    k: self._steep(d, slope) if is_steep else self._product(d, slope) for k, d in changes[0].items()
+                }
         raise NotDifferentiableError(function)
 
-    def _clipped(self, values: tuple[Expr, Expr, Expr], own: Sequence[Derivatives]) -> Derivatives:
+    def _clipped(self, values: tuple[Expr, Expr, Expr], changes: Sequence[Derivatives]) -> Derivatives:
         """Differentiate a value that is held within a range."""
-        (x, low, high), (of_x, of_low, of_high) = values, own
+        (x, low, high), (of_x, of_low, of_high) = values, changes
         inner = self._chosen(_compared(">", (x, high), (of_x, of_high)), of_high, of_x)
         return self._chosen(_compared("<", (x, low), (of_x, of_low)), of_low, inner)
 
     def _sum(self, keys: Sequence[int], *parts: tuple[Derivatives, Expr]) -> Derivatives:
         """Return for each argument the sum of derivatives times factors."""
-        found: dict[int, Expr] = {}
+        totals: dict[int, Expr] = {}
         for k in keys:
             total: Expr = ZERO
-            for own, factor in parts:
-                total = self.let(plus(total, self._product(own.get(k, ZERO), factor)))
-            found[k] = total
-        return found
+            for part, factor in parts:
+                total = self.let(plus(total, self._product(part.get(k, ZERO), factor)))
+            totals[k] = total
+        return totals
 
     def _product(self, a: Expr, b: Expr) -> Expr:
         return ZERO if ZERO in (a, b) else self.let(times(a, b))
@@ -411,3 +416,37 @@ def _compared(
         return Logic("or", (beyond, Logic("and", (tie, Compare(op, left, right)))))
 
     return ahead
+
+
+#: Functions that are constant between their jumps.
+STEPS: Final = ("floor",)
+
+#: Functions whose slope may be infinite.
+STEEP: Final = ("sqrt", "log")
+
+#: From an atom, the value of the function there and what names a value to the derivative.
+SLOPES: Final[Mapping[str, Callable[[Expr, Expr, Callable[[Expr], Expr]], Expr]]] = {
+    "sqrt": lambda x, value, let: let(Number(0.5) / value),
+    "exp": lambda x, value, let: value,
+    "log": lambda x, value, let: let(ONE / x),
+    "sin": lambda x, value, let: let(Call("cos", (x,))),
+    "cos": lambda x, value, let: let(-let(Call("sin", (x,)))),
+    "tan": lambda x, value, let: let(1.0 + let(value * value)),
+}
+
+
+def comparisons(whole: Quadrature) -> list[Compare]:
+    """Return the comparisons at which a set may jump, each before those that depend on it.
+
+    The choice of the smaller or the larger of two values does not count.
+    """
+    values = [e for s in statements(whole.body) for e in parts(s).values]
+    choices = [n for e in (*values, whole.value) for n in walk(e) if isinstance(n, Where) and not _is_extreme(n)]
+    return list(dict.fromkeys(n for c in choices for n in walk(c.condition) if isinstance(n, Compare)))
+
+
+def _is_extreme(choice: Where) -> bool:
+    match choice.condition:
+        case Compare(op=op, left=a, right=b) if op not in ("==", "!="):
+            return {choice.then, choice.otherwise} == {a, b}
+    return False

@@ -1,4 +1,4 @@
-"""Kernels as values for compiled code: typed by their signature, so that code that takes them is compiled once.
+"""Machine code of kernels: loops over points without the lock of the interpreter, and values for compiled code.
 
 Systems that differ in numbers only share machine code, which takes the numbers as a last argument. A value binds its
 own numbers to that code: a function of two instructions, which LLVM makes in a millisecond.
@@ -6,6 +6,7 @@ own numbers to that code: a function of two instructions, which LLVM makes in a 
 
 from __future__ import annotations
 
+import ctypes
 from collections.abc import Callable
 from functools import cache
 from itertools import count
@@ -18,8 +19,7 @@ from llvmlite import ir
 from numba.core import types
 
 from fuzzyctl.kernels.backends.numba import source as numba_backend
-from fuzzyctl.kernels.backends.numba.batch_loop import address_of
-from fuzzyctl.kernels.backends.numba.parameters import Numbers
+from fuzzyctl.kernels.backends.numba.source import Numbers, batch_source, compile_source, sequence_source
 from fuzzyctl.kernels.program.program import Program
 
 if TYPE_CHECKING:
@@ -39,7 +39,7 @@ class Value(types.WrapperAddressProtocol):
     Args:
         function: Machine code whose last argument is the table.
         table: The table.
-        plain: What computes the same when called from Python.
+        plain: The same function for calls from Python.
         origin: The object whose attribute it is, and the name of the attribute, from which other processes get it.
     """
 
@@ -48,10 +48,10 @@ class Value(types.WrapperAddressProtocol):
         (result,) = function.overloads.values()
         *arguments, _ = result.signature.args
         self._signature = result.signature.return_type(*arguments)
-        own = f"value{next(_NAMED)}"
-        code = _code(result, self._signature, address_of(function), table.ctypes.data, own)
+        name = f"value{next(_NAMED)}"
+        code = _code(result, self._signature, address_of(function), table.ctypes.data, name)
         # Compiled code may keep the address longer than anyone keeps this object: so does a list of values.
-        self._address = _loaded(code, own)
+        self._address = _loaded(code, name)
         _KEPT.append(table)
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -76,11 +76,11 @@ def _code(result: Any, signature: Any, address: int, table: int, name: str) -> s
     context = result.target_context
     outer, inner = (context.get_value_type(types.FunctionType(s).ftype) for s in (signature, result.signature))
     module = ir.Module()
-    own = ir.Function(module, outer.pointee, name)
-    builder = ir.IRBuilder(own.append_basic_block())
+    outer_function = ir.Function(module, outer.pointee, name)
+    builder = ir.IRBuilder(outer_function.append_basic_block())
     target = builder.inttoptr(ir.Constant(ir.IntType(64), address), inner)
     last = builder.inttoptr(ir.Constant(ir.IntType(64), table), inner.pointee.args[-1])
-    builder.ret(builder.call(target, [*own.args, last]))
+    builder.ret(builder.call(target, [*outer_function.args, last]))
     return str(module)
 
 
@@ -124,3 +124,47 @@ def _value(
     numbers = Numbers(program)
     function = numba_backend.compile_source(source(program, numbers))
     return Value(function, np.array(numbers.values, dtype=np.float64), plain, origin)
+
+
+def address_of(function: Any) -> int:
+    """Return where the code of a function compiled by numba for one signature begins, for callers in C."""
+    (compiled,) = function.overloads.values()
+    return int(compiled.library.get_pointer_to_function(compiled.fndesc.llvm_cfunc_wrapper_name))
+
+
+class Loop:
+    """Machine code that fills the results of many points, called without the lock of the interpreter.
+
+    Args:
+        function: Compiled code of `batch_source`.
+    """
+
+    def __init__(self, function: Any) -> None:
+        self.function = function
+        kinds = [ctypes.c_void_p] * 4
+        self._c = ctypes.CFUNCTYPE(ctypes.c_int64, *kinds, ctypes.c_int64)(address_of(function))
+
+    def __call__(self, points: FloatArray, states: FloatArray | None, results: FloatArray) -> int:
+        """Fill the results.
+
+        Args:
+            points: Shape (n, inputs), contiguous and aligned, as the others are.
+            states: Shape (n, states); None without a state.
+            results: Shape (n, outputs).
+
+        Returns:
+            -1; or the number of kinds of refusals · the first point that was refused + the kind.
+        """
+        address = None if states is None else states.ctypes.data
+        status: int = self._c(points.ctypes.data, address, results.ctypes.data, None, len(results))
+        return status
+
+
+def loop(program: Program) -> Loop:
+    """Return the loop that computes a program at many points."""
+    return Loop(compile_source(batch_source(program)))
+
+
+def sequence(program: Program, outputs: int) -> Loop:
+    """Return the loop that computes a program along time; its states are one row, which each point changes."""
+    return Loop(compile_source(sequence_source(program, outputs)))

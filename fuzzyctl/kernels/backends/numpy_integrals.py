@@ -64,8 +64,8 @@ def marked(places: FloatArray, marks: tuple[FloatArray | float, ...]) -> FloatAr
     if not marks:
         return places
     shape = np.broadcast_shapes(*(np.shape(m) for m in marks))
-    own = [np.broadcast_to(m, shape)[..., None] for m in marks]
-    return np.sort(np.concatenate((np.broadcast_to(places, (*shape, len(places))), *own), axis=-1), axis=-1)
+    rows = [np.broadcast_to(m, shape)[..., None] for m in marks]
+    return np.sort(np.concatenate((np.broadcast_to(places, (*shape, len(places))), *rows), axis=-1), axis=-1)
 
 
 def moments(
@@ -97,12 +97,12 @@ def _in_parts(
 ) -> tuple[FloatArray, FloatArray]:
     """Integrate some points at a time."""
     shape, flat, ends = _flat(given, places)
-    found, area = np.empty(flat.shape[1]), np.empty(flat.shape[1])
+    first, area = np.empty(flat.shape[1]), np.empty(flat.shape[1])
     size = _part(ends, flat)
     for start in range(0, flat.shape[1], size):
         part = slice(start, start + size)
-        found[part], area[part] = integrate(function, ends[part], flat[:, part])
-    return found.reshape(shape), area.reshape(shape)
+        first[part], area[part] = integrate(function, ends[part], flat[:, part])
+    return first.reshape(shape), area.reshape(shape)
 
 
 def _memory() -> int:
@@ -164,19 +164,19 @@ def _levels(
     rounded = quadrature.ROUNDED * np.maximum(abs(places[:, 0]), abs(places[:, -1]))
     for level in range(quadrature.DEEPEST + 1):
         center = 0.5 * left + 0.5 * right
-        own, about, error = _stretches(function, given[:, index], center, 0.5 * (right - left))
+        value, about, error = _stretches(function, given[:, index], center, 0.5 * (right - left))
         if level == 0:
-            rough = np.asarray(np.bincount(index, np.abs(own), count), dtype=np.float64)
+            rough = np.asarray(np.bincount(index, np.abs(value), count), dtype=np.float64)
         moves = (
             np.zeros(len(index), bool) if crossing is None else _speeds(crossing, left, right, given[:, index]) != 0.0
         )
         left_over -= np.bincount(index[~moves], minlength=count)
         left_over_of_jumps -= np.bincount(index[moves], minlength=count)
-        open_ = (error > quadrature.OF_ALL * rough[index]) & (error > quadrature.OF_OWN * np.abs(own))
-        open_ &= error * (right - left) > rounded[index] * np.abs(own)
+        open_ = (error > quadrature.OF_ALL * rough[index]) & (error > quadrature.OF_OWN * np.abs(value))
+        open_ &= error * (right - left) > rounded[index] * np.abs(value)
         open_ = np.where(moves, left_over_of_jumps[index] > 0, open_ & (left_over[index] > 0))
         open_ &= (left < center) & (center < right) & (level < quadrature.DEEPEST)
-        yield _Stretches(index, left, right, own, about).taken(~open_)
+        yield _Stretches(index, left, right, value, about).taken(~open_)
         if not open_.any():
             break
         index = np.repeat(index[open_], 2)
@@ -187,10 +187,10 @@ def _levels(
 def _moments(function: ArrayFunction, places: FloatArray, given: FloatArray) -> tuple[FloatArray, FloatArray]:
     count = given.shape[1]
     moment, area = np.zeros(count), np.zeros(count)
-    for own in _levels(function, places, given):
-        area += np.bincount(own.point, own.area, count)
-        center = 0.5 * own.left + 0.5 * own.right
-        moment += np.bincount(own.point, own.area * center + own.about, count)
+    for level in _levels(function, places, given):
+        area += np.bincount(level.point, level.area, count)
+        center = 0.5 * level.left + 0.5 * level.right
+        moment += np.bincount(level.point, level.area * center + level.about, count)
     return moment, area
 
 
@@ -199,13 +199,13 @@ def _jumps(
 ) -> tuple[FloatArray, FloatArray]:
     count = given.shape[1]
     moment, area = np.zeros(count), np.zeros(count)
-    for own in _levels(function, places, given, crossing):
-        depends = given[:, own.point]
-        moved = _speeds(crossing, own.left, own.right, depends)
-        height = _degrees(function, own.left, depends) - _degrees(function, own.right, depends)
+    for level in _levels(function, places, given, crossing):
+        depends = given[:, level.point]
+        moved = _speeds(crossing, level.left, level.right, depends)
+        height = _degrees(function, level.left, depends) - _degrees(function, level.right, depends)
         share = np.where(np.isfinite(moved), moved, 0.0) * height
-        area += np.bincount(own.point, share, count)
-        moment += np.bincount(own.point, share * (0.5 * own.left + 0.5 * own.right), count)
+        area += np.bincount(level.point, share, count)
+        moment += np.bincount(level.point, share * (0.5 * level.left + 0.5 * level.right), count)
     return moment, area
 
 
@@ -213,19 +213,19 @@ def _speeds(crossing: CrossingFunction, left: FloatArray, right: FloatArray, giv
     """Return how fast jumps between the ends of some stretches move; see `quadrature.speed`."""
     depends = tuple(given)
     here, there = (np.array([np.broadcast_to(v, x.shape) for v in crossing(x, depends)]) for x in (left, right))
-    found = np.zeros(left.shape)
+    speeds = np.zeros(left.shape)
     for k in reversed(range(0, len(here), 4)):
         (one, a, *slopes), (other, b, *others) = here[k : k + 4], there[k : k + 4]
         by_place, by_argument = np.where(slopes[0] == 0.0, others, slopes)
         is_unknown = (np.abs(a - b) >= quadrature.CONTINUOUS) | (by_place == 0.0)
-        found = np.where(one == other, found, np.where(is_unknown, np.inf, -by_argument / by_place))
-    return found
+        speeds = np.where(one == other, speeds, np.where(is_unknown, np.inf, -by_argument / by_place))
+    return speeds
 
 
 def _degrees(function: ArrayFunction, x: FloatArray, given: FloatArray) -> FloatArray:
     """Return the degrees at one place of each stretch."""
-    found = np.broadcast_to(function(x[:, None], tuple(g[:, None] for g in given)), (len(x), 1))
-    return found[:, 0]
+    degrees = np.broadcast_to(function(x[:, None], tuple(g[:, None] for g in given)), (len(x), 1))
+    return degrees[:, 0]
 
 
 def _half(function: ArrayFunction, places: FloatArray, given: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -235,10 +235,10 @@ def _half(function: ArrayFunction, places: FloatArray, given: FloatArray) -> tup
     before, at = row.reached((1.0 - quadrature.SLACK) * wanted)
     _, beyond = row.reached((1.0 + quadrature.SLACK) * wanted)
     gap = beyond.left > at.right
-    found = 0.5 * at.right + 0.5 * beyond.left
+    place = 0.5 * at.right + 0.5 * beyond.left
     inside = np.flatnonzero(~gap)
-    found[inside] = _within(function, given[:, inside], at.taken(inside), (wanted - before)[inside])
-    return found, row.whole
+    place[inside] = _within(function, given[:, inside], at.taken(inside), (wanted - before)[inside])
+    return place, row.whole
 
 
 class _Row:
@@ -267,26 +267,26 @@ class _Row:
         is_over = self.up_to >= bound[:, None]
         nth, never = np.argmax(is_over, axis=1), ~is_over.any(axis=1)
         before = np.where(nth > 0, self.up_to[np.arange(count), nth - 1], 0.0)
-        found = self.stretches.taken(self.first + nth)
+        area = self.stretches.taken(self.first + nth)
         if never.any():
             last = np.append(self.first[1:], len(self.stretches.point)) - 1
             end = self.stretches.right[last]
-            left, right = (np.where(never, end, side) for side in (found.left, found.right))
-            found = _Stretches(found.point, left, right, np.where(never, 0.0, found.area), found.about)
-        return np.where(never, self.whole, before), found
+            left, right = (np.where(never, end, side) for side in (area.left, area.right))
+            area = _Stretches(area.point, left, right, np.where(never, 0.0, area.area), area.about)
+        return np.where(never, self.whole, before), area
 
 
 def _within(function: ArrayFunction, given: FloatArray, at: _Stretches, wanted: FloatArray) -> FloatArray:
     """Return up to where stretches have some area; see `quadrature.within`."""
     nothing = (wanted <= 0.0) | (at.area <= 0.0)
-    found = np.where(nothing, at.left, at.right)
+    places = np.where(nothing, at.left, at.right)
     open_ = np.flatnonzero(~nothing & ~(wanted >= at.area))
     low, high = at.left.copy(), at.right.copy()
-    found[open_] = (at.left + (at.right - at.left) * (wanted / at.area))[open_]
+    places[open_] = (at.left + (at.right - at.left) * (wanted / at.area))[open_]
     for _ in range(quadrature.STEPS):
         if not len(open_):
             break
-        own, place, left = given[:, open_], found[open_], at.left[open_]
+        own, place, left = given[:, open_], places[open_], at.left[open_]
         area, _, _ = _stretches(function, own, 0.5 * left + 0.5 * place, 0.5 * (place - left))
         beyond = area - wanted[open_]
         over = beyond > 0.0
@@ -296,9 +296,9 @@ def _within(function: ArrayFunction, given: FloatArray, at: _Stretches, wanted: 
         is_inside = (low[open_] < following) & (following < high[open_])
         following = np.where(is_inside, following, 0.5 * low[open_] + 0.5 * high[open_])
         near = np.abs(following - place) <= quadrature.NEAR * (at.right - at.left)[open_]
-        found[open_] = following
+        places[open_] = following
         open_ = open_[~near]
-    return found
+    return places
 
 
 def _stretches(
@@ -309,11 +309,11 @@ def _stretches(
     size = max(_memory() // (len(_PLACES) * (_OF_NODES + arrays)), 1)
     if len(center) <= size:
         return _some_stretches(function, given, center, width)
-    found = np.empty((3, len(center)))
+    sums = np.empty((3, len(center)))
     for start in range(0, len(center), size):
         part = slice(start, start + size)
-        found[:, part] = _some_stretches(function, given[:, part], center[part], width[part])
-    return found[0], found[1], found[2]
+        sums[:, part] = _some_stretches(function, given[:, part], center[part], width[part])
+    return sums[0], sums[1], sums[2]
 
 
 def _some_stretches(
@@ -321,8 +321,8 @@ def _some_stretches(
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Do the same for few at a time."""
     x = center[:, None] + width[:, None] * _PLACES
-    found = np.broadcast_to(function(x, tuple(g[:, None] for g in given)), x.shape)
-    values, (left, right) = found[:, :-2], found[:, -2:].T
+    degrees = np.broadcast_to(function(x, tuple(g[:, None] for g in given)), x.shape)
+    values, (left, right) = degrees[:, :-2], degrees[:, -2:].T
     area, other = values @ _KRONROD, values @ _GAUSS
     moment, other_moment = values @ (_KRONROD * _NODES), values @ (_GAUSS * _NODES)
     ends = np.abs(left - values @ _LEFT) + np.abs(right - values @ _RIGHT)

@@ -1,1 +1,0 @@
-"""The numpy backend: source text over arrays."""

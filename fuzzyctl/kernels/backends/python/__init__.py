@@ -1,1 +1,0 @@
-"""The Python backend: source text for single points."""

@@ -1,1 +1,0 @@
-"""Membership degrees as programs."""

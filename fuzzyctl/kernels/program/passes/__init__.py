@@ -1,1 +1,0 @@
-"""Passes from program to program."""
