@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import os
+import sys
+import time
 from collections import Counter
-from collections.abc import Collection
+from collections.abc import Callable, Collection, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -27,6 +30,7 @@ from fuzzyctl.cli.streams import say, write_data
 from fuzzyctl.diagnostics.diagnostic import CODES, Diagnostic, DiagnosticError
 from fuzzyctl.diagnostics.fixes import APPLICABILITIES
 from fuzzyctl.diagnostics.suggestions import counted, did_you_mean
+from fuzzyctl.support.reading import read_place
 from fuzzyctl.support.shipped import place_of
 
 if TYPE_CHECKING:
@@ -78,7 +82,7 @@ def fix_file(file: str, *, likely: bool, only_diff: bool) -> tuple[SourceText, b
     done = fix_source(source, folder=folder_of(file), likely=likely)
     changed = done.source is not source
     if only_diff:
-        from fuzzyctl.cli.unified_diff import print_diff
+        from fuzzyctl.cli.fmt import print_diff
 
         print_diff(STDIN if file == "-" else file, source.text, done.source.text)
     elif file == "-":
@@ -188,9 +192,7 @@ def check(
     if watch:
         if fix is not None or denied or allowed or profile is not None or form != "text":
             raise click.UsageError("--watch takes no other options than -o and --block")
-        from fuzzyctl.cli import check_watch
-
-        return check_watch.watch(files[0], files[1:], out, name)
+        return watch_file(files[0], files[1:], out, name)
     if out is not None or name is not None:
         raise click.UsageError("-o and --block belong to --watch")
     if only_diff and fix is None:
@@ -255,3 +257,107 @@ def _counted(found: list[Diagnostic]) -> str:
     number = Counter(d.severity for d in found)
     hints = [counted(number["hint"], "hint")] if number["hint"] else []
     return ", ".join([counted(number["error"], "error"), counted(number["warning"], "warning"), *hints])
+
+
+#: Seconds between two looks at the files.
+_INTERVAL: Final = 0.2
+#: When a file was written, and its size; None for one that is not there.
+_State = dict[Path, tuple[int, int] | None]
+
+
+def watch_file(file: str, values: Sequence[str], out: str | None, name: str | None) -> int:
+    """Check a rule file again at every save, and show what comes out, until Ctrl-C.
+
+    Args:
+        file: The file; a save of a file that it uses counts, too.
+        values: `INPUT=VALUE` of a point to evaluate.
+        out: The picture of the surface, or the folder of the run of a loop.
+        name: The block; a loop is run.
+    """
+    path = read_place(file)[1].path
+    try:
+        for _ in _saves(path, lambda: time.sleep(_INTERVAL)):
+            if sys.stdout.isatty():
+                click.clear()
+            say(f"{file}, {time.strftime('%H:%M:%S')}")
+            for command in _commands(file, path, values, out, name):
+                if _run(command) != DONE and (command[0] != "check" or _is_stopped(path)):
+                    break
+    except KeyboardInterrupt:
+        say("", err=True)
+    return DONE
+
+
+def _commands(file: str, path: Path, values: Sequence[str], out: str | None, name: str | None) -> Iterator[list[str]]:
+    """Yield the commands of a save; each runs only if the one before found no mistake."""
+    from fuzzyctl.loading.examination import look_through
+    from fuzzyctl.support.reading import read_source
+
+    yield ["check", file]
+    chosen, written = ([option, text] if text is not None else [] for option, text in (("--block", name), ("-o", out)))
+    loops = look_through(read_source(path), folder=path.parent, loop=name).loops if chosen else ()
+    if name in [loop.name for loop in loops]:
+        if values:
+            raise click.UsageError(f"values of inputs belong to a system, and '{name}' is a loop")
+        yield ["simulate", file, *chosen, *written]
+        return
+    if values:
+        yield ["eval", file, *values, *chosen]
+    if written:
+        yield ["plot-surface", file, *chosen, *written]
+
+
+def _is_stopped(path: Path) -> bool:
+    """Return whether a file has mistakes besides guarantees that do not hold."""
+    from fuzzyctl.analysis.check import check_source
+    from fuzzyctl.support.reading import read_source
+
+    try:
+        return any(d.stops for d in check_source(read_source(path), folder=path.parent)[1])
+    except DiagnosticError:
+        return True
+
+
+def _run(words: list[str]) -> int:
+    """Run a command of this program and return its exit code."""
+    from fuzzyctl.cli.main import main
+
+    try:
+        main.main(args=words, prog_name="fuzzyctl", standalone_mode=False)
+    except SystemExit as ended:
+        return ended.code if isinstance(ended.code, int) else 1
+    except click.ClickException as error:
+        error.show()
+        return error.exit_code
+    return DONE
+
+
+def _saves(path: Path, wait: Callable[[], object]) -> Iterator[None]:
+    """Yield once at first, and then whenever a file or one that it brings in has changed."""
+    seen: _State | None = None
+    while True:
+        now = _state(path)
+        if now != seen:
+            seen = now
+            yield
+        else:
+            wait()
+
+
+def _state(path: Path) -> _State:
+    """Return when each of the files was written."""
+    from fuzzyctl.loading.assembly import files_read
+
+    try:
+        used = files_read(path)
+    except DiagnosticError:
+        used = ()
+    return {p: _written(p) for p in (path, *used)}
+
+
+def _written(path: Path) -> tuple[int, int] | None:
+    try:
+        found = os.stat(path)
+    except OSError:
+        return None
+    return found.st_mtime_ns, found.st_size

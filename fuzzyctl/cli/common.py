@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, BinaryIO, Final, ParamSpec
 
 import click
 
-from fuzzyctl.cli.streams import say, writable_output, write_data, write_json
+from fuzzyctl.cli.streams import painted, say, writable_output, write_data, write_json
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError, FuzzyctlError, UnknownNameError, render_all
 from fuzzyctl.diagnostics.suggestions import closest
 from fuzzyctl.support.numerals import to_number
@@ -155,8 +155,6 @@ def show(diagnostics: Sequence[Diagnostic], form: str = "text") -> None:
 
 def report(text: str) -> None:
     """Print a report on standard output; a terminal gets it in colour, with lines of its width."""
-    from fuzzyctl.cli.terminal_text import painted
-
     stream = sys.stdout
     shown = painted(text, color=use_color(stream), width=terminal_width(stream), encoding=stream.encoding)
     click.echo(shown, file=stream)

@@ -22,7 +22,7 @@ from fuzzyctl.cli.common import (
     show,
 )
 from fuzzyctl.cli.loading import Choice, open_block
-from fuzzyctl.cli.progress import progress
+from fuzzyctl.cli.progress import status_line
 from fuzzyctl.cli.streams import say, write_data, write_json
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError, FuzzyctlError, NoRuleFiresError
 
@@ -83,7 +83,7 @@ def convert(
     from fuzzyctl.convert.convert import convert as converted
 
     try:
-        with progress() as shown:
+        with status_line() as shown:
             conversion = converted(system, to, points=points, progress=shown)
     except NoRuleFiresError as error:
         raise _uncovered(system, error) from None
@@ -181,7 +181,7 @@ def _report(source: str, target: str, conversion: Conversion, refused: bool) -> 
     lines += _listed("said in another way, or left out; no number changes:", kept)
     lines += _listed("cannot be expressed, and changes numbers:", lost)
     if conversion.read_back is not None:
-        from fuzzyctl.cli.compare import compared_text
+        from fuzzyctl.comparison.presentation import compared_text
 
         lines += compared_text(source, conversion.read_back, target, conversion.differences, conversion.explanations)
     if refused:
@@ -203,7 +203,7 @@ def _places(where: Sequence[str]) -> str:
 
 
 def _data(source: str, target: str, conversion: Conversion, refused: bool) -> dict[str, Any]:
-    from fuzzyctl.cli.compare import compared_data
+    from fuzzyctl.comparison.presentation import compared_data
 
     return {
         "in": source,

@@ -10,10 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from fuzzyctl.cli.checked import analysed, claim_reports
 from fuzzyctl.cli.common import DONE, FAILED, QUIET, UNDECIDED, answers_with_diagnostics, assignments, show
-from fuzzyctl.cli.loading import Choice, chooses, examined_file
-from fuzzyctl.cli.loops import settings_of
+from fuzzyctl.cli.loading import Choice, analysed, chooses, claim_reports, examined_file, settings_of
 from fuzzyctl.cli.streams import say
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any, Final
 
 import fuzzyctl
-from fuzzyctl.cli.pages import read_page
+from fuzzyctl.cli.explain import read_page
 from fuzzyctl.cli.streams import json_text
 from fuzzyctl.diagnostics.diagnostic import CODES, Diagnostic
 from fuzzyctl.diagnostics.fixes import Fix

@@ -92,7 +92,7 @@ def _list_shipped(form: str) -> None:
 
 
 def _show_plan(systems: Sequence[FuzzySystem], algorithm: str, form: str) -> int:
-    from fuzzyctl.cli.planned import plan_text, planned
+    from fuzzyctl.display.plan_summary import plan_text, planned
 
     plans = [planned(system, algorithm) for system in systems]
     if form == "json":

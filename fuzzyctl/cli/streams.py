@@ -6,6 +6,7 @@ import gc
 import io
 import os
 import re
+import signal
 import sys
 import warnings
 from collections.abc import Iterator, Mapping
@@ -15,7 +16,8 @@ from typing import Any, Final
 
 import click
 
-from fuzzyctl.diagnostics.terminal import SPELT, printable
+from fuzzyctl.diagnostics.diagnostic import paint, wrapped
+from fuzzyctl.diagnostics.terminal import SPELT, printable, spelt
 
 #: Characters that JSON may hold as they are, and that a terminal acts on or UTF-8 lacks.
 _ESCAPED: Final = re.compile("[\\x7f-\\x9f\\u202a-\\u202e\\u2066-\\u2069\\ud800-\\udfff]")
@@ -169,3 +171,71 @@ def json_text(data: Any) -> str:
 def write_json(data: Any) -> None:
     """Write data as JSON to standard output."""
     write_data(f"{json_text(data)}\n")
+
+
+@contextmanager
+def interrupts_wait() -> Iterator[None]:
+    """Let Ctrl-C wait while results are written, which takes a second or two; the command exits with `INTERRUPTED`."""
+    asked: list[int] = []
+    before = {}
+    for number in (signal.SIGINT, signal.SIGTERM):
+        with suppress(ValueError):  # signals belong to the main thread
+            before[number] = signal.signal(number, lambda n, _: asked.append(n))
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+        if asked:
+            say("interrupted while the results were written; they are whole", err=True)
+            outlive()
+
+
+def outlive() -> None:
+    """Let the command finish its output after an interruption, and then exit with `INTERRUPTED`."""
+    context = click.get_current_context(silent=True)
+    if context is not None:
+        context.meta[OUTLIVED] = True
+
+
+@contextmanager
+def terminated_as_interrupted() -> Iterator[None]:
+    """Take SIGTERM for Ctrl-C, so that it keeps what is done."""
+    before = None
+    with suppress(ValueError):
+        before = signal.signal(signal.SIGTERM, signal.default_int_handler)
+    try:
+        yield
+    finally:
+        if before is not None:
+            signal.signal(signal.SIGTERM, before)
+
+
+#: Words behind which a claim, its reason or nothing follows, with their styles.
+TONES: Final = {
+    **dict.fromkeys(("proved", "met"), "green"),
+    **dict.fromkeys(("refuted", "not met", "problem", "missing"), "red"),
+    **dict.fromkeys(("undecided", "stopped", "not installed"), "yellow"),
+}
+_WORD: Final = re.compile(rf"(?:(?<=: )|^)({'|'.join(TONES)})(?=:|;|$|  \()")
+#: The subject of a line: a name with its value, or the text before a colon.
+_SUBJECT: Final = re.compile(r"^(?! )(?:\S+(?= = )|(?!(?:problem|proved|met)\b).+?(?=: ))")
+#: Columns by which a wrapped line is farther from the left than its first one.
+_FARTHER: Final = 4
+
+
+def painted(text: str, *, color: bool, width: int | None, encoding: str | None) -> str:
+    """Return a report as a terminal shows it; see `fuzzyctl.diagnostics.diagnostic.render`."""
+    lines = [spelt(printable(line), encoding) for line in text.split("\n")]
+    return "\n".join(_shown(line, color=color, width=width) for line in lines)
+
+
+def _shown(line: str, *, color: bool, width: int | None) -> str:
+    """Return a line as a terminal shows it."""
+    indent = len(line) - len(line.lstrip(" ")) + _FARTHER
+    head, *others = wrapped(line, width, first=0, indent=indent)
+    rows = [head, *(" " * indent + other.lstrip(" ") for other in others)]
+    if not color:
+        return "\n".join(rows)
+    rows[0] = _SUBJECT.sub(lambda match: paint(match[0], "bold"), rows[0])
+    return "\n".join(_WORD.sub(lambda match: paint(match[0], TONES[match[0]]), row) for row in rows)

@@ -8,7 +8,7 @@ from importlib import import_module
 from typing import Any
 
 from fuzzyctl.cli.common import show
-from fuzzyctl.cli.interruptions import terminated_as_interrupted
+from fuzzyctl.cli.streams import terminated_as_interrupted
 from fuzzyctl.diagnostics.diagnostic import DiagnosticError
 from fuzzyctl.diagnostics.suggestions import closest
 

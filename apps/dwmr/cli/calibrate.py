@@ -10,9 +10,8 @@ import click
 
 from dwmr.cli import run_options
 from dwmr.cli.common import mistakes_as_diagnostics
-from fuzzyctl.cli.bars import progress
-from fuzzyctl.cli.interruptions import interrupts_wait, terminated_as_interrupted
-from fuzzyctl.cli.streams import INTERRUPTED, say, write_json
+from fuzzyctl.cli.progress import progress
+from fuzzyctl.cli.streams import INTERRUPTED, interrupts_wait, say, terminated_as_interrupted, write_json
 from fuzzyctl.support.cores import cores
 
 if TYPE_CHECKING:

@@ -13,10 +13,8 @@ import click
 from dwmr.cli import run_options
 from dwmr.cli.common import mistakes_as_diagnostics
 from dwmr.control import laws as controllers
-from fuzzyctl.cli import data_formats, worker_options
-from fuzzyctl.cli.interruptions import terminated_as_interrupted
-from fuzzyctl.cli.streams import say, write_json
-from fuzzyctl.cli.sweeps import failures
+from fuzzyctl.cli.streams import say, terminated_as_interrupted, write_json
+from fuzzyctl.cli.sweeps import checking, computing, dask_option, failures, jobs_option, require_formats, require_one
 
 if TYPE_CHECKING:
     from dwmr.scenario.file import ScenarioFile
@@ -46,8 +44,8 @@ if TYPE_CHECKING:
 )
 @run_options.rules_option
 @run_options.set_option
-@worker_options.jobs_option
-@worker_options.dask_option
+@jobs_option
+@dask_option
 @click.option(
     "-o", "--output", "path", type=click.Path(path_type=Path), metavar="FILE", help="CSV or Parquet to write."
 )
@@ -69,7 +67,7 @@ def compare(
 
     With --runs above 1 every law meets the same variations of each scenario, and means have confidence intervals.
     """
-    worker_options.require_one(jobs, cluster)
+    require_one(jobs, cluster)
     _require_format(path)
     with mistakes_as_diagnostics(style), terminated_as_interrupted():
         from dwmr.sweep import comparison
@@ -96,7 +94,7 @@ def _require_format(path: Path | None) -> None:
     suffix = path.suffix.removeprefix(".").lower()
     if suffix not in ("csv", "parquet"):
         raise click.BadParameter(f"{str(path)!r} ends neither in .csv nor in .parquet.", param_hint="'-o'")
-    data_formats.require([suffix])
+    require_formats([suffix])
 
 
 def _require_names(plans: Sequence[Plan[ScenarioFile]]) -> None:
@@ -130,7 +128,7 @@ def _plan(
         path = find(scenario)
         for name in laws:
             run_options.require_law(name, path.parent, scenario)
-        with worker_options.checking(runs) as report:
+        with checking(runs) as report:
             return comparison.make(varied, path, laws, runs, seed, rules_folder, overrides, report)
     except (UnknownScenarioError, OverrideError) as error:
         raise click.UsageError(str(error)) from error
@@ -145,9 +143,7 @@ def _compute(plans: Sequence[Plan[ScenarioFile]], workers: Workers) -> list[Entr
     runs, done = joined(plans), dict[int, Outcome]()
     outcomes = workers.compute(setup_of(*plans, measures=comparison.GROUPS), runs)
     with failures():
-        collect(
-            outcomes, len(runs), 0, lambda outcome: done.update({outcome.number: outcome}), worker_options.computing
-        )
+        collect(outcomes, len(runs), 0, lambda outcome: done.update({outcome.number: outcome}), computing)
     return list(comparison.entries(runs, done))
 
 

@@ -11,9 +11,8 @@ import click
 
 from dwmr.cli import run_options
 from dwmr.cli.common import mistakes_as_diagnostics
-from fuzzyctl.cli.bars import progress
-from fuzzyctl.cli.interruptions import interrupts_wait, terminated_as_interrupted
-from fuzzyctl.cli.streams import say
+from fuzzyctl.cli.progress import progress
+from fuzzyctl.cli.streams import interrupts_wait, say, terminated_as_interrupted
 
 if TYPE_CHECKING:
     from dwmr.figures.paper import PaperFigure

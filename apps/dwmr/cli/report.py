@@ -9,8 +9,7 @@ import click
 
 from dwmr.cli import run_options
 from dwmr.cli.common import mistakes_as_diagnostics
-from fuzzyctl.cli.interruptions import interrupts_wait, terminated_as_interrupted
-from fuzzyctl.cli.streams import say
+from fuzzyctl.cli.streams import interrupts_wait, say, terminated_as_interrupted
 
 
 @click.command(context_settings={"show_default": True})

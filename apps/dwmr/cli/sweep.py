@@ -8,9 +8,17 @@ import click
 
 from dwmr.cli import run_options
 from dwmr.cli.common import mistakes_as_diagnostics
-from fuzzyctl.cli import data_formats, worker_options
 from fuzzyctl.cli.streams import say, write_json
-from fuzzyctl.cli.sweeps import planned, sentence, swept
+from fuzzyctl.cli.sweeps import (
+    dask_option,
+    data_option,
+    jobs_option,
+    planned,
+    require_formats,
+    require_one,
+    sentence,
+    swept,
+)
 
 
 @click.command(context_settings={"show_default": True})
@@ -18,9 +26,9 @@ from fuzzyctl.cli.sweeps import planned, sentence, swept
 @run_options.rules_option
 @run_options.set_option
 @run_options.output_option("folder", "dwmr-sweep", "DIR", "Folder for the results.")
-@data_formats.data_option(("csv", "parquet"), "csv", "results")
-@worker_options.jobs_option
-@worker_options.dask_option
+@data_option(("csv", "parquet"), "csv", "results")
+@jobs_option
+@dask_option
 @click.option("--resume", is_flag=True, help="Go on with a sweep that was interrupted.")
 @run_options.format_option
 def sweep(
@@ -49,8 +57,8 @@ def sweep(
     The folder receives results.csv or results.parquet with one row a run, sweep.json, which says where they come from,
     and times.csv. A sweep that was interrupted or killed goes on with --resume.
     """
-    worker_options.require_one(jobs, cluster)
-    data_formats.require(formats)
+    require_one(jobs, cluster)
+    require_formats(formats)
     with mistakes_as_diagnostics(style):
         from dwmr.sweep.robots import Robots
         from dwmr.sweep.spec import read

@@ -4,7 +4,7 @@ import io
 import re
 import sys
 
-from fuzzyctl.cli.bars import progress, stages
+from fuzzyctl.cli.progress import progress, stages
 
 
 class Terminal(io.StringIO):

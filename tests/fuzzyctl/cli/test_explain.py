@@ -2,7 +2,7 @@ import json
 
 import pytest
 
-from fuzzyctl.cli import pages
+from fuzzyctl.cli import explain as pages
 from fuzzyctl.diagnostics.diagnostic import CODES
 from tests.commands import runner
 

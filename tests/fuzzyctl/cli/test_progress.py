@@ -8,7 +8,7 @@ import pytest
 
 from fuzzyctl.cli import progress as module
 from fuzzyctl.cli.main import main
-from fuzzyctl.cli.progress import progress
+from fuzzyctl.cli.progress import status_line
 
 
 class Terminal(io.StringIO):
@@ -20,7 +20,7 @@ def shown(monkeypatch, patience):
     monkeypatch.setattr(sys, "stderr", Terminal())
     monkeypatch.setattr(module, "PATIENCE", patience)
     monkeypatch.setenv("TERM", "xterm")
-    with progress() as reported:
+    with status_line() as reported:
         reported("comparing: 10 %")
         reported("comparing: 20 %")
     return sys.stderr.getvalue()
@@ -28,7 +28,7 @@ def shown(monkeypatch, patience):
 
 def test_a_pipe_gets_none(monkeypatch):
     monkeypatch.setattr(sys, "stderr", io.StringIO())
-    with progress() as reported:
+    with status_line() as reported:
         assert reported is None
 
 

@@ -12,7 +12,7 @@ import pytest
 from click.testing import CliRunner
 
 import fuzzyctl
-from fuzzyctl.cli.run_tables import text_of
+from fuzzyctl.cli.simulate import text_of
 from fuzzyctl.cli.streams import Program
 
 pty = pytest.importorskip("pty", reason="there are no pseudo-terminals on this system")
