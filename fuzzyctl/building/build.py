@@ -20,9 +20,7 @@ from typing import Any, Final
 
 from fuzzyctl.building import fragments, values
 from fuzzyctl.building.fragments import rule
-from fuzzyctl.building.methods import activation_of, method_of
-from fuzzyctl.building.partition import partition
-from fuzzyctl.building.values import Value
+from fuzzyctl.building.values import Value, activation_of, method_of, partition
 from fuzzyctl.building.variables import Hold, input_variable, let_variable, membership, output_variable
 from fuzzyctl.diagnostics.diagnostic import ArgumentError, Diagnostic, DiagnosticError
 from fuzzyctl.diagnostics.source import SourceText

@@ -6,9 +6,7 @@ from collections.abc import Mapping
 from typing import Any, Final, Literal
 
 from fuzzyctl.building import fragments, values
-from fuzzyctl.building.methods import defuzzifier_of
-from fuzzyctl.building.partition import Partition
-from fuzzyctl.building.values import TermSpec, Value
+from fuzzyctl.building.values import Partition, TermSpec, Value, defuzzifier_of
 from fuzzyctl.diagnostics.diagnostic import ArgumentError
 from fuzzyctl.expr import Expr
 from fuzzyctl.formulas.memberships import MembershipKind

@@ -26,7 +26,7 @@ from fuzzyctl.cli.common import (
     show,
 )
 from fuzzyctl.cli.loading import folder_of, require_own, source_of
-from fuzzyctl.cli.streams import say, write_data
+from fuzzyctl.cli.streams import print_diff, say, write_data
 from fuzzyctl.diagnostics.diagnostic import CODES, Diagnostic, DiagnosticError
 from fuzzyctl.diagnostics.fixes import APPLICABILITIES
 from fuzzyctl.diagnostics.suggestions import counted, did_you_mean
@@ -82,8 +82,6 @@ def fix_file(file: str, *, likely: bool, only_diff: bool) -> tuple[SourceText, b
     done = fix_source(source, folder=folder_of(file), likely=likely)
     changed = done.source is not source
     if only_diff:
-        from fuzzyctl.cli.fmt import print_diff
-
         print_diff(STDIN if file == "-" else file, source.text, done.source.text)
     elif file == "-":
         write_data(done.source.text)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import os
 import re
 import sys
 import unicodedata
@@ -13,7 +12,7 @@ from typing import TYPE_CHECKING, Any, BinaryIO, Final, ParamSpec
 
 import click
 
-from fuzzyctl.cli.streams import painted, say, writable_output, write_data, write_json
+from fuzzyctl.cli.streams import painted, say, terminal_width, use_color, writable_output, write_data, write_json
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError, FuzzyctlError, UnknownNameError, render_all
 from fuzzyctl.diagnostics.suggestions import closest
 from fuzzyctl.support.numerals import to_number
@@ -120,21 +119,6 @@ SVG_TEXT = click.option("--svg-text", is_flag=True, help="Keep the texts of an S
 _QUIET: Final = "fuzzyctl.quiet"
 _PRINTED: Final = "fuzzyctl.printed"
 _READ: Final = "fuzzyctl.read"
-
-
-def use_color(stream: Any) -> bool:
-    """Whether a stream is a terminal that wants colour (https://no-color.org)."""
-    return bool(stream.isatty()) and "NO_COLOR" not in os.environ and os.environ.get("TERM") != "dumb"
-
-
-def terminal_width(stream: Any) -> int | None:
-    """Return the columns of a terminal; None for a pipe or a file, whose lines are read by programs."""
-    if not stream.isatty():
-        return None
-    try:
-        return os.get_terminal_size(stream.fileno()).columns or None
-    except OSError:
-        return None
 
 
 def show(diagnostics: Sequence[Diagnostic], form: str = "text") -> None:

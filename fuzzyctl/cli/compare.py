@@ -302,15 +302,14 @@ def print_changes(first: str, second: str, name: str | None, form: str) -> int:
     """
     before, after = _opened_both(first, second, name)
     pairs = _system_pairs(before, after)
-    from fuzzyctl.comparison.changes import changes
-    from fuzzyctl.comparison.policy import policy_changes
+    from fuzzyctl.comparison.changes import changes, policy_changes
 
     said = policy_changes(before.file.policy, after.file.policy)
     found = [(a.name, changes(a, b)) for a, b in pairs]
     others: list[tuple[str, tuple[Change, ...]]] = []
     has_others = any(b.kind != "system" for b in (*before.blocks, *after.blocks))
     if has_others:
-        from fuzzyctl.comparison.block_changes import block_changes
+        from fuzzyctl.comparison.changes import block_changes
         from fuzzyctl.model.controller import EquationBlock
 
         others = block_changes(before.of(EquationBlock), after.of(EquationBlock))

@@ -77,7 +77,7 @@ def convert(
         refuse_what_is_no_file(Path(target))
     system, lost = _loaded(source, settings, name)
     if to == "markdown" and target != "-" and not force:
-        from fuzzyctl.convert.pictures import picture_files, refuse_to_replace
+        from fuzzyctl.convert.markdown import picture_files, refuse_to_replace
 
         refuse_to_replace(picture_files(system, Path(target)))
     from fuzzyctl.convert.convert import convert as converted
@@ -169,7 +169,7 @@ def _write(system: FuzzySystem, conversion: Conversion, target: str) -> None:
     if conversion.target != "markdown":
         write_together({path: conversion.text})
         return
-    from fuzzyctl.convert.pictures import page_files, pictures_folder
+    from fuzzyctl.convert.markdown import page_files, pictures_folder
 
     with folder_for(pictures_folder(path)):
         write_together(page_files(system, path))

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
-import re
-import sys
 from dataclasses import dataclass
 from itertools import zip_longest
 from pathlib import Path
@@ -17,13 +14,11 @@ from fuzzyctl.cli.common import (
     FAILED,
     answers_with_diagnostics,
     show,
-    use_color,
 )
 from fuzzyctl.cli.loading import content_of, require_own
-from fuzzyctl.cli.streams import say, write_data
+from fuzzyctl.cli.streams import print_diff, say, write_data
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 from fuzzyctl.diagnostics.source import SourceText, Span
-from fuzzyctl.diagnostics.terminal import printable
 from fuzzyctl.support.shipped import Place
 from fuzzyctl.support.writing import written_whole
 
@@ -132,28 +127,3 @@ def _first_difference(laid: _Laid) -> Span:
             return Span(laid.source, offset, offset + len(line))
         offset += len(line) + 1
     return Span(laid.source, 0, len(laid.source.line_text(1)))
-
-
-def print_diff(name: str, before: str, after: str) -> None:
-    """Print the lines of a unified diff that `patch` can apply; in colour on a terminal."""
-    lines = _diff(name, before, after)
-    if use_color(sys.stdout):
-        click.echo("".join(map(_colored, lines)), nl=False, file=sys.stdout)
-    else:
-        write_data("".join(lines))
-
-
-def _diff(name: str, before: str, after: str) -> list[str]:
-    lines = difflib.unified_diff(_lines(before), _lines(after), name, name)
-    return [line if line.endswith("\n") else f"{line}\n\\ No newline at end of file\n" for line in lines]
-
-
-def _lines(text: str) -> list[str]:
-    """Split a text at line feeds alone, which stay."""
-    return re.findall(r"[^\n]*\n|[^\n]+", text)
-
-
-def _colored(line: str) -> str:
-    tone = {"-": "31", "+": "32", "@": "36"}.get(line[:1])
-    text = printable(line[:-1])
-    return f"\x1b[{tone}m{text}\x1b[0m\n" if tone else f"{text}\n"

@@ -48,7 +48,7 @@ def page(file: str, out: str | None, choice: Choice) -> int:
     from fuzzyctl.model.loop import Loop
     from fuzzyctl.model.system import FuzzySystem
     from fuzzyctl.page.document import document, page_title
-    from fuzzyctl.page.proofs import LEAST_SECONDS, PAGE_SECONDS
+    from fuzzyctl.page.systems import LEAST_SECONDS, PAGE_SECONDS
     from fuzzyctl.support.writing import write_together
 
     began = clock.used()
@@ -105,7 +105,7 @@ def _sections(examined: Examined, choice: Choice, diagnostics: list[Diagnostic],
     from fuzzyctl.codegen.errors import CodegenError
     from fuzzyctl.codegen.prepare import prepare
     from fuzzyctl.page.document import require_size, unit_section
-    from fuzzyctl.page.proofs import LEAST_SECONDS, proofs
+    from fuzzyctl.page.systems import LEAST_SECONDS, proofs
 
     blocks: tuple[Any, ...] = (*examined.systems, *examined.controllers)
     of_file: list[Diagnostic] | None = None

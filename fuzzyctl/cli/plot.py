@@ -27,7 +27,7 @@ from fuzzyctl.cli.loading import Choice, chooses, load_evaluable
 from fuzzyctl.cli.streams import say
 from fuzzyctl.diagnostics.diagnostic import ArgumentError, Diagnostic, DiagnosticError
 from fuzzyctl.diagnostics.suggestions import closest
-from fuzzyctl.plot.axis_choice import chosen_axes
+from fuzzyctl.plot.choices import chosen_axes
 
 #: What matplotlib is asked to write.
 SUFFIXES = (".png", ".svg", ".pdf")
@@ -105,7 +105,7 @@ def plot(
     if not block.all_systems:
         help_text = "terms are those of the systems that it calls; 'fuzzyctl plot' draws an output"
         raise DiagnosticError([Diagnostic("FZ503", f"{block.kind} '{block.name}' calls no systems", help=help_text)])
-    from fuzzyctl.plot.names import file_part
+    from fuzzyctl.plot.choices import file_part
 
     target = picture_file(out, f"{file_part(block.name)}-terms.png")
     from fuzzyctl.plot.memberships import draw_terms
@@ -150,7 +150,7 @@ def _draw_surface(
         if axis in fixed:
             message, help_text = f"'{axis}' is an axis and has a value too", f"drop '--at {axis}=...' or the axis"
             raise DiagnosticError([Diagnostic("FZ502", message, help=help_text)])
-    from fuzzyctl.plot.names import file_part
+    from fuzzyctl.plot.choices import file_part
 
     target = picture_file(out, f"{file_part(system.name)}-{file_part(chosen)}.png")
     from fuzzyctl.plot.style import saved

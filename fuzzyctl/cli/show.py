@@ -14,10 +14,9 @@ from fuzzyctl.cli.common import (
     FORMAT,
     QUIET,
     answers_with_diagnostics,
-    use_color,
 )
 from fuzzyctl.cli.loading import Choice, chooses, open_block, open_blocks
-from fuzzyctl.cli.streams import say, write_json
+from fuzzyctl.cli.streams import say, use_color, write_json
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.support.shipped import first_sentence, shipped_groups
 
@@ -64,7 +63,7 @@ def show_system(
     pages = [summary(system) for system in systems]
     others: list[dict[str, Any]] = []
     if len(opened.blocks) > len(systems):
-        from fuzzyctl.display.block_summary import block_summary
+        from fuzzyctl.display.summary import block_summary
         from fuzzyctl.model.controller import EquationBlock
 
         others = [block_summary(block) for block in opened.of(EquationBlock)]

@@ -152,7 +152,7 @@ def _summary(labelled: Labelled) -> dict[str, Any]:
 
 def _folders(labels: Sequence[str]) -> dict[str, str]:
     """Return what stands before the names of the files of each run: nothing for one, folders for several."""
-    from fuzzyctl.plot.names import file_part
+    from fuzzyctl.plot.choices import file_part
 
     if len(labels) == 1:
         return {labels[0]: ""}

@@ -152,6 +152,21 @@ def _lines(text: str) -> str:
     return "\n".join(map(printable, text.split("\n")))
 
 
+def use_color(stream: Any) -> bool:
+    """Whether a stream is a terminal that wants colour (https://no-color.org)."""
+    return bool(stream.isatty()) and "NO_COLOR" not in os.environ and os.environ.get("TERM") != "dumb"
+
+
+def terminal_width(stream: Any) -> int | None:
+    """Return the columns of a terminal; None for a pipe or a file, whose lines are read by programs."""
+    if not stream.isatty():
+        return None
+    try:
+        return os.get_terminal_size(stream.fileno()).columns or None
+    except OSError:
+        return None
+
+
 def write_data(text: str) -> None:
     """Write data to standard output: UTF-8 with its own line ends; a terminal gets it as text for people."""
     if sys.stdout.isatty():
@@ -239,3 +254,27 @@ def _shown(line: str, *, color: bool, width: int | None) -> str:
         return "\n".join(rows)
     rows[0] = _SUBJECT.sub(lambda match: paint(match[0], "bold"), rows[0])
     return "\n".join(_WORD.sub(lambda match: paint(match[0], TONES[match[0]]), row) for row in rows)
+
+
+def print_diff(name: str, before: str, after: str) -> None:
+    """Print the lines of a unified diff that `patch` can apply; in colour on a terminal."""
+    lines = _diff(name, before, after)
+    if use_color(sys.stdout):
+        click.echo("".join(map(_colored, lines)), nl=False, file=sys.stdout)
+    else:
+        write_data("".join(lines))
+
+
+def _diff(name: str, before: str, after: str) -> list[str]:
+    from difflib import unified_diff
+
+    # Line feeds alone end a line.
+    old, new = (re.findall(r"[^\n]*\n|[^\n]+", text) for text in (before, after))
+    lines = unified_diff(old, new, name, name)
+    return [line if line.endswith("\n") else f"{line}\n\\ No newline at end of file\n" for line in lines]
+
+
+def _colored(line: str) -> str:
+    tone = {"-": "31", "+": "32", "@": "36"}.get(line[:1])
+    text = printable(line[:-1])
+    return f"\x1b[{tone}m{text}\x1b[0m\n" if tone else f"{text}\n"

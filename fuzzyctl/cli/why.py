@@ -60,7 +60,7 @@ def why(
 
     Of a controller it prints the values of its definitions and states, and takes apart each system that it calls.
     """
-    from fuzzyctl.display.traces import text
+    from fuzzyctl.display.traces import trace_text
     from fuzzyctl.explain.block_trace import BlockTrace, trace_block
     from fuzzyctl.explain.trace import Trace, trace
     from fuzzyctl.kernels.compile import compile
@@ -84,7 +84,7 @@ def why(
         write_json(data)
     else:
         show(warnings)
-        report(text(found, most))
+        report(trace_text(found, most))
     if out is not None:
         assert isinstance(found, Trace)
         _draw(block, found, out, svg_text, most)

@@ -6,16 +6,15 @@ import itertools
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
-from fuzzyctl.comparison.names import Matches, matches
-from fuzzyctl.comparison.rule_pairs import RulePair, rule_pairs
-from fuzzyctl.comparison.rules import flat_rules, with_blocks
+from fuzzyctl.comparison.rules import Matches, RulePair, flat_rules, matches, rule_pairs, with_blocks
 from fuzzyctl.comparison.settings import defuzzifier_settings, otherwise_text, plain_text, settings
 from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.expr import ExprError, to_text
 from fuzzyctl.formats.fz import block_text, defuzzifier_text, let_lines, membership_text
 from fuzzyctl.formats.fz_strings import guarantee_text
+from fuzzyctl.lang import syntax as sx
 from fuzzyctl.model.guarantee import Hedge
 from fuzzyctl.model.method import KNOBS, Method
 from fuzzyctl.model.node import Node
@@ -23,6 +22,9 @@ from fuzzyctl.model.rule import literals
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Input, Let, LinguisticVariable, Output, Term
 from fuzzyctl.support import arguments
+
+if TYPE_CHECKING:
+    from fuzzyctl.model.controller import EquationBlock
 
 #: Positions of one rule in two systems.
 Places = tuple[int, int]
@@ -332,3 +334,89 @@ def _guarantees(a: FuzzySystem, b: FuzzySystem) -> Iterator[Change]:
 
 def _union(a: Mapping[str, Any] | Sequence[str], b: Mapping[str, Any] | Sequence[str]) -> list[str]:
     return list(dict.fromkeys([*a, *b]))
+
+
+@dataclass(frozen=True)
+class _Said:
+    """What a file says of a code: with which word, why, and in which line."""
+
+    word: str
+    reason: str
+    line: int
+
+    def text(self, code: str) -> str:
+        """Return it as a file says it of this code alone."""
+        return f'{self.word} {code} "{self.reason}"' if self.reason else f"{self.word} {code}"
+
+
+def policy_changes(first: Sequence[sx.Allow], second: Sequence[sx.Allow]) -> tuple[Change, ...]:
+    """Return what differs in the codes that two rule files allow and deny, and in the reasons; one change a code.
+
+    Where codes share a line, and in which order the lines stand, does not count. A code that is both allowed and denied
+    is denied. Files of other tools have no such lines.
+    """
+    return tuple(_changes(_policy(first), _policy(second)))
+
+
+def _changes(before: dict[str, _Said], after: dict[str, _Said]) -> Iterator[Change]:
+    for code in dict.fromkeys([*before, *after]):
+        one, other = before.get(code), after.get(code)
+        if one is not None and other is not None and (one.word, one.reason) == (other.word, other.reason):
+            continue
+        texts = one.text(code) if one else None, other.text(code) if other else None
+        lines = one.line if one else None, other.line if other else None
+        kind: Kind = "added" if one is None else "removed" if other is None else "changed"
+        yield Change(kind, "diagnostic", code, *texts, *lines)
+
+
+def _policy(lines: Sequence[sx.Allow]) -> dict[str, _Said]:
+    found: dict[str, _Said] = {}
+    for line in lines:
+        for code in line.codes:
+            said = _Said(line.keyword.text, line.reason, line.span.line)
+            if code.text not in found or said.word == "deny":
+                found[code.text] = said
+    return found
+
+
+def block_changes(
+    first: Sequence[EquationBlock], second: Sequence[EquationBlock]
+) -> list[tuple[str, tuple[Change, ...]]]:
+    """Return what differs between the blocks of the same kind and name, as `KIND NAME` with its changes.
+
+    The order of statements does not count.
+    """
+    before, after = ({f"{b.kind} {b.name}": b for b in blocks} for blocks in (first, second))
+    found = []
+    for name in dict.fromkeys([*before, *after]):
+        one, other = before.get(name), after.get(name)
+        if one != other:
+            found.append((name, tuple(_block_changes(name, one, other))))
+    return found
+
+
+def _block_changes(name: str, one: EquationBlock | None, other: EquationBlock | None) -> Iterator[Change]:
+    if one is None or other is None:
+        kind: Kind = "added" if one is None else "removed"
+        keyword, _, own = name.partition(" ")
+        texts = (None, "in the second file only") if one is None else ("in the first file only", None)
+        yield Change(kind, keyword, own, *texts)
+        return
+    before, after = _statements(one), _statements(other)
+    for key in dict.fromkeys([*before, *after]):
+        old, new = before.get(key), after.get(key)
+        if old != new:
+            yield Change("added" if old is None else "removed" if new is None else "changed", *key, old, new)
+
+
+def _statements(block: EquationBlock) -> dict[tuple[str, str], str]:
+    """Return the statements of a block by keyword and name; claims by their text."""
+    from fuzzyctl.formats.fz_blocks import sections
+
+    found = {("title", ""): block.title, ("source", ""): block.citation}
+    for line in sections(block):
+        keyword, _, rest = line.partition(" ")
+        name = rest.partition(" ")[0].partition("(")[0] if keyword not in ("every", "run", "require") else ""
+        found[keyword, rest if keyword == "require" else name] = line
+    found.pop(("", ""), None)
+    return {key: text for key, text in found.items() if text}

@@ -8,8 +8,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any, Final
 
-from fuzzyctl.comparison.differences import Difference, Place, Progress, at_point, at_points, pairing
-from fuzzyctl.comparison.points import common_points
+from fuzzyctl.comparison.differences import Difference, Place, Progress, at_point, at_points, common_points, pairing
 from fuzzyctl.comparison.settings import defuzzifier_settings, described, otherwise_text, settings
 from fuzzyctl.diagnostics.diagnostic import FuzzyctlError
 from fuzzyctl.expr import ExprError

@@ -3,49 +3,49 @@
 from __future__ import annotations
 
 from importlib import import_module
-from typing import Any, Final
+from typing import Final
 
 from fuzzyctl.diagnostics.terminal import printable
 
-#: Modules by the name of the type, so that no type is loaded to show another one.
-_MODULES: Final = {
-    "BlockTrace": "traces",
-    "Controller": "blocks",
-    "Experiment": "runs",
-    "FuzzySystem": "systems",
-    "Kernel": "kernels",
-    "Loop": "blocks",
-    "Panels": "pictures",
-    "Plant": "blocks",
-    "Plot": "pictures",
-    "Plot3D": "pictures",
-    "Proved": "verdicts",
-    "Refuted": "verdicts",
-    "Run": "runs",
-    "Trace": "traces",
-    "Undecided": "verdicts",
-    "Verdicts": "verdicts",
+#: Module and prefix of the functions by the name of the type, so that no type is loaded to show another one.
+_PRESENTERS: Final = {
+    "BlockTrace": "traces.trace",
+    "Controller": "systems.block",
+    "Experiment": "notebook.experiment",
+    "FuzzySystem": "systems.system",
+    "Kernel": "notebook.kernel",
+    "Loop": "systems.block",
+    "Panels": "notebook.plot",
+    "Plant": "systems.block",
+    "Plot": "notebook.plot",
+    "Plot3D": "notebook.plot",
+    "Proved": "notebook.verdict",
+    "Refuted": "notebook.verdict",
+    "Run": "notebook.run",
+    "Trace": "traces.trace",
+    "Undecided": "notebook.verdict",
+    "Verdicts": "notebook.verdict",
 }
 
 
 def html(shown: object) -> str:
     """Return what a notebook shows of an object of these types."""
-    found: str = _module(shown).html(shown)
-    return found
+    return _presented(shown, "html")
 
 
 def text(shown: object) -> str:
     """Return what `print` prints of an object of these types; the last line does not end."""
-    found: str = _module(shown).text(shown)
-    return found.removesuffix("\n")
+    return _presented(shown, "text").removesuffix("\n")
 
 
 def line(shown: object) -> str:
     """Return the `repr` of a part of a system."""
-    found: str = import_module("fuzzyctl.display.parts").line(shown)
-    return printable(f"{type(shown).__name__}({found})")
+    text: str = import_module("fuzzyctl.display.parts").line(shown)
+    return printable(f"{type(shown).__name__}({text})")
 
 
-def _module(shown: object) -> Any:
-    name = next(kind.__name__ for kind in type(shown).__mro__ if kind.__name__ in _MODULES)
-    return import_module(f"fuzzyctl.display.{_MODULES[name]}")
+def _presented(shown: object, form: str) -> str:
+    name = next(kind.__name__ for kind in type(shown).__mro__ if kind.__name__ in _PRESENTERS)
+    module, _, prefix = _PRESENTERS[name].partition(".")
+    text: str = getattr(import_module(f"fuzzyctl.display.{module}"), f"{prefix}_{form}")(shown)
+    return text

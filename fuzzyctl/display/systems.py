@@ -1,4 +1,4 @@
-"""What a fuzzy system looks like: the text of `fuzzyctl show`, and tables in a notebook."""
+"""What a block looks like: the text of `fuzzyctl show`, and tables in a notebook."""
 
 from __future__ import annotations
 
@@ -18,14 +18,17 @@ from fuzzyctl.display.layout import (
     values_text,
 )
 from fuzzyctl.display.markup import Markup, lines, page, pairs, paragraph, plain, table
-from fuzzyctl.display.summary import summary
+from fuzzyctl.display.summary import block_summary, summary
+from fuzzyctl.model.controller import Controller
+from fuzzyctl.model.loop import Loop
+from fuzzyctl.model.plant import Plant
 from fuzzyctl.model.system import FuzzySystem
 
 #: Width of the text where it does not go to a terminal.
 WIDTH: Final = 120
 
 
-def text(system: FuzzySystem) -> str:
+def system_text(system: FuzzySystem) -> str:
     """Return what `fuzzyctl show` prints."""
     return page_text(summary(system))
 
@@ -41,7 +44,7 @@ def page_text(data: dict[str, Any], bold: Callable[[str], str] = str) -> str:
     return laid_out(for_terminal(data, sys.stdout.encoding), width, bold)
 
 
-def html(system: FuzzySystem) -> str:
+def system_html(system: FuzzySystem) -> str:
     """Return the variables with their terms, the rules, the method in effect and what is claimed, as tables."""
     data = summary(system)
     knobs = ", ".join(f"{knob} {value}" for knob, value in data["knobs"].items())
@@ -120,3 +123,26 @@ def _table(block: dict[str, Any], caption: str) -> Markup:
     labels = block["row_terms"] or [outputs]
     rows = [(label, *map(plain, cells)) for label, cells in zip(labels, block["cells"], strict=True)]
     return table(f"{caption}: {outputs} = {across}{condition}", (corner, *block["column_terms"]), rows)
+
+
+def block_text(block: Controller | Plant | Loop) -> str:
+    """Return what `fuzzyctl show` prints."""
+    return page_text(block_summary(block))
+
+
+def block_html(block: Controller | Plant | Loop) -> str:
+    """Return params, signals and equations in the order in which they are computed, as tables."""
+    data = block_summary(block)
+    title = f": {data['title']}" if data["title"] else ""
+    times = [f"{word} {number_text(data[word])} s" for word in ("period", "duration", "step") if data.get(word)]
+    return page(
+        f"{data['kind']} {data['name']}{title}",
+        paragraph(data["source"], "note"),
+        paragraph(data["file"], "note"),
+        paragraph(", ".join(times)),
+        params_table(data["params"]),
+        *(
+            table(heading, (), [(s,) for s in found], headed_rows=False)
+            for heading, found in data["statements"].items()
+        ),
+    )

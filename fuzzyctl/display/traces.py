@@ -15,14 +15,14 @@ from fuzzyctl.model.block import Block
 MOST = 12
 
 
-def html(found: Trace | BlockTrace) -> str:
+def trace_html(found: Trace | BlockTrace) -> str:
     """Return the outputs, the rules that act and the slopes as tables, and the rule viewer."""
     if isinstance(found, BlockTrace):
         parts = {"State before": found.state, "Lets": found.lets, "Next state": found.next_state}
         return page(
             f"{_values(found.outputs, found.block)} at {_values(found.inputs, found.block)}",
             *(pairs(name, {n: f"{x:.6g}" for n, x in part.items()}) for name, part in parts.items()),
-            *(Markup(html(call.trace)) for call in found.calls),
+            *(Markup(trace_html(call.trace)) for call in found.calls),
         )
     from fuzzyctl.plot.figures import svg
     from fuzzyctl.plot.rule_viewer import viewer
@@ -47,7 +47,7 @@ def _values(numbers: dict[str, float], block: Block) -> str:
     return ", ".join(f"{n} = {x:.6g} {units[n]}".rstrip() for n, x in numbers.items())
 
 
-def text(found: Trace | BlockTrace, most: int = MOST) -> str:
+def trace_text(found: Trace | BlockTrace, most: int = MOST) -> str:
     """Return the rules that act, with what each contributes, and the slopes of the outputs.
 
     Args:

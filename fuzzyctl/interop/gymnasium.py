@@ -19,8 +19,7 @@ from fuzzyctl.model.system import FuzzySystem
 
 if TYPE_CHECKING:
     from fuzzyctl.annotations import FloatArray, Numbers
-    from fuzzyctl.interop.environments import LoopEnvironment
-    from fuzzyctl.interop.opened_loops import OpenedLoop
+    from fuzzyctl.interop.environments import LoopEnvironment, OpenedLoop
     from fuzzyctl.simulation.experiment import LoopBackend
 
 #: The signals of a loop by name to a reward.
@@ -137,8 +136,7 @@ def environment(
     required("gymnasium", "gymnasium")
     if not (callable(reward) or isinstance(reward, str)):
         raise ArgumentError(f"reward must be a function of the signals or the name of a measure, got {reward!r}")
-    from fuzzyctl.interop.environments import LoopEnvironment
-    from fuzzyctl.interop.opened_loops import with_action_ranges
+    from fuzzyctl.interop.environments import LoopEnvironment, with_action_ranges
 
     ends = {name: span(f"range of '{name}'", own) for name, own in (actions or {}).items()}
     opened = with_action_ranges(_opened(system, block, dt, duration), ends)
@@ -148,7 +146,7 @@ def environment(
 
 def _opened(system: Loop | Plant, block: str | None, dt: float | None, duration: float | None) -> OpenedLoop:
     """Return a loop without a controller, or a plant, with the arguments that go with it."""
-    from fuzzyctl.interop.opened_loops import opened_loop, opened_plant
+    from fuzzyctl.interop.environments import opened_loop, opened_plant
 
     if isinstance(system, Loop):
         if block is None or dt is not None or duration is not None:

@@ -13,7 +13,7 @@ from fuzzyctl.diagnostics.diagnostic import ArgumentError
 from fuzzyctl.plot import limits
 from fuzzyctl.plot.figures import Panels, place, sized, styled
 from fuzzyctl.plot.figures import panels as panels_of
-from fuzzyctl.plot.labels import shortened
+from fuzzyctl.plot.memberships import shortened
 from fuzzyctl.plot.style import COLORS
 from fuzzyctl.simulation.panels import Panel, panels
 from fuzzyctl.simulation.run import Run

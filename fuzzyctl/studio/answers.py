@@ -8,12 +8,13 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Iterable, Iterator
+from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, Final
 
-from fuzzyctl.analysis.prove import refutation
-from fuzzyctl.analysis.verdicts import Refuted
+from fuzzyctl.analysis.prove import UNDIVIDED, quickly, refutation
+from fuzzyctl.analysis.verdicts import Refuted, Undecided, Verdict
 from fuzzyctl.codegen.errors import CodegenError
 from fuzzyctl.codegen.files import sources
 from fuzzyctl.codegen.prepare import prepare
@@ -25,6 +26,7 @@ from fuzzyctl.editor import actions, completion, hover
 from fuzzyctl.editor.document import Document
 from fuzzyctl.lang.formatter import format_source
 from fuzzyctl.loading.load import look_through
+from fuzzyctl.model.block import Block
 from fuzzyctl.model.controller import Controller
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.page.blocks import plain_loop_data, refused_loop_data
@@ -37,7 +39,7 @@ from fuzzyctl.page.document import (
     unit_section,
 )
 from fuzzyctl.page.document import document as page_of
-from fuzzyctl.studio import proofs
+from fuzzyctl.page.systems import proofs, verdict_row
 from fuzzyctl.support.reading import MAX_BYTES
 
 
@@ -251,14 +253,14 @@ def _title(document: Document) -> str:
 
 def _section(block: FuzzySystem | Controller, document: Document, *, decided: bool = False) -> Section:
     """Return the section of a block; with `decided`, claims that quick methods leave open are decided."""
-    verdicts, rows = proofs.proofs(block) if decided else (proofs.at_once(block), {})
+    verdicts, rows = block_proofs(block) if decided else (at_once(block), {})
     return unit_section(prepare(block, document.text, verdicts=verdicts), verdicts, rows)
 
 
 def _proofs(document: Document, asked: _Data) -> _Data:
     """Return the verdicts that the page shows of a block, by its position, and the diagnostics that they add."""
     _require_sound(document)
-    verdicts, rows = proofs.proofs(_blocks(document)[asked["block"]])
+    verdicts, rows = block_proofs(_blocks(document)[asked["block"]])
     reported = {d.span for d in document.proved if d.witness is not None}
     added = [refutation(v) for v in verdicts if isinstance(v, Refuted) and v.span not in reported]
     return {**rows, "diagnostics": [_diagnostic(d, document) for d in document.examined.reported(added)]}
@@ -272,7 +274,7 @@ def _export(document: Document, asked: _Data) -> _Data:
     for block in _blocks(document):
         try:
             # Without the self-tests, whose numbers take numpy.
-            files |= sources(prepare(block, document.text, verdicts=proofs.quick(block)), asked["target"])
+            files |= sources(prepare(block, document.text, verdicts=quick(block)), asked["target"])
         except CodegenError as error:
             refused.append(f"'{block.name}': {error}")
     if not files:
@@ -306,3 +308,36 @@ METHODS: Final[dict[str, Callable[[Document, _Data], _Data]]] = {
     "page": _page,
     "export": _export,
 }
+
+
+#: Seconds that all claims of a block may take together, and most that one of them may.
+BLOCK_SECONDS: Final = 16.0
+CLAIM_SECONDS: Final = 4.0
+
+#: Why a claim is open until `block_proofs` has decided it.
+FOLLOWS: Final = "it takes subdivision, which is under way"
+
+
+def block_proofs(block: Block) -> tuple[list[Verdict], dict[str, list[list[Any]]]]:
+    """Return the verdicts on the claims of a block, and rows that a page shows: of a controller bounds as well."""
+    verdicts, rows = proofs(block, quick(block), CLAIM_SECONDS, bound_seconds=0.0, block_seconds=BLOCK_SECONDS)
+    advised = list(map(_with_advice, verdicts))
+    return advised, {**rows, "verdicts": list(map(verdict_row, advised))}
+
+
+def quick(block: Any) -> list[Verdict]:
+    """Return what quick methods say; of a controller nothing, as proofs of steps take numpy."""
+    return [] if block.is_sampled else quickly(block)[0]
+
+
+def at_once(block: Block) -> list[Verdict]:
+    """Return what quick methods say; of what they leave open, that subdivision follows."""
+    return [
+        replace(v, reason=FOLLOWS) if isinstance(v, Undecided) and v.reason == UNDIVIDED else v for v in quick(block)
+    ]
+
+
+def _with_advice(verdict: Verdict) -> Verdict:
+    if isinstance(verdict, Undecided) and verdict.remaining:
+        return replace(verdict, reason=f"{verdict.reason}; 'fuzzyctl prove' takes more time")
+    return verdict
