@@ -43,8 +43,8 @@ def expression(name: str, value: object) -> Expr:
     return Number(number)
 
 
-def _require_written(name: str, due: str, given: str) -> None:
-    if not given.strip():
+def _require_written(name: str, due: str, text: str) -> None:
+    if not text.strip():
         raise ArgumentError(f"{name} must be {due}, got an empty text")
 
 
@@ -122,12 +122,12 @@ def partition(names: str | Sequence[str], peaks: Sequence[Value] | None = None) 
     Raises:
         ArgumentError: For fewer than two terms, or another number of peaks.
     """
-    given = arguments.names("'names'", names)
+    terms = arguments.names("'names'", names)
     at = None if peaks is None else arguments.items("'peaks'", "a list of numbers", peaks)
-    if len(given) < 2 or (at is not None and len(at) != len(given)):
-        got = f"{counted(len(given), 'term')}{'' if at is None else ' and ' + counted(len(at), 'peak')}"
+    if len(terms) < 2 or (at is not None and len(at) != len(terms)):
+        got = f"{counted(len(terms), 'term')}{'' if at is None else ' and ' + counted(len(at), 'peak')}"
         raise ArgumentError(f"a partition needs two terms or more and a peak for each, got {got}")
-    return Partition(given, None if at is None else tuple(expression("a peak", p) for p in at))
+    return Partition(terms, None if at is None else tuple(expression("a peak", p) for p in at))
 
 
 def _even(lower: object, upper: object, count: int) -> tuple[Expr, ...]:
@@ -139,11 +139,11 @@ def _even(lower: object, upper: object, count: int) -> tuple[Expr, ...]:
     return tuple(expression("a peak", (ends[0] * (last - k) + ends[1] * k) / last) for k in range(count))
 
 
-def defuzzifier_of(given: object, profile: Profile = PROFILES["exact"]) -> Defuzzifier:
+def defuzzifier_of(value: object, profile: Profile = PROFILES["exact"]) -> Defuzzifier:
     """Return a defuzzifier; whether there is one of that name is for the checks, which find all mistakes at once."""
-    if isinstance(given, Defuzzifier):
-        return given
-    name = arguments.instance("'defuzzifier'", str, "the text of a defuzzifier, or a Defuzzifier", given)
+    if isinstance(value, Defuzzifier):
+        return value
+    name = arguments.instance("'defuzzifier'", str, "the text of a defuzzifier, or a Defuzzifier", value)
     return fragments.defuzzifier(name, profile) if "(" in name else profile.defuzzifier(name)
 
 
@@ -155,14 +155,16 @@ def method_of(semantics: object, defuzzifier: object, activation: object, norms:
             arguments.instance("'semantics'", str, "the text of a profile, or a Semantics", knobs)
         )
     profile = PROFILES[knobs.profile]
-    own = profile.defuzzifier("centroid") if defuzzifier is None else defuzzifier_of(defuzzifier, profile)
-    given = texts(**{name: norm for name, norm in norms.items() if norm is not None})
-    return replace(profile.method, **given, semantics=knobs, defuzzifier=own, activation=activation_of(activation))
+    default = profile.defuzzifier("centroid") if defuzzifier is None else defuzzifier_of(defuzzifier, profile)
+    norm_texts = texts(**{name: norm for name, norm in norms.items() if norm is not None})
+    return replace(
+        profile.method, **norm_texts, semantics=knobs, defuzzifier=default, activation=activation_of(activation)
+    )
 
 
-def activation_of(given: object) -> Activation:
+def activation_of(value: object) -> Activation:
     """Return an activation method; that of all systems for None."""
-    if given is None or isinstance(given, Activation):
-        return given or Activation()
+    if value is None or isinstance(value, Activation):
+        return value or Activation()
     due = "the text of an activation method, or an Activation"
-    return fragments.activation(arguments.instance("'activation'", str, due, given))
+    return fragments.activation(arguments.instance("'activation'", str, due, value))

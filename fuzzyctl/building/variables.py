@@ -38,9 +38,9 @@ def membership(
         parameters: In the order of the file.
         height: Largest degree.
     """
-    given = tuple(values.expression("a parameter", p) for p in parameters)
+    numbers = tuple(values.expression("a parameter", p) for p in parameters)
     return Membership(
-        kind=arguments.text("'kind'", kind), arguments=given, height=values.expression("'height'", height)
+        kind=arguments.text("'kind'", kind), arguments=numbers, height=values.expression("'height'", height)
     )
 
 
@@ -104,9 +104,9 @@ def output_variable(
         value: The expression that it is, in place of rules; None for an output that rules set.
     """
     fields = _variable(name, lower, upper, terms, label, unit, is_output=True)
-    own = None if defuzzifier is None else defuzzifier_of(defuzzifier)
+    method = None if defuzzifier is None else defuzzifier_of(defuzzifier)
     norms = {"implication": implication, "aggregation": aggregation}
-    fields |= {"defuzzifier": own, "clamped": arguments.flag("'clamp'", clamp)} | values.texts(
+    fields |= {"defuzzifier": method, "clamped": arguments.flag("'clamp'", clamp)} | values.texts(
         **{n: v for n, v in norms.items() if v is not None}
     )
     if otherwise is not None:
@@ -150,15 +150,15 @@ def let_variable(
     return Let(**fields, value=values.expression("'value'", value))
 
 
-def _otherwise(given: object) -> Expr | variable.Hold | str:
+def _otherwise(value: object) -> Expr | variable.Hold | str:
     """Return what a file writes behind `else`; expressions may go without their parentheses."""
-    if isinstance(given, variable.Hold):
-        return given
-    if isinstance(given, str) and given.strip() in ("midpoint", "nan", "error"):
-        return given.strip()
-    if isinstance(given, str) and (held := fragments.hold(given)) is not None:
-        return held
-    return values.expression("'otherwise'", given)
+    if isinstance(value, variable.Hold):
+        return value
+    if isinstance(value, str) and value.strip() in ("midpoint", "nan", "error"):
+        return value.strip()
+    if isinstance(value, str) and (hold := fragments.hold(value)) is not None:
+        return hold
+    return values.expression("'otherwise'", value)
 
 
 def _variable(
@@ -168,7 +168,7 @@ def _variable(
     if isinstance(terms, Partition):
         named = terms.terms(lower, upper)
     else:
-        given = arguments.mapping("'terms'", _TERMS, terms)
-        named = [(n, values.membership(f"term {n!r}", t)) for n, t in given.items()]
-    made = tuple(Term(name=n, membership=as_set(str(name), m) if is_output else m) for n, m in named)
-    return {**values.texts(name=name, label=label, unit=unit), **ends, "terms": made}
+        specs = arguments.mapping("'terms'", _TERMS, terms)
+        named = [(n, values.membership(f"term {n!r}", t)) for n, t in specs.items()]
+    sets = tuple(Term(name=n, membership=as_set(str(name), m) if is_output else m) for n, m in named)
+    return {**values.texts(name=name, label=label, unit=unit), **ends, "terms": sets}

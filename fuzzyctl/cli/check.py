@@ -124,10 +124,10 @@ _SIZES: Final = {
 
 def _codes(ctx: click.Context, param: click.Parameter, values: tuple[str, ...]) -> tuple[str, ...]:
     """Refuse what is no diagnostic code."""
-    known = [*CODES, *([WARNINGS] if param.name == "denied" else [])]
+    codes = [*CODES, *([WARNINGS] if param.name == "denied" else [])]
     for value in values:
-        if value not in known:
-            hint = did_you_mean(value, known) or "see: fuzzyctl explain"
+        if value not in codes:
+            hint = did_you_mean(value, codes) or "see: fuzzyctl explain"
             raise click.BadParameter(f"no diagnostic code '{value}'; {hint}")
     return values
 
@@ -198,26 +198,26 @@ def check(
     if only_diff:
         changes = [fix_file(file, likely=fix == "likely", only_diff=True)[1] for file in dict.fromkeys(files)]
         return FAILED if any(changes) else DONE
-    found: list[Diagnostic] = []
+    reports: list[Diagnostic] = []
     clean: list[str] = []
     for file in dict.fromkeys(files):
         systems, diagnostics = _check_file(file, profile, fix)
         diagnostics = _enforced(diagnostics, denied, allowed)
-        found.extend(diagnostics)
+        reports.extend(diagnostics)
         if not any(d.severity == "error" for d in diagnostics):
-            shown = STDIN if file == "-" else file
+            label = STDIN if file == "-" else file
             # The text of standard input is on standard output, after its fixes.
-            clean.extend(f"{shown}: {_clean(s, diagnostics)}" for s in systems if fix is None or file != "-")
-    undecided = any(d.code == UNCOVERED for d in found)
-    found = heard(found)
-    show(found, form)
+            clean.extend(f"{label}: {_clean(s, diagnostics)}" for s in systems if fix is None or file != "-")
+    undecided = any(d.code == UNCOVERED for d in reports)
+    reports = heard(reports)
+    show(reports, form)
     if form == "text":
         for line in clean:
             say(line)
-        if found:
-            hint = fixable(found) if fix is None else ""
-            say(f"\n{_counted(found)}{'; ' if hint else ''}{hint}", err=True)
-    if any(d.severity == "error" for d in found):
+        if reports:
+            hint = fixable(reports) if fix is None else ""
+            say(f"\n{_counted(reports)}{'; ' if hint else ''}{hint}", err=True)
+    if any(d.severity == "error" for d in reports):
         return FAILED
     return UNDECIDED if undecided else DONE
 
@@ -241,18 +241,20 @@ def _check_file(file: str, profile: ProfileName | None, fix: str | None) -> tupl
         return (), list(error.diagnostics)
 
 
-def _enforced(found: list[Diagnostic], denied: tuple[str, ...], allowed: tuple[str, ...]) -> list[Diagnostic]:
+def _enforced(diagnostics: list[Diagnostic], denied: tuple[str, ...], allowed: tuple[str, ...]) -> list[Diagnostic]:
     """Apply `--deny` and `--allow`; a code said alone counts more than `warnings`."""
     from fuzzyctl.loading.policy import enforce
 
     every = set(CODES) - set(allowed) if WARNINGS in denied else set()
     return [
-        e for d in found for e in enforce([d], allowed, set(denied) | (every if d.severity == "warning" else set()))
+        e
+        for d in diagnostics
+        for e in enforce([d], allowed, set(denied) | (every if d.severity == "warning" else set()))
     ]
 
 
-def _counted(found: list[Diagnostic]) -> str:
-    number = Counter(d.severity for d in found)
+def _counted(diagnostics: list[Diagnostic]) -> str:
+    number = Counter(d.severity for d in diagnostics)
     hints = [counted(number["hint"], "hint")] if number["hint"] else []
     return ", ".join([counted(number["error"], "error"), counted(number["warning"], "warning"), *hints])
 
@@ -355,7 +357,7 @@ def _state(path: Path) -> _State:
 
 def _written(path: Path) -> tuple[int, int] | None:
     try:
-        found = os.stat(path)
+        status = os.stat(path)
     except OSError:
         return None
-    return found.st_mtime_ns, found.st_size
+    return status.st_mtime_ns, status.st_size

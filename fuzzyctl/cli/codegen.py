@@ -310,18 +310,18 @@ def write_fmu(
     from fuzzyctl.codegen.fmu.archive import fmu
 
     model = _model(examined, block, choice, algorithm, precision, table, free)
-    made = fmu(model, version)
+    archive = fmu(model, version)
     path = Path(out) if out.endswith(".fmu") else Path(out) / f"{model.name}.fmu"
-    _write(path, made.data)
-    if made.missing:
+    _write(path, archive.data)
+    if archive.missing:
         help_text = "install a C compiler (cc, gcc or clang), or name yours in the environment variable CC"
-        show([Diagnostic("FZ712", made.missing, severity="warning", file=str(path), help=help_text)])
+        show([Diagnostic("FZ712", archive.missing, severity="warning", file=str(path), help=help_text)])
     return {
         block.kind: model.block,
         "target": "fmu",
         "fmi": f"{version}.0",
         "files": [str(path)],
-        "binary": made.binary or None,
+        "binary": archive.binary or None,
         "errors": {},
     }
 

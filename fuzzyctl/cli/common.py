@@ -66,7 +66,7 @@ POINTS = click.option(
 )
 
 
-def known_profiles(given: Iterable[str]) -> None:
+def known_profiles(names: Iterable[str]) -> None:
     """Refuse what is no profile.
 
     Raises:
@@ -74,16 +74,16 @@ def known_profiles(given: Iterable[str]) -> None:
     """
     from fuzzyctl.model.profiles import PROFILES
 
-    for name in given:
+    for name in names:
         if name not in PROFILES:
             near = closest(name, PROFILES)
             hint = f"did you mean '{near}'?" if near else f"there are: {', '.join(PROFILES)}"
             raise click.BadParameter(f"no profile '{name}'; {hint}")
 
 
-def _known_profile(_context: click.Context, _option: click.Parameter, given: str | None) -> str | None:
-    known_profiles([given] if given is not None else [])
-    return given
+def _known_profile(_context: click.Context, _option: click.Parameter, profile: str | None) -> str | None:
+    known_profiles([profile] if profile is not None else [])
+    return profile
 
 
 AS = click.option(
@@ -95,8 +95,8 @@ AS = click.option(
 )
 
 
-def _be_quiet(context: click.Context, _option: click.Parameter, given: bool) -> None:
-    context.meta[_QUIET] = given
+def _be_quiet(context: click.Context, _option: click.Parameter, quiet: bool) -> None:
+    context.meta[_QUIET] = quiet
 
 
 QUIET = click.option(
@@ -125,9 +125,9 @@ def show(diagnostics: Sequence[Diagnostic], form: str = "text") -> None:
     """Print diagnostics: as text on standard error, for machines on standard output."""
     if form == "text":
         before = bool(_meta().get(_PRINTED))
-        if found := _unprinted(heard(diagnostics)):
+        if news := _unprinted(heard(diagnostics)):
             color, width = use_color(sys.stderr), terminal_width(sys.stderr)
-            text = render_all(found, color=color, width=width, encoding=sys.stderr.encoding)
+            text = render_all(news, color=color, width=width, encoding=sys.stderr.encoding)
             click.echo(f"\n{text}" if before else text, file=sys.stderr)
         return
     from fuzzyctl.cli import reports
@@ -140,8 +140,8 @@ def show(diagnostics: Sequence[Diagnostic], form: str = "text") -> None:
 def report(text: str) -> None:
     """Print a report on standard output; a terminal gets it in colour, with lines of its width."""
     stream = sys.stdout
-    shown = painted(text, color=use_color(stream), width=terminal_width(stream), encoding=stream.encoding)
-    click.echo(shown, file=stream)
+    lines = painted(text, color=use_color(stream), width=terminal_width(stream), encoding=stream.encoding)
+    click.echo(lines, file=stream)
 
 
 def remark(text: str) -> None:
@@ -158,9 +158,9 @@ def heard(diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
 def _unprinted(diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
     """Return all errors, and the warnings and hints that this command has not printed."""
     before = _meta().setdefault(_PRINTED, set())
-    found = [d for d in diagnostics if d.severity == "error" or (d.code, d.place, d.message) not in before]
-    before.update((d.code, d.place, d.message) for d in found)
-    return found
+    news = [d for d in diagnostics if d.severity == "error" or (d.code, d.place, d.message) not in before]
+    before.update((d.code, d.place, d.message) for d in news)
+    return news
 
 
 def _meta() -> dict[str, Any]:
@@ -208,7 +208,7 @@ def standard_input() -> BinaryIO:
     return sys.stdin.buffer
 
 
-def assignments(texts: Iterable[str], known: Sequence[str], kind: str) -> dict[str, float]:
+def assignments(texts: Iterable[str], names: Sequence[str], kind: str) -> dict[str, float]:
     """Read `name=value` arguments.
 
     Raises:
@@ -217,17 +217,17 @@ def assignments(texts: Iterable[str], known: Sequence[str], kind: str) -> dict[s
     values: dict[str, float] = {}
     mistakes: list[Diagnostic] = []
     for text in texts:
-        name, equals, number = _split(text, known)
+        name, equals, number = _split(text, names)
         if not equals or not name:
             mistakes.append(
-                Diagnostic("FZ503", f"'{text}' is not of the form NAME=VALUE", help=f"{kind}s: {_list(known)}")
+                Diagnostic("FZ503", f"'{text}' is not of the form NAME=VALUE", help=f"{kind}s: {_list(names)}")
             )
             continue
-        if name not in known:
-            near = closest(name, known)
+        if name not in names:
+            near = closest(name, names)
             help_text = f"did you mean '{near}'?" if near else ""
             mistakes.append(
-                Diagnostic("FZ502", f"no {kind} '{name}'", facts=(f"{kind}s: {_list(known)}",), help=help_text)
+                Diagnostic("FZ502", f"no {kind} '{name}'", facts=(f"{kind}s: {_list(names)}",), help=help_text)
             )
             continue
         if name in values:
@@ -256,12 +256,12 @@ def _no_number(kind: str, name: str, text: str) -> Diagnostic:
     return Diagnostic("FZ503", message, facts=(fact,), help=f"write {name}={text.replace(',', '.')}")
 
 
-def _split(text: str, known: Sequence[str]) -> tuple[str, str, str]:
+def _split(text: str, names: Sequence[str]) -> tuple[str, str, str]:
     """Split `name=value` behind a known name, since names of other tools may hold the sign; else at the first sign."""
     parts = text.split("=")
     for count in range(len(parts) - 1, 0, -1):
         name = unicodedata.normalize("NFC", "=".join(parts[:count]).strip())
-        if name in known:
+        if name in names:
             return name, "=", "=".join(parts[count:])
     name, equals, number = text.partition("=")
     return unicodedata.normalize("NFC", name.strip()), equals, number
@@ -278,9 +278,9 @@ def point_of(block: Any, texts: Iterable[str], command: str) -> dict[str, float]
         DiagnosticError: For mistakes in them, and for inputs without a value.
     """
     time = ["dt"] if block.is_sampled and block.period is None else []
-    given = assignments(texts, [*(v.name for v in block.inputs), *time], "input")
-    missing = missing_inputs(block, given, command)
-    if time and "dt" not in given:
+    point = assignments(texts, [*(v.name for v in block.inputs), *time], "input")
+    missing = missing_inputs(block, point, command)
+    if time and "dt" not in point:
         from fuzzyctl.kernels.plan.expansion import equations_of
 
         if equations_of(block).reads_time:
@@ -288,7 +288,7 @@ def point_of(block: Any, texts: Iterable[str], command: str) -> dict[str, float]
             missing.append(Diagnostic("FZ501", "'dt' has no value", facts=facts, help="write dt=SECONDS as well"))
     if missing:
         raise DiagnosticError(missing)
-    return given
+    return point
 
 
 class NotNegative(click.FloatRange):
@@ -338,46 +338,46 @@ def states_of(texts: Iterable[str], *kernels: Kernel) -> list[dict[str, float]]:
     Raises:
         DiagnosticError: For mistakes in them, and for blocks without a state.
     """
-    texts, known = tuple(texts), list(dict.fromkeys(n for kernel in kernels for n in kernel.state_names))
-    if texts and not known:
+    texts, names = tuple(texts), list(dict.fromkeys(n for kernel in kernels for n in kernel.state_names))
+    if texts and not names:
         help_text = "leave out --state: it is for outputs that adapt or hold, and for states of controllers"
         raise DiagnosticError([Diagnostic("FZ502", "the block has no state", help=help_text)])
-    given = assignments(texts, known, "state")
+    values = assignments(texts, names, "state")
     starts = [dict(zip(kernel.state_names, kernel.start().tolist(), strict=True)) for kernel in kernels]
     # NaN only where a start is NaN, too: an output that holds, before its first value.
     numbers = {name for start in starts for name, value in start.items() if not math.isnan(value)}
     mistakes = [
-        _no_number("state", name, "nan") for name, value in given.items() if math.isnan(value) and name in numbers
+        _no_number("state", name, "nan") for name, value in values.items() if math.isnan(value) and name in numbers
     ]
     if mistakes:
         raise DiagnosticError(mistakes)
-    return [{name: given.get(name, value) for name, value in start.items()} for start in starts]
+    return [{name: values.get(name, value) for name, value in start.items()} for start in starts]
 
 
-def missing_inputs(block: Block, given: Mapping[str, float], command: str) -> list[Diagnostic]:
+def missing_inputs(block: Block, point: Mapping[str, float], command: str) -> list[Diagnostic]:
     """Report each input without a value."""
     form = " ".join(f"{v.name}=VALUE" for v in block.inputs)
-    found = []
-    for variable in (v for v in block.inputs if v.name not in given):
+    mistakes = []
+    for variable in (v for v in block.inputs if v.name not in point):
         low, high = block.range_of(variable)
         unit = f" {variable.unit}" if variable.unit else ""
         facts = (f"its range is [{low:.6g}, {high:.6g}]{unit}",)
         help_text = f"write: fuzzyctl {command} FILE {form}"
-        found.append(Diagnostic("FZ501", f"input '{variable.name}' has no value", facts=facts, help=help_text))
-    return found
+        mistakes.append(Diagnostic("FZ501", f"input '{variable.name}' has no value", facts=facts, help=help_text))
+    return mistakes
 
 
 def outside_range(system: Block, values: dict[str, float]) -> list[Diagnostic]:
     """Warn of values that lie outside their input's range and are therefore clamped to it, as systems do."""
-    found = []
+    warnings = []
     for variable in system.inputs if system.kind == "system" else ():
         if variable.extrapolate or variable.name not in values:
             continue
         low, high, value = system.number(variable.lower), system.number(variable.upper), values[variable.name]
         if value < low or value > high:
             unit = f" {variable.unit}" if variable.unit else ""
-            taken = f"taken as {min(max(value, low), high):.6g}"
-            message = f"{variable.name} = {value:.6g}{unit} lies outside [{low:.6g}, {high:.6g}]; {taken}"
+            consequence = f"taken as {min(max(value, low), high):.6g}"
+            message = f"{variable.name} = {value:.6g}{unit} lies outside [{low:.6g}, {high:.6g}]; {consequence}"
             help_text = "widen the range in the file, or write 'extrapolate' behind it"
-            found.append(Diagnostic("FZ504", message, severity="warning", help=help_text))
-    return found
+            warnings.append(Diagnostic("FZ504", message, severity="warning", help=help_text))
+    return warnings

@@ -63,9 +63,9 @@ class _Side:
     blocks: tuple[Block, ...] = ()
 
 
-def _profiles(_context: click.Context, _option: click.Parameter, given: str | None) -> tuple[str, ...]:
+def _profiles(_context: click.Context, _option: click.Parameter, text: str | None) -> tuple[str, ...]:
     """Return the profiles of a list, and refuse what is none."""
-    names = tuple(n.strip() for n in given.split(",")) if given else ()
+    names = tuple(n.strip() for n in text.split(",")) if text else ()
     known_profiles(names)
     return names
 
@@ -142,19 +142,20 @@ def compare(
     from fuzzyctl.comparison.presentation import compared_data, compared_text
 
     sides = _sides(first, second, profiles, settings, name)
-    found = [(sides[0], other, _compared(sides[0].block, other.block, points, state)) for other in sides[1:]]
+    comparisons = [(sides[0], other, _compared(sides[0].block, other.block, points, state)) for other in sides[1:]]
     if form == "json":
         pairs = [
             {"first": one.label, "second": other.label, "outputs": [compared_data(d, e) for d, e in results]}
-            for one, other, results in found
+            for one, other, results in comparisons
         ]
         write_json({"points": points, "pairs": pairs})
     else:
         texts = [
-            compared_text(one.label, one.block, other.label, *zip(*rows, strict=True)) for one, other, rows in found
+            compared_text(one.label, one.block, other.label, *zip(*rows, strict=True))
+            for one, other, rows in comparisons
         ]
         say("\n\n".join(["\n".join(lines) for lines in texts] + _left_out(sides)))
-    agree = within is None or all(d.within(within) for _, _, results in found for d, _ in results)
+    agree = within is None or all(d.within(within) for _, _, results in comparisons for d, _ in results)
     return DONE if agree else FAILED
 
 
@@ -168,12 +169,12 @@ def _sides(
     if second is not None and len(names) > 2:
         raise click.UsageError("two files take one profile for both, or one for each")
     opened = [examined_file(file) for file in files]
-    found = [load_evaluable(f, Choice(settings, name), one) for f, one in zip(files, opened, strict=True)]
+    blocks = [load_evaluable(f, Choice(settings, name), one) for f, one in zip(files, opened, strict=True)]
     if not names:
-        return [_Side(f, block, one.equations) for f, block, one in zip(files, found, opened, strict=True)]
+        return [_Side(f, block, one.equations) for f, block, one in zip(files, blocks, opened, strict=True)]
     if second is None:
-        return [_Side(f"{first} as {p}", under(found[0], p)) for p in names]
-    pairs = zip(files, found, names if len(names) == 2 else names * 2, strict=True)
+        return [_Side(f"{first} as {p}", under(blocks[0], p)) for p in names]
+    pairs = zip(files, blocks, names if len(names) == 2 else names * 2, strict=True)
     return [_Side(f"{file} as {p}", under(block, p)) for file, block, p in pairs]
 
 
@@ -197,11 +198,11 @@ def _compared(a: Any, b: Any, points: int, state: Sequence[str]) -> list[_Result
     is_explained = not state and all(block.all_systems == (block,) for block in (a, b))
     with status_line() as report:
         try:
-            found = differences(a, b, points=points, progress=report, states=_states(a, b, state))
+            gaps = differences(a, b, points=points, progress=report, states=_states(a, b, state))
         except ArgumentError as error:
             help_text = "'--loops' compares runs, '--changes' the texts"
             raise DiagnosticError([Diagnostic("FZ503", str(error), help=help_text)]) from None
-        return [(d, explanation(a, b, d, progress=report) if is_explained else None) for d in found]
+        return [(d, explanation(a, b, d, progress=report) if is_explained else None) for d in gaps]
 
 
 def _states(a: Any, b: Any, texts: Sequence[str]) -> list[list[float] | None]:
@@ -253,9 +254,9 @@ def _loop_pairs(ones: Sequence[Loop], others: Sequence[Loop]) -> Iterator[tuple[
     """Yield loops of the same name, then those of other names in order; what has no partner is left out."""
     names = {loop.name: loop for loop in others}
     yield from ((loop, names[loop.name]) for loop in ones if loop.name in names)
-    known = {loop.name for loop in ones}
+    paired = {loop.name for loop in ones}
     rest = [loop for loop in ones if loop.name not in names]
-    yield from zip(rest, [loop for loop in others if loop.name not in known], strict=False)
+    yield from zip(rest, [loop for loop in others if loop.name not in paired], strict=False)
 
 
 def _rows(a: Run, b: Run) -> list[Row]:
@@ -304,8 +305,8 @@ def print_changes(first: str, second: str, name: str | None, form: str) -> int:
     pairs = _system_pairs(before, after)
     from fuzzyctl.comparison.changes import changes, policy_changes
 
-    said = policy_changes(before.file.policy, after.file.policy)
-    found = [(a.name, changes(a, b)) for a, b in pairs]
+    policies = policy_changes(before.file.policy, after.file.policy)
+    by_system = [(a.name, changes(a, b)) for a, b in pairs]
     others: list[tuple[str, tuple[Change, ...]]] = []
     has_others = any(b.kind != "system" for b in (*before.blocks, *after.blocks))
     if has_others:
@@ -314,31 +315,33 @@ def print_changes(first: str, second: str, name: str | None, form: str) -> int:
 
         others = block_changes(before.of(EquationBlock), after.of(EquationBlock))
     if form == "json":
-        systems = [_changes_data(name, own) for name, own in found]
+        systems = [_changes_data(name, rows) for name, rows in by_system]
         data: dict[str, Any] = {
             "first": first,
             "second": second,
-            "changes": [dataclasses.asdict(c) for c in said],
+            "changes": [dataclasses.asdict(c) for c in policies],
             "systems": systems,
         }
         if has_others:
-            data["blocks"] = [{"block": name, "changes": [dataclasses.asdict(c) for c in own]} for name, own in others]
+            data["blocks"] = [
+                {"block": name, "changes": [dataclasses.asdict(c) for c in rows]} for name, rows in others
+            ]
         write_json(data)
     else:
-        for change in said:
+        for change in policies:
             say(_change_line(change))
-        for name, own in found:
-            if len(found) > 1 and own:
+        for name, rows in by_system:
+            if len(by_system) > 1 and rows:
                 say(f"system {name}")
-            for change in own:
+            for change in rows:
                 say(_change_line(change))
-        for name, own in others:
+        for name, rows in others:
             say(name)
-            for change in own:
+            for change in rows:
                 say(_change_line(change))
-        if not said and not others and not any(own for _, own in found):
+        if not policies and not others and not any(rows for _, rows in by_system):
             say("nothing was changed")
-    return FAILED if said or others or any(own for _, own in found) else DONE
+    return FAILED if policies or others or any(rows for _, rows in by_system) else DONE
 
 
 def _opened_both(first: str, second: str, name: str | None) -> tuple[Opened, Opened]:

@@ -83,8 +83,8 @@ def convert(
     from fuzzyctl.convert.convert import convert as converted
 
     try:
-        with status_line() as shown:
-            conversion = converted(system, to, points=points, progress=shown)
+        with status_line() as report:
+            conversion = converted(system, to, points=points, progress=report)
     except NoRuleFiresError as error:
         raise _uncovered(system, error) from None
     conversion = replace(conversion, losses=(*lost, *conversion.losses))
@@ -105,8 +105,8 @@ def _uncovered(system: FuzzySystem, error: NoRuleFiresError) -> FuzzyctlError:
     """Return a point without a value as `check` reports it, with its location."""
     from fuzzyctl.analysis.coverage import coverage
 
-    found = [d for d in coverage.diagnostics(system) if d.severity == "error"]
-    return DiagnosticError(found) if found else error
+    errors = [d for d in coverage.diagnostics(system) if d.severity == "error"]
+    return DiagnosticError(errors) if errors else error
 
 
 def _refuse_to_replace(target: Path, text: str) -> None:
@@ -138,9 +138,9 @@ def _target(target: str, wanted: str | None) -> str:
     for name, suffixes in TARGETS.items():
         if suffix in suffixes:
             return name
-    known = ", ".join(s for suffixes in TARGETS.values() for s in suffixes)
+    endings = ", ".join(s for suffixes in TARGETS.values() for s in suffixes)
     message = f"no format has the suffix '{suffix}'" if suffix else "the name has no suffix that says the format"
-    help_text = f"end the name with one of {known}, or add --to"
+    help_text = f"end the name with one of {endings}, or add --to"
     raise DiagnosticError([Diagnostic("FZ005", message, file=target, help=help_text)])
 
 
@@ -155,7 +155,7 @@ def _loaded(source: str, settings: tuple[str, ...], name: str | None) -> tuple[F
     from fuzzyctl.formats.losses import Loss
 
     blocks = [(b.kind, b.name) for b in examined.equations]
-    others = [Loss(f"{kind} '{own}'", "left out", "only systems are converted", exact=True) for kind, own in blocks]
+    others = [Loss(f"{kind} '{block}'", "left out", "only systems are converted", exact=True) for kind, block in blocks]
     return system, [*left_out(diagnostics), *others]
 
 
@@ -177,8 +177,8 @@ def _write(system: FuzzySystem, conversion: Conversion, target: str) -> None:
 
 def _report(source: str, target: str, conversion: Conversion, refused: bool) -> list[str]:
     lines = [] if refused else [f"wrote {target}"] if target != "-" else []
-    kept, lost = [x for x in conversion.losses if x.exact], list(conversion.lossy)
-    lines += _listed("said in another way, or left out; no number changes:", kept)
+    harmless, lost = [x for x in conversion.losses if x.exact], list(conversion.lossy)
+    lines += _listed("said in another way, or left out; no number changes:", harmless)
     lines += _listed("cannot be expressed, and changes numbers:", lost)
     if conversion.read_back is not None:
         from fuzzyctl.comparison.presentation import compared_text

@@ -54,14 +54,14 @@ def fmt(files: tuple[str, ...], only_check: bool, only_diff: bool, form: str) ->
     """
     if form != "text" and (not only_check or only_diff):
         raise click.UsageError("'--format' belongs to '--check'")
-    found: list[Diagnostic] = []
+    diagnostics: list[Diagnostic] = []
     for file in files:
         try:
             laid = _laid_out(file)
             if not (only_check or only_diff):
                 require_own(laid.place)
             if only_check or only_diff:
-                found.extend(_differences(laid, only_check, only_diff, form))
+                diagnostics.extend(_differences(laid, only_check, only_diff, form))
             elif file == "-":
                 write_data(laid.text)
             elif laid.text != laid.stored:
@@ -71,10 +71,10 @@ def fmt(files: tuple[str, ...], only_check: bool, only_diff: bool, form: str) ->
         except DiagnosticError as error:
             if form == "text":
                 show(error.diagnostics)
-            found.extend(error.diagnostics)
+            diagnostics.extend(error.diagnostics)
     if form != "text":
-        show(found, form)
-    return FAILED if found else DONE
+        show(diagnostics, form)
+    return FAILED if diagnostics else DONE
 
 
 def _laid_out(file: str) -> _Laid:

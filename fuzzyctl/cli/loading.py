@@ -59,8 +59,8 @@ class Choice:
 
     def of_params(self, names: Sequence[str]) -> Choice:
         """Return the same with the settings of some params only."""
-        own = tuple(t for t in self.settings if t.partition("=")[0].strip() in names)
-        return replace(self, settings=own)
+        settings = tuple(t for t in self.settings if t.partition("=")[0].strip() in names)
+        return replace(self, settings=settings)
 
 
 def blamed(error: DiagnosticError, settings: Sequence[str]) -> DiagnosticError:
@@ -124,8 +124,8 @@ def content_of(file: str) -> tuple[bytes, Place]:
 def remark_hidden(file: str, place: Place, suffix: str = ".fz") -> None:
     """Note on standard error that a file hides a shipped one, or a shipped one a file of the current folder."""
     if not place.is_shipped and is_name(file) and file in shipped_files(suffix):
-        shown = f"'{place.name}'{' of this folder' if place.path.parent == Path() else ''}"
-        remark(f"note: {shown} is read in place of the shipped '{file}'")
+        label = f"'{place.name}'{' of this folder' if place.path.parent == Path() else ''}"
+        remark(f"note: {label} is read in place of the shipped '{file}'")
     elif place.is_shipped and not place_of(file, suffix).is_shipped:
         remark(f"note: the shipped '{file}' is read, not '{place_of(file, suffix).name}' of this folder")
 
@@ -177,7 +177,7 @@ def open_blocks(file: str, choice: Choice, *, hints: bool = True, examined: Exam
     blocks = examined.blocks if choice.name is None else (chosen(examined, choice.name, Block),)
     names = [b.settable for b in blocks]
     assignments(choice.settings, list(dict.fromkeys(chain.from_iterable(names))), "param")
-    changed = (choice.of_params(own).changed(b) for b, own in zip(blocks, names, strict=True))
+    changed = (choice.of_params(params).changed(b) for b, params in zip(blocks, names, strict=True))
     return Opened(examined, tuple(changed), diagnostics)
 
 
@@ -274,7 +274,7 @@ def checked(examined: Examined, block: AnyBlock, choice: Choice) -> tuple[AnyBlo
 
 
 def analysed(
-    examined: Examined, block: AnyBlock, choice: Choice, found: list[Diagnostic] | None = None
+    examined: Examined, block: AnyBlock, choice: Choice, of_file: list[Diagnostic] | None = None
 ) -> tuple[AnyBlock, tuple[Verdict, ...], list[Diagnostic]]:
     """Return a block with params set, what quick methods say of its claims, and what `fuzzyctl check` finds.
 
@@ -282,7 +282,7 @@ def analysed(
         examined: The file.
         block: A block of it.
         choice: The params and the profile.
-        found: What was found of the file for another block that is no system.
+        of_file: What was found of the file for another block that is no system.
 
     Raises:
         DiagnosticError: For errors other than claims that do not hold.
@@ -294,7 +294,7 @@ def analysed(
         checked_system = check_changed(examined, changed)
         verdicts, diagnostics = checked_system.verdicts, checked_system.diagnostics
     else:
-        verdicts, diagnostics = (), check_examined(examined, profile=choice.profile)[1] if found is None else found
+        verdicts, diagnostics = (), check_examined(examined, profile=choice.profile)[1] if of_file is None else of_file
     if any(d.stops for d in diagnostics):
         raise DiagnosticError(diagnostics)
     return changed, verdicts, diagnostics
@@ -317,18 +317,18 @@ def claim_reports(verdicts: Sequence[Verdict], reported: Sequence[Diagnostic] = 
     from fuzzyctl.analysis.prove import refutation
     from fuzzyctl.analysis.verdicts import Refuted, Undecided
 
-    known = sorted(d.span.start for d in reported if d.witness is not None and d.span is not None)
+    starts = sorted(d.span.start for d in reported if d.witness is not None and d.span is not None)
     help_text = "'fuzzyctl prove' takes the time to decide more"
-    found = []
+    reports = []
     for v in verdicts:
-        if v.span is not None and bisect_left(known, v.span.start) < bisect_left(known, v.span.end):
+        if v.span is not None and bisect_left(starts, v.span.start) < bisect_left(starts, v.span.end):
             continue
         if isinstance(v, Refuted):
-            found.append(refutation(v))
+            reports.append(refutation(v))
         elif isinstance(v, Undecided):
             message = f"the guarantee '{v.claim}' is undecided"
-            found.append(Diagnostic("FZ402", message, v.span, "warning", (v.reason,), help_text))
-    return found
+            reports.append(Diagnostic("FZ402", message, v.span, "warning", (v.reason,), help_text))
+    return reports
 
 
 def chosen_loops(file: str, name: str | None) -> list[tuple[str, Loop]]:
@@ -364,12 +364,12 @@ def settings_of(texts: Sequence[str], loops: Sequence[Loop]) -> list[Loop]:
 
     loops = [with_instance_params(loop, [t.partition("=")[0].strip() for t in texts]) for loop in loops]
     names = [short_names(loop) for loop in loops]
-    known = list(dict.fromkeys(n for own in (*names, *(loop.instance_params for loop in loops)) for n in own))
-    values = assignments(texts, known, "param")
+    params = list(dict.fromkeys(n for group in (*names, *(loop.instance_params for loop in loops)) for n in group))
+    values = assignments(texts, params, "param")
     changed = []
-    for loop, own in zip(loops, names, strict=True):
+    for loop, group in zip(loops, names, strict=True):
         try:
-            changed.append(with_settings(loop, {n: v for n, v in values.items() if n in own}))
+            changed.append(with_settings(loop, {n: v for n, v in values.items() if n in group}))
         except DiagnosticError as error:
             raise blamed(error, texts) from None
     return changed

@@ -129,18 +129,18 @@ def copies(name: str, base: str, target: Path) -> dict[Path, str]:
     from fuzzyctl.loading.assembly import files_read
     from fuzzyctl.support.shipped import LIST, shipped_files
 
-    known = shipped_files()
-    if base not in known:
-        near = closest(base, known)
+    files = shipped_files()
+    if base not in files:
+        near = closest(base, files)
         hint = f"did you mean '{near}'? " if near else ""
         raise click.BadParameter(f"no shipped file '{base}'; {hint}{LIST}", param_hint="--from")
-    path = known[base]
+    path = files[base]
     head = rf"(?m)^((?:system|controller|plant|loop) +){base}\b"
-    own = re.sub(head, rf"\g<1>{name}", path.read_text(encoding="utf-8"))
+    text = re.sub(head, rf"\g<1>{name}", path.read_text(encoding="utf-8"))
     used = {target.parent / p.relative_to(path.parent): p.read_text(encoding="utf-8") for p in files_read(path)}
     if target in used:
         raise click.BadParameter(f"'{base}' uses a file of this name; take another one", param_hint="NAME")
-    return {target: own, **used}
+    return {target: text, **used}
 
 
 def starter(name: str) -> str:

@@ -98,8 +98,8 @@ def plot(
         _draw_surface(file=file, choice=choice, out=out, svg_text=svg_text, **options)
         return
     source = click.get_current_context().get_parameter_source
-    given = [name for name in options if source(name) is ParameterSource.COMMANDLINE]
-    if given:
+    forbidden = [name for name in options if source(name) is ParameterSource.COMMANDLINE]
+    if forbidden:
         raise click.UsageError("--terms takes no inputs, state, output and resolution")
     block = load_evaluable(file, choice)
     if not block.all_systems:

@@ -27,20 +27,20 @@ def status_line() -> Iterator[Callable[[str], None] | None]:
     from rich.status import Status
     from rich.text import Text
 
-    status, begun, shown = Status("", console=Console(stderr=True)), time.monotonic(), False
+    status, begun, started = Status("", console=Console(stderr=True)), time.monotonic(), False
 
     def report(text: str) -> None:
-        nonlocal shown
+        nonlocal started
         if time.monotonic() - begun >= PATIENCE:
             status.update(Text(printable(text)), spinner="dots")
-            if not shown:
+            if not started:
                 status.start()
-                shown = True
+                started = True
 
     try:
         yield report
     finally:
-        if shown:
+        if started:
             status.stop()
 
 

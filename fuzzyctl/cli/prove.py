@@ -95,10 +95,10 @@ def prove(files: tuple[str, ...], choice: Choice, bounds: bool, timeout: float |
             except DiagnosticError as error:
                 mistakes.extend(error.diagnostics)
                 continue
-            shown = STDIN if file == "-" else file
+            label = STDIN if file == "-" else file
             claiming = [b for b in opened.blocks if not b.unclaimed]
             for block in claiming or opened.blocks:
-                proofs.append(Proof(shown, block))
+                proofs.append(Proof(label, block))
                 _prove(proofs[-1], timeout, tell)
     except KeyboardInterrupt:
         show(mistakes)
@@ -147,8 +147,8 @@ def _prove(proof: Proof, timeout: float, tell: Callable[[str], None] | None) -> 
     if tell is not None and not proof.claims:
         tell(f"{proof.file}: {proof.block.name}: no guarantees")
     for claim in prover.own:
-        with status_line() as shown:
-            prover.progress = None if shown is None else _of_boxes(shown)
+        with status_line() as status:
+            prover.progress = None if status is None else _of_boxes(status)
             verdict = prover.verdict(claim)
         proof.verdicts.append(verdict)
         if tell is not None:
@@ -197,11 +197,11 @@ def _details(verdict: Verdict) -> Iterator[str]:
 
 
 def _as_data(proofs: Sequence[Proof], mistakes: Sequence[Diagnostic]) -> dict[str, Any]:
-    found: dict[str, Any] = {"systems": []}
+    groups: dict[str, Any] = {"systems": []}
     for proof in proofs:
         data = {"file": proof.file, **proof.block.identity, "guarantees": [_verdict_data(v) for v in proof.verdicts]}
-        found.setdefault(f"{proof.block.kind}s", []).append(data)
-    return found | {"diagnostics": [d.as_dict() for d in mistakes]}
+        groups.setdefault(f"{proof.block.kind}s", []).append(data)
+    return groups | {"diagnostics": [d.as_dict() for d in mistakes]}
 
 
 def _verdict_data(verdict: Verdict) -> dict[str, Any]:
@@ -274,11 +274,11 @@ def print_bounds(file: str, choice: Choice, timeout: float, form: str) -> int:
     is_counted = not (spent or system.hedges)
     left = max(2.0 * timeout, 4.0 * _SURE) if is_counted else began + (1.0 - _REST) * timeout - clock.used()
     with clock.limited(left):
-        found = extents(system, timeout=max(timeout - spent, 0.0))
+        bounds = extents(system, timeout=max(timeout - spent, 0.0))
     if form == "json":
-        write_json({**system.identity, "outputs": [_extent_data(e) for e in found]})
+        write_json({**system.identity, "outputs": [_extent_data(e) for e in bounds]})
     else:
-        report("\n".join(line for e in found for line in _extent_lines(system, e)))
+        report("\n".join(line for e in bounds for line in _extent_lines(system, e)))
     return DONE
 
 
@@ -287,16 +287,16 @@ def _print_controller_bounds(controller: Controller, timeout: float, form: str) 
 
     units = {s.name: s.unit for s in (*controller.results, *controller.states)}
     states = {s.name for s in controller.states}
-    found = controller_bounds(controller, timeout)
+    bounds = controller_bounds(controller, timeout)
     if form == "json":
         data = {
             n: {"name": n, "low": end_of_range(b.lo), "high": end_of_range(b.hi), "note": b.note or None}
-            for n, b in found.items()
+            for n, b in bounds.items()
         }
-        outputs, kept = ([d for n, d in data.items() if (n in states) == wanted] for wanted in (False, True))
-        write_json({**controller.identity, "outputs": outputs, "states": kept})
+        outputs, states_data = ([d for n, d in data.items() if (n in states) == wanted] for wanted in (False, True))
+        write_json({**controller.identity, "outputs": outputs, "states": states_data})
         return
-    for name, bound in found.items():
+    for name, bound in bounds.items():
         unit, what = units[name], "state " if name in states else ""
         report(f"{what}{name}: from {bound.lo + 0.0:.9g} to {bound.hi + 0.0:.9g}{' ' + unit if unit else ''}")
         if bound.note:

@@ -13,11 +13,10 @@ from typing import TYPE_CHECKING, Any, Final
 
 import click
 
-from fuzzyctl.cli import common
 from fuzzyctl.cli.common import BLOCK, DONE, FAILED, FORMAT, QUIET, SVG_TEXT, answers_with_diagnostics, report, show
 from fuzzyctl.cli.loading import chosen_loops, settings_of
 from fuzzyctl.cli.progress import status_line
-from fuzzyctl.cli.streams import say, write_json
+from fuzzyctl.cli.streams import say, terminal_width, write_json
 from fuzzyctl.experiments.result_files import results
 
 if TYPE_CHECKING:
@@ -94,22 +93,22 @@ def simulate(
 
     require_format(data)
     loops = [pair for one in (file, *against) for pair in chosen_loops(one, name if one == file else None)]
-    changed = settings_of(settings, [own for _, own in loops])
+    changed = settings_of(settings, [loop for _, loop in loops])
     labels = _labels(loops)
     folders = _folders(labels)
     with ExitStack() as stack:
         # The folder is made, and known to be writable, before anything runs.
         files = None if out is None else stack.enter_context(results(Path(out), _names(folders.values())))
-        runs = [Labelled(label, _run(own, solver, substeps)) for label, own in zip(labels, changed, strict=True)]
-        found = _diagnostics(runs)
-        for (_, own), new in zip(loops, changed, strict=True):  # those of the file were shown when it was read
-            known = {d.span for d in measures_without_samples(own)}
-            found += [d for d in measures_without_samples(new) if d.span not in known]
+        runs = [Labelled(label, _run(loop, solver, substeps)) for label, loop in zip(labels, changed, strict=True)]
+        mistakes = _diagnostics(runs)
+        for (_, loop), new in zip(loops, changed, strict=True):  # those of the file were shown when it was read
+            spans = {d.span for d in measures_without_samples(loop)}
+            mistakes += [d for d in measures_without_samples(new) if d.span not in spans]
         if form == "json":
-            write_json({"runs": [_summary(r) for r in runs], "diagnostics": [d.as_dict() for d in found]})
+            write_json({"runs": [_summary(r) for r in runs], "diagnostics": [d.as_dict() for d in mistakes]})
         else:
-            report(text_of([r.run for r in runs], labels, common.terminal_width(sys.stdout)))
-            show(found)
+            report(text_of([r.run for r in runs], labels, terminal_width(sys.stdout)))
+            show(mistakes)
         if files is not None:
             written = _write(files, runs, folders, data, picture, svg_text)
             if form == "text":
@@ -119,7 +118,7 @@ def simulate(
 
 def _labels(loops: Sequence[tuple[str, Loop]]) -> list[str]:
     """Return what the loops are called: their names, with the files where names are the same."""
-    names = [own.name for _, own in loops]
+    names = [loop.name for _, loop in loops]
     labels = [
         name if names.count(name) == 1 else f"{Path(file).stem}.{name}"
         for (file, _), name in zip(loops, names, strict=True)
@@ -130,11 +129,11 @@ def _labels(loops: Sequence[tuple[str, Loop]]) -> list[str]:
 def _run(loop: Loop, solver: Solver, substeps: int) -> Run:
     from fuzzyctl.simulation.simulate import simulate as simulated
 
-    with status_line() as shown:
+    with status_line() as status:
 
         def advanced(done: int, samples: int) -> None:
-            if shown is not None:
-                shown(f"{loop.name}: {done:,} of {samples:,} samples")
+            if status is not None:
+                status(f"{loop.name}: {done:,} of {samples:,} samples")
 
         return simulated(loop, solver=solver, substeps=substeps, progress=advanced)
 
@@ -156,16 +155,16 @@ def _folders(labels: Sequence[str]) -> dict[str, str]:
 
     if len(labels) == 1:
         return {labels[0]: ""}
-    taken: list[str] = []
+    names: list[str] = []
     for label in labels:
-        taken.append(file_part(label, taken))
-    return {label: f"{part}/" for label, part in zip(labels, taken, strict=True)}
+        names.append(file_part(label, names))
+    return {label: f"{part}/" for label, part in zip(labels, names, strict=True)}
 
 
 def _names(folders: Iterable[str]) -> list[str]:
     """Return the names of all files that runs may leave."""
-    own = ("summary.json", *(f"data.{form}" for form in DATA))
-    return [f"{folder}{name}" for folder in folders for name in own] + [f"loop.{form}" for form in PICTURES]
+    files = ("summary.json", *(f"data.{form}" for form in DATA))
+    return [f"{folder}{name}" for folder in folders for name in files] + [f"loop.{form}" for form in PICTURES]
 
 
 def _write(
@@ -184,10 +183,10 @@ def _write(
 
     written = []
     for labelled in runs:
-        own = f"{folders[labelled.label]}data.{data}"
-        files.write(own, partial(save, labelled.run, form=data))
+        data_file = f"{folders[labelled.label]}data.{data}"
+        files.write(data_file, partial(save, labelled.run, form=data))
         write_summary(files, _summary(labelled), folders[labelled.label])
-        written += [own, f"{folders[labelled.label]}summary.json"]
+        written += [data_file, f"{folders[labelled.label]}summary.json"]
 
     def draw(path: Path) -> None:
         with saved(path, svg_text=svg_text) as figure:
@@ -252,9 +251,9 @@ def _own(runs: Sequence[Run], labels: Sequence[str]) -> Iterator[str]:
     """Name the measures that only one of several runs has."""
     for run, label in zip(runs, labels, strict=True):
         others = {m.name for other in runs if other is not run for m in other.loop.measures}
-        own = [m.name for m in run.loop.measures if m.name not in others]
-        if own and len(runs) > 1:
-            yield f"only {label} measures: {', '.join(own)}"
+        names = [m.name for m in run.loop.measures if m.name not in others]
+        if names and len(runs) > 1:
+            yield f"only {label} measures: {', '.join(names)}"
 
 
 def _title(name: str, label: str) -> str:

@@ -69,13 +69,13 @@ class Program(click.Group):
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
         """Return the command that the first argument names; an unknown one is reported with similar ones."""
-        known = self.list_commands(ctx)
-        if not ctx.resilient_parsing and not args[0].startswith("-") and args[0] not in known:
+        names = self.list_commands(ctx)
+        if not ctx.resilient_parsing and not args[0].startswith("-") and args[0] not in names:
             from fuzzyctl.diagnostics.suggestions import did_you_mean
 
-            begun = [f"'{name}'" for name in known if args[0] and name.startswith(args[0])]
+            begun = [f"'{name}'" for name in names if args[0] and name.startswith(args[0])]
             begun = [f"'{self.moved[args[0]]}'"] if args[0] in self.moved else begun
-            hint = f"did you mean {' or '.join(begun)}?" if begun else did_you_mean(args[0], known)
+            hint = f"did you mean {' or '.join(begun)}?" if begun else did_you_mean(args[0], names)
             raise click.UsageError(f"No such command {args[0]!r}{f'; {hint}' if hint else '.'}", ctx)
         return super().resolve_command(ctx, args)
 

@@ -117,12 +117,12 @@ def text_of(plan: Plan[Any], spec: Spec, outcomes: Mapping[int, Outcome]) -> Ite
     if len(groups) > MOST_ROWS:
         return
     measures = plan.runnable.measures(plan.scenario, [run.controller for run in plan.runs])
-    shown = spec.measures or measures
-    units = [plan.runnable.unit(plan.scenario, name) for name in (*spec.grid, *shown)]
+    columns = spec.measures or measures
+    units = [plan.runnable.unit(plan.scenario, name) for name in (*spec.grid, *columns)]
     judged = any(name.startswith(REQUIRE) for rows in groups.values() for row in rows for name in row)
-    table = [["loop", *spec.grid, *shown, *(["met"] if judged else [])], ["", *units, *(["%"] if judged else [])]]
+    table = [["loop", *spec.grid, *columns, *(["met"] if judged else [])], ["", *units, *(["%"] if judged else [])]]
     for point, rows in groups.items():
-        cells = [_mean(rows, name) for name in shown]
+        cells = [_mean(rows, name) for name in columns]
         table.append([*point, *cells, *([_met(rows)] if judged else [])])
     widths = [max(len(row[k]) for row in table) for k in range(len(table[0]))]
     yield ""
@@ -133,12 +133,12 @@ def text_of(plan: Plan[Any], spec: Spec, outcomes: Mapping[int, Outcome]) -> Ite
 
 
 def _mean(rows: Sequence[Row], name: str) -> str:
-    found = mean_of(rows, name)
-    if found.mean is None:
+    estimate = mean_of(rows, name)
+    if estimate.mean is None:
         return "none"
-    half = "" if found.high is None else f" ± {found.high - found.mean:.2g}"
-    some = "" if found.n == len(rows) else f" ({found.n} of {len(rows)})"
-    return f"{found.mean:.5g}{half}{some}"
+    half = "" if estimate.high is None else f" ± {estimate.high - estimate.mean:.2g}"
+    some = "" if estimate.n == len(rows) else f" ({estimate.n} of {len(rows)})"
+    return f"{estimate.mean:.5g}{half}{some}"
 
 
 def _met(rows: Sequence[Row]) -> str:

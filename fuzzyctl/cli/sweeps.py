@@ -47,11 +47,11 @@ def planned(
         file = read(spec)
         try:
             with checking(sweep_plan.count(file)) as report:
-                made = sweep_plan.make(runnable(file), file, overrides, report)
+                plan = sweep_plan.make(runnable(file), file, overrides, report)
         except OverrideError as error:
             raise click.UsageError(str(error)) from error
-    show((*made.scenario.warnings, *made.warnings))
-    return file, made
+    show((*plan.scenario.warnings, *plan.warnings))
+    return file, plan
 
 
 def swept(
@@ -79,7 +79,7 @@ def swept(
     """
     from fuzzyctl.experiments import sweep_journal, sweep_run
 
-    about, shown = sweep_journal.describe(file, plan, overrides), computing
+    about, bar = sweep_journal.describe(file, plan, overrides), computing
     with terminated_as_interrupted(), failures():
         return sweep_run.run(
             plan,
@@ -89,7 +89,7 @@ def swept(
             formats,
             sweep_run.Workers(*workers),
             resume,
-            shown,
+            bar,
             interrupts_wait,
         )
 
@@ -181,15 +181,15 @@ def checking(total: int) -> Iterator[Callable[[int], None]]:
         yield start("checking", total)
 
 
-def data_option(known: Sequence[str], default: str, what: str) -> Callable[[Command], Command]:
+def data_option(formats: Sequence[str], default: str, what: str) -> Callable[[Command], Command]:
     """Add --data to a command: names of formats, separated by commas, which it gets once each."""
 
     def names(context: click.Context, option: click.Parameter, value: str) -> tuple[str, ...]:
-        given = [part.strip() for part in value.split(",")]
-        for name in given:
-            if name not in known:
-                raise click.BadParameter(f"{name!r} is not one of {', '.join(known)}.")
-        return tuple(name for name in known if name in given)
+        parts = [part.strip() for part in value.split(",")]
+        for name in parts:
+            if name not in formats:
+                raise click.BadParameter(f"{name!r} is not one of {', '.join(formats)}.")
+        return tuple(name for name in formats if name in parts)
 
     return click.option(
         "--data",
@@ -197,7 +197,7 @@ def data_option(known: Sequence[str], default: str, what: str) -> Callable[[Comm
         default=default,
         callback=names,
         metavar="FORMATS",
-        help=f"Formats of the {what}, separated by commas: {', '.join(known)}.",
+        help=f"Formats of the {what}, separated by commas: {', '.join(formats)}.",
     )
 
 

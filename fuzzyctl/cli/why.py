@@ -68,34 +68,34 @@ def why(
     block = load_evaluable(file, choice)
     if out is not None and block.kind != "system":
         raise click.UsageError("-o draws the rules of a system; name one with --block")
-    given = point_of(block, values, "why")
+    point = point_of(block, values, "why")
     before = state_of(compile(block, "python"), state) if state else None
     if block.kind == "system":
-        found: Trace | BlockTrace = trace(block, given, None if before is None else list(before.values()))
+        explained: Trace | BlockTrace = trace(block, point, None if before is None else list(before.values()))
     else:
-        found = trace_block(block, given, before)
-    warnings = outside_range(block, given)
+        explained = trace_block(block, point, before)
+    warnings = outside_range(block, point)
     if form == "json":
         data = {
             **block.identity,
-            **plain(found.as_dict()),
+            **plain(explained.as_dict()),
         }
         data["diagnostics"] = [w.as_dict() for w in warnings]
         write_json(data)
     else:
         show(warnings)
-        report(trace_text(found, most))
+        report(trace_text(explained, most))
     if out is not None:
-        assert isinstance(found, Trace)
-        _draw(block, found, out, svg_text, most)
+        assert isinstance(explained, Trace)
+        _draw(block, explained, out, svg_text, most)
         say(f"wrote {out}", err=form == "json")
     return DONE
 
 
-def _draw(system: FuzzySystem, found: Trace, out: str, svg_text: bool, most: int) -> None:
+def _draw(system: FuzzySystem, explained: Trace, out: str, svg_text: bool, most: int) -> None:
     from fuzzyctl.cli.plot import picture_file
     from fuzzyctl.plot.rule_viewer import draw_rules
     from fuzzyctl.plot.style import saved
 
     with saved(picture_file(out, out), svg_text=svg_text) as figure:
-        draw_rules(figure, system, found, most)
+        draw_rules(figure, system, explained, most)

@@ -49,12 +49,12 @@ def _inverted(places: Sequence[Places]) -> bool:
 
 def _by_block(a: FuzzySystem, b: FuzzySystem, places: Sequence[Places]) -> list[list[Places]]:
     """Return the places of rules that are chosen by their order, for each block of the first system."""
-    found: dict[int, list[Places]] = {}
+    by_block: dict[int, list[Places]] = {}
     for i, j in places:
         methods = a.rule_methods[i], b.rule_methods[j]
         if any(m.activation.compares and m.activation.kind != "proportional" for m in methods):
-            found.setdefault(methods[0].block, []).append((i, j))
-    return list(found.values())
+            by_block.setdefault(methods[0].block, []).append((i, j))
+    return list(by_block.values())
 
 
 def _reads_others(a: FuzzySystem, b: FuzzySystem, places: Sequence[Places]) -> bool:
@@ -111,14 +111,14 @@ def changes(a: FuzzySystem, b: FuzzySystem) -> tuple[Change, ...]:
     """
     for system in (a, b):
         arguments.instance("what is compared", FuzzySystem, "a FuzzySystem", system)
-    found = with_blocks(a, b, matches(a, b))
+    pairs = with_blocks(a, b, matches(a, b))
     return (
         *_named(a, b),
         *_settings(a, b),
         *_params(a, b),
-        *_variables(a, b, found),
-        *_blocks(a, b, found),
-        *_rules(a, b, found),
+        *_variables(a, b, pairs),
+        *_blocks(a, b, pairs),
+        *_rules(a, b, pairs),
         *_guarantees(a, b),
     )
 
@@ -172,13 +172,13 @@ def _params(a: FuzzySystem, b: FuzzySystem) -> Iterator[Change]:
             yield _change("unit", name, first[1] or None, second[1] or None, first[2], second[2])
     hedges = [{h.name: h for h in s.hedges} for s in (a, b)]
     for name in _union(*hedges):
-        before, after = (own.get(name) for own in hedges)
+        before, after = (group.get(name) for group in hedges)
         if before != after:
             yield _change("hedge", name, _hedge(before), _hedge(after), before, after)
 
     lets = [{v.name: v for v in s.lets} for s in (a, b)]
     for name in _union(*lets):
-        old, new = (own.get(name) for own in lets)
+        old, new = (group.get(name) for group in lets)
         if old != new:
             yield _change("let", name, _let(old), _let(new), old, new)
 
@@ -191,21 +191,21 @@ def _hedge(h: Hedge | None) -> str | None:
     return f"{h.name}({h.parameter}) = {to_text(h.expression)}" if h is not None else None
 
 
-def _variables(a: FuzzySystem, b: FuzzySystem, found: Matches) -> Iterator[Change]:
-    for what, own, other in (("input", a.inputs, b.inputs), ("output", a.outputs, b.outputs)):
-        second = {found.variable(v.name): v for v in other}
-        for v in own:
+def _variables(a: FuzzySystem, b: FuzzySystem, pairs: Matches) -> Iterator[Change]:
+    for what, one, other in (("input", a.inputs, b.inputs), ("output", a.outputs, b.outputs)):
+        second = {pairs.variable(v.name): v for v in other}
+        for v in one:
             if v.name not in second:
                 yield _change(what, v.name, _head(v), None, v, None)
             else:
-                yield from _variable(a, b, what, v, second[v.name], found)
-        names = {v.name for v in own}
+                yield from _variable(a, b, what, v, second[v.name], pairs)
+        names = {v.name for v in one}
         for w in other:
-            if found.variable(w.name) not in names:
+            if pairs.variable(w.name) not in names:
                 yield _change(what, w.name, None, _head(w), None, w)
-        order = [found.variable(v.name) for v in other if found.variable(v.name) in names]
-        if order != (kept := [v.name for v in own if v.name in second]):
-            yield Change("changed", f"order of {what}s", "", ", ".join(kept), ", ".join(order))
+        order = [pairs.variable(v.name) for v in other if pairs.variable(v.name) in names]
+        if order != (common := [v.name for v in one if v.name in second]):
+            yield Change("changed", f"order of {what}s", "", ", ".join(common), ", ".join(order))
 
 
 def _head(v: LinguisticVariable) -> str:
@@ -213,7 +213,7 @@ def _head(v: LinguisticVariable) -> str:
 
 
 def _variable(
-    a: FuzzySystem, b: FuzzySystem, what: str, v: LinguisticVariable, w: LinguisticVariable, found: Matches
+    a: FuzzySystem, b: FuzzySystem, what: str, v: LinguisticVariable, w: LinguisticVariable, pairs: Matches
 ) -> Iterator[Change]:
     if v.name != w.name:
         yield Change("renamed", what, v.name, v.name, w.name, _line(v), _line(w))
@@ -226,7 +226,7 @@ def _variable(
     for feature in _union(first, second):
         if first.get(feature) != second.get(feature):
             yield _change(feature, v.name, first.get(feature), second.get(feature), v, w)
-    yield from _terms(a, b, v, w, found)
+    yield from _terms(a, b, v, w, pairs)
 
 
 def _features(v: LinguisticVariable) -> dict[str, str]:
@@ -250,9 +250,9 @@ def _features(v: LinguisticVariable) -> dict[str, str]:
 
 
 def _terms(
-    a: FuzzySystem, b: FuzzySystem, v: LinguisticVariable, w: LinguisticVariable, found: Matches
+    a: FuzzySystem, b: FuzzySystem, v: LinguisticVariable, w: LinguisticVariable, pairs: Matches
 ) -> Iterator[Change]:
-    second = {found.term(w.name, t.name): t for t in w.terms}
+    second = {pairs.term(w.name, t.name): t for t in w.terms}
     for t in v.terms:
         u = second.get(t.name)
         if u is None:
@@ -266,7 +266,7 @@ def _terms(
             yield Change(kind, "term", f"{t.name} of {v.name}", *texts, _line(t), _line(u))
     names = {t.name for t in v.terms}
     for u in w.terms:
-        if found.term(w.name, u.name) not in names:
+        if pairs.term(w.name, u.name) not in names:
             yield _change("term", f"{u.name} of {v.name}", None, membership_text(u.membership), None, u)
 
 
@@ -285,9 +285,9 @@ def _numbers(system: FuzzySystem, term: Term) -> tuple[Any, ...]:
         return (m.kind, m.arguments, m.height)
 
 
-def _blocks(a: FuzzySystem, b: FuzzySystem, found: Matches) -> Iterator[Change]:
+def _blocks(a: FuzzySystem, b: FuzzySystem, pairs: Matches) -> Iterator[Change]:
     first = {block.name: block for block in a.rule_blocks}
-    second = {found.block(block.name): block for block in b.rule_blocks}
+    second = {pairs.block(block.name): block for block in b.rule_blocks}
     for name in _union(list(first), list(second)):
         before, after = first.get(name), second.get(name)
         if before and after and before.name != after.name:
@@ -298,10 +298,10 @@ def _blocks(a: FuzzySystem, b: FuzzySystem, found: Matches) -> Iterator[Change]:
             yield _change("rule block", name, one, other, before, after)
 
 
-def _rules(a: FuzzySystem, b: FuzzySystem, found: Matches) -> Iterator[Change]:
+def _rules(a: FuzzySystem, b: FuzzySystem, matched: Matches) -> Iterator[Change]:
     wholes = any(m.activation.compares for s in (a, b) for m in s.rule_methods)
     carried = all(s.method.semantics.consequent_hedges == "carried" for s in (a, b))
-    rules = flat_rules(a, carried=carried), flat_rules(b, found, carried=carried)
+    rules = flat_rules(a, carried=carried), flat_rules(b, matched, carried=carried)
     pairs = list(rule_pairs(*rules, wholes=wholes))
     for pair in pairs:
         yield from _rule(pair)
@@ -370,13 +370,13 @@ def _changes(before: dict[str, _Said], after: dict[str, _Said]) -> Iterator[Chan
 
 
 def _policy(lines: Sequence[sx.Allow]) -> dict[str, _Said]:
-    found: dict[str, _Said] = {}
+    policies: dict[str, _Said] = {}
     for line in lines:
         for code in line.codes:
-            said = _Said(line.keyword.text, line.reason, line.span.line)
-            if code.text not in found or said.word == "deny":
-                found[code.text] = said
-    return found
+            policy = _Said(line.keyword.text, line.reason, line.span.line)
+            if code.text not in policies or policy.word == "deny":
+                policies[code.text] = policy
+    return policies
 
 
 def block_changes(
@@ -387,20 +387,20 @@ def block_changes(
     The order of statements does not count.
     """
     before, after = ({f"{b.kind} {b.name}": b for b in blocks} for blocks in (first, second))
-    found = []
+    pairs = []
     for name in dict.fromkeys([*before, *after]):
         one, other = before.get(name), after.get(name)
         if one != other:
-            found.append((name, tuple(_block_changes(name, one, other))))
-    return found
+            pairs.append((name, tuple(_block_changes(name, one, other))))
+    return pairs
 
 
 def _block_changes(name: str, one: EquationBlock | None, other: EquationBlock | None) -> Iterator[Change]:
     if one is None or other is None:
         kind: Kind = "added" if one is None else "removed"
-        keyword, _, own = name.partition(" ")
+        keyword, _, rest = name.partition(" ")
         texts = (None, "in the second file only") if one is None else ("in the first file only", None)
-        yield Change(kind, keyword, own, *texts)
+        yield Change(kind, keyword, rest, *texts)
         return
     before, after = _statements(one), _statements(other)
     for key in dict.fromkeys([*before, *after]):
@@ -413,10 +413,10 @@ def _statements(block: EquationBlock) -> dict[tuple[str, str], str]:
     """Return the statements of a block by keyword and name; claims by their text."""
     from fuzzyctl.formats.fz_blocks import sections
 
-    found = {("title", ""): block.title, ("source", ""): block.citation}
+    texts = {("title", ""): block.title, ("source", ""): block.citation}
     for line in sections(block):
         keyword, _, rest = line.partition(" ")
         name = rest.partition(" ")[0].partition("(")[0] if keyword not in ("every", "run", "require") else ""
-        found[keyword, rest if keyword == "require" else name] = line
-    found.pop(("", ""), None)
-    return {key: text for key, text in found.items() if text}
+        texts[keyword, rest if keyword == "require" else name] = line
+    texts.pop(("", ""), None)
+    return {key: text for key, text in texts.items() if text}

@@ -136,12 +136,12 @@ def pairing(a: Block, b: Block) -> tuple[list[int], list[int]]:
     )
 
 
-def _positions(what: str, own: list[str], other: list[str]) -> list[int]:
-    if len(own) != len(other):
-        message = f"the blocks have different {what}s: {', '.join(own)} and {', '.join(other)}"
+def _positions(what: str, names: list[str], other: list[str]) -> list[int]:
+    if len(names) != len(other):
+        message = f"the blocks have different {what}s: {', '.join(names)} and {', '.join(other)}"
         raise ArgumentError(message)
-    unnamed = (k for k, name in enumerate(other) if name not in own)
-    return [other.index(name) if name in other else next(unnamed) for name in own]
+    unnamed = (k for k, name in enumerate(other) if name not in names)
+    return [other.index(name) if name in other else next(unnamed) for name in names]
 
 
 class _Pair:
@@ -163,12 +163,12 @@ class _Pair:
         self.progress = progress
         self.kernels, self.states = [_compiled(block) for block in (a, b)], states
         first, second = (k.state_names if k.form.moves else () for k in self.kernels)
-        kept = [(k, second.index(name)) for k, name in enumerate(first) if name in second]
-        self.results = [*(o.name for o in a.outputs), *(f"next {first[k]}" for k, _ in kept)]
+        common = [(k, second.index(name)) for k, name in enumerate(first) if name in second]
+        self.results = [*(o.name for o in a.outputs), *(f"next {first[k]}" for k, _ in common)]
         #: The columns of the results of each that are compared.
         self.chosen = [
-            [*range(len(outputs)), *(len(outputs) + k for k, _ in kept)],
-            [*outputs, *(len(outputs) + k for _, k in kept)],
+            [*range(len(outputs)), *(len(outputs) + k for k, _ in common)],
+            [*outputs, *(len(outputs) + k for _, k in common)],
         ]
 
     def point(self, at: FloatArray) -> dict[str, float]:
@@ -180,18 +180,18 @@ class _Pair:
 
         if self.progress is None or len(points) < MANY:
             return self._values(points)
-        found = []
+        columns = []
         for k, part in enumerate(np.array_split(points, PARTS)):
             self.progress(f"comparing at {len(points):,} points: {100 * k // PARTS} %")
-            found.append(self._values(part))
-        first, second = (np.concatenate(side) for side in zip(*found, strict=True))
+            columns.append(self._values(part))
+        first, second = (np.concatenate(side) for side in zip(*columns, strict=True))
         return first, second
 
     def _values(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
         ordered = (points, points[:, self.columns])
         first, second = (
-            _batch(kernel, own, state)[:, chosen]
-            for kernel, own, state, chosen in zip(self.kernels, ordered, self.states, self.chosen, strict=True)
+            _batch(kernel, inputs, state)[:, chosen]
+            for kernel, inputs, state, chosen in zip(self.kernels, ordered, self.states, self.chosen, strict=True)
         )
         return first, second
 
@@ -212,8 +212,8 @@ def _batch(kernel: Kernel, points: FloatArray, state: Sequence[float] | None = N
     """Return all outputs of a kernel at points, shape (n, outputs), of a controller with its next states."""
     import numpy as np
 
-    found = kernel.batch(np.ascontiguousarray(points), state)
-    parts = found if kernel.form.moves else (found,)
+    values = kernel.batch(np.ascontiguousarray(points), state)
+    parts = values if kernel.form.moves else (values,)
     return np.concatenate([np.asarray(part).reshape(len(points), -1) for part in parts], axis=1)
 
 
@@ -235,12 +235,12 @@ def apart(first: FloatArray, second: FloatArray) -> FloatArray:
 
 
 def _difference(
-    pair: _Pair, points: FloatArray, found: tuple[FloatArray, FloatArray], output: int, seed: int
+    pair: _Pair, points: FloatArray, values: tuple[FloatArray, FloatArray], output: int, seed: int
 ) -> Difference:
     """Return the difference of an output whose values in both systems were found at points."""
     import numpy as np
 
-    first, second = found
+    first, second = values
     lonely = np.isnan(first) != np.isnan(second)
     distance = apart(first, second)
     both = np.isfinite(distance)
@@ -286,9 +286,9 @@ def _refined(
         near[0] = at
         first, second = (values[:, output] for values in pair.values(near))
         best = _worst(first, second)
-        at, found = near[best], (float(first[best]), float(second[best]))
+        at, best_values = near[best], (float(first[best]), float(second[best]))
         size = size / 2.0
-    return at, *found
+    return at, *best_values
 
 
 def at_points(system: FuzzySystem, points: FloatArray, output: int) -> FloatArray:

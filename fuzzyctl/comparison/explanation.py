@@ -93,10 +93,10 @@ def _differ_in_methods_only(a: FuzzySystem, b: FuzzySystem) -> bool:
     if any(m.activation.compares for m in b.rule_methods):
         return False  # there it counts which rules make a block
     usual = (b.method.conjunction, b.method.disjunction, None, b.method.activation)
-    found: dict[int, set[tuple[Any, ...]]] = {-1: {usual}}
-    for own, m in zip(a.rule_methods, b.rule_methods, strict=True):
-        found.setdefault(own.block, set()).add((m.conjunction, m.disjunction, m.implication, m.activation))
-    return all(len(methods) == 1 for methods in found.values())
+    by_block: dict[int, set[tuple[Any, ...]]] = {-1: {usual}}
+    for rule_method, m in zip(a.rule_methods, b.rule_methods, strict=True):
+        by_block.setdefault(rule_method.block, set()).add((m.conjunction, m.disjunction, m.implication, m.activation))
+    return all(len(methods) == 1 for methods in by_block.values())
 
 
 def _block_parts(a: FuzzySystem, b: FuzzySystem) -> Iterator[Part]:
@@ -106,10 +106,10 @@ def _block_parts(a: FuzzySystem, b: FuzzySystem) -> Iterator[Part]:
     method then if all have the same.
     """
     for k, block in enumerate(a.rule_blocks):
-        own = [r for r, m in enumerate(a.rule_methods) if m.block == k]
-        theirs = [b.rule_methods[r] for r in own] if a.rules == b.rules else b.rule_methods
+        rules = [r for r, m in enumerate(a.rule_methods) if m.block == k]
+        theirs = [b.rule_methods[r] for r in rules] if a.rules == b.rules else b.rule_methods
         for word, field in _OF_BLOCKS.items():
-            before, after = getattr(a.rule_methods[own[0]], field), {getattr(m, field) for m in theirs}
+            before, after = getattr(a.rule_methods[rules[0]], field), {getattr(m, field) for m in theirs}
             if len(after) == 1 and after != {before}:
                 (other,) = after
                 texts = _method_text(before), _method_text(other)
@@ -130,27 +130,27 @@ def _set_block(position: int, field: str, value: Any, system: FuzzySystem) -> Fu
 
 def _output_parts(a: FuzzySystem, b: FuzzySystem, i: int, j: int) -> Iterator[Part]:
     """Yield what differs in an output, its own settings or those of the system that it heeds."""
-    own, other = a.outputs[i], b.outputs[j]
-    of = f" of {own.name}" if len(a.outputs) > 1 else ""
-    if _fuzzy(own) != _fuzzy(other):
-        yield Part(f"range and terms of {own.name}", "", "", partial(_set_variable, "outputs", i, other))
+    output, other = a.outputs[i], b.outputs[j]
+    of = f" of {output.name}" if len(a.outputs) > 1 else ""
+    if _fuzzy(output) != _fuzzy(other):
+        yield Part(f"range and terms of {output.name}", "", "", partial(_set_variable, "outputs", i, other))
     for field in ("implication", "aggregation"):
-        first = getattr(own, field) or getattr(a.method, field)
+        first = getattr(output, field) or getattr(a.method, field)
         second = getattr(other, field) or getattr(b.method, field)
         if first != second:
             yield Part(f"{field}{of}", first, second, partial(_set_at, "outputs", i, {field: second}))
-    if own.clamped != other.clamped:
+    if output.clamped != other.clamped:
         yield Part(
             f"clamp{of}",
-            str(own.clamped),
+            str(output.clamped),
             str(other.clamped),
             partial(_set_at, "outputs", i, {"clamped": other.clamped}),
         )
-    if own.otherwise != other.otherwise:
-        texts = otherwise_text(own.otherwise) or "nothing", otherwise_text(other.otherwise) or "nothing"
+    if output.otherwise != other.otherwise:
+        texts = otherwise_text(output.otherwise) or "nothing", otherwise_text(other.otherwise) or "nothing"
         yield Part(f"else{of}", *texts, partial(_set_at, "outputs", i, {"otherwise": other.otherwise}))
     yield from _defuzzifier_parts(
-        own.defuzzifier or a.method.defuzzifier, other.defuzzifier or b.method.defuzzifier, i, of
+        output.defuzzifier or a.method.defuzzifier, other.defuzzifier or b.method.defuzzifier, i, of
     )
 
 
@@ -172,11 +172,11 @@ def _fuzzy(v: LinguisticVariable) -> tuple[Any, ...]:
 
 
 def _set_setting(name: str, method: Method, system: FuzzySystem) -> FuzzySystem:
-    own, field = system.method, _FIELDS.get(name, name)
-    if hasattr(own, field):
-        changed = replace(own, **{field: getattr(method, field)})
+    current, field = system.method, _FIELDS.get(name, name)
+    if hasattr(current, field):
+        changed = replace(current, **{field: getattr(method, field)})
     else:
-        changed = replace(own, semantics=replace(own.semantics, **{name: getattr(method.semantics, name)}))
+        changed = replace(current, semantics=replace(current.semantics, **{name: getattr(method.semantics, name)}))
     return replace(system, method=changed)
 
 
@@ -185,8 +185,8 @@ def _set_field(field: str, value: Any, system: FuzzySystem) -> FuzzySystem:
 
 
 def _set_variable(field: str, position: int, other: LinguisticVariable, system: FuzzySystem) -> FuzzySystem:
-    own = getattr(system, field)[position]
-    names = (name for name in ("lower", "upper", "terms", "extrapolate") if hasattr(own, name))
+    variable = getattr(system, field)[position]
+    names = (name for name in ("lower", "upper", "terms", "extrapolate") if hasattr(variable, name))
     return _set_at(field, position, {name: getattr(other, name) for name in names}, system)
 
 
@@ -206,17 +206,17 @@ def _is_linear(system: FuzzySystem) -> bool:
 
 def _set_structure(b: FuzzySystem, inputs: list[int], order: list[int], system: FuzzySystem) -> FuzzySystem:
     """Keep the settings of a system, and take all else from another, in the order of the first."""
-    kept = ("implication", "aggregation", "defuzzifier", "otherwise", "clamped")
+    fields = ("implication", "aggregation", "defuzzifier", "otherwise", "clamped")
     outputs = tuple(
-        replace(b.outputs[j], **{name: getattr(own, name) for name in kept})
-        for own, j in zip(system.outputs, order, strict=True)
+        replace(b.outputs[j], **{name: getattr(output, name) for name in fields})
+        for output, j in zip(system.outputs, order, strict=True)
     )
     return replace(b, method=system.method, inputs=tuple(b.inputs[j] for j in inputs), outputs=outputs)
 
 
 def _set_in_defuzzifier(position: int, field: str, value: Any, system: FuzzySystem) -> FuzzySystem:
-    own = system.outputs[position].defuzzifier or system.method.defuzzifier
-    return _set_at("outputs", position, {"defuzzifier": replace(own, **{field: value})}, system)
+    defuzzifier = system.outputs[position].defuzzifier or system.method.defuzzifier
+    return _set_at("outputs", position, {"defuzzifier": replace(defuzzifier, **{field: value})}, system)
 
 
 if TYPE_CHECKING:
@@ -325,8 +325,8 @@ def _scale(system: FuzzySystem, difference: Difference, output: int) -> float:
 
 def causes(a: FuzzySystem, b: FuzzySystem, difference: Difference) -> tuple[Cause, ...]:
     """Return the causes of the largest difference; where only one system has a value, of that."""
-    found = explanation(a, b, difference)
-    return found.largest or found.gap
+    explained = explanation(a, b, difference)
+    return explained.largest or explained.gap
 
 
 def _greedy(a: FuzzySystem, b: FuzzySystem, distance: Distance) -> tuple[tuple[Cause, ...], FuzzySystem]:
@@ -335,7 +335,7 @@ def _greedy(a: FuzzySystem, b: FuzzySystem, distance: Distance) -> tuple[tuple[C
     Returns:
         The parts with what each explains, and the first system with them.
     """
-    found: list[Cause] = []
+    chain: list[Cause] = []
     left, current, start = list(parts(a, b, *pairing(a, b))), a, distance(a)
     far = start
     while left and far > NOTHING * start:
@@ -349,10 +349,10 @@ def _greedy(a: FuzzySystem, b: FuzzySystem, distance: Distance) -> tuple[tuple[C
         *_, best = min(working)
         part, system, new = tried[best]
         assert system is not None
-        found.append(Cause(part.name, part.before, part.after, (far - new) / start))
+        chain.append(Cause(part.name, part.before, part.after, (far - new) / start))
         left.remove(part)
         current, far = system, new
-    return tuple(found), current
+    return tuple(chain), current
 
 
 def _with(system: FuzzySystem, part: Part, distance: Distance) -> tuple[FuzzySystem | None, float]:

@@ -50,7 +50,7 @@ def compared_text(
     first: str,
     block: Any,
     second: str,
-    found: Sequence[Difference],
+    differences: Sequence[Difference],
     explanations: Sequence[Explanation | None],
 ) -> list[str]:
     """Return the lines of a comparison.
@@ -59,15 +59,15 @@ def compared_text(
         first: What the first one is called.
         block: Either of them, for the units.
         second: What the second one is called.
-        found: The difference of each output.
+        differences: The difference of each output.
         explanations: What explains each, None if that is not looked for.
     """
-    count = found[0].points
+    count = differences[0].points
     lines = [f"{first}  and  {second}: {count:,} point{'' if count == 1 else 's'}"]
     units = {o.name: o.unit for o in block.outputs} | {f"next {s.name}": s.unit for s in block.states}
-    for d, own in zip(found, explanations, strict=True):
+    for d, explained in zip(differences, explanations, strict=True):
         unit = units.get(d.output, "")
-        lines += [f"  {line}" for line in _output(d, own, f" {unit}" if unit else "", _beyond(block, d))]
+        lines += [f"  {line}" for line in _output(d, explained, f" {unit}" if unit else "", _beyond(block, d))]
     return lines
 
 
@@ -95,8 +95,8 @@ def _output(d: Difference, explained: Explanation | None, unit: str, beyond: Seq
         else:
             causes = ["  that is rounding"] if explained.rounding else _indented(_causes(explained.largest))
             # Causes of the mean stand below it where they are others.
-            own = _indented(_indented(_causes(explained.mean))) if explained.mean else []
-            lines += [*causes, *mean, *own] if own else [*mean, *causes]
+            causes_of_mean = _indented(_indented(_causes(explained.mean))) if explained.mean else []
+            lines += [*causes, *mean, *causes_of_mean] if causes_of_mean else [*mean, *causes]
     elif not d.valued:
         lines = [f"{d.output}: nowhere have both a value"]
     if d.gap is not None:
@@ -119,9 +119,9 @@ def _indented(lines: Sequence[str]) -> list[str]:
 
 def _causes(causes: tuple[Cause, ...]) -> list[str]:
     """Return one line for each cause with a part worth naming, the largest first, and what no cause explains."""
-    shown = sorted((c for c in causes if abs(c.explains) >= LEAST_SHARE), key=lambda c: -abs(c.explains))
-    names = [_cause(c) for c in shown]
-    parts = [c.explains for c in shown]
+    largest = sorted((c for c in causes if abs(c.explains) >= LEAST_SHARE), key=lambda c: -abs(c.explains))
+    names = [_cause(c) for c in largest]
+    parts = [c.explains for c in largest]
     rest = 1.0 - sum(c.explains for c in causes)
     if abs(rest) >= LEAST_SHARE:
         names, parts = [*names, "the rest: several of what differs at once"], [*parts, rest]

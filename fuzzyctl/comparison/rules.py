@@ -124,7 +124,7 @@ def _changed_parts(group: _Group) -> Iterator[RulePair]:
     second = [t for j, rule in group.second.items() for t in _said(j, rule)]
     pairs = list(_said_pairs(first, second))
     met = {id(one.rule) for s, t in pairs if s and t for one in (s, t)}
-    shown: set[int] = set()
+    listed: set[int] = set()
     for s, t in pairs:
         before, after = s.rule if s else None, t.rule if t else None
         if s and t:
@@ -132,8 +132,8 @@ def _changed_parts(group: _Group) -> Iterator[RulePair]:
             yield RulePair(before, after, changed, (s.position, t.position))
         elif id(before or after) in met:
             yield RulePair(before, after, (_texts(s, t),))
-        elif id(before or after) not in shown:
-            shown.add(id(before or after))
+        elif id(before or after) not in listed:
+            listed.add(id(before or after))
             yield RulePair(before, after)
 
 
@@ -152,10 +152,10 @@ def _said_pairs(first: list[Said], second: list[Said]) -> Iterator[tuple[Said | 
     partner: dict[int, Said] = {}
     for like in likeness:
         for s in [s for s in left if id(s) not in partner]:
-            found = next((t for t in right if like(t) == like(s)), None)
-            if found is not None:
-                partner[id(s)] = found
-                right = [t for t in right if t is not found]
+            match = next((t for t in right if like(t) == like(s)), None)
+            if match is not None:
+                partner[id(s)] = match
+                right = [t for t in right if t is not match]
     yield from ((s, partner.get(id(s))) for s in left)
     yield from ((None, t) for t in right)
 
@@ -194,8 +194,8 @@ def matches(a: FuzzySystem, b: FuzzySystem) -> Matches:
     """Pair variables and terms by name, and by name but for case and signs; of the rest those that mean the same."""
     variables: dict[str, str] = {}
     terms: dict[tuple[str, str], str] = {}
-    for own, other in ((a.inputs, b.inputs), (a.outputs, b.outputs)):
-        for first, second in _variable_pairs(own, other):
+    for one, other in ((a.inputs, b.inputs), (a.outputs, b.outputs)):
+        for first, second in _variable_pairs(one, other):
             variables[second.name] = first.name
             for t, u in _term_pairs(first.terms, second.terms):
                 terms[second.name, u.name] = t.name
@@ -203,11 +203,11 @@ def matches(a: FuzzySystem, b: FuzzySystem) -> Matches:
 
 
 def _by_name(
-    own: Sequence[Named], other: Sequence[Named]
+    one: Sequence[Named], other: Sequence[Named]
 ) -> tuple[list[tuple[Named, Named]], list[Named], list[Named]]:
     """Return pairs of the same name, or of names that differ in case and signs only, and what is left of both."""
     pairs: list[tuple[Named, Named]] = []
-    left, right = list(own), list(other)
+    left, right = list(one), list(other)
     for key in (lambda n: n, letters):
         names = [[key(x.name) for x in side] for side in (left, right)]
         for x, name in zip(list(left), names[0], strict=True):
@@ -225,9 +225,9 @@ def letters(name: str) -> str:
 
 
 def _variable_pairs(
-    own: Sequence[LinguisticVariable], other: Sequence[LinguisticVariable]
+    one: Sequence[LinguisticVariable], other: Sequence[LinguisticVariable]
 ) -> list[tuple[LinguisticVariable, LinguisticVariable]]:
-    pairs, left, right = _by_name(own, other)
+    pairs, left, right = _by_name(one, other)
     for v in left:
         same = [w for w in right if (w.lower, w.upper) == (v.lower, v.upper) and _shapes(w) == _shapes(v)]
         if len(same) == 1 and sum(_shapes(u) == _shapes(v) for u in left) == 1:
@@ -239,8 +239,8 @@ def _shapes(v: LinguisticVariable) -> list[object]:
     return [t.membership for t in v.terms]
 
 
-def _term_pairs(own: Sequence[Term], other: Sequence[Term]) -> list[tuple[Term, Term]]:
-    pairs, left, right = _by_name(own, other)
+def _term_pairs(one: Sequence[Term], other: Sequence[Term]) -> list[tuple[Term, Term]]:
+    pairs, left, right = _by_name(one, other)
     for t in left:
         same = [u for u in right if u.membership == t.membership]
         if len(same) == 1 and sum(u.membership == t.membership for u in left) == 1:
@@ -280,13 +280,13 @@ def flat_rules(system: FuzzySystem, names: Matches | None = None, *, carried: bo
         carried: Whether a hedge in a consequent stays for all later ones of its rule, which then say so.
     """
     names = names or Matches({}, {})
-    found = []
+    rules = []
     for what, rule, block in _rules(system):
         name = antecedent_text(rule.antecedent, top=True)
         consequents = tuple(_consequents(rule, names, carried))
         key = _key(rule.antecedent, names)
-        found.append(FlatRule(key, rule, what, name, rule_text(rule), consequents, names.block(block)))
-    return found
+        rules.append(FlatRule(key, rule, what, name, rule_text(rule), consequents, names.block(block)))
+    return rules
 
 
 def with_blocks(a: FuzzySystem, b: FuzzySystem, names: Matches) -> Matches:
@@ -305,11 +305,11 @@ def with_blocks(a: FuzzySystem, b: FuzzySystem, names: Matches) -> Matches:
 
 def _said_by_block(system: FuzzySystem, names: Matches) -> dict[str, Counter[object]]:
     """Return what the rules of each rule block say, in the names of another system."""
-    found: dict[str, Counter[object]] = {block.name: Counter() for block in system.rule_blocks}
+    counts: dict[str, Counter[object]] = {block.name: Counter() for block in system.rule_blocks}
     for rule in flat_rules(system, names):
         if rule.block:
-            found[rule.block][rule.key, rule.consequents] += 1
-    return found
+            counts[rule.block][rule.key, rule.consequents] += 1
+    return counts
 
 
 def _rules(system: FuzzySystem) -> Iterator[tuple[str, Rule, str]]:

@@ -88,14 +88,14 @@ def convert(system: FuzzySystem, target: str, *, points: int = POINTS, progress:
     if target in ("python", "markdown"):
         return Conversion(target, text, tuple(losses), None, (), ())
     back = _read_back(system, text, target)
-    found = _compared(system, back, target, points, progress)
+    gaps = _compared(system, back, target, points, progress)
     if not any(not loss.exact for loss in losses):
-        losses = [*losses, *_unexplained(system, found)]
-    explained = tuple(explanation(system, back, d, progress=progress) for d in found)
+        losses = [*losses, *_unexplained(system, gaps)]
+    explained = tuple(explanation(system, back, d, progress=progress) for d in gaps)
     holds = any(isinstance(o.otherwise, Hold) for o in system.outputs)  # which points apart from each other do not show
     widths = [system.number(o.upper) - system.number(o.lower) for o in system.outputs]
-    slight = not holds and all(d.within(SLIGHT * w) for d, w in zip(found, widths, strict=True))
-    return Conversion(target, text, tuple(losses), back, found, explained, slight)
+    slight = not holds and all(d.within(SLIGHT * w) for d, w in zip(gaps, widths, strict=True))
+    return Conversion(target, text, tuple(losses), back, gaps, explained, slight)
 
 
 def _compared(
@@ -116,16 +116,16 @@ def _compared(
 
 def left_out(diagnostics: Iterable[Diagnostic]) -> tuple[Loss, ...]:
     """Return what reading a file left out because it is switched off there, so that no format can get it."""
-    found = [d for d in diagnostics if d.code == "FZ611"]
+    reports = [d for d in diagnostics if d.code == "FZ611"]
     return tuple(
-        Loss(f"line {d.span.line}" if d.span else "the file", "left out", d.message, exact=True) for d in found
+        Loss(f"line {d.span.line}" if d.span else "the file", "left out", d.message, exact=True) for d in reports
     )
 
 
-def _unexplained(system: FuzzySystem, found: tuple[Difference, ...]) -> list[Loss]:
+def _unexplained(system: FuzzySystem, differences: tuple[Difference, ...]) -> list[Loss]:
     """Return what changed although the writer knows of nothing that would: no file is to be other than it says."""
     losses = []
-    for d in found:
+    for d in differences:
         output = system.output(d.output)
         span = abs(system.number(output.upper) - system.number(output.lower))
         if d.gap is not None:
@@ -160,13 +160,13 @@ def written(system: FuzzySystem, target: str) -> tuple[str, list[Loss]]:
 
 def _formulas(system: FuzzySystem) -> list[str]:
     """Return the lets of a system and its outputs that are formulas, which no other tool has."""
-    found = [f"let '{v.name}'" for v in system.lets]
-    return found + [f"output '{o.name}', which is a formula" for o in system.outputs if o.value is not None]
+    names = [f"let '{v.name}'" for v in system.lets]
+    return names + [f"output '{o.name}', which is a formula" for o in system.outputs if o.value is not None]
 
 
-def _refused_there(system: FuzzySystem, target: str, found: Iterable[Diagnostic]) -> DiagnosticError:
+def _refused_there(system: FuzzySystem, target: str, diagnostics: Iterable[Diagnostic]) -> DiagnosticError:
     """Return the error for a system that is invalid in the target format, located in the source text."""
-    return cannot(system, TARGETS[target][0], [d.message for d in found if d.severity == "error"])
+    return cannot(system, TARGETS[target][0], [d.message for d in diagnostics if d.severity == "error"])
 
 
 def _read_back(system: FuzzySystem, text: str, target: str) -> FuzzySystem:

@@ -137,10 +137,10 @@ def _besides(v: LinguisticVariable) -> str:
                 parts.append("The value is clamped to this range.")
             if v.adaptive is not None:
                 parts.append(f"Its consequents adapt at the rate {_code(to_text(v.adaptive))}.")
-            own = [getattr(v, n) for n in ("implication", "aggregation") if getattr(v, n) is not None]
-            own += [described(v.defuzzifier)] if v.defuzzifier is not None else []
-            if own:
-                parts.append(f"It has its own {', '.join(map(_code, own))}.")
+            norms = [getattr(v, n) for n in ("implication", "aggregation") if getattr(v, n) is not None]
+            norms += [described(v.defuzzifier)] if v.defuzzifier is not None else []
+            if norms:
+                parts.append(f"It has its own {', '.join(map(_code, norms))}.")
             return " ".join(parts)
     return ""
 
@@ -169,9 +169,9 @@ def _rules(system: FuzzySystem) -> Iterator[str]:
         if of_none or block is not system.rule_blocks[0]:
             yield ""
         yield from [f"### Rule block {_plain(block.name)}", ""]
-        own = [_code(f"{keyword} {value}") for keyword, value in block_settings(block)]
-        if own:
-            yield from [f"It has its own {', '.join(own)}.", ""]
+        words = [_code(f"{keyword} {value}") for keyword, value in block_settings(block)]
+        if words:
+            yield from [f"It has its own {', '.join(words)}.", ""]
         yield from _parts(block.rules)
 
 

@@ -77,8 +77,8 @@ def _variables(system: FuzzySystem) -> Iterator[str]:
 
 def _let(v: Let) -> list[str]:
     is_ranged = (v.lower, v.upper) != ANYWHERE
-    own = [_value(v.lower), _value(v.upper), *_described(v)] if is_ranged else _described(v)[1:]
-    return [_text(v.name), _value(v.value), *own]
+    arguments = [_value(v.lower), _value(v.upper), *_described(v)] if is_ranged else _described(v)[1:]
+    return [_text(v.name), _value(v.value), *arguments]
 
 
 def _variable(v: LinguisticVariable) -> list[str]:

@@ -28,24 +28,24 @@ _PRESENTERS: Final = {
 }
 
 
-def html(shown: object) -> str:
+def html(value: object) -> str:
     """Return what a notebook shows of an object of these types."""
-    return _presented(shown, "html")
+    return _presented(value, "html")
 
 
-def text(shown: object) -> str:
+def text(value: object) -> str:
     """Return what `print` prints of an object of these types; the last line does not end."""
-    return _presented(shown, "text").removesuffix("\n")
+    return _presented(value, "text").removesuffix("\n")
 
 
-def line(shown: object) -> str:
+def line(part: object) -> str:
     """Return the `repr` of a part of a system."""
-    text: str = import_module("fuzzyctl.display.parts").line(shown)
-    return printable(f"{type(shown).__name__}({text})")
+    text: str = import_module("fuzzyctl.display.parts").line(part)
+    return printable(f"{type(part).__name__}({text})")
 
 
-def _presented(shown: object, form: str) -> str:
-    name = next(kind.__name__ for kind in type(shown).__mro__ if kind.__name__ in _PRESENTERS)
+def _presented(value: object, form: str) -> str:
+    name = next(kind.__name__ for kind in type(value).__mro__ if kind.__name__ in _PRESENTERS)
     module, _, prefix = _PRESENTERS[name].partition(".")
-    text: str = getattr(import_module(f"fuzzyctl.display.{module}"), f"{prefix}_{form}")(shown)
+    text: str = getattr(import_module(f"fuzzyctl.display.{module}"), f"{prefix}_{form}")(value)
     return text

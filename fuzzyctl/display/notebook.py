@@ -18,19 +18,23 @@ if TYPE_CHECKING:
     from fuzzyctl.simulation.run import Run
 
 
-def kernel_html(shown: Kernel) -> str:
+def kernel_html(kernel: Kernel) -> str:
     """Return the facts of a kernel, and of a system without free numbers its surface."""
-    facts = {"backend": shown.backend, "inputs": ", ".join(shown.input_names), "outputs": ", ".join(shown.output_names)}
-    if not shown.form.moves:
-        facts["rules"] = str(shown.n_rules)
-    facts["states"] = str(shown.n_states)
-    if shown.form.moves:
-        facts["period"] = "given by the caller" if shown.period is None else f"{shown.period:.12g} s"
+    facts = {
+        "backend": kernel.backend,
+        "inputs": ", ".join(kernel.input_names),
+        "outputs": ", ".join(kernel.output_names),
+    }
+    if not kernel.form.moves:
+        facts["rules"] = str(kernel.n_rules)
+    facts["states"] = str(kernel.n_states)
+    if kernel.form.moves:
+        facts["period"] = "given by the caller" if kernel.period is None else f"{kernel.period:.12g} s"
     else:
-        facts["algorithm"] = shown.algorithm.name
-    if shown.free_names:
-        facts["free numbers"] = ", ".join(shown.free_names)
-    picture = Markup("") if shown.form.moves or shown.free_names else _surface_of(shown)
+        facts["algorithm"] = kernel.algorithm.name
+    if kernel.free_names:
+        facts["free numbers"] = ", ".join(kernel.free_names)
+    picture = Markup("") if kernel.form.moves or kernel.free_names else _surface_of(kernel)
     return page("Kernel", pairs("", facts), picture)
 
 
@@ -45,11 +49,11 @@ def _surface_of(kernel: Kernel) -> Markup:
     return picture_png(picture, f"{kernel.output_names[0]} over {' and '.join(kernel.input_names[:2])}")
 
 
-def plot_html(shown: Panels | Plot | Plot3D) -> str:
+def plot_html(plot: Panels | Plot | Plot3D) -> str:
     """Return the picture; one whose colours stand for values stays on white."""
     from fuzzyctl.plot.figures import Panels, png, svg
 
-    figure: Any = shown.figure if isinstance(shown, Panels) else shown.get_figure(root=True)
+    figure: Any = plot.figure if isinstance(plot, Panels) else plot.get_figure(root=True)
     texts = [ax.get_title() or ax.get_ylabel() for ax in figure.axes]
     what = ", ".join(filter(None, texts)) or "plot"
     return page("", picture_png(png(figure), what) if _has_values(figure) else picture_svg(svg(figure), what))
@@ -98,21 +102,21 @@ def _signals(run: Run) -> Markup:
     return picture_svg(svg(runs(run).figure), "signals over time") if len(run) else Markup("")
 
 
-def verdict_html(shown: Verdict | Verdicts) -> str:
+def verdict_html(verdict: Verdict | Verdicts) -> str:
     """Return one verdict with its witness, or a table of several."""
-    if isinstance(shown, Verdicts):
-        verdicts = [(_word(v), v.claim, _finding(v)) for v in shown]
+    if isinstance(verdict, Verdicts):
+        verdicts = [(_word(v), v.claim, _finding(v)) for v in verdict]
         width = 3 if any(finding for _, _, finding in verdicts) else 2
         header = ("verdict", "claim", "found")[:width]
-        return page(counted(len(shown), "guarantee"), table("", header, [row[:width] for row in verdicts]))
-    parts: list[Markup] = [paragraph(_note(shown), "note")]
-    if isinstance(shown, Refuted):
-        parts.append(_witness(shown))
-    if isinstance(shown, Undecided):
-        names = list(dict.fromkeys(name for box in shown.boxes for name in box))
-        rows = [[str(k + 1), *(str(box.get(n, "")) for n in names)] for k, box in enumerate(shown.boxes)]
+        return page(counted(len(verdict), "guarantee"), table("", header, [row[:width] for row in verdicts]))
+    parts: list[Markup] = [paragraph(_note(verdict), "note")]
+    if isinstance(verdict, Refuted):
+        parts.append(_witness(verdict))
+    if isinstance(verdict, Undecided):
+        names = list(dict.fromkeys(name for box in verdict.boxes for name in box))
+        rows = [[str(k + 1), *(str(box.get(n, "")) for n in names)] for k, box in enumerate(verdict.boxes)]
         parts.append(table("Open boxes", ("box", *names), rows))
-    return page(f"{_word(shown)}: {shown.claim}", *parts)
+    return page(f"{_word(verdict)}: {verdict.claim}", *parts)
 
 
 def _word(verdict: Verdict) -> str:

@@ -118,7 +118,7 @@ def _input(system: FuzzySystem, v: Input) -> dict[str, Any]:
 
 
 def _outputs(system: FuzzySystem) -> list[dict[str, Any]]:
-    found = []
+    outputs = []
     proved = _proved(system)
     for v in system.outputs:
         method: dict[str, str | None] = {
@@ -139,8 +139,8 @@ def _outputs(system: FuzzySystem) -> list[dict[str, Any]]:
             "adaptive": to_text(v.adaptive) if v.adaptive else None,
             "formula": to_text(v.value) if v.value is not None else None,
         }
-        found.append(_variable(system, v) | rest | proved[v.name])
-    return found
+        outputs.append(_variable(system, v) | rest | proved[v.name])
+    return outputs
 
 
 def _otherwise(system: FuzzySystem, v: Output) -> float | str | None:
@@ -172,7 +172,7 @@ def _proved(system: FuzzySystem) -> dict[str, dict[str, Any]]:
     except DiagnosticError as error:
         unknown = {"verdict": "undecided", "reason": error.diagnostics[0].message}
         return {o.name: {"bounds": None, "coverage": unknown} for o in system.outputs}
-    found: dict[str, dict[str, Any]] = {}
+    facts: dict[str, dict[str, Any]] = {}
     for o in system.outputs:
         bound, verdict = bounds[o.name], verdicts[o.name]
         coverage: dict[str, Any]
@@ -183,16 +183,16 @@ def _proved(system: FuzzySystem) -> dict[str, dict[str, Any]]:
         else:
             coverage = {"verdict": "undecided", "reason": verdict.reason}
         values = {"low": _plain(bound.lo), "high": _plain(bound.hi), "attained": bound.exact}
-        found[o.name] = {"bounds": values, "coverage": coverage}
-    return found
+        facts[o.name] = {"bounds": values, "coverage": coverage}
+    return facts
 
 
 def _block(block: RuleTable | Rule | RuleBlock) -> dict[str, Any]:
     if isinstance(block, Rule):
         return {"rule": rule_text(block)}
     if isinstance(block, RuleBlock):
-        own = dict(block_settings(block))
-        return {"block": block.name, "method": own, "rules": [_block(part) for part in block.rules]}
+        settings = dict(block_settings(block))
+        return {"block": block.name, "method": settings, "rules": [_block(part) for part in block.rules]}
     return {
         "table": list(block.outputs),
         "rows": block.rows,

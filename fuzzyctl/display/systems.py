@@ -142,7 +142,7 @@ def block_html(block: Controller | Plant | Loop) -> str:
         paragraph(", ".join(times)),
         params_table(data["params"]),
         *(
-            table(heading, (), [(s,) for s in found], headed_rows=False)
-            for heading, found in data["statements"].items()
+            table(heading, (), [(s,) for s in statements], headed_rows=False)
+            for heading, statements in data["statements"].items()
         ),
     )

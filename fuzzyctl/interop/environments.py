@@ -70,14 +70,14 @@ def opened_loop(loop: Loop, block: str) -> OpenedLoop:
     if controller is None:
         raise ArgumentError(f"block '{block}' is a plant: an agent takes the place of a controller")
     step, every = sample_times(loop)
-    taken = {p.name for p in loop.params} | {d.name for d in loop.definitions} | {i.name for i in loop.instances}
-    actions = _fresh(block, [r.name for r in controller.results], taken)
-    observations = _fresh(block, [s.name for s in controller.inputs], taken | set(actions))
+    names = {p.name for p in loop.params} | {d.name for d in loop.definitions} | {i.name for i in loop.instances}
+    actions = _fresh(block, [r.name for r in controller.results], names)
+    observations = _fresh(block, [s.name for s in controller.inputs], names | set(actions))
     values: dict[str, Expr] = {
         f"{block}.{r.name}": Name(action) for r, action in zip(controller.results, actions, strict=True)
     }
-    given = _inputs(instance, controller)
-    seen = tuple(Definition(name=n, value=e) for n, e in zip(observations, given, strict=True))
+    inputs = _inputs(instance, controller)
+    seen = tuple(Definition(name=n, value=e) for n, e in zip(observations, inputs, strict=True))
     set_params = dataclasses.replace(controller, params=tuple(
         dataclasses.replace(p, expression=Number(v))
         for p, v in zip(controller.params, block_params(loop, instance).values(), strict=True)
@@ -144,23 +144,23 @@ def opened_plant(plant: Plant, dt: float, duration: float) -> OpenedLoop:
     )
 
 
-def with_action_ranges(opened: OpenedLoop, given: Mapping[str, tuple[float, float]]) -> OpenedLoop:
+def with_action_ranges(opened: OpenedLoop, limits: Mapping[str, tuple[float, float]]) -> OpenedLoop:
     """Return an open loop whose actions have finite ranges, as agents draw them from these.
 
     Args:
         opened: The loop.
-        given: Ranges by the names that the user has for the actions; the others are those of the text.
+        limits: Ranges by the names that the user has for the actions; the others are those of the text.
 
     Raises:
         UnknownNameError: For a name of no action.
         ArgumentError: For actions without a finite range.
     """
-    known = [opened.shown[a].removeprefix(opened.prefix) for a in opened.actions]
-    for name in given:
-        if name not in known:
-            raise UnknownNameError("action", name, known)
-    ranges = tuple(given.get(n, ends) for n, ends in zip(known, opened.action_ranges, strict=True))
-    without = [n for n, ends in zip(known, ranges, strict=True) if not all(map(math.isfinite, ends))]
+    names = [opened.shown[a].removeprefix(opened.prefix) for a in opened.actions]
+    for name in limits:
+        if name not in names:
+            raise UnknownNameError("action", name, names)
+    ranges = tuple(limits.get(n, ends) for n, ends in zip(names, opened.action_ranges, strict=True))
+    without = [n for n, ends in zip(names, ranges, strict=True) if not all(map(math.isfinite, ends))]
     if without:
         what = "inputs of the plant" if opened.prefix else "outputs of the controller"
         raise ArgumentError(
@@ -170,24 +170,24 @@ def with_action_ranges(opened: OpenedLoop, given: Mapping[str, tuple[float, floa
     return dataclasses.replace(opened, action_ranges=ranges)
 
 
-def _fresh(block: str, names: Sequence[str], taken: set[str]) -> tuple[str, ...]:
+def _fresh(block: str, names: Sequence[str], others: set[str]) -> tuple[str, ...]:
     """Return names `BLOCK_NAME` that the loop does not have."""
-    found = []
+    fresh = []
     for name in names:
         new = f"{block}_{name}"
-        while new in taken:
+        while new in others:
             new += "_"
-        found.append(new)
-        taken = taken | {new}
-    return tuple(found)
+        fresh.append(new)
+        others = others | {new}
+    return tuple(fresh)
 
 
 def _inputs(instance: Instance, controller: Controller) -> list[Expr]:
     """Return what the inputs of a block are connected with, in order."""
-    given = [a for a in instance.arguments if not isinstance(a, Keyword)]
+    positional = [a for a in instance.arguments if not isinstance(a, Keyword)]
     named = {a.name: a.value for a in instance.arguments if isinstance(a, Keyword)}
     names = [s.name for s in controller.inputs]
-    by_name = dict(zip(names, given, strict=False)) | named
+    by_name = dict(zip(names, positional, strict=False)) | named
     return [by_name[name] for name in names]
 
 
@@ -253,10 +253,10 @@ class LoopEnvironment(gymnasium.Env[Any, Any]):  # type: ignore[misc]  # gymnasi
                 raise UnknownNameError("option", name, ("start",))
         super().reset(seed=seed)
         begin = {name: float(self.np_random.uniform(*ends)) for name, ends in self._start.items()}
-        given = (options or {}).get("start", {})
-        if not isinstance(given, Mapping):
-            raise ArgumentError(f"the option 'start' must be values by the names of states, got {given!r}")
-        begin |= {f"{self.opened.prefix}{name}": number(f"start of '{name}'", value) for name, value in given.items()}
+        start = (options or {}).get("start", {})
+        if not isinstance(start, Mapping):
+            raise ArgumentError(f"the option 'start' must be values by the names of states, got {start!r}")
+        begin |= {f"{self.opened.prefix}{name}": number(f"start of '{name}'", value) for name, value in start.items()}
         noise = int(self.np_random.integers(2**32))
         self._stepper = Stepper(self.experiment, self._substeps, noise, begin)
         row = self._stepper.look(np.zeros(len(self.opened.actions)))
@@ -301,14 +301,14 @@ class LoopEnvironment(gymnasium.Env[Any, Any]):  # type: ignore[misc]  # gymnasi
                 break
         signals = self._signals(row, values)
         total = total if self._reward is None else number("the reward", self._reward(signals))
-        found = self._observed(row)
+        observation = self._observed(row)
         outside = [n for n, value, low, high in self._ranged(row) if not low <= value <= high]
         if outside:
             signals["stopped"] = f"{', '.join(outside)} left the range at t = {signals['t']:.6g} s"
             total -= self._penalty
         truncated = stepper.sample >= last
         self._ended = bool(outside) or truncated
-        return found, total, bool(outside), truncated, signals
+        return observation, total, bool(outside), truncated, signals
 
     def _stopped(
         self, row: Any, why: Diagnostic, total: float, values: Any
@@ -330,10 +330,10 @@ class LoopEnvironment(gymnasium.Env[Any, Any]):  # type: ignore[misc]  # gymnasi
     def _signals(self, row: Any, values: Any) -> dict[str, Any]:
         """Return the signals by the names that a run has for them."""
         assert self._stepper is not None
-        positions, shown = self.experiment.positions, self.opened.shown
-        found = {shown.get(n, n): float(row[k]) for n, k in positions.items() if not n.startswith("#")}
-        actions = {shown[a]: float(value) for a, value in zip(self.opened.actions, values, strict=True)}
-        return {"t": self._stepper.sample * self.experiment.step, **found, **actions}
+        positions, labels = self.experiment.positions, self.opened.shown
+        signals = {labels.get(n, n): float(row[k]) for n, k in positions.items() if not n.startswith("#")}
+        actions = {labels[a]: float(value) for a, value in zip(self.opened.actions, values, strict=True)}
+        return {"t": self._stepper.sample * self.experiment.step, **signals, **actions}
 
     def _integral(self, name: str) -> Callable[[Any, Any], float]:
         """Return what a step between two samples adds to a measure."""

@@ -74,19 +74,19 @@ class Policy:
             ArgumentError: For an observation of another shape.
             ValueOutOfBoundsError: For an observation with NaN.
         """
-        found = numbers(observation)
-        if found is None or found.shape != (len(self._names),):
+        observed = numbers(observation)
+        if observed is None or observed.shape != (len(self._names),):
             raise ArgumentError(
                 f"the observation must have the shape ({len(self._names)},) for {', '.join(self._names)}, "
                 f"got {observation!r}"
             )
-        if np.isnan(found).any():
-            undefined = [name for name, value in zip(self._names, found, strict=True) if np.isnan(value)]
+        if np.isnan(observed).any():
+            undefined = [name for name, value in zip(self._names, observed, strict=True) if np.isnan(value)]
             raise ValueOutOfBoundsError(f"observation of {', '.join(undefined)}", math.nan, "a number")
         if self._moves:
-            outputs, self.state = self._kernel(*found.tolist(), self.state, dt=self._dt)
+            outputs, self.state = self._kernel(*observed.tolist(), self.state, dt=self._dt)
         else:
-            outputs = self._kernel(*found.tolist())
+            outputs = self._kernel(*observed.tolist())
         return np.atleast_1d(np.array(outputs))
 
 
@@ -138,7 +138,7 @@ def environment(
         raise ArgumentError(f"reward must be a function of the signals or the name of a measure, got {reward!r}")
     from fuzzyctl.interop.environments import LoopEnvironment, with_action_ranges
 
-    ends = {name: span(f"range of '{name}'", own) for name, own in (actions or {}).items()}
+    ends = {name: span(f"range of '{name}'", limits) for name, limits in (actions or {}).items()}
     opened = with_action_ranges(_opened(system, block, dt, duration), ends)
     starts = {name: span(f"start of '{name}'", ends) for name, ends in (start or {}).items()}
     return LoopEnvironment(opened, reward, starts, number("penalty", penalty), count("substeps", substeps), backend)

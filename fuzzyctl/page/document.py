@@ -92,9 +92,9 @@ def system_section(facts: SystemFacts) -> Section:
     require_size(unit.system)
     data, name = facts.data(), JavaScriptLayout(unit).name
     start = f"system.{name}_init" if data["state"] else "null"
-    own = f"evaluate: system.{name}, start: {start}"
+    call = f"evaluate: system.{name}, start: {start}"
     modules = (("system", javascript_source.module(unit)), ("parts", javascript_parts.module(unit, facts.shown)))
-    return Section(data, _expression(modules, f"{own}, ...parts"))
+    return Section(data, _expression(modules, f"{call}, ...parts"))
 
 
 def controller_section(data: dict[str, Any], unit: Unit) -> Section:
@@ -105,8 +105,8 @@ def controller_section(data: dict[str, Any], unit: Unit) -> Section:
     """
     layout = JavaScriptLayout(unit)
     start = f"system.{layout.name}_init" if layout.has_state else "null"
-    own = f"step: system.{layout.function}, start: {start}"
-    return Section(data, _expression([("system", javascript_source.module(unit))], own))
+    call = f"step: system.{layout.function}, start: {start}"
+    return Section(data, _expression([("system", javascript_source.module(unit))], call))
 
 
 def _expression(modules: Sequence[tuple[str, str]], result: str) -> str:
@@ -169,8 +169,8 @@ def page_facts(title: str, sections: Sequence[Section], diagnostics: Sequence[Di
             for d in diagnostics
         ],
     }
-    shown: dict[str, Any] = _visible(facts)
-    return shown
+    data: dict[str, Any] = _visible(facts)
+    return data
 
 
 def page_script(sections: Sequence[Section]) -> str:
@@ -201,12 +201,12 @@ def html_document(title: str, body: str, facts: object, scripts: Sequence[str], 
         style: The style sheet.
         nonce: What scripts that come later show, as a source of the policy; empty for none.
     """
-    for own in (*scripts, style):
-        assert _ENDS.search(own) is None, "a script ends before its end"
+    for part in (*scripts, style):
+        assert _ENDS.search(part) is None, "a script ends before its end"
     allowed = " ".join(map(_hash, scripts)) + nonce
     policy = f"default-src 'none'; script-src {allowed}; style-src {_hash(style)}; img-src data:; base-uri 'none'"
     policy += "; form-action 'none'"
-    executed = "\n".join(f"<script>{own}</script>" for own in scripts)
+    executed = "\n".join(f"<script>{part}</script>" for part in scripts)
     return f"""<!doctype html>
 <html lang="en">
 <head>
@@ -245,5 +245,5 @@ def _visible(value: Any) -> Any:
     if isinstance(value, str):
         return printable(value)
     if isinstance(value, dict):
-        return {key: _visible(own) for key, own in value.items()}
-    return [_visible(own) for own in value] if isinstance(value, list | tuple) else value
+        return {key: _visible(item) for key, item in value.items()}
+    return [_visible(item) for item in value] if isinstance(value, list | tuple) else value

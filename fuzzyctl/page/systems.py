@@ -65,12 +65,12 @@ class SystemFacts:
     @cached_property
     def _entries(self) -> list[dict[int, list[tuple[int, ImpliedPlan]]]]:
         """What each rule does to each output, with its place among the effects on the output."""
-        found: list[dict[int, list[tuple[int, ImpliedPlan]]]] = []
+        entries: list[dict[int, list[tuple[int, ImpliedPlan]]]] = []
         for output in self.unit.plan.outputs:
-            found.append({})
+            entries.append({})
             for k, entry in enumerate(output.implied):
-                found[-1].setdefault(entry.rule, []).append((k, entry))
-        return found
+                entries[-1].setdefault(entry.rule, []).append((k, entry))
+        return entries
 
     @property
     def shown(self) -> Shown:
@@ -111,9 +111,9 @@ class SystemFacts:
             place = None if planned is None or at is not None else self.sets[k].place(planned)
             corners |= set(planned.pieces if planned is not None and at is None else ())
             terms.append({"name": term.name, "text": membership_text(term.membership), "set": place, "at": at})
-        found: dict[str, Any] = {"name": v.name, "label": v.label, "unit": v.unit, "lower": low, "upper": high}
-        found |= {"variable": k, "terms": terms, "corners": sorted(c for c in corners if low < c < high)}
-        return found | ({"extrapolate": v.extrapolate} if isinstance(v, Input) else {})
+        data: dict[str, Any] = {"name": v.name, "label": v.label, "unit": v.unit, "lower": low, "upper": high}
+        data |= {"variable": k, "terms": terms, "corners": sorted(c for c in corners if low < c < high)}
+        return data | ({"extrapolate": v.extrapolate} if isinstance(v, Input) else {})
 
     def _output(self, k: int) -> dict[str, Any]:
         output = self.unit.plan.outputs[k]
@@ -124,9 +124,9 @@ class SystemFacts:
         parts = []
         for part in dict.fromkeys(literals(rule.antecedent)):
             v = self.variables[self.names.index(part.variable)]
-            own = antecedent_set(self.unit.system, v, part)
-            if own is not None:
-                place = self.sets[self.names.index(v.name)].place(own)
+            curve = antecedent_set(self.unit.system, v, part)
+            if curve is not None:
+                place = self.sets[self.names.index(v.name)].place(curve)
                 parts.append({"variable": v.name, "set": place, "name": " ".join((*part.hedges, part.term))})
         return {"text": rule_text(rule), "parts": parts, "consequents": list(self._consequents(k, rule))}
 
@@ -137,31 +137,31 @@ class SystemFacts:
             named: list[Consequent] = [c for c in written.consequents if c.output == output.name]
             for (k, entry), consequent in zip(self._entries[o].get(rule, []), named, strict=True):
                 text = consequent.term if isinstance(consequent.term, str) else membership_text(consequent.term)
-                found = {"output": o, "name": " ".join((*consequent.hedges, text)), "effect": before + k}
-                yield found | self._acting(o, output, entry.term, k)
+                data = {"output": o, "name": " ".join((*consequent.hedges, text)), "effect": before + k}
+                yield data | self._acting(o, output, entry.term, k)
             before += len(output.implied)
 
     def _acting(self, o: int, output: OutputPlan, term: int, k: int) -> dict[str, Any]:
         """Return what a consequent is: a number, a function of the inputs, a state, or a set with its implication."""
-        own = output.terms[term]
+        plan = output.terms[term]
         if output.rate is not None:
             return {"state": self.unit.plan.states.index((o, k))}
-        if own.reads_inputs:
-            assert own.expression is not None
-            return {"function": self.values.place(own.expression)} if self._reads_inputs_only(own.expression) else {}
+        if plan.reads_inputs:
+            assert plan.expression is not None
+            return {"function": self.values.place(plan.expression)} if self._reads_inputs_only(plan.expression) else {}
         if output.over_rules and output.kind not in TSUKAMOTO:
             return {"value": consequent_hull(output, [term])[0]}
-        place = self.sets[self.names.index(output.name)].place(own)
-        implied = self.implications.place((output.implication_of(own), output.equal))
+        place = self.sets[self.names.index(output.name)].place(plan)
+        implied = self.implications.place((output.implication_of(plan), output.equal))
         return {"set": place, "implication": implied}
 
     def _reads_inputs_only(self, expression: Expr) -> bool:
         flat = self.unit.plan
-        known = {i.name for i in flat.inputs}
+        inputs = {i.name for i in flat.inputs}
         for let in flat.lets:
-            if not let.calls and {n.name for n in names_in(let.value)} <= known:
-                known.add(let.name)
-        return {n.name for n in names_in(expression)} <= known
+            if not let.calls and {n.name for n in names_in(let.value)} <= inputs:
+                inputs.add(let.name)
+        return {n.name for n in names_in(expression)} <= inputs
 
     def _tables(self) -> Iterator[dict[str, Any]]:
         """Yield the rule tables; each cell that is a rule has its place."""

@@ -11,13 +11,13 @@ from fuzzyctl.formats.common.identifiers import identifier
 LONGEST: Final = 100
 
 
-def file_part(name: str, taken: Iterable[str] = ()) -> str:
+def file_part(name: str, others: Iterable[str] = ()) -> str:
     """Return a name as a part of a file's name: without separators, short, and none of those taken."""
-    used = set(taken)
-    found = _short(identifier(name))
-    while found in used:
-        found = identifier(found, used)
-    return found
+    used = set(others)
+    part = _short(identifier(name))
+    while part in used:
+        part = identifier(part, used)
+    return part
 
 
 def _short(name: str) -> str:

@@ -34,9 +34,9 @@ class Panels(tuple[Axes, ...], Displayed):
     @property
     def figure(self) -> Figure:
         """The figure that the axes are part of."""
-        found = self[0].get_figure(root=True)
-        assert found is not None, "axes that are drawn are part of a figure"
-        return found
+        owner = self[0].get_figure(root=True)
+        assert owner is not None, "axes that are drawn are part of a figure"
+        return owner
 
     def _repr_svg_(self) -> str:
         return svg(self.figure)
@@ -124,9 +124,9 @@ def finish(drawn: Any) -> None:
     for text in drawn.findobj(Text):
         text.set_parse_math(text in numbers)
         # The font of pictures has no pictures of control characters.
-        shown = "\n".join(_PICTURES.sub("\ufffd", printable(line)) for line in text.get_text().split("\n"))
-        if shown != text.get_text():
-            text.set_text(shown)
+        label = "\n".join(_PICTURES.sub("\ufffd", printable(line)) for line in text.get_text().split("\n"))
+        if label != text.get_text():
+            text.set_text(label)
 
 
 def png(figure: Any) -> bytes:

@@ -76,8 +76,8 @@ def of(lines: Sequence[Line], *, is_log: bool = False) -> Limits:
 
 def _drawn(values: FloatArray) -> FloatArray:
     """Return the values that a line on a page shows: finite ones, in single precision."""
-    found: FloatArray = values[np.abs(values) <= LARGEST]
-    return found
+    finite: FloatArray = values[np.abs(values) <= LARGEST]
+    return finite
 
 
 def _with_room(low: float, high: float, share: float) -> tuple[float, float]:

@@ -58,17 +58,17 @@ def terms(system: Block, variable: str | None = None, *, ax: Axes | None = None)
             draw_terms(figure, block)
             return panels(figure)
         several = len(block.all_systems) > 1
-        known = {
+        by_name = {
             f"{s.name}.{v.name}" if several else v.name: (s, v)
             for s in block.all_systems
             for v in s.variables
             if v.terms
         }
-        if variable not in known:
-            raise UnknownNameError("variable with terms", str(variable), list(known))
-        found: Axes = draw_variable(one(ax, (7.5, 2.6)), *known[variable])
-        finish(found)
-        return found
+        if variable not in by_name:
+            raise UnknownNameError("variable with terms", str(variable), list(by_name))
+        axes: Axes = draw_variable(one(ax, (7.5, 2.6)), *by_name[variable])
+        finish(axes)
+        return axes
 
 
 def draw_terms(figure: Any, block: Block) -> None:
@@ -80,11 +80,11 @@ def draw_terms(figure: Any, block: Block) -> None:
     """
     systems = block.all_systems
     variables = [_drawn(system) for system in systems]
-    heights = [2.2 * len(own) + 0.4 for own in variables]
+    heights = [2.2 * len(group) + 0.4 for group in variables]
     sized(figure, 7.5, sum(heights))
     parts = figure.subfigures(len(systems), 1, height_ratios=heights, squeeze=False)[:, 0] if systems[1:] else [figure]
-    for part, system, own in zip(parts, systems, variables, strict=True):
-        _draw_system(part, system, own)
+    for part, system, group in zip(parts, systems, variables, strict=True):
+        _draw_system(part, system, group)
 
 
 def _drawn(system: FuzzySystem) -> list[LinguisticVariable]:
@@ -129,10 +129,10 @@ def draw_variable(ax: Any, system: FuzzySystem, variable: LinguisticVariable) ->
 
 def _write_functions(ax: Any, functions: Sequence[tuple[str, str]]) -> None:
     """Write functions of the inputs, which have no picture over the range of the output, as texts."""
-    shown = functions if len(functions) <= FUNCTIONS else functions[: FUNCTIONS - 1]
-    texts = [(shortened(text, 70), color) for text, color in shown]
-    if len(shown) < len(functions):
-        texts.append((f"and {len(functions) - len(shown)} more", "#444444"))
+    rows = functions if len(functions) <= FUNCTIONS else functions[: FUNCTIONS - 1]
+    texts = [(shortened(text, 70), color) for text, color in rows]
+    if len(rows) < len(functions):
+        texts.append((f"and {len(functions) - len(rows)} more", "#444444"))
     box = {"boxstyle": "square,pad=0.1", "fc": "white", "ec": "none", "alpha": 0.8}
     for k, (text, color) in enumerate(texts):
         place = (0.02, 0.86 - k * 0.9 / FUNCTIONS)
@@ -225,12 +225,12 @@ def draw_labels(ax: Any, labels: Sequence[Label], low: float, high: float) -> in
 
 def _above_uprights(labels: Sequence[Label], low: float, high: float, width: float) -> list[Label]:
     """Return labels that stand above the vertical lines which would run through them."""
-    found = []
+    moved = []
     for label in labels:
         left, right = _extent(label, low, high, width)
         crossed = [u.height for u in labels if u.upright and left <= _at(u, low, high, width) <= right]
-        found.append(replace(label, height=max([label.height, *crossed])))
-    return found
+        moved.append(replace(label, height=max([label.height, *crossed])))
+    return moved
 
 
 def lanes(labels: Sequence[Label], low: float, high: float, width: float) -> list[int | None]:
@@ -242,17 +242,17 @@ def lanes(labels: Sequence[Label], low: float, high: float, width: float) -> lis
         high: The right end.
         width: Its length in points.
     """
-    found: list[int | None] = [None] * len(labels)
+    lines: list[int | None] = [None] * len(labels)
     placed: list[tuple[float, float, float, int]] = []
     for k in sorted(range(len(labels)), key=lambda k: labels[k].at):
         left, right = _extent(labels[k], low, high, width)
         near = [(a, b, line) for a, b, height, line in placed if abs(height - labels[k].height) < SAME]
-        taken = {line for a, b, line in near if a < right and left < b}
-        free = next((line for line in range(MOST) if line not in taken), None)
+        busy = {line for a, b, line in near if a < right and left < b}
+        free = next((line for line in range(MOST) if line not in busy), None)
         if free is not None:
-            found[k] = free
+            lines[k] = free
             placed.append((left, right, labels[k].height, free))
-    return found
+    return lines
 
 
 def shortened(text: str, longest: int = LONGEST) -> str:

@@ -134,11 +134,11 @@ def surface(
     arguments.integer("'resolution'", resolution, *RESOLUTIONS)
     grids, values = _sample(drawn, axes, fixed, output, resolution)
     with styled(ax):
-        found = one(ax, (6.4, 4.0) if len(axes) == 1 else (6.4, 5.0), solid=len(axes) == 2)
-        _draw(found, drawn, axes, grids, values, output)
-        found.set_title(_title(drawn, axes, fixed, 60))
-        finish(found)
-    return found
+        target = one(ax, (6.4, 4.0) if len(axes) == 1 else (6.4, 5.0), solid=len(axes) == 2)
+        _draw(target, drawn, axes, grids, values, output)
+        target.set_title(_title(drawn, axes, fixed, 60))
+        finish(target)
+    return target
 
 
 def overview(kernel: Kernel) -> Figure:
@@ -159,13 +159,13 @@ def _known(kind: str, names: Sequence[str], name: object) -> str:
 
 
 def _fixed(drawn: Sampled, at: Mapping[str, float] | Column | None) -> dict[str, float]:
-    found = {}
+    numbers = {}
     for name, value in arguments.mapping("'at'", "numbers by name of the input", {} if at is None else at).items():
         _known("input", drawn.kernel.input_names, name)
-        found[name] = number = input_number(name, value)
+        numbers[name] = number = input_number(name, value)
         if math.isnan(number):
             raise ValueOutOfBoundsError(f"input {name!r}", number, "a number that is not NaN")
-    return found
+    return numbers
 
 
 def _checked_axes(drawn: Sampled, x: str | None, y: str | None, fixed: Mapping[str, float]) -> list[str]:
@@ -267,8 +267,8 @@ def _sample(
 ) -> tuple[list[Any], Any]:
     kernel = drawn.kernel
     grids, points = grid_points(drawn, axes, fixed, resolution)
-    found = kernel.batch(points, drawn.state)
-    values = found[0] if kernel.form.moves else found
+    numbers = kernel.batch(points, drawn.state)
+    values = numbers[0] if kernel.form.moves else numbers
     if len(kernel.output_names) > 1:
         values = values[..., kernel.output_names.index(output)]
     # An infinite value has no place in a picture.
@@ -311,14 +311,14 @@ def draw_surface(
 
 
 def _title(drawn: Sampled, axes: Sequence[str], fixed: Mapping[str, float], line: int) -> str:
-    held = []
+    constants = []
     for name in drawn.kernel.input_names:
         if name not in axes:
-            held.append(f"{drawn.labels[name]} = {fixed.get(name, drawn.middle(name)):.4g}")
+            constants.append(f"{drawn.labels[name]} = {fixed.get(name, drawn.middle(name)):.4g}")
     if drawn.state is not None:
         start = zip(drawn.kernel.state_names, drawn.kernel.start().tolist(), strict=True)
-        held += [f"{n} = {drawn.state[n]:.4g}" for n, x in start if drawn.state[n] != x]
-    title = f"{drawn.title}  ({', '.join(held)})".strip() if held else drawn.title
+        constants += [f"{n} = {drawn.state[n]:.4g}" for n, x in start if drawn.state[n] != x]
+    title = f"{drawn.title}  ({', '.join(constants)})".strip() if constants else drawn.title
     return title if len(title) <= line else textwrap.fill(title, line)
 
 

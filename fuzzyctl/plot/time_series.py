@@ -68,14 +68,14 @@ def draw_runs(figure: Any, runs: Sequence[Run], labels: Sequence[str]) -> None:
         runs: What is drawn, in the panels that any of them has.
         labels: What they are called in the legend, one for each.
     """
-    own = [{p.signal: p for p in panels(run.loop, run.positions)} for run in runs]
-    first = {name: p for found in reversed(own) for name, p in found.items()}  # of a signal of several runs
-    names = dict.fromkeys(name for found in own for name in found)
-    shown = sorted((first[name] for name in names), key=lambda p: (p.given, p.held))[:MOST]
-    sized(figure, WIDTH, REST + PANEL * max(len(shown), 1))
-    axes = np.atleast_1d(figure.subplots(max(len(shown), 1), 1, sharex=True))
-    for ax, panel in zip(axes, shown, strict=False):
-        having = {k: found[panel.signal] for k, found in enumerate(own) if panel.signal in found}
+    by_run = [{p.signal: p for p in panels(run.loop, run.positions)} for run in runs]
+    first = {name: p for group in reversed(by_run) for name, p in group.items()}  # of a signal of several runs
+    names = dict.fromkeys(name for group in by_run for name in group)
+    rows = sorted((first[name] for name in names), key=lambda p: (p.given, p.held))[:MOST]
+    sized(figure, WIDTH, REST + PANEL * max(len(rows), 1))
+    axes = np.atleast_1d(figure.subplots(max(len(rows), 1), 1, sharex=True))
+    for ax, panel in zip(axes, rows, strict=False):
+        having = {k: group[panel.signal] for k, group in enumerate(by_run) if panel.signal in group}
         if panel.given:
             _draw_given(ax, runs, {k: runs[k][panel.signal] for k in having}, {"lw": 1.4})
         else:
@@ -114,10 +114,10 @@ def _draw_given(ax: Any, runs: Sequence[Run], values: Mapping[int, Any], style: 
 
 def _cut_peaks(ax: Any, lines: Sequence[limits.Line]) -> None:
     """Limit the axis of a panel as a page does; a remark below it names the peaks that are cut off."""
-    found = limits.of(lines)
-    if found.note:
-        ax.set_ylim(found.shown)
-        ax.set_xlabel(textwrap.fill(found.note, LETTERS), fontsize="x-small")
+    bounds = limits.of(lines)
+    if bounds.note:
+        ax.set_ylim(bounds.shown)
+        ax.set_xlabel(textwrap.fill(bounds.note, LETTERS), fontsize="x-small")
 
 
 def _legend(figure: Any, axes: Any) -> None:

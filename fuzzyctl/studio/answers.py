@@ -87,16 +87,16 @@ def answer(request: str) -> str:
     """
     asked = json.loads(request)
     try:
-        found = METHODS[asked["method"]](document(asked["file"], asked["text"]), asked)
+        result = METHODS[asked["method"]](document(asked["file"], asked["text"]), asked)
     except ModuleNotFoundError as error:
-        found = {"refused": f"this takes {error.name}, which the studio does not have; the program fuzzyctl does it"}
+        result = {"refused": f"this takes {error.name}, which the studio does not have; the program fuzzyctl does it"}
     except DiagnosticError as error:
         first, *others = error.diagnostics
         more = f", and {counted(len(others), 'more mistake')}" if others else ""
-        found = {"refused": f"{first.severity}[{first.code}]: {first.message}{more}"}
+        result = {"refused": f"{first.severity}[{first.code}]: {first.message}{more}"}
     except FuzzyctlError as error:
-        found = {"refused": str(error)}
-    return json.dumps(found)
+        result = {"refused": str(error)}
+    return json.dumps(result)
 
 
 @lru_cache(maxsize=4)
@@ -115,11 +115,11 @@ def document(file: str, text: str) -> Document:
 def _check(document: Document, _: _Data) -> _Data:
     """Return all diagnostics, and the blocks that can be shown and exported."""
     try:
-        found, blocks = document.proved, _blocks(document)
+        proved, blocks = document.proved, _blocks(document)
     except DiagnosticError as error:
-        found, blocks = list(error.diagnostics), []
+        proved, blocks = list(error.diagnostics), []
     return {
-        "diagnostics": [_diagnostic(d, document) for d in found],
+        "diagnostics": [_diagnostic(d, document) for d in proved],
         "blocks": [{"name": b.name, "kind": b.kind} for b in blocks],
     }
 
@@ -131,17 +131,17 @@ def _blocks(document: Document) -> list[FuzzySystem | Controller]:
 def _diagnostic(d: Diagnostic, document: Document) -> _Data:
     """Return a diagnostic with its repair; one about a used file names it, and stands at the beginning."""
     source = document.source
-    own = d.span is not None and d.span.source.name == source.name
-    at = ends(d.span) if d.span is not None and own else {"from": 0, "to": 0}
-    place = "" if own or d.span is None else str(d.span)
-    line = d.span.line if d.span is not None and own else 0
+    is_here = d.span is not None and d.span.source.name == source.name
+    at = ends(d.span) if d.span is not None and is_here else {"from": 0, "to": 0}
+    place = "" if is_here or d.span is None else str(d.span)
+    line = d.span.line if d.span is not None and is_here else 0
     fix = [] if d.fix is None else edits(d.fix.replacements, source.name)
     title = actions.repair_title(d) if fix else ""
-    said = {"code": d.code, "severity": d.severity, "message": d.message, "facts": d.explanations, "help": d.help}
+    data = {"code": d.code, "severity": d.severity, "message": d.message, "facts": d.explanations, "help": d.help}
     claim: _Data = {}
-    if d.witness is not None and d.span is not None and own:
+    if d.witness is not None and d.span is not None and is_here:
         claim = {"block": _block_of(d.span, document), "point": d.witness}
-    return {**at, **said, "stops": d.stops, **claim, "place": place, "line": line, "fix": fix, "title": title}
+    return {**at, **data, "stops": d.stops, **claim, "place": place, "line": line, "fix": fix, "title": title}
 
 
 def _block_of(claim: Span, document: Document) -> str:
@@ -159,17 +159,17 @@ def _complete(document: Document, asked: _Data) -> _Data:
 
 
 def _hover(document: Document, asked: _Data) -> _Data:
-    found = hover.hover(document, characters(document.text, asked["offset"]))
-    return {"markdown": ""} if found is None else {**ends(found.span), "markdown": found.markdown}
+    text = hover.hover(document, characters(document.text, asked["offset"]))
+    return {"markdown": ""} if text is None else {**ends(text.span), "markdown": text.markdown}
 
 
 def _actions(document: Document, asked: _Data) -> _Data:
     """Return what can be changed at a place: repairs of its line, and what is missing, such as rows of a table."""
     offset, source = characters(document.text, asked["offset"]), document.source
     broken = actions.repairs(document.proved, *_line(document.text, offset))
-    found = [(actions.repair_title(d), d.fix.replacements) for d in broken if d.fix is not None]
-    found += [(a.title, a.replacements) for a in actions.actions(document, offset)]
-    return {"actions": [{"title": title, "edits": edits(own, source.name)} for title, own in found]}
+    repairs = [(actions.repair_title(d), d.fix.replacements) for d in broken if d.fix is not None]
+    repairs += [(a.title, a.replacements) for a in actions.actions(document, offset)]
+    return {"actions": [{"title": title, "edits": edits(replacements, source.name)} for title, replacements in repairs]}
 
 
 def _line(text: str, offset: int) -> tuple[int, int]:

@@ -69,8 +69,8 @@ class _Handler(SimpleHTTPRequestHandler):
 
     def end_headers(self) -> None:
         """Send what each answer has."""
-        kept = getattr(self, "path", "").startswith("/pyodide-")  # a request without sense has none
-        self.send_header("Cache-Control", "max-age=31536000, immutable" if kept else "no-cache")
+        is_kept = getattr(self, "path", "").startswith("/pyodide-")  # a request without sense has none
+        self.send_header("Cache-Control", "max-age=31536000, immutable" if is_kept else "no-cache")
         self.send_header("X-Content-Type-Options", "nosniff")
         self.send_header("Content-Security-Policy", "frame-ancestors 'none'")
         super().end_headers()
@@ -131,16 +131,16 @@ def used_files(text: str, folder: Path) -> dict[str, str]:
 
     One that cannot be read is left out; the studio reports it where it is used.
     """
-    found: dict[str, str] = {}
+    files: dict[str, str] = {}
     waiting = [text]
     while waiting:
         for name in re.findall(r'"([^"\n\0]+)"', waiting.pop()):
             path = folder / name
-            if name in found or not is_below(path, folder):
+            if name in files or not is_below(path, folder):
                 continue
             try:
-                found[name] = read_source(path, only_regular=True).text
+                files[name] = read_source(path, only_regular=True).text
             except DiagnosticError:
                 continue
-            waiting.append(found[name])
-    return found
+            waiting.append(files[name])
+    return files
