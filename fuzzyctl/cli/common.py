@@ -76,8 +76,7 @@ def known_profiles(names: Iterable[str]) -> None:
 
     for name in names:
         if name not in PROFILES:
-            near = closest(name, PROFILES)
-            hint = f"did you mean '{near}'?" if near else f"there are: {', '.join(PROFILES)}"
+            hint = suggestion(name, PROFILES) or f"there are: {', '.join(PROFILES)}"
             raise click.BadParameter(f"no profile '{name}'; {hint}")
 
 
@@ -224,11 +223,7 @@ def assignments(texts: Iterable[str], names: Sequence[str], kind: str) -> dict[s
             )
             continue
         if name not in names:
-            near = closest(name, names)
-            help_text = f"did you mean '{near}'?" if near else ""
-            mistakes.append(
-                Diagnostic("FZ502", f"no {kind} '{name}'", facts=(f"{kind}s: {_list(names)}",), help=help_text)
-            )
+            mistakes.append(unknown(kind, name, names))
             continue
         if name in values:
             mistakes.append(Diagnostic("FZ502", f"{kind} '{name}' is given twice", help="give it once"))
@@ -244,6 +239,18 @@ def assignments(texts: Iterable[str], names: Sequence[str], kind: str) -> dict[s
     if mistakes:
         raise DiagnosticError(mistakes)
     return values
+
+
+def suggestion(name: str, names: Iterable[str]) -> str:
+    """Return a question that names the closest name, or an empty text."""
+    near = closest(name, names)
+    return f"did you mean '{near}'?" if near else ""
+
+
+def unknown(kind: str, name: str, names: Sequence[str]) -> Diagnostic:
+    """Return the diagnostic of an unknown name of an argument."""
+    facts = (f"{kind}s: {_list(names)}",)
+    return Diagnostic("FZ502", f"no {kind} '{name}'", facts=facts, help=suggestion(name, names))
 
 
 def _no_number(kind: str, name: str, text: str) -> Diagnostic:

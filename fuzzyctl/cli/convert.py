@@ -20,6 +20,7 @@ from fuzzyctl.cli.common import (
     SET,
     answers_with_diagnostics,
     show,
+    suggestion,
 )
 from fuzzyctl.cli.loading import Choice, open_block
 from fuzzyctl.cli.progress import status_line
@@ -126,13 +127,11 @@ def _target(target: str, wanted: str | None) -> str:
         BadParameter: For a name that does.
     """
     from fuzzyctl.convert.convert import TARGETS
-    from fuzzyctl.diagnostics.suggestions import closest
 
     if wanted is not None:
         if wanted in TARGETS:
             return wanted
-        near = closest(wanted, TARGETS)
-        hint = f"did you mean '{near}'?" if near else f"there are: {', '.join(TARGETS)}"
+        hint = suggestion(wanted, TARGETS) or f"there are: {', '.join(TARGETS)}"
         raise click.BadParameter(f"no format '{wanted}'; {hint}", param_hint="--to")
     suffix = Path(target).suffix.lower()
     for name, suffixes in TARGETS.items():

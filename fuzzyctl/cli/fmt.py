@@ -8,13 +8,7 @@ from pathlib import Path
 
 import click
 
-from fuzzyctl.cli.common import (
-    DIAGNOSTICS_FORMAT,
-    DONE,
-    FAILED,
-    answers_with_diagnostics,
-    show,
-)
+from fuzzyctl.cli.common import DIAGNOSTICS_FORMAT, DONE, FAILED, answers_with_diagnostics, show
 from fuzzyctl.cli.loading import content_of, require_own
 from fuzzyctl.cli.streams import print_diff, say, write_data
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError

@@ -10,7 +10,7 @@ from typing import Final
 
 import click
 
-from fuzzyctl.cli.common import DONE, answers_with_diagnostics
+from fuzzyctl.cli.common import DONE, answers_with_diagnostics, suggestion
 from fuzzyctl.cli.streams import say
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 from fuzzyctl.support.writing import holds, write_together
@@ -125,15 +125,13 @@ def copies(name: str, base: str, target: Path) -> dict[Path, str]:
     Raises:
         BadParameter: If there is no such shipped file, or it uses a file that is called like the copy.
     """
-    from fuzzyctl.diagnostics.suggestions import closest
     from fuzzyctl.loading.assembly import files_read
     from fuzzyctl.support.shipped import LIST, shipped_files
 
     files = shipped_files()
     if base not in files:
-        near = closest(base, files)
-        hint = f"did you mean '{near}'? " if near else ""
-        raise click.BadParameter(f"no shipped file '{base}'; {hint}{LIST}", param_hint="--from")
+        hint = " ".join(filter(None, (suggestion(base, files), LIST)))
+        raise click.BadParameter(f"no shipped file '{base}'; {hint}", param_hint="--from")
     path = files[base]
     head = rf"(?m)^((?:system|controller|plant|loop) +){base}\b"
     text = re.sub(head, rf"\g<1>{name}", path.read_text(encoding="utf-8"))

@@ -22,11 +22,11 @@ from fuzzyctl.cli.common import (
     outside_range,
     show,
     state_of,
+    unknown,
 )
 from fuzzyctl.cli.loading import Choice, chooses, load_evaluable
 from fuzzyctl.cli.streams import say
 from fuzzyctl.diagnostics.diagnostic import ArgumentError, Diagnostic, DiagnosticError
-from fuzzyctl.diagnostics.suggestions import closest
 from fuzzyctl.plot.choices import chosen_axes
 
 #: What matplotlib is asked to write.
@@ -134,10 +134,10 @@ def _draw_surface(
         help_text = "a plot is over one or two inputs; 'fuzzyctl eval' makes a step"
         raise DiagnosticError([Diagnostic("FZ503", f"{system.kind} '{system.name}' has no inputs", help=help_text)])
     chosen = output or system.outputs[0].name
-    _known(chosen, [o.name for o in system.outputs], "output")
-    for axis in (x, y):
-        if axis is not None:
-            _known(axis, inputs, "input")
+    outputs = [o.name for o in system.outputs]
+    for kind, name, names in (("output", chosen, outputs), ("input", x, inputs), ("input", y, inputs)):
+        if name is not None and name not in names:
+            raise DiagnosticError([unknown(kind, name, names)])
     if x is not None and x == y:
         raise DiagnosticError([Diagnostic("FZ502", f"'{x}' is named for both axes", help="drop one for a curve")])
     fixed = assignments(at, inputs, "input")
@@ -165,14 +165,6 @@ def _draw_surface(
     with saved(target, svg_text=svg_text) as figure:
         draw_surface(figure, drawn, axes, fixed, chosen, resolution)
     say(f"wrote {target}")
-
-
-def _known(name: str, names: list[str], kind: str) -> None:
-    if name not in names:
-        near = closest(name, names)
-        facts = (f"{kind}s: {', '.join(names)}",)
-        help_text = f"did you mean '{near}'?" if near else ""
-        raise DiagnosticError([Diagnostic("FZ502", f"no {kind} '{name}'", facts=facts, help=help_text)])
 
 
 def picture_file(out: str | None, default: str) -> Path:

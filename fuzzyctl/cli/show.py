@@ -8,13 +8,7 @@ from typing import Any
 
 import click
 
-from fuzzyctl.cli.common import (
-    ALGORITHM,
-    DONE,
-    FORMAT,
-    QUIET,
-    answers_with_diagnostics,
-)
+from fuzzyctl.cli.common import ALGORITHM, DONE, FORMAT, QUIET, answers_with_diagnostics
 from fuzzyctl.cli.loading import Choice, chooses, open_block, open_blocks
 from fuzzyctl.cli.streams import say, use_color, write_json
 from fuzzyctl.model.system import FuzzySystem

@@ -12,14 +12,7 @@ from fuzzyctl.comparison.differences import quiet
 from fuzzyctl.comparison.settings import described, otherwise_text
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 from fuzzyctl.expr import Expr, ExprError, number_text, to_text
-from fuzzyctl.formats.fz import (
-    activation_text,
-    antecedent_text,
-    block_settings,
-    cell_text,
-    membership_text,
-    rule_text,
-)
+from fuzzyctl.formats.fz import activation_text, antecedent_text, block_settings, cell_text, membership_text, rule_text
 from fuzzyctl.formats.fz_strings import guarantee_text
 from fuzzyctl.model.method import Method
 from fuzzyctl.model.rule import Rule, RuleBlock, RuleTable

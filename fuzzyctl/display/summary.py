@@ -9,14 +9,7 @@ from typing import Any, Final
 from fuzzyctl.diagnostics.diagnostic import DiagnosticError
 from fuzzyctl.diagnostics.suggestions import counted
 from fuzzyctl.expr import Expr, ExprError, to_text
-from fuzzyctl.formats.fz import (
-    activation_text,
-    antecedent_text,
-    block_settings,
-    cell_text,
-    defuzzifier_text,
-    rule_text,
-)
+from fuzzyctl.formats.fz import activation_text, antecedent_text, block_settings, cell_text, defuzzifier_text, rule_text
 from fuzzyctl.formats.fz_blocks import function_text
 from fuzzyctl.formats.fz_strings import bounds_text, guarantee_text
 from fuzzyctl.kernels.plan.expansion import equations_of
