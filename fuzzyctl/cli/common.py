@@ -312,12 +312,6 @@ class NotNegative(click.FloatRange):
         return number
 
 
-def timeout_option(default: float, what: str) -> Callable[[Any], Any]:
-    """Return the option `--timeout`; `what` says of what it is the most."""
-    kind = NotNegative()
-    return click.option("--timeout", type=kind, default=default, show_default=True, metavar="SECONDS", help=what)
-
-
 def plain(value: Any) -> Any:
     """Return data as JSON can have it, which knows no NaN and no infinity: null stands for them."""
     if isinstance(value, Mapping):

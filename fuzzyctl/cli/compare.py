@@ -38,7 +38,7 @@ from fuzzyctl.cli.loading import (
     under,
 )
 from fuzzyctl.cli.progress import status_line
-from fuzzyctl.cli.streams import say, write_json
+from fuzzyctl.cli.streams import say, table_lines, write_json
 from fuzzyctl.diagnostics.diagnostic import ArgumentError, Diagnostic, DiagnosticError
 from fuzzyctl.diagnostics.suggestions import listed
 
@@ -279,9 +279,7 @@ def _measures_text(first: str, second: str, a: Run, b: Run) -> Iterator[str]:
     yield f"{first}: {a.loop.name}  and  {second}: {b.loop.name}"
     rows = [("measure", "first", "second", "difference")]
     rows += [(n, _number(x), _number(y), _number(d)) for n, x, y, d in _rows(a, b)]
-    widths = [max(len(row[k]) for row in rows) for k in range(4)]
-    for row in rows:
-        yield "  " + "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip()
+    yield from (f"  {line}" for line in table_lines(rows))
 
 
 def _number(value: float) -> str:

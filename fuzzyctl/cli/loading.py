@@ -157,14 +157,13 @@ def require_own(place: Place) -> None:
         raise DiagnosticError([Diagnostic("FZ005", "a shipped file is not changed", file=place.name, help=help_text)])
 
 
-def open_blocks(file: str, choice: Choice, *, hints: bool = True, examined: Examined | None = None) -> Opened:
+def open_blocks(file: str, choice: Choice, *, hints: bool = True) -> Opened:
     """Open the blocks of a file, or the one named; each takes the settings of its own params.
 
     Args:
         file: The file; '-' is standard input.
         choice: What to make of it.
         hints: Whether to look for what can only be a warning.
-        examined: What the file holds, where it was read before.
 
     Raises:
         DiagnosticError: With all errors of the file; for an unknown name; for params that no block has or takes; for a
@@ -173,7 +172,7 @@ def open_blocks(file: str, choice: Choice, *, hints: bool = True, examined: Exam
     from fuzzyctl.loading.load import chosen
     from fuzzyctl.model.block import Block
 
-    examined, diagnostics = _without_errors(file, examined, hints=hints)
+    examined, diagnostics = _without_errors(file, hints=hints)
     blocks = examined.blocks if choice.name is None else (chosen(examined, choice.name, Block),)
     names = [b.settable for b in blocks]
     assignments(choice.settings, list(dict.fromkeys(chain.from_iterable(names))), "param")
@@ -199,7 +198,7 @@ def open_block(
 
 
 def _without_errors(
-    file: str, examined: Examined | None, *, hints: bool = True, warnings: bool = False
+    file: str, examined: Examined | None = None, *, hints: bool = True, warnings: bool = False
 ) -> tuple[Examined, list[Diagnostic]]:
     if examined is None:
         examined = examined_file(file, hints=hints)
@@ -213,24 +212,17 @@ def _errors(diagnostics: Sequence[Diagnostic]) -> list[Diagnostic]:
     return [d for d in diagnostics if d.severity == "error"]
 
 
-def load_checked(file: str, choice: Choice, examined: Examined | None = None) -> FuzzySystem:
-    """Open the one system of a file, or the one named, for use: all its checks must pass; warnings are printed."""
-    from fuzzyctl.model.system import FuzzySystem
-
-    return load_checked_block(file, choice, FuzzySystem, examined=examined)
-
-
 def load_evaluable(file: str, choice: Choice, examined: Examined | None = None) -> Any:
     """Open the one system of a file, else the one controller, or the one named, as `load_checked` does."""
     from fuzzyctl.model.controller import Controller
     from fuzzyctl.model.system import FuzzySystem
 
     kinds: tuple[type[Block], ...] = (FuzzySystem, Controller)
-    return load_checked_block(file, choice, *kinds, examined=examined)
+    return load_checked(file, choice, *kinds, examined=examined)
 
 
-def load_checked_block(file: str, choice: Choice, *kinds: type[AnyBlock], examined: Examined | None = None) -> AnyBlock:
-    """Open the one block of a file that is meant as `load_checked` does; the checks are those of its systems."""
+def load_checked(file: str, choice: Choice, *kinds: type[AnyBlock], examined: Examined | None = None) -> AnyBlock:
+    """Open the one block of a file for use: all checks of its systems must pass; warnings are printed."""
     from fuzzyctl.analysis.coverage import coverage
 
     block, examined, _ = open_block(file, choice.name, *kinds, examined=examined)

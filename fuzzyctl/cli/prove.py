@@ -267,7 +267,7 @@ def print_bounds(file: str, choice: Choice, timeout: float, form: str) -> int:
         return DONE
     # One half of the time is for the bounds, even if it is not known whether rules fire everywhere.
     with clock.limited(max(0.5 * left, _SURE)):
-        system = load_checked(file, replace(choice, name=block.name), examined)
+        system = load_checked(file, replace(choice, name=block.name), FuzzySystem, examined=examined)
     size = len(examined.source.text)
     spent = _BYTE * max(size - _FREE, 0) + _OPERATION * max(written(plan(system)) - _FEW, 0)
     # Small files without own hedges count operations well: the same bounds in every run, however busy the machine is.

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack
-from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
@@ -16,7 +15,7 @@ import click
 from fuzzyctl.cli.common import BLOCK, DONE, FAILED, FORMAT, QUIET, SVG_TEXT, answers_with_diagnostics, report, show
 from fuzzyctl.cli.loading import chosen_loops, settings_of
 from fuzzyctl.cli.progress import status_line
-from fuzzyctl.cli.streams import say, terminal_width, write_json
+from fuzzyctl.cli.streams import say, table_lines, terminal_width, write_json
 from fuzzyctl.experiments.result_files import results
 
 if TYPE_CHECKING:
@@ -29,14 +28,6 @@ if TYPE_CHECKING:
 #: Formats of data, as `simulation.run.FORMATS`, which imports numpy; and of pictures.
 DATA: Final = ("csv", "npz", "parquet")
 PICTURES: Final = ("png", "svg", "pdf")
-
-
-@dataclass(frozen=True)
-class Labelled:
-    """A run and what it is called."""
-
-    label: str
-    run: Run
 
 
 @click.command()
@@ -99,21 +90,23 @@ def simulate(
     with ExitStack() as stack:
         # The folder is made, and known to be writable, before anything runs.
         files = None if out is None else stack.enter_context(results(Path(out), _names(folders.values())))
-        runs = [Labelled(label, _run(loop, solver, substeps)) for label, loop in zip(labels, changed, strict=True)]
-        mistakes = _diagnostics(runs)
+        runs = {label: _run(loop, solver, substeps) for label, loop in zip(labels, changed, strict=True)}
+        mistakes = _diagnostics(runs.values())
         for (_, loop), new in zip(loops, changed, strict=True):  # those of the file were shown when it was read
             spans = {d.span for d in measures_without_samples(loop)}
             mistakes += [d for d in measures_without_samples(new) if d.span not in spans]
         if form == "json":
-            write_json({"runs": [_summary(r) for r in runs], "diagnostics": [d.as_dict() for d in mistakes]})
+            write_json(
+                {"runs": [_summary(*pair) for pair in runs.items()], "diagnostics": [d.as_dict() for d in mistakes]}
+            )
         else:
-            report(text_of([r.run for r in runs], labels, terminal_width(sys.stdout)))
+            report(text_of(runs, terminal_width(sys.stdout)))
             show(mistakes)
         if files is not None:
             written = _write(files, runs, folders, data, picture, svg_text)
             if form == "text":
                 say("\n".join(f"wrote {path}" for path in written))
-    return DONE if all(r.run.passed for r in runs) else FAILED
+    return DONE if all(run.passed for run in runs.values()) else FAILED
 
 
 def _labels(loops: Sequence[tuple[str, Loop]]) -> list[str]:
@@ -138,15 +131,15 @@ def _run(loop: Loop, solver: Solver, substeps: int) -> Run:
         return simulated(loop, solver=solver, substeps=substeps, progress=advanced)
 
 
-def _diagnostics(runs: Sequence[Labelled]) -> list[Diagnostic]:
+def _diagnostics(runs: Collection[Run]) -> list[Diagnostic]:
     from fuzzyctl.simulation.simulate import warnings
 
-    stopped = [r.run.stopped for r in runs if r.run.stopped is not None]
-    return [*stopped, *(d for r in runs for d in warnings(r.run))]
+    stopped = [run.stopped for run in runs if run.stopped is not None]
+    return [*stopped, *(d for run in runs for d in warnings(run))]
 
 
-def _summary(labelled: Labelled) -> dict[str, Any]:
-    return {"label": labelled.label, **labelled.run.summary()}
+def _summary(label: str, run: Run) -> dict[str, Any]:
+    return {"label": label, **run.summary()}
 
 
 def _folders(labels: Sequence[str]) -> dict[str, str]:
@@ -169,7 +162,7 @@ def _names(folders: Iterable[str]) -> list[str]:
 
 def _write(
     files: Results,
-    runs: Sequence[Labelled],
+    runs: Mapping[str, Run],
     folders: Mapping[str, str],
     data: str,
     picture: str,
@@ -182,33 +175,31 @@ def _write(
     from fuzzyctl.simulation.run import save
 
     written = []
-    for labelled in runs:
-        data_file = f"{folders[labelled.label]}data.{data}"
-        files.write(data_file, partial(save, labelled.run, form=data))
-        write_summary(files, _summary(labelled), folders[labelled.label])
-        written += [data_file, f"{folders[labelled.label]}summary.json"]
+    for label, run in runs.items():
+        data_file = f"{folders[label]}data.{data}"
+        files.write(data_file, partial(save, run, form=data))
+        write_summary(files, _summary(label, run), folders[label])
+        written += [data_file, f"{folders[label]}summary.json"]
 
     def draw(path: Path) -> None:
         with saved(path, svg_text=svg_text) as figure:
-            draw_runs(figure, [r.run for r in runs], [r.label for r in runs])
+            draw_runs(figure, list(runs.values()), list(runs))
 
     files.write(f"loop.{picture}", draw)
     files.publish()
     return [files.folder / name for name in (*written, f"loop.{picture}")]
 
 
-def text_of(runs: Sequence[Run], labels: Sequence[str], width: int | None = None) -> str:
-    """Return what people read of runs.
+def text_of(runs: Mapping[str, Run], width: int | None = None) -> str:
+    """Return runs as text.
 
     Args:
-        runs: The runs.
-        labels: What they are called, one for each.
+        runs: The runs by label.
         width: Columns of the terminal, None for a pipe; a wider table is printed in several parts.
     """
-    lines = [line for run, label in zip(runs, labels, strict=True) for line in _head(run, label)]
-    table = _measures(runs, labels, width)
-    table += _own(runs, labels)
-    claims = [line for run, label in zip(runs, labels, strict=True) for line in _requirements(run, label, len(runs))]
+    lines = [line for label, run in runs.items() for line in _head(run, label)]
+    table = [*_measures(runs, width), *_single_measures(runs)]
+    claims = [line for label, run in runs.items() for line in _requirements(run, label, len(runs))]
     return "\n".join([*lines, *([""] if table else []), *table, *([""] if claims else []), *claims])
 
 
@@ -229,28 +220,32 @@ def _head(run: Run, label: str) -> Iterator[str]:
         yield "  stopped: the measures are of the samples up to there"
 
 
-def _measures(runs: Sequence[Run], labels: Sequence[str], width: int | None) -> list[str]:
+def _measures(runs: Mapping[str, Run], width: int | None) -> list[str]:
     """Return a table: a row for each measure of any run, a column for each run."""
-    measures = {m.name: m for run in runs for m in run.loop.measures}
-    rows = [[_title(m.name, m.label), *(_value(run, m.name, m.unit) for run in runs)] for m in measures.values()]
-    if not rows:
+    measures = {m.name: m for run in runs.values() for m in run.loop.measures}
+    if not measures:
         return []
-    header = [["measure", *labels]] if len(runs) > 1 else []
-    widths = [max(len(row[k]) for row in (*header, *rows)) for k in range(len(runs) + 1)]
-    parts: list[list[int]] = []
-    for k in range(1, len(widths)):
-        if parts and (width is None or sum(widths[j] + 2 for j in (*parts[-1], k)) - 2 <= width):
-            parts[-1].append(k)
-        else:
-            parts.append([0, k])
-    lines = [["  ".join(row[k].ljust(widths[k]) for k in part).rstrip() for row in (*header, *rows)] for part in parts]
-    return [line for part in lines for line in ("", *part)][1:]
+    columns = [[_title(m.name, m.label) for m in measures.values()]]
+    columns += [[_value(run, m.name, m.unit) for m in measures.values()] for run in runs.values()]
+    if len(runs) > 1:
+        columns = [[head, *column] for head, column in zip(("measure", *runs), columns, strict=True)]
+    first, *others = columns
+    parts: list[list[list[str]]] = []
+    used = 0
+    for column in others:
+        used += max(map(len, column)) + 2
+        if not parts or (width is not None and used > width):
+            parts.append([first])
+            used = max(map(len, first)) + max(map(len, column)) + 2
+        parts[-1].append(column)
+    tables = [table_lines(zip(*part, strict=True)) for part in parts]
+    return [line for table in tables for line in ("", *table)][1:]
 
 
-def _own(runs: Sequence[Run], labels: Sequence[str]) -> Iterator[str]:
+def _single_measures(runs: Mapping[str, Run]) -> Iterator[str]:
     """Name the measures that only one of several runs has."""
-    for run, label in zip(runs, labels, strict=True):
-        others = {m.name for other in runs if other is not run for m in other.loop.measures}
+    for label, run in runs.items():
+        others = {m.name for other in runs.values() if other is not run for m in other.loop.measures}
         names = [m.name for m in run.loop.measures if m.name not in others]
         if names and len(runs) > 1:
             yield f"only {label} measures: {', '.join(names)}"

@@ -9,7 +9,7 @@ import re
 import signal
 import sys
 import warnings
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from importlib import import_module
 from typing import Any, Final
@@ -165,6 +165,15 @@ def terminal_width(stream: Any) -> int | None:
         return os.get_terminal_size(stream.fileno()).columns or None
     except OSError:
         return None
+
+
+def table_lines(rows: Iterable[Sequence[str]], align: str = "<") -> list[str]:
+    """Return the rows of a table as lines: the first column to the left, the others as `align` says, `<` or `>`."""
+    rows = list(rows)
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    signs = ("<", *align * (len(widths) - 1))
+    cells = [[f"{c:{sign}{w}}" for c, sign, w in zip(row, signs, widths, strict=True)] for row in rows]
+    return ["  ".join(row).rstrip() if align == "<" else "  ".join(row) for row in cells]
 
 
 def write_data(text: str) -> None:

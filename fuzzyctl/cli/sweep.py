@@ -10,7 +10,7 @@ import click
 
 from fuzzyctl.cli.common import DONE, FORMAT, QUIET, answers_with_diagnostics
 from fuzzyctl.cli.loading import remark_hidden
-from fuzzyctl.cli.streams import say, write_json
+from fuzzyctl.cli.streams import say, table_lines, write_json
 from fuzzyctl.cli.sweeps import (
     dask_option,
     data_option,
@@ -124,10 +124,8 @@ def text_of(plan: Plan[Any], spec: Spec, outcomes: Mapping[int, Outcome]) -> Ite
     for point, rows in groups.items():
         cells = [_mean(rows, name) for name in columns]
         table.append([*point, *cells, *([_met(rows)] if judged else [])])
-    widths = [max(len(row[k]) for row in table) for k in range(len(table[0]))]
     yield ""
-    for row in table:
-        yield "  ".join([row[0].ljust(widths[0]), *(c.rjust(w) for c, w in zip(row[1:], widths[1:], strict=True))])
+    yield from table_lines(table, ">")
     if any("±" in cell for row in table for cell in row):
         yield "means over the runs with a finite value ± half of their 95 % confidence interval"
 

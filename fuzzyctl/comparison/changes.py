@@ -6,7 +6,7 @@ import itertools
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, TypeVar
 
 from fuzzyctl.comparison.rules import Matches, RulePair, flat_rules, matches, rule_pairs, with_blocks
 from fuzzyctl.comparison.settings import defuzzifier_settings, otherwise_text, plain_text, settings
@@ -72,6 +72,8 @@ def _reads_others(a: FuzzySystem, b: FuzzySystem, places: Sequence[Places]) -> b
     return False
 
 
+_Key = TypeVar("_Key")
+_Value = TypeVar("_Value")
 Kind = Literal["added", "removed", "changed", "renamed", "rewritten"]
 
 
@@ -136,9 +138,21 @@ def _line_of(method: Method, setting: str) -> int | None:
 
 
 def _change(what: str, name: str, before: str | None, after: str | None, *nodes: Node | None) -> Change:
-    kind: Kind = "added" if before is None else "removed" if after is None else "changed"
     first, second = nodes if nodes else (None, None)
-    return Change(kind, what, name, before, after, _line(first), _line(second))
+    return Change(_kind(before, after), what, name, before, after, _line(first), _line(second))
+
+
+def _kind(before: object, after: object) -> Kind:
+    return "added" if before is None else "removed" if after is None else "changed"
+
+
+def _differing(
+    first: Mapping[_Key, _Value], second: Mapping[_Key, _Value]
+) -> Iterator[tuple[_Key, _Value | None, _Value | None]]:
+    """Yield the keys of different values with both values, None for a value that is missing."""
+    for key in dict.fromkeys([*first, *second]):
+        if first.get(key) != second.get(key):
+            yield key, first.get(key), second.get(key)
 
 
 def _named(a: FuzzySystem, b: FuzzySystem) -> Iterator[Change]:
@@ -150,11 +164,9 @@ def _named(a: FuzzySystem, b: FuzzySystem) -> Iterator[Change]:
 
 
 def _settings(a: FuzzySystem, b: FuzzySystem) -> Iterator[Change]:
-    before, after = settings(a.method), settings(b.method)
-    for name in before:
-        if before[name] != after[name]:
-            lines = (_line_of(s.method, name) for s in (a, b))
-            yield Change("changed", "setting", name, before[name], after[name], *lines)
+    for name, before, after in _differing(settings(a.method), settings(b.method)):
+        lines = (_line_of(s.method, name) for s in (a, b))
+        yield Change("changed", "setting", name, before, after, *lines)
 
 
 def _params(a: FuzzySystem, b: FuzzySystem) -> Iterator[Change]:
@@ -170,17 +182,10 @@ def _params(a: FuzzySystem, b: FuzzySystem) -> Iterator[Change]:
             yield Change(kind, "param", name, first[0], second[0], _line(first[2]), _line(second[2]))
         elif first[1] != second[1]:
             yield _change("unit", name, first[1] or None, second[1] or None, first[2], second[2])
-    hedges = [{h.name: h for h in s.hedges} for s in (a, b)]
-    for name in _union(*hedges):
-        before, after = (group.get(name) for group in hedges)
-        if before != after:
-            yield _change("hedge", name, _hedge(before), _hedge(after), before, after)
-
-    lets = [{v.name: v for v in s.lets} for s in (a, b)]
-    for name in _union(*lets):
-        old, new = (group.get(name) for group in lets)
-        if old != new:
-            yield _change("let", name, _let(old), _let(new), old, new)
+    for name, before, after in _differing(*({h.name: h for h in s.hedges} for s in (a, b))):
+        yield _change("hedge", name, _hedge(before), _hedge(after), before, after)
+    for name, old, new in _differing(*({v.name: v for v in s.lets} for s in (a, b))):
+        yield _change("let", name, _let(old), _let(new), old, new)
 
 
 def _let(v: Let | None) -> str | None:
@@ -222,10 +227,8 @@ def _variable(
         same = (a.number(v.lower), a.number(v.upper)) == (b.number(w.lower), b.number(w.upper))
         kind: Kind = "rewritten" if same else "changed"
         yield Change(kind, "range", v.name, before, after, _line(v), _line(w))
-    first, second = _features(v), _features(w)
-    for feature in _union(first, second):
-        if first.get(feature) != second.get(feature):
-            yield _change(feature, v.name, first.get(feature), second.get(feature), v, w)
+    for feature, old, new in _differing(_features(v), _features(w)):
+        yield _change(feature, v.name, old, new, v, w)
     yield from _terms(a, b, v, w, pairs)
 
 
@@ -336,17 +339,8 @@ def _union(a: Mapping[str, Any] | Sequence[str], b: Mapping[str, Any] | Sequence
     return list(dict.fromkeys([*a, *b]))
 
 
-@dataclass(frozen=True)
-class _Said:
-    """What a file says of a code: with which word, why, and in which line."""
-
-    word: str
-    reason: str
-    line: int
-
-    def text(self, code: str) -> str:
-        """Return it as a file says it of this code alone."""
-        return f'{self.word} {code} "{self.reason}"' if self.reason else f"{self.word} {code}"
+#: The lines of a file about each code: the text for the code alone, and the line.
+Policy = dict[str, tuple[str | None, int | None]]
 
 
 def policy_changes(first: Sequence[sx.Allow], second: Sequence[sx.Allow]) -> tuple[Change, ...]:
@@ -355,28 +349,24 @@ def policy_changes(first: Sequence[sx.Allow], second: Sequence[sx.Allow]) -> tup
     Where codes share a line, and in which order the lines stand, does not count. A code that is both allowed and denied
     is denied. Files of other tools have no such lines.
     """
-    return tuple(_changes(_policy(first), _policy(second)))
+    return tuple(_policy_changes(_policy(first), _policy(second)))
 
 
-def _changes(before: dict[str, _Said], after: dict[str, _Said]) -> Iterator[Change]:
-    for code in dict.fromkeys([*before, *after]):
-        one, other = before.get(code), after.get(code)
-        if one is not None and other is not None and (one.word, one.reason) == (other.word, other.reason):
-            continue
-        texts = one.text(code) if one else None, other.text(code) if other else None
-        lines = one.line if one else None, other.line if other else None
-        kind: Kind = "added" if one is None else "removed" if other is None else "changed"
-        yield Change(kind, "diagnostic", code, *texts, *lines)
+def _policy_changes(first: Policy, second: Policy) -> Iterator[Change]:
+    for code in dict.fromkeys([*first, *second]):
+        (before, line), (after, other_line) = first.get(code, (None, None)), second.get(code, (None, None))
+        if before != after:
+            yield Change(_kind(before, after), "diagnostic", code, before, after, line, other_line)
 
 
-def _policy(lines: Sequence[sx.Allow]) -> dict[str, _Said]:
-    policies: dict[str, _Said] = {}
+def _policy(lines: Sequence[sx.Allow]) -> Policy:
+    policy: Policy = {}
     for line in lines:
-        for code in line.codes:
-            policy = _Said(line.keyword.text, line.reason, line.span.line)
-            if code.text not in policies or policy.word == "deny":
-                policies[code.text] = policy
-    return policies
+        for code in (c.text for c in line.codes):
+            word = line.keyword.text
+            if code not in policy or word == "deny":
+                policy[code] = f'{word} {code} "{line.reason}"' if line.reason else f"{word} {code}", line.span.line
+    return policy
 
 
 def block_changes(
@@ -386,27 +376,18 @@ def block_changes(
 
     The order of statements does not count.
     """
-    before, after = ({f"{b.kind} {b.name}": b for b in blocks} for blocks in (first, second))
-    pairs = []
-    for name in dict.fromkeys([*before, *after]):
-        one, other = before.get(name), after.get(name)
-        if one != other:
-            pairs.append((name, tuple(_block_changes(name, one, other))))
-    return pairs
+    blocks = ({f"{b.kind} {b.name}": b for b in side} for side in (first, second))
+    return [(name, tuple(_block_changes(name, one, other))) for name, one, other in _differing(*blocks)]
 
 
 def _block_changes(name: str, one: EquationBlock | None, other: EquationBlock | None) -> Iterator[Change]:
     if one is None or other is None:
-        kind: Kind = "added" if one is None else "removed"
         keyword, _, rest = name.partition(" ")
         texts = (None, "in the second file only") if one is None else ("in the first file only", None)
-        yield Change(kind, keyword, rest, *texts)
+        yield Change(_kind(one, other), keyword, rest, *texts)
         return
-    before, after = _statements(one), _statements(other)
-    for key in dict.fromkeys([*before, *after]):
-        old, new = before.get(key), after.get(key)
-        if old != new:
-            yield Change("added" if old is None else "removed" if new is None else "changed", *key, old, new)
+    for key, old, new in _differing(_statements(one), _statements(other)):
+        yield Change(_kind(old, new), *key, old, new)
 
 
 def _statements(block: EquationBlock) -> dict[tuple[str, str], str]:

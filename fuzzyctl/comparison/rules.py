@@ -1,4 +1,4 @@
-"""Flat rules of a system, in a form in which those of two systems can be matched."""
+"""Rules, variables and terms of two systems, matched with each other."""
 
 from __future__ import annotations
 

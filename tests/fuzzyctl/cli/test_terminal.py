@@ -138,11 +138,9 @@ def test_a_warning_is_a_single_line_without_the_place_in_the_program():
 
 
 def test_a_table_of_runs_that_is_wider_than_the_terminal_is_printed_in_parts():
-    runs, labels = (
-        [fuzzyctl.simulate(fuzzyctl.load("water_tank", block=fuzzyctl.Loop))] * 4,
-        ["first", "second", "third", "fourth"],
-    )
-    whole, parts = text_of(runs, labels).split("\n"), text_of(runs, labels, 60).split("\n")
+    labels = ["first", "second", "third", "fourth"]
+    runs = dict.fromkeys(labels, fuzzyctl.simulate(fuzzyctl.load("water_tank", block=fuzzyctl.Loop)))
+    whole, parts = text_of(runs).split("\n"), text_of(runs, 60).split("\n")
     assert [line.split() for line in whole if line.startswith("measure")] == [["measure", *labels]]
     heads = [line.split() for line in parts if line.startswith("measure")]
     assert heads == [["measure", "first", "second"], ["measure", "third", "fourth"]]
