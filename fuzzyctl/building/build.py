@@ -38,7 +38,7 @@ from fuzzyctl.support import arguments
 #: Names as the language has them; which of them are words of the language is for the checks.
 _NAME: Final = re.compile(r"[^\W\d]\w*")
 
-#: What a system names: what it is called, and the name.
+#: The parts that a system names: the kind, and the name.
 _Named = Iterator[tuple[str, str]]
 
 
@@ -126,13 +126,13 @@ def row(label: str, cells: object, outputs: tuple[str, ...], columns: int) -> tu
 
     Args:
         label: The term that leads the row.
-        cells: What is given for it.
+        cells: The cells of the row.
         outputs: The outputs that each cell sets.
         columns: The expected number of cells.
 
     Raises:
-        ArgumentError: For another number of cells, and for what is no cell.
-        DiagnosticError: For a text that is none.
+        ArgumentError: For another number of cells, and for an invalid cell.
+        DiagnosticError: For an invalid text.
     """
     name = f"row {label!r}"
     parts = (
@@ -152,8 +152,8 @@ def cell(name: str, content: object, outputs: tuple[str, ...]) -> Cell:
         outputs: The outputs that it sets.
 
     Raises:
-        ArgumentError: For another number of terms than of outputs, and for what is no cell.
-        DiagnosticError: For a text that is none.
+        ArgumentError: For another number of terms than of outputs, and for an invalid cell.
+        DiagnosticError: For an invalid text.
     """
     if content is None:
         return Cell(terms=())
@@ -220,7 +220,7 @@ def rule_table(
             `"(2 * k)"` or, for several outputs, `"NB/PB"`; or a number, a `membership`, or None for no rule.
         columns: The input whose terms head the columns, None for a one-way table.
         headers: For a two-way table the terms of the columns, as a text or a sequence.
-        condition: For a slice what stands behind `with` in a file, such as `"mode is slow"`.
+        condition: For a slice the condition after `with` in a file, such as `"mode is slow"`.
 
     Raises:
         ArgumentError: For rows and cells of the wrong length.
@@ -257,13 +257,13 @@ def rule_block(
     implication: Conjunction | None = None,
     activation: str | Activation | None = None,
 ) -> RuleBlock:
-    """Return a rule block: rules that are joined, implied and chosen by methods of their own.
+    """Return a rule block: rules that are joined, implied and chosen by other methods than those of the system.
 
     Args:
         name: An identifier; each block of a system has another one.
         rules: Rules, tables and texts of rules, in order; at least one.
         conjunction, disjunction, implication: Norms; None for those of the system, or the implication of the output.
-        activation: What stands behind `activation` in a file, or an `Activation`; None for that of the system. A method
+        activation: The text after `activation` in a file, or an `Activation`; None for that of the system. A method
             that compares rules compares those of the block.
 
     Raises:
@@ -308,12 +308,12 @@ def system(
         rules: Rules, tables and texts of rules, in order; then rule blocks.
         params: Named constants, each a value, or a value and its unit.
         hedges: Own hedges, each an expression over `x`, such as `{"fairly": "x ^ 0.7"}`.
-        title: What it is, for people.
+        title: A title for people.
         citation: Where it comes from.
-        semantics: What stands behind `semantics` in a file, such as `"matlab"`, or a `Semantics`.
-        defuzzifier: What stands behind `defuzzifier` in a file, or a `Defuzzifier`; None for the centroid.
-        activation: What stands behind `activation` in a file, such as `"highest(count=1)"`, or an `Activation`.
-        guarantees: What stands behind `require` in a file.
+        semantics: The text after `semantics` in a file, such as `"matlab"`, or a `Semantics`.
+        defuzzifier: The text after `defuzzifier` in a file, or a `Defuzzifier`; None for the centroid.
+        activation: The text after `activation` in a file, such as `"highest(count=1)"`, or an `Activation`.
+        guarantees: The texts after `require` in a file.
         conjunction, disjunction, implication, aggregation: Norms; None for those of the semantics.
 
     Raises:

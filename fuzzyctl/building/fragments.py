@@ -32,13 +32,13 @@ _Statement = TypeVar("_Statement", bound=sx.Statement)
 
 @dataclasses.dataclass(frozen=True)
 class _Form:
-    """What a kind of fragment is, and the statement around it that makes it a line of a file.
+    """A kind of fragment, and the statement around it that makes it a line of a file.
 
     Args:
-        what: What it is called.
+        what: Its name in messages.
         written: How it is written: the help of a broken one.
-        before: What stands before it.
-        after: What stands behind it.
+        before: The text before it.
+        after: The text after it.
     """
 
     what: str
@@ -65,7 +65,7 @@ def _statement(form: _Form, text: str, kind: type[_Statement]) -> _Statement:
     """Parse the statement around a fragment.
 
     Raises:
-        DiagnosticError: For a text that is none.
+        DiagnosticError: For an invalid text.
         ArgumentError: For several, for one of another kind, or for none at all.
     """
     text = arguments.text(f"the text of {_a(form.what)}", text)
@@ -73,7 +73,7 @@ def _statement(form: _Form, text: str, kind: type[_Statement]) -> _Statement:
         raise ArgumentError(f"expected {_a(form.what)}, got an empty text; the form is: {form.written}")
     if arguments.no_character(text) is not None:
         raise _no(form, text)
-    # A comment would swallow what stands behind.
+    # A comment would swallow the text after it.
     tree, mistakes = parse(SourceText(f"<{form.what}>", f"{form.before}{text}{form.after}"))
     _refuse(form, text, mistakes)
     if len(tree.statements) != 1 or not isinstance(tree.statements[0], kind) or (form.after and "#" in text):
@@ -90,7 +90,7 @@ def _a(what: str) -> str:
 
 
 def _refuse(form: _Form, text: str, mistakes: list[Diagnostic]) -> None:
-    """Raise what is wrong with a fragment, as if nothing stood around it."""
+    """Raise the mistakes of a fragment, placed in the fragment alone."""
     if mistakes:
         raise DiagnosticError([_as_fragment(form, SourceText(f"<{form.what}>", text), d) for d in mistakes])
 
@@ -101,7 +101,7 @@ def _as_fragment(form: _Form, source: SourceText, d: Diagnostic) -> Diagnostic:
     # The help for `activation highest` is `activation highest(count=1)`; only the part behind the keyword belongs here.
     help_text = d.help.replace(f": {form.before}", ": ") if form.before else d.help
     if help_text.startswith("write: "):
-        # The repaired line holds what stands around the fragment.
+        # The repaired line holds the text around the fragment.
         line = help_text.removeprefix("write: ").removeprefix(form.before.rpartition("\n")[2].lstrip())
         help_text = f"write: {line.removesuffix(form.after)}"
     if help_text.startswith("the form is: "):
@@ -183,7 +183,7 @@ def activation(text: str) -> Activation:
 
 
 def defuzzifier(text: str, profile: Profile = PROFILES["exact"]) -> Defuzzifier:
-    """Parse a defuzzifier such as `centroid(resolution=1000)`; what it does not say comes from a profile."""
+    """Parse a defuzzifier such as `centroid(resolution=1000)`; missing settings come from a profile."""
     return _method(_DEFUZZIFIER, text, sx.Setting, profile).defuzzifier
 
 
@@ -224,7 +224,7 @@ def _no_rule(text: object) -> bool:
 
 
 def antecedent(text: str) -> Antecedent:
-    """Parse what stands between `if` and `then`, or behind `with`."""
+    """Parse the condition between `if` and `then`, or after `with`."""
     statement = _statement(_CONDITION, text, sx.Rule)
     if len(statement.consequents) != 1:
         raise _no(_CONDITION, text)
@@ -240,7 +240,7 @@ def cells(text: str) -> tuple[Cell, ...]:
 
 
 def guarantee(text: str) -> Guarantee:
-    """Parse what stands behind `require`."""
+    """Parse the claim after `require`."""
     statement = _statement(_GUARANTEE, text, sx.Require)
     within, when = (None if e is None else _placeless(e) for e in (statement.within, statement.when))
     return Guarantee(claim=_placeless(statement.claim), within=within, when=when)

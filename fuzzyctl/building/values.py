@@ -20,7 +20,7 @@ from fuzzyctl.support import arguments
 #: A number, or the text of an expression over params.
 Value = float | int | str | Expr
 
-#: What a term may be given as: a number or the text of an expression (a constant), a kind with its parameters, such as
+#: Forms of a term: a number or the text of an expression (a constant), a kind with its parameters, such as
 #: ("triangle", 0, 1, 2) or "triangle(0, 1, 2)".
 TermSpec = float | int | str | Sequence[Any] | Membership
 
@@ -29,7 +29,7 @@ _TERM: Final = "a number, the text of a membership function or of an expression,
 
 
 def expression(name: str, value: object) -> Expr:
-    """Return an expression; `name` says of what."""
+    """Return an expression; `name` is for messages."""
     if isinstance(value, Expr):
         return _writable(name, value)
     if isinstance(value, str):
@@ -69,7 +69,7 @@ def _writable(name: str, value: Expr) -> Expr:
 
 
 def membership(name: str, spec: object) -> Membership:
-    """Return the membership function of a term or of a cell; `name` says which."""
+    """Return the membership function of a term or of a cell; `name` is for messages."""
     if isinstance(spec, Membership):
         return spec
     if isinstance(spec, str):
@@ -148,7 +148,7 @@ def defuzzifier_of(value: object, profile: Profile = PROFILES["exact"]) -> Defuz
 
 
 def method_of(semantics: object, defuzzifier: object, activation: object, norms: Mapping[str, str | None]) -> Method:
-    """Return a method: what is given, and what the profile in force has for the rest."""
+    """Return a method of the arguments, completed from the profile in force."""
     knobs = semantics
     if not isinstance(knobs, Semantics):
         knobs = fragments.semantics(

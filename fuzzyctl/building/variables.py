@@ -23,7 +23,7 @@ def Hold(start: Value | None = None) -> variable.Hold:  # noqa: N802 - it reads 
     """Return what `otherwise` takes where an output keeps its previous value, as `else hold(START)` does in a file.
 
     Args:
-        start: What it is before any rule has fired; None for the middle of the range.
+        start: The value before any rule has fired; None for the middle of the range.
     """
     return variable.Hold(start=None if start is None else values.expression("'start'", start))
 
@@ -61,7 +61,7 @@ def input_variable(
         lower: Lower end of the range.
         upper: Upper end of the range.
         terms: Terms by name, or a `partition`.
-        label: What plots write.
+        label: The label in plots.
         unit: Its unit.
         extrapolate: Whether values outside the range go through the formulas instead of being clamped.
     """
@@ -92,9 +92,9 @@ def output_variable(
         lower: Lower end of the range.
         upper: Upper end of the range.
         terms: Terms by name, or a `partition`.
-        label: What plots write.
+        label: The label in plots.
         unit: Its unit.
-        otherwise: What it is where no rule fires: a value, "midpoint", "nan", "error", "hold", "hold(0.5)"
+        otherwise: The value if no rule fires: a value, "midpoint", "nan", "error", "hold", "hold(0.5)"
             or `Hold(0.5)`.
         adaptive: The rate of adaptive consequents.
         clamp: Whether its value is held within its range.
@@ -136,7 +136,7 @@ def let_variable(
         lower: Lower end of the range; None for no range.
         upper: Upper end of the range; None for no range.
         terms: Terms by name, or a `partition`; they need a range.
-        label: What plots write.
+        label: The label in plots.
         unit: Its unit.
 
     Raises:
@@ -151,7 +151,7 @@ def let_variable(
 
 
 def _otherwise(value: object) -> Expr | variable.Hold | str:
-    """Return what a file writes behind `else`; expressions may go without their parentheses."""
+    """Return the value after `else` in a file; expressions may go without their parentheses."""
     if isinstance(value, variable.Hold):
         return value
     if isinstance(value, str) and value.strip() in ("midpoint", "nan", "error"):

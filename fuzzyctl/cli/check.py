@@ -68,7 +68,7 @@ def fix_file(file: str, *, likely: bool, only_diff: bool) -> tuple[SourceText, b
         only_diff: Whether to print a diff and change nothing.
 
     Returns:
-        The text after the fixes, and whether it differs from what was there.
+        The text after the fixes, and whether it differs from the text before.
 
     Raises:
         DiagnosticError: When the file cannot be read or written; it is then as it was.
@@ -101,7 +101,7 @@ def _write(path: Path, text: str) -> None:
 
 
 def fixable(diagnostics: Collection[Any]) -> str:
-    """Return how errors are fixed by the command; empty where none can be."""
+    """Return how errors are fixed by the command; empty if no error has a fix."""
     diagnostics = [d for d in diagnostics if d.severity == "error"]
     number = {a: sum(d.fix is not None and d.fix.applicability == a for d in diagnostics) for a in APPLICABILITIES}
     if number["sure"]:
@@ -111,9 +111,9 @@ def fixable(diagnostics: Collection[Any]) -> str:
 
 #: What `--deny` takes besides codes.
 WARNINGS: Final = "warnings"
-#: What leaves the exit code undecided.
+#: The code that leaves the exit code undecided.
 UNCOVERED: Final = "FZ407"
-#: What the size of a block is counted in, by its kind.
+#: The parts by which the size of a block is counted, by its kind.
 _SIZES: Final = {
     "system": ("rules", "rule"),
     "controller": ("outputs", "output"),
@@ -123,7 +123,7 @@ _SIZES: Final = {
 
 
 def _codes(ctx: click.Context, param: click.Parameter, values: tuple[str, ...]) -> tuple[str, ...]:
-    """Refuse what is no diagnostic code."""
+    """Raise BadParameter for the first unknown diagnostic code."""
     codes = [*CODES, *([WARNINGS] if param.name == "denied" else [])]
     for value in values:
         if value not in codes:
@@ -223,7 +223,7 @@ def check(
 
 
 def _clean(block: Block, diagnostics: list[Diagnostic]) -> str:
-    """Return what is said of a block without errors; a quiet command too says why it ends with exit code 3."""
+    """Return the line for a block without errors; it names the reason for exit code 3 even if quiet."""
     undecided = {d.span for d in diagnostics if d.code == UNCOVERED}
     coverage = "; coverage not decided" if any(o.span in undecided for o in block.outputs) else ""
     parts, word = _SIZES[block.kind]
@@ -266,7 +266,7 @@ _State = dict[Path, tuple[int, int] | None]
 
 
 def watch_file(file: str, values: Sequence[str], out: str | None, name: str | None) -> int:
-    """Check a rule file again at every save, and show what comes out, until Ctrl-C.
+    """Check a rule file again at every save, and show the results, until Ctrl-C.
 
     Args:
         file: The file; a save of a file that it uses counts, too.

@@ -148,7 +148,7 @@ def _refuse(*mistakes: tuple[bool, str, str]) -> None:
 
 
 def _unit(examined: Examined, block: Any, choice: Choice, o: Options, **options: Any) -> tuple[Unit, Sequence[Verdict]]:
-    """Return a checked block as its writers take it, and the verdicts on its guarantees."""
+    """Return a checked block prepared for its writers, and the verdicts on its guarantees."""
     from fuzzyctl.codegen.prepare import prepare
 
     block, verdicts = checked(examined, block, choice)
@@ -236,7 +236,7 @@ def _integers(unit: Unit, fixed: Format) -> Fixed | FixedStep:
 
 
 def _reported(data: dict[str, Any]) -> Iterator[str]:
-    """Yield what was written and proved, line by line."""
+    """Yield the written files and the proved errors, line by line."""
     from fuzzyctl.codegen.table import at_most
 
     yield from (f"wrote {path}" for path in data["files"])

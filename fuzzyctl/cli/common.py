@@ -67,10 +67,10 @@ POINTS = click.option(
 
 
 def known_profiles(names: Iterable[str]) -> None:
-    """Refuse what is no profile.
+    """Raise BadParameter for the first unknown profile.
 
     Raises:
-        BadParameter: For the first name of none.
+        BadParameter: For an unknown name.
     """
     from fuzzyctl.model.profiles import PROFILES
 
@@ -163,13 +163,13 @@ def _unprinted(diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
 
 
 def _meta() -> dict[str, Any]:
-    """Return what the stages of a command share."""
+    """Return the data that the stages of a command share."""
     context = click.get_current_context(silent=True)
     return context.meta if context is not None else {}
 
 
 def answers_with_diagnostics(command: Callable[P, int | None]) -> Callable[P, None]:
-    """Turn what a command raises on purpose into a message and an exit code, never a traceback."""
+    """Turn the errors of a command into a message and an exit code, never a traceback."""
 
     @wraps(command)
     def run(*args: P.args, **kwargs: P.kwargs) -> None:
@@ -345,7 +345,7 @@ def states_of(texts: Iterable[str], *kernels: Kernel) -> list[dict[str, float]]:
         raise DiagnosticError([Diagnostic("FZ502", "the block has no state", help=help_text)])
     values = assignments(texts, names, "state")
     starts = [dict(zip(kernel.state_names, kernel.start().tolist(), strict=True)) for kernel in kernels]
-    # NaN only where a start is NaN, too: an output that holds, before its first value.
+    # NaN only if a start is NaN, too: an output that holds, before its first value.
     numbers = {name for start in starts for name, value in start.items() if not math.isnan(value)}
     mistakes = [
         _no_number("state", name, "nan") for name, value in values.items() if math.isnan(value) and name in numbers

@@ -52,7 +52,7 @@ if TYPE_CHECKING:
     from fuzzyctl.model.system import FuzzySystem
     from fuzzyctl.simulation.run import Run
 
-#: What is found of an output: the difference, and what explains it if that is looked for.
+#: The difference of an output, and its explanation if one is searched for.
 _Result: TypeAlias = "tuple[Difference, Explanation | None]"
 
 
@@ -64,7 +64,7 @@ class _Side:
 
 
 def _profiles(_context: click.Context, _option: click.Parameter, text: str | None) -> tuple[str, ...]:
-    """Return the profiles of a list, and refuse what is none."""
+    """Return the profiles of a list; refuse unknown ones."""
     names = tuple(n.strip() for n in text.split(",")) if text else ()
     known_profiles(names)
     return names
@@ -162,7 +162,7 @@ def compare(
 def _sides(
     first: str, second: str | None, names: tuple[ProfileName, ...], settings: tuple[str, ...], name: str | None
 ) -> list[_Side]:
-    """Load what is compared: the first side with each of the others."""
+    """Load the sides; the first is compared with each of the others."""
     files = [first] if second is None else [first, second]
     if second is None and len(names) < 2:
         raise click.UsageError("name a second file, or two profiles or more: --as matlab,exact")
@@ -251,7 +251,7 @@ def compare_loops(
 
 
 def _loop_pairs(ones: Sequence[Loop], others: Sequence[Loop]) -> Iterator[tuple[Loop, Loop]]:
-    """Yield loops of the same name, then those of other names in order; what has no partner is left out."""
+    """Yield loops of the same name, then those of other names in order; loops without a partner are left out."""
     names = {loop.name: loop for loop in others}
     yield from ((loop, names[loop.name]) for loop in ones if loop.name in names)
     paired = {loop.name for loop in ones}
@@ -291,7 +291,7 @@ MARKS = {"added": "+", "removed": "-", "changed": "~", "renamed": "~", "rewritte
 
 
 def print_changes(first: str, second: str, name: str | None, form: str) -> int:
-    """Print what was changed from one file to another, and return the exit code: 1 if something was.
+    """Print the changes from one file to another, and return the exit code: 1 if there are any.
 
     Args:
         first: A file.
@@ -389,7 +389,7 @@ def _changes_data(name: str, changes: Sequence[Change]) -> dict[str, Any]:
 
 
 def _change_line(change: Change) -> str:
-    """Return a change on one line, with the lines of both files where it stands."""
+    """Return a change on one line, with its lines in both files."""
     lines = [f"{sign}{line}" for sign, line in (("-", change.before_line), ("+", change.after_line)) if line]
     name = f" {change.name}" if change.name else ""
     texts = " → ".join(t for t in (change.before, change.after) if t is not None)

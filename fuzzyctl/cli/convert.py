@@ -1,4 +1,4 @@
-"""`fuzzyctl convert`: a system in another format, with a report of what became of it."""
+"""`fuzzyctl convert`: a system in another format, with a report of the losses."""
 
 from __future__ import annotations
 
@@ -144,7 +144,7 @@ def _target(target: str, wanted: str | None) -> str:
 
 
 def _loaded(source: str, settings: tuple[str, ...], name: str | None) -> tuple[FuzzySystem, list[Loss]]:
-    """Load a system of any format, and what of its file is left out; its gaps are no mistakes of a conversion."""
+    """Load a system of any format, and the losses of its file; gaps of the system do not count."""
     from fuzzyctl.model.system import FuzzySystem
 
     system, examined, diagnostics = open_block(source, name, FuzzySystem)
@@ -189,7 +189,7 @@ def _report(source: str, target: str, conversion: Conversion, refused: bool) -> 
 
 
 def _listed(title: str, losses: Sequence[Loss]) -> list[str]:
-    """Return a list under a title, one line for what is lost in the same way in several places."""
+    """Return a list under a title; equal losses in several places share a line."""
     places: dict[tuple[str, str], list[str]] = {}
     for loss in losses:
         places.setdefault((loss.what, loss.why), []).append(loss.where)

@@ -1,4 +1,4 @@
-"""`fuzzyctl doctor`: what is installed, which backend is in use and why, and where compiled kernels are kept."""
+"""`fuzzyctl doctor`: the installed packages, the backend in use and the reason, the folder of compiled kernels."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def doctor(clear_cache: bool, form: str) -> int:
 
 
 def examined() -> dict[str, Any]:
-    """Return all that is found out, as plain data."""
+    """Return all findings as plain data."""
     packages = {name: _version(name) for name in NEEDED}
     backend, reason = _backend(packages["numba"])
     problems = [f"{name} is not installed: pip install {name}" for name in NEEDED if packages[name] is None]
@@ -133,7 +133,7 @@ def _is_writable(folder: Path) -> bool:
 
 
 def _clear(folder: Path) -> tuple[int, list[str]]:
-    """Remove what is cached; return how many files are gone, and what could not be removed and why."""
+    """Clear the cache; return the number of removed files, and the reasons why others remain."""
     count = 0
     failures: Counter[tuple[str, str | None]] = Counter()
     closed: list[OSError] = []

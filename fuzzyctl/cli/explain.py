@@ -1,4 +1,4 @@
-"""`fuzzyctl explain`: what a diagnostic code means, with a mistake, its message and the repair."""
+"""`fuzzyctl explain`: the meaning of a diagnostic code, with a mistake, its message and the repair."""
 
 from __future__ import annotations
 

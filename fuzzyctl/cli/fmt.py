@@ -23,7 +23,7 @@ class _Laid:
 
     Args:
         source: The file as read, without a byte order mark.
-        stored: Its text as it stands on disk, line ends included.
+        stored: Its text on disk, line ends included.
         text: Its canonical layout.
         place: Where it is.
     """
@@ -114,7 +114,7 @@ def _differences(laid: _Laid, only_check: bool, only_diff: bool, form: str) -> l
 
 
 def _first_difference(laid: _Laid) -> Span:
-    """Return the first line that formatting changes; the first of all where only line ends differ."""
+    """Return the first line that formatting changes; the first of all if only line ends differ."""
     offset = 0
     for line, wanted in zip_longest(laid.source.text.split("\n"), laid.text.split("\n"), fillvalue=""):
         if line.rstrip("\r") != wanted:

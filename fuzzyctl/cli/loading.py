@@ -29,12 +29,12 @@ AnyBlock = TypeVar("AnyBlock", bound="Block")
 
 @dataclass(frozen=True)
 class Choice:
-    """What a command makes of a file.
+    """The options that choose a block and change it.
 
     Args:
         settings: `NAME=VALUE` for params.
         name: The block; None for the only one, or for all.
-        profile: The profile to compute by; None for what the file says.
+        profile: The profile to compute by; None for that of the file.
         unproved: Whether to write a block although a claim of it does not hold.
     """
 
@@ -88,7 +88,7 @@ class Opened:
     """A file without errors, and the blocks of it that a command works on.
 
     Args:
-        file: What the file holds.
+        file: The examined file.
         blocks: Those chosen, with params set, under the profile.
         diagnostics: Warnings and hints of the file.
     """
@@ -158,12 +158,12 @@ def require_own(place: Place) -> None:
 
 
 def open_blocks(file: str, choice: Choice, *, hints: bool = True) -> Opened:
-    """Open the blocks of a file, or the one named; each takes the settings of its own params.
+    """Open the blocks of a file, or the one named; each takes the settings of its params.
 
     Args:
         file: The file; '-' is standard input.
-        choice: What to make of it.
-        hints: Whether to look for what can only be a warning.
+        choice: The block, its params and its profile.
+        hints: Whether to search for warnings and hints.
 
     Raises:
         DiagnosticError: With all errors of the file; for an unknown name; for params that no block has or takes; for a
@@ -236,7 +236,7 @@ def load_checked(file: str, choice: Choice, *kinds: type[AnyBlock], examined: Ex
 
 
 def under(block: AnyBlock, profile: ProfileName | None) -> AnyBlock:
-    """Return a block whose systems are under a profile; what the tool does not have is kept, with a warning."""
+    """Return a block whose systems are under a profile; settings that the tool lacks are kept, with a warning."""
     if profile is None:
         return block
     from fuzzyctl.model.as_profile import as_profile
@@ -251,7 +251,7 @@ def under(block: AnyBlock, profile: ProfileName | None) -> AnyBlock:
 
 
 def checked(examined: Examined, block: AnyBlock, choice: Choice) -> tuple[AnyBlock, tuple[Verdict, ...]]:
-    """Return a block with params set, with what is known of its guarantees; warnings are printed.
+    """Return a block with params set and the verdicts on its guarantees; warnings are printed.
 
     Raises:
         DiagnosticError: With all that `fuzzyctl check` finds, if some of it is an error, see `_require_claims`.
@@ -268,13 +268,13 @@ def checked(examined: Examined, block: AnyBlock, choice: Choice) -> tuple[AnyBlo
 def analysed(
     examined: Examined, block: AnyBlock, choice: Choice, of_file: list[Diagnostic] | None = None
 ) -> tuple[AnyBlock, tuple[Verdict, ...], list[Diagnostic]]:
-    """Return a block with params set, what quick methods say of its claims, and what `fuzzyctl check` finds.
+    """Return a block with params set, quick verdicts on its claims, and the diagnostics of `fuzzyctl check`.
 
     Args:
         examined: The file.
         block: A block of it.
         choice: The params and the profile.
-        of_file: What was found of the file for another block that is no system.
+        of_file: The diagnostics of the file, if another block that is not a system has them.
 
     Raises:
         DiagnosticError: For errors other than claims that do not hold.
@@ -328,7 +328,7 @@ def chosen_loops(file: str, name: str | None) -> list[tuple[str, Loop]]:
 
     Raises:
         DiagnosticError: With all errors of the file, but those of other loops than the one named; for a file without
-            loops, and a name of none.
+            loops, and an unknown name.
     """
     from fuzzyctl.loading.load import chosen
     from fuzzyctl.model.loop import Loop

@@ -42,7 +42,7 @@ GROUPS: Final = {
     },
 }
 
-#: Commands of earlier versions, with what is typed in place of them.
+#: Commands of earlier versions, with their replacements.
 MOVED: Final = {
     "bounds": "prove --bounds",
     "diff": "compare --changes",

@@ -150,7 +150,7 @@ def starter(name: str) -> str:
 
 
 def _require_name(name: str) -> None:
-    """Refuse what cannot be the name of a system."""
+    """Raise BadParameter for an invalid name of a system."""
     from fuzzyctl.lang.syntax import NAME, RESERVED
 
     if not re.fullmatch(NAME, name):

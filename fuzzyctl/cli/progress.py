@@ -54,7 +54,7 @@ def progress(remark: str = " (compiling at the first run)", left: bool = False) 
     """Offer a function that begins a progress bar and returns how to move it; silent unless on a terminal.
 
     Args:
-        remark: What stands behind the name of the bar until it first moves.
+        remark: The text after the name of the bar until it first moves.
         left: Whether to show the time that is left besides the time that has passed.
     """
     with _display(left) as display:
@@ -73,7 +73,7 @@ def stages() -> Iterator[Begin]:
     """Offer a function that begins the next stage of a command, in the place of the one before.
 
     On a terminal one line says which stage it is, how far it is, and how much time has passed and is left; it goes when
-    the command has ended. Elsewhere nothing is shown.
+    the command has ended. Elsewhere it is silent.
     """
     with _display(left=True) as display:
 

@@ -36,13 +36,13 @@ if TYPE_CHECKING:
 
 @dataclass
 class Proof:
-    """What is proved of a block.
+    """The verdicts on a block.
 
     Args:
         file: The file.
         block: The block.
         claims: How many claims there are.
-        verdicts: What is proved of each so far.
+        verdicts: The verdicts so far.
     """
 
     file: str
@@ -156,7 +156,7 @@ def _prove(proof: Proof, timeout: float, tell: Callable[[str], None] | None) -> 
 
 
 def _of_boxes(report: Callable[[str], None]) -> Callable[[str, int, int], None]:
-    """Return what a prover calls to tell how far it is."""
+    """Return the progress callback of a prover."""
     return lambda claim, settled, open_: report(f"{claim}: {settled:,} boxes settled, {open_:,} open")
 
 
@@ -223,7 +223,7 @@ def _verdict_data(verdict: Verdict) -> dict[str, Any]:
     return data | {"reason": verdict.reason, "boxes": boxes, "remaining": verdict.remaining}
 
 
-#: Part of the time of a controller that is left for what is under way when it ends; least time for its bounds [s].
+#: Part of the time of a controller that is left for the work under way at its end; least time for its bounds [s].
 _REST: Final = 0.2
 _LEAST: Final = 0.1
 #: Least time for the coverage of a system [s].
@@ -242,7 +242,7 @@ if TYPE_CHECKING:
 
 
 def print_bounds(file: str, choice: Choice, timeout: float, form: str) -> int:
-    """Print what the outputs of a system or controller lie between, and how steep those of a system are.
+    """Print the bounds of the outputs of a system or controller, and the slopes of a system.
 
     Args:
         file: The file.

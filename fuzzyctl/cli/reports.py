@@ -179,7 +179,7 @@ class Page:
         return " ".join(self.markdown.split("\n\n")[1].split())
 
     def lines(self) -> Iterator[tuple[str, str]]:
-        """Yield each line with what it is: `heading`, `text` or `code`; fences and comments are left out."""
+        """Yield each line with its kind: `heading`, `text` or `code`; fences and comments are left out."""
         inside = False
         # A link may go on in the next line.
         text = re.sub(r"\[([^\]]+)\]\([^)\s]+\.md[^)\s]*\)", r"\1", self.markdown)
@@ -202,7 +202,7 @@ class Page:
 
 
 def read_page(code: str) -> Page | None:
-    """Return the page of a code, None where there is none or the installation holds no pages."""
+    """Return the page of a code, None if it or all pages are missing."""
     folder = explanations_folder()
     path = folder / f"{code}.md" if folder is not None else None
     if path is None or not path.is_file():

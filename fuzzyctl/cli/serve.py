@@ -16,7 +16,7 @@ from fuzzyctl.cli.loading import folder_of, source_of
 from fuzzyctl.cli.streams import say
 from fuzzyctl.support.shipped import place_of, studio_folder
 
-#: What installs the studio, or the one of this version.
+#: The command that installs the studio, or the one of this version.
 REPAIR: Final = "pip install 'fuzzyctl[studio]', or in a clone: pip install ./apps/studio"
 
 

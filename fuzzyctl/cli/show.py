@@ -1,4 +1,4 @@
-"""`fuzzyctl show`: what a rule file says, on one page."""
+"""`fuzzyctl show`: a rule file on one page."""
 
 from __future__ import annotations
 

@@ -110,7 +110,7 @@ def simulate(
 
 
 def _labels(loops: Sequence[tuple[str, Loop]]) -> list[str]:
-    """Return what the loops are called: their names, with the files where names are the same."""
+    """Return labels of the loops: their names, with the files if names are the same."""
     names = [loop.name for _, loop in loops]
     labels = [
         name if names.count(name) == 1 else f"{Path(file).stem}.{name}"
@@ -143,7 +143,7 @@ def _summary(label: str, run: Run) -> dict[str, Any]:
 
 
 def _folders(labels: Sequence[str]) -> dict[str, str]:
-    """Return what stands before the names of the files of each run: nothing for one, folders for several."""
+    """Return the prefixes of the files of each run: empty for one, folders for several."""
     from fuzzyctl.plot.choices import file_part
 
     if len(labels) == 1:
@@ -168,7 +168,7 @@ def _write(
     picture: str,
     svg_text: bool,
 ) -> list[Path]:
-    """Write what is known of runs, and one picture of all of them, and return the files."""
+    """Write data and summaries of runs, and one picture of all, and return the files."""
     from fuzzyctl.experiments.result_files import write_summary
     from fuzzyctl.plot.style import saved
     from fuzzyctl.plot.time_series import draw_runs

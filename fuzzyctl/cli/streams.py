@@ -59,7 +59,7 @@ class Program(click.Group):
         return sorted({*super().list_commands(ctx), *self.deferred})
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
-        """Return a command, or None where there is none of that name."""
+        """Return a command, or None for an unknown name."""
         if cmd_name not in self.commands and cmd_name in self.deferred:
             module, function, _ = self.deferred[cmd_name]
             self.add_command(getattr(import_module(module), function), cmd_name)
@@ -224,7 +224,7 @@ def outlive() -> None:
 
 @contextmanager
 def terminated_as_interrupted() -> Iterator[None]:
-    """Take SIGTERM for Ctrl-C, so that it keeps what is done."""
+    """Take SIGTERM for Ctrl-C, so that finished work is kept."""
     before = None
     with suppress(ValueError):
         before = signal.signal(signal.SIGTERM, signal.default_int_handler)
@@ -235,7 +235,7 @@ def terminated_as_interrupted() -> Iterator[None]:
             signal.signal(signal.SIGTERM, before)
 
 
-#: Words behind which a claim, its reason or nothing follows, with their styles.
+#: Words that a claim, its reason or the end of the line follows, with their styles.
 TONES: Final = {
     **dict.fromkeys(("proved", "met"), "green"),
     **dict.fromkeys(("refuted", "not met", "problem", "missing"), "red"),

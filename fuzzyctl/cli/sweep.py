@@ -103,12 +103,12 @@ REQUIRE: Final = "require "
 
 
 def text_of(plan: Plan[Any], spec: Spec, outcomes: Mapping[int, Outcome]) -> Iterator[str]:
-    """Yield the lines of the table, and what its numbers are; nothing where there would be too many rows.
+    """Yield the lines of the table and a remark on its numbers; none if there are too many rows.
 
     Args:
         plan: The runs.
-        spec: What varied.
-        outcomes: What came out, by number.
+        spec: The SPEC.
+        outcomes: The results, by number.
     """
     groups: dict[tuple[str, ...], list[Row]] = {}
     for run in plan.runs:

@@ -1,4 +1,4 @@
-"""Computation of a sweep by a command, and what the command says of it."""
+"""Computation of a sweep by a command, its options and its messages."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def planned(
     Args:
         spec: The file.
         read: Reads it.
-        runnable: Returns what it runs.
+        runnable: Returns the runnable of a SPEC.
         overrides: Values for all runs, as `--set` has them.
 
     Raises:
@@ -110,7 +110,7 @@ def failures() -> Iterator[None]:
 
 
 def sentence(summary: Mapping[str, Any], folder: Path) -> str:
-    """Return what became of a sweep.
+    """Return the outcome of a sweep in a sentence.
 
     Args:
         summary: From `run`.

@@ -1,4 +1,4 @@
-"""`fuzzyctl why`: which rules act at a point, what each contributes, and how the output would change."""
+"""`fuzzyctl why`: the rules that act at a point, their contributions, and the slopes of the outputs."""
 
 from __future__ import annotations
 

@@ -31,7 +31,7 @@ Places = tuple[int, int]
 
 
 def order_changed(a: FuzzySystem, b: FuzzySystem, pairs: Sequence[RulePair]) -> bool:
-    """Return whether rules stand in another order where that changes what they do.
+    """Return whether rules are in another order and that changes a result.
 
     Adaptive outputs have one state a rule, in the order written. Activation methods that choose rules go through those
     of their block. Where an antecedent reads how far the rules before it have activated an output, it matters which of
@@ -101,15 +101,15 @@ class Change:
 
 
 def changes(a: FuzzySystem, b: FuzzySystem) -> tuple[Change, ...]:
-    """Return what differs between two systems, in the order of a rule file; nothing for systems that mean the same.
+    """Return the changes between two systems, in the order of a rule file; none for systems that mean the same.
 
     Spaces, comments and layout do not count. A variable or term whose name alone changed is `renamed`, and rules that
-    name it are the same rules. Rules are matched by their antecedents, those of one antecedent by what they say,
+    name it are the same rules. Rules are matched by their antecedents, those of one antecedent by their consequents,
     whether they stand in a table or alone; where no activation method compares rules with each other, neither their
     order counts nor whether one rule says two things or two rules one each.
 
     Raises:
-        ArgumentError: For what is no system.
+        ArgumentError: For anything but a FuzzySystem.
     """
     for system in (a, b):
         arguments.instance("what is compared", FuzzySystem, "a FuzzySystem", system)
@@ -233,7 +233,7 @@ def _variable(
 
 
 def _features(v: LinguisticVariable) -> dict[str, str]:
-    """Return what a variable says besides its range and terms, as texts."""
+    """Return the settings of a variable besides its range and terms, as texts."""
     features: dict[str, str | None] = {"label": v.label, "unit": v.unit}
     match v:
         case Input():
@@ -344,7 +344,7 @@ Policy = dict[str, tuple[str | None, int | None]]
 
 
 def policy_changes(first: Sequence[sx.Allow], second: Sequence[sx.Allow]) -> tuple[Change, ...]:
-    """Return what differs in the codes that two rule files allow and deny, and in the reasons; one change a code.
+    """Return the changes of the codes that two rule files allow and deny, and of the reasons; one change a code.
 
     Where codes share a line, and in which order the lines stand, does not count. A code that is both allowed and denied
     is denied. Files of other tools have no such lines.
@@ -372,7 +372,7 @@ def _policy(lines: Sequence[sx.Allow]) -> Policy:
 def block_changes(
     first: Sequence[EquationBlock], second: Sequence[EquationBlock]
 ) -> list[tuple[str, tuple[Change, ...]]]:
-    """Return what differs between the blocks of the same kind and name, as `KIND NAME` with its changes.
+    """Return the changes of the blocks of the same kind and name, as `KIND NAME` with its changes.
 
     The order of statements does not count.
     """

@@ -40,8 +40,8 @@ class Place:
 
     Args:
         point: The inputs of the first block by name.
-        first: What the first block says; NaN for nothing.
-        second: What the second says.
+        first: The value of the first block; NaN for no value.
+        second: The value of the second.
     """
 
     point: dict[str, float]
@@ -58,12 +58,12 @@ class Difference:
         largest: The largest difference found where both have a value; infinite where one of the values is, or where at
             each point only one has a value.
         point: Where it is: the inputs of the first block by name.
-        first: What the first block says there; NaN for nothing.
-        second: What the second says there.
+        first: The value of the first block there; NaN for no value.
+        second: The value of the second there.
         mean: The mean difference over all points where both have a value.
         points: How many points were compared.
         one_sided: At how many of them only one block has a value.
-        gap: The first of these; None where there is none.
+        gap: The first of these, or None.
     """
 
     output: str
@@ -292,12 +292,12 @@ def _refined(
 
 
 def at_points(system: FuzzySystem, points: FloatArray, output: int) -> FloatArray:
-    """Return what one output of a system is at points of shape (n, inputs); NaN for nothing."""
+    """Return the values of an output at points of shape (n, inputs); NaN for no value."""
     return _batch(compile_system(quiet(system), backend="numpy"), points)[:, output]
 
 
 def at_point(system: FuzzySystem, point: Sequence[float], output: int) -> float:
-    """Return what one output of a system is at a point; NaN for nothing."""
+    """Return the value of an output at a point; NaN for no value."""
     kernel = compile_system(quiet(system), backend="python")
     state = (kernel.plan.initial_state,) if kernel.n_states else ()
     result = kernel(*point, *state)

@@ -22,10 +22,10 @@ Put = Callable[[FuzzySystem], FuzzySystem]
 #: Words of rule files whose fields are called otherwise.
 _FIELDS: Final = {"and": "conjunction", "or": "disjunction"}
 
-#: What a rule block may have of its own, as rule files call it.
+#: Settings that a rule block may have, by their words in rule files.
 _OF_BLOCKS: Final = {**_FIELDS, "implication": "implication", "activation": "activation"}
 
-#: Settings that outputs have none of their own of.
+#: Settings that outputs do not have.
 _OF_THE_SYSTEM: Final = ("and", "or", "activation", *KNOBS)
 
 
@@ -34,7 +34,7 @@ class Part:
     """A setting, or a group of things, that two systems have in different ways.
 
     Args:
-        name: What it is.
+        name: Its name in messages.
         before: How the first system has it.
         after: How the second one does.
         put: Returns a system that has it as the second one.
@@ -49,7 +49,7 @@ class Part:
 
 
 def parts(a: FuzzySystem, b: FuzzySystem, inputs: list[int], outputs: list[int]) -> Iterator[Part]:
-    """Yield what differs: settings one by one; variables, rules and params as wholes.
+    """Yield the parts that differ: settings one by one; variables, rules and params as wholes.
 
     Args:
         a: The first system.
@@ -129,7 +129,7 @@ def _set_block(position: int, field: str, value: Any, system: FuzzySystem) -> Fu
 
 
 def _output_parts(a: FuzzySystem, b: FuzzySystem, i: int, j: int) -> Iterator[Part]:
-    """Yield what differs in an output, its own settings or those of the system that it heeds."""
+    """Yield the settings that differ for an output: its own or those of the system."""
     output, other = a.outputs[i], b.outputs[j]
     of = f" of {output.name}" if len(a.outputs) > 1 else ""
     if _fuzzy(output) != _fuzzy(other):
@@ -167,7 +167,7 @@ def _defuzzifier_parts(first: Defuzzifier, second: Defuzzifier, position: int, o
 
 
 def _fuzzy(v: LinguisticVariable) -> tuple[Any, ...]:
-    """Return what counts of a variable for the numbers, names left out."""
+    """Return the parts of a variable that change numbers, without names."""
     return (v.lower, v.upper, tuple((t.name, t.membership) for t in v.terms), getattr(v, "extrapolate", None))
 
 
@@ -234,10 +234,10 @@ ROUNDING: Final = 1e-14
 #: Points that a mean difference is explained at.
 SAMPLE: Final = 256
 
-#: Part of a mean difference that may be left once the causes of the largest one are gone; more has causes of its own.
+#: Part of a mean difference that may be left once the causes of the largest one are gone; more has other causes.
 ELSEWHERE: Final = 0.1
 
-#: How far a system is from what it is to become; infinite where that cannot be said.
+#: Distance of a system from its target; infinite if unknown.
 Distance = Callable[[FuzzySystem], float]
 
 
@@ -261,10 +261,10 @@ class Cause:
 
 @dataclass(frozen=True)
 class Explanation:
-    """What explains a difference, the largest cause first.
+    """The causes of a difference, the largest first.
 
     Args:
-        largest: Causes of the largest difference; none where there is none.
+        largest: Causes of the largest difference; empty if there is no difference.
         mean: Those of the mean difference, where it is no more than partly explained by the causes of the largest.
         gap: Settings that each resolve a point where only one of both systems has a value.
         rounding: Whether the largest difference is no more than rounding, which has no cause.
@@ -333,7 +333,7 @@ def _greedy(a: FuzzySystem, b: FuzzySystem, distance: Distance) -> tuple[tuple[C
     """Put parts of the second system into the first, the best first, until the distance is gone or no part helps.
 
     Returns:
-        The parts with what each explains, and the first system with them.
+        The parts with their shares, and the first system with them.
     """
     chain: list[Cause] = []
     left, current, start = list(parts(a, b, *pairing(a, b))), a, distance(a)
@@ -345,7 +345,7 @@ def _greedy(a: FuzzySystem, b: FuzzySystem, distance: Distance) -> tuple[tuple[C
             (part.last, d, k) for k, (part, s, d) in enumerate(tried) if s is not None and d != far and math.isfinite(d)
         ]
         if not working:
-            break  # what is left takes several parts at once
+            break  # the rest takes several parts at once
         *_, best = min(working)
         part, system, new = tried[best]
         assert system is not None

@@ -14,7 +14,7 @@ LEAST_SHARE: Final = 1e-3
 
 
 def compared_data(d: Difference, explained: Explanation | None) -> dict[str, Any]:
-    """Return a difference and what explains it as plain data; null stands for no value, and for an infinite one."""
+    """Return a difference and its explanation as plain data; null stands for no value, and for an infinite one."""
     gap, largest = d.gap, () if explained is None else explained.largest
     return {
         "output": d.output,
@@ -56,11 +56,11 @@ def compared_text(
     """Return the lines of a comparison.
 
     Args:
-        first: What the first one is called.
+        first: The label of the first block.
         block: Either of them, for the units.
-        second: What the second one is called.
+        second: The label of the second block.
         differences: The difference of each output.
-        explanations: What explains each, None if that is not looked for.
+        explanations: The explanation of each, None if none is searched for.
     """
     count = differences[0].points
     lines = [f"{first}  and  {second}: {count:,} point{'' if count == 1 else 's'}"]
@@ -118,7 +118,7 @@ def _indented(lines: Sequence[str]) -> list[str]:
 
 
 def _causes(causes: tuple[Cause, ...]) -> list[str]:
-    """Return one line for each cause with a part worth naming, the largest first, and what no cause explains."""
+    """Return one line for each cause with a part worth naming, the largest first, and for the unexplained rest."""
     largest = sorted((c for c in causes if abs(c.explains) >= LEAST_SHARE), key=lambda c: -abs(c.explains))
     names = [_cause(c) for c in largest]
     parts = [c.explains for c in largest]

@@ -17,7 +17,7 @@ from fuzzyctl.model.variable import LinguisticVariable, Membership, Term
 
 @dataclass(frozen=True)
 class Said:
-    """What a rule says of one output.
+    """The consequent of a rule for one output.
 
     Args:
         position: The rule's position in its system.
@@ -34,11 +34,11 @@ class Said:
 
 @dataclass(frozen=True)
 class RulePair:
-    """Rules of one antecedent that stand for each other, as wholes or in what they say of one output.
+    """Rules of one antecedent that stand for each other, as wholes or in the consequent of one output.
 
     Args:
-        before: In the first system; None for what was added.
-        after: In the second; None for what was removed.
+        before: In the first system; None if added.
+        after: In the second; None if removed.
         changed: For each output with different consequents the texts of both, None for nothing; empty for a rule
             that was added or removed as a whole.
         places: Positions of both, for telling whether their order is the same; None for one without a partner.
@@ -106,7 +106,7 @@ def _changed_wholes(group: _Group) -> Iterator[RulePair]:
 
 
 def _texts(s: Said | None, t: Said | None) -> tuple[str, str | None, str | None]:
-    """Return an output and what two rules say of it, at least one of them something."""
+    """Return an output and the consequents of two rules for it, at least one of which exists."""
     one = s or t
     assert one is not None
     return one.output, s.text if s else None, t.text if t else None
@@ -142,7 +142,7 @@ def _said(position: int, rule: FlatRule) -> list[Said]:
 
 
 def _said_pairs(first: list[Said], second: list[Said]) -> Iterator[tuple[Said | None, Said | None]]:
-    """Yield what is said on both sides with its partner: the same in the same block, the same, of the same output."""
+    """Yield consequents with their partners: the same in the same block, the same, of the same output."""
     left, right = list(first), list(second)
     likeness: tuple[Callable[[Said], object], ...] = (
         lambda s: (s.output, s.text, s.rule.block),
@@ -178,15 +178,15 @@ class Matches:
     blocks: Mapping[str, str] = field(default_factory=dict)
 
     def block(self, name: str) -> str:
-        """Return what a rule block of the second system is called in the first."""
+        """Return the name in the first system of a rule block of the second."""
         return self.blocks.get(name, name)
 
     def variable(self, name: str) -> str:
-        """Return what a variable of the second system is called in the first."""
+        """Return the name in the first system of a variable of the second."""
         return self.variables.get(name, name)
 
     def term(self, variable: str, name: str) -> str:
-        """Return what a term of the second system is called in the first."""
+        """Return the name in the first system of a term of the second."""
         return self.terms.get((variable, name), name)
 
 
@@ -205,7 +205,7 @@ def matches(a: FuzzySystem, b: FuzzySystem) -> Matches:
 def _by_name(
     one: Sequence[Named], other: Sequence[Named]
 ) -> tuple[list[tuple[Named, Named]], list[Named], list[Named]]:
-    """Return pairs of the same name, or of names that differ in case and signs only, and what is left of both."""
+    """Return pairs of the same name, or of names that differ in case and signs only, and the rest of both."""
     pairs: list[tuple[Named, Named]] = []
     left, right = list(one), list(other)
     for key in (lambda n: n, letters):
@@ -220,7 +220,7 @@ def _by_name(
 
 
 def letters(name: str) -> str:
-    """Return the letters and digits of a name in small letters: what is left of it when a format renames it."""
+    """Return the letters and digits of a name in small letters, which formats that rename keep."""
     return "".join(c for c in name.casefold() if c.isalnum())
 
 
@@ -250,7 +250,7 @@ def _term_pairs(one: Sequence[Term], other: Sequence[Term]) -> list[tuple[Term, 
 
 @dataclass(frozen=True)
 class FlatRule:
-    """A rule with what it is called in reports.
+    """A rule with its names in reports.
 
     Args:
         key: Its antecedent in a form that does not depend on the order of its parts.
@@ -258,8 +258,8 @@ class FlatRule:
         what: `cell` of a table, or `rule`.
         name: Its antecedent, or row and column of its cell.
         text: The rule as a line.
-        consequents: Outputs with what it says of them, weight included.
-        block: Name of its rule block, nothing for a rule of none.
+        consequents: Outputs with their consequents, weight included.
+        block: Name of its rule block, empty without one.
     """
 
     key: str
@@ -304,7 +304,7 @@ def with_blocks(a: FuzzySystem, b: FuzzySystem, names: Matches) -> Matches:
 
 
 def _said_by_block(system: FuzzySystem, names: Matches) -> dict[str, Counter[object]]:
-    """Return what the rules of each rule block say, in the names of another system."""
+    """Count the antecedents and consequents of each rule block, in the names of another system."""
     counts: dict[str, Counter[object]] = {block.name: Counter() for block in system.rule_blocks}
     for rule in flat_rules(system, names):
         if rule.block:
@@ -313,7 +313,7 @@ def _said_by_block(system: FuzzySystem, names: Matches) -> dict[str, Counter[obj
 
 
 def _rules(system: FuzzySystem) -> Iterator[tuple[str, Rule, str]]:
-    """Yield rules with what they are and the name of their rule block, nothing for those of none."""
+    """Yield rules with their kind and the name of their rule block, empty without one."""
     names = [b.name for b in system.rule_blocks]
     kinds = ["cell" if isinstance(p, RuleTable) else "rule" for p in system.tables_and_rules for _ in rules_of(p)]
     for kind, rule, method in zip(kinds, system.rules, system.rule_methods, strict=True):
@@ -333,7 +333,7 @@ def _key(antecedent: Antecedent, names: Matches) -> str:
 
 
 def _consequents(rule: Rule, names: Matches, carried: bool) -> Iterator[tuple[str, str]]:
-    """Yield outputs with what a rule says of them."""
+    """Yield outputs with the consequents of a rule."""
     before: list[str] = []
     for c in rule.consequents:
         after = f" after {' '.join(before)}" if before else ""

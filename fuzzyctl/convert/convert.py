@@ -23,7 +23,7 @@ from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Hold
 from fuzzyctl.support import arguments
 
-#: What a system can be written as, besides the formats of other tools; Markdown and Python are not read back.
+#: Formats of a system, besides the formats of other tools; Markdown and Python are not read back.
 OWN: Final = {"fz": ".fz", "python": ".py", "markdown": ".md"}
 
 #: Part of an output's range by which rounding may change its numbers.
@@ -46,10 +46,10 @@ class Conversion:
     Args:
         target: The format, a key of `TARGETS`.
         text: The file.
-        losses: What the format cannot express; `Loss.exact` for what does not change a number.
+        losses: The parts that the format cannot express; `Loss.exact` if no number changes.
         read_back: The system that the text is read as; None for formats that are not read back.
-        differences: Between the original and what is read back, one for each output; empty for formats that are not.
-        explanations: What explains each of them.
+        differences: Between the original and the system read back, one for each output; empty for formats that are not.
+        explanations: The explanation of each.
         slight: Whether no output changes by more than `SLIGHT` of its range, within the ranges of the inputs.
     """
 
@@ -63,7 +63,7 @@ class Conversion:
 
     @property
     def lossy(self) -> tuple[Loss, ...]:
-        """What changes the numbers."""
+        """The losses that change numbers."""
         return tuple(loss for loss in self.losses if not loss.exact)
 
 
@@ -79,7 +79,7 @@ def convert(system: FuzzySystem, target: str, *, points: int = POINTS, progress:
     Raises:
         UnknownNameError: For no such format.
         DiagnosticError: For a system that the format cannot hold at all.
-        ArgumentError: For what is no system.
+        ArgumentError: For anything but a FuzzySystem.
     """
     arguments.instance("the system", FuzzySystem, "a FuzzySystem", system)
     if target not in TARGETS:
@@ -101,7 +101,7 @@ def convert(system: FuzzySystem, target: str, *, points: int = POINTS, progress:
 def _compared(
     system: FuzzySystem, back: FuzzySystem, target: str, points: int, progress: Progress | None
 ) -> tuple[Difference, ...]:
-    """Return the differences to what was read back.
+    """Return the differences to the system that is read back.
 
     Raises:
         DiagnosticError: For what is not computed as the format has it, as where that has no samples for maxima.
@@ -137,7 +137,7 @@ def _unexplained(system: FuzzySystem, differences: tuple[Difference, ...]) -> li
 
 
 def written(system: FuzzySystem, target: str) -> tuple[str, list[Loss]]:
-    """Return a system as a text, with what the text does not say."""
+    """Return a system as a text, with the losses."""
     reasons = _formulas(system) if target in FORMATS else []
     if target == "python":
         reasons += [f"a call of system '{c.name}'" for c in system.called]
@@ -170,7 +170,7 @@ def _refused_there(system: FuzzySystem, target: str, diagnostics: Iterable[Diagn
 
 
 def _read_back(system: FuzzySystem, text: str, target: str) -> FuzzySystem:
-    """Return what a written text is read as.
+    """Return the system that a written text is read as.
 
     Raises:
         DiagnosticError: For one that cannot be read, as where the format wants a rule for each output.

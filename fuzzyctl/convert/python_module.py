@@ -25,7 +25,7 @@ from fuzzyctl.model.rule import Cell, Rule, RuleBlock, RuleTable
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import ANYWHERE, Input, Let, LinguisticVariable, Output
 
-#: What the builder calls settings that files call otherwise.
+#: Names in the builder of settings that files call otherwise.
 KEYWORDS: Final = {"and": "conjunction", "or": "disjunction"}
 
 #: Longest line before arguments get lines of their own.

@@ -29,12 +29,12 @@ _PRESENTERS: Final = {
 
 
 def html(value: object) -> str:
-    """Return what a notebook shows of an object of these types."""
+    """Return an object of these types as HTML for a notebook."""
     return _presented(value, "html")
 
 
 def text(value: object) -> str:
-    """Return what `print` prints of an object of these types; the last line does not end."""
+    """Return an object of these types as text for `print`, without a line end."""
     return _presented(value, "text").removesuffix("\n")
 
 

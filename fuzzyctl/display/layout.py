@@ -16,9 +16,9 @@ def laid_out(data: dict[str, Any], width: int, bold: Callable[[str], str] = str)
     """Return the summary of a system as text.
 
     Args:
-        data: What `summary.summary` returns.
+        data: As `summary.summary` returns it.
         width: Columns of the terminal; lines are broken there, and tables are cut into groups of columns.
-        bold: What to do with headings.
+        bold: Marks headings.
     """
     out: list[str] = []
     for kind, text in _lines(data, width):
@@ -157,7 +157,7 @@ def number_text(value: float | str) -> str:
 
 
 def otherwise_text(value: float | str | None, held_at_first: float | str | None) -> str:
-    """Return what an output is where no rule fires."""
+    """Return the value of an output if no rule fires, as text."""
     if held_at_first is not None:
         return f"hold: the previous value, {number_text(held_at_first)} at first"
     return "nothing: some rule must fire everywhere" if value is None else number_text(value)

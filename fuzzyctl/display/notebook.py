@@ -1,4 +1,4 @@
-"""What kernels, plots, experiments, runs and verdicts look like in a notebook."""
+"""Kernels, plots, experiments, runs and verdicts as HTML for a notebook."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What parts of a system look like: one line each, in the words of rule files."""
+"""Parts of a system as one line each, in the words of rule files."""
 
 from __future__ import annotations
 

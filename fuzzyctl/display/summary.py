@@ -30,7 +30,7 @@ OVER_SETS: Final = ("implication", "aggregation")
 
 
 def summary(system: FuzzySystem) -> dict[str, Any]:
-    """Return what `fuzzyctl show --format json` prints of a system; infinities are the texts `inf` and `-inf`.
+    """Return a system as the data of `fuzzyctl show --format json`; infinities are the texts `inf` and `-inf`.
 
     A setting of an output is None where it has no effect, as implication has none on an average over rules.
     """
@@ -198,7 +198,7 @@ def _block(block: RuleTable | Rule | RuleBlock) -> dict[str, Any]:
 
 
 def block_summary(block: EquationBlock) -> dict[str, Any]:
-    """Return what `fuzzyctl show --format json` prints of a controller, plant or loop.
+    """Return a controller, plant or loop as the data of `fuzzyctl show --format json`.
 
     `statements` holds lines by heading; equations are in the order in which they are computed.
     """

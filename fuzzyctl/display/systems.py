@@ -1,4 +1,4 @@
-"""What a block looks like: the text of `fuzzyctl show`, and tables in a notebook."""
+"""Blocks as the text of `fuzzyctl show`, and as tables in a notebook."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ WIDTH: Final = 120
 
 
 def system_text(system: FuzzySystem) -> str:
-    """Return what `fuzzyctl show` prints."""
+    """Return the text of `fuzzyctl show`."""
     return page_text(summary(system))
 
 
@@ -37,15 +37,15 @@ def page_text(data: dict[str, Any], bold: Callable[[str], str] = str) -> str:
     """Return a summary as text, as wide as the terminal and in its characters.
 
     Args:
-        data: What `summary.summary` or `block_summary.block_summary` returns.
-        bold: What to do with headings.
+        data: As `summary` or `block_summary` returns it.
+        bold: Marks headings.
     """
     width = shutil.get_terminal_size((WIDTH, 24)).columns
     return laid_out(for_terminal(data, sys.stdout.encoding), width, bold)
 
 
 def system_html(system: FuzzySystem) -> str:
-    """Return the variables with their terms, the rules, the method in effect and what is claimed, as tables."""
+    """Return the variables with their terms, the rules, the method in effect and the claims, as tables."""
     data = summary(system)
     knobs = ", ".join(f"{knob} {value}" for knob, value in data["knobs"].items())
     return page(
@@ -126,7 +126,7 @@ def _table(block: dict[str, Any], caption: str) -> Markup:
 
 
 def block_text(block: Controller | Plant | Loop) -> str:
-    """Return what `fuzzyctl show` prints."""
+    """Return the text of `fuzzyctl show`."""
     return page_text(block_summary(block))
 
 

@@ -1,4 +1,4 @@
-"""What a trace looks like: the text of `fuzzyctl why`, and the rule viewer in a notebook."""
+"""Traces as the text of `fuzzyctl why`, and as the rule viewer in a notebook."""
 
 from __future__ import annotations
 
@@ -48,10 +48,10 @@ def _values(numbers: dict[str, float], block: Block) -> str:
 
 
 def trace_text(trace: Trace | BlockTrace, most: int = MOST) -> str:
-    """Return the rules that act, with what each contributes, and the slopes of the outputs.
+    """Return the rules that act, with their contributions, and the slopes of the outputs.
 
     Args:
-        trace: What was traced.
+        trace: The trace.
         most: Most rules of a system.
     """
     return _text_of_step(trace, most) if isinstance(trace, BlockTrace) else _text_of_system(trace, most)

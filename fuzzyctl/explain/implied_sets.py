@@ -31,7 +31,7 @@ def antecedent_set(system: FuzzySystem, variable: LinguisticVariable, part: Is) 
 
 
 class ImpliedSets:
-    """What rules leave of their consequents in one output, over some of its values.
+    """Implied sets of the rules of one output, over some of its values.
 
     Args:
         output: The output, whose defuzzifier looks at a set.
@@ -46,7 +46,7 @@ class ImpliedSets:
         return self.output.terms[[e for e in self.output.implied if e.rule == rule][nth].term]
 
     def consequent(self, rule: int, nth: int = 0) -> Curve | None:
-        """Return the set that a rule names for the output, as its hedges leave it; None for what is no set.
+        """Return the set that a rule names for the output, as its hedges leave it; None for other consequents.
 
         Args:
             rule: Position of the rule.

@@ -34,21 +34,21 @@ STEP: Final = 1e-6
 #: Smallest change of an output over an input's range, relative to the output: rounding gives smaller ones.
 _FLAT: Final = 1e-8
 #: By so much, as a part of the largest value, an output may differ from the mean of the values of its rules:
-#: far more than by rounding, and less than what is printed.
+#: far more than by rounding, and less than the printed digits.
 _SAME: Final = 1e-9
 
 
 @dataclass(frozen=True)
 class Contribution:
-    """What a rule does to one output.
+    """The contribution of a rule to one output.
 
     Args:
         output: The output.
         term: The consequent's name with its hedges, or its text for one without a name.
-        value: What it is in an average over rules, None for a fuzzy set or where it changes with the activation.
+        value: Its value in an average over rules, None for a fuzzy set or where it changes with the activation.
         effective_activation: The activation applied to the consequent, after hedges and weight.
         share: The rule's part of all activations that move the output, from 0 to 1.
-        influence: What it adds to the output compared with the average of the others, share · (value - output); None as
+        influence: Its effect on the output compared with the average of the others, share · (value - output); None as
             for `value`, and where the output is not the mean of the values by their shares: a sum, held within its
             range, of rules that are joined first, or divided by something else.
     """
@@ -223,13 +223,13 @@ def _degrees(flat: Plan, degrees: tuple[float, ...], missing: set[int]) -> dict[
 
 @dataclass(frozen=True)
 class _Contributions:
-    """What the consequents of an output do to it.
+    """The effects of consequents on an output.
 
     Args:
         output: The output.
         effects: The activation applied to each of its consequents.
-        values: What each is in an average; None for a set, for what changes with the activation, and of silent rules.
-        whole: What shares are parts of.
+        values: The value of each in an average; None for sets, for silent rules, and if it changes with the activation.
+        whole: The sum of the shares.
         mean: The output, where it is the mean of the values by their shares, else None.
     """
 
@@ -289,7 +289,7 @@ def _fired(system: FuzzySystem, position: int, activation: float, outputs: Seque
 
 
 def _value(output: OutputPlan, term: SetPlan, values: dict[str, float]) -> float | None:
-    """Return what a consequent is in an average, None for a set and for what changes with the activation."""
+    """Return the value of a consequent in an average, None for a set and for what changes with the activation."""
     if not output.over_rules or output.kind in TSUKAMOTO:
         return None
     if term.expression is None:

@@ -31,7 +31,7 @@ def nlsys(
 ) -> Any:
     """Return a system, controller or plant as a `control.NonlinearIOSystem`.
 
-    Signals have the names of the block; the docstring of what is returned has their units and ranges.
+    Signals have the names of the block; the docstring of the result has their units and ranges.
 
     Args:
         block: A system without adaptive or held outputs, which has no state and joins any timebase; a controller, which
@@ -117,7 +117,7 @@ def _plant(plant: Plant, dt: float | None, substeps: int) -> _Parts:
 
 
 def start(block: FuzzySystem | Controller | Plant, *, dt: float | None = None) -> Any:
-    """Return the initial state of what `nlsys` returns, shape (states,); of a system there is none, shape (0,).
+    """Return the initial state of a system of `nlsys`, shape (states,); of a system there is none, shape (0,).
 
     Args:
         block: As for `nlsys`.

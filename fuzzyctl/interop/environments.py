@@ -38,7 +38,7 @@ class OpenedLoop:
         observation_ranges: Their ends.
         shown: Names that a run has for the actions and observations, `BLOCK.SIGNAL`.
         every: Samples in each period of the controller.
-        prefix: What stands before the names of states in the loop, but not for the user.
+        prefix: The prefix of the names of states in the loop, but not for the user.
     """
 
     loop: Loop
@@ -183,7 +183,7 @@ def _fresh(block: str, names: Sequence[str], others: set[str]) -> tuple[str, ...
 
 
 def _inputs(instance: Instance, controller: Controller) -> list[Expr]:
-    """Return what the inputs of a block are connected with, in order."""
+    """Return the connections of the inputs of a block, in order."""
     positional = [a for a in instance.arguments if not isinstance(a, Keyword)]
     named = {a.name: a.value for a in instance.arguments if isinstance(a, Keyword)}
     names = [s.name for s in controller.inputs]
@@ -202,7 +202,7 @@ class LoopEnvironment(gymnasium.Env[Any, Any]):  # type: ignore[misc]  # gymnasi
         opened: The loop.
         reward: A function of the signals, or the name of a measure.
         start: Ranges of states at the begin.
-        penalty: What a terminated episode costs.
+        penalty: The cost of a terminated episode.
         substeps: Steps of integration between two samples.
         backend: As for `Experiment`.
     """
@@ -313,7 +313,7 @@ class LoopEnvironment(gymnasium.Env[Any, Any]):  # type: ignore[misc]  # gymnasi
     def _stopped(
         self, row: Any, why: Diagnostic, total: float, values: Any
     ) -> tuple[Any, float, bool, bool, dict[str, Any]]:
-        """Return what a step gives that ends where a state leaves its range."""
+        """Return the result of a step at whose end a state leaves its range."""
         self._ended = True
         signals = self._signals(row, values)
         reward = total if self._reward is None else number("the reward", self._reward(signals))
@@ -336,7 +336,7 @@ class LoopEnvironment(gymnasium.Env[Any, Any]):  # type: ignore[misc]  # gymnasi
         return {"t": self._stepper.sample * self.experiment.step, **signals, **actions}
 
     def _integral(self, name: str) -> Callable[[Any, Any], float]:
-        """Return what a step between two samples adds to a measure."""
+        """Return the part of a measure of a step between two samples."""
         loop = self.opened.loop
         measures = {m.name: m.value for m in loop.measures}
         if name not in measures:

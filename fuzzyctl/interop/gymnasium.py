@@ -120,7 +120,7 @@ def environment(
         start: Range from which `reset` draws states of plants, by name: `BLOCK.STATE` in a loop, `STATE` of a plant.
         actions: Ranges of actions where the text gives no finite ones, by name: `BLOCK.OUTPUT` in a loop, `INPUT` of a
             plant.
-        penalty: What a terminated episode costs.
+        penalty: The cost of a terminated episode.
         substeps: Steps of integration between two samples.
         backend: As for `Experiment`.
 

@@ -13,7 +13,7 @@ def real(name: str, values: Any) -> np.ndarray[Any, Any]:
     """Return real, finite numbers as an array.
 
     Args:
-        name: What they are.
+        name: Their name in messages.
         values: The numbers, of any shape; complex ones without an imaginary part count as real.
 
     Raises:

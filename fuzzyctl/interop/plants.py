@@ -268,7 +268,7 @@ def _free_name(name: str, names: Mapping[str, object]) -> str:
 
 
 def _renamed(block: Plant | Controller, like: Plant, name: str) -> Plant | Controller:
-    """Return a block with the signals of another one, and names of its own that these do not have."""
+    """Return a block with the signals of another one, and names that these do not have."""
     signals = {s.name: o for s, o in zip((*block.inputs, *block.results), (*like.inputs, *like.results), strict=True)}
     by_name = {o.name: o for o in signals.values()}
     names = {old: new.name for old, new in signals.items()}

@@ -1,4 +1,4 @@
-"""What a page shows of controllers and of runs of loops, as plain data."""
+"""Controllers and runs of loops as the plain data of a page."""
 
 from __future__ import annotations
 
@@ -80,7 +80,7 @@ def peaks(line: Drawn, indices: Sequence[int]) -> list[int]:
     So a picture has the band that chattering fills, and lines that are smooth cost nothing.
 
     Args:
-        line: What is drawn.
+        line: The line.
         indices: The samples at which stretches end, increasing.
     """
     values, seen, extremes = line.values, SEEN * line.height, set()
@@ -99,12 +99,12 @@ def peaks(line: Drawn, indices: Sequence[int]) -> list[int]:
 #: Digits of values, and of times, by which marks find their samples.
 DIGITS: Final = 6
 TIME_DIGITS: Final = 9
-#: The state of an operator: the blocks that it is in, and what it keeps.
+#: The state of an operator: its blocks, and its name.
 _OPERATOR: Final = re.compile(r"(?:(.+)\.)?\w+#\d+(?:\.(\w+))?")
 
 
 def controller_data(unit: Unit) -> dict[str, Any]:
-    """Return what is shown of a controller, without proofs, which take numpy."""
+    """Return the data of a controller, without proofs, which take numpy."""
     controller = unit.controller
     layout = JavaScriptLayout(unit)
     return {
@@ -125,7 +125,7 @@ def controller_data(unit: Unit) -> dict[str, Any]:
 
 
 def _signal(unit: Unit, signal: Signal) -> dict[str, Any]:
-    """Return what is shown of an input or output; None for an end that its range does not have."""
+    """Return the data of an input or output; None for an end that its range does not have."""
     lower, upper = (end if math.isfinite(end) else None for end in ends(unit, signal.bounds))
     return {"name": signal.name, "label": signal.label, "unit": signal.unit, "lower": lower, "upper": upper}
 
@@ -157,7 +157,7 @@ def _written(span: Span) -> str:
 
 
 def _kept_by_call(state: str, call: str) -> str:
-    """Return what a call of a system keeps: the consequent of a rule, or the last value of an output."""
+    """Return the state of a call of a system: the consequent of a rule, or the last value of an output."""
     owner, _, slot = state.rpartition(".")
     output, _, number = slot.removesuffix("]").partition("[")
     block, _, system = owner.rpartition(".")
@@ -166,7 +166,7 @@ def _kept_by_call(state: str, call: str) -> str:
 
 
 def loop_data(run: Run, runs: int = 1) -> dict[str, Any]:
-    """Return what is shown of a run: its signals, of many samples each n-th and peaks, measures and requirements.
+    """Return the data of a run: its signals, of many samples each n-th and peaks, measures and requirements.
 
     Args:
         run: The run.
@@ -210,7 +210,7 @@ def _limits(t: list[float], panel: Panel, signal: Callable[[Expr], list[float]])
 
 
 class _Call(NamedTuple):
-    """What is called, by which block, the signals that it takes, and for how many samples they are held."""
+    """A call of a block: its name, the calling block, its signals, and the samples for which they are held."""
 
     block: str
     call: str
@@ -242,7 +242,7 @@ def _calls(loop: Loop, recorded: Collection[str]) -> Iterator[_Call]:
 
 
 def plain_loop_data(run: PlainRun) -> dict[str, Any]:
-    """Return what is shown of a run without numpy; a note says what differs."""
+    """Return the data of a run without numpy, with a note on the differences."""
     loop = run.loop
     data = _loop_data(loop, run.t, run.signals, run.signal, "RK4", {})
     note = "The noise is drawn by another generator than that of 'fuzzyctl simulate', so numbers differ."
@@ -250,7 +250,7 @@ def plain_loop_data(run: PlainRun) -> dict[str, Any]:
 
 
 def refused_loop_data(loop: Loop, why: str) -> dict[str, Any]:
-    """Return what is shown of a loop that is not run: why."""
+    """Return the data of a loop that is not run, with the reason."""
     return {"kind": "loop", "name": loop.name, "title": loop.title, "source": loop.citation, "refused": why}
 
 
@@ -263,10 +263,10 @@ def _loop_data(
     params: Mapping[str, float],
     runs: int = 1,
 ) -> dict[str, Any]:
-    """Return what is shown of any run.
+    """Return the data of any run.
 
     Args:
-        loop: What was run.
+        loop: The loop.
         t: Times of the samples [s].
         recorded: Names of its signals.
         signal: Returns a signal, a number for each sample.

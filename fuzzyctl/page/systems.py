@@ -1,4 +1,4 @@
-"""What a page shows of a system: facts as plain data, and the sets whose degrees its JavaScript computes."""
+"""Systems as the plain data of a page, and the sets whose degrees its JavaScript computes."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class _Once(list[_T], Generic[_T]):
 
 @dataclass
 class SystemFacts:
-    """What is shown of a system, found once.
+    """The data of a system, computed once.
 
     Args:
         unit: The system.
@@ -64,7 +64,7 @@ class SystemFacts:
 
     @cached_property
     def _entries(self) -> list[dict[int, list[tuple[int, ImpliedPlan]]]]:
-        """What each rule does to each output, with its place among the effects on the output."""
+        """The effects of each rule on each output, by their places."""
         entries: list[dict[int, list[tuple[int, ImpliedPlan]]]] = []
         for output in self.unit.plan.outputs:
             entries.append({})
@@ -74,7 +74,7 @@ class SystemFacts:
 
     @property
     def shown(self) -> Shown:
-        """What the JavaScript beside that of the system computes; complete once the data are."""
+        """Values that the JavaScript of the page computes besides those of the system; complete with the data."""
         return Shown(self.sets, self.implications, self.values)
 
     def data(self) -> dict[str, Any]:
@@ -131,7 +131,7 @@ class SystemFacts:
         return {"text": rule_text(rule), "parts": parts, "consequents": list(self._consequents(k, rule))}
 
     def _consequents(self, rule: int, written: Rule) -> Iterator[dict[str, Any]]:
-        """Yield what a rule does to outputs; `effect` is its place behind the activations."""
+        """Yield the effects of a rule on outputs; `effect` is its place behind the activations."""
         before = 0
         for o, output in enumerate(self.unit.plan.outputs):
             named: list[Consequent] = [c for c in written.consequents if c.output == output.name]
@@ -142,7 +142,7 @@ class SystemFacts:
             before += len(output.implied)
 
     def _acting(self, o: int, output: OutputPlan, term: int, k: int) -> dict[str, Any]:
-        """Return what a consequent is: a number, a function of the inputs, a state, or a set with its implication."""
+        """Return a consequent as data: a number, a function of the inputs, a state, or a set with its implication."""
         plan = output.terms[term]
         if output.rate is not None:
             return {"state": self.unit.plan.states.index((o, k))}
@@ -205,7 +205,7 @@ LEAST_SECONDS: Final = 1.0
 
 
 def bound_row(bound: OutputBound, unit: str) -> list[str]:
-    """Return a name, and between what its value stays."""
+    """Return a name and the bounds of its value."""
     low, high = (f"{end + 0.0:.9g}" for end in (bound.lo, bound.hi))
     tail = f" {unit}" if unit else ""
     if bound.lo == bound.hi:

@@ -1,4 +1,4 @@
-"""Figures of the caller's or of their own, without pyplot, and what a notebook shows of their axes."""
+"""Figures of the caller or new ones, without pyplot, and the pictures of their axes in a notebook."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ def styled(ax: Any) -> Iterator[None]:
     """Draw in the style of all pictures, in the caller's where the axes are the caller's.
 
     Raises:
-        ArgumentError: For what is neither axes nor None.
+        ArgumentError: For anything but axes or None.
     """
     if ax is not None and not isinstance(ax, Axes):
         raise ArgumentError(f"'ax' must be axes of matplotlib, or None, got {type(ax).__name__}")
@@ -103,7 +103,7 @@ def place(ax: Axes | None) -> Any:
 
 
 def sized(figure: Any, width: float, height: float) -> None:
-    """Give a figure its size [inches]; what is part of another figure has one."""
+    """Give a figure its size [inches]; a part of another figure has one."""
     if isinstance(figure, Figure):
         figure.set_size_inches(width, height)
 

@@ -234,7 +234,7 @@ def _above_uprights(labels: Sequence[Label], low: float, high: float, width: flo
 
 
 def lanes(labels: Sequence[Label], low: float, high: float, width: float) -> list[int | None]:
-    """Return for each label the lowest line on which it overlaps none to its left, None where there is none.
+    """Return for each label the lowest line on which it overlaps none to its left, or None.
 
     Args:
         labels: The labels.

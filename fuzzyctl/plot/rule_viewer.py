@@ -60,7 +60,7 @@ def rules(
 
 
 def viewer(trace: Trace, most: int = 12, ax: Axes | None = None) -> Panels:
-    """Draw what was traced, see `rules`."""
+    """Draw a trace, see `rules`."""
     arguments.integer("'most'", most, 1, MOST)
     with styled(ax):
         figure = place(ax)
@@ -74,8 +74,8 @@ def draw_rules(figure: Any, system: FuzzySystem, trace: Trace, most: int) -> Non
     Args:
         figure: An empty matplotlib figure, or a part of one.
         system: The system.
-        trace: What was traced.
-        most: Most rules to draw, those of the highest activation; all count in what they give together.
+        trace: The trace.
+        most: Most rules to draw, those of the highest activation; all count in their common result.
     """
     rules = trace.rules[:most]
     columns = _columns(system, trace)
@@ -247,7 +247,7 @@ def _crowded(ax: Any, letters: int, height: float) -> tuple[int, int]:
 
 
 def _last_row(ax: Any, trace: Trace, column: _Column) -> None:
-    """Draw an input's value, or all consequents of an output together with what comes out."""
+    """Draw an input's value, or all consequents of an output together with the result."""
     _frame(ax, column, ticks=True)
     name = column.variable.name
     if column.sets is None:

@@ -41,12 +41,12 @@ LINE: Final = 100
 
 @dataclass(frozen=True)
 class Sampled:
-    """What is drawn: a kernel, with the labels of its variables.
+    """A kernel to draw, with the labels of its variables.
 
     Args:
         kernel: Of numpy.
         title: Of the picture.
-        labels: What each variable is called, by name.
+        labels: The label of each variable, by name.
         axis_labels: The same with the unit.
         ends: Of the range of each input.
         state: By name, at which it is drawn; None for that of the start.
@@ -61,7 +61,7 @@ class Sampled:
 
     @classmethod
     def of(cls, drawn: Block | Kernel, state: Mapping[str, float] | None = None) -> Sampled:
-        """Return a block or a kernel as what is drawn; the kernel of a system knows the names of its variables only."""
+        """Return the samples of a block or a kernel; the kernel of a system knows the names of its variables only."""
         if isinstance(drawn, Kernel):
             names = {n: n for n in (*drawn.input_names, *drawn.output_names)}
             ends = {i.name: (i.lower, i.upper) for i in drawn.plan.inputs}
@@ -288,7 +288,7 @@ def draw_surface(
 
     Args:
         figure: An empty matplotlib figure.
-        system: The system or controller, a kernel, or what is sampled of one.
+        system: The system or controller, a kernel, or a `Sampled`.
         axes: Names of one or two inputs.
         fixed: Values of other inputs.
         output: Name of the output.
@@ -364,7 +364,7 @@ def mark_rule(ax: Any, grids: Sequence[Any], leads: Any) -> None:
     if len(grids) == 1:
         ax.fill_between(grids[0], 0, 1, where=leads > 0, transform=ax.get_xaxis_transform(), color=COLORS[1], alpha=0.2)
     else:
-        # A border of its own on the edge of the map, where the region ends, too.
+        # A border on the edge of the map, where the region ends, too.
         leads = np.pad(leads, 1, constant_values=-1e-9)
         x, y = (np.pad(g, 1, mode="edge") for g in grids)
         ax.contour(x, y, leads, levels=[0.0], colors=COLORS[1], linewidths=2.5)

@@ -24,7 +24,7 @@ MOST: Final = 8
 POINTS: Final = 20_000
 #: Colour of references and disturbances.
 GIVEN: Final = "#444444"
-#: Width of the picture, height of a panel, and what the rest takes [inches].
+#: Width of the picture, height of a panel, and the rest [inches].
 WIDTH: Final = 8.0
 PANEL: Final = 1.6
 REST: Final = 1.1
@@ -37,7 +37,7 @@ def runs(*runs: Run, labels: Sequence[str] | None = None, ax: Axes | None = None
 
     Args:
         runs: One or more.
-        labels: What they are called in the legend, one for each; None for the names of their loops.
+        labels: Their labels in the legend, one for each; None for the names of their loops.
         ax: Axes whose place the panels take; None for a new figure.
 
     Returns:
@@ -65,8 +65,8 @@ def draw_runs(figure: Any, runs: Sequence[Run], labels: Sequence[str]) -> None:
 
     Args:
         figure: An empty matplotlib figure, or a part of one.
-        runs: What is drawn, in the panels that any of them has.
-        labels: What they are called in the legend, one for each.
+        runs: The runs, in the panels that any of them has.
+        labels: Their labels in the legend, one for each.
     """
     by_run = [{p.signal: p for p in panels(run.loop, run.positions)} for run in runs]
     first = {name: p for group in reversed(by_run) for name, p in group.items()}  # of a signal of several runs
@@ -105,7 +105,7 @@ def _draw_signal(ax: Any, run: Run, panel: Panel, color: str, label: str) -> Non
 
 
 def _draw_given(ax: Any, runs: Sequence[Run], values: Mapping[int, Any], style: Mapping[str, Any]) -> None:
-    """Draw what runs are given, by their positions: one line in grey where all have the same, else in their colours."""
+    """Draw the inputs of runs, by their positions: one line in grey where all have the same, else in their colours."""
     longest = max(values, key=lambda k: len(values[k]), default=0)
     alike = all(np.array_equal(v, values[longest][: len(v)]) for v in values.values())
     for k in [longest] if alike and values else values:

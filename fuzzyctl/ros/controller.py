@@ -40,7 +40,7 @@ class Connection(NamedTuple):
         topic: Where the messages are.
         type: Class of the messages.
         field: Path to a number in a message; the number of an entry, from 0 on, leads into a list.
-        rest: What an output is while the controller does not run.
+        rest: The value of an output while the controller does not run.
     """
 
     signal: str
@@ -112,7 +112,7 @@ def _finite(word: str) -> float | None:
 
 
 def value_of(message: Any, field: str) -> Real | None:
-    """Return the number in a field of a message, None where there is none."""
+    """Return the number in a field of a message, or None."""
     for part in field.split("."):
         try:
             message = message[int(part)] if part.isdigit() else getattr(message, part)
@@ -275,7 +275,7 @@ class ControllerNode:
             publisher.publish(message)
 
     def _keep(self, topic: str, message: Any) -> None:
-        """Keep a message and when it came; nothing is computed here."""
+        """Keep a message and its time; the tick computes."""
         self._latest[topic] = message, self._node.get_clock().now().nanoseconds
 
     def _fail(self, reason: str) -> None:
@@ -284,7 +284,7 @@ class ControllerNode:
         self._log.error(f"at rest: {reason}")
 
     def _value(self, one: Connection, now: int) -> float | str:
-        """Return the value of an input, or why there is none."""
+        """Return the value of an input, or the reason why it is missing."""
         if one.topic not in self._latest:
             return f"no message on {one.topic}"
         message, came = self._latest[one.topic]

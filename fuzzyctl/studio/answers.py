@@ -72,11 +72,11 @@ def answer(request: str) -> str:
     """Answer a request.
 
     Args:
-        request: JSON with `method`, a key of `METHODS`, `file`, the path of the text, `text`, and what the method
-            takes, such as `offset`, in units of UTF-16.
+        request: JSON with `method`, a key of `METHODS`, `file`, the path of the text, `text`, and the arguments of the
+            method, such as `offset`, in units of UTF-16.
 
     Returns:
-        JSON: what the method returns, or `refused`, a line that says why there is no answer.
+        JSON: the result of the method, or `refused`, a line with the reason.
     """
     asked = json.loads(request)
     try:
@@ -94,7 +94,7 @@ def answer(request: str) -> str:
 
 @lru_cache(maxsize=4)
 def document(file: str, text: str) -> Document:
-    """Return a text as a document; what it uses is read from its folder.
+    """Return a text as a document; files that it uses are read from its folder.
 
     Raises:
         DiagnosticError: For a text that is too large.
@@ -157,7 +157,7 @@ def _hover(document: Document, asked: _Data) -> _Data:
 
 
 def _actions(document: Document, asked: _Data) -> _Data:
-    """Return what can be changed at a place: repairs of its line, and what is missing, such as rows of a table."""
+    """Return the actions at a place: repairs of its line, and completions, such as rows of a table."""
     offset, source = characters(document.text, asked["offset"]), document.source
     broken = actions.repairs(document.proved, *_line(document.text, offset))
     repairs = [(actions.repair_title(d), d.fix.replacements) for d in broken if d.fix is not None]
@@ -197,7 +197,7 @@ def _frame(_: Document, asked: _Data) -> _Data:
 
 
 def _picture(document: Document, _: _Data) -> _Data:
-    """Return what the frame shows of the text, without runs of loops."""
+    """Return the data of the frame, without runs of loops."""
     _require_sound(document)
     sections = [_section(block, document) for block in _blocks(document)]
     facts = page_facts(_title(document), sections, document.proved)
@@ -205,7 +205,7 @@ def _picture(document: Document, _: _Data) -> _Data:
 
 
 def _runs(document: Document, _: _Data) -> _Data:
-    """Return what the frame shows of loops; why not, for one that is not run here."""
+    """Return the data of loops in the frame; the reason for one that is not run here."""
     _require_sound(document)
     return {"sections": list(_run_sections(document))}
 
@@ -233,7 +233,7 @@ def _page(document: Document, _: _Data) -> _Data:
 
 
 def _title(document: Document) -> str:
-    """Return what the page of a text is called.
+    """Return the title of the page of a text.
 
     Raises:
         NothingShownError: For a text without systems, controllers and loops.
@@ -276,7 +276,7 @@ def _export(document: Document, asked: _Data) -> _Data:
 
 
 def _require_sound(document: Document) -> None:
-    """Refuse a text with errors; claims that fail are none.
+    """Refuse a text with errors other than failed claims.
 
     Raises:
         DiagnosticError: For one.
@@ -286,7 +286,7 @@ def _require_sound(document: Document) -> None:
         raise DiagnosticError(errors)
 
 
-#: What can be asked.
+#: The methods of requests.
 METHODS: Final[dict[str, Callable[[Document, _Data], _Data]]] = {
     "check": _check,
     "complete": _complete,
@@ -319,12 +319,12 @@ def block_proofs(block: Block) -> tuple[list[Verdict], dict[str, list[list[Any]]
 
 
 def quick(block: Any) -> list[Verdict]:
-    """Return what quick methods say; of a controller nothing, as proofs of steps take numpy."""
+    """Return quick verdicts; none for a controller, as proofs of steps take numpy."""
     return [] if block.is_sampled else quickly(block)[0]
 
 
 def at_once(block: Block) -> list[Verdict]:
-    """Return what quick methods say; of what they leave open, that subdivision follows."""
+    """Return quick verdicts; open ones say that subdivision follows."""
     return [
         replace(v, reason=FOLLOWS) if isinstance(v, Undecided) and v.reason == UNDIVIDED else v for v in quick(block)
     ]
