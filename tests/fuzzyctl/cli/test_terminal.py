@@ -98,7 +98,7 @@ def test_data_does_not_control_a_terminal(base, arguments):
 REPORTS = [
     (["why", "tipper", "service=7", "food=8"], "\x1b[1mtip\x1b[0m = "),
     (["prove", "tipper"], "\x1b[1;32mproved\x1b[0m: bounded"),
-    (["prove", "--bounds", "tipper"], "\x1b[1mtip\x1b[0m: from "),
+    (["prove", "--bounds", "tipper", "--timeout", "0.1"], "\x1b[1mtip\x1b[0m: from "),
     (["simulate", "water_tank"], ": \x1b[1;32mmet\x1b[0m"),
     (["doctor"], "\x1b[1mbackend\x1b[0m: "),
 ]
