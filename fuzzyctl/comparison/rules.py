@@ -106,7 +106,7 @@ def _changed_wholes(group: _Group) -> Iterator[RulePair]:
 
 
 def _texts(s: Said | None, t: Said | None) -> tuple[str, str | None, str | None]:
-    """Return an output and the consequents of two rules for it, at least one of which exists."""
+    """Return an output and the consequents of two rules for it; one of them exists."""
     one = s or t
     assert one is not None
     return one.output, s.text if s else None, t.text if t else None
