@@ -301,45 +301,29 @@ def print_changes(first: str, second: str, name: str | None, form: str) -> int:
     """
     before, after = _opened_both(first, second, name)
     pairs = _system_pairs(before, after)
-    from fuzzyctl.comparison.changes import changes, policy_changes
+    from fuzzyctl.comparison.changes import block_changes, changes, policy_changes
+    from fuzzyctl.model.controller import EquationBlock
 
     policies = policy_changes(before.file.policy, after.file.policy)
-    by_system = [(a.name, changes(a, b)) for a, b in pairs]
-    others: list[tuple[str, tuple[Change, ...]]] = []
-    has_others = any(b.kind != "system" for b in (*before.blocks, *after.blocks))
-    if has_others:
-        from fuzzyctl.comparison.changes import block_changes
-        from fuzzyctl.model.controller import EquationBlock
-
-        others = block_changes(before.of(EquationBlock), after.of(EquationBlock))
+    systems = [(a.name, changes(a, b)) for a, b in pairs]
+    blocks = block_changes(before.of(EquationBlock), after.of(EquationBlock))
+    is_changed = bool(policies or blocks or any(rows for _, rows in systems))
     if form == "json":
-        systems = [_changes_data(name, rows) for name, rows in by_system]
         data: dict[str, Any] = {
             "first": first,
             "second": second,
-            "changes": [dataclasses.asdict(c) for c in policies],
-            "systems": systems,
+            "changes": _changes_data(policies),
+            "systems": [{"system": name, "changes": _changes_data(rows)} for name, rows in systems],
         }
-        if has_others:
-            data["blocks"] = [
-                {"block": name, "changes": [dataclasses.asdict(c) for c in rows]} for name, rows in others
-            ]
+        if any(b.kind != "system" for b in (*before.blocks, *after.blocks)):
+            data["blocks"] = [{"block": name, "changes": _changes_data(rows)} for name, rows in blocks]
         write_json(data)
-    else:
-        for change in policies:
-            say(_change_line(change))
-        for name, rows in by_system:
-            if len(by_system) > 1 and rows:
-                say(f"system {name}")
-            for change in rows:
-                say(_change_line(change))
-        for name, rows in others:
-            say(name)
-            for change in rows:
-                say(_change_line(change))
-        if not policies and not others and not any(rows for _, rows in by_system):
-            say("nothing was changed")
-    return FAILED if policies or others or any(rows for _, rows in by_system) else DONE
+        return FAILED if is_changed else DONE
+    headed = [(f"system {name}" if len(systems) > 1 and rows else "", rows) for name, rows in systems]
+    groups = [("", policies), *headed, *blocks]
+    lines = [line for heading, rows in groups for line in (heading, *map(_change_line, rows)) if line]
+    say("\n".join(lines) if is_changed else "nothing was changed")
+    return FAILED if is_changed else DONE
 
 
 def _opened_both(first: str, second: str, name: str | None) -> tuple[Opened, Opened]:
@@ -384,8 +368,8 @@ def _system_pairs(first: Opened, second: Opened) -> list[tuple[FuzzySystem, Fuzz
     return [(s, by_name[s.name]) for s in ones]
 
 
-def _changes_data(name: str, changes: Sequence[Change]) -> dict[str, Any]:
-    return {"system": name, "changes": [dataclasses.asdict(c) for c in changes]}
+def _changes_data(changes: Sequence[Change]) -> list[dict[str, Any]]:
+    return [dataclasses.asdict(c) for c in changes]
 
 
 def _change_line(change: Change) -> str:

@@ -30,8 +30,11 @@ from fuzzyctl.cli.streams import INTERRUPTED, say, write_json
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 
 if TYPE_CHECKING:
+    from fuzzyctl.analysis.extremes import Extent
     from fuzzyctl.analysis.verdicts import Verdict
     from fuzzyctl.model.block import Block
+    from fuzzyctl.model.controller import Controller
+    from fuzzyctl.model.system import FuzzySystem
 
 
 @dataclass
@@ -179,21 +182,19 @@ def _summary(proofs: Sequence[Proof]) -> str:
 
 
 def _details(verdict: Verdict) -> Iterator[str]:
-    from fuzzyctl.analysis.verdicts import Proved, Refuted
+    from fuzzyctl.analysis.verdicts import Refuted, Undecided
 
-    if isinstance(verdict, Proved):
-        if verdict.note:
-            yield verdict.note
-    elif isinstance(verdict, Refuted):
-        yield str(verdict.witness)
-        if verdict.note:
-            yield verdict.note
-    else:
+    if isinstance(verdict, Undecided):
         yield verdict.reason
         for box in verdict.boxes[:3]:
             yield "open: " + ", ".join(f"{n} {'=' if s.lower == s.upper else 'in'} {s}" for n, s in box.items())
         if verdict.remaining > len(verdict.boxes[:3]) > 0:
             yield f"and {verdict.remaining - len(verdict.boxes[:3])} more"
+        return
+    if isinstance(verdict, Refuted):
+        yield str(verdict.witness)
+    if verdict.note:
+        yield verdict.note
 
 
 def _as_data(proofs: Sequence[Proof], mistakes: Sequence[Diagnostic]) -> dict[str, Any]:
@@ -234,11 +235,6 @@ _FREE: Final = 1 << 16
 #: The same of an operation of a large system, which is planned, checked and compiled.
 _OPERATION: Final = 5e-5
 _FEW: Final = 10_000
-
-if TYPE_CHECKING:
-    from fuzzyctl.analysis.extremes import Extent
-    from fuzzyctl.model.controller import Controller
-    from fuzzyctl.model.system import FuzzySystem
 
 
 def print_bounds(file: str, choice: Choice, timeout: float, form: str) -> int:
@@ -297,15 +293,17 @@ def _print_controller_bounds(controller: Controller, timeout: float, form: str) 
         write_json({**controller.identity, "outputs": outputs, "states": states_data})
         return
     for name, bound in bounds.items():
-        unit, what = units[name], "state " if name in states else ""
-        report(f"{what}{name}: from {bound.lo + 0.0:.9g} to {bound.hi + 0.0:.9g}{' ' + unit if unit else ''}")
+        report(f"{'state ' if name in states else ''}{_bound_line(name, bound.lo, bound.hi, units[name])}")
         if bound.note:
             report(f"  {bound.note}")
 
 
+def _bound_line(name: str, low: float, high: float, unit: str) -> str:
+    return f"{name}: from {low + 0.0:.9g} to {high + 0.0:.9g}{' ' + unit if unit else ''}"
+
+
 def _extent_lines(system: FuzzySystem, extent: Extent) -> Iterator[str]:
-    unit = system.output(extent.name).unit
-    yield f"{extent.name}: from {extent.lo + 0.0:.9g} to {extent.hi + 0.0:.9g}{' ' + unit if unit else ''}"
+    yield _bound_line(extent.name, extent.lo, extent.hi, system.output(extent.name).unit)
     for value, at in ((extent.lo_found, extent.lo_at), (extent.hi_found, extent.hi_at)):
         if at is not None and not math.isnan(value):
             yield f"  {value + 0.0:.9g} at {', '.join(f'{n} = {x + 0.0:.9g}' for n, x in at.items())}"

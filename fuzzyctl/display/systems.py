@@ -8,15 +8,7 @@ from collections.abc import Callable, Iterator, Sequence
 from typing import Any, Final
 
 from fuzzyctl.diagnostics.terminal import for_terminal
-from fuzzyctl.display.layout import (
-    NO_EFFECT,
-    coverage_text,
-    laid_out,
-    membership_form,
-    number_text,
-    otherwise_text,
-    values_text,
-)
+from fuzzyctl.display.layout import laid_out, membership_form, number_text, output_facts, table_frame
 from fuzzyctl.display.markup import Markup, lines, page, pairs, paragraph, plain, table
 from fuzzyctl.display.summary import block_summary, summary
 from fuzzyctl.model.controller import Controller
@@ -81,18 +73,9 @@ def _input(v: dict[str, Any]) -> tuple[object, ...]:
 
 
 def _output(v: dict[str, Any]) -> tuple[object, ...]:
-    facts = []
-    if v["formula"] is not None:
-        facts.append(f"= {v['formula']}")
-    else:
-        facts += [f"{name}: {value or NO_EFFECT}" for name, value in v["method"].items()]
-        if v["adaptive"] is not None:
-            facts.append(f"adaptive: rate {v['adaptive']}")
-        facts.append(f"else: {otherwise_text(v['else'], v['held_at_first'])}")
-    facts += ["clamped within the range"] if v["clamped"] else []
-    facts.append(f"values: {values_text(v['bounds'])}")
-    if v["formula"] is None:
-        facts.append(f"coverage: {coverage_text(v['coverage'], v['else'] is not None)}")
+    facts = [f"= {v['formula']}"] if v["formula"] is not None else []
+    for name, text in output_facts(v).items():
+        facts.append("clamped within the range" if name == "clamped" else f"{name}: {text}")
     return (*_variable(v), lines(facts))
 
 
@@ -116,13 +99,9 @@ def _rules(blocks: Sequence[dict[str, Any]], caption: str) -> Iterator[Markup]:
 
 
 def _table(block: dict[str, Any], caption: str) -> Markup:
-    outputs = ", ".join(block["table"])
-    across = f"{block['rows']} × {block['columns']}" if block["rows"] else block["columns"]
-    condition = f" with {block['with']}" if block["with"] else ""
-    corner = f"{block['rows']} \\ {block['columns']}" if block["rows"] else block["columns"]
-    labels = block["row_terms"] or [outputs]
+    title, corner, labels = table_frame(block, "×")
     rows = [(label, *map(plain, cells)) for label, cells in zip(labels, block["cells"], strict=True)]
-    return table(f"{caption}: {outputs} = {across}{condition}", (corner, *block["column_terms"]), rows)
+    return table(f"{caption}: {title}", (corner, *block["column_terms"]), rows)
 
 
 def block_text(block: Controller | Plant | Loop) -> str:
