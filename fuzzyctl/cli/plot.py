@@ -27,7 +27,6 @@ from fuzzyctl.cli.common import (
 from fuzzyctl.cli.loading import Choice, chooses, load_evaluable
 from fuzzyctl.cli.streams import say
 from fuzzyctl.diagnostics.diagnostic import ArgumentError, Diagnostic, DiagnosticError
-from fuzzyctl.plot.choices import chosen_axes
 
 #: What matplotlib is asked to write.
 SUFFIXES = (".png", ".svg", ".pdf")
@@ -140,6 +139,8 @@ def _draw_surface(
             raise DiagnosticError([unknown(kind, name, names)])
     if x is not None and x == y:
         raise DiagnosticError([Diagnostic("FZ502", f"'{x}' is named for both axes", help="drop one for a curve")])
+    from fuzzyctl.plot.choices import chosen_axes, file_part
+
     fixed = assignments(at, inputs, "input")
     axes = chosen_axes(inputs, x, y, fixed)
     for axis, value in fixed.items():
@@ -150,8 +151,6 @@ def _draw_surface(
         if axis in fixed:
             message, help_text = f"'{axis}' is an axis and has a value too", f"drop '--at {axis}=...' or the axis"
             raise DiagnosticError([Diagnostic("FZ502", message, help=help_text)])
-    from fuzzyctl.plot.choices import file_part
-
     target = picture_file(out, f"{file_part(system.name)}-{file_part(chosen)}.png")
     from fuzzyctl.plot.style import saved
     from fuzzyctl.plot.surfaces import Sampled, draw_surface

@@ -21,10 +21,10 @@ from fuzzyctl.cli.sweeps import (
     sentence,
     swept,
 )
-from fuzzyctl.experiments.estimates import Row, mean_of
 from fuzzyctl.support.shipped import place_of
 
 if TYPE_CHECKING:
+    from fuzzyctl.experiments.estimates import Row
     from fuzzyctl.experiments.sweep_plan import Plan
     from fuzzyctl.experiments.sweep_spec import Spec
     from fuzzyctl.experiments.sweep_workers import Outcome
@@ -131,6 +131,8 @@ def text_of(plan: Plan[Any], spec: Spec, outcomes: Mapping[int, Outcome]) -> Ite
 
 
 def _mean(rows: Sequence[Row], name: str) -> str:
+    from fuzzyctl.experiments.estimates import mean_of
+
     estimate = mean_of(rows, name)
     if estimate.mean is None:
         return "none"
