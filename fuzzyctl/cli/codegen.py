@@ -147,19 +147,19 @@ def _refuse(*mistakes: tuple[bool, str, str]) -> None:
             raise click.BadParameter(message, param_hint=option)
 
 
-def _unit(examined: Examined, block: Any, choice: Choice, o: Options, **options: Any) -> tuple[Unit, Sequence[Verdict]]:
-    """Return a checked block prepared for its writers, and the verdicts on its guarantees."""
+def _unit(
+    examined: Examined, block: Any, choice: Choice, o: Options, **options: Any
+) -> tuple[Unit, Block, Sequence[Verdict]]:
+    """Return a block prepared for its writers, the block with params set, and the verdicts on its guarantees."""
     from fuzzyctl.codegen.prepare import prepare
 
     block, verdicts = checked(examined, block, choice)
-    if o.step is not None:
-        block = _discretised(block, o.step, o.substeps)
     if o.target == "fmu" and block.kind == "controller" and not o.free:
         from fuzzyctl.codegen.fmu.calls import tunable
 
         options["free"] = tunable(block)
     unit = prepare(
-        block,
+        block if o.step is None else _discretised(block, o.step, o.substeps),
         examined.source.text,
         settings=assignments(choice.settings, block.settable, "param"),
         algorithm=o.algorithm,
@@ -168,7 +168,7 @@ def _unit(examined: Examined, block: Any, choice: Choice, o: Options, **options:
         verdicts=verdicts,
         **{"free": o.free, **options},
     )
-    return unit, verdicts
+    return unit, block, verdicts
 
 
 def _write_files(examined: Examined, block: Any, choice: Choice, o: Options, fixed: Format | None) -> dict[str, Any]:
@@ -193,7 +193,7 @@ def _write_files(examined: Examined, block: Any, choice: Choice, o: Options, fix
     )
     try:
         small, guarded = o.target not in ("python", "javascript"), o.target == "st"
-        unit, verdicts = _unit(examined, block, choice, o, small=small, guarded=guarded)
+        unit, block, verdicts = _unit(examined, block, choice, o, small=small, guarded=guarded)
         integers = _integers(unit, fixed) if fixed else None
         generated = generate(unit, o.target, integers)
     except CodegenError as error:
