@@ -271,7 +271,7 @@ def test_no_submodule_takes_the_place_of_a_function():
 
 def test_commands_print_through_one_module():
     """Text of a file would control the terminal otherwise, or fail for its encoding; what is painted says so itself."""
-    allowed = {"streams.py", "common.py", "show.py", "explain.py", "unified_diff.py"}
+    allowed = {"streams.py", "common.py", "show.py", "explain.py"}
     folders = [ROOT / "fuzzyctl" / "cli", ROOT / "apps" / "dwmr" / "cli"]
     users = {p.name for folder in folders for p in folder.glob("*.py") if "click.echo(" in p.read_text("utf-8")}
     assert users <= allowed

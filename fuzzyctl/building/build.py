@@ -20,9 +20,7 @@ from typing import Any, Final
 
 from fuzzyctl.building import fragments, values
 from fuzzyctl.building.fragments import rule
-from fuzzyctl.building.methods import activation_of, method_of
-from fuzzyctl.building.partition import partition
-from fuzzyctl.building.values import Value
+from fuzzyctl.building.values import Value, activation_of, method_of, partition
 from fuzzyctl.building.variables import Hold, input_variable, let_variable, membership, output_variable
 from fuzzyctl.diagnostics.diagnostic import ArgumentError, Diagnostic, DiagnosticError
 from fuzzyctl.diagnostics.source import SourceText
@@ -40,7 +38,7 @@ from fuzzyctl.support import arguments
 #: Names as the language has them; which of them are words of the language is for the checks.
 _NAME: Final = re.compile(r"[^\W\d]\w*")
 
-#: What a system names: what it is called, and the name.
+#: The parts that a system names: the kind, and the name.
 _Named = Iterator[tuple[str, str]]
 
 
@@ -56,8 +54,8 @@ def require_as_file(built: FuzzySystem) -> None:
     if mistakes:  # nothing can be printed
         raise DiagnosticError(mistakes)
     text = dumps(built)
-    read, found = examine(SourceText(f"system {built.name}", text))
-    errors = [_without_place(d) for d in found if d.severity == "error"]
+    read, blocks = examine(SourceText(f"system {built.name}", text))
+    errors = [_without_place(d) for d in blocks if d.severity == "error"]
     if errors:
         raise DiagnosticError(errors)
     if read is None or dumps(read) != text:  # such as a name in a rule made by hand that prints as something else
@@ -123,54 +121,54 @@ def _in_tables(built: FuzzySystem) -> _Named:
             yield from (("a part of a table", w) for w in (*words, *table.row_terms, *table.column_terms))
 
 
-def row(label: str, given: object, outputs: tuple[str, ...], columns: int) -> tuple[Cell, ...]:
+def row(label: str, cells: object, outputs: tuple[str, ...], columns: int) -> tuple[Cell, ...]:
     """Return the cells of a row, given as a text or a sequence.
 
     Args:
         label: The term that leads the row.
-        given: What is given for it.
+        cells: The cells of the row.
         outputs: The outputs that each cell sets.
         columns: The expected number of cells.
 
     Raises:
-        ArgumentError: For another number of cells, and for what is no cell.
-        DiagnosticError: For a text that is none.
+        ArgumentError: For another number of cells, and for an invalid cell.
+        DiagnosticError: For an invalid text.
     """
     name = f"row {label!r}"
-    found = (
-        fragments.cells(given) if isinstance(given, str) else arguments.items(name, "cells in a text or a list", given)
+    parts = (
+        fragments.cells(cells) if isinstance(cells, str) else arguments.items(name, "cells in a text or a list", cells)
     )
-    if len(found) != columns:
-        raise ArgumentError(f"{name} has {len(found)} cells for {columns} columns")
-    return tuple(cell(f"a cell of {name}", c, outputs) for c in found)
+    if len(parts) != columns:
+        raise ArgumentError(f"{name} has {len(parts)} cells for {columns} columns")
+    return tuple(cell(f"a cell of {name}", c, outputs) for c in parts)
 
 
-def cell(name: str, given: object, outputs: tuple[str, ...]) -> Cell:
+def cell(name: str, content: object, outputs: tuple[str, ...]) -> Cell:
     """Return one cell; an empty cell has no rule.
 
     Args:
         name: What to call it where it is refused.
-        given: A text, a number, a membership, a cell, or None for no rule.
+        content: A text, a number, a membership, a cell, or None for no rule.
         outputs: The outputs that it sets.
 
     Raises:
-        ArgumentError: For another number of terms than of outputs, and for what is no cell.
-        DiagnosticError: For a text that is none.
+        ArgumentError: For another number of terms than of outputs, and for an invalid cell.
+        DiagnosticError: For an invalid text.
     """
-    if given is None:
+    if content is None:
         return Cell(terms=())
-    if isinstance(given, Cell):
-        made = given
-    elif isinstance(given, str):
-        texts = fragments.cells(given)
+    if isinstance(content, Cell):
+        result = content
+    elif isinstance(content, str):
+        texts = fragments.cells(content)
         if len(texts) != 1:
-            raise ArgumentError(f"expected one cell, got {given!r}")
-        made = texts[0]
+            raise ArgumentError(f"expected one cell, got {content!r}")
+        result = texts[0]
     else:
-        made = Cell(terms=(values.membership(name, given),), weight=ONE)
-    if made.terms and len(made.terms) != len(outputs):
-        raise ArgumentError(f"{name} names {len(made.terms)} terms for {len(outputs)} outputs")
-    return made
+        result = Cell(terms=(values.membership(name, content),), weight=ONE)
+    if result.terms and len(result.terms) != len(outputs):
+        raise ArgumentError(f"{name} names {len(result.terms)} terms for {len(outputs)} outputs")
+    return result
 
 
 __all__ = [
@@ -222,28 +220,28 @@ def rule_table(
             `"(2 * k)"` or, for several outputs, `"NB/PB"`; or a number, a `membership`, or None for no rule.
         columns: The input whose terms head the columns, None for a one-way table.
         headers: For a two-way table the terms of the columns, as a text or a sequence.
-        condition: For a slice what stands behind `with` in a file, such as `"mode is slow"`.
+        condition: For a slice the condition after `with` in a file, such as `"mode is slow"`.
 
     Raises:
         ArgumentError: For rows and cells of the wrong length.
         DiagnosticError: For a text that is no cell or no condition.
     """
     names = (outputs,) if isinstance(outputs, str) else arguments.names("'outputs'", outputs)
-    given = arguments.mapping("'cells'", "cells by the terms of the rows", cells)
+    by_label = arguments.mapping("'cells'", "cells by the terms of the rows", cells)
     arguments.text("'rows'", rows)
     head = arguments.names("'headers'", headers)
     if columns is None:
         if head:
             raise ArgumentError("'headers' are the terms of 'columns', and none are given")
-        head, body = tuple(given), [tuple(cell(f"cell {n!r}", c, names) for n, c in given.items())]
+        head, body = tuple(by_label), [tuple(cell(f"cell {n!r}", c, names) for n, c in by_label.items())]
     else:
         arguments.text("'columns'", columns)
-        body = [row(label, own, names, len(head)) for label, own in given.items()]
+        body = [row(label, row_cells, names, len(head)) for label, row_cells in by_label.items()]
     return RuleTable(
         outputs=names,
         rows=None if columns is None else rows,
         columns=rows if columns is None else columns,
-        row_terms=() if columns is None else tuple(given),
+        row_terms=() if columns is None else tuple(by_label),
         column_terms=head,
         cells=tuple(body),
         condition=None if condition is None else fragments.antecedent(condition),
@@ -259,13 +257,13 @@ def rule_block(
     implication: Conjunction | None = None,
     activation: str | Activation | None = None,
 ) -> RuleBlock:
-    """Return a rule block: rules that are joined, implied and chosen by methods of their own.
+    """Return a rule block: rules that are joined, implied and chosen by other methods than those of the system.
 
     Args:
         name: An identifier; each block of a system has another one.
         rules: Rules, tables and texts of rules, in order; at least one.
         conjunction, disjunction, implication: Norms; None for those of the system, or the implication of the output.
-        activation: What stands behind `activation` in a file, or an `Activation`; None for that of the system. A method
+        activation: The text after `activation` in a file, or an `Activation`; None for that of the system. A method
             that compares rules compares those of the block.
 
     Raises:
@@ -273,14 +271,14 @@ def rule_block(
         DiagnosticError: For a text that is no rule or no activation method.
     """
     due = "a list of rules, tables and texts of rules"
-    found = arguments.items_of("'rules'", (Rule, RuleTable, str), due, rules)
-    if not found:
+    parts = arguments.items_of("'rules'", (Rule, RuleTable, str), due, rules)
+    if not parts:
         raise ArgumentError("a rule block needs a rule")
     norms = {"conjunction": conjunction, "disjunction": disjunction, "implication": implication}
     return RuleBlock(
         **values.texts(name=name, **{n: norm for n, norm in norms.items() if norm is not None}),
         activation=None if activation is None else activation_of(activation),
-        rules=tuple(rule(r) if isinstance(r, str) else r for r in found),
+        rules=tuple(rule(r) if isinstance(r, str) else r for r in parts),
     )
 
 
@@ -310,19 +308,19 @@ def system(
         rules: Rules, tables and texts of rules, in order; then rule blocks.
         params: Named constants, each a value, or a value and its unit.
         hedges: Own hedges, each an expression over `x`, such as `{"fairly": "x ^ 0.7"}`.
-        title: What it is, for people.
+        title: A title for people.
         citation: Where it comes from.
-        semantics: What stands behind `semantics` in a file, such as `"matlab"`, or a `Semantics`.
-        defuzzifier: What stands behind `defuzzifier` in a file, or a `Defuzzifier`; None for the centroid.
-        activation: What stands behind `activation` in a file, such as `"highest(count=1)"`, or an `Activation`.
-        guarantees: What stands behind `require` in a file.
+        semantics: The text after `semantics` in a file, such as `"matlab"`, or a `Semantics`.
+        defuzzifier: The text after `defuzzifier` in a file, or a `Defuzzifier`; None for the centroid.
+        activation: The text after `activation` in a file, such as `"highest(count=1)"`, or an `Activation`.
+        guarantees: The texts after `require` in a file.
         conjunction, disjunction, implication, aggregation: Norms; None for those of the semantics.
 
     Raises:
         DiagnosticError: With all mistakes, as for a file but without places.
         ArgumentError: For an argument of a type that it cannot have.
     """
-    given = arguments.items_of("'variables'", (Input, Output, Let), "a list of inputs, lets and outputs", variables)
+    parts = arguments.items_of("'variables'", (Input, Output, Let), "a list of inputs, lets and outputs", variables)
     norms: dict[str, str | None] = {"conjunction": conjunction, "disjunction": disjunction}
     norms |= {"implication": implication, "aggregation": aggregation}
     built = FuzzySystem(
@@ -330,44 +328,44 @@ def system(
         params=_params({} if params is None else params),
         hedges=_hedges({} if hedges is None else hedges),
         method=method_of(semantics, defuzzifier, activation, norms),
-        inputs=tuple(v for v in given if isinstance(v, Input)),
-        outputs=tuple(v for v in given if isinstance(v, Output)),
+        inputs=tuple(v for v in parts if isinstance(v, Input)),
+        outputs=tuple(v for v in parts if isinstance(v, Output)),
         blocks=_blocks(rules),
         guarantees=_guarantees(guarantees),
-        lets=tuple(v for v in given if isinstance(v, Let)),
+        lets=tuple(v for v in parts if isinstance(v, Let)),
     )
     require_as_file(built)
     return built
 
 
-def _blocks(given: object) -> tuple[Rule | RuleTable | RuleBlock, ...]:
+def _blocks(rules: object) -> tuple[Rule | RuleTable | RuleBlock, ...]:
     due = "a list of rules, tables, rule blocks and texts of rules"
-    found = arguments.items_of("'rules'", (Rule, RuleTable, RuleBlock, str), due, given)
-    kinds = [isinstance(r, RuleBlock) for r in found]
+    parts = arguments.items_of("'rules'", (Rule, RuleTable, RuleBlock, str), due, rules)
+    kinds = [isinstance(r, RuleBlock) for r in parts]
     if kinds != sorted(kinds):
         raise ArgumentError("rules and tables of no rule block come before all rule blocks")
-    return tuple(rule(r) if isinstance(r, str) else r for r in found)
+    return tuple(rule(r) if isinstance(r, str) else r for r in parts)
 
 
-def _guarantees(given: object) -> tuple[Guarantee, ...]:
+def _guarantees(guarantees: object) -> tuple[Guarantee, ...]:
     due = "a list of guarantees and texts of guarantees"
-    found = arguments.items_of("'guarantees'", (Guarantee, str), due, given)
-    return tuple(fragments.guarantee(g) if isinstance(g, str) else g for g in found)
+    parts = arguments.items_of("'guarantees'", (Guarantee, str), due, guarantees)
+    return tuple(fragments.guarantee(g) if isinstance(g, str) else g for g in parts)
 
 
-def _hedges(given: object) -> tuple[Hedge, ...]:
-    texts = arguments.mapping("'hedges'", "expressions over x by name", given)
+def _hedges(hedges: object) -> tuple[Hedge, ...]:
+    texts = arguments.mapping("'hedges'", "expressions over x by name", hedges)
     return tuple(fragments.hedge(n, arguments.text(f"hedge {n!r}", t)) for n, t in texts.items())
 
 
-def _params(given: object) -> tuple[Param, ...]:
-    named = arguments.mapping("'params'", "values by name", given)
+def _params(params: object) -> tuple[Param, ...]:
+    named = arguments.mapping("'params'", "values by name", params)
     return tuple(_param(n, v) for n, v in named.items())
 
 
-def _param(name: str, given: object) -> Param:
+def _param(name: str, default: object) -> Param:
     what = f"param {name!r}"
-    if isinstance(given, tuple) and len(given) != 2:
-        raise ArgumentError(f"{what} must be a value, or a value and its unit, got {len(given)} of them")
-    value, unit = given if isinstance(given, tuple) else (given, "")
+    if isinstance(default, tuple) and len(default) != 2:
+        raise ArgumentError(f"{what} must be a value, or a value and its unit, got {len(default)} of them")
+    value, unit = default if isinstance(default, tuple) else (default, "")
     return Param(name=name, expression=values.expression(what, value), unit=arguments.text(f"the unit of {what}", unit))

@@ -32,13 +32,13 @@ _Statement = TypeVar("_Statement", bound=sx.Statement)
 
 @dataclasses.dataclass(frozen=True)
 class _Form:
-    """What a kind of fragment is, and the statement around it that makes it a line of a file.
+    """A kind of fragment, and the statement around it that makes it a line of a file.
 
     Args:
-        what: What it is called.
+        what: Its name in messages.
         written: How it is written: the help of a broken one.
-        before: What stands before it.
-        after: What stands behind it.
+        before: The text before it.
+        after: The text after it.
     """
 
     what: str
@@ -65,7 +65,7 @@ def _statement(form: _Form, text: str, kind: type[_Statement]) -> _Statement:
     """Parse the statement around a fragment.
 
     Raises:
-        DiagnosticError: For a text that is none.
+        DiagnosticError: For an invalid text.
         ArgumentError: For several, for one of another kind, or for none at all.
     """
     text = arguments.text(f"the text of {_a(form.what)}", text)
@@ -73,7 +73,7 @@ def _statement(form: _Form, text: str, kind: type[_Statement]) -> _Statement:
         raise ArgumentError(f"expected {_a(form.what)}, got an empty text; the form is: {form.written}")
     if arguments.no_character(text) is not None:
         raise _no(form, text)
-    # A comment would swallow what stands behind.
+    # A comment would swallow the text after it.
     tree, mistakes = parse(SourceText(f"<{form.what}>", f"{form.before}{text}{form.after}"))
     _refuse(form, text, mistakes)
     if len(tree.statements) != 1 or not isinstance(tree.statements[0], kind) or (form.after and "#" in text):
@@ -90,7 +90,7 @@ def _a(what: str) -> str:
 
 
 def _refuse(form: _Form, text: str, mistakes: list[Diagnostic]) -> None:
-    """Raise what is wrong with a fragment, as if nothing stood around it."""
+    """Raise the mistakes of a fragment, placed in the fragment alone."""
     if mistakes:
         raise DiagnosticError([_as_fragment(form, SourceText(f"<{form.what}>", text), d) for d in mistakes])
 
@@ -101,7 +101,7 @@ def _as_fragment(form: _Form, source: SourceText, d: Diagnostic) -> Diagnostic:
     # The help for `activation highest` is `activation highest(count=1)`; only the part behind the keyword belongs here.
     help_text = d.help.replace(f": {form.before}", ": ") if form.before else d.help
     if help_text.startswith("write: "):
-        # The repaired line holds what stands around the fragment.
+        # The repaired line holds the text around the fragment.
         line = help_text.removeprefix("write: ").removeprefix(form.before.rpartition("\n")[2].lstrip())
         help_text = f"write: {line.removesuffix(form.after)}"
     if help_text.startswith("the form is: "):
@@ -131,10 +131,10 @@ def _placeless(expr: Expr) -> Expr:
 
 def expression(text: str) -> Expr:
     """Parse an expression such as `(k - 1) / 2`."""
-    found = _statement(_EXPRESSION, text, sx.Param)
-    if found.unit:
+    statement = _statement(_EXPRESSION, text, sx.Param)
+    if statement.unit:
         raise _no(_EXPRESSION, text)
-    return _placeless(found.expression)
+    return _placeless(statement.expression)
 
 
 def membership(text: str) -> Membership | None:
@@ -142,12 +142,12 @@ def membership(text: str) -> Membership | None:
     kind = _KIND.fullmatch(text)
     if kind is None or kind[1] in FUNCTIONS:
         return None
-    found = _output(_TERM, text)
-    if len(found.terms) != 1:
+    output = _output(_TERM, text)
+    if len(output.terms) != 1:
         raise _no(_TERM, text)
-    given = found.terms[0].membership
+    written = output.terms[0].membership
     return Membership(
-        kind=given.kind, arguments=tuple(map(_placeless, given.arguments)), height=_placeless(given.height)
+        kind=written.kind, arguments=tuple(map(_placeless, written.arguments)), height=_placeless(written.height)
     )
 
 
@@ -168,22 +168,22 @@ def hold(text: str) -> Hold | None:
 def _output(form: _Form, text: str) -> Output:
     statement = _statement(form, text, sx.Variable)
     context = _context(text)
-    found = resolve_variable(context, statement)
+    output = resolve_variable(context, statement)
     _refuse(form, text, context.diagnostics)
-    if not isinstance(found, Output):
+    if not isinstance(output, Output):
         raise _no(form, text)
-    return found
+    return output
 
 
 def activation(text: str) -> Activation:
     """Parse an activation method such as `highest(count=1)`."""
-    found = _method(_ACTIVATION, text, sx.Activation).activation
-    threshold = None if found.threshold is None else _placeless(found.threshold)
-    return Activation(kind=found.kind, count=found.count, threshold=threshold, comparison=found.comparison)
+    method = _method(_ACTIVATION, text, sx.Activation).activation
+    threshold = None if method.threshold is None else _placeless(method.threshold)
+    return Activation(kind=method.kind, count=method.count, threshold=threshold, comparison=method.comparison)
 
 
 def defuzzifier(text: str, profile: Profile = PROFILES["exact"]) -> Defuzzifier:
-    """Parse a defuzzifier such as `centroid(resolution=1000)`; what it does not say comes from a profile."""
+    """Parse a defuzzifier such as `centroid(resolution=1000)`; missing settings come from a profile."""
     return _method(_DEFUZZIFIER, text, sx.Setting, profile).defuzzifier
 
 
@@ -191,31 +191,31 @@ def semantics(text: str) -> Semantics:
     """Parse a profile with its knobs, such as `fuzzylite(least=0)`."""
     statement = _statement(_SEMANTICS, text, sx.Semantics)
     context = _context(text)
-    found = resolve_semantics(context, [statement])
+    result = resolve_semantics(context, [statement])
     _refuse(_SEMANTICS, text, context.diagnostics)
-    return dataclasses.replace(found, span=None)
+    return dataclasses.replace(result, span=None)
 
 
 def _method(form: _Form, text: str, kind: type[sx.Statement], profile: Profile = PROFILES["exact"]) -> Method:
     statement = _statement(form, text, kind)
     context = _context(text)
     context.profile = profile
-    found = resolve_method(context, [statement])
+    method = resolve_method(context, [statement])
     _refuse(form, text, context.diagnostics)
-    return found
+    return method
 
 
 def rule(text: str) -> Rule:
     """Parse a rule such as `if a is NB then f is NS weight 0.5`."""
     if _no_rule(text):
         raise _no(_RULE_FORM, text)
-    found = _statement(_RULE_FORM, text, sx.Rule)
+    statement = _statement(_RULE_FORM, text, sx.Rule)
     consequents = []
-    for c in found.consequents:
+    for c in statement.consequents:
         term = _cell_term(c.term)
         consequents.append(Consequent(output=c.output.text, term=term, hedges=tuple(h.text for h in c.hedges)))
-    weight = ONE if found.weight is None else _placeless(found.weight)
-    return Rule(antecedent=_antecedent(found.antecedent), consequents=tuple(consequents), weight=weight)
+    weight = ONE if statement.weight is None else _placeless(statement.weight)
+    return Rule(antecedent=_antecedent(statement.antecedent), consequents=tuple(consequents), weight=weight)
 
 
 def _no_rule(text: object) -> bool:
@@ -224,26 +224,26 @@ def _no_rule(text: object) -> bool:
 
 
 def antecedent(text: str) -> Antecedent:
-    """Parse what stands between `if` and `then`, or behind `with`."""
-    found = _statement(_CONDITION, text, sx.Rule)
-    if len(found.consequents) != 1:
+    """Parse the condition between `if` and `then`, or after `with`."""
+    statement = _statement(_CONDITION, text, sx.Rule)
+    if len(statement.consequents) != 1:
         raise _no(_CONDITION, text)
-    return _antecedent(found.antecedent)
+    return _antecedent(statement.antecedent)
 
 
 def cells(text: str) -> tuple[Cell, ...]:
     """Parse the cells of one table row, such as `NB PS*0.5 . NB/PB 0.25 linear(1, 2, 3)`."""
-    found = _statement(_CELLS, text, sx.Table)
-    if len(found.rows) != 1:
+    statement = _statement(_CELLS, text, sx.Table)
+    if len(statement.rows) != 1:
         raise _no(_CELLS, text)
-    return tuple(_cell(c) for c in found.rows[0].cells)
+    return tuple(_cell(c) for c in statement.rows[0].cells)
 
 
 def guarantee(text: str) -> Guarantee:
-    """Parse what stands behind `require`."""
-    found = _statement(_GUARANTEE, text, sx.Require)
-    within, when = (None if e is None else _placeless(e) for e in (found.within, found.when))
-    return Guarantee(claim=_placeless(found.claim), within=within, when=when)
+    """Parse the claim after `require`."""
+    statement = _statement(_GUARANTEE, text, sx.Require)
+    within, when = (None if e is None else _placeless(e) for e in (statement.within, statement.when))
+    return Guarantee(claim=_placeless(statement.claim), within=within, when=when)
 
 
 def hedge(name: str, text: str) -> Hedge:

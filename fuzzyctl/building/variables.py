@@ -6,9 +6,7 @@ from collections.abc import Mapping
 from typing import Any, Final, Literal
 
 from fuzzyctl.building import fragments, values
-from fuzzyctl.building.methods import defuzzifier_of
-from fuzzyctl.building.partition import Partition
-from fuzzyctl.building.values import TermSpec, Value
+from fuzzyctl.building.values import Partition, TermSpec, Value, defuzzifier_of
 from fuzzyctl.diagnostics.diagnostic import ArgumentError
 from fuzzyctl.expr import Expr
 from fuzzyctl.formulas.memberships import MembershipKind
@@ -25,7 +23,7 @@ def Hold(start: Value | None = None) -> variable.Hold:  # noqa: N802 - it reads 
     """Return what `otherwise` takes where an output keeps its previous value, as `else hold(START)` does in a file.
 
     Args:
-        start: What it is before any rule has fired; None for the middle of the range.
+        start: The value before any rule has fired; None for the middle of the range.
     """
     return variable.Hold(start=None if start is None else values.expression("'start'", start))
 
@@ -40,9 +38,9 @@ def membership(
         parameters: In the order of the file.
         height: Largest degree.
     """
-    given = tuple(values.expression("a parameter", p) for p in parameters)
+    numbers = tuple(values.expression("a parameter", p) for p in parameters)
     return Membership(
-        kind=arguments.text("'kind'", kind), arguments=given, height=values.expression("'height'", height)
+        kind=arguments.text("'kind'", kind), arguments=numbers, height=values.expression("'height'", height)
     )
 
 
@@ -63,7 +61,7 @@ def input_variable(
         lower: Lower end of the range.
         upper: Upper end of the range.
         terms: Terms by name, or a `partition`.
-        label: What plots write.
+        label: The label in plots.
         unit: Its unit.
         extrapolate: Whether values outside the range go through the formulas instead of being clamped.
     """
@@ -94,9 +92,9 @@ def output_variable(
         lower: Lower end of the range.
         upper: Upper end of the range.
         terms: Terms by name, or a `partition`.
-        label: What plots write.
+        label: The label in plots.
         unit: Its unit.
-        otherwise: What it is where no rule fires: a value, "midpoint", "nan", "error", "hold", "hold(0.5)"
+        otherwise: The value if no rule fires: a value, "midpoint", "nan", "error", "hold", "hold(0.5)"
             or `Hold(0.5)`.
         adaptive: The rate of adaptive consequents.
         clamp: Whether its value is held within its range.
@@ -106,9 +104,9 @@ def output_variable(
         value: The expression that it is, in place of rules; None for an output that rules set.
     """
     fields = _variable(name, lower, upper, terms, label, unit, is_output=True)
-    own = None if defuzzifier is None else defuzzifier_of(defuzzifier)
+    method = None if defuzzifier is None else defuzzifier_of(defuzzifier)
     norms = {"implication": implication, "aggregation": aggregation}
-    fields |= {"defuzzifier": own, "clamped": arguments.flag("'clamp'", clamp)} | values.texts(
+    fields |= {"defuzzifier": method, "clamped": arguments.flag("'clamp'", clamp)} | values.texts(
         **{n: v for n, v in norms.items() if v is not None}
     )
     if otherwise is not None:
@@ -138,7 +136,7 @@ def let_variable(
         lower: Lower end of the range; None for no range.
         upper: Upper end of the range; None for no range.
         terms: Terms by name, or a `partition`; they need a range.
-        label: What plots write.
+        label: The label in plots.
         unit: Its unit.
 
     Raises:
@@ -152,15 +150,15 @@ def let_variable(
     return Let(**fields, value=values.expression("'value'", value))
 
 
-def _otherwise(given: object) -> Expr | variable.Hold | str:
-    """Return what a file writes behind `else`; expressions may go without their parentheses."""
-    if isinstance(given, variable.Hold):
-        return given
-    if isinstance(given, str) and given.strip() in ("midpoint", "nan", "error"):
-        return given.strip()
-    if isinstance(given, str) and (held := fragments.hold(given)) is not None:
-        return held
-    return values.expression("'otherwise'", given)
+def _otherwise(value: object) -> Expr | variable.Hold | str:
+    """Return the value after `else` in a file; expressions may go without their parentheses."""
+    if isinstance(value, variable.Hold):
+        return value
+    if isinstance(value, str) and value.strip() in ("midpoint", "nan", "error"):
+        return value.strip()
+    if isinstance(value, str) and (hold := fragments.hold(value)) is not None:
+        return hold
+    return values.expression("'otherwise'", value)
 
 
 def _variable(
@@ -170,7 +168,7 @@ def _variable(
     if isinstance(terms, Partition):
         named = terms.terms(lower, upper)
     else:
-        given = arguments.mapping("'terms'", _TERMS, terms)
-        named = [(n, values.membership(f"term {n!r}", t)) for n, t in given.items()]
-    made = tuple(Term(name=n, membership=as_set(str(name), m) if is_output else m) for n, m in named)
-    return {**values.texts(name=name, label=label, unit=unit), **ends, "terms": made}
+        specs = arguments.mapping("'terms'", _TERMS, terms)
+        named = [(n, values.membership(f"term {n!r}", t)) for n, t in specs.items()]
+    sets = tuple(Term(name=n, membership=as_set(str(name), m) if is_output else m) for n, m in named)
+    return {**values.texts(name=name, label=label, unit=unit), **ends, "terms": sets}

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import os
+import sys
+import time
 from collections import Counter
-from collections.abc import Collection
+from collections.abc import Callable, Collection, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -23,10 +26,11 @@ from fuzzyctl.cli.common import (
     show,
 )
 from fuzzyctl.cli.loading import folder_of, require_own, source_of
-from fuzzyctl.cli.streams import say, write_data
+from fuzzyctl.cli.streams import print_diff, say, write_data
 from fuzzyctl.diagnostics.diagnostic import CODES, Diagnostic, DiagnosticError
 from fuzzyctl.diagnostics.fixes import APPLICABILITIES
 from fuzzyctl.diagnostics.suggestions import counted, did_you_mean
+from fuzzyctl.support.reading import read_place
 from fuzzyctl.support.shipped import place_of
 
 if TYPE_CHECKING:
@@ -64,7 +68,7 @@ def fix_file(file: str, *, likely: bool, only_diff: bool) -> tuple[SourceText, b
         only_diff: Whether to print a diff and change nothing.
 
     Returns:
-        The text after the fixes, and whether it differs from what was there.
+        The text after the fixes, and whether it differs from the text before.
 
     Raises:
         DiagnosticError: When the file cannot be read or written; it is then as it was.
@@ -78,8 +82,6 @@ def fix_file(file: str, *, likely: bool, only_diff: bool) -> tuple[SourceText, b
     done = fix_source(source, folder=folder_of(file), likely=likely)
     changed = done.source is not source
     if only_diff:
-        from fuzzyctl.cli.unified_diff import print_diff
-
         print_diff(STDIN if file == "-" else file, source.text, done.source.text)
     elif file == "-":
         write_data(done.source.text)
@@ -99,7 +101,7 @@ def _write(path: Path, text: str) -> None:
 
 
 def fixable(diagnostics: Collection[Any]) -> str:
-    """Return how errors are fixed by the command; empty where none can be."""
+    """Return how errors are fixed by the command; empty if no error has a fix."""
     diagnostics = [d for d in diagnostics if d.severity == "error"]
     number = {a: sum(d.fix is not None and d.fix.applicability == a for d in diagnostics) for a in APPLICABILITIES}
     if number["sure"]:
@@ -109,9 +111,9 @@ def fixable(diagnostics: Collection[Any]) -> str:
 
 #: What `--deny` takes besides codes.
 WARNINGS: Final = "warnings"
-#: What leaves the exit code undecided.
+#: The code that leaves the exit code undecided.
 UNCOVERED: Final = "FZ407"
-#: What the size of a block is counted in, by its kind.
+#: The parts by which the size of a block is counted, by its kind.
 _SIZES: Final = {
     "system": ("rules", "rule"),
     "controller": ("outputs", "output"),
@@ -121,11 +123,11 @@ _SIZES: Final = {
 
 
 def _codes(ctx: click.Context, param: click.Parameter, values: tuple[str, ...]) -> tuple[str, ...]:
-    """Refuse what is no diagnostic code."""
-    known = [*CODES, *([WARNINGS] if param.name == "denied" else [])]
+    """Raise BadParameter for the first unknown diagnostic code."""
+    codes = [*CODES, *([WARNINGS] if param.name == "denied" else [])]
     for value in values:
-        if value not in known:
-            hint = did_you_mean(value, known) or "see: fuzzyctl explain"
+        if value not in codes:
+            hint = did_you_mean(value, codes) or "see: fuzzyctl explain"
             raise click.BadParameter(f"no diagnostic code '{value}'; {hint}")
     return values
 
@@ -188,9 +190,7 @@ def check(
     if watch:
         if fix is not None or denied or allowed or profile is not None or form != "text":
             raise click.UsageError("--watch takes no other options than -o and --block")
-        from fuzzyctl.cli import check_watch
-
-        return check_watch.watch(files[0], files[1:], out, name)
+        return watch_file(files[0], files[1:], out, name)
     if out is not None or name is not None:
         raise click.UsageError("-o and --block belong to --watch")
     if only_diff and fix is None:
@@ -198,32 +198,32 @@ def check(
     if only_diff:
         changes = [fix_file(file, likely=fix == "likely", only_diff=True)[1] for file in dict.fromkeys(files)]
         return FAILED if any(changes) else DONE
-    found: list[Diagnostic] = []
+    reports: list[Diagnostic] = []
     clean: list[str] = []
     for file in dict.fromkeys(files):
         systems, diagnostics = _check_file(file, profile, fix)
         diagnostics = _enforced(diagnostics, denied, allowed)
-        found.extend(diagnostics)
+        reports.extend(diagnostics)
         if not any(d.severity == "error" for d in diagnostics):
-            shown = STDIN if file == "-" else file
+            label = STDIN if file == "-" else file
             # The text of standard input is on standard output, after its fixes.
-            clean.extend(f"{shown}: {_clean(s, diagnostics)}" for s in systems if fix is None or file != "-")
-    undecided = any(d.code == UNCOVERED for d in found)
-    found = heard(found)
-    show(found, form)
+            clean.extend(f"{label}: {_clean(s, diagnostics)}" for s in systems if fix is None or file != "-")
+    undecided = any(d.code == UNCOVERED for d in reports)
+    reports = heard(reports)
+    show(reports, form)
     if form == "text":
         for line in clean:
             say(line)
-        if found:
-            hint = fixable(found) if fix is None else ""
-            say(f"\n{_counted(found)}{'; ' if hint else ''}{hint}", err=True)
-    if any(d.severity == "error" for d in found):
+        if reports:
+            hint = fixable(reports) if fix is None else ""
+            say(f"\n{_counted(reports)}{'; ' if hint else ''}{hint}", err=True)
+    if any(d.severity == "error" for d in reports):
         return FAILED
     return UNDECIDED if undecided else DONE
 
 
 def _clean(block: Block, diagnostics: list[Diagnostic]) -> str:
-    """Return what is said of a block without errors; a quiet command too says why it ends with exit code 3."""
+    """Return the line for a block without errors; it names the reason for exit code 3 even if quiet."""
     undecided = {d.span for d in diagnostics if d.code == UNCOVERED}
     coverage = "; coverage not decided" if any(o.span in undecided for o in block.outputs) else ""
     parts, word = _SIZES[block.kind]
@@ -241,17 +241,123 @@ def _check_file(file: str, profile: ProfileName | None, fix: str | None) -> tupl
         return (), list(error.diagnostics)
 
 
-def _enforced(found: list[Diagnostic], denied: tuple[str, ...], allowed: tuple[str, ...]) -> list[Diagnostic]:
+def _enforced(diagnostics: list[Diagnostic], denied: tuple[str, ...], allowed: tuple[str, ...]) -> list[Diagnostic]:
     """Apply `--deny` and `--allow`; a code said alone counts more than `warnings`."""
     from fuzzyctl.loading.policy import enforce
 
     every = set(CODES) - set(allowed) if WARNINGS in denied else set()
     return [
-        e for d in found for e in enforce([d], allowed, set(denied) | (every if d.severity == "warning" else set()))
+        e
+        for d in diagnostics
+        for e in enforce([d], allowed, set(denied) | (every if d.severity == "warning" else set()))
     ]
 
 
-def _counted(found: list[Diagnostic]) -> str:
-    number = Counter(d.severity for d in found)
+def _counted(diagnostics: list[Diagnostic]) -> str:
+    number = Counter(d.severity for d in diagnostics)
     hints = [counted(number["hint"], "hint")] if number["hint"] else []
     return ", ".join([counted(number["error"], "error"), counted(number["warning"], "warning"), *hints])
+
+
+#: Seconds between two looks at the files.
+_INTERVAL: Final = 0.2
+#: When a file was written, and its size; None for one that is not there.
+_State = dict[Path, tuple[int, int] | None]
+
+
+def watch_file(file: str, values: Sequence[str], out: str | None, name: str | None) -> int:
+    """Check a rule file again at every save, and show the results, until Ctrl-C.
+
+    Args:
+        file: The file; a save of a file that it uses counts, too.
+        values: `INPUT=VALUE` of a point to evaluate.
+        out: The picture of the surface, or the folder of the run of a loop.
+        name: The block; a loop is run.
+    """
+    path = read_place(file)[1].path
+    try:
+        for _ in _saves(path, lambda: time.sleep(_INTERVAL)):
+            if sys.stdout.isatty():
+                click.clear()
+            say(f"{file}, {time.strftime('%H:%M:%S')}")
+            for command in _commands(file, path, values, out, name):
+                if _run(command) != DONE and (command[0] != "check" or _is_stopped(path)):
+                    break
+    except KeyboardInterrupt:
+        say("", err=True)
+    return DONE
+
+
+def _commands(file: str, path: Path, values: Sequence[str], out: str | None, name: str | None) -> Iterator[list[str]]:
+    """Yield the commands of a save; each runs only if the one before found no mistake."""
+    from fuzzyctl.loading.examination import look_through
+    from fuzzyctl.support.reading import read_source
+
+    yield ["check", file]
+    chosen, written = ([option, text] if text is not None else [] for option, text in (("--block", name), ("-o", out)))
+    loops = look_through(read_source(path), folder=path.parent, loop=name).loops if chosen else ()
+    if name in [loop.name for loop in loops]:
+        if values:
+            raise click.UsageError(f"values of inputs belong to a system, and '{name}' is a loop")
+        yield ["simulate", file, *chosen, *written]
+        return
+    if values:
+        yield ["eval", file, *values, *chosen]
+    if written:
+        yield ["plot-surface", file, *chosen, *written]
+
+
+def _is_stopped(path: Path) -> bool:
+    """Return whether a file has mistakes besides guarantees that do not hold."""
+    from fuzzyctl.analysis.check import check_source
+    from fuzzyctl.support.reading import read_source
+
+    try:
+        return any(d.stops for d in check_source(read_source(path), folder=path.parent)[1])
+    except DiagnosticError:
+        return True
+
+
+def _run(words: list[str]) -> int:
+    """Run a command of this program and return its exit code."""
+    from fuzzyctl.cli.main import main
+
+    try:
+        main.main(args=words, prog_name="fuzzyctl", standalone_mode=False)
+    except SystemExit as ended:
+        return ended.code if isinstance(ended.code, int) else 1
+    except click.ClickException as error:
+        error.show()
+        return error.exit_code
+    return DONE
+
+
+def _saves(path: Path, wait: Callable[[], object]) -> Iterator[None]:
+    """Yield once at first, and then whenever a file or one that it brings in has changed."""
+    seen: _State | None = None
+    while True:
+        now = _state(path)
+        if now != seen:
+            seen = now
+            yield
+        else:
+            wait()
+
+
+def _state(path: Path) -> _State:
+    """Return when each of the files was written."""
+    from fuzzyctl.loading.assembly import files_read
+
+    try:
+        used = files_read(path)
+    except DiagnosticError:
+        used = ()
+    return {p: _written(p) for p in (path, *used)}
+
+
+def _written(path: Path) -> tuple[int, int] | None:
+    try:
+        status = os.stat(path)
+    except OSError:
+        return None
+    return status.st_mtime_ns, status.st_size

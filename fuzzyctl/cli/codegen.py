@@ -2,39 +2,48 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import replace
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 import click
 
-from fuzzyctl.cli.checked import checked
-from fuzzyctl.cli.common import (
-    ALGORITHM,
-    DONE,
-    FORMAT,
-    QUIET,
-    answers_with_diagnostics,
-    assignments,
-)
-from fuzzyctl.cli.loading import Choice, chooses, open_block
+from fuzzyctl.cli.common import ALGORITHM, DONE, FORMAT, QUIET, answers_with_diagnostics, assignments, show
+from fuzzyctl.cli.loading import Choice, checked, chooses, open_block
 from fuzzyctl.cli.streams import say, write_json
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 
 if TYPE_CHECKING:
+    from fuzzyctl.analysis.verdicts import Verdict
     from fuzzyctl.codegen.errors import CodegenError
     from fuzzyctl.codegen.fixed.fixed_format import Format
     from fuzzyctl.codegen.fixed.fixed_step import FixedStep
     from fuzzyctl.codegen.fixed.fixed_system import Fixed
+    from fuzzyctl.codegen.fmu.model import Model
     from fuzzyctl.codegen.unit import Precision, Unit
     from fuzzyctl.loading.load import Examined
     from fuzzyctl.model.block import Block
     from fuzzyctl.model.controller import Controller
-    from fuzzyctl.model.system import FuzzySystem
 
 #: Names of the targets that are languages.
 LANGUAGES: Final = {"c": "C", "st": "Structured Text", "python": "Python", "javascript": "JavaScript"}
+
+
+@dataclass(frozen=True)
+class Options:
+    """The options that say how a block is written, by name as on the command line."""
+
+    target: str
+    out: str
+    fmi: str | None
+    algorithm: str
+    precision: Precision | None
+    fixed: str | None
+    table: int | None
+    free: tuple[str, ...]
+    step: float | None
+    substeps: int
 
 
 @click.command("codegen")
@@ -78,22 +87,7 @@ LANGUAGES: Final = {"c": "C", "st": "Structured Text", "python": "Python", "java
 @chooses
 @QUIET
 @answers_with_diagnostics
-def codegen(
-    file: str,
-    target: str,
-    out: str,
-    fmi: str | None,
-    algorithm: str,
-    precision: str | None,
-    fixed: str | None,
-    table: int | None,
-    free: tuple[str, ...],
-    step: float | None,
-    substeps: int,
-    unproved: bool,
-    form: str,
-    choice: Choice,
-) -> int:
+def codegen(file: str, form: str, choice: Choice, unproved: bool, **options: Any) -> int:
     """Write a system, controller or plant as C, Structured Text, Python, JavaScript or an FMU.
 
     C is C99, Structured Text that of IEC 61131-3, an FMU one for co-simulation around the C. A file with a controller
@@ -111,42 +105,34 @@ def codegen(
     at the head of the file; where none can be proved the system is refused. So is a
     block whose guarantee is refuted, unless '--unproved' is given.
     """
-    chosen = _format(fixed, target, precision)
-    if target in ("python", "javascript") and precision == "float":
-        raise click.BadParameter(f"{LANGUAGES[target]} has double precision only", param_hint="--float")
-    if fmi is not None and target != "fmu":
-        raise click.BadParameter(f"an FMU is written with --target fmu, not {target}", param_hint="--fmi")
+    o = Options(**options)
+    fixed = _fixed_format(o)
+    _refuse(
+        (
+            o.target in ("python", "javascript") and o.precision == "float",
+            "--float",
+            f"{LANGUAGES.get(o.target)} has double precision only",
+        ),
+        (o.fmi is not None and o.target != "fmu", "--fmi", f"an FMU is written with --target fmu, not {o.target}"),
+    )
     from fuzzyctl.model.controller import Controller
     from fuzzyctl.model.plant import Plant
     from fuzzyctl.model.system import FuzzySystem
 
     kinds: list[Any] = [Controller, FuzzySystem, Plant]
     block, examined, _ = open_block(file, choice.name, *kinds)
-    if block.kind != "plant" and (step is not None or substeps != 1):
-        raise click.BadParameter(f"'{block.name}' is a {block.kind}; only plants take a step", param_hint="--step")
-    if block.kind == "plant" and (step is None) != (target == "fmu"):
-        needed = "an importer of an FMU chooses the step" if step else f"give the sample time of plant '{block.name}'"
-        raise click.BadParameter(needed, param_hint="--step")
+    is_fmu, is_plant = o.target == "fmu", block.kind == "plant"
+    step = "an importer of an FMU chooses the step" if o.step else f"give the sample time of plant '{block.name}'"
+    _refuse(
+        (
+            not is_plant and (o.step is not None or o.substeps != 1),
+            "--step",
+            f"'{block.name}' is a {block.kind}; only plants take a step",
+        ),
+        (is_plant and (o.step is None) != is_fmu, "--step", step),
+    )
     choice = replace(choice, unproved=unproved)
-    numbers: Precision = "float" if precision == "float" else "double"
-    if target == "fmu":
-        from fuzzyctl.cli.fmu import write_fmu
-
-        version = int(fmi or 3)
-        data = write_fmu(
-            examined,
-            block,
-            choice,
-            out,
-            version=version,
-            algorithm=algorithm,
-            precision=numbers,
-            table=table,
-            free=free,
-        )
-    else:
-        times = None if step is None else (step, substeps)
-        data = _written(examined, block, choice, target, Path(out), algorithm, numbers, free, chosen, table, times)
+    data = _write_fmu(examined, block, choice, o) if is_fmu else _write_files(examined, block, choice, o, fixed)
     if form == "json":
         write_json(data)
     else:
@@ -154,54 +140,70 @@ def codegen(
     return DONE
 
 
-def _written(
-    examined: Examined,
-    block: FuzzySystem | Controller,
-    choice: Choice,
-    target: str,
-    out: Path,
-    algorithm: str,
-    precision: Precision,
-    free: tuple[str, ...],
-    fixed: Format | None,
-    table: int | None,
-    times: tuple[float, int] | None,
-) -> dict[str, Any]:
-    """Write the files of a block, a plant with its sample time and substeps, and return what is reported.
+def _refuse(*mistakes: tuple[bool, str, str]) -> None:
+    """Raise BadParameter for the first mistake: whether it is one, the option, the message."""
+    for is_one, option, message in mistakes:
+        if is_one:
+            raise click.BadParameter(message, param_hint=option)
+
+
+def _unit(
+    examined: Examined, block: Any, choice: Choice, o: Options, **options: Any
+) -> tuple[Unit, Block, Sequence[Verdict]]:
+    """Return a block prepared for its writers, the block with params set, and the verdicts on its guarantees."""
+    from fuzzyctl.codegen.prepare import prepare
+
+    block, verdicts = checked(examined, block, choice)
+    if o.target == "fmu" and block.kind == "controller" and not o.free:
+        from fuzzyctl.codegen.fmu.calls import tunable
+
+        options["free"] = tunable(block)
+    unit = prepare(
+        block if o.step is None else _discretised(block, o.step, o.substeps),
+        examined.source.text,
+        settings=assignments(choice.settings, block.settable, "param"),
+        algorithm=o.algorithm,
+        precision=o.precision or "double",
+        table=o.table,
+        verdicts=verdicts,
+        **{"free": o.free, **options},
+    )
+    return unit, block, verdicts
+
+
+def _write_files(examined: Examined, block: Any, choice: Choice, o: Options, fixed: Format | None) -> dict[str, Any]:
+    """Write the files of a block in a language, and return the report.
 
     Raises:
-        BadParameter: For options that do not go with it.
-        DiagnosticError: With all that `fuzzyctl check` finds, and where the target cannot express it.
+        BadParameter: For options that do not go with the block.
+        DiagnosticError: With all that `fuzzyctl check` finds, and if the target cannot express the block.
     """
     from fuzzyctl.codegen.errors import CodegenError
     from fuzzyctl.codegen.files import generate, write
-    from fuzzyctl.codegen.prepare import prepare
 
-    _refuse_options(block, fixed, table, free, algorithm)
+    is_system = block.kind == "system"
+    no_table = f"'{block.name}' is a {block.kind}, whose steps no table holds; name a system with --block"
+    no_algorithm = f"fixed point interpolates: drop --algorithm {o.algorithm}"
+    is_free, is_fixed = bool(o.free), fixed is not None and not is_system
+    _refuse(
+        (is_system and is_free, "--free", "only controllers take numbers from their caller"),
+        (not is_system and o.table is not None, "--table", no_table),
+        (is_fixed and is_free, "--fixed", "fixed point takes the numbers of the file: drop --free"),
+        (is_fixed and o.algorithm not in ("auto", "interpolation"), "--fixed", no_algorithm),
+    )
     try:
-        block, verdicts = checked(examined, block, choice)
-        unit = prepare(
-            block if times is None else _discretised(block, *times),
-            examined.source.text,
-            settings=assignments(choice.settings, block.settable, "param"),
-            algorithm=algorithm,
-            precision=precision,
-            table=table,
-            small=target not in ("python", "javascript"),
-            guarded=target == "st",
-            free=free,
-            verdicts=verdicts,
-        )
+        small, guarded = o.target not in ("python", "javascript"), o.target == "st"
+        unit, block, verdicts = _unit(examined, block, choice, o, small=small, guarded=guarded)
         integers = _integers(unit, fixed) if fixed else None
-        generated = generate(unit, target, integers)
+        generated = generate(unit, o.target, integers)
     except CodegenError as error:
-        raise DiagnosticError([_refused(block, target, error)]) from None
+        raise DiagnosticError([_refused(block, o.target, error)]) from None
     names = {u.system.name: u.algorithm.name for u in getattr(integers, "unit", unit).systems}
     return {
         **block.identity,
-        "target": target,
+        "target": o.target,
         **({"algorithms": names} if unit.is_step else {"algorithm": unit.algorithm.name}),
-        "files": [str(p) for p in write(generated, out)],
+        "files": [str(p) for p in write(generated, Path(o.out))],
         "errors": dict(generated.errors),
         "guarantees": {v.claim: type(v).__name__.lower() for v in verdicts},
     }
@@ -233,47 +235,74 @@ def _integers(unit: Unit, fixed: Format) -> Fixed | FixedStep:
     return fixed_step(unit, fixed) if unit.is_step else fixed_point(unit, fixed)
 
 
-def _refuse_options(
-    block: Block, fixed: Format | None, table: int | None, free: tuple[str, ...], algorithm: str
-) -> None:
-    """Refuse options that do not go with a block, or with fixed point.
-
-    Raises:
-        BadParameter: For free numbers of a system; for a lookup table of a controller, in fixed point for free numbers
-            and for another algorithm than interpolation.
-    """
-    if block.kind == "system":
-        if free:
-            raise click.BadParameter("only controllers take numbers from their caller", param_hint="--free")
-        return
-    if table is not None:
-        message = f"'{block.name}' is a {block.kind}, whose steps no table holds; name a system with --block"
-        raise click.BadParameter(message, param_hint="--table")
-    if fixed is not None and free:
-        raise click.BadParameter("fixed point takes the numbers of the file: drop --free", param_hint="--fixed")
-    if fixed is not None and algorithm not in ("auto", "interpolation"):
-        raise click.BadParameter(f"fixed point interpolates: drop --algorithm {algorithm}", param_hint="--fixed")
-
-
 def _reported(data: dict[str, Any]) -> Iterator[str]:
-    """Yield what was written and proved, line by line."""
+    """Yield the written files and the proved errors, line by line."""
     from fuzzyctl.codegen.table import at_most
 
     yield from (f"wrote {path}" for path in data["files"])
     yield from (f"proved: {output} is off by {at_most(error)} at most" for output, error in data["errors"].items())
 
 
-def _format(fixed: str | None, target: str, precision: str | None) -> Format | None:
-    """Read the format of fixed point; what does not go with it is wrong usage."""
-    if fixed is None:
+def _fixed_format(o: Options) -> Format | None:
+    """Return the format of fixed point.
+
+    Raises:
+        BadParameter: For another target than C, with --float, or for an unreadable format.
+    """
+    if o.fixed is None:
         return None
     from fuzzyctl.codegen.fixed.fixed_format import to_format
 
-    if target != "c":
-        raise click.BadParameter(f"fixed point is written in C only, not for --target {target}", param_hint="--fixed")
-    if precision is not None:
-        raise click.BadParameter("fixed point has no floating-point numbers: drop --float", param_hint="--fixed")
+    _refuse(
+        (o.target != "c", "--fixed", f"fixed point is written in C only, not for --target {o.target}"),
+        (o.precision is not None, "--fixed", "fixed point has no floating-point numbers: drop --float"),
+    )
     try:
-        return to_format(fixed)
+        return to_format(o.fixed)
     except ValueError as error:
         raise click.BadParameter(str(error), param_hint="--fixed") from None
+
+
+def _write_fmu(examined: Examined, block: Any, choice: Choice, o: Options) -> dict[str, Any]:
+    """Write the FMU of a block and return the report; an FMU without a binary is a warning.
+
+    Raises:
+        BadParameter: For options that do not go with the block.
+        DiagnosticError: For a file that does not pass `fuzzyctl check`, and an FMU that cannot be written.
+        CodegenError: For a block that has no FMU, and if the compiler fails.
+    """
+    from fuzzyctl.codegen.fmu.archive import fmu
+    from fuzzyctl.support.writing import folder_for, written_whole
+
+    model = _model(examined, block, choice, o)
+    archive = fmu(model, int(o.fmi or 3))
+    path = Path(o.out) if o.out.endswith(".fmu") else Path(o.out) / f"{model.name}.fmu"
+    with folder_for(path.parent), written_whole(path) as temporary:
+        temporary.write_bytes(archive.data)
+    if archive.missing:
+        help_text = "install a C compiler (cc, gcc or clang), or name yours in the environment variable CC"
+        show([Diagnostic("FZ712", archive.missing, severity="warning", file=str(path), help=help_text)])
+    return {
+        block.kind: model.block,
+        "target": "fmu",
+        "fmi": f"{o.fmi or 3}.0",
+        "files": [str(path)],
+        "binary": archive.binary or None,
+        "errors": {},
+    }
+
+
+def _model(examined: Examined, block: Any, choice: Choice, o: Options) -> Model:
+    from fuzzyctl.codegen.fmu.calls import block_model
+    from fuzzyctl.codegen.fmu.plants import plant_model
+
+    is_system, is_plant = block.kind == "system", block.kind == "plant"
+    no_free = "only controllers and plants have parameters in an FMU"
+    _refuse(
+        (not is_system and o.table is not None, "--table", "a lookup table holds a system only; name one with --block"),
+        (is_plant and o.precision == "float", "--float", "a plant is integrated in double precision"),
+        (is_system and bool(o.free), "--free", no_free),
+    )
+    if is_plant:
+        return plant_model(checked(examined, block, choice)[0], examined.source.text, o.free)
+    return block_model(_unit(examined, block, choice, o, small=True)[0])

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import os
 import re
 import sys
 import unicodedata
@@ -13,7 +12,7 @@ from typing import TYPE_CHECKING, Any, BinaryIO, Final, ParamSpec
 
 import click
 
-from fuzzyctl.cli.streams import say, writable_output, write_data, write_json
+from fuzzyctl.cli.streams import painted, say, terminal_width, use_color, writable_output, write_data, write_json
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError, FuzzyctlError, UnknownNameError, render_all
 from fuzzyctl.diagnostics.suggestions import closest
 from fuzzyctl.support.numerals import to_number
@@ -67,24 +66,23 @@ POINTS = click.option(
 )
 
 
-def known_profiles(given: Iterable[str]) -> None:
-    """Refuse what is no profile.
+def known_profiles(names: Iterable[str]) -> None:
+    """Raise BadParameter for the first unknown profile.
 
     Raises:
-        BadParameter: For the first name of none.
+        BadParameter: For an unknown name.
     """
     from fuzzyctl.model.profiles import PROFILES
 
-    for name in given:
+    for name in names:
         if name not in PROFILES:
-            near = closest(name, PROFILES)
-            hint = f"did you mean '{near}'?" if near else f"there are: {', '.join(PROFILES)}"
+            hint = suggestion(name, PROFILES) or f"there are: {', '.join(PROFILES)}"
             raise click.BadParameter(f"no profile '{name}'; {hint}")
 
 
-def _known_profile(_context: click.Context, _option: click.Parameter, given: str | None) -> str | None:
-    known_profiles([given] if given is not None else [])
-    return given
+def _known_profile(_context: click.Context, _option: click.Parameter, profile: str | None) -> str | None:
+    known_profiles([profile] if profile is not None else [])
+    return profile
 
 
 AS = click.option(
@@ -96,8 +94,8 @@ AS = click.option(
 )
 
 
-def _be_quiet(context: click.Context, _option: click.Parameter, given: bool) -> None:
-    context.meta[_QUIET] = given
+def _be_quiet(context: click.Context, _option: click.Parameter, quiet: bool) -> None:
+    context.meta[_QUIET] = quiet
 
 
 QUIET = click.option(
@@ -122,28 +120,13 @@ _PRINTED: Final = "fuzzyctl.printed"
 _READ: Final = "fuzzyctl.read"
 
 
-def use_color(stream: Any) -> bool:
-    """Whether a stream is a terminal that wants colour (https://no-color.org)."""
-    return bool(stream.isatty()) and "NO_COLOR" not in os.environ and os.environ.get("TERM") != "dumb"
-
-
-def terminal_width(stream: Any) -> int | None:
-    """Return the columns of a terminal; None for a pipe or a file, whose lines are read by programs."""
-    if not stream.isatty():
-        return None
-    try:
-        return os.get_terminal_size(stream.fileno()).columns or None
-    except OSError:
-        return None
-
-
 def show(diagnostics: Sequence[Diagnostic], form: str = "text") -> None:
     """Print diagnostics: as text on standard error, for machines on standard output."""
     if form == "text":
         before = bool(_meta().get(_PRINTED))
-        if found := _unprinted(heard(diagnostics)):
+        if news := _unprinted(heard(diagnostics)):
             color, width = use_color(sys.stderr), terminal_width(sys.stderr)
-            text = render_all(found, color=color, width=width, encoding=sys.stderr.encoding)
+            text = render_all(news, color=color, width=width, encoding=sys.stderr.encoding)
             click.echo(f"\n{text}" if before else text, file=sys.stderr)
         return
     from fuzzyctl.cli import reports
@@ -155,11 +138,9 @@ def show(diagnostics: Sequence[Diagnostic], form: str = "text") -> None:
 
 def report(text: str) -> None:
     """Print a report on standard output; a terminal gets it in colour, with lines of its width."""
-    from fuzzyctl.cli.terminal_text import painted
-
     stream = sys.stdout
-    shown = painted(text, color=use_color(stream), width=terminal_width(stream), encoding=stream.encoding)
-    click.echo(shown, file=stream)
+    lines = painted(text, color=use_color(stream), width=terminal_width(stream), encoding=stream.encoding)
+    click.echo(lines, file=stream)
 
 
 def remark(text: str) -> None:
@@ -176,19 +157,19 @@ def heard(diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
 def _unprinted(diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
     """Return all errors, and the warnings and hints that this command has not printed."""
     before = _meta().setdefault(_PRINTED, set())
-    found = [d for d in diagnostics if d.severity == "error" or (d.code, d.place, d.message) not in before]
-    before.update((d.code, d.place, d.message) for d in found)
-    return found
+    news = [d for d in diagnostics if d.severity == "error" or (d.code, d.place, d.message) not in before]
+    before.update((d.code, d.place, d.message) for d in news)
+    return news
 
 
 def _meta() -> dict[str, Any]:
-    """Return what the stages of a command share."""
+    """Return the data that the stages of a command share."""
     context = click.get_current_context(silent=True)
     return context.meta if context is not None else {}
 
 
 def answers_with_diagnostics(command: Callable[P, int | None]) -> Callable[P, None]:
-    """Turn what a command raises on purpose into a message and an exit code, never a traceback."""
+    """Turn the errors of a command into a message and an exit code, never a traceback."""
 
     @wraps(command)
     def run(*args: P.args, **kwargs: P.kwargs) -> None:
@@ -226,7 +207,7 @@ def standard_input() -> BinaryIO:
     return sys.stdin.buffer
 
 
-def assignments(texts: Iterable[str], known: Sequence[str], kind: str) -> dict[str, float]:
+def assignments(texts: Iterable[str], names: Sequence[str], kind: str) -> dict[str, float]:
     """Read `name=value` arguments.
 
     Raises:
@@ -235,18 +216,14 @@ def assignments(texts: Iterable[str], known: Sequence[str], kind: str) -> dict[s
     values: dict[str, float] = {}
     mistakes: list[Diagnostic] = []
     for text in texts:
-        name, equals, number = _split(text, known)
+        name, equals, number = _split(text, names)
         if not equals or not name:
             mistakes.append(
-                Diagnostic("FZ503", f"'{text}' is not of the form NAME=VALUE", help=f"{kind}s: {_list(known)}")
+                Diagnostic("FZ503", f"'{text}' is not of the form NAME=VALUE", help=f"{kind}s: {_list(names)}")
             )
             continue
-        if name not in known:
-            near = closest(name, known)
-            help_text = f"did you mean '{near}'?" if near else ""
-            mistakes.append(
-                Diagnostic("FZ502", f"no {kind} '{name}'", facts=(f"{kind}s: {_list(known)}",), help=help_text)
-            )
+        if name not in names:
+            mistakes.append(unknown(kind, name, names))
             continue
         if name in values:
             mistakes.append(Diagnostic("FZ502", f"{kind} '{name}' is given twice", help="give it once"))
@@ -264,6 +241,18 @@ def assignments(texts: Iterable[str], known: Sequence[str], kind: str) -> dict[s
     return values
 
 
+def suggestion(name: str, names: Iterable[str]) -> str:
+    """Return a question that names the closest name, or an empty text."""
+    near = closest(name, names)
+    return f"did you mean '{near}'?" if near else ""
+
+
+def unknown(kind: str, name: str, names: Sequence[str]) -> Diagnostic:
+    """Return the diagnostic of an unknown name of an argument."""
+    facts = (f"{kind}s: {_list(names)}",)
+    return Diagnostic("FZ502", f"no {kind} '{name}'", facts=facts, help=suggestion(name, names))
+
+
 def _no_number(kind: str, name: str, text: str) -> Diagnostic:
     message = f"{kind} '{name}' is no number: '{text}'"
     if not re.fullmatch(r"[-+]?\d+,\d+", text, re.ASCII):
@@ -274,12 +263,12 @@ def _no_number(kind: str, name: str, text: str) -> Diagnostic:
     return Diagnostic("FZ503", message, facts=(fact,), help=f"write {name}={text.replace(',', '.')}")
 
 
-def _split(text: str, known: Sequence[str]) -> tuple[str, str, str]:
+def _split(text: str, names: Sequence[str]) -> tuple[str, str, str]:
     """Split `name=value` behind a known name, since names of other tools may hold the sign; else at the first sign."""
     parts = text.split("=")
     for count in range(len(parts) - 1, 0, -1):
         name = unicodedata.normalize("NFC", "=".join(parts[:count]).strip())
-        if name in known:
+        if name in names:
             return name, "=", "=".join(parts[count:])
     name, equals, number = text.partition("=")
     return unicodedata.normalize("NFC", name.strip()), equals, number
@@ -296,9 +285,9 @@ def point_of(block: Any, texts: Iterable[str], command: str) -> dict[str, float]
         DiagnosticError: For mistakes in them, and for inputs without a value.
     """
     time = ["dt"] if block.is_sampled and block.period is None else []
-    given = assignments(texts, [*(v.name for v in block.inputs), *time], "input")
-    missing = missing_inputs(block, given, command)
-    if time and "dt" not in given:
+    point = assignments(texts, [*(v.name for v in block.inputs), *time], "input")
+    missing = missing_inputs(block, point, command)
+    if time and "dt" not in point:
         from fuzzyctl.kernels.plan.expansion import equations_of
 
         if equations_of(block).reads_time:
@@ -306,7 +295,7 @@ def point_of(block: Any, texts: Iterable[str], command: str) -> dict[str, float]
             missing.append(Diagnostic("FZ501", "'dt' has no value", facts=facts, help="write dt=SECONDS as well"))
     if missing:
         raise DiagnosticError(missing)
-    return given
+    return point
 
 
 class NotNegative(click.FloatRange):
@@ -321,12 +310,6 @@ class NotNegative(click.FloatRange):
         if math.isnan(number):
             self.fail(f"{value} is not in the range x>=0.", param, ctx)
         return number
-
-
-def timeout_option(default: float, what: str) -> Callable[[Any], Any]:
-    """Return the option `--timeout`; `what` says of what it is the most."""
-    kind = NotNegative()
-    return click.option("--timeout", type=kind, default=default, show_default=True, metavar="SECONDS", help=what)
 
 
 def plain(value: Any) -> Any:
@@ -356,46 +339,46 @@ def states_of(texts: Iterable[str], *kernels: Kernel) -> list[dict[str, float]]:
     Raises:
         DiagnosticError: For mistakes in them, and for blocks without a state.
     """
-    texts, known = tuple(texts), list(dict.fromkeys(n for kernel in kernels for n in kernel.state_names))
-    if texts and not known:
+    texts, names = tuple(texts), list(dict.fromkeys(n for kernel in kernels for n in kernel.state_names))
+    if texts and not names:
         help_text = "leave out --state: it is for outputs that adapt or hold, and for states of controllers"
         raise DiagnosticError([Diagnostic("FZ502", "the block has no state", help=help_text)])
-    given = assignments(texts, known, "state")
+    values = assignments(texts, names, "state")
     starts = [dict(zip(kernel.state_names, kernel.start().tolist(), strict=True)) for kernel in kernels]
-    # NaN only where a start is NaN, too: an output that holds, before its first value.
+    # NaN only if a start is NaN, too: an output that holds, before its first value.
     numbers = {name for start in starts for name, value in start.items() if not math.isnan(value)}
     mistakes = [
-        _no_number("state", name, "nan") for name, value in given.items() if math.isnan(value) and name in numbers
+        _no_number("state", name, "nan") for name, value in values.items() if math.isnan(value) and name in numbers
     ]
     if mistakes:
         raise DiagnosticError(mistakes)
-    return [{name: given.get(name, value) for name, value in start.items()} for start in starts]
+    return [{name: values.get(name, value) for name, value in start.items()} for start in starts]
 
 
-def missing_inputs(block: Block, given: Mapping[str, float], command: str) -> list[Diagnostic]:
+def missing_inputs(block: Block, point: Mapping[str, float], command: str) -> list[Diagnostic]:
     """Report each input without a value."""
     form = " ".join(f"{v.name}=VALUE" for v in block.inputs)
-    found = []
-    for variable in (v for v in block.inputs if v.name not in given):
+    mistakes = []
+    for variable in (v for v in block.inputs if v.name not in point):
         low, high = block.range_of(variable)
         unit = f" {variable.unit}" if variable.unit else ""
         facts = (f"its range is [{low:.6g}, {high:.6g}]{unit}",)
         help_text = f"write: fuzzyctl {command} FILE {form}"
-        found.append(Diagnostic("FZ501", f"input '{variable.name}' has no value", facts=facts, help=help_text))
-    return found
+        mistakes.append(Diagnostic("FZ501", f"input '{variable.name}' has no value", facts=facts, help=help_text))
+    return mistakes
 
 
 def outside_range(system: Block, values: dict[str, float]) -> list[Diagnostic]:
     """Warn of values that lie outside their input's range and are therefore clamped to it, as systems do."""
-    found = []
+    warnings = []
     for variable in system.inputs if system.kind == "system" else ():
         if variable.extrapolate or variable.name not in values:
             continue
         low, high, value = system.number(variable.lower), system.number(variable.upper), values[variable.name]
         if value < low or value > high:
             unit = f" {variable.unit}" if variable.unit else ""
-            taken = f"taken as {min(max(value, low), high):.6g}"
-            message = f"{variable.name} = {value:.6g}{unit} lies outside [{low:.6g}, {high:.6g}]; {taken}"
+            consequence = f"taken as {min(max(value, low), high):.6g}"
+            message = f"{variable.name} = {value:.6g}{unit} lies outside [{low:.6g}, {high:.6g}]; {consequence}"
             help_text = "widen the range in the file, or write 'extrapolate' behind it"
-            found.append(Diagnostic("FZ504", message, severity="warning", help=help_text))
-    return found
+            warnings.append(Diagnostic("FZ504", message, severity="warning", help=help_text))
+    return warnings

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Final, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import click
 from click.core import ParameterSource
@@ -22,26 +23,36 @@ from fuzzyctl.cli.common import (
     NotNegative,
     answers_with_diagnostics,
     known_profiles,
+    plain,
+    show,
     states_of,
 )
-from fuzzyctl.cli.loading import Choice, examined_file, load_evaluable, under
-from fuzzyctl.cli.progress import progress
-from fuzzyctl.cli.streams import say, write_json
+from fuzzyctl.cli.loading import (
+    Choice,
+    Opened,
+    chosen_loops,
+    examined_file,
+    load_evaluable,
+    open_blocks,
+    settings_of,
+    under,
+)
+from fuzzyctl.cli.progress import status_line
+from fuzzyctl.cli.streams import say, table_lines, write_json
 from fuzzyctl.diagnostics.diagnostic import ArgumentError, Diagnostic, DiagnosticError
 from fuzzyctl.diagnostics.suggestions import listed
 
 if TYPE_CHECKING:
+    from fuzzyctl.comparison.changes import Change
     from fuzzyctl.comparison.differences import Difference
-    from fuzzyctl.comparison.explanation import Cause, Explanation
+    from fuzzyctl.comparison.explanation import Explanation
     from fuzzyctl.model.block import Block
+    from fuzzyctl.model.loop import Loop
     from fuzzyctl.model.profiles import ProfileName
+    from fuzzyctl.model.system import FuzzySystem
+    from fuzzyctl.simulation.run import Run
 
-
-#: Least part of a difference that a cause is named for.
-LEAST_SHARE: Final = 1e-3
-
-
-#: What is found of an output: the difference, and what explains it if that is looked for.
+#: The difference of an output, and its explanation if one is searched for.
 _Result: TypeAlias = "tuple[Difference, Explanation | None]"
 
 
@@ -52,9 +63,9 @@ class _Side:
     blocks: tuple[Block, ...] = ()
 
 
-def _profiles(_context: click.Context, _option: click.Parameter, given: str | None) -> tuple[str, ...]:
-    """Return the profiles of a list, and refuse what is none."""
-    names = tuple(n.strip() for n in given.split(",")) if given else ()
+def _profiles(_context: click.Context, _option: click.Parameter, text: str | None) -> tuple[str, ...]:
+    """Return the profiles of a list; refuse unknown ones."""
+    names = tuple(n.strip() for n in text.split(",")) if text else ()
     known_profiles(names)
     return names
 
@@ -123,42 +134,47 @@ def compare(
         if second is None or profiles or has_points or loops or settings or state or within is not None:
             others = "--as, --points, --loops, --set, --state and --within"
             raise click.UsageError(f"--changes takes two files, without {others}")
-        from fuzzyctl.cli.compare_changes import print_changes
-
         return print_changes(first, second, name, form)
     if loops:
         if second is None or profiles or has_points or state:
             raise click.UsageError("--loops takes two files, without --as, --points and --state")
-        from fuzzyctl.cli.compare_loops import compare_loops
-
         return DONE if compare_loops(first, second, name, settings, within, form) else FAILED
+    from fuzzyctl.comparison.presentation import compared_data, compared_text
+
     sides = _sides(first, second, profiles, settings, name)
-    found = [(sides[0], other, _compared(sides[0].block, other.block, points, state)) for other in sides[1:]]
+    comparisons = [(sides[0], other, _compared(sides[0].block, other.block, points, state)) for other in sides[1:]]
     if form == "json":
-        pairs = [_data(one, other, own) for one, other, own in found]
+        pairs = [
+            {"first": one.label, "second": other.label, "outputs": [compared_data(d, e) for d, e in results]}
+            for one, other, results in comparisons
+        ]
         write_json({"points": points, "pairs": pairs})
     else:
-        say("\n\n".join([*(_text(one, other, own) for one, other, own in found), *_left_out(sides)]))
-    agree = within is None or all(d.within(within) for _, _, own in found for d, _ in own)
+        texts = [
+            compared_text(one.label, one.block, other.label, *zip(*rows, strict=True))
+            for one, other, rows in comparisons
+        ]
+        say("\n\n".join(["\n".join(lines) for lines in texts] + _left_out(sides)))
+    agree = within is None or all(d.within(within) for _, _, results in comparisons for d, _ in results)
     return DONE if agree else FAILED
 
 
 def _sides(
     first: str, second: str | None, names: tuple[ProfileName, ...], settings: tuple[str, ...], name: str | None
 ) -> list[_Side]:
-    """Load what is compared: the first side with each of the others."""
+    """Load the sides; the first is compared with each of the others."""
     files = [first] if second is None else [first, second]
     if second is None and len(names) < 2:
         raise click.UsageError("name a second file, or two profiles or more: --as matlab,exact")
     if second is not None and len(names) > 2:
         raise click.UsageError("two files take one profile for both, or one for each")
     opened = [examined_file(file) for file in files]
-    found = [load_evaluable(f, Choice(settings, name), one) for f, one in zip(files, opened, strict=True)]
+    blocks = [load_evaluable(f, Choice(settings, name), one) for f, one in zip(files, opened, strict=True)]
     if not names:
-        return [_Side(f, block, one.equations) for f, block, one in zip(files, found, opened, strict=True)]
+        return [_Side(f, block, one.equations) for f, block, one in zip(files, blocks, opened, strict=True)]
     if second is None:
-        return [_Side(f"{first} as {p}", under(found[0], p)) for p in names]
-    pairs = zip(files, found, names if len(names) == 2 else names * 2, strict=True)
+        return [_Side(f"{first} as {p}", under(blocks[0], p)) for p in names]
+    pairs = zip(files, blocks, names if len(names) == 2 else names * 2, strict=True)
     return [_Side(f"{file} as {p}", under(block, p)) for file, block, p in pairs]
 
 
@@ -180,13 +196,13 @@ def _compared(a: Any, b: Any, points: int, state: Sequence[str]) -> list[_Result
 
     pairing(a, b)  # refuses blocks of other inputs
     is_explained = not state and all(block.all_systems == (block,) for block in (a, b))
-    with progress() as report:
+    with status_line() as report:
         try:
-            found = differences(a, b, points=points, progress=report, states=_states(a, b, state))
+            gaps = differences(a, b, points=points, progress=report, states=_states(a, b, state))
         except ArgumentError as error:
             help_text = "'--loops' compares runs, '--changes' the texts"
             raise DiagnosticError([Diagnostic("FZ503", str(error), help=help_text)]) from None
-        return [(d, explanation(a, b, d, progress=report) if is_explained else None) for d in found]
+        return [(d, explanation(a, b, d, progress=report) if is_explained else None) for d in gaps]
 
 
 def _states(a: Any, b: Any, texts: Sequence[str]) -> list[list[float] | None]:
@@ -198,129 +214,168 @@ def _states(a: Any, b: Any, texts: Sequence[str]) -> list[list[float] | None]:
     return [list(s.values()) or None for s in states_of(texts, compile(a, "python"), compile(b, "python"))]
 
 
-def _data(one: _Side, other: _Side, found: list[_Result]) -> dict[str, Any]:
-    return {"first": one.label, "second": other.label, "outputs": [compared_data(d, e) for d, e in found]}
+#: Name, first value, second value and difference of a measure; NaN where one has none.
+Row = tuple[str, float, float, float]
 
 
-def compared_data(d: Difference, explained: Explanation | None) -> dict[str, Any]:
-    """Return a difference and what explains it as plain data; null stands for no value, and for an infinite one."""
-    gap, largest = d.gap, () if explained is None else explained.largest
-    return {
-        "output": d.output,
-        "largest": _plain(d.largest),
-        "point": d.point,
-        "first": _plain(d.first),
-        "second": _plain(d.second),
-        "mean": d.mean,
-        "points": d.points,
-        "one_sided": d.one_sided,
-        "causes": _causes_data(largest),
-        "causes_of_mean": _causes_data(largest if explained is None else explained.mean or largest),
-        "gap": None
-        if gap is None
-        else {
-            "point": gap.point,
-            "first": _plain(gap.first),
-            "second": _plain(gap.second),
-            "causes": _causes_data(() if explained is None else explained.gap),
-        },
-    }
-
-
-def _causes_data(causes: tuple[Cause, ...]) -> list[dict[str, Any]]:
-    return [{"name": c.name, "first": c.before, "second": c.after, "explains": c.explains} for c in causes]
-
-
-def _plain(value: float) -> float | None:
-    return value if math.isfinite(value) else None
-
-
-def _text(one: _Side, other: _Side, found: list[_Result]) -> str:
-    return "\n".join(compared_text(one.label, one.block, other.label, *zip(*found, strict=True)))
-
-
-def compared_text(
-    first: str,
-    block: Any,
-    second: str,
-    found: Sequence[Difference],
-    explanations: Sequence[Explanation | None],
-) -> list[str]:
-    """Return the lines of a comparison.
+def compare_loops(
+    first: str, second: str, name: str | None, settings: Sequence[str], within: float | None, form: str
+) -> bool:
+    """Run the loops of two files in pairs, and print their measures side by side.
 
     Args:
-        first: What the first one is called.
-        block: Either of them, for the units.
-        second: What the second one is called.
-        found: The difference of each output.
-        explanations: What explains each, None if that is not looked for.
+        first: A file.
+        second: Another one.
+        name: The loop of both; None for all.
+        settings: `NAME=VALUE` for params of either.
+        within: Largest difference of a measure that passes; None for any.
+        form: "text" or "json".
+
+    Returns:
+        Whether all runs reach their end, and the measures that both have agree up to `within`.
     """
-    count = found[0].points
-    lines = [f"{first}  and  {second}: {count:,} point{'' if count == 1 else 's'}"]
-    units = {o.name: o.unit for o in block.outputs} | {f"next {s.name}": s.unit for s in block.states}
-    for d, own in zip(found, explanations, strict=True):
-        unit = units.get(d.output, "")
-        lines += [f"  {line}" for line in _output(d, own, f" {unit}" if unit else "", _beyond(block, d))]
-    return lines
+    from fuzzyctl.simulation.simulate import simulate
+
+    sides = [[loop for _, loop in chosen_loops(file, name)] for file in (first, second)]
+    changed = settings_of(settings, [loop for side in sides for loop in side])
+    ones, others = changed[: len(sides[0])], changed[len(sides[0]) :]
+    pairs = [(simulate(a), simulate(b)) for a, b in _loop_pairs(ones, others)]
+    for run in (run for pair in pairs for run in pair):
+        show([run.stopped] if run.stopped is not None else [])
+    if form == "json":
+        write_json({"pairs": [_measures_data(first, second, a, b) for a, b in pairs]})
+    else:
+        say("\n\n".join("\n".join(_measures_text(first, second, a, b)) for a, b in pairs))
+    ended = all(run.stopped is None for pair in pairs for run in pair)
+    return ended and (within is None or all(_agree(row, within) for a, b in pairs for row in _rows(a, b)))
 
 
-def _beyond(block: Any, d: Difference) -> list[str]:
-    """Name the inputs that are outside of their range in a block at the point of a difference."""
-    ranges = {v.name: block.range_of(v) for v in block.inputs if v.name in d.point}
-    return [
-        f"{name} is outside its range there, [{low:.6g}, {high:.6g}]"
-        for name, (low, high) in ranges.items()
-        if not low <= d.point[name] <= high
+def _loop_pairs(ones: Sequence[Loop], others: Sequence[Loop]) -> Iterator[tuple[Loop, Loop]]:
+    """Yield loops of the same name, then those of other names in order; loops without a partner are left out."""
+    names = {loop.name: loop for loop in others}
+    yield from ((loop, names[loop.name]) for loop in ones if loop.name in names)
+    paired = {loop.name for loop in ones}
+    rest = [loop for loop in ones if loop.name not in names]
+    yield from zip(rest, [loop for loop in others if loop.name not in paired], strict=False)
+
+
+def _rows(a: Run, b: Run) -> list[Row]:
+    names = dict.fromkeys([*a.measures, *b.measures])
+    values = [(n, a.measures.get(n, math.nan), b.measures.get(n, math.nan)) for n in names]
+    return [(n, x, y, 0.0 if x == y else y - x) for n, x, y in values]
+
+
+def _agree(row: Row, within: float) -> bool:
+    _, first, second, difference = row
+    return abs(difference) <= within or (math.isnan(first) and math.isnan(second))
+
+
+def _measures_data(first: str, second: str, a: Run, b: Run) -> dict[str, Any]:
+    measures = {n: {"first": x, "second": y, "difference": d} for n, x, y, d in _rows(a, b)}
+    return {"first": f"{first}: {a.loop.name}", "second": f"{second}: {b.loop.name}", "measures": plain(measures)}
+
+
+def _measures_text(first: str, second: str, a: Run, b: Run) -> Iterator[str]:
+    yield f"{first}: {a.loop.name}  and  {second}: {b.loop.name}"
+    rows = [("measure", "first", "second", "difference")]
+    rows += [(n, _number(x), _number(y), _number(d)) for n, x, y, d in _rows(a, b)]
+    yield from (f"  {line}" for line in table_lines(rows))
+
+
+def _number(value: float) -> str:
+    return "none" if math.isnan(value) else f"{value:.5g}"
+
+
+#: How a change begins its line.
+MARKS = {"added": "+", "removed": "-", "changed": "~", "renamed": "~", "rewritten": "="}
+
+
+def print_changes(first: str, second: str, name: str | None, form: str) -> int:
+    """Print the changes from one file to another, and return the exit code: 1 if there are any.
+
+    Args:
+        first: A file.
+        second: Another one.
+        name: The block of both; None for all, paired by name.
+        form: "text" or "json".
+    """
+    before, after = _opened_both(first, second, name)
+    pairs = _system_pairs(before, after)
+    from fuzzyctl.comparison.changes import block_changes, changes, policy_changes
+    from fuzzyctl.model.controller import EquationBlock
+
+    policies = policy_changes(before.file.policy, after.file.policy)
+    systems = [(a.name, changes(a, b)) for a, b in pairs]
+    blocks = block_changes(before.of(EquationBlock), after.of(EquationBlock))
+    is_changed = bool(policies or blocks or any(rows for _, rows in systems))
+    if form == "json":
+        data: dict[str, Any] = {
+            "first": first,
+            "second": second,
+            "changes": _changes_data(policies),
+            "systems": [{"system": name, "changes": _changes_data(rows)} for name, rows in systems],
+        }
+        if any(b.kind != "system" for b in (*before.blocks, *after.blocks)):
+            data["blocks"] = [{"block": name, "changes": _changes_data(rows)} for name, rows in blocks]
+        write_json(data)
+        return FAILED if is_changed else DONE
+    headed = [(f"system {name}" if len(systems) > 1 and rows else "", rows) for name, rows in systems]
+    groups = [("", policies), *headed, *blocks]
+    lines = [line for heading, rows in groups for line in (heading, *map(_change_line, rows)) if line]
+    say("\n".join(lines) if is_changed else "nothing was changed")
+    return FAILED if is_changed else DONE
+
+
+def _opened_both(first: str, second: str, name: str | None) -> tuple[Opened, Opened]:
+    """Open both files.
+
+    Raises:
+        DiagnosticError: With the errors of both.
+    """
+    opened: list[Opened] = []
+    mistakes: list[Diagnostic] = []
+    for file in (first, second):
+        try:
+            opened.append(open_blocks(file, Choice(name=name), hints=False))
+        except DiagnosticError as error:
+            mistakes.extend(error.diagnostics)
+    if mistakes:
+        raise DiagnosticError(mistakes)
+    return opened[0], opened[1]
+
+
+def _system_pairs(first: Opened, second: Opened) -> list[tuple[FuzzySystem, FuzzySystem]]:
+    """Pair the systems of two files: by name, or the only ones.
+
+    Raises:
+        DiagnosticError: Where systems have no partner.
+    """
+    from fuzzyctl.model.system import FuzzySystem
+
+    ones, others = first.of(FuzzySystem), second.of(FuzzySystem)
+    if len(ones) == len(others) == 1:
+        return [(ones[0], others[0])]
+    lonely = [
+        Diagnostic("FZ502", message, file=one.file.source.name, help="name one: --block")
+        for one, mine, theirs in ((first, ones, others), (second, others, ones))
+        for s in mine
+        if s.name not in {o.name for o in theirs}
+        for message in (f"system '{s.name}' is in one of the files only",)
     ]
+    if lonely:
+        raise DiagnosticError(lonely)
+    by_name = {s.name: s for s in others}
+    return [(s, by_name[s.name]) for s in ones]
 
 
-def _output(d: Difference, explained: Explanation | None, unit: str, beyond: Sequence[str] = ()) -> list[str]:
-    if d.largest == 0.0 and d.gap is None:
-        return [f"{d.output}: no difference"]
-    lines = [f"{d.output}: no difference where both have a value"]
-    # Where each point has one value only there is nothing to say but that.
-    if d.largest > 0.0 and d.valued:
-        at = _where(d.point, d.first, d.second, unit)
-        lines = [f"{d.output}: largest difference {d.largest:.3g}{unit} at {at}", *_indented(beyond)]
-        mean = [f"  on average {d.mean:.3g}"]
-        if explained is None:
-            lines += mean
-        else:
-            causes = ["  that is rounding"] if explained.rounding else _indented(_causes(explained.largest))
-            # Causes of the mean stand below it where they are others.
-            own = _indented(_indented(_causes(explained.mean))) if explained.mean else []
-            lines += [*causes, *mean, *own] if own else [*mean, *causes]
-    elif not d.valued:
-        lines = [f"{d.output}: nowhere have both a value"]
-    if d.gap is not None:
-        at = _where(d.gap.point, d.gap.first, d.gap.second, unit)
-        lines.append(f"  at {d.one_sided:,} of {d.points:,} points only one has a value, such as {at}")
-        if explained is not None:
-            settings = [_cause(c) for c in explained.gap] or ["several of what differs at once"]
-            lines += [f"    gone with {setting}" for setting in settings]
-    return lines
+def _changes_data(changes: Sequence[Change]) -> list[dict[str, Any]]:
+    return [dataclasses.asdict(c) for c in changes]
 
 
-def _where(point: Mapping[str, float], first: float, second: float, unit: str) -> str:
-    where = ", ".join(f"{name} = {value:.6g}" for name, value in point.items())
-    return f"{where}: {first:.10g} and {second:.10g}{unit}"
-
-
-def _indented(lines: Sequence[str]) -> list[str]:
-    return [f"  {line}" for line in lines]
-
-
-def _causes(causes: tuple[Cause, ...]) -> list[str]:
-    """Return one line for each cause with a part worth naming, the largest first, and what no cause explains."""
-    shown = sorted((c for c in causes if abs(c.explains) >= LEAST_SHARE), key=lambda c: -abs(c.explains))
-    names = [_cause(c) for c in shown]
-    parts = [c.explains for c in shown]
-    rest = 1.0 - sum(c.explains for c in causes)
-    if abs(rest) >= LEAST_SHARE:
-        names, parts = [*names, "the rest: several of what differs at once"], [*parts, rest]
-    width = max(map(len, names), default=0)
-    return [f"{name:{width}}  explains {100 * part:.3g} %" for name, part in zip(names, parts, strict=True)]
-
-
-def _cause(c: Cause) -> str:
-    return f"{c.name}: {c.before} → {c.after}" if c.before or c.after else c.name
+def _change_line(change: Change) -> str:
+    """Return a change on one line, with its lines in both files."""
+    lines = [f"{sign}{line}" for sign, line in (("-", change.before_line), ("+", change.after_line)) if line]
+    name = f" {change.name}" if change.name else ""
+    texts = " → ".join(t for t in (change.before, change.after) if t is not None)
+    place = f"   (lines {' '.join(lines)})" if lines else ""
+    return f"{MARKS[change.kind]} {change.what}{name}: {texts}{place}"

@@ -1,4 +1,4 @@
-"""`fuzzyctl convert`: a system in another format, with a report of what became of it."""
+"""`fuzzyctl convert`: a system in another format, with a report of the losses."""
 
 from __future__ import annotations
 
@@ -20,9 +20,10 @@ from fuzzyctl.cli.common import (
     SET,
     answers_with_diagnostics,
     show,
+    suggestion,
 )
 from fuzzyctl.cli.loading import Choice, open_block
-from fuzzyctl.cli.progress import progress
+from fuzzyctl.cli.progress import status_line
 from fuzzyctl.cli.streams import say, write_data, write_json
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError, FuzzyctlError, NoRuleFiresError
 
@@ -77,14 +78,14 @@ def convert(
         refuse_what_is_no_file(Path(target))
     system, lost = _loaded(source, settings, name)
     if to == "markdown" and target != "-" and not force:
-        from fuzzyctl.convert.pictures import picture_files, refuse_to_replace
+        from fuzzyctl.convert.markdown import picture_files, refuse_to_replace
 
         refuse_to_replace(picture_files(system, Path(target)))
     from fuzzyctl.convert.convert import convert as converted
 
     try:
-        with progress() as shown:
-            conversion = converted(system, to, points=points, progress=shown)
+        with status_line() as report:
+            conversion = converted(system, to, points=points, progress=report)
     except NoRuleFiresError as error:
         raise _uncovered(system, error) from None
     conversion = replace(conversion, losses=(*lost, *conversion.losses))
@@ -105,8 +106,8 @@ def _uncovered(system: FuzzySystem, error: NoRuleFiresError) -> FuzzyctlError:
     """Return a point without a value as `check` reports it, with its location."""
     from fuzzyctl.analysis.coverage import coverage
 
-    found = [d for d in coverage.diagnostics(system) if d.severity == "error"]
-    return DiagnosticError(found) if found else error
+    errors = [d for d in coverage.diagnostics(system) if d.severity == "error"]
+    return DiagnosticError(errors) if errors else error
 
 
 def _refuse_to_replace(target: Path, text: str) -> None:
@@ -126,26 +127,24 @@ def _target(target: str, wanted: str | None) -> str:
         BadParameter: For a name that does.
     """
     from fuzzyctl.convert.convert import TARGETS
-    from fuzzyctl.diagnostics.suggestions import closest
 
     if wanted is not None:
         if wanted in TARGETS:
             return wanted
-        near = closest(wanted, TARGETS)
-        hint = f"did you mean '{near}'?" if near else f"there are: {', '.join(TARGETS)}"
+        hint = suggestion(wanted, TARGETS) or f"there are: {', '.join(TARGETS)}"
         raise click.BadParameter(f"no format '{wanted}'; {hint}", param_hint="--to")
     suffix = Path(target).suffix.lower()
     for name, suffixes in TARGETS.items():
         if suffix in suffixes:
             return name
-    known = ", ".join(s for suffixes in TARGETS.values() for s in suffixes)
+    endings = ", ".join(s for suffixes in TARGETS.values() for s in suffixes)
     message = f"no format has the suffix '{suffix}'" if suffix else "the name has no suffix that says the format"
-    help_text = f"end the name with one of {known}, or add --to"
+    help_text = f"end the name with one of {endings}, or add --to"
     raise DiagnosticError([Diagnostic("FZ005", message, file=target, help=help_text)])
 
 
 def _loaded(source: str, settings: tuple[str, ...], name: str | None) -> tuple[FuzzySystem, list[Loss]]:
-    """Load a system of any format, and what of its file is left out; its gaps are no mistakes of a conversion."""
+    """Load a system of any format, and the losses of its file; gaps of the system do not count."""
     from fuzzyctl.model.system import FuzzySystem
 
     system, examined, diagnostics = open_block(source, name, FuzzySystem)
@@ -155,7 +154,7 @@ def _loaded(source: str, settings: tuple[str, ...], name: str | None) -> tuple[F
     from fuzzyctl.formats.losses import Loss
 
     blocks = [(b.kind, b.name) for b in examined.equations]
-    others = [Loss(f"{kind} '{own}'", "left out", "only systems are converted", exact=True) for kind, own in blocks]
+    others = [Loss(f"{kind} '{block}'", "left out", "only systems are converted", exact=True) for kind, block in blocks]
     return system, [*left_out(diagnostics), *others]
 
 
@@ -169,7 +168,7 @@ def _write(system: FuzzySystem, conversion: Conversion, target: str) -> None:
     if conversion.target != "markdown":
         write_together({path: conversion.text})
         return
-    from fuzzyctl.convert.pictures import page_files, pictures_folder
+    from fuzzyctl.convert.markdown import page_files, pictures_folder
 
     with folder_for(pictures_folder(path)):
         write_together(page_files(system, path))
@@ -177,11 +176,11 @@ def _write(system: FuzzySystem, conversion: Conversion, target: str) -> None:
 
 def _report(source: str, target: str, conversion: Conversion, refused: bool) -> list[str]:
     lines = [] if refused else [f"wrote {target}"] if target != "-" else []
-    kept, lost = [x for x in conversion.losses if x.exact], list(conversion.lossy)
-    lines += _listed("said in another way, or left out; no number changes:", kept)
+    harmless, lost = [x for x in conversion.losses if x.exact], list(conversion.lossy)
+    lines += _listed("said in another way, or left out; no number changes:", harmless)
     lines += _listed("cannot be expressed, and changes numbers:", lost)
     if conversion.read_back is not None:
-        from fuzzyctl.cli.compare import compared_text
+        from fuzzyctl.comparison.presentation import compared_text
 
         lines += compared_text(source, conversion.read_back, target, conversion.differences, conversion.explanations)
     if refused:
@@ -190,7 +189,7 @@ def _report(source: str, target: str, conversion: Conversion, refused: bool) -> 
 
 
 def _listed(title: str, losses: Sequence[Loss]) -> list[str]:
-    """Return a list under a title, one line for what is lost in the same way in several places."""
+    """Return a list under a title; equal losses in several places share a line."""
     places: dict[tuple[str, str], list[str]] = {}
     for loss in losses:
         places.setdefault((loss.what, loss.why), []).append(loss.where)
@@ -203,7 +202,7 @@ def _places(where: Sequence[str]) -> str:
 
 
 def _data(source: str, target: str, conversion: Conversion, refused: bool) -> dict[str, Any]:
-    from fuzzyctl.cli.compare import compared_data
+    from fuzzyctl.comparison.presentation import compared_data
 
     return {
         "in": source,

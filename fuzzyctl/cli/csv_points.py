@@ -42,7 +42,7 @@ def evaluate_rows(system: Block, points: str, state: Sequence[str], form: str) -
         Warnings of clamped values.
 
     Raises:
-        DiagnosticError: For a file that cannot be read; nothing is printed then.
+        DiagnosticError: For a file that cannot be read, before anything is printed.
     """
     kernel = compile_block(cast("FuzzySystem", system), backend="numpy")
     before = list(state_of(kernel, state).values())
@@ -84,7 +84,7 @@ def _evaluate_rows(
     for rows, points, results in _blocks(kernel, state, reader, columns, header, name):
         clamped.count(points)
         if form == "text":
-            # The header waits for the first block, so that a malformed file prints nothing else.
+            # The header waits for the first block, so that a malformed file prints only its error.
             writer.writerows([[*header, *outputs]] if first else [])
             writer.writerows([*row, *map(repr, result)] for row, result in zip(rows, results, strict=True))
             first = False
@@ -211,8 +211,8 @@ def _point(row: list[str], columns: list[int], header: list[str], place: str) ->
         try:
             values.append(to_number(row[c]))
         except (ValueError, OverflowError):
-            shown = row[c] if len(row[c]) <= 40 else f"{row[c][:40]}…"
-            message = f"'{shown}' in column '{header[c]}' is no number"
+            text = row[c] if len(row[c]) <= 40 else f"{row[c][:40]}…"
+            message = f"'{text}' in column '{header[c]}' is no number"
             help_text = "write numbers with a decimal point"
             raise DiagnosticError([Diagnostic("FZ505", message, file=place, help=help_text)]) from None
     return values

@@ -1,4 +1,4 @@
-"""`fuzzyctl doctor`: what is installed, which backend is in use and why, and where compiled kernels are kept."""
+"""`fuzzyctl doctor`: the installed packages, the backend in use and the reason, the folder of compiled kernels."""
 
 from __future__ import annotations
 
@@ -45,9 +45,9 @@ def doctor(clear_cache: bool, form: str) -> int:
     """
     data = examined()
     if clear_cache and data["cache"]["folder"]:
-        removed, kept = _clear(Path(data["cache"]["folder"]))
+        removed, problems = _clear(Path(data["cache"]["folder"]))
         data["cache"] = {**_cache(), "removed": removed}
-        data["problems"] += kept
+        data["problems"] += problems
     if form == "json":
         write_json(data)
     else:
@@ -56,7 +56,7 @@ def doctor(clear_cache: bool, form: str) -> int:
 
 
 def examined() -> dict[str, Any]:
-    """Return all that is found out, as plain data."""
+    """Return all findings as plain data."""
     packages = {name: _version(name) for name in NEEDED}
     backend, reason = _backend(packages["numba"])
     problems = [f"{name} is not installed: pip install {name}" for name in NEEDED if packages[name] is None]
@@ -71,7 +71,7 @@ def examined() -> dict[str, Any]:
         "optional": {name: {"version": _version(name), "extra": extra} for name, extra in optional().items()},
         "backend": backend,
         "reason": reason,
-        "c_compiler": next((found for name in ("cc", "gcc", "clang") if (found := shutil.which(name))), None),
+        "c_compiler": next((path for name in ("cc", "gcc", "clang") if (path := shutil.which(name))), None),
         "cache": _cache(),
         "problems": problems,
     }
@@ -113,8 +113,8 @@ def _cache() -> dict[str, Any]:
         sizes = [f.stat().st_size for f in folder.rglob("*") if f.is_file()] if folder.is_dir() else []
         writable = _is_writable(folder)
         # As compiled code is kept for systems and for control laws; folders that do not exist are made private.
-        made = [f for f in (folder, *(folder / part for part in PARTS)) if f.is_dir()]
-        danger = next(private_folders.dangers(made), None)
+        folders = [f for f in (folder, *(folder / part for part in PARTS)) if f.is_dir()]
+        danger = next(private_folders.dangers(folders), None)
     except OSError:  # a folder that may not be looked into, or a name that no file system takes
         sizes, writable, danger = [], False, None
     return {
@@ -133,9 +133,9 @@ def _is_writable(folder: Path) -> bool:
 
 
 def _clear(folder: Path) -> tuple[int, list[str]]:
-    """Remove what is cached; return how many files are gone, and what could not be removed and why."""
+    """Clear the cache; return the number of removed files, and the reasons why others remain."""
     count = 0
-    kept: Counter[tuple[str, str | None]] = Counter()
+    failures: Counter[tuple[str, str | None]] = Counter()
     closed: list[OSError] = []
     parts = [folder / part for part in PARTS]
     links = [f"{part} is a link, behind which nothing is removed" for part in parts if part.is_symlink()]
@@ -146,29 +146,29 @@ def _clear(folder: Path) -> tuple[int, list[str]]:
                     Path(place, name).unlink()
                     count += 1
                 except OSError as error:
-                    kept[place, error.strerror] += 1
+                    failures[place, error.strerror] += 1
             with suppress(OSError):  # a folder that is not empty: its files are reported
                 Path(place).rmdir()
-    problems = [f"{counted(n, 'file')} of {place} cannot be removed: {why}" for (place, why), n in kept.items()]
+    problems = [f"{counted(n, 'file')} of {place} cannot be removed: {why}" for (place, why), n in failures.items()]
     return count, [*links, *problems, *(f"{e.filename} cannot be looked into: {e.strerror}" for e in closed)]
 
 
 def _lines(data: dict[str, Any]) -> list[str]:
     cache = data["cache"]
-    kept = f"{cache['files']} files, {cache['bytes'] / 2**20:.1f} MiB"
+    files = f"{cache['files']} files, {cache['bytes'] / 2**20:.1f} MiB"
     if "removed" in cache:
-        kept = f"{counted(cache['removed'], 'file')} removed"
+        files = f"{counted(cache['removed'], 'file')} removed"
     writable = "" if cache["writable"] else "; cannot be written to, so every process compiles anew"
     if cache["danger"]:
         writable = f"; not used, so every process compiles anew: {cache['danger']}. {private_folders.REPAIR}"
     lines = [
         f"fuzzyctl {data['fuzzyctl']}, Python {data['python']}, {data['platform']}, {data['cores']} cores",
         f"backend: {data['backend']}: {data['reason']}",
-        f"cache: {cache['folder'] or 'none, as there is no home and FUZZYCTL_CACHE_DIR is not set'}: {kept}{writable}",
+        f"cache: {cache['folder'] or 'none, as there is no home and FUZZYCTL_CACHE_DIR is not set'}: {files}{writable}",
         f"C compiler: {data['c_compiler'] or 'none found; only tests of generated C need one'}",
         "packages: " + ", ".join(f"{n} {v or 'missing'}" for n, v in data["packages"].items()),
     ]
-    for name, found in data["optional"].items():
-        how = found["version"] or f"not installed; pip install 'fuzzyctl[{found['extra']}]' brings it"
+    for name, package in data["optional"].items():
+        how = package["version"] or f"not installed; pip install 'fuzzyctl[{package['extra']}]' brings it"
         lines.append(f"optional: {name}: {how}")
     return [*lines, *(f"problem: {p}" for p in data["problems"])]

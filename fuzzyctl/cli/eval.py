@@ -62,13 +62,13 @@ def evaluate(
 
         show(evaluate_rows(system, points, state, form))
         return DONE
-    given = point_of(system, values, "eval")
-    warnings = outside_range(system, given)
-    results, after = _results(system, given, state)
+    point = point_of(system, values, "eval")
+    warnings = outside_range(system, point)
+    results, after = _results(system, point, state)
     if form == "json":
         data: dict[str, Any] = {
             **system.identity,
-            "inputs": plain(given),
+            "inputs": plain(point),
             "outputs": plain(results),
             **({"next_state": plain(after)} if after else {}),
         }
@@ -84,20 +84,20 @@ def evaluate(
     return DONE
 
 
-def _results(block: Any, given: dict[str, float], state: Sequence[str]) -> tuple[dict[str, float], dict[str, float]]:
+def _results(block: Any, values: dict[str, float], state: Sequence[str]) -> tuple[dict[str, float], dict[str, float]]:
     """Return the outputs, and the next state of a controller, by name."""
     names = [o.name for o in block.outputs]
     if block.kind == "system" and not state:
-        result = block(**given)
+        result = block(**values)
         return ({names[0]: result} if len(names) == 1 else dict(result)), {}
     from fuzzyctl.kernels.compile import compile
 
     kernel = compile(block, "python")
     before = state_of(kernel, state)
-    point = [given[n] for n in kernel.input_names]
+    point = [values[n] for n in kernel.input_names]
     if not kernel.form.moves:
-        found, after = kernel(*point, list(before.values())), {}
+        outputs, after = kernel(*point, list(before.values())), {}
     else:
-        found, following = kernel(*point, list(before.values()), dt=given.get("dt"))
+        outputs, following = kernel(*point, list(before.values()), dt=values.get("dt"))
         after = dict(zip(kernel.state_names, following.tolist(), strict=True))
-    return dict(zip(names, (found,) if len(names) == 1 else found, strict=True)), after
+    return dict(zip(names, (outputs,) if len(names) == 1 else outputs, strict=True)), after

@@ -1,4 +1,4 @@
-"""`fuzzyctl explain`: what a diagnostic code means, with a mistake, its message and the repair."""
+"""`fuzzyctl explain`: the meaning of a diagnostic code, with a mistake, its message and the repair."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ import sys
 
 import click
 
-from fuzzyctl.cli.common import DONE, FORMAT, answers_with_diagnostics, use_color
-from fuzzyctl.cli.pages import read_page
-from fuzzyctl.cli.streams import say, write_json
+from fuzzyctl.cli.common import DONE, FORMAT, answers_with_diagnostics
+from fuzzyctl.cli.reports import read_page
+from fuzzyctl.cli.streams import say, use_color, write_json
 from fuzzyctl.diagnostics.diagnostic import CODES
 from fuzzyctl.diagnostics.suggestions import did_you_mean
 

@@ -8,16 +8,9 @@ from pathlib import Path
 
 import click
 
-from fuzzyctl.cli.common import (
-    DIAGNOSTICS_FORMAT,
-    DONE,
-    FAILED,
-    answers_with_diagnostics,
-    show,
-)
+from fuzzyctl.cli.common import DIAGNOSTICS_FORMAT, DONE, FAILED, answers_with_diagnostics, show
 from fuzzyctl.cli.loading import content_of, require_own
-from fuzzyctl.cli.streams import say, write_data
-from fuzzyctl.cli.unified_diff import print_diff
+from fuzzyctl.cli.streams import print_diff, say, write_data
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 from fuzzyctl.diagnostics.source import SourceText, Span
 from fuzzyctl.support.shipped import Place
@@ -30,7 +23,7 @@ class _Laid:
 
     Args:
         source: The file as read, without a byte order mark.
-        stored: Its text as it stands on disk, line ends included.
+        stored: Its text on disk, line ends included.
         text: Its canonical layout.
         place: Where it is.
     """
@@ -55,14 +48,14 @@ def fmt(files: tuple[str, ...], only_check: bool, only_diff: bool, form: str) ->
     """
     if form != "text" and (not only_check or only_diff):
         raise click.UsageError("'--format' belongs to '--check'")
-    found: list[Diagnostic] = []
+    diagnostics: list[Diagnostic] = []
     for file in files:
         try:
             laid = _laid_out(file)
             if not (only_check or only_diff):
                 require_own(laid.place)
             if only_check or only_diff:
-                found.extend(_differences(laid, only_check, only_diff, form))
+                diagnostics.extend(_differences(laid, only_check, only_diff, form))
             elif file == "-":
                 write_data(laid.text)
             elif laid.text != laid.stored:
@@ -72,10 +65,10 @@ def fmt(files: tuple[str, ...], only_check: bool, only_diff: bool, form: str) ->
         except DiagnosticError as error:
             if form == "text":
                 show(error.diagnostics)
-            found.extend(error.diagnostics)
+            diagnostics.extend(error.diagnostics)
     if form != "text":
-        show(found, form)
-    return FAILED if found else DONE
+        show(diagnostics, form)
+    return FAILED if diagnostics else DONE
 
 
 def _laid_out(file: str) -> _Laid:
@@ -121,7 +114,7 @@ def _differences(laid: _Laid, only_check: bool, only_diff: bool, form: str) -> l
 
 
 def _first_difference(laid: _Laid) -> Span:
-    """Return the first line that formatting changes; the first of all where only line ends differ."""
+    """Return the first line that formatting changes; the first of all if only line ends differ."""
     offset = 0
     for line, wanted in zip_longest(laid.source.text.split("\n"), laid.text.split("\n"), fillvalue=""):
         if line.rstrip("\r") != wanted:

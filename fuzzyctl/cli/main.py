@@ -36,13 +36,13 @@ GROUPS: Final = {
         "codegen": ("fuzzyctl.cli.codegen", "codegen", "Write a block as C99, Structured Text, JavaScript, an FMU."),
         "convert": ("fuzzyctl.cli.convert", "convert", "Write a system in another format."),
         "page": ("fuzzyctl.cli.page", "page", "Write a file as one page that computes offline."),
-        "studio": ("fuzzyctl.cli.studio", "studio", "Edit rule files in the browser, with pictures."),
-        "lsp": ("fuzzyctl.cli.lsp", "lsp", "Serve an editor: mistakes, completion, hover, renaming."),
+        "studio": ("fuzzyctl.cli.serve", "studio", "Edit rule files in the browser, with pictures."),
+        "lsp": ("fuzzyctl.cli.serve", "lsp", "Serve an editor: mistakes, completion, hover, renaming."),
         "doctor": ("fuzzyctl.cli.doctor", "doctor", "Say what is installed, and what is in use."),
     },
 }
 
-#: Commands of earlier versions, with what is typed in place of them.
+#: Commands of earlier versions, with their replacements.
 MOVED: Final = {
     "bounds": "prove --bounds",
     "diff": "compare --changes",

@@ -10,7 +10,7 @@ from typing import Final
 
 import click
 
-from fuzzyctl.cli.common import DONE, answers_with_diagnostics
+from fuzzyctl.cli.common import DONE, answers_with_diagnostics, suggestion
 from fuzzyctl.cli.streams import say
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 from fuzzyctl.support.writing import holds, write_together
@@ -125,22 +125,20 @@ def copies(name: str, base: str, target: Path) -> dict[Path, str]:
     Raises:
         BadParameter: If there is no such shipped file, or it uses a file that is called like the copy.
     """
-    from fuzzyctl.diagnostics.suggestions import closest
     from fuzzyctl.loading.assembly import files_read
     from fuzzyctl.support.shipped import LIST, shipped_files
 
-    known = shipped_files()
-    if base not in known:
-        near = closest(base, known)
-        hint = f"did you mean '{near}'? " if near else ""
-        raise click.BadParameter(f"no shipped file '{base}'; {hint}{LIST}", param_hint="--from")
-    path = known[base]
+    files = shipped_files()
+    if base not in files:
+        hint = " ".join(filter(None, (suggestion(base, files), LIST)))
+        raise click.BadParameter(f"no shipped file '{base}'; {hint}", param_hint="--from")
+    path = files[base]
     head = rf"(?m)^((?:system|controller|plant|loop) +){base}\b"
-    own = re.sub(head, rf"\g<1>{name}", path.read_text(encoding="utf-8"))
+    text = re.sub(head, rf"\g<1>{name}", path.read_text(encoding="utf-8"))
     used = {target.parent / p.relative_to(path.parent): p.read_text(encoding="utf-8") for p in files_read(path)}
     if target in used:
         raise click.BadParameter(f"'{base}' uses a file of this name; take another one", param_hint="NAME")
-    return {target: own, **used}
+    return {target: text, **used}
 
 
 def starter(name: str) -> str:
@@ -152,7 +150,7 @@ def starter(name: str) -> str:
 
 
 def _require_name(name: str) -> None:
-    """Refuse what cannot be the name of a system."""
+    """Raise BadParameter for an invalid name of a system."""
     from fuzzyctl.lang.syntax import NAME, RESERVED
 
     if not re.fullmatch(NAME, name):

@@ -10,10 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from fuzzyctl.cli.checked import analysed, claim_reports
 from fuzzyctl.cli.common import DONE, FAILED, QUIET, UNDECIDED, answers_with_diagnostics, assignments, show
-from fuzzyctl.cli.loading import Choice, chooses, examined_file
-from fuzzyctl.cli.loops import settings_of
+from fuzzyctl.cli.loading import Choice, analysed, chooses, claim_reports, examined_file, settings_of
 from fuzzyctl.cli.streams import say
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 
@@ -50,7 +48,7 @@ def page(file: str, out: str | None, choice: Choice) -> int:
     from fuzzyctl.model.loop import Loop
     from fuzzyctl.model.system import FuzzySystem
     from fuzzyctl.page.document import document, page_title
-    from fuzzyctl.page.proofs import LEAST_SECONDS, PAGE_SECONDS
+    from fuzzyctl.page.systems import LEAST_SECONDS, PAGE_SECONDS
     from fuzzyctl.support.writing import write_together
 
     began = clock.used()
@@ -58,9 +56,9 @@ def page(file: str, out: str | None, choice: Choice) -> int:
     reported = examined.reported(examined.diagnostics)
     if any(d.severity == "error" for d in reported):
         raise DiagnosticError(reported)
-    shown: Any = (FuzzySystem, Controller, Loop)
-    if choice.name is not None or not any(map(examined.of, shown)):
-        chosen(examined, choice.name, *shown)
+    kinds: Any = (FuzzySystem, Controller, Loop)
+    if choice.name is not None or not any(map(examined.of, kinds)):
+        chosen(examined, choice.name, *kinds)
     loops = [loop for loop in examined.loops if choice.name in (None, loop.name)]
     _known_settings(examined, loops, choice)
     diagnostics = list(reported)
@@ -90,9 +88,9 @@ def _known_settings(examined: Examined, loops: list[Loop], choice: Choice) -> No
         return
     from fuzzyctl.simulation.loop_params import short_names
 
-    own = (block.settable for block in examined.blocks)
+    names = (block.settable for block in examined.blocks)
     of_loops = (name for loop in loops for name in (*short_names(loop), *loop.instance_params))
-    assignments(choice.settings, list(dict.fromkeys([*chain.from_iterable(own), *of_loops])), "param")
+    assignments(choice.settings, list(dict.fromkeys([*chain.from_iterable(names), *of_loops])), "param")
 
 
 def _sections(examined: Examined, choice: Choice, diagnostics: list[Diagnostic], until: float) -> Iterator[Section]:
@@ -107,37 +105,37 @@ def _sections(examined: Examined, choice: Choice, diagnostics: list[Diagnostic],
     from fuzzyctl.codegen.errors import CodegenError
     from fuzzyctl.codegen.prepare import prepare
     from fuzzyctl.page.document import require_size, unit_section
-    from fuzzyctl.page.proofs import LEAST_SECONDS, proofs
+    from fuzzyctl.page.systems import LEAST_SECONDS, proofs
 
     blocks: tuple[Any, ...] = (*examined.systems, *examined.controllers)
     of_file: list[Diagnostic] | None = None
     for block in blocks:
         if choice.name not in (None, block.name):
             continue
-        own = choice.of_params(block.settable)
-        settings = assignments(own.settings, block.settable, "param")
+        part = choice.of_params(block.settable)
+        settings = assignments(part.settings, block.settable, "param")
         try:
             for system in block.systems:
                 require_size(system)  # before proofs, which take seconds where there is much to prove
-            changed, quick, found = analysed(examined, block, own, of_file)
-            of_file = None if block.is_function else found
+            changed, quick, reports = analysed(examined, block, part, of_file)
+            of_file = None if block.is_function else reports
             with clock.limited(max(until - clock.now(), LEAST_SECONDS)):
                 unit = prepare(changed, examined.source.text, settings=settings)
             if unit.is_step:
                 javascript_source.require_size(javascript_source.size_of(unit.program))
             verdicts, rows = proofs(changed, quick, CLAIM_SECONDS, until=until)
-            _add(diagnostics, [*found, *claim_reports(verdicts, found)])
+            _add(diagnostics, [*reports, *claim_reports(verdicts, reports)])
             yield unit_section(replace(unit, verdicts=verdicts), verdicts, rows)
         except CodegenError as error:
             raise DiagnosticError([_refused(block.name, block.span, error)]) from None
 
 
-def _add(diagnostics: list[Diagnostic], found: Iterable[Diagnostic]) -> None:
+def _add(diagnostics: list[Diagnostic], reports: Iterable[Diagnostic]) -> None:
     """Add diagnostics that are not there; there may be thousands."""
-    known: dict[tuple[object, ...], list[Diagnostic]] = {}
+    present: dict[tuple[object, ...], list[Diagnostic]] = {}
     for d in diagnostics:
-        known.setdefault(_key(d), []).append(d)
-    diagnostics += [d for d in found if d not in known.get(_key(d), [])]
+        present.setdefault(_key(d), []).append(d)
+    diagnostics += [d for d in reports if d not in present.get(_key(d), [])]
 
 
 def _key(d: Diagnostic) -> tuple[object, ...]:
@@ -154,8 +152,8 @@ def _runs(loops: list[Loop], choice: Choice, diagnostics: list[Diagnostic]) -> I
     from fuzzyctl.simulation.simulate import simulate, warnings
 
     for loop in loops:
-        own = choice.of_params([*short_names(loop), *loop.instance_params])
-        run = simulate(settings_of(own.settings, [loop])[0], record_calls=True)
+        part = choice.of_params([*short_names(loop), *loop.instance_params])
+        run = simulate(settings_of(part.settings, [loop])[0], record_calls=True)
         diagnostics += [*(_unmet(run) if run.stopped is None else [run.stopped]), *warnings(run)]
         yield Section(loop_data(run, len(loops)))
 

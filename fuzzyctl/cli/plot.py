@@ -22,12 +22,11 @@ from fuzzyctl.cli.common import (
     outside_range,
     show,
     state_of,
+    unknown,
 )
 from fuzzyctl.cli.loading import Choice, chooses, load_evaluable
 from fuzzyctl.cli.streams import say
 from fuzzyctl.diagnostics.diagnostic import ArgumentError, Diagnostic, DiagnosticError
-from fuzzyctl.diagnostics.suggestions import closest
-from fuzzyctl.plot.axis_choice import chosen_axes
 
 #: What matplotlib is asked to write.
 SUFFIXES = (".png", ".svg", ".pdf")
@@ -98,14 +97,14 @@ def plot(
         _draw_surface(file=file, choice=choice, out=out, svg_text=svg_text, **options)
         return
     source = click.get_current_context().get_parameter_source
-    given = [name for name in options if source(name) is ParameterSource.COMMANDLINE]
-    if given:
+    forbidden = [name for name in options if source(name) is ParameterSource.COMMANDLINE]
+    if forbidden:
         raise click.UsageError("--terms takes no inputs, state, output and resolution")
     block = load_evaluable(file, choice)
     if not block.all_systems:
         help_text = "terms are those of the systems that it calls; 'fuzzyctl plot' draws an output"
         raise DiagnosticError([Diagnostic("FZ503", f"{block.kind} '{block.name}' calls no systems", help=help_text)])
-    from fuzzyctl.plot.names import file_part
+    from fuzzyctl.plot.choices import file_part
 
     target = picture_file(out, f"{file_part(block.name)}-terms.png")
     from fuzzyctl.plot.memberships import draw_terms
@@ -134,12 +133,14 @@ def _draw_surface(
         help_text = "a plot is over one or two inputs; 'fuzzyctl eval' makes a step"
         raise DiagnosticError([Diagnostic("FZ503", f"{system.kind} '{system.name}' has no inputs", help=help_text)])
     chosen = output or system.outputs[0].name
-    _known(chosen, [o.name for o in system.outputs], "output")
-    for axis in (x, y):
-        if axis is not None:
-            _known(axis, inputs, "input")
+    outputs = [o.name for o in system.outputs]
+    for kind, name, names in (("output", chosen, outputs), ("input", x, inputs), ("input", y, inputs)):
+        if name is not None and name not in names:
+            raise DiagnosticError([unknown(kind, name, names)])
     if x is not None and x == y:
         raise DiagnosticError([Diagnostic("FZ502", f"'{x}' is named for both axes", help="drop one for a curve")])
+    from fuzzyctl.plot.choices import chosen_axes, file_part
+
     fixed = assignments(at, inputs, "input")
     axes = chosen_axes(inputs, x, y, fixed)
     for axis, value in fixed.items():
@@ -150,8 +151,6 @@ def _draw_surface(
         if axis in fixed:
             message, help_text = f"'{axis}' is an axis and has a value too", f"drop '--at {axis}=...' or the axis"
             raise DiagnosticError([Diagnostic("FZ502", message, help=help_text)])
-    from fuzzyctl.plot.names import file_part
-
     target = picture_file(out, f"{file_part(system.name)}-{file_part(chosen)}.png")
     from fuzzyctl.plot.style import saved
     from fuzzyctl.plot.surfaces import Sampled, draw_surface
@@ -165,14 +164,6 @@ def _draw_surface(
     with saved(target, svg_text=svg_text) as figure:
         draw_surface(figure, drawn, axes, fixed, chosen, resolution)
     say(f"wrote {target}")
-
-
-def _known(name: str, names: list[str], kind: str) -> None:
-    if name not in names:
-        near = closest(name, names)
-        facts = (f"{kind}s: {', '.join(names)}",)
-        help_text = f"did you mean '{near}'?" if near else ""
-        raise DiagnosticError([Diagnostic("FZ502", f"no {kind} '{name}'", facts=facts, help=help_text)])
 
 
 def picture_file(out: str | None, default: str) -> Path:

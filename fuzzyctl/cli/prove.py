@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import math
 import sys
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any, Final
 
 import click
 
@@ -23,25 +24,28 @@ from fuzzyctl.cli.common import (
     report,
     show,
 )
-from fuzzyctl.cli.loading import Choice, Opened, chooses, open_blocks
-from fuzzyctl.cli.progress import progress
+from fuzzyctl.cli.loading import Choice, Opened, chooses, load_checked, open_block, open_blocks
+from fuzzyctl.cli.progress import status_line
 from fuzzyctl.cli.streams import INTERRUPTED, say, write_json
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 
 if TYPE_CHECKING:
+    from fuzzyctl.analysis.extremes import Extent
     from fuzzyctl.analysis.verdicts import Verdict
     from fuzzyctl.model.block import Block
+    from fuzzyctl.model.controller import Controller
+    from fuzzyctl.model.system import FuzzySystem
 
 
 @dataclass
 class Proof:
-    """What is proved of a block.
+    """The verdicts on a block.
 
     Args:
         file: The file.
         block: The block.
         claims: How many claims there are.
-        verdicts: What is proved of each so far.
+        verdicts: The verdicts so far.
     """
 
     file: str
@@ -82,8 +86,6 @@ def prove(files: tuple[str, ...], choice: Choice, bounds: bool, timeout: float |
     if bounds:
         if len(files) > 1:
             raise click.UsageError("--bounds takes one file")
-        from fuzzyctl.cli.prove_bounds import print_bounds
-
         return print_bounds(files[0], choice, 5.0 if timeout is None else timeout, form)
     timeout = 10.0 if timeout is None else timeout
     proofs: list[Proof] = []
@@ -96,10 +98,10 @@ def prove(files: tuple[str, ...], choice: Choice, bounds: bool, timeout: float |
             except DiagnosticError as error:
                 mistakes.extend(error.diagnostics)
                 continue
-            shown = STDIN if file == "-" else file
+            label = STDIN if file == "-" else file
             claiming = [b for b in opened.blocks if not b.unclaimed]
             for block in claiming or opened.blocks:
-                proofs.append(Proof(shown, block))
+                proofs.append(Proof(label, block))
                 _prove(proofs[-1], timeout, tell)
     except KeyboardInterrupt:
         show(mistakes)
@@ -148,8 +150,8 @@ def _prove(proof: Proof, timeout: float, tell: Callable[[str], None] | None) -> 
     if tell is not None and not proof.claims:
         tell(f"{proof.file}: {proof.block.name}: no guarantees")
     for claim in prover.own:
-        with progress() as shown:
-            prover.progress = None if shown is None else _of_boxes(shown)
+        with status_line() as status:
+            prover.progress = None if status is None else _of_boxes(status)
             verdict = prover.verdict(claim)
         proof.verdicts.append(verdict)
         if tell is not None:
@@ -157,7 +159,7 @@ def _prove(proof: Proof, timeout: float, tell: Callable[[str], None] | None) -> 
 
 
 def _of_boxes(report: Callable[[str], None]) -> Callable[[str, int, int], None]:
-    """Return what a prover calls to tell how far it is."""
+    """Return the progress callback of a prover."""
     return lambda claim, settled, open_: report(f"{claim}: {settled:,} boxes settled, {open_:,} open")
 
 
@@ -180,29 +182,27 @@ def _summary(proofs: Sequence[Proof]) -> str:
 
 
 def _details(verdict: Verdict) -> Iterator[str]:
-    from fuzzyctl.analysis.verdicts import Proved, Refuted
+    from fuzzyctl.analysis.verdicts import Refuted, Undecided
 
-    if isinstance(verdict, Proved):
-        if verdict.note:
-            yield verdict.note
-    elif isinstance(verdict, Refuted):
-        yield str(verdict.witness)
-        if verdict.note:
-            yield verdict.note
-    else:
+    if isinstance(verdict, Undecided):
         yield verdict.reason
         for box in verdict.boxes[:3]:
             yield "open: " + ", ".join(f"{n} {'=' if s.lower == s.upper else 'in'} {s}" for n, s in box.items())
         if verdict.remaining > len(verdict.boxes[:3]) > 0:
             yield f"and {verdict.remaining - len(verdict.boxes[:3])} more"
+        return
+    if isinstance(verdict, Refuted):
+        yield str(verdict.witness)
+    if verdict.note:
+        yield verdict.note
 
 
 def _as_data(proofs: Sequence[Proof], mistakes: Sequence[Diagnostic]) -> dict[str, Any]:
-    found: dict[str, Any] = {"systems": []}
+    groups: dict[str, Any] = {"systems": []}
     for proof in proofs:
         data = {"file": proof.file, **proof.block.identity, "guarantees": [_verdict_data(v) for v in proof.verdicts]}
-        found.setdefault(f"{proof.block.kind}s", []).append(data)
-    return found | {"diagnostics": [d.as_dict() for d in mistakes]}
+        groups.setdefault(f"{proof.block.kind}s", []).append(data)
+    return groups | {"diagnostics": [d.as_dict() for d in mistakes]}
 
 
 def _verdict_data(verdict: Verdict) -> dict[str, Any]:
@@ -222,3 +222,110 @@ def _verdict_data(verdict: Verdict) -> dict[str, Any]:
         return data | ({"note": verdict.note} if verdict.note else {})
     boxes = [{n: [end_of_range(s.lower), end_of_range(s.upper)] for n, s in box.items()} for box in verdict.boxes]
     return data | {"reason": verdict.reason, "boxes": boxes, "remaining": verdict.remaining}
+
+
+#: Part of the time of a controller that is left for the work under way at its end; least time for its bounds [s].
+_REST: Final = 0.25
+_LEAST: Final = 0.1
+#: Least time for the coverage of a system [s].
+_SURE: Final = 0.5
+#: Seconds that reading a byte of a system takes, beyond the first ones. Counted, as bounds of systems read no clock.
+_BYTE: Final = 4.5 / (1 << 20)
+_FREE: Final = 1 << 16
+#: The same of an operation of a large system, which is planned, checked and compiled.
+_OPERATION: Final = 5e-5
+_FEW: Final = 10_000
+
+
+def print_bounds(file: str, choice: Choice, timeout: float, form: str) -> int:
+    """Print the bounds of the outputs of a system or controller, and the slopes of a system.
+
+    Args:
+        file: The file.
+        choice: The block, its params and profile.
+        timeout: Seconds that all bounds may take together.
+        form: "text" or "json".
+    """
+    from fuzzyctl.analysis import clock
+    from fuzzyctl.analysis.extremes import extents
+    from fuzzyctl.analysis.work import written
+    from fuzzyctl.kernels.plan.build import plan
+    from fuzzyctl.model.controller import Controller
+    from fuzzyctl.model.system import FuzzySystem
+
+    began = clock.used()
+    kinds: list[Any] = [Controller, FuzzySystem]
+    block, examined, _ = open_block(file, choice.name, *kinds)
+    left = (1.0 - _REST) * timeout - (clock.used() - began)
+    if block.kind == "controller":
+        controller = choice.changed(block)
+        _print_controller_bounds(controller, max(left, min(timeout, _LEAST)), form)
+        return DONE
+    # One half of the time is for the bounds, even if it is not known whether rules fire everywhere.
+    with clock.limited(max(0.5 * left, _SURE)):
+        system = load_checked(file, replace(choice, name=block.name), FuzzySystem, examined=examined)
+    size = len(examined.source.text)
+    spent = _BYTE * max(size - _FREE, 0) + _OPERATION * max(written(plan(system)) - _FEW, 0)
+    # Small files without own hedges count operations well: the same bounds in every run, however busy the machine is.
+    is_counted = not (spent or system.hedges)
+    left = max(2.0 * timeout, 4.0 * _SURE) if is_counted else began + (1.0 - _REST) * timeout - clock.used()
+    with clock.limited(left):
+        bounds = extents(system, timeout=max(timeout - spent, 0.0))
+    if form == "json":
+        write_json({**system.identity, "outputs": [_extent_data(e) for e in bounds]})
+    else:
+        report("\n".join(line for e in bounds for line in _extent_lines(system, e)))
+    return DONE
+
+
+def _print_controller_bounds(controller: Controller, timeout: float, form: str) -> None:
+    from fuzzyctl.analysis.induction.bounds import controller_bounds
+
+    units = {s.name: s.unit for s in (*controller.results, *controller.states)}
+    states = {s.name for s in controller.states}
+    bounds = controller_bounds(controller, timeout)
+    if form == "json":
+        data = {
+            n: {"name": n, "low": end_of_range(b.lo), "high": end_of_range(b.hi), "note": b.note or None}
+            for n, b in bounds.items()
+        }
+        outputs, states_data = ([d for n, d in data.items() if (n in states) == wanted] for wanted in (False, True))
+        write_json({**controller.identity, "outputs": outputs, "states": states_data})
+        return
+    for name, bound in bounds.items():
+        report(f"{'state ' if name in states else ''}{_bound_line(name, bound.lo, bound.hi, units[name])}")
+        if bound.note:
+            report(f"  {bound.note}")
+
+
+def _bound_line(name: str, low: float, high: float, unit: str) -> str:
+    return f"{name}: from {low + 0.0:.9g} to {high + 0.0:.9g}{' ' + unit if unit else ''}"
+
+
+def _extent_lines(system: FuzzySystem, extent: Extent) -> Iterator[str]:
+    yield _bound_line(extent.name, extent.lo, extent.hi, system.output(extent.name).unit)
+    for value, at in ((extent.lo_found, extent.lo_at), (extent.hi_found, extent.hi_at)):
+        if at is not None and not math.isnan(value):
+            yield f"  {value + 0.0:.9g} at {', '.join(f'{n} = {x + 0.0:.9g}' for n, x in at.items())}"
+    slopes = [f"{s:.9g} along {n}" for n, s in extent.steepness.items() if math.isfinite(s)]
+    if slopes:
+        yield f"  slope at most {', '.join(slopes)}"
+    unknown = [n for n, s in extent.steepness.items() if not math.isfinite(s)]
+    if unknown:
+        yield f"  no bound of the slope is known along {', '.join(unknown)}"
+    if extent.note:
+        yield f"  {extent.note}"
+
+
+def _extent_data(extent: Extent) -> dict[str, Any]:
+    return {
+        "name": extent.name,
+        "low": end_of_range(extent.lo),
+        "high": end_of_range(extent.hi),
+        "low_found": end_of_range(extent.lo_found),
+        "low_at": extent.lo_at,
+        "high_found": end_of_range(extent.hi_found),
+        "high_at": extent.hi_at,
+        "slopes": {n: end_of_range(s) for n, s in extent.steepness.items()},
+        "note": extent.note or None,
+    }

@@ -1,19 +1,22 @@
-"""Machine-readable diagnostics: SARIF 2.1.0, workflow commands for GitHub's annotations, plain JSON."""
+"""Machine-readable diagnostics: SARIF 2.1.0, workflow commands for GitHub's annotations, plain JSON; pages of codes."""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any, Final
 
 import fuzzyctl
-from fuzzyctl.cli.pages import read_page
 from fuzzyctl.cli.streams import json_text
 from fuzzyctl.diagnostics.diagnostic import CODES, Diagnostic
 from fuzzyctl.diagnostics.fixes import Fix
 from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.diagnostics.terminal import printable
+from fuzzyctl.support.shipped import explanations_folder
 
 #: Where SARIF 2.1.0 is defined; viewers tell versions apart by it.
 SARIF_SCHEMA: Final = "https://docs.oasis-open.org/sarif/sarif/v2.1.0/errata01/os/schemas/sarif-schema-2.1.0.json"
@@ -156,3 +159,52 @@ def _escaped(text: str) -> str:
 
 def _escaped_property(text: str) -> str:
     return _escaped(text).replace(":", "%3A").replace(",", "%2C")
+
+
+@dataclass(frozen=True)
+class Page:
+    """One page of docs/reference/diagnostics/.
+
+    Args:
+        code: The diagnostic code.
+        markdown: The page as written.
+    """
+
+    code: str
+    markdown: str
+
+    @cached_property
+    def meaning(self) -> str:
+        """The first paragraph below the title, on one line."""
+        return " ".join(self.markdown.split("\n\n")[1].split())
+
+    def lines(self) -> Iterator[tuple[str, str]]:
+        """Yield each line with its kind: `heading`, `text` or `code`; fences and comments are left out."""
+        inside = False
+        # A link may go on in the next line.
+        text = re.sub(r"\[([^\]]+)\]\([^)\s]+\.md[^)\s]*\)", r"\1", self.markdown)
+        for line in text.rstrip("\n").split("\n"):
+            if line.startswith("```"):
+                inside = not inside
+            elif inside:
+                yield "code", f"    {line}".rstrip()
+            elif line.startswith("#"):
+                yield "heading", line.lstrip("# ")
+            elif not line.startswith("<!--"):
+                yield "text", line
+
+    def laid_out(self, *, color: bool = False) -> str:
+        """Return the page without its marks: code is indented, links are their words; headings are bold in colour."""
+        text = "\n".join(
+            f"\x1b[1m{line}\x1b[0m" if color and kind == "heading" else line for kind, line in self.lines()
+        )
+        return re.sub(r"\n{3,}", "\n\n", text) + "\n"
+
+
+def read_page(code: str) -> Page | None:
+    """Return the page of a code, None if it or all pages are missing."""
+    folder = explanations_folder()
+    path = folder / f"{code}.md" if folder is not None else None
+    if path is None or not path.is_file():
+        return None
+    return Page(code, path.read_text(encoding="utf-8"))

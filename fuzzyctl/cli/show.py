@@ -1,4 +1,4 @@
-"""`fuzzyctl show`: what a rule file says, on one page."""
+"""`fuzzyctl show`: a rule file on one page."""
 
 from __future__ import annotations
 
@@ -8,16 +8,9 @@ from typing import Any
 
 import click
 
-from fuzzyctl.cli.common import (
-    ALGORITHM,
-    DONE,
-    FORMAT,
-    QUIET,
-    answers_with_diagnostics,
-    use_color,
-)
+from fuzzyctl.cli.common import ALGORITHM, DONE, FORMAT, QUIET, answers_with_diagnostics
 from fuzzyctl.cli.loading import Choice, chooses, open_block, open_blocks
-from fuzzyctl.cli.streams import say, write_json
+from fuzzyctl.cli.streams import say, use_color, write_json
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.support.shipped import first_sentence, shipped_groups
 
@@ -64,7 +57,7 @@ def show_system(
     pages = [summary(system) for system in systems]
     others: list[dict[str, Any]] = []
     if len(opened.blocks) > len(systems):
-        from fuzzyctl.display.block_summary import block_summary
+        from fuzzyctl.display.summary import block_summary
         from fuzzyctl.model.controller import EquationBlock
 
         others = [block_summary(block) for block in opened.of(EquationBlock)]
@@ -92,7 +85,7 @@ def _list_shipped(form: str) -> None:
 
 
 def _show_plan(systems: Sequence[FuzzySystem], algorithm: str, form: str) -> int:
-    from fuzzyctl.cli.planned import plan_text, planned
+    from fuzzyctl.display.plan_summary import plan_text, planned
 
     plans = [planned(system, algorithm) for system in systems]
     if form == "json":

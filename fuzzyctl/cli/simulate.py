@@ -2,21 +2,20 @@
 
 from __future__ import annotations
 
+import math
 import sys
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack
-from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 import click
 
-from fuzzyctl.cli import common
 from fuzzyctl.cli.common import BLOCK, DONE, FAILED, FORMAT, QUIET, SVG_TEXT, answers_with_diagnostics, report, show
-from fuzzyctl.cli.loops import chosen_loops, settings_of
-from fuzzyctl.cli.progress import progress
-from fuzzyctl.cli.streams import say, write_json
+from fuzzyctl.cli.loading import chosen_loops, settings_of
+from fuzzyctl.cli.progress import status_line
+from fuzzyctl.cli.streams import say, table_lines, terminal_width, write_json
 from fuzzyctl.experiments.result_files import results
 
 if TYPE_CHECKING:
@@ -29,14 +28,6 @@ if TYPE_CHECKING:
 #: Formats of data, as `simulation.run.FORMATS`, which imports numpy; and of pictures.
 DATA: Final = ("csv", "npz", "parquet")
 PICTURES: Final = ("png", "svg", "pdf")
-
-
-@dataclass(frozen=True)
-class Labelled:
-    """A run and what it is called."""
-
-    label: str
-    run: Run
 
 
 @click.command()
@@ -93,34 +84,34 @@ def simulate(
 
     require_format(data)
     loops = [pair for one in (file, *against) for pair in chosen_loops(one, name if one == file else None)]
-    changed = settings_of(settings, [own for _, own in loops])
+    changed = settings_of(settings, [loop for _, loop in loops])
     labels = _labels(loops)
     folders = _folders(labels)
     with ExitStack() as stack:
         # The folder is made, and known to be writable, before anything runs.
         files = None if out is None else stack.enter_context(results(Path(out), _names(folders.values())))
-        runs = [Labelled(label, _run(own, solver, substeps)) for label, own in zip(labels, changed, strict=True)]
-        found = _diagnostics(runs)
-        for (_, own), new in zip(loops, changed, strict=True):  # those of the file were shown when it was read
-            known = {d.span for d in measures_without_samples(own)}
-            found += [d for d in measures_without_samples(new) if d.span not in known]
+        runs = {label: _run(loop, solver, substeps) for label, loop in zip(labels, changed, strict=True)}
+        mistakes = _diagnostics(runs.values())
+        for (_, loop), new in zip(loops, changed, strict=True):  # those of the file were shown when it was read
+            spans = {d.span for d in measures_without_samples(loop)}
+            mistakes += [d for d in measures_without_samples(new) if d.span not in spans]
         if form == "json":
-            write_json({"runs": [_summary(r) for r in runs], "diagnostics": [d.as_dict() for d in found]})
+            write_json(
+                {"runs": [_summary(*pair) for pair in runs.items()], "diagnostics": [d.as_dict() for d in mistakes]}
+            )
         else:
-            from fuzzyctl.cli.run_tables import text_of
-
-            report(text_of([r.run for r in runs], labels, common.terminal_width(sys.stdout)))
-            show(found)
+            report(text_of(runs, terminal_width(sys.stdout)))
+            show(mistakes)
         if files is not None:
             written = _write(files, runs, folders, data, picture, svg_text)
             if form == "text":
                 say("\n".join(f"wrote {path}" for path in written))
-    return DONE if all(r.run.passed for r in runs) else FAILED
+    return DONE if all(run.passed for run in runs.values()) else FAILED
 
 
 def _labels(loops: Sequence[tuple[str, Loop]]) -> list[str]:
-    """Return what the loops are called: their names, with the files where names are the same."""
-    names = [own.name for _, own in loops]
+    """Return labels of the loops: their names, with the files if names are the same."""
+    names = [loop.name for _, loop in loops]
     labels = [
         name if names.count(name) == 1 else f"{Path(file).stem}.{name}"
         for (file, _), name in zip(loops, names, strict=True)
@@ -131,69 +122,148 @@ def _labels(loops: Sequence[tuple[str, Loop]]) -> list[str]:
 def _run(loop: Loop, solver: Solver, substeps: int) -> Run:
     from fuzzyctl.simulation.simulate import simulate as simulated
 
-    with progress() as shown:
+    with status_line() as status:
 
         def advanced(done: int, samples: int) -> None:
-            if shown is not None:
-                shown(f"{loop.name}: {done:,} of {samples:,} samples")
+            if status is not None:
+                status(f"{loop.name}: {done:,} of {samples:,} samples")
 
         return simulated(loop, solver=solver, substeps=substeps, progress=advanced)
 
 
-def _diagnostics(runs: Sequence[Labelled]) -> list[Diagnostic]:
+def _diagnostics(runs: Collection[Run]) -> list[Diagnostic]:
     from fuzzyctl.simulation.simulate import warnings
 
-    stopped = [r.run.stopped for r in runs if r.run.stopped is not None]
-    return [*stopped, *(d for r in runs for d in warnings(r.run))]
+    stopped = [run.stopped for run in runs if run.stopped is not None]
+    return [*stopped, *(d for run in runs for d in warnings(run))]
 
 
-def _summary(labelled: Labelled) -> dict[str, Any]:
-    return {"label": labelled.label, **labelled.run.summary()}
+def _summary(label: str, run: Run) -> dict[str, Any]:
+    return {"label": label, **run.summary()}
 
 
 def _folders(labels: Sequence[str]) -> dict[str, str]:
-    """Return what stands before the names of the files of each run: nothing for one, folders for several."""
-    from fuzzyctl.plot.names import file_part
+    """Return the prefixes of the files of each run: empty for one, folders for several."""
+    from fuzzyctl.plot.choices import file_part
 
     if len(labels) == 1:
         return {labels[0]: ""}
-    taken: list[str] = []
+    names: list[str] = []
     for label in labels:
-        taken.append(file_part(label, taken))
-    return {label: f"{part}/" for label, part in zip(labels, taken, strict=True)}
+        names.append(file_part(label, names))
+    return {label: f"{part}/" for label, part in zip(labels, names, strict=True)}
 
 
 def _names(folders: Iterable[str]) -> list[str]:
     """Return the names of all files that runs may leave."""
-    own = ("summary.json", *(f"data.{form}" for form in DATA))
-    return [f"{folder}{name}" for folder in folders for name in own] + [f"loop.{form}" for form in PICTURES]
+    files = ("summary.json", *(f"data.{form}" for form in DATA))
+    return [f"{folder}{name}" for folder in folders for name in files] + [f"loop.{form}" for form in PICTURES]
 
 
 def _write(
     files: Results,
-    runs: Sequence[Labelled],
+    runs: Mapping[str, Run],
     folders: Mapping[str, str],
     data: str,
     picture: str,
     svg_text: bool,
 ) -> list[Path]:
-    """Write what is known of runs, and one picture of all of them, and return the files."""
+    """Write data and summaries of runs, and one picture of all, and return the files."""
     from fuzzyctl.experiments.result_files import write_summary
     from fuzzyctl.plot.style import saved
     from fuzzyctl.plot.time_series import draw_runs
     from fuzzyctl.simulation.run import save
 
     written = []
-    for labelled in runs:
-        own = f"{folders[labelled.label]}data.{data}"
-        files.write(own, partial(save, labelled.run, form=data))
-        write_summary(files, _summary(labelled), folders[labelled.label])
-        written += [own, f"{folders[labelled.label]}summary.json"]
+    for label, run in runs.items():
+        data_file = f"{folders[label]}data.{data}"
+        files.write(data_file, partial(save, run, form=data))
+        write_summary(files, _summary(label, run), folders[label])
+        written += [data_file, f"{folders[label]}summary.json"]
 
     def draw(path: Path) -> None:
         with saved(path, svg_text=svg_text) as figure:
-            draw_runs(figure, [r.run for r in runs], [r.label for r in runs])
+            draw_runs(figure, list(runs.values()), list(runs))
 
     files.write(f"loop.{picture}", draw)
     files.publish()
     return [files.folder / name for name in (*written, f"loop.{picture}")]
+
+
+def text_of(runs: Mapping[str, Run], width: int | None = None) -> str:
+    """Return runs as text.
+
+    Args:
+        runs: The runs by label.
+        width: Columns of the terminal, None for a pipe; a wider table is printed in several parts.
+    """
+    lines = [line for label, run in runs.items() for line in _head(run, label)]
+    table = [*_measures(runs, width), *_single_measures(runs)]
+    claims = [line for label, run in runs.items() for line in _requirements(run, label, len(runs))]
+    return "\n".join([*lines, *([""] if table else []), *table, *([""] if claims else []), *claims])
+
+
+def _head(run: Run, label: str) -> Iterator[str]:
+    yield f"{label}: {run.loop.title}" if run.loop.title else label
+    end = f"{run.t[-1]:.6g} s" if len(run) else "0 s"
+    how = (
+        f"{run.solver} with {run.substeps} {'step' if run.substeps == 1 else 'steps'} a sample"
+        if run.substeps
+        else run.solver
+    )
+    yield f"  {end} in {len(run):,} {'sample' if len(run) == 1 else 'samples'}, {how}"
+    if run.error:
+        name, error = max(run.error.items(), key=lambda item: item[1])
+        finer = "half the step changes" if run.substeps else "a tenth of the tolerances changes"
+        yield f"  {finer} {name} by {error:.2g}{', the other states by no more' if len(run.error) > 1 else ''}"
+    if run.stopped is not None and run.loop.measures:
+        yield "  stopped: the measures are of the samples up to there"
+
+
+def _measures(runs: Mapping[str, Run], width: int | None) -> list[str]:
+    """Return a table: a row for each measure of any run, a column for each run."""
+    measures = {m.name: m for run in runs.values() for m in run.loop.measures}
+    if not measures:
+        return []
+    columns = [[_title(m.name, m.label) for m in measures.values()]]
+    columns += [[_value(run, m.name, m.unit) for m in measures.values()] for run in runs.values()]
+    if len(runs) > 1:
+        columns = [[head, *column] for head, column in zip(("measure", *runs), columns, strict=True)]
+    first, *others = columns
+    parts: list[list[list[str]]] = []
+    used = 0
+    for column in others:
+        used += max(map(len, column)) + 2
+        if not parts or (width is not None and used > width):
+            parts.append([first])
+            used = max(map(len, first)) + max(map(len, column)) + 2
+        parts[-1].append(column)
+    tables = [table_lines(zip(*part, strict=True)) for part in parts]
+    return [line for table in tables for line in ("", *table)][1:]
+
+
+def _single_measures(runs: Mapping[str, Run]) -> Iterator[str]:
+    """Name the measures that only one of several runs has."""
+    for label, run in runs.items():
+        others = {m.name for other in runs.values() if other is not run for m in other.loop.measures}
+        names = [m.name for m in run.loop.measures if m.name not in others]
+        if names and len(runs) > 1:
+            yield f"only {label} measures: {', '.join(names)}"
+
+
+def _title(name: str, label: str) -> str:
+    return f"{name}  {label}" if label else name
+
+
+def _value(run: Run, name: str, unit: str) -> str:
+    if name not in run.measures:
+        return ""
+    value = run.measures[name]
+    return "none" if math.isnan(value) else f"{value:.5g} {unit}".rstrip()
+
+
+def _requirements(run: Run, label: str, count: int) -> Iterator[str]:
+    for r in run.requirements:
+        facts = f"  ({', '.join(r.facts)})" if r.facts else ""
+        verdict = "met" if r.holds else "not met"
+        yield f"{f'{label}: ' if count > 1 else ''}require {r.text}: {verdict}{facts}"

@@ -1,4 +1,4 @@
-"""`fuzzyctl why`: which rules act at a point, what each contributes, and how the output would change."""
+"""`fuzzyctl why`: the rules that act at a point, their contributions, and the slopes of the outputs."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ def why(
 
     Of a controller it prints the values of its definitions and states, and takes apart each system that it calls.
     """
-    from fuzzyctl.display.traces import text
+    from fuzzyctl.display.traces import trace_text
     from fuzzyctl.explain.block_trace import BlockTrace, trace_block
     from fuzzyctl.explain.trace import Trace, trace
     from fuzzyctl.kernels.compile import compile
@@ -68,34 +68,34 @@ def why(
     block = load_evaluable(file, choice)
     if out is not None and block.kind != "system":
         raise click.UsageError("-o draws the rules of a system; name one with --block")
-    given = point_of(block, values, "why")
+    point = point_of(block, values, "why")
     before = state_of(compile(block, "python"), state) if state else None
     if block.kind == "system":
-        found: Trace | BlockTrace = trace(block, given, None if before is None else list(before.values()))
+        explained: Trace | BlockTrace = trace(block, point, None if before is None else list(before.values()))
     else:
-        found = trace_block(block, given, before)
-    warnings = outside_range(block, given)
+        explained = trace_block(block, point, before)
+    warnings = outside_range(block, point)
     if form == "json":
         data = {
             **block.identity,
-            **plain(found.as_dict()),
+            **plain(explained.as_dict()),
         }
         data["diagnostics"] = [w.as_dict() for w in warnings]
         write_json(data)
     else:
         show(warnings)
-        report(text(found, most))
+        report(trace_text(explained, most))
     if out is not None:
-        assert isinstance(found, Trace)
-        _draw(block, found, out, svg_text, most)
+        assert isinstance(explained, Trace)
+        _draw(block, explained, out, svg_text, most)
         say(f"wrote {out}", err=form == "json")
     return DONE
 
 
-def _draw(system: FuzzySystem, found: Trace, out: str, svg_text: bool, most: int) -> None:
+def _draw(system: FuzzySystem, explained: Trace, out: str, svg_text: bool, most: int) -> None:
     from fuzzyctl.cli.plot import picture_file
     from fuzzyctl.plot.rule_viewer import draw_rules
     from fuzzyctl.plot.style import saved
 
     with saved(picture_file(out, out), svg_text=svg_text) as figure:
-        draw_rules(figure, system, found, most)
+        draw_rules(figure, system, explained, most)

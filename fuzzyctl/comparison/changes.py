@@ -6,16 +6,15 @@ import itertools
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, TypeVar
 
-from fuzzyctl.comparison.names import Matches, matches
-from fuzzyctl.comparison.rule_pairs import RulePair, rule_pairs
-from fuzzyctl.comparison.rules import flat_rules, with_blocks
+from fuzzyctl.comparison.rules import Matches, RulePair, flat_rules, matches, rule_pairs, with_blocks
 from fuzzyctl.comparison.settings import defuzzifier_settings, otherwise_text, plain_text, settings
 from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.expr import ExprError, to_text
 from fuzzyctl.formats.fz import block_text, defuzzifier_text, let_lines, membership_text
 from fuzzyctl.formats.fz_strings import guarantee_text
+from fuzzyctl.lang import syntax as sx
 from fuzzyctl.model.guarantee import Hedge
 from fuzzyctl.model.method import KNOBS, Method
 from fuzzyctl.model.node import Node
@@ -24,12 +23,15 @@ from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Input, Let, LinguisticVariable, Output, Term
 from fuzzyctl.support import arguments
 
+if TYPE_CHECKING:
+    from fuzzyctl.model.controller import EquationBlock
+
 #: Positions of one rule in two systems.
 Places = tuple[int, int]
 
 
 def order_changed(a: FuzzySystem, b: FuzzySystem, pairs: Sequence[RulePair]) -> bool:
-    """Return whether rules stand in another order where that changes what they do.
+    """Return whether rules are in another order and that changes a result.
 
     Adaptive outputs have one state a rule, in the order written. Activation methods that choose rules go through those
     of their block. Where an antecedent reads how far the rules before it have activated an output, it matters which of
@@ -47,12 +49,12 @@ def _inverted(places: Sequence[Places]) -> bool:
 
 def _by_block(a: FuzzySystem, b: FuzzySystem, places: Sequence[Places]) -> list[list[Places]]:
     """Return the places of rules that are chosen by their order, for each block of the first system."""
-    found: dict[int, list[Places]] = {}
+    by_block: dict[int, list[Places]] = {}
     for i, j in places:
         methods = a.rule_methods[i], b.rule_methods[j]
         if any(m.activation.compares and m.activation.kind != "proportional" for m in methods):
-            found.setdefault(methods[0].block, []).append((i, j))
-    return list(found.values())
+            by_block.setdefault(methods[0].block, []).append((i, j))
+    return list(by_block.values())
 
 
 def _reads_others(a: FuzzySystem, b: FuzzySystem, places: Sequence[Places]) -> bool:
@@ -70,6 +72,8 @@ def _reads_others(a: FuzzySystem, b: FuzzySystem, places: Sequence[Places]) -> b
     return False
 
 
+_Key = TypeVar("_Key")
+_Value = TypeVar("_Value")
 Kind = Literal["added", "removed", "changed", "renamed", "rewritten"]
 
 
@@ -97,26 +101,26 @@ class Change:
 
 
 def changes(a: FuzzySystem, b: FuzzySystem) -> tuple[Change, ...]:
-    """Return what differs between two systems, in the order of a rule file; nothing for systems that mean the same.
+    """Return the changes between two systems, in the order of a rule file; none for systems that mean the same.
 
     Spaces, comments and layout do not count. A variable or term whose name alone changed is `renamed`, and rules that
-    name it are the same rules. Rules are matched by their antecedents, those of one antecedent by what they say,
+    name it are the same rules. Rules are matched by their antecedents, those of one antecedent by their consequents,
     whether they stand in a table or alone; where no activation method compares rules with each other, neither their
     order counts nor whether one rule says two things or two rules one each.
 
     Raises:
-        ArgumentError: For what is no system.
+        ArgumentError: For anything but a FuzzySystem.
     """
     for system in (a, b):
         arguments.instance("what is compared", FuzzySystem, "a FuzzySystem", system)
-    found = with_blocks(a, b, matches(a, b))
+    pairs = with_blocks(a, b, matches(a, b))
     return (
         *_named(a, b),
         *_settings(a, b),
         *_params(a, b),
-        *_variables(a, b, found),
-        *_blocks(a, b, found),
-        *_rules(a, b, found),
+        *_variables(a, b, pairs),
+        *_blocks(a, b, pairs),
+        *_rules(a, b, pairs),
         *_guarantees(a, b),
     )
 
@@ -134,9 +138,21 @@ def _line_of(method: Method, setting: str) -> int | None:
 
 
 def _change(what: str, name: str, before: str | None, after: str | None, *nodes: Node | None) -> Change:
-    kind: Kind = "added" if before is None else "removed" if after is None else "changed"
     first, second = nodes if nodes else (None, None)
-    return Change(kind, what, name, before, after, _line(first), _line(second))
+    return Change(_kind(before, after), what, name, before, after, _line(first), _line(second))
+
+
+def _kind(before: object, after: object) -> Kind:
+    return "added" if before is None else "removed" if after is None else "changed"
+
+
+def _differing(
+    first: Mapping[_Key, _Value], second: Mapping[_Key, _Value]
+) -> Iterator[tuple[_Key, _Value | None, _Value | None]]:
+    """Yield the keys of different values with both values, None for a value that is missing."""
+    for key in dict.fromkeys([*first, *second]):
+        if first.get(key) != second.get(key):
+            yield key, first.get(key), second.get(key)
 
 
 def _named(a: FuzzySystem, b: FuzzySystem) -> Iterator[Change]:
@@ -148,11 +164,9 @@ def _named(a: FuzzySystem, b: FuzzySystem) -> Iterator[Change]:
 
 
 def _settings(a: FuzzySystem, b: FuzzySystem) -> Iterator[Change]:
-    before, after = settings(a.method), settings(b.method)
-    for name in before:
-        if before[name] != after[name]:
-            lines = (_line_of(s.method, name) for s in (a, b))
-            yield Change("changed", "setting", name, before[name], after[name], *lines)
+    for name, before, after in _differing(settings(a.method), settings(b.method)):
+        lines = (_line_of(s.method, name) for s in (a, b))
+        yield Change("changed", "setting", name, before, after, *lines)
 
 
 def _params(a: FuzzySystem, b: FuzzySystem) -> Iterator[Change]:
@@ -168,17 +182,10 @@ def _params(a: FuzzySystem, b: FuzzySystem) -> Iterator[Change]:
             yield Change(kind, "param", name, first[0], second[0], _line(first[2]), _line(second[2]))
         elif first[1] != second[1]:
             yield _change("unit", name, first[1] or None, second[1] or None, first[2], second[2])
-    hedges = [{h.name: h for h in s.hedges} for s in (a, b)]
-    for name in _union(*hedges):
-        before, after = (own.get(name) for own in hedges)
-        if before != after:
-            yield _change("hedge", name, _hedge(before), _hedge(after), before, after)
-
-    lets = [{v.name: v for v in s.lets} for s in (a, b)]
-    for name in _union(*lets):
-        old, new = (own.get(name) for own in lets)
-        if old != new:
-            yield _change("let", name, _let(old), _let(new), old, new)
+    for name, before, after in _differing(*({h.name: h for h in s.hedges} for s in (a, b))):
+        yield _change("hedge", name, _hedge(before), _hedge(after), before, after)
+    for name, old, new in _differing(*({v.name: v for v in s.lets} for s in (a, b))):
+        yield _change("let", name, _let(old), _let(new), old, new)
 
 
 def _let(v: Let | None) -> str | None:
@@ -189,21 +196,21 @@ def _hedge(h: Hedge | None) -> str | None:
     return f"{h.name}({h.parameter}) = {to_text(h.expression)}" if h is not None else None
 
 
-def _variables(a: FuzzySystem, b: FuzzySystem, found: Matches) -> Iterator[Change]:
-    for what, own, other in (("input", a.inputs, b.inputs), ("output", a.outputs, b.outputs)):
-        second = {found.variable(v.name): v for v in other}
-        for v in own:
+def _variables(a: FuzzySystem, b: FuzzySystem, pairs: Matches) -> Iterator[Change]:
+    for what, one, other in (("input", a.inputs, b.inputs), ("output", a.outputs, b.outputs)):
+        second = {pairs.variable(v.name): v for v in other}
+        for v in one:
             if v.name not in second:
                 yield _change(what, v.name, _head(v), None, v, None)
             else:
-                yield from _variable(a, b, what, v, second[v.name], found)
-        names = {v.name for v in own}
+                yield from _variable(a, b, what, v, second[v.name], pairs)
+        names = {v.name for v in one}
         for w in other:
-            if found.variable(w.name) not in names:
+            if pairs.variable(w.name) not in names:
                 yield _change(what, w.name, None, _head(w), None, w)
-        order = [found.variable(v.name) for v in other if found.variable(v.name) in names]
-        if order != (kept := [v.name for v in own if v.name in second]):
-            yield Change("changed", f"order of {what}s", "", ", ".join(kept), ", ".join(order))
+        order = [pairs.variable(v.name) for v in other if pairs.variable(v.name) in names]
+        if order != (common := [v.name for v in one if v.name in second]):
+            yield Change("changed", f"order of {what}s", "", ", ".join(common), ", ".join(order))
 
 
 def _head(v: LinguisticVariable) -> str:
@@ -211,7 +218,7 @@ def _head(v: LinguisticVariable) -> str:
 
 
 def _variable(
-    a: FuzzySystem, b: FuzzySystem, what: str, v: LinguisticVariable, w: LinguisticVariable, found: Matches
+    a: FuzzySystem, b: FuzzySystem, what: str, v: LinguisticVariable, w: LinguisticVariable, pairs: Matches
 ) -> Iterator[Change]:
     if v.name != w.name:
         yield Change("renamed", what, v.name, v.name, w.name, _line(v), _line(w))
@@ -220,15 +227,13 @@ def _variable(
         same = (a.number(v.lower), a.number(v.upper)) == (b.number(w.lower), b.number(w.upper))
         kind: Kind = "rewritten" if same else "changed"
         yield Change(kind, "range", v.name, before, after, _line(v), _line(w))
-    first, second = _features(v), _features(w)
-    for feature in _union(first, second):
-        if first.get(feature) != second.get(feature):
-            yield _change(feature, v.name, first.get(feature), second.get(feature), v, w)
-    yield from _terms(a, b, v, w, found)
+    for feature, old, new in _differing(_features(v), _features(w)):
+        yield _change(feature, v.name, old, new, v, w)
+    yield from _terms(a, b, v, w, pairs)
 
 
 def _features(v: LinguisticVariable) -> dict[str, str]:
-    """Return what a variable says besides its range and terms, as texts."""
+    """Return the settings of a variable besides its range and terms, as texts."""
     features: dict[str, str | None] = {"label": v.label, "unit": v.unit}
     match v:
         case Input():
@@ -248,9 +253,9 @@ def _features(v: LinguisticVariable) -> dict[str, str]:
 
 
 def _terms(
-    a: FuzzySystem, b: FuzzySystem, v: LinguisticVariable, w: LinguisticVariable, found: Matches
+    a: FuzzySystem, b: FuzzySystem, v: LinguisticVariable, w: LinguisticVariable, pairs: Matches
 ) -> Iterator[Change]:
-    second = {found.term(w.name, t.name): t for t in w.terms}
+    second = {pairs.term(w.name, t.name): t for t in w.terms}
     for t in v.terms:
         u = second.get(t.name)
         if u is None:
@@ -264,7 +269,7 @@ def _terms(
             yield Change(kind, "term", f"{t.name} of {v.name}", *texts, _line(t), _line(u))
     names = {t.name for t in v.terms}
     for u in w.terms:
-        if found.term(w.name, u.name) not in names:
+        if pairs.term(w.name, u.name) not in names:
             yield _change("term", f"{u.name} of {v.name}", None, membership_text(u.membership), None, u)
 
 
@@ -283,9 +288,9 @@ def _numbers(system: FuzzySystem, term: Term) -> tuple[Any, ...]:
         return (m.kind, m.arguments, m.height)
 
 
-def _blocks(a: FuzzySystem, b: FuzzySystem, found: Matches) -> Iterator[Change]:
+def _blocks(a: FuzzySystem, b: FuzzySystem, pairs: Matches) -> Iterator[Change]:
     first = {block.name: block for block in a.rule_blocks}
-    second = {found.block(block.name): block for block in b.rule_blocks}
+    second = {pairs.block(block.name): block for block in b.rule_blocks}
     for name in _union(list(first), list(second)):
         before, after = first.get(name), second.get(name)
         if before and after and before.name != after.name:
@@ -296,10 +301,10 @@ def _blocks(a: FuzzySystem, b: FuzzySystem, found: Matches) -> Iterator[Change]:
             yield _change("rule block", name, one, other, before, after)
 
 
-def _rules(a: FuzzySystem, b: FuzzySystem, found: Matches) -> Iterator[Change]:
+def _rules(a: FuzzySystem, b: FuzzySystem, matched: Matches) -> Iterator[Change]:
     wholes = any(m.activation.compares for s in (a, b) for m in s.rule_methods)
     carried = all(s.method.semantics.consequent_hedges == "carried" for s in (a, b))
-    rules = flat_rules(a, carried=carried), flat_rules(b, found, carried=carried)
+    rules = flat_rules(a, carried=carried), flat_rules(b, matched, carried=carried)
     pairs = list(rule_pairs(*rules, wholes=wholes))
     for pair in pairs:
         yield from _rule(pair)
@@ -332,3 +337,67 @@ def _guarantees(a: FuzzySystem, b: FuzzySystem) -> Iterator[Change]:
 
 def _union(a: Mapping[str, Any] | Sequence[str], b: Mapping[str, Any] | Sequence[str]) -> list[str]:
     return list(dict.fromkeys([*a, *b]))
+
+
+#: The lines of a file about each code: the text for the code alone, and the line.
+Policy = dict[str, tuple[str | None, int | None]]
+
+
+def policy_changes(first: Sequence[sx.Allow], second: Sequence[sx.Allow]) -> tuple[Change, ...]:
+    """Return the changes of the codes that two rule files allow and deny, and of the reasons; one change a code.
+
+    Where codes share a line, and in which order the lines stand, does not count. A code that is both allowed and denied
+    is denied. Files of other tools have no such lines.
+    """
+    return tuple(_policy_changes(_policy(first), _policy(second)))
+
+
+def _policy_changes(first: Policy, second: Policy) -> Iterator[Change]:
+    for code in dict.fromkeys([*first, *second]):
+        (before, line), (after, other_line) = first.get(code, (None, None)), second.get(code, (None, None))
+        if before != after:
+            yield Change(_kind(before, after), "diagnostic", code, before, after, line, other_line)
+
+
+def _policy(lines: Sequence[sx.Allow]) -> Policy:
+    policy: Policy = {}
+    for line in lines:
+        for code in (c.text for c in line.codes):
+            word = line.keyword.text
+            if code not in policy or word == "deny":
+                policy[code] = f'{word} {code} "{line.reason}"' if line.reason else f"{word} {code}", line.span.line
+    return policy
+
+
+def block_changes(
+    first: Sequence[EquationBlock], second: Sequence[EquationBlock]
+) -> list[tuple[str, tuple[Change, ...]]]:
+    """Return the changes of the blocks of the same kind and name, as `KIND NAME` with its changes.
+
+    The order of statements does not count.
+    """
+    blocks = ({f"{b.kind} {b.name}": b for b in side} for side in (first, second))
+    return [(name, tuple(_block_changes(name, one, other))) for name, one, other in _differing(*blocks)]
+
+
+def _block_changes(name: str, one: EquationBlock | None, other: EquationBlock | None) -> Iterator[Change]:
+    if one is None or other is None:
+        keyword, _, rest = name.partition(" ")
+        texts = (None, "in the second file only") if one is None else ("in the first file only", None)
+        yield Change(_kind(one, other), keyword, rest, *texts)
+        return
+    for key, old, new in _differing(_statements(one), _statements(other)):
+        yield Change(_kind(old, new), *key, old, new)
+
+
+def _statements(block: EquationBlock) -> dict[tuple[str, str], str]:
+    """Return the statements of a block by keyword and name; claims by their text."""
+    from fuzzyctl.formats.fz_blocks import sections
+
+    texts = {("title", ""): block.title, ("source", ""): block.citation}
+    for line in sections(block):
+        keyword, _, rest = line.partition(" ")
+        name = rest.partition(" ")[0].partition("(")[0] if keyword not in ("every", "run", "require") else ""
+        texts[keyword, rest if keyword == "require" else name] = line
+    texts.pop(("", ""), None)
+    return {key: text for key, text in texts.items() if text}

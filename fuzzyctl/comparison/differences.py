@@ -7,8 +7,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Final
 
-from fuzzyctl.comparison.points import common_points
 from fuzzyctl.diagnostics.diagnostic import ArgumentError
+from fuzzyctl.expr import ExprError
+from fuzzyctl.formulas import MEMBERSHIP
 from fuzzyctl.kernels.compile import compile as compile_system
 from fuzzyctl.kernels.kernel import Kernel
 from fuzzyctl.model.block import Block
@@ -16,10 +17,7 @@ from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.support import arguments
 
 if TYPE_CHECKING:
-    import numpy as np
-    import numpy.typing as npt
-
-    FloatArray = npt.NDArray[np.float64]
+    from fuzzyctl.annotations import FloatArray
 
 #: Points that are compared unless the caller says otherwise.
 POINTS: Final = 10_000
@@ -42,8 +40,8 @@ class Place:
 
     Args:
         point: The inputs of the first block by name.
-        first: What the first block says; NaN for nothing.
-        second: What the second says.
+        first: The value of the first block; NaN for no value.
+        second: The value of the second.
     """
 
     point: dict[str, float]
@@ -60,12 +58,12 @@ class Difference:
         largest: The largest difference found where both have a value; infinite where one of the values is, or where at
             each point only one has a value.
         point: Where it is: the inputs of the first block by name.
-        first: What the first block says there; NaN for nothing.
-        second: What the second says there.
+        first: The value of the first block there; NaN for no value.
+        second: The value of the second there.
         mean: The mean difference over all points where both have a value.
         points: How many points were compared.
         one_sided: At how many of them only one block has a value.
-        gap: The first of these; None where there is none.
+        gap: The first of these, or None.
     """
 
     output: str
@@ -138,12 +136,12 @@ def pairing(a: Block, b: Block) -> tuple[list[int], list[int]]:
     )
 
 
-def _positions(what: str, own: list[str], other: list[str]) -> list[int]:
-    if len(own) != len(other):
-        message = f"the blocks have different {what}s: {', '.join(own)} and {', '.join(other)}"
+def _positions(what: str, names: list[str], other: list[str]) -> list[int]:
+    if len(names) != len(other):
+        message = f"the blocks have different {what}s: {', '.join(names)} and {', '.join(other)}"
         raise ArgumentError(message)
-    unnamed = (k for k, name in enumerate(other) if name not in own)
-    return [other.index(name) if name in other else next(unnamed) for name in own]
+    unnamed = (k for k, name in enumerate(other) if name not in names)
+    return [other.index(name) if name in other else next(unnamed) for name in names]
 
 
 class _Pair:
@@ -165,12 +163,12 @@ class _Pair:
         self.progress = progress
         self.kernels, self.states = [_compiled(block) for block in (a, b)], states
         first, second = (k.state_names if k.form.moves else () for k in self.kernels)
-        kept = [(k, second.index(name)) for k, name in enumerate(first) if name in second]
-        self.results = [*(o.name for o in a.outputs), *(f"next {first[k]}" for k, _ in kept)]
+        common = [(k, second.index(name)) for k, name in enumerate(first) if name in second]
+        self.results = [*(o.name for o in a.outputs), *(f"next {first[k]}" for k, _ in common)]
         #: The columns of the results of each that are compared.
         self.chosen = [
-            [*range(len(outputs)), *(len(outputs) + k for k, _ in kept)],
-            [*outputs, *(len(outputs) + k for _, k in kept)],
+            [*range(len(outputs)), *(len(outputs) + k for k, _ in common)],
+            [*outputs, *(len(outputs) + k for _, k in common)],
         ]
 
     def point(self, at: FloatArray) -> dict[str, float]:
@@ -182,18 +180,18 @@ class _Pair:
 
         if self.progress is None or len(points) < MANY:
             return self._values(points)
-        found = []
+        columns = []
         for k, part in enumerate(np.array_split(points, PARTS)):
             self.progress(f"comparing at {len(points):,} points: {100 * k // PARTS} %")
-            found.append(self._values(part))
-        first, second = (np.concatenate(side) for side in zip(*found, strict=True))
+            columns.append(self._values(part))
+        first, second = (np.concatenate(side) for side in zip(*columns, strict=True))
         return first, second
 
     def _values(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
         ordered = (points, points[:, self.columns])
         first, second = (
-            _batch(kernel, own, state)[:, chosen]
-            for kernel, own, state, chosen in zip(self.kernels, ordered, self.states, self.chosen, strict=True)
+            _batch(kernel, inputs, state)[:, chosen]
+            for kernel, inputs, state, chosen in zip(self.kernels, ordered, self.states, self.chosen, strict=True)
         )
         return first, second
 
@@ -214,8 +212,8 @@ def _batch(kernel: Kernel, points: FloatArray, state: Sequence[float] | None = N
     """Return all outputs of a kernel at points, shape (n, outputs), of a controller with its next states."""
     import numpy as np
 
-    found = kernel.batch(np.ascontiguousarray(points), state)
-    parts = found if kernel.form.moves else (found,)
+    values = kernel.batch(np.ascontiguousarray(points), state)
+    parts = values if kernel.form.moves else (values,)
     return np.concatenate([np.asarray(part).reshape(len(points), -1) for part in parts], axis=1)
 
 
@@ -237,12 +235,12 @@ def apart(first: FloatArray, second: FloatArray) -> FloatArray:
 
 
 def _difference(
-    pair: _Pair, points: FloatArray, found: tuple[FloatArray, FloatArray], output: int, seed: int
+    pair: _Pair, points: FloatArray, values: tuple[FloatArray, FloatArray], output: int, seed: int
 ) -> Difference:
     """Return the difference of an output whose values in both systems were found at points."""
     import numpy as np
 
-    first, second = found
+    first, second = values
     lonely = np.isnan(first) != np.isnan(second)
     distance = apart(first, second)
     both = np.isfinite(distance)
@@ -288,19 +286,97 @@ def _refined(
         near[0] = at
         first, second = (values[:, output] for values in pair.values(near))
         best = _worst(first, second)
-        at, found = near[best], (float(first[best]), float(second[best]))
+        at, best_values = near[best], (float(first[best]), float(second[best]))
         size = size / 2.0
-    return at, *found
+    return at, *best_values
 
 
 def at_points(system: FuzzySystem, points: FloatArray, output: int) -> FloatArray:
-    """Return what one output of a system is at points of shape (n, inputs); NaN for nothing."""
+    """Return the values of an output at points of shape (n, inputs); NaN for no value."""
     return _batch(compile_system(quiet(system), backend="numpy"), points)[:, output]
 
 
 def at_point(system: FuzzySystem, point: Sequence[float], output: int) -> float:
-    """Return what one output of a system is at a point; NaN for nothing."""
+    """Return the value of an output at a point; NaN for no value."""
     kernel = compile_system(quiet(system), backend="python")
     state = (kernel.plan.initial_state,) if kernel.n_states else ()
     result = kernel(*point, *state)
     return result if len(system.outputs) == 1 else result[output]
+
+
+#: Share of the points that are corners of terms and an even grid; the others are random.
+EVEN: Final = 0.5
+
+
+def common_points(a: Block, b: Block, order: Sequence[int], count: int, seed: int) -> FloatArray:
+    """Return points of the joint input range of two blocks.
+
+    Args:
+        a: The first block, in whose order of inputs the points are.
+        b: The second block.
+        order: For each input of the first the position of the same input in the second.
+        count: How many, about.
+        seed: For those at random.
+
+    Returns:
+        Shape (n, inputs), n at most `count`; the corners of all terms are among them where there is room.
+
+    Raises:
+        ArgumentError: For an input without a finite range.
+    """
+    import numpy as np
+
+    if not a.inputs:
+        return np.empty((1, 0))
+    ranges = [_range(a, b, v, b.inputs[order[i]]) for i, v in enumerate(a.inputs)]
+    low, high = np.array(ranges).T
+    axes = [
+        _axis(low[i], high[i], [*_corners(a, v), *_corners(b, b.inputs[order[i]])], _share(count, len(ranges)))
+        for i, v in enumerate(a.inputs)
+    ]
+    rng = np.random.default_rng(seed)
+    if math.prod(map(len, axes)) <= count:
+        grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, len(axes))
+    else:  # even two values of each input are too many points
+        grid = np.stack([rng.choice(axis, int(EVEN * count)) for axis in axes], axis=-1)
+    random = low + (high - low) * rng.random((max(count - len(grid), 0), len(axes)))
+    return np.concatenate([grid, random])
+
+
+def _share(count: int, inputs: int) -> int:
+    return max(2, int((EVEN * count) ** (1.0 / inputs)))
+
+
+def _axis(low: float, high: float, corners: Sequence[float], room: int) -> FloatArray:
+    """Return corners within the range and evenly spread values, as many as there is room for."""
+    import numpy as np
+
+    inside = np.unique([low, high, *(c for c in corners if low <= c <= high)])
+    if len(inside) >= room:
+        chosen: FloatArray = inside[np.linspace(0, len(inside) - 1, room).round().astype(int)]
+        return chosen
+    return np.unique(np.concatenate([inside, np.linspace(low, high, room - len(inside) + 2)]))
+
+
+def _range(a: Block, b: Block, v: Any, w: Any) -> tuple[float, float]:
+    (low, high), (lower, upper) = a.range_of(v), b.range_of(w)
+    low, high = min(low, lower), max(high, upper)
+    if not (math.isfinite(low) and math.isfinite(high)):
+        raise ArgumentError(f"input '{v.name}' has no finite range to compare over")
+    return low, high
+
+
+def _corners(system: Block, variable: Any) -> list[float]:
+    """Return where the formulas of an input's terms change, and their peaks."""
+    corners: list[float] = []
+    for term in variable.terms:
+        formula = MEMBERSHIP.get(term.membership.kind)
+        if formula is None:
+            continue
+        try:
+            numbers = tuple(system.number(x) for x in term.membership.arguments)
+        except ExprError:
+            continue  # a function of the variable has no corners that are known beforehand
+        corners += [x for x, _ in formula.vertices(numbers)]
+        corners += [*formula.core(numbers), *formula.pieces(numbers)]
+    return corners

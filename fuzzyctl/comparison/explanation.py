@@ -8,8 +8,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any, Final
 
-from fuzzyctl.comparison.differences import Difference, Place, Progress, at_point, at_points, pairing
-from fuzzyctl.comparison.points import common_points
+from fuzzyctl.comparison.differences import Difference, Place, Progress, at_point, at_points, common_points, pairing
 from fuzzyctl.comparison.settings import defuzzifier_settings, described, otherwise_text, settings
 from fuzzyctl.diagnostics.diagnostic import FuzzyctlError
 from fuzzyctl.expr import ExprError
@@ -23,10 +22,10 @@ Put = Callable[[FuzzySystem], FuzzySystem]
 #: Words of rule files whose fields are called otherwise.
 _FIELDS: Final = {"and": "conjunction", "or": "disjunction"}
 
-#: What a rule block may have of its own, as rule files call it.
+#: Settings that a rule block may have, by their words in rule files.
 _OF_BLOCKS: Final = {**_FIELDS, "implication": "implication", "activation": "activation"}
 
-#: Settings that outputs have none of their own of.
+#: Settings that outputs do not have.
 _OF_THE_SYSTEM: Final = ("and", "or", "activation", *KNOBS)
 
 
@@ -35,7 +34,7 @@ class Part:
     """A setting, or a group of things, that two systems have in different ways.
 
     Args:
-        name: What it is.
+        name: Its name in messages.
         before: How the first system has it.
         after: How the second one does.
         put: Returns a system that has it as the second one.
@@ -50,7 +49,7 @@ class Part:
 
 
 def parts(a: FuzzySystem, b: FuzzySystem, inputs: list[int], outputs: list[int]) -> Iterator[Part]:
-    """Yield what differs: settings one by one; variables, rules and params as wholes.
+    """Yield the parts that differ: settings one by one; variables, rules and params as wholes.
 
     Args:
         a: The first system.
@@ -94,10 +93,10 @@ def _differ_in_methods_only(a: FuzzySystem, b: FuzzySystem) -> bool:
     if any(m.activation.compares for m in b.rule_methods):
         return False  # there it counts which rules make a block
     usual = (b.method.conjunction, b.method.disjunction, None, b.method.activation)
-    found: dict[int, set[tuple[Any, ...]]] = {-1: {usual}}
-    for own, m in zip(a.rule_methods, b.rule_methods, strict=True):
-        found.setdefault(own.block, set()).add((m.conjunction, m.disjunction, m.implication, m.activation))
-    return all(len(methods) == 1 for methods in found.values())
+    by_block: dict[int, set[tuple[Any, ...]]] = {-1: {usual}}
+    for rule_method, m in zip(a.rule_methods, b.rule_methods, strict=True):
+        by_block.setdefault(rule_method.block, set()).add((m.conjunction, m.disjunction, m.implication, m.activation))
+    return all(len(methods) == 1 for methods in by_block.values())
 
 
 def _block_parts(a: FuzzySystem, b: FuzzySystem) -> Iterator[Part]:
@@ -107,10 +106,10 @@ def _block_parts(a: FuzzySystem, b: FuzzySystem) -> Iterator[Part]:
     method then if all have the same.
     """
     for k, block in enumerate(a.rule_blocks):
-        own = [r for r, m in enumerate(a.rule_methods) if m.block == k]
-        theirs = [b.rule_methods[r] for r in own] if a.rules == b.rules else b.rule_methods
+        rules = [r for r, m in enumerate(a.rule_methods) if m.block == k]
+        theirs = [b.rule_methods[r] for r in rules] if a.rules == b.rules else b.rule_methods
         for word, field in _OF_BLOCKS.items():
-            before, after = getattr(a.rule_methods[own[0]], field), {getattr(m, field) for m in theirs}
+            before, after = getattr(a.rule_methods[rules[0]], field), {getattr(m, field) for m in theirs}
             if len(after) == 1 and after != {before}:
                 (other,) = after
                 texts = _method_text(before), _method_text(other)
@@ -130,28 +129,28 @@ def _set_block(position: int, field: str, value: Any, system: FuzzySystem) -> Fu
 
 
 def _output_parts(a: FuzzySystem, b: FuzzySystem, i: int, j: int) -> Iterator[Part]:
-    """Yield what differs in an output, its own settings or those of the system that it heeds."""
-    own, other = a.outputs[i], b.outputs[j]
-    of = f" of {own.name}" if len(a.outputs) > 1 else ""
-    if _fuzzy(own) != _fuzzy(other):
-        yield Part(f"range and terms of {own.name}", "", "", partial(_set_variable, "outputs", i, other))
+    """Yield the settings that differ for an output: its own or those of the system."""
+    output, other = a.outputs[i], b.outputs[j]
+    of = f" of {output.name}" if len(a.outputs) > 1 else ""
+    if _fuzzy(output) != _fuzzy(other):
+        yield Part(f"range and terms of {output.name}", "", "", partial(_set_variable, "outputs", i, other))
     for field in ("implication", "aggregation"):
-        first = getattr(own, field) or getattr(a.method, field)
+        first = getattr(output, field) or getattr(a.method, field)
         second = getattr(other, field) or getattr(b.method, field)
         if first != second:
             yield Part(f"{field}{of}", first, second, partial(_set_at, "outputs", i, {field: second}))
-    if own.clamped != other.clamped:
+    if output.clamped != other.clamped:
         yield Part(
             f"clamp{of}",
-            str(own.clamped),
+            str(output.clamped),
             str(other.clamped),
             partial(_set_at, "outputs", i, {"clamped": other.clamped}),
         )
-    if own.otherwise != other.otherwise:
-        texts = otherwise_text(own.otherwise) or "nothing", otherwise_text(other.otherwise) or "nothing"
+    if output.otherwise != other.otherwise:
+        texts = otherwise_text(output.otherwise) or "nothing", otherwise_text(other.otherwise) or "nothing"
         yield Part(f"else{of}", *texts, partial(_set_at, "outputs", i, {"otherwise": other.otherwise}))
     yield from _defuzzifier_parts(
-        own.defuzzifier or a.method.defuzzifier, other.defuzzifier or b.method.defuzzifier, i, of
+        output.defuzzifier or a.method.defuzzifier, other.defuzzifier or b.method.defuzzifier, i, of
     )
 
 
@@ -168,16 +167,16 @@ def _defuzzifier_parts(first: Defuzzifier, second: Defuzzifier, position: int, o
 
 
 def _fuzzy(v: LinguisticVariable) -> tuple[Any, ...]:
-    """Return what counts of a variable for the numbers, names left out."""
+    """Return the parts of a variable that change numbers, without names."""
     return (v.lower, v.upper, tuple((t.name, t.membership) for t in v.terms), getattr(v, "extrapolate", None))
 
 
 def _set_setting(name: str, method: Method, system: FuzzySystem) -> FuzzySystem:
-    own, field = system.method, _FIELDS.get(name, name)
-    if hasattr(own, field):
-        changed = replace(own, **{field: getattr(method, field)})
+    current, field = system.method, _FIELDS.get(name, name)
+    if hasattr(current, field):
+        changed = replace(current, **{field: getattr(method, field)})
     else:
-        changed = replace(own, semantics=replace(own.semantics, **{name: getattr(method.semantics, name)}))
+        changed = replace(current, semantics=replace(current.semantics, **{name: getattr(method.semantics, name)}))
     return replace(system, method=changed)
 
 
@@ -186,8 +185,8 @@ def _set_field(field: str, value: Any, system: FuzzySystem) -> FuzzySystem:
 
 
 def _set_variable(field: str, position: int, other: LinguisticVariable, system: FuzzySystem) -> FuzzySystem:
-    own = getattr(system, field)[position]
-    names = (name for name in ("lower", "upper", "terms", "extrapolate") if hasattr(own, name))
+    variable = getattr(system, field)[position]
+    names = (name for name in ("lower", "upper", "terms", "extrapolate") if hasattr(variable, name))
     return _set_at(field, position, {name: getattr(other, name) for name in names}, system)
 
 
@@ -207,17 +206,17 @@ def _is_linear(system: FuzzySystem) -> bool:
 
 def _set_structure(b: FuzzySystem, inputs: list[int], order: list[int], system: FuzzySystem) -> FuzzySystem:
     """Keep the settings of a system, and take all else from another, in the order of the first."""
-    kept = ("implication", "aggregation", "defuzzifier", "otherwise", "clamped")
+    fields = ("implication", "aggregation", "defuzzifier", "otherwise", "clamped")
     outputs = tuple(
-        replace(b.outputs[j], **{name: getattr(own, name) for name in kept})
-        for own, j in zip(system.outputs, order, strict=True)
+        replace(b.outputs[j], **{name: getattr(output, name) for name in fields})
+        for output, j in zip(system.outputs, order, strict=True)
     )
     return replace(b, method=system.method, inputs=tuple(b.inputs[j] for j in inputs), outputs=outputs)
 
 
 def _set_in_defuzzifier(position: int, field: str, value: Any, system: FuzzySystem) -> FuzzySystem:
-    own = system.outputs[position].defuzzifier or system.method.defuzzifier
-    return _set_at("outputs", position, {"defuzzifier": replace(own, **{field: value})}, system)
+    defuzzifier = system.outputs[position].defuzzifier or system.method.defuzzifier
+    return _set_at("outputs", position, {"defuzzifier": replace(defuzzifier, **{field: value})}, system)
 
 
 if TYPE_CHECKING:
@@ -235,10 +234,10 @@ ROUNDING: Final = 1e-14
 #: Points that a mean difference is explained at.
 SAMPLE: Final = 256
 
-#: Part of a mean difference that may be left once the causes of the largest one are gone; more has causes of its own.
+#: Part of a mean difference that may be left once the causes of the largest one are gone; more has other causes.
 ELSEWHERE: Final = 0.1
 
-#: How far a system is from what it is to become; infinite where that cannot be said.
+#: Distance of a system from its target; infinite if unknown.
 Distance = Callable[[FuzzySystem], float]
 
 
@@ -262,10 +261,10 @@ class Cause:
 
 @dataclass(frozen=True)
 class Explanation:
-    """What explains a difference, the largest cause first.
+    """The causes of a difference, the largest first.
 
     Args:
-        largest: Causes of the largest difference; none where there is none.
+        largest: Causes of the largest difference; empty if there is no difference.
         mean: Those of the mean difference, where it is no more than partly explained by the causes of the largest.
         gap: Settings that each resolve a point where only one of both systems has a value.
         rounding: Whether the largest difference is no more than rounding, which has no cause.
@@ -326,17 +325,17 @@ def _scale(system: FuzzySystem, difference: Difference, output: int) -> float:
 
 def causes(a: FuzzySystem, b: FuzzySystem, difference: Difference) -> tuple[Cause, ...]:
     """Return the causes of the largest difference; where only one system has a value, of that."""
-    found = explanation(a, b, difference)
-    return found.largest or found.gap
+    explained = explanation(a, b, difference)
+    return explained.largest or explained.gap
 
 
 def _greedy(a: FuzzySystem, b: FuzzySystem, distance: Distance) -> tuple[tuple[Cause, ...], FuzzySystem]:
     """Put parts of the second system into the first, the best first, until the distance is gone or no part helps.
 
     Returns:
-        The parts with what each explains, and the first system with them.
+        The parts with their shares, and the first system with them.
     """
-    found: list[Cause] = []
+    chain: list[Cause] = []
     left, current, start = list(parts(a, b, *pairing(a, b))), a, distance(a)
     far = start
     while left and far > NOTHING * start:
@@ -346,14 +345,14 @@ def _greedy(a: FuzzySystem, b: FuzzySystem, distance: Distance) -> tuple[tuple[C
             (part.last, d, k) for k, (part, s, d) in enumerate(tried) if s is not None and d != far and math.isfinite(d)
         ]
         if not working:
-            break  # what is left takes several parts at once
+            break  # the rest takes several parts at once
         *_, best = min(working)
         part, system, new = tried[best]
         assert system is not None
-        found.append(Cause(part.name, part.before, part.after, (far - new) / start))
+        chain.append(Cause(part.name, part.before, part.after, (far - new) / start))
         left.remove(part)
         current, far = system, new
-    return tuple(found), current
+    return tuple(chain), current
 
 
 def _with(system: FuzzySystem, part: Part, distance: Distance) -> tuple[FuzzySystem | None, float]:

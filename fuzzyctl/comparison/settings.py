@@ -45,7 +45,7 @@ def defuzzifier_settings(defuzzifier: Defuzzifier) -> dict[str, str]:
 
 
 def otherwise_text(otherwise: Expr | str | Hold | None) -> str | None:
-    """Return what stands behind `else`."""
+    """Return the text after `else`."""
     if otherwise is None or isinstance(otherwise, str):
         return otherwise
     if not isinstance(otherwise, Hold):

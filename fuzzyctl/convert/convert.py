@@ -23,7 +23,7 @@ from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Hold
 from fuzzyctl.support import arguments
 
-#: What a system can be written as, besides the formats of other tools; Markdown and Python are not read back.
+#: Formats of a system, besides the formats of other tools; Markdown and Python are not read back.
 OWN: Final = {"fz": ".fz", "python": ".py", "markdown": ".md"}
 
 #: Part of an output's range by which rounding may change its numbers.
@@ -46,10 +46,10 @@ class Conversion:
     Args:
         target: The format, a key of `TARGETS`.
         text: The file.
-        losses: What the format cannot express; `Loss.exact` for what does not change a number.
+        losses: The parts that the format cannot express; `Loss.exact` if no number changes.
         read_back: The system that the text is read as; None for formats that are not read back.
-        differences: Between the original and what is read back, one for each output; empty for formats that are not.
-        explanations: What explains each of them.
+        differences: Between the original and the system read back, one for each output; empty for formats that are not.
+        explanations: The explanation of each.
         slight: Whether no output changes by more than `SLIGHT` of its range, within the ranges of the inputs.
     """
 
@@ -63,7 +63,7 @@ class Conversion:
 
     @property
     def lossy(self) -> tuple[Loss, ...]:
-        """What changes the numbers."""
+        """The losses that change numbers."""
         return tuple(loss for loss in self.losses if not loss.exact)
 
 
@@ -79,7 +79,7 @@ def convert(system: FuzzySystem, target: str, *, points: int = POINTS, progress:
     Raises:
         UnknownNameError: For no such format.
         DiagnosticError: For a system that the format cannot hold at all.
-        ArgumentError: For what is no system.
+        ArgumentError: For anything but a FuzzySystem.
     """
     arguments.instance("the system", FuzzySystem, "a FuzzySystem", system)
     if target not in TARGETS:
@@ -88,20 +88,20 @@ def convert(system: FuzzySystem, target: str, *, points: int = POINTS, progress:
     if target in ("python", "markdown"):
         return Conversion(target, text, tuple(losses), None, (), ())
     back = _read_back(system, text, target)
-    found = _compared(system, back, target, points, progress)
+    gaps = _compared(system, back, target, points, progress)
     if not any(not loss.exact for loss in losses):
-        losses = [*losses, *_unexplained(system, found)]
-    explained = tuple(explanation(system, back, d, progress=progress) for d in found)
+        losses = [*losses, *_unexplained(system, gaps)]
+    explained = tuple(explanation(system, back, d, progress=progress) for d in gaps)
     holds = any(isinstance(o.otherwise, Hold) for o in system.outputs)  # which points apart from each other do not show
     widths = [system.number(o.upper) - system.number(o.lower) for o in system.outputs]
-    slight = not holds and all(d.within(SLIGHT * w) for d, w in zip(found, widths, strict=True))
-    return Conversion(target, text, tuple(losses), back, found, explained, slight)
+    slight = not holds and all(d.within(SLIGHT * w) for d, w in zip(gaps, widths, strict=True))
+    return Conversion(target, text, tuple(losses), back, gaps, explained, slight)
 
 
 def _compared(
     system: FuzzySystem, back: FuzzySystem, target: str, points: int, progress: Progress | None
 ) -> tuple[Difference, ...]:
-    """Return the differences to what was read back.
+    """Return the differences to the system that is read back.
 
     Raises:
         DiagnosticError: For what is not computed as the format has it, as where that has no samples for maxima.
@@ -116,16 +116,16 @@ def _compared(
 
 def left_out(diagnostics: Iterable[Diagnostic]) -> tuple[Loss, ...]:
     """Return what reading a file left out because it is switched off there, so that no format can get it."""
-    found = [d for d in diagnostics if d.code == "FZ611"]
+    reports = [d for d in diagnostics if d.code == "FZ611"]
     return tuple(
-        Loss(f"line {d.span.line}" if d.span else "the file", "left out", d.message, exact=True) for d in found
+        Loss(f"line {d.span.line}" if d.span else "the file", "left out", d.message, exact=True) for d in reports
     )
 
 
-def _unexplained(system: FuzzySystem, found: tuple[Difference, ...]) -> list[Loss]:
+def _unexplained(system: FuzzySystem, differences: tuple[Difference, ...]) -> list[Loss]:
     """Return what changed although the writer knows of nothing that would: no file is to be other than it says."""
     losses = []
-    for d in found:
+    for d in differences:
         output = system.output(d.output)
         span = abs(system.number(output.upper) - system.number(output.lower))
         if d.gap is not None:
@@ -137,7 +137,7 @@ def _unexplained(system: FuzzySystem, found: tuple[Difference, ...]) -> list[Los
 
 
 def written(system: FuzzySystem, target: str) -> tuple[str, list[Loss]]:
-    """Return a system as a text, with what the text does not say."""
+    """Return a system as a text, with the losses."""
     reasons = _formulas(system) if target in FORMATS else []
     if target == "python":
         reasons += [f"a call of system '{c.name}'" for c in system.called]
@@ -160,17 +160,17 @@ def written(system: FuzzySystem, target: str) -> tuple[str, list[Loss]]:
 
 def _formulas(system: FuzzySystem) -> list[str]:
     """Return the lets of a system and its outputs that are formulas, which no other tool has."""
-    found = [f"let '{v.name}'" for v in system.lets]
-    return found + [f"output '{o.name}', which is a formula" for o in system.outputs if o.value is not None]
+    names = [f"let '{v.name}'" for v in system.lets]
+    return names + [f"output '{o.name}', which is a formula" for o in system.outputs if o.value is not None]
 
 
-def _refused_there(system: FuzzySystem, target: str, found: Iterable[Diagnostic]) -> DiagnosticError:
+def _refused_there(system: FuzzySystem, target: str, diagnostics: Iterable[Diagnostic]) -> DiagnosticError:
     """Return the error for a system that is invalid in the target format, located in the source text."""
-    return cannot(system, TARGETS[target][0], [d.message for d in found if d.severity == "error"])
+    return cannot(system, TARGETS[target][0], [d.message for d in diagnostics if d.severity == "error"])
 
 
 def _read_back(system: FuzzySystem, text: str, target: str) -> FuzzySystem:
-    """Return what a written text is read as.
+    """Return the system that a written text is read as.
 
     Raises:
         DiagnosticError: For one that cannot be read, as where the format wants a rule for each output.

@@ -4,23 +4,21 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Final
+from functools import partial
+from pathlib import Path
+from typing import Any, Final
 
+from fuzzyctl.comparison.differences import quiet
 from fuzzyctl.comparison.settings import described, otherwise_text
+from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 from fuzzyctl.expr import Expr, ExprError, number_text, to_text
-from fuzzyctl.formats.fz import (
-    activation_text,
-    antecedent_text,
-    block_settings,
-    cell_text,
-    membership_text,
-    rule_text,
-)
+from fuzzyctl.formats.fz import activation_text, antecedent_text, block_settings, cell_text, membership_text, rule_text
 from fuzzyctl.formats.fz_strings import guarantee_text
 from fuzzyctl.model.method import Method
 from fuzzyctl.model.rule import Rule, RuleBlock, RuleTable
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import ANYWHERE, Input, Let, LinguisticVariable, Membership, Output
+from fuzzyctl.plot.choices import file_part
 
 #: Characters that mean something in Markdown's running text; bars do in tables only, which escape them.
 _SPECIAL: Final = re.compile(r"([\\`*_{}\[\]<>#~$])")
@@ -132,10 +130,10 @@ def _besides(v: LinguisticVariable) -> str:
                 parts.append("The value is clamped to this range.")
             if v.adaptive is not None:
                 parts.append(f"Its consequents adapt at the rate {_code(to_text(v.adaptive))}.")
-            own = [getattr(v, n) for n in ("implication", "aggregation") if getattr(v, n) is not None]
-            own += [described(v.defuzzifier)] if v.defuzzifier is not None else []
-            if own:
-                parts.append(f"It has its own {', '.join(map(_code, own))}.")
+            norms = [getattr(v, n) for n in ("implication", "aggregation") if getattr(v, n) is not None]
+            norms += [described(v.defuzzifier)] if v.defuzzifier is not None else []
+            if norms:
+                parts.append(f"It has its own {', '.join(map(_code, norms))}.")
             return " ".join(parts)
     return ""
 
@@ -164,9 +162,9 @@ def _rules(system: FuzzySystem) -> Iterator[str]:
         if of_none or block is not system.rule_blocks[0]:
             yield ""
         yield from [f"### Rule block {_plain(block.name)}", ""]
-        own = [_code(f"{keyword} {value}") for keyword, value in block_settings(block)]
-        if own:
-            yield from [f"It has its own {', '.join(own)}.", ""]
+        words = [_code(f"{keyword} {value}") for keyword, value in block_settings(block)]
+        if words:
+            yield from [f"It has its own {', '.join(words)}.", ""]
         yield from _parts(block.rules)
 
 
@@ -194,3 +192,66 @@ def _rule_table(table: RuleTable) -> Iterator[str]:
         cells = [_plain(cell_text(c)) for c in row]
         rows.append([f"**{_plain(table.row_terms[k])}**", *cells] if table.rows else cells)
     yield from _table(head, rows)
+
+
+def pictures_folder(page: Path) -> Path:
+    """Return the folder of the pictures of a page."""
+    return page.with_name(f"{page.stem}-pictures")
+
+
+def picture_files(system: FuzzySystem, page: Path) -> dict[str, Path]:
+    """Return the files of the pictures of a page, by what `markdown.page` calls them.
+
+    Args:
+        system: The system.
+        page: The page's file; pictures go to a folder called after it, such as `tipper-pictures`.
+    """
+    folder = pictures_folder(page)
+    parts: dict[str, str] = {}
+    for v in system.variables:
+        parts[v.name] = file_part(v.name, parts.values())
+    terms = {v.name: folder / f"{parts[v.name]}.svg" for v in system.variables if v.terms}
+    return terms | {f"surface {o.name}": folder / f"surface-{parts[o.name]}.svg" for o in system.outputs}
+
+
+def refuse_to_replace(files: dict[str, Path]) -> None:
+    """Refuse pictures in the place of files that are there.
+
+    Raises:
+        DiagnosticError: With the files.
+    """
+    there = [path for path in files.values() if path.exists()]
+    if there:
+        what = "a file of this name exists" if len(there) == 1 else f"this file and {len(there) - 1} more exist"
+        help_text = "name another page, whose pictures get a folder of their own, or add --force"
+        raise DiagnosticError([Diagnostic("FZ005", what, file=str(there[0]), help=help_text)])
+
+
+def page_files(system: FuzzySystem, page: Path) -> dict[Path, str]:
+    """Return the texts of a Markdown page and of its pictures by file.
+
+    Args:
+        system: The system.
+        page: The page's file.
+    """
+    from fuzzyctl.convert import markdown
+    from fuzzyctl.plot.memberships import draw_variable
+    from fuzzyctl.plot.style import svg
+    from fuzzyctl.plot.surfaces import draw_surface
+
+    files, texts = picture_files(system, page), dict[Path, str]()
+    # A surface has a hole where no rule fires, whatever calls of the system do there.
+    drawn, axes = quiet(system), [v.name for v in system.inputs[:2]]
+
+    def terms(figure: Any, variable: LinguisticVariable) -> None:
+        figure.set_size_inches(7.5, 2.6)
+        draw_variable(figure.subplots(), system, variable)
+
+    for variable in system.variables:
+        if variable.name in files:
+            texts[files[variable.name]] = svg(partial(terms, variable=variable))
+    for output in system.outputs:
+        surface = partial(draw_surface, system=drawn, axes=axes, fixed={}, output=output.name, resolution=61)
+        texts[files[f"surface {output.name}"]] = svg(surface)
+    links = {key: f"{path.parent.name}/{path.name}" for key, path in files.items()}
+    return {**texts, page: markdown.page(system, links)}

@@ -25,7 +25,7 @@ from fuzzyctl.model.rule import Cell, Rule, RuleBlock, RuleTable
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import ANYWHERE, Input, Let, LinguisticVariable, Output
 
-#: What the builder calls settings that files call otherwise.
+#: Names in the builder of settings that files call otherwise.
 KEYWORDS: Final = {"and": "conjunction", "or": "disjunction"}
 
 #: Longest line before arguments get lines of their own.
@@ -77,8 +77,8 @@ def _variables(system: FuzzySystem) -> Iterator[str]:
 
 def _let(v: Let) -> list[str]:
     is_ranged = (v.lower, v.upper) != ANYWHERE
-    own = [_value(v.lower), _value(v.upper), *_described(v)] if is_ranged else _described(v)[1:]
-    return [_text(v.name), _value(v.value), *own]
+    arguments = [_value(v.lower), _value(v.upper), *_described(v)] if is_ranged else _described(v)[1:]
+    return [_text(v.name), _value(v.value), *arguments]
 
 
 def _variable(v: LinguisticVariable) -> list[str]:

@@ -1,1 +1,1 @@
-"""What systems, blocks, kernels, runs, traces and verdicts look like as text and as HTML."""
+"""Systems, blocks, kernels, runs, traces and verdicts as text and as HTML."""

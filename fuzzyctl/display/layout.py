@@ -16,9 +16,9 @@ def laid_out(data: dict[str, Any], width: int, bold: Callable[[str], str] = str)
     """Return the summary of a system as text.
 
     Args:
-        data: What `summary.summary` returns.
+        data: As `summary.summary` returns it.
         width: Columns of the terminal; lines are broken there, and tables are cut into groups of columns.
-        bold: What to do with headings.
+        bold: Marks headings.
     """
     out: list[str] = []
     for kind, text in _lines(data, width):
@@ -117,19 +117,27 @@ def _output(v: dict[str, Any]) -> Iterator[Line]:
     if v["formula"] is not None:
         yield "text", f"{_head(v)} = {v['formula']}"
         yield from _terms(v["terms"])
-        yield from _pairs([("values", values_text(v["bounds"]))], "    ")
+        yield from _pairs([("values", _values_text(v["bounds"]))], "    ")
         return
     yield "text", _head(v)
     yield from _terms(v["terms"])
-    facts = {name: value or NO_EFFECT for name, value in v["method"].items()}
-    if v["adaptive"] is not None:
-        facts["adaptive"] = f"rate {v['adaptive']}"
-    facts["else"] = otherwise_text(v["else"], v["held_at_first"])
+    yield from _pairs(output_facts(v).items(), "    ")
+
+
+def output_facts(v: dict[str, Any]) -> dict[str, str]:
+    """Return the settings of an output and the proofs of it, by name."""
+    facts: dict[str, str] = {}
+    if v["formula"] is None:
+        facts |= {name: value or NO_EFFECT for name, value in v["method"].items()}
+        if v["adaptive"] is not None:
+            facts["adaptive"] = f"rate {v['adaptive']}"
+        facts["else"] = _otherwise_text(v["else"], v["held_at_first"])
     if v["clamped"]:
         facts["clamped"] = "the value is held within the range"
-    facts["values"] = values_text(v["bounds"])
-    facts["coverage"] = coverage_text(v["coverage"], v["else"] is not None)
-    yield from _pairs(facts.items(), "    ")
+    facts["values"] = _values_text(v["bounds"])
+    if v["formula"] is None:
+        facts["coverage"] = _coverage_text(v["coverage"], v["else"] is not None)
+    return facts
 
 
 def _head(v: dict[str, Any]) -> str:
@@ -156,14 +164,14 @@ def number_text(value: float | str) -> str:
     return value if isinstance(value, str) else f"{value:.12g}"
 
 
-def otherwise_text(value: float | str | None, held_at_first: float | str | None) -> str:
-    """Return what an output is where no rule fires."""
+def _otherwise_text(value: float | str | None, held_at_first: float | str | None) -> str:
+    """Return the value of an output if no rule fires, as text."""
     if held_at_first is not None:
         return f"hold: the previous value, {number_text(held_at_first)} at first"
     return "nothing: some rule must fire everywhere" if value is None else number_text(value)
 
 
-def values_text(bounds: dict[str, Any] | None) -> str:
+def _values_text(bounds: dict[str, Any] | None) -> str:
     """Return the proved bounds of an output."""
     if bounds is None:
         return "not known"
@@ -171,7 +179,7 @@ def values_text(bounds: dict[str, Any] | None) -> str:
     return f"from {number_text(bounds['low'])} to {number_text(bounds['high'])}; {how}"
 
 
-def coverage_text(coverage: dict[str, Any], has_else: bool) -> str:
+def _coverage_text(coverage: dict[str, Any], has_else: bool) -> str:
     """Return where some rule fires."""
     if coverage["verdict"] == "proved":
         return "some rule fires everywhere; proved"
@@ -201,12 +209,8 @@ def _rules(blocks: Sequence[dict[str, Any]], width: int) -> Iterator[Line]:
 
 def _table(block: dict[str, Any], width: int) -> Iterator[Line]:
     """Draw a rule table; one that is too wide is cut into groups of columns."""
-    outputs = ", ".join(block["table"])
-    across = f"{block['rows']} x {block['columns']}" if block["rows"] else block["columns"]
-    condition = f" with {block['with']}" if block["with"] else ""
-    yield "text", f"  {outputs} = {across}{condition}"
-    corner = f"{block['rows']} \\ {block['columns']}" if block["rows"] else block["columns"]
-    labels = block["row_terms"] or [outputs]
+    title, corner, labels = table_frame(block, "x")
+    yield "text", f"  {title}"
     first = max(len(corner), *map(len, labels))
     for group in _groups(block, width - first - 7):
         header = [block["column_terms"][k] for k in group]
@@ -216,6 +220,14 @@ def _table(block: dict[str, Any], width: int) -> Iterator[Line]:
         yield "table", f"    {'─' * first}─┼─{'─' * (sum(widths) + 2 * len(widths) - 2)}"
         for label, row in zip(labels, rows, strict=True):
             yield "table", _row(label, row, first, widths)
+
+
+def table_frame(block: dict[str, Any], times: str) -> tuple[str, str, list[str]]:
+    """Return the title of a rule table, with a sign between its variables, its corner, and the labels of its rows."""
+    outputs, rows, columns = ", ".join(block["table"]), block["rows"], block["columns"]
+    condition = f" with {block['with']}" if block["with"] else ""
+    across, corner = (f"{rows} {times} {columns}", f"{rows} \\ {columns}") if rows else (columns, columns)
+    return f"{outputs} = {across}{condition}", corner, block["row_terms"] or [outputs]
 
 
 def _groups(block: dict[str, Any], room: int) -> Iterator[list[int]]:

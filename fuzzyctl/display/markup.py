@@ -9,7 +9,7 @@ from typing import Any, Final
 
 from fuzzyctl.diagnostics.terminal import printable
 
-#: Most rows of a table; what is left out is counted.
+#: Most rows of a table; the others are counted.
 ROWS: Final = 60
 
 _LIGHT: Final = """--text: #1a1a1a; --back: #ffffff; --line: #c8c8c8; --head: #f0f0f0; --note: #555555;
@@ -58,7 +58,7 @@ def plain(text: object) -> Markup:
 
 
 def page(title: str, *parts: Markup) -> str:
-    """Return what a notebook shows: a title and the parts that are not empty."""
+    """Return a page for a notebook: a title and the parts that are not empty."""
     body = "\n".join(p for p in (paragraph(title, "title"), *parts) if p)
     return f'{_STYLE}\n<div class="fuzzyctl">\n{body}\n</div>'
 
@@ -75,10 +75,10 @@ def table(
     """Return a table, nothing for one without rows.
 
     Args:
-        caption: What it is; empty for none.
+        caption: Its caption; may be empty.
         header: Of the columns; empty for none.
         rows: Each with its cells.
-        headed_rows: Whether the first cell of a row says what the row is.
+        headed_rows: Whether the first cell of a row is its heading.
     """
     all_rows = list(rows)
     if not all_rows:

@@ -7,17 +7,17 @@ from dataclasses import fields
 from typing import Any, Final
 
 from fuzzyctl.diagnostics.diagnostic import DiagnosticError
-from fuzzyctl.expr import ExprError, to_text
-from fuzzyctl.formats.fz import (
-    activation_text,
-    antecedent_text,
-    block_settings,
-    cell_text,
-    defuzzifier_text,
-    rule_text,
-)
-from fuzzyctl.formats.fz_strings import guarantee_text
+from fuzzyctl.diagnostics.suggestions import counted
+from fuzzyctl.expr import Expr, ExprError, to_text
+from fuzzyctl.formats.fz import activation_text, antecedent_text, block_settings, cell_text, defuzzifier_text, rule_text
+from fuzzyctl.formats.fz_blocks import function_text
+from fuzzyctl.formats.fz_strings import bounds_text, guarantee_text
+from fuzzyctl.kernels.plan.expansion import equations_of
+from fuzzyctl.loading.block_equations import in_order
+from fuzzyctl.model.controller import Definition, EquationBlock, Instance, Result, Signal, State
+from fuzzyctl.model.loop import Loop
 from fuzzyctl.model.method import KNOBS, Activation, Defuzzifier, Method, Semantics
+from fuzzyctl.model.plant import Plant
 from fuzzyctl.model.rule import Rule, RuleBlock, RuleTable
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Hold, Input, LinguisticVariable, Output, Term
@@ -30,7 +30,7 @@ OVER_SETS: Final = ("implication", "aggregation")
 
 
 def summary(system: FuzzySystem) -> dict[str, Any]:
-    """Return what `fuzzyctl show --format json` prints of a system; infinities are the texts `inf` and `-inf`.
+    """Return a system as the data of `fuzzyctl show --format json`; infinities are the texts `inf` and `-inf`.
 
     A setting of an output is None where it has no effect, as implication has none on an average over rules.
     """
@@ -111,7 +111,7 @@ def _input(system: FuzzySystem, v: Input) -> dict[str, Any]:
 
 
 def _outputs(system: FuzzySystem) -> list[dict[str, Any]]:
-    found = []
+    outputs = []
     proved = _proved(system)
     for v in system.outputs:
         method: dict[str, str | None] = {
@@ -132,8 +132,8 @@ def _outputs(system: FuzzySystem) -> list[dict[str, Any]]:
             "adaptive": to_text(v.adaptive) if v.adaptive else None,
             "formula": to_text(v.value) if v.value is not None else None,
         }
-        found.append(_variable(system, v) | rest | proved[v.name])
-    return found
+        outputs.append(_variable(system, v) | rest | proved[v.name])
+    return outputs
 
 
 def _otherwise(system: FuzzySystem, v: Output) -> float | str | None:
@@ -165,7 +165,7 @@ def _proved(system: FuzzySystem) -> dict[str, dict[str, Any]]:
     except DiagnosticError as error:
         unknown = {"verdict": "undecided", "reason": error.diagnostics[0].message}
         return {o.name: {"bounds": None, "coverage": unknown} for o in system.outputs}
-    found: dict[str, dict[str, Any]] = {}
+    facts: dict[str, dict[str, Any]] = {}
     for o in system.outputs:
         bound, verdict = bounds[o.name], verdicts[o.name]
         coverage: dict[str, Any]
@@ -176,16 +176,16 @@ def _proved(system: FuzzySystem) -> dict[str, dict[str, Any]]:
         else:
             coverage = {"verdict": "undecided", "reason": verdict.reason}
         values = {"low": _plain(bound.lo), "high": _plain(bound.hi), "attained": bound.exact}
-        found[o.name] = {"bounds": values, "coverage": coverage}
-    return found
+        facts[o.name] = {"bounds": values, "coverage": coverage}
+    return facts
 
 
 def _block(block: RuleTable | Rule | RuleBlock) -> dict[str, Any]:
     if isinstance(block, Rule):
         return {"rule": rule_text(block)}
     if isinstance(block, RuleBlock):
-        own = dict(block_settings(block))
-        return {"block": block.name, "method": own, "rules": [_block(part) for part in block.rules]}
+        settings = dict(block_settings(block))
+        return {"block": block.name, "method": settings, "rules": [_block(part) for part in block.rules]}
     return {
         "table": list(block.outputs),
         "rows": block.rows,
@@ -195,3 +195,73 @@ def _block(block: RuleTable | Rule | RuleBlock) -> dict[str, Any]:
         "cells": [[cell_text(cell) for cell in row] for row in block.cells],
         "with": antecedent_text(block.condition, top=True) if block.condition is not None else None,
     }
+
+
+def block_summary(block: EquationBlock) -> dict[str, Any]:
+    """Return a controller, plant or loop as the data of `fuzzyctl show --format json`.
+
+    `statements` holds lines by heading; equations are in the order in which they are computed.
+    """
+
+    def number(expr: Expr | None) -> float | None:
+        return None if expr is None else block.number(expr)
+
+    data: dict[str, Any] = {
+        "kind": block.kind,
+        "name": block.name,
+        "title": block.title,
+        "source": block.citation,
+        "file": block.path,
+        "params": [
+            {"name": p.name, "value": block.values[p.name], "expression": to_text(p.expression), "unit": p.unit}
+            for p in block.params
+        ],
+    }
+    if block.is_sampled:
+        data["period"] = number(block.period)
+    if isinstance(block, Loop):
+        data |= {"duration": number(block.duration), "step": number(block.step)}
+    statements = {"Functions": [function_text(f).removeprefix("function ") for f in block.functions]}
+    statements |= _loop(block) if isinstance(block, Loop) else _equations(block)
+    return data | {"statements": {heading: lines for heading, lines in statements.items() if lines}}
+
+
+def _equations(block: Any) -> dict[str, list[str]]:
+    states = [_signal(s) for s in block.states]
+    prime, heading, external = "next", "Next values", ""
+    if isinstance(block, Plant):
+        prime, heading, external = "d/dt", "Derivatives", block.external
+    elif hidden := len(equations_of(block).states) - len(states):
+        states.append(f"and {counted(hidden, 'number')} of operators, systems and blocks")
+    return {
+        "Inputs": [_signal(i) for i in block.inputs],
+        "States": states,
+        "Blocks": [_instance(i) for i in block.instances],
+        "Equations in order": [f'in "{external}"'] if external else [_defined(d) for d in in_order(block)],
+        heading: [] if external else [f"{prime} {_defined(d)}" for d in block.changes],
+        "Outputs": [_signal(r) for r in block.outputs],
+    }
+
+
+def _signal(signal: Signal) -> str:
+    """Return an input, state or output as a file writes it; texts may hold what no file can."""
+    label, unit = (f' {word}"{text}"' if text else "" for word, text in (("", signal.label), ("unit ", signal.unit)))
+    start = f" = {to_text(signal.start)}" if isinstance(signal, State) else ""
+    return f"{signal.name}{label}{bounds_text(signal.bounds)}{unit}{start}"
+
+
+def _loop(loop: Loop) -> dict[str, list[str]]:
+    return {
+        "Blocks": [_instance(i) for i in loop.instances],
+        "Signals": [_defined(d) for d in loop.definitions],
+        "Measures": [f"{_defined(m)}{f' [{m.unit}]' if m.unit else ''}" for m in loop.measures],
+        "Requirements, checked on a run": [guarantee_text(g) for g in loop.requirements],
+    }
+
+
+def _defined(d: Definition | Result) -> str:
+    return f"{d.name} = {to_text(d.value)}"
+
+
+def _instance(instance: Instance) -> str:
+    return f"{instance.name} = {instance.controller}({', '.join(map(to_text, instance.arguments))})"

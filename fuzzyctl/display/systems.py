@@ -1,4 +1,4 @@
-"""What a fuzzy system looks like: the text of `fuzzyctl show`, and tables in a notebook."""
+"""Blocks as the text of `fuzzyctl show`, and as tables in a notebook."""
 
 from __future__ import annotations
 
@@ -8,25 +8,20 @@ from collections.abc import Callable, Iterator, Sequence
 from typing import Any, Final
 
 from fuzzyctl.diagnostics.terminal import for_terminal
-from fuzzyctl.display.layout import (
-    NO_EFFECT,
-    coverage_text,
-    laid_out,
-    membership_form,
-    number_text,
-    otherwise_text,
-    values_text,
-)
+from fuzzyctl.display.layout import laid_out, membership_form, number_text, output_facts, table_frame
 from fuzzyctl.display.markup import Markup, lines, page, pairs, paragraph, plain, table
-from fuzzyctl.display.summary import summary
+from fuzzyctl.display.summary import block_summary, summary
+from fuzzyctl.model.controller import Controller
+from fuzzyctl.model.loop import Loop
+from fuzzyctl.model.plant import Plant
 from fuzzyctl.model.system import FuzzySystem
 
 #: Width of the text where it does not go to a terminal.
 WIDTH: Final = 120
 
 
-def text(system: FuzzySystem) -> str:
-    """Return what `fuzzyctl show` prints."""
+def system_text(system: FuzzySystem) -> str:
+    """Return the text of `fuzzyctl show`."""
     return page_text(summary(system))
 
 
@@ -34,15 +29,15 @@ def page_text(data: dict[str, Any], bold: Callable[[str], str] = str) -> str:
     """Return a summary as text, as wide as the terminal and in its characters.
 
     Args:
-        data: What `summary.summary` or `block_summary.block_summary` returns.
-        bold: What to do with headings.
+        data: As `summary` or `block_summary` returns it.
+        bold: Marks headings.
     """
     width = shutil.get_terminal_size((WIDTH, 24)).columns
     return laid_out(for_terminal(data, sys.stdout.encoding), width, bold)
 
 
-def html(system: FuzzySystem) -> str:
-    """Return the variables with their terms, the rules, the method in effect and what is claimed, as tables."""
+def system_html(system: FuzzySystem) -> str:
+    """Return the variables with their terms, the rules, the method in effect and the claims, as tables."""
     data = summary(system)
     knobs = ", ".join(f"{knob} {value}" for knob, value in data["knobs"].items())
     return page(
@@ -78,18 +73,9 @@ def _input(v: dict[str, Any]) -> tuple[object, ...]:
 
 
 def _output(v: dict[str, Any]) -> tuple[object, ...]:
-    facts = []
-    if v["formula"] is not None:
-        facts.append(f"= {v['formula']}")
-    else:
-        facts += [f"{name}: {value or NO_EFFECT}" for name, value in v["method"].items()]
-        if v["adaptive"] is not None:
-            facts.append(f"adaptive: rate {v['adaptive']}")
-        facts.append(f"else: {otherwise_text(v['else'], v['held_at_first'])}")
-    facts += ["clamped within the range"] if v["clamped"] else []
-    facts.append(f"values: {values_text(v['bounds'])}")
-    if v["formula"] is None:
-        facts.append(f"coverage: {coverage_text(v['coverage'], v['else'] is not None)}")
+    facts = [f"= {v['formula']}"] if v["formula"] is not None else []
+    for name, text in output_facts(v).items():
+        facts.append("clamped within the range" if name == "clamped" else f"{name}: {text}")
     return (*_variable(v), lines(facts))
 
 
@@ -113,10 +99,29 @@ def _rules(blocks: Sequence[dict[str, Any]], caption: str) -> Iterator[Markup]:
 
 
 def _table(block: dict[str, Any], caption: str) -> Markup:
-    outputs = ", ".join(block["table"])
-    across = f"{block['rows']} × {block['columns']}" if block["rows"] else block["columns"]
-    condition = f" with {block['with']}" if block["with"] else ""
-    corner = f"{block['rows']} \\ {block['columns']}" if block["rows"] else block["columns"]
-    labels = block["row_terms"] or [outputs]
+    title, corner, labels = table_frame(block, "×")
     rows = [(label, *map(plain, cells)) for label, cells in zip(labels, block["cells"], strict=True)]
-    return table(f"{caption}: {outputs} = {across}{condition}", (corner, *block["column_terms"]), rows)
+    return table(f"{caption}: {title}", (corner, *block["column_terms"]), rows)
+
+
+def block_text(block: Controller | Plant | Loop) -> str:
+    """Return the text of `fuzzyctl show`."""
+    return page_text(block_summary(block))
+
+
+def block_html(block: Controller | Plant | Loop) -> str:
+    """Return params, signals and equations in the order in which they are computed, as tables."""
+    data = block_summary(block)
+    title = f": {data['title']}" if data["title"] else ""
+    times = [f"{word} {number_text(data[word])} s" for word in ("period", "duration", "step") if data.get(word)]
+    return page(
+        f"{data['kind']} {data['name']}{title}",
+        paragraph(data["source"], "note"),
+        paragraph(data["file"], "note"),
+        paragraph(", ".join(times)),
+        params_table(data["params"]),
+        *(
+            table(heading, (), [(s,) for s in statements], headed_rows=False)
+            for heading, statements in data["statements"].items()
+        ),
+    )

@@ -309,7 +309,7 @@ def strongest(system: FuzzySystem, output: str, values: Sequence[tuple[str, floa
     """
     import numpy as np
 
-    from fuzzyctl.plot.rule_regions import rule_strengths
+    from fuzzyctl.plot.surfaces import rule_strengths
 
     strengths = rule_strengths(system, np.array([value for _, value in values]))
     rules = [r for r, _ in system.conclusions.get(output, ()) if strengths[r] > 0]
@@ -324,9 +324,8 @@ def strongest(system: FuzzySystem, output: str, values: Sequence[tuple[str, floa
 def _surface(
     system: FuzzySystem, output: str, rule: int | None, others: tuple[tuple[str, float], ...], dark: bool
 ) -> tuple[str, Frame]:
-    from fuzzyctl.plot.rule_regions import grid, lead, mark_rule
     from fuzzyctl.plot.style import svg
-    from fuzzyctl.plot.surfaces import draw_surface
+    from fuzzyctl.plot.surfaces import draw_surface, grid, lead, mark_rule
 
     axes = [v.name for v in system.inputs[:2]]
     fixed = dict(others)

@@ -70,9 +70,9 @@ class BlockTrace(Printed):
 
     def as_dict(self) -> dict[str, Any]:
         """Return the trace as plain data, without the controller."""
-        own = {n: getattr(self, n) for n in ("inputs", "state", "lets", "outputs", "next_state")}
+        data = {n: getattr(self, n) for n in ("inputs", "state", "lets", "outputs", "next_state")}
         calls = [{"name": c.name, "system": c.trace.system.name, **c.trace.as_dict()} for c in self.calls]
-        return {**own, "calls": calls}
+        return {**data, "calls": calls}
 
 
 @overload
@@ -97,13 +97,13 @@ def why(
         ArgumentError: When an input is missing, given twice, or no number.
         NoRuleFiresError: Where no rule fires for an output that says `else error`.
     """
-    given = arguments.mapping("'values'", "numbers by name of the input", {} if values is None else values)
+    numbers = arguments.mapping("'values'", "numbers by name of the input", {} if values is None else values)
     arguments.instance("the block", Block, "a FuzzySystem or a Controller", block)
     declared = {block.as_declared(n): value for n, value in named.items()}
     for name in declared:
-        if name in given:
+        if name in numbers:
             raise ArgumentError(f"{name!r} is given twice")
-    point = {**given, **declared}
+    point = {**numbers, **declared}
     if isinstance(block, FuzzySystem):
         return trace(block, point)
     return trace_block(arguments.instance("the block", Controller, "a FuzzySystem or a Controller", block), point)
@@ -138,37 +138,37 @@ def trace_block(
     start = dict(zip(kernel.state_names, kernel.start().tolist(), strict=True))
     before = start if state is None else {n: input_number(n, x) for n, x in state.items()}
     inputs = [point[n] for n in kernel.input_names]
-    found, after = kernel(*inputs, before or [], dt=point.get(DT))
-    results = (found,) if len(kernel.output_names) == 1 else tuple(found)
-    known = {**point, **before}
-    known.setdefault(DT, 1.0 if kernel.period is None else kernel.period)
+    outputs, after = kernel(*inputs, before or [], dt=point.get(DT))
+    results = (outputs,) if len(kernel.output_names) == 1 else tuple(outputs)
+    symbols = {**point, **before}
+    symbols.setdefault(DT, 1.0 if kernel.period is None else kernel.period)
     calls = []
     for item in equations.body:
         if not isinstance(item, Evaluation):
-            known[item.name] = _value(item.value, known)
+            symbols[item.name] = _value(item.value, symbols)
             continue
-        numbers = [_value(a, known) for a in item.arguments]
-        given = dict(zip((i.name for i in item.system.inputs), numbers, strict=True))
-        kept = [known[s] for s in item.states]
+        numbers = [_value(a, symbols) for a in item.arguments]
+        call_inputs = dict(zip((i.name for i in item.system.inputs), numbers, strict=True))
+        call_state = [symbols[s] for s in item.states]
         try:
-            own = trace(item.system, given, kept or None)
+            call = trace(item.system, call_inputs, call_state or None)
         except NoRuleFiresError:
-            known |= dict.fromkeys(item.defined, math.nan)
+            symbols |= dict.fromkeys(item.defined, math.nan)
             continue
-        known |= dict(zip(item.names, own.outputs.values(), strict=True))
-        calls.append(TracedCall(item.names[0].partition("#")[0].partition(".")[0], own))
-    definitions = [d.name for d in controller.definitions if d.name in known]
+        symbols |= dict(zip(item.names, call.outputs.values(), strict=True))
+        calls.append(TracedCall(item.names[0].partition("#")[0].partition(".")[0], call))
+    definitions = [d.name for d in controller.definitions if d.name in symbols]
     return BlockTrace(
         block=controller,
         inputs=point,
         state=before,
-        lets={n: known[n] for n in definitions},
+        lets={n: symbols[n] for n in definitions},
         calls=tuple(calls),
         outputs=dict(zip(kernel.output_names, results, strict=True)),
         next_state=dict(zip(kernel.state_names, after.tolist(), strict=True)),
     )
 
 
-def _value(expr: Expr, known: Mapping[str, float]) -> float:
+def _value(expr: Expr, values: Mapping[str, float]) -> float:
     """Return the value of an expression over known names, 1 or 0 for a condition."""
-    return value_of(numeric(expr), known)
+    return value_of(numeric(expr), values)

@@ -23,15 +23,15 @@ Curve = tuple[float, ...]
 def antecedent_set(system: FuzzySystem, variable: LinguisticVariable, part: Is) -> SetPlan | None:
     """Return the set that a part of an antecedent asks for, its hedges included; None for a function of the inputs."""
     term = variable.term(part.term)
-    found = None if term is None else planned_set(system, variable, term)
-    if found is None:
+    planned = None if term is None else planned_set(system, variable, term)
+    if planned is None:
         return None
     changes = tuple(hedge_change(system, hedge, undone=False) for hedge in reversed(part.hedges))
-    return dataclasses.replace(found, changes=changes)
+    return dataclasses.replace(planned, changes=changes)
 
 
 class ImpliedSets:
-    """What rules leave of their consequents in one output, over some of its values.
+    """Implied sets of the rules of one output, over some of its values.
 
     Args:
         output: The output, whose defuzzifier looks at a set.
@@ -46,7 +46,7 @@ class ImpliedSets:
         return self.output.terms[[e for e in self.output.implied if e.rule == rule][nth].term]
 
     def consequent(self, rule: int, nth: int = 0) -> Curve | None:
-        """Return the set that a rule names for the output, as its hedges leave it; None for what is no set.
+        """Return the set that a rule names for the output, as its hedges leave it; None for other consequents.
 
         Args:
             rule: Position of the rule.
@@ -57,16 +57,18 @@ class ImpliedSets:
 
     def implied(self, rule: int, activation: float, nth: int = 0) -> Curve | None:
         """Return the implied set of a rule: its consequent under the activation applied to it."""
-        own = self.consequent(rule, nth)
-        if own is None:
+        implied = self.consequent(rule, nth)
+        if implied is None:
             return None
         norm = conjunction(self.output.implication_of(self._term(rule, nth)), self.output.equal)
         imply = scalar_function(norm(Name("a"), Name("b")))
-        return tuple(imply(activation, degree) for degree in own)
+        return tuple(imply(activation, degree) for degree in implied)
 
     def together(self, rules: Iterable[tuple[int, float, int]]) -> Curve:
         """Return the aggregated set of rules, each given with the activation applied to it and its consequent."""
-        curves = [curve for rule, own, nth in rules if (curve := self.implied(rule, own, nth)) is not None]
+        curves = [
+            curve for rule, consequent, nth in rules if (curve := self.implied(rule, consequent, nth)) is not None
+        ]
         return tuple(reduce(self._join, degrees) for degrees in zip(*curves, strict=True)) if curves else ()
 
     @property
@@ -80,13 +82,13 @@ class ImpliedSets:
         A function of the inputs has none.
         """
         activated: dict[object, tuple[SetPlan, float]] = {}
-        for rule, own, nth in rules:
+        for rule, consequent, nth in rules:
             term = self._term(rule, nth)
             if term.reads_inputs:
                 continue
             # Where the sum runs over terms, rules of one term give one value together.
             key: object = term if self.output.merge != "rules" else (rule, nth)
-            activated[key] = (term, self._join(activated[key][1], own) if key in activated else own)
+            activated[key] = (term, self._join(activated[key][1], consequent) if key in activated else consequent)
         return [(self._crisp_value(term, strength), strength) for term, strength in activated.values()]
 
     def _crisp_value(self, term: SetPlan, strength: float) -> float:

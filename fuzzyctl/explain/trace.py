@@ -34,21 +34,21 @@ STEP: Final = 1e-6
 #: Smallest change of an output over an input's range, relative to the output: rounding gives smaller ones.
 _FLAT: Final = 1e-8
 #: By so much, as a part of the largest value, an output may differ from the mean of the values of its rules:
-#: far more than by rounding, and less than what is printed.
+#: far more than by rounding, and less than the printed digits.
 _SAME: Final = 1e-9
 
 
 @dataclass(frozen=True)
 class Contribution:
-    """What a rule does to one output.
+    """The contribution of a rule to one output.
 
     Args:
         output: The output.
         term: The consequent's name with its hedges, or its text for one without a name.
-        value: What it is in an average over rules, None for a fuzzy set or where it changes with the activation.
+        value: Its value in an average over rules, None for a fuzzy set or where it changes with the activation.
         effective_activation: The activation applied to the consequent, after hedges and weight.
         share: The rule's part of all activations that move the output, from 0 to 1.
-        influence: What it adds to the output compared with the average of the others, share · (value - output); None as
+        influence: Its effect on the output compared with the average of the others, share · (value - output); None as
             for `value`, and where the output is not the mean of the values by their shares: a sum, held within its
             range, of rules that are joined first, or divided by something else.
     """
@@ -112,8 +112,8 @@ class Trace(Printed):
 
     def as_dict(self) -> dict[str, Any]:
         """Return the trace as plain data, without the system."""
-        own = {f.name: getattr(self, f.name) for f in fields(self) if f.compare}
-        return own | {"rules": [asdict(r) for r in self.rules]}
+        data = {f.name: getattr(self, f.name) for f in fields(self) if f.compare}
+        return data | {"rules": [asdict(r) for r in self.rules]}
 
     def plot(self, *, most: int = 12, ax: Axes | None = None) -> Panels:
         """Draw the rules that act, see `fuzzyctl.plot.rules`."""
@@ -147,8 +147,8 @@ def trace(system: FuzzySystem, values: Mapping[str, float], state: Sequence[floa
     point = [input_number(n, values[n]) for n in names]
     program = inference.trace(flat)
     function = python_backend.compile_source(python_backend.evaluation_source(program), program, names)
-    found = _Traced(function, flat.initial_state if state is None else state)
-    results = found.at(point)
+    traced = _Traced(function, flat.initial_state if state is None else state)
+    results = traced.at(point)
     count, width = len(flat.degrees), len(flat.outputs)
     activations, outputs = results[count : count + len(flat.rules)], results[-width:]
     without_value = {k for k, value in enumerate((*point, *outputs)) if math.isnan(value)}
@@ -158,17 +158,17 @@ def trace(system: FuzzySystem, values: Mapping[str, float], state: Sequence[floa
     for output, effects in zip(flat.outputs, effective, strict=True):
         active |= {e.rule for e, effect in zip(output.implied, effects, strict=True) if effect > 0.0}
     acting = sorted(active, key=lambda r: (-activations[r], r))
-    known = known_at(flat, point) | dict(zip((o.name for o in flat.outputs), outputs, strict=True))
-    own = [_Contributions.of(flat, o, effective[k], outputs[k], known, active) for k, o in enumerate(flat.outputs)]
+    numbers = known_at(flat, point) | dict(zip((o.name for o in flat.outputs), outputs, strict=True))
+    parts = [_Contributions.of(flat, o, effective[k], outputs[k], numbers, active) for k, o in enumerate(flat.outputs)]
     return Trace(
         system=system,
         inputs=dict(zip(names, point, strict=True)),
         outputs=dict(zip((o.name for o in flat.outputs), outputs, strict=True)),
         degrees=_degrees(flat, results[:count], without_value),
-        rules=tuple(_fired(system, r, activations[r], own) for r in acting),
+        rules=tuple(_fired(system, r, activations[r], parts) for r in acting),
         silent=len(flat.rules) - len(acting),
-        slopes=_slopes(flat, found, point),
-        lets={let.name: known[let.name] for let in flat.lets},
+        slopes=_slopes(flat, traced, point),
+        lets={let.name: numbers[let.name] for let in flat.lets},
     )
 
 
@@ -199,7 +199,7 @@ def _effective(flat: Plan, effects: tuple[float, ...], silent: set[int]) -> list
     """Return for each output the activation applied to each of its consequents; 0 for a silent rule."""
     rest = iter(effects)
     every = [[(entry.rule, next(rest)) for entry in output.implied] for output in flat.outputs]
-    return [[0.0 if rule in silent else effect for rule, effect in own] for own in every]
+    return [[0.0 if rule in silent else effect for rule, effect in row] for row in every]
 
 
 class _Traced:
@@ -215,21 +215,21 @@ class _Traced:
 
 
 def _degrees(flat: Plan, degrees: tuple[float, ...], missing: set[int]) -> dict[str, dict[str, float]]:
-    found: dict[str, dict[str, float]] = {}
+    tables: dict[str, dict[str, float]] = {}
     for d, value in zip(flat.degrees, degrees, strict=True):
-        found.setdefault(flat.variable(d.variable).name, {})[d.term] = math.nan if d.variable in missing else value
-    return found
+        tables.setdefault(flat.variable(d.variable).name, {})[d.term] = math.nan if d.variable in missing else value
+    return tables
 
 
 @dataclass(frozen=True)
 class _Contributions:
-    """What the consequents of an output do to it.
+    """The effects of consequents on an output.
 
     Args:
         output: The output.
         effects: The activation applied to each of its consequents.
-        values: What each is in an average; None for a set, for what changes with the activation, and of silent rules.
-        whole: What shares are parts of.
+        values: The value of each in an average; None for sets, for silent rules, and if it changes with the activation.
+        whole: The sum of the shares.
         mean: The output, where it is the mean of the values by their shares, else None.
     """
 
@@ -246,11 +246,11 @@ class _Contributions:
         output: OutputPlan,
         effects: list[float],
         result: float,
-        known: dict[str, float],
+        numbers: dict[str, float],
         active: set[int],
     ) -> Self:
         """Take an output apart."""
-        values = [_value(output, output.terms[e.term], known) if e.rule in active else None for e in output.implied]
+        values = [_value(output, output.terms[e.term], numbers) if e.rule in active else None for e in output.implied]
         whole = sum(effects)
         pairs = [(w / whole, v) for w, v in zip(effects, values, strict=True) if w and v is not None]
         off = abs(sum(share * v for share, v in pairs) - result)
@@ -261,10 +261,10 @@ class _Contributions:
     @cached_property
     def _entries(self) -> dict[int, list[int]]:
         """The positions of the consequents of each rule."""
-        found: dict[int, list[int]] = {}
+        entries: dict[int, list[int]] = {}
         for k, entry in enumerate(self.output.implied):
-            found.setdefault(entry.rule, []).append(k)
-        return found
+            entries.setdefault(entry.rule, []).append(k)
+        return entries
 
     def by(self, rule: int, consequents: Sequence[Consequent]) -> list[Contribution]:
         """Return the contributions of a rule whose consequents are given."""
@@ -282,19 +282,19 @@ class _Contributions:
 
 def _fired(system: FuzzySystem, position: int, activation: float, outputs: Sequence[_Contributions]) -> FiredRule:
     rule = system.rules[position]
-    parts = tuple(c for own in outputs for c in own.by(position, rule.consequents))
+    parts = tuple(c for output in outputs for c in output.by(position, rule.consequents))
     block = system.rule_methods[position].block
     name = system.rule_blocks[block].name if block >= 0 else ""
     return FiredRule(position + 1, rule_text(rule), activation, parts, name)
 
 
-def _value(output: OutputPlan, term: SetPlan, known: dict[str, float]) -> float | None:
-    """Return what a consequent is in an average, None for a set and for what changes with the activation."""
+def _value(output: OutputPlan, term: SetPlan, values: dict[str, float]) -> float | None:
+    """Return the value of a consequent in an average, None for a set and for what changes with the activation."""
     if not output.over_rules or output.kind in TSUKAMOTO:
         return None
     if term.expression is None:
         return term.peak if output.rate is not None else consequent_hull(output, [output.terms.index(term)])[0]
-    return value_of(term.expression, known)
+    return value_of(term.expression, values)
 
 
 def _named(consequent: Consequent) -> str:
@@ -302,12 +302,12 @@ def _named(consequent: Consequent) -> str:
     return " ".join((*consequent.hedges, term))
 
 
-def _slopes(flat: Plan, found: _Traced, point: list[float]) -> dict[str, dict[str, tuple[float, float]]]:
+def _slopes(flat: Plan, traced: _Traced, point: list[float]) -> dict[str, dict[str, tuple[float, float]]]:
     width = len(flat.outputs)
 
     def outputs(changed: list[float]) -> tuple[float, ...]:
         try:
-            return found.at(changed)[-width:]
+            return traced.at(changed)[-width:]
         except NoRuleFiresError:
             return (math.nan,) * width
 

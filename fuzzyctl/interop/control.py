@@ -31,7 +31,7 @@ def nlsys(
 ) -> Any:
     """Return a system, controller or plant as a `control.NonlinearIOSystem`.
 
-    Signals have the names of the block; the docstring of what is returned has their units and ranges.
+    Signals have the names of the block; the docstring of the result has their units and ranges.
 
     Args:
         block: A system without adaptive or held outputs, which has no state and joins any timebase; a controller, which
@@ -55,12 +55,12 @@ def nlsys(
     if not isinstance(block, FuzzySystem | Controller | Plant):
         raise ArgumentError(f"expected a FuzzySystem, Controller or Plant, got {type(block).__name__}")
     update, output, states, dt = _plant(block, dt, substeps) if isinstance(block, Plant) else _compiled(block, dt)
-    found = control.NonlinearIOSystem(
+    nonlinear = control.NonlinearIOSystem(
         update, output, inputs=[s.name for s in block.inputs], outputs=[s.name for s in block.outputs],
         states=states or None, dt=dt, name=block.name if name is None else name,
     )  # fmt: skip
-    found.__doc__ = _described(block)
-    return found
+    nonlinear.__doc__ = _described(block)
+    return nonlinear
 
 
 #: Of a time, states, inputs and params; the last are python-control's own and not used.
@@ -85,15 +85,15 @@ def _compiled(block: FuzzySystem | Controller, dt: float | None) -> _Parts:
         raise ArgumentError(
             f"controller '{block.name}' runs every {step.period:g} s, which is no multiple of dt = {sample:g} s"
         )
-    own, given = len(step.state_names), None if step.period is not None else sample
+    states, period = len(step.state_names), None if step.period is not None else sample
 
     def made(t: float, x: Any, u: Any) -> tuple[Any, Any]:
         """Return the outputs and the next state; between two samples both are those of the last one."""
         if every > 1 and round(t / sample) % every:
-            return x[own:], x
-        outputs, following = step(*map(float, u), np.asarray(x[:own], dtype=np.float64), dt=given)
-        held = np.atleast_1d(np.array(outputs, dtype=np.float64))
-        return held, np.concatenate([following, held]) if every > 1 else following
+            return x[states:], x
+        outputs, following = step(*map(float, u), np.asarray(x[:states], dtype=np.float64), dt=period)
+        column = np.atleast_1d(np.array(outputs, dtype=np.float64))
+        return column, np.concatenate([following, column]) if every > 1 else following
 
     names = list(step.state_names) + ([f"{name} held" for name in step.output_names] if every > 1 else [])
     update: _Function | None = (lambda t, x, u, _: made(t, x, u)[1]) if names else None
@@ -117,7 +117,7 @@ def _plant(plant: Plant, dt: float | None, substeps: int) -> _Parts:
 
 
 def start(block: FuzzySystem | Controller | Plant, *, dt: float | None = None) -> Any:
-    """Return the initial state of what `nlsys` returns, shape (states,); of a system there is none, shape (0,).
+    """Return the initial state of a system of `nlsys`, shape (states,); of a system there is none, shape (0,).
 
     Args:
         block: As for `nlsys`.
@@ -130,8 +130,8 @@ def start(block: FuzzySystem | Controller | Plant, *, dt: float | None = None) -
     if isinstance(block, Plant):
         return np.array(PlantFunction(block).start)
     names = _compiled(block, None if dt is None else positive("dt", dt, "s"))[2]
-    own = compile(block, "python").start()
-    return np.concatenate([own, np.zeros(len(names) - len(own))])
+    state = compile(block, "python").start()
+    return np.concatenate([state, np.zeros(len(names) - len(state))])
 
 
 def _described(block: FuzzySystem | Controller | Plant) -> str:

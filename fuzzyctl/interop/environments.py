@@ -2,21 +2,194 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+import dataclasses
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any, Final
 
 import gymnasium
 import numpy as np
 
-from fuzzyctl.diagnostics.diagnostic import ArgumentError, Diagnostic, UnknownNameError
+from fuzzyctl.diagnostics.diagnostic import ArgumentError, Diagnostic, UnknownNameError, ValueOutOfBoundsError
 from fuzzyctl.diagnostics.suggestions import counted
-from fuzzyctl.expr import Call, Expr, Name, evaluate
+from fuzzyctl.expr import Call, Expr, Keyword, Name, Number, evaluate, replace_names
 from fuzzyctl.interop.numbers import number, numbers
-from fuzzyctl.interop.opened_loops import OpenedLoop
+from fuzzyctl.model.controller import Controller, Definition, Instance
 from fuzzyctl.model.forms import bound
-from fuzzyctl.model.loop import MEASURES
+from fuzzyctl.model.guarantee import Param
+from fuzzyctl.model.loop import MEASURES, Loop
+from fuzzyctl.model.plant import Plant
 from fuzzyctl.simulation.experiment import Experiment, LoopBackend, Stepper
+from fuzzyctl.simulation.loop_params import block_params
 from fuzzyctl.simulation.measures import measured
+from fuzzyctl.simulation.sample_times import sample_times
+
+
+@dataclass(frozen=True)
+class OpenedLoop:
+    """A loop that is open at a controller.
+
+    Args:
+        loop: It has a param for each output of the controller, and a signal for each of its inputs.
+        actions: The params.
+        action_ranges: Their ends.
+        observations: Names of the signals.
+        observation_ranges: Their ends.
+        shown: Names that a run has for the actions and observations, `BLOCK.SIGNAL`.
+        every: Samples in each period of the controller.
+        prefix: The prefix of the names of states in the loop, but not for the user.
+    """
+
+    loop: Loop
+    actions: tuple[str, ...]
+    action_ranges: tuple[tuple[float, float], ...]
+    observations: tuple[str, ...]
+    observation_ranges: tuple[tuple[float, float], ...]
+    shown: Mapping[str, str]
+    every: int = 1
+    prefix: str = ""
+
+
+def opened_loop(loop: Loop, block: str) -> OpenedLoop:
+    """Take a controller out of a loop.
+
+    Args:
+        loop: The loop.
+        block: Name of its block.
+
+    Raises:
+        UnknownNameError: For a name of no block.
+        ArgumentError: For a block that is a plant.
+        DiagnosticError: For sample times that do not fit together.
+    """
+    instance = next((i for i in loop.instances if i.name == block), None)
+    if instance is None:
+        raise UnknownNameError("block", block, tuple(i.name for i in loop.instances))
+    controller = next((c for c in loop.controllers if c.name == instance.controller), None)
+    if controller is None:
+        raise ArgumentError(f"block '{block}' is a plant: an agent takes the place of a controller")
+    step, every = sample_times(loop)
+    names = {p.name for p in loop.params} | {d.name for d in loop.definitions} | {i.name for i in loop.instances}
+    actions = _fresh(block, [r.name for r in controller.results], names)
+    observations = _fresh(block, [s.name for s in controller.inputs], names | set(actions))
+    values: dict[str, Expr] = {
+        f"{block}.{r.name}": Name(action) for r, action in zip(controller.results, actions, strict=True)
+    }
+    inputs = _inputs(instance, controller)
+    seen = tuple(Definition(name=n, value=e) for n, e in zip(observations, inputs, strict=True))
+    set_params = dataclasses.replace(controller, params=tuple(
+        dataclasses.replace(p, expression=Number(v))
+        for p, v in zip(controller.params, block_params(loop, instance).values(), strict=True)
+    ))  # fmt: skip
+    others = tuple(i for i in loop.instances if i is not instance)
+    changed = dataclasses.replace(
+        loop,
+        params=(*loop.params, *(Param(name=n, expression=Number(0.0)) for n in actions)),
+        instances=tuple(
+            dataclasses.replace(i, arguments=tuple(replace_names(a, values) for a in i.arguments)) for i in others
+        ),
+        definitions=tuple(
+            dataclasses.replace(d, value=replace_names(d.value, values)) for d in (*loop.definitions, *seen)
+        ),
+        measures=tuple(dataclasses.replace(m, value=replace_names(m.value, values)) for m in loop.measures),
+        controllers=tuple(c for c in loop.controllers if c.name in {i.controller for i in others}),
+        step=Number(step),
+    )
+    return OpenedLoop(
+        changed,
+        actions,
+        tuple(set_params.range_of(r) for r in controller.results),
+        observations,
+        tuple(set_params.range_of(s) for s in controller.inputs),
+        dict(
+            zip(
+                (*actions, *observations),
+                (f"{block}.{s.name}" for s in (*controller.results, *controller.inputs)),
+                strict=True,
+            )
+        ),
+        every[block],
+    )
+
+
+def opened_plant(plant: Plant, dt: float, duration: float) -> OpenedLoop:
+    """Return a plant alone, its inputs open.
+
+    Args:
+        plant: The plant.
+        dt: Sample time [s].
+        duration: Length of a run [s].
+
+    Raises:
+        ValueOutOfBoundsError: For a duration of less than `dt`.
+    """
+    if duration < dt:
+        raise ValueOutOfBoundsError("duration", duration, f">= dt = {dt:g}", "s")
+    block = "plant"
+    actions = _fresh(block, [s.name for s in plant.inputs], set())
+    loop = Loop(
+        name=plant.name, params=tuple(Param(name=n, expression=Number(0.0)) for n in actions),
+        instances=(Instance(name=block, controller=plant.name, arguments=tuple(map(Name, actions)), span=plant.span),),
+        duration=Number(float(duration)), step=Number(float(dt)), plants=(plant,), path=plant.path, span=plant.span,
+    )  # fmt: skip
+    return OpenedLoop(
+        loop,
+        actions,
+        tuple(plant.range_of(s) for s in plant.inputs),
+        tuple(f"{block}.{r.name}" for r in plant.results),
+        tuple(plant.range_of(r) for r in plant.results),
+        dict(zip(actions, (f"{block}.{s.name}" for s in plant.inputs), strict=True)),
+        prefix=f"{block}.",
+    )
+
+
+def with_action_ranges(opened: OpenedLoop, limits: Mapping[str, tuple[float, float]]) -> OpenedLoop:
+    """Return an open loop whose actions have finite ranges, as agents draw them from these.
+
+    Args:
+        opened: The loop.
+        limits: Ranges by the names that the user has for the actions; the others are those of the text.
+
+    Raises:
+        UnknownNameError: For a name of no action.
+        ArgumentError: For actions without a finite range.
+    """
+    names = [opened.shown[a].removeprefix(opened.prefix) for a in opened.actions]
+    for name in limits:
+        if name not in names:
+            raise UnknownNameError("action", name, names)
+    ranges = tuple(limits.get(n, ends) for n, ends in zip(names, opened.action_ranges, strict=True))
+    without = [n for n, ends in zip(names, ranges, strict=True) if not all(map(math.isfinite, ends))]
+    if without:
+        what = "inputs of the plant" if opened.prefix else "outputs of the controller"
+        raise ArgumentError(
+            f"agents draw actions from finite ranges, which the {what} do not have: {', '.join(without)}; declare them "
+            f'in the text, or give them, as actions={{"{without[0]}": (-10, 10)}}'
+        )
+    return dataclasses.replace(opened, action_ranges=ranges)
+
+
+def _fresh(block: str, names: Sequence[str], others: set[str]) -> tuple[str, ...]:
+    """Return names `BLOCK_NAME` that the loop does not have."""
+    fresh = []
+    for name in names:
+        new = f"{block}_{name}"
+        while new in others:
+            new += "_"
+        fresh.append(new)
+        others = others | {new}
+    return tuple(fresh)
+
+
+def _inputs(instance: Instance, controller: Controller) -> list[Expr]:
+    """Return the connections of the inputs of a block, in order."""
+    positional = [a for a in instance.arguments if not isinstance(a, Keyword)]
+    named = {a.name: a.value for a in instance.arguments if isinstance(a, Keyword)}
+    names = [s.name for s in controller.inputs]
+    by_name = dict(zip(names, positional, strict=False)) | named
+    return [by_name[name] for name in names]
+
 
 #: Measures that are sums over the steps.
 INTEGRALS: Final = ("iae", "ise", "integral", "effort")
@@ -29,7 +202,7 @@ class LoopEnvironment(gymnasium.Env[Any, Any]):  # type: ignore[misc]  # gymnasi
         opened: The loop.
         reward: A function of the signals, or the name of a measure.
         start: Ranges of states at the begin.
-        penalty: What a terminated episode costs.
+        penalty: The cost of a terminated episode.
         substeps: Steps of integration between two samples.
         backend: As for `Experiment`.
     """
@@ -80,10 +253,10 @@ class LoopEnvironment(gymnasium.Env[Any, Any]):  # type: ignore[misc]  # gymnasi
                 raise UnknownNameError("option", name, ("start",))
         super().reset(seed=seed)
         begin = {name: float(self.np_random.uniform(*ends)) for name, ends in self._start.items()}
-        given = (options or {}).get("start", {})
-        if not isinstance(given, Mapping):
-            raise ArgumentError(f"the option 'start' must be values by the names of states, got {given!r}")
-        begin |= {f"{self.opened.prefix}{name}": number(f"start of '{name}'", value) for name, value in given.items()}
+        start = (options or {}).get("start", {})
+        if not isinstance(start, Mapping):
+            raise ArgumentError(f"the option 'start' must be values by the names of states, got {start!r}")
+        begin |= {f"{self.opened.prefix}{name}": number(f"start of '{name}'", value) for name, value in start.items()}
         noise = int(self.np_random.integers(2**32))
         self._stepper = Stepper(self.experiment, self._substeps, noise, begin)
         row = self._stepper.look(np.zeros(len(self.opened.actions)))
@@ -128,19 +301,19 @@ class LoopEnvironment(gymnasium.Env[Any, Any]):  # type: ignore[misc]  # gymnasi
                 break
         signals = self._signals(row, values)
         total = total if self._reward is None else number("the reward", self._reward(signals))
-        found = self._observed(row)
+        observation = self._observed(row)
         outside = [n for n, value, low, high in self._ranged(row) if not low <= value <= high]
         if outside:
             signals["stopped"] = f"{', '.join(outside)} left the range at t = {signals['t']:.6g} s"
             total -= self._penalty
         truncated = stepper.sample >= last
         self._ended = bool(outside) or truncated
-        return found, total, bool(outside), truncated, signals
+        return observation, total, bool(outside), truncated, signals
 
     def _stopped(
         self, row: Any, why: Diagnostic, total: float, values: Any
     ) -> tuple[Any, float, bool, bool, dict[str, Any]]:
-        """Return what a step gives that ends where a state leaves its range."""
+        """Return the result of a step at whose end a state leaves its range."""
         self._ended = True
         signals = self._signals(row, values)
         reward = total if self._reward is None else number("the reward", self._reward(signals))
@@ -157,13 +330,13 @@ class LoopEnvironment(gymnasium.Env[Any, Any]):  # type: ignore[misc]  # gymnasi
     def _signals(self, row: Any, values: Any) -> dict[str, Any]:
         """Return the signals by the names that a run has for them."""
         assert self._stepper is not None
-        positions, shown = self.experiment.positions, self.opened.shown
-        found = {shown.get(n, n): float(row[k]) for n, k in positions.items() if not n.startswith("#")}
-        actions = {shown[a]: float(value) for a, value in zip(self.opened.actions, values, strict=True)}
-        return {"t": self._stepper.sample * self.experiment.step, **found, **actions}
+        positions, labels = self.experiment.positions, self.opened.shown
+        signals = {labels.get(n, n): float(row[k]) for n, k in positions.items() if not n.startswith("#")}
+        actions = {labels[a]: float(value) for a, value in zip(self.opened.actions, values, strict=True)}
+        return {"t": self._stepper.sample * self.experiment.step, **signals, **actions}
 
     def _integral(self, name: str) -> Callable[[Any, Any], float]:
-        """Return what a step between two samples adds to a measure."""
+        """Return the part of a measure of a step between two samples."""
         loop = self.opened.loop
         measures = {m.name: m.value for m in loop.measures}
         if name not in measures:

@@ -19,8 +19,7 @@ from fuzzyctl.model.system import FuzzySystem
 
 if TYPE_CHECKING:
     from fuzzyctl.annotations import FloatArray, Numbers
-    from fuzzyctl.interop.environments import LoopEnvironment
-    from fuzzyctl.interop.opened_loops import OpenedLoop
+    from fuzzyctl.interop.environments import LoopEnvironment, OpenedLoop
     from fuzzyctl.simulation.experiment import LoopBackend
 
 #: The signals of a loop by name to a reward.
@@ -75,19 +74,19 @@ class Policy:
             ArgumentError: For an observation of another shape.
             ValueOutOfBoundsError: For an observation with NaN.
         """
-        found = numbers(observation)
-        if found is None or found.shape != (len(self._names),):
+        observed = numbers(observation)
+        if observed is None or observed.shape != (len(self._names),):
             raise ArgumentError(
                 f"the observation must have the shape ({len(self._names)},) for {', '.join(self._names)}, "
                 f"got {observation!r}"
             )
-        if np.isnan(found).any():
-            undefined = [name for name, value in zip(self._names, found, strict=True) if np.isnan(value)]
+        if np.isnan(observed).any():
+            undefined = [name for name, value in zip(self._names, observed, strict=True) if np.isnan(value)]
             raise ValueOutOfBoundsError(f"observation of {', '.join(undefined)}", math.nan, "a number")
         if self._moves:
-            outputs, self.state = self._kernel(*found.tolist(), self.state, dt=self._dt)
+            outputs, self.state = self._kernel(*observed.tolist(), self.state, dt=self._dt)
         else:
-            outputs = self._kernel(*found.tolist())
+            outputs = self._kernel(*observed.tolist())
         return np.atleast_1d(np.array(outputs))
 
 
@@ -121,7 +120,7 @@ def environment(
         start: Range from which `reset` draws states of plants, by name: `BLOCK.STATE` in a loop, `STATE` of a plant.
         actions: Ranges of actions where the text gives no finite ones, by name: `BLOCK.OUTPUT` in a loop, `INPUT` of a
             plant.
-        penalty: What a terminated episode costs.
+        penalty: The cost of a terminated episode.
         substeps: Steps of integration between two samples.
         backend: As for `Experiment`.
 
@@ -137,10 +136,9 @@ def environment(
     required("gymnasium", "gymnasium")
     if not (callable(reward) or isinstance(reward, str)):
         raise ArgumentError(f"reward must be a function of the signals or the name of a measure, got {reward!r}")
-    from fuzzyctl.interop.environments import LoopEnvironment
-    from fuzzyctl.interop.opened_loops import with_action_ranges
+    from fuzzyctl.interop.environments import LoopEnvironment, with_action_ranges
 
-    ends = {name: span(f"range of '{name}'", own) for name, own in (actions or {}).items()}
+    ends = {name: span(f"range of '{name}'", limits) for name, limits in (actions or {}).items()}
     opened = with_action_ranges(_opened(system, block, dt, duration), ends)
     starts = {name: span(f"start of '{name}'", ends) for name, ends in (start or {}).items()}
     return LoopEnvironment(opened, reward, starts, number("penalty", penalty), count("substeps", substeps), backend)
@@ -148,7 +146,7 @@ def environment(
 
 def _opened(system: Loop | Plant, block: str | None, dt: float | None, duration: float | None) -> OpenedLoop:
     """Return a loop without a controller, or a plant, with the arguments that go with it."""
-    from fuzzyctl.interop.opened_loops import opened_loop, opened_plant
+    from fuzzyctl.interop.environments import opened_loop, opened_plant
 
     if isinstance(system, Loop):
         if block is None or dt is not None or duration is not None:

@@ -13,24 +13,24 @@ def real(name: str, values: Any) -> np.ndarray[Any, Any]:
     """Return real, finite numbers as an array.
 
     Args:
-        name: What they are.
+        name: Their name in messages.
         values: The numbers, of any shape; complex ones without an imaginary part count as real.
 
     Raises:
         ValueOutOfBoundsError: For anything else.
     """
     try:
-        found = np.asarray(values)
-        if found.dtype.kind in "US" or (np.iscomplexobj(found) and found.imag.any()):
+        array = np.asarray(values)
+        if array.dtype.kind in "US" or (np.iscomplexobj(array) and array.imag.any()):
             raise ValueOutOfBoundsError(name, values, "real")
-        found = found.real.astype(np.float64)
+        array = array.real.astype(np.float64)
     except (TypeError, ValueError) as error:
         if isinstance(error, ValueOutOfBoundsError):
             raise
         raise ValueOutOfBoundsError(name, values, "real") from None
-    if not np.isfinite(found).all():
+    if not np.isfinite(array).all():
         raise ValueOutOfBoundsError(name, values, "finite")
-    return found
+    return array
 
 
 def number(name: str, value: Any, unit: str = "") -> float:
@@ -72,16 +72,16 @@ def span(name: str, ends: Any) -> tuple[float, float]:
     Raises:
         ValueOutOfBoundsError: For other than two finite numbers in order.
     """
-    found = real(name, ends)
-    if found.shape != (2,) or found[0] > found[1]:
+    pair = real(name, ends)
+    if pair.shape != (2,) or pair[0] > pair[1]:
         raise ValueOutOfBoundsError(name, ends, "two numbers, the smaller one first")
-    return float(found[0]), float(found[1])
+    return float(pair[0]), float(pair[1])
 
 
 def numbers(values: Any) -> np.ndarray[Any, Any] | None:
     """Return real numbers, NaN and infinite ones included, as an array; None for anything else."""
     try:
-        found = np.asarray(values)
-        return None if np.iscomplexobj(found) else found.astype(np.float64)
+        array = np.asarray(values)
+        return None if np.iscomplexobj(array) else array.astype(np.float64)
     except (TypeError, ValueError):
         return None

@@ -13,7 +13,7 @@ class MissingPackageError(FuzzyctlError, ImportError):
 
     Args:
         package: Its name, as `pip` knows it.
-        reason: What the import raised.
+        reason: The error of the import.
     """
 
     def __init__(self, package: str, reason: str) -> None:

@@ -100,10 +100,10 @@ def _nonlinear(system: Any, name: str) -> Plant:
         raise ArgumentError(f"{_kind(system)} is in discrete time: a plant of a loop is in continuous time")
 
     def output(t: float, x: tuple[float, ...]) -> Any:
-        found = system.output(t, x, np.full(system.ninputs, np.nan))
-        if np.isnan(found).any() and not np.isnan(system.output(t, x, np.zeros(system.ninputs))).any():
+        result = system.output(t, x, np.full(system.ninputs, np.nan))
+        if np.isnan(result).any() and not np.isnan(system.output(t, x, np.zeros(system.ninputs))).any():
             raise ArgumentError("the outputs depend on the inputs of the same instant: give it a state in between")
-        return found
+        return result
 
     return python_plant(
         name, _numbered("u", system.ninputs), dict.fromkeys(_numbered("x", system.nstates), 0.0),
@@ -139,22 +139,22 @@ def with_plant(loop: Loop, block: str, system: Any) -> Loop:
     if instance.controller not in plants:
         raise ArgumentError(f"block '{block}' is no plant, but of the controller '{instance.controller}'")
     old = plants[instance.controller]
-    found = system if isinstance(system, Plant | Controller) else plant_of(system)
-    for what, mine, theirs in (("input", old.inputs, found.inputs), ("output", old.results, found.results)):
+    replacement = system if isinstance(system, Plant | Controller) else plant_of(system)
+    for what, mine, theirs in (("input", old.inputs, replacement.inputs), ("output", old.results, replacement.results)):
         if len(mine) != len(theirs):
             names = ", ".join(s.name for s in mine)
             raise ArgumentError(
                 f"block '{block}' has {counted(len(mine), what)} ({names}), {_kind(system)} {len(theirs)}"
             )
-    new = _renamed(found, old, _free_name(f"{block}_system", blocks_of(loop)))
+    new = _renamed(replacement, old, _free_name(f"{block}_system", blocks_of(loop)))
     inputs = {s.name for s in old.inputs}
     arguments = tuple(a for a in instance.arguments if not isinstance(a, Keyword) or a.name in inputs)
     instances = tuple(
         dataclasses.replace(i, controller=new.name, arguments=arguments) if i is instance else i for i in loop.instances
     )
     used = {i.controller for i in instances}
-    kept = tuple(p for p in loop.plants if p.name in used)
-    callees: dict[str, Any] = {"plants": kept, "controllers": loop.controllers}
+    others = tuple(p for p in loop.plants if p.name in used)
+    callees: dict[str, Any] = {"plants": others, "controllers": loop.controllers}
     callees[f"{new.kind}s"] += (new,)
     return dataclasses.replace(loop, instances=instances, **callees)
 
@@ -169,11 +169,11 @@ def _kind(system: Any) -> str:
 
 
 def _read(text: str, name: str) -> Plant | Controller:
-    found = look_through(SourceText(f"<{name}>", text))
-    mistakes = [d for d in found.diagnostics if d.severity == "error"]
+    examined = look_through(SourceText(f"<{name}>", text))
+    mistakes = [d for d in examined.diagnostics if d.severity == "error"]
     if mistakes:
         raise DiagnosticError(mistakes)
-    return (found.plants or found.controllers)[0]
+    return (examined.plants or examined.controllers)[0]
 
 
 def _form(system: Any) -> str:
@@ -233,14 +233,14 @@ def _rows(matrix: np.ndarray[Any, Any]) -> str:
 
 def _roots(roots: Any) -> str:
     """Return real roots as numbers, and pairs of conjugate ones as `pair(a, b)`."""
-    found = np.atleast_1d(np.asarray(roots, dtype=np.complex128))
-    real("roots", [found.real, found.imag])
-    above, below = (sorted(found[s * found.imag > 0.0], key=lambda r: (r.real, abs(r.imag))) for s in (1, -1))
+    numbers = np.atleast_1d(np.asarray(roots, dtype=np.complex128))
+    real("roots", [numbers.real, numbers.imag])
+    above, below = (sorted(numbers[s * numbers.imag > 0.0], key=lambda r: (r.real, abs(r.imag))) for s in (1, -1))
     if not (len(above) == len(below) and np.allclose(above, np.conj(below), rtol=CONJUGATE, atol=0.0)):
         raise ArgumentError(
-            f"roots {found.tolist()} are not those of real coefficients: a complex one has no conjugate"
+            f"roots {numbers.tolist()} are not those of real coefficients: a complex one has no conjugate"
         )
-    texts = [repr(float(root.real)) for root in found[found.imag == 0.0]]
+    texts = [repr(float(root.real)) for root in numbers[numbers.imag == 0.0]]
     texts += [f"pair({float(root.real)!r}, {float(root.imag)!r})" for root in above]
     return f"[{', '.join(texts)}]"
 
@@ -261,20 +261,20 @@ def _sum(factors: Sequence[float], names: Sequence[str]) -> str:
     return " + ".join(terms) or "0"
 
 
-def _free_name(name: str, taken: Mapping[str, object]) -> str:
-    while name in taken:
+def _free_name(name: str, names: Mapping[str, object]) -> str:
+    while name in names:
         name = f"{name}_"
     return name
 
 
 def _renamed(block: Plant | Controller, like: Plant, name: str) -> Plant | Controller:
-    """Return a block with the signals of another one, and names of its own that these do not have."""
+    """Return a block with the signals of another one, and names that these do not have."""
     signals = {s.name: o for s, o in zip((*block.inputs, *block.results), (*like.inputs, *like.results), strict=True)}
-    taken = {o.name: o for o in signals.values()}
+    by_name = {o.name: o for o in signals.values()}
     names = {old: new.name for old, new in signals.items()}
-    own: list[Signal | Definition] = [*block.states, *block.definitions]
-    for item in own:
-        names[item.name] = _free_name(item.name, taken)
+    statements: list[Signal | Definition] = [*block.states, *block.definitions]
+    for item in statements:
+        names[item.name] = _free_name(item.name, by_name)
     values: dict[str, Expr] = {old: Name(new) for old, new in names.items()}
 
     def renamed(items: Sequence[_Named]) -> tuple[_Named, ...]:

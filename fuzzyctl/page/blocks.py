@@ -1,4 +1,4 @@
-"""What a page shows of controllers and of runs of loops, as plain data."""
+"""Controllers and runs of loops as the plain data of a page."""
 
 from __future__ import annotations
 
@@ -62,29 +62,29 @@ def samples(count: int, drawn: Sequence[Drawn], followed: int, runs: int) -> Sam
         followed: How many signals are not drawn, but held at the times of the slider; the time is one.
         runs: How many runs the page has.
     """
-    most, held = NUMBERS // runs, len(drawn) + followed
+    most, rows = NUMBERS // runs, len(drawn) + followed
     widest = max(1, math.ceil(count / FEWEST))
-    every = max(1, min(math.ceil(count / min(SAMPLES, max(1, most // held))), widest))
+    every = max(1, min(math.ceil(count / min(SAMPLES, max(1, most // rows))), widest))
     while True:
-        shown = sorted({*range(0, count, every), *range(count)[-1:]})
-        found = [peaks(line, shown) for line in drawn]
-        size = len(shown) * held + 2 * sum(map(len, found))
+        indices = sorted({*range(0, count, every), *range(count)[-1:]})
+        extremes = [peaks(line, indices) for line in drawn]
+        size = len(indices) * rows + 2 * sum(map(len, extremes))
         if size <= most or every == widest:
-            return Samples(every, shown, found)
+            return Samples(every, indices, extremes)
         every = min(math.ceil(every * size / most), widest)
 
 
-def peaks(line: Drawn, shown: Sequence[int]) -> list[int]:
+def peaks(line: Drawn, indices: Sequence[int]) -> list[int]:
     """Return the samples of the least and the greatest value of each stretch where they lie beyond its ends.
 
     So a picture has the band that chattering fills, and lines that are smooth cost nothing.
 
     Args:
-        line: What is drawn.
-        shown: The samples at which stretches end, increasing.
+        line: The line.
+        indices: The samples at which stretches end, increasing.
     """
-    values, seen, found = line.values, SEEN * line.height, set()
-    for start, stop in pairwise(shown):
+    values, seen, extremes = line.values, SEEN * line.height, set()
+    for start, stop in pairwise(indices):
         inside = values[start + 1 : stop]
         if not inside:
             continue
@@ -92,19 +92,19 @@ def peaks(line: Drawn, shown: Sequence[int]) -> list[int]:
         low, high = sorted((values[start], values[stop]))
         for value, beyond in ((least, low - least), (greatest, greatest - high)):
             if math.isfinite(value) and not beyond <= seen:
-                found.add(start + 1 + inside.index(value))
-    return sorted(found)
+                extremes.add(start + 1 + inside.index(value))
+    return sorted(extremes)
 
 
 #: Digits of values, and of times, by which marks find their samples.
 DIGITS: Final = 6
 TIME_DIGITS: Final = 9
-#: The state of an operator: the blocks that it is in, and what it keeps.
+#: The state of an operator: its blocks, and its name.
 _OPERATOR: Final = re.compile(r"(?:(.+)\.)?\w+#\d+(?:\.(\w+))?")
 
 
 def controller_data(unit: Unit) -> dict[str, Any]:
-    """Return what is shown of a controller, without proofs, which take numpy."""
+    """Return the data of a controller, without proofs, which take numpy."""
     controller = unit.controller
     layout = JavaScriptLayout(unit)
     return {
@@ -118,27 +118,27 @@ def controller_data(unit: Unit) -> dict[str, Any]:
         "state": layout.has_state,
         "states": _states(unit, layout),
         "period": unit.equations.period,
-        "members": {s.name: own for (own, _), s in zip(layout.members, unit.slots, strict=True) if own != s.name},
+        "members": {s.name: name for (name, _), s in zip(layout.members, unit.slots, strict=True) if name != s.name},
         "bounds": None,
         "verdicts": [],
     }
 
 
 def _signal(unit: Unit, signal: Signal) -> dict[str, Any]:
-    """Return what is shown of an input or output; None for an end that its range does not have."""
+    """Return the data of an input or output; None for an end that its range does not have."""
     lower, upper = (end if math.isfinite(end) else None for end in ends(unit, signal.bounds))
     return {"name": signal.name, "label": signal.label, "unit": signal.unit, "lower": lower, "upper": upper}
 
 
 def _states(unit: Unit, layout: JavaScriptLayout) -> dict[str, str]:
     """Return for each member of the state its label, or the operator or call that keeps it, as it is written."""
-    kept = {s.name: s.span for s in unit.equations.states}
+    spans = {s.name: s.span for s in unit.equations.states}
     called = {s for e in unit.equations.body if isinstance(e, Evaluation) for s in e.states}
     labels = {s.name: f"{s.label or s.name}{f' [{s.unit}]' if s.unit else ''}" for s in unit.controller.states}
     labels[STARTED] = "whether a step was made"
-    found = {}
+    states = {}
     for (member, _), slot in zip(layout.members, unit.slots, strict=True):
-        span, parts = kept.get(slot.name) or kept.get(f"{slot.name}.0"), _OPERATOR.fullmatch(slot.name)
+        span, parts = spans.get(slot.name) or spans.get(f"{slot.name}.0"), _OPERATOR.fullmatch(slot.name)
         if slot.name not in labels and span is not None:
             if slot.name in called:
                 labels[slot.name] = _kept_by_call(slot.name, _written(span))
@@ -146,8 +146,8 @@ def _states(unit: Unit, layout: JavaScriptLayout) -> dict[str, str]:
                 block, detail = parts.groups()
                 written = f"{block}: {_written(span)}" if block else _written(span)
                 labels[slot.name] = f"{written}, {detail}" if detail else written
-        found[member] = labels.get(slot.name, slot.name)
-    return found
+        states[member] = labels.get(slot.name, slot.name)
+    return states
 
 
 def _written(span: Span) -> str:
@@ -157,26 +157,26 @@ def _written(span: Span) -> str:
 
 
 def _kept_by_call(state: str, call: str) -> str:
-    """Return what a call of a system keeps: the consequent of a rule, or the last value of an output."""
-    owner, _, kept = state.rpartition(".")
-    output, _, number = kept.removesuffix("]").partition("[")
-    block, _, own = owner.rpartition(".")
-    start = f"{owner} = " if "#" not in own else f"{block}: " if block else ""
+    """Return the state of a call of a system: the consequent of a rule, or the last value of an output."""
+    owner, _, slot = state.rpartition(".")
+    output, _, number = slot.removesuffix("]").partition("[")
+    block, _, system = owner.rpartition(".")
+    start = f"{owner} = " if "#" not in system else f"{block}: " if block else ""
     return f"{start}{call}, {f'adaptive consequent {number} of {output}' if number else f'last value of {output}'}"
 
 
 def loop_data(run: Run, runs: int = 1) -> dict[str, Any]:
-    """Return what is shown of a run: its signals, of many samples each n-th and peaks, measures and requirements.
+    """Return the data of a run: its signals, of many samples each n-th and peaks, measures and requirements.
 
     Args:
         run: The run.
         runs: How many runs the page shows.
     """
-    found = _loop_data(
+    data = _loop_data(
         run.loop, run.t.tolist(), run.positions, lambda e: run.signal(e).tolist(), run.solver, run.params, runs
     )
     return {
-        **found,
+        **data,
         **_judged(run),
         "stopped": run.stopped.message if run.stopped is not None else "",
     }
@@ -205,12 +205,12 @@ def _limits(t: list[float], panel: Panel, signal: Callable[[Expr], list[float]])
     lines = [limits.Line(panel.label, times, np.array(signal(Name(panel.signal))))]
     if panel.reference is not None:
         lines.append(limits.Line("reference", times, np.array(signal(panel.reference))))
-    found = limits.of(lines)
-    return {"y": found.shown, "whole": found.whole, "note": found.note}
+    bounds = limits.of(lines)
+    return {"y": bounds.shown, "whole": bounds.whole, "note": bounds.note}
 
 
 class _Call(NamedTuple):
-    """What is called, by which block, the signals that it takes, and for how many samples they are held."""
+    """A call of a block: its name, the calling block, its signals, and the samples for which they are held."""
 
     block: str
     call: str
@@ -227,30 +227,30 @@ def _calls(loop: Loop, recorded: Collection[str]) -> Iterator[_Call]:
         controller = controllers.get(instance.controller)
         if controller is None:
             continue
-        known = [(controller.name, instance.name, instance.name, [i.name for i in controller.inputs])]
+        calls = [(controller.name, instance.name, instance.name, [i.name for i in controller.inputs])]
         for system in {s.name: s for s in controller.all_systems}.values():
-            own, names = f"{instance.name}.{system.name}", [i.name for i in system.inputs]
-            known.append((system.name, instance.name, own, names))
+            title, names = f"{instance.name}.{system.name}", [i.name for i in system.inputs]
+            calls.append((system.name, instance.name, title, names))
             call = 2
-            while f"{own}.{call}.{names[0]}" in recorded:
-                known.append((system.name, f"{instance.name}, call {call}", f"{own}.{call}", names))
+            while f"{title}.{call}.{names[0]}" in recorded:
+                calls.append((system.name, f"{instance.name}, call {call}", f"{title}.{call}", names))
                 call += 1
-        for name, label, prefix, names in known:
+        for name, label, prefix, names in calls:
             signals = [f"{prefix}.{n}" for n in names]
             if set(signals) <= set(recorded):
                 yield _Call(name, label, signals, samples[instance.name])
 
 
 def plain_loop_data(run: PlainRun) -> dict[str, Any]:
-    """Return what is shown of a run without numpy; a note says what differs."""
+    """Return the data of a run without numpy, with a note on the differences."""
     loop = run.loop
-    found = _loop_data(loop, run.t, run.signals, run.signal, "RK4", {})
+    data = _loop_data(loop, run.t, run.signals, run.signal, "RK4", {})
     note = "The noise is drawn by another generator than that of 'fuzzyctl simulate', so numbers differ."
-    return found | _judged(run) | {"stopped": run.stopped, "note": note if run.has_noise else ""}
+    return data | _judged(run) | {"stopped": run.stopped, "note": note if run.has_noise else ""}
 
 
 def refused_loop_data(loop: Loop, why: str) -> dict[str, Any]:
-    """Return what is shown of a loop that is not run: why."""
+    """Return the data of a loop that is not run, with the reason."""
     return {"kind": "loop", "name": loop.name, "title": loop.title, "source": loop.citation, "refused": why}
 
 
@@ -263,10 +263,10 @@ def _loop_data(
     params: Mapping[str, float],
     runs: int = 1,
 ) -> dict[str, Any]:
-    """Return what is shown of any run.
+    """Return the data of any run.
 
     Args:
-        loop: What was run.
+        loop: The loop.
         t: Times of the samples [s].
         recorded: Names of its signals.
         signal: Returns a signal, a number for each sample.
@@ -279,13 +279,13 @@ def _loop_data(
     drawn, calls = panels(loop, recorded), list(_calls(loop, recorded))
     limits = [_limits(t, p, signal) for p in drawn]
     lines = [
-        Drawn(signal(expr), own["y"][1] - own["y"][0])
-        for p, own in zip(drawn, limits, strict=True)
+        Drawn(signal(expr), bounds["y"][1] - bounds["y"][0])
+        for p, bounds in zip(drawn, limits, strict=True)
         for expr in (Name(p.signal), p.reference)
         if expr is not None
     ]
-    every, shown, peaks = samples(len(t), lines, 1 + sum(len(c.signals) for c in calls), runs)
-    found = iter([_line(t, line.values, shown, own) for line, own in zip(lines, peaks, strict=True)])
+    every, indices, peaks = samples(len(t), lines, 1 + sum(len(c.signals) for c in calls), runs)
+    rows = iter([_line(t, line.values, indices, bounds) for line, bounds in zip(lines, peaks, strict=True)])
     kinds = {c.name: "controller" for c in loop.controllers} | {p.name: "plant" for p in loop.plants}
     return {
         "kind": "loop",
@@ -298,33 +298,33 @@ def _loop_data(
             ["samples", f"{len(t):,}{f', 1 of {every} and peaks between are shown' if every > 1 else ''}"],
             *_params(params_of(loop) | dict(params)),
         ],
-        "t": _shortened([t[k] for k in shown], TIME_DIGITS),
+        "t": _shortened([t[k] for k in indices], TIME_DIGITS),
         "panels": [
             {
                 "name": p.signal,
                 "label": p.label,
                 "held": p.held,
-                **next(found),
-                "reference": next(found) if p.reference is not None else None,
-                **own,
+                **next(rows),
+                "reference": next(rows) if p.reference is not None else None,
+                **bounds,
             }
-            for p, own in zip(drawn, limits, strict=True)
+            for p, bounds in zip(drawn, limits, strict=True)
         ],
-        "inputs": [_inputs(c, signal, shown) for c in calls],
+        "inputs": [_inputs(c, signal, indices) for c in calls],
     }
 
 
-def _inputs(call: _Call, signal: Callable[[Expr], list[float]], shown: list[int]) -> dict[str, Any]:
+def _inputs(call: _Call, signal: Callable[[Expr], list[float]], indices: list[int]) -> dict[str, Any]:
     """Return the inputs of a call of a system at the samples that are shown, each held for the period of its block."""
     signals = [signal(Name(name)) for name in call.signals]
-    values = [_shortened([own[k - k % call.held] for k in shown]) for own in signals]
+    values = [_shortened([column[k - k % call.held] for k in indices]) for column in signals]
     return {"block": call.block, "call": call.call, "values": values}
 
 
-def _line(t: Sequence[float], values: Sequence[float], shown: list[int], peaks: list[int]) -> dict[str, Any]:
+def _line(t: Sequence[float], values: Sequence[float], indices: list[int], peaks: list[int]) -> dict[str, Any]:
     """Return a line: its values at the samples that are shown, times and values of peaks between."""
     at = _shortened([t[k] for k in peaks], TIME_DIGITS)
-    return {"values": _shortened([values[k] for k in shown]), "peaks": [at, _shortened([values[k] for k in peaks])]}
+    return {"values": _shortened([values[k] for k in indices]), "peaks": [at, _shortened([values[k] for k in peaks])]}
 
 
 def _shortened(values: list[float], digits: int = DIGITS) -> list[float | None]:

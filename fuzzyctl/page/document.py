@@ -1,4 +1,4 @@
-"""The text of a page: facts as data, the generated JavaScript, and the scripts that show them; nothing is fetched."""
+"""The text of a page: facts as data, the generated JavaScript, and the scripts that show them, without requests."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ SCRIPTS: Final = (
     *("plots.js", "panels.js", "inputs.js", "surface.js", "rules.js", "system.js", "controller.js", "loop.js"),
     "page.js",
 )
-#: What shows tables and panels of lines, for pages of other programs.
+#: Scripts of tables and panels of lines, for pages of other programs.
 PANELS: Final = ("plots.js", "panels.js")
 #: The last ones: of a page that stays as it is, and of one that gets new texts.
 STILL: Final = ("still.js",)
@@ -48,8 +48,8 @@ class Section:
     """One block of a file on a page.
 
     Args:
-        data: What is shown of it.
-        script: The expression in JavaScript that computes it; `null` for what was computed before.
+        data: Its data.
+        script: The expression in JavaScript that computes it; `null` if it was computed before.
     """
 
     data: dict[str, Any]
@@ -72,7 +72,7 @@ def unit_section(unit: Unit, verdicts: Sequence[Verdict], rows: Mapping[str, Any
     Args:
         unit: The block.
         verdicts: Of its claims.
-        rows: What is shown of proofs.
+        rows: The rows of proofs.
 
     Raises:
         CodegenError: For a block that JavaScript cannot compute.
@@ -92,9 +92,9 @@ def system_section(facts: SystemFacts) -> Section:
     require_size(unit.system)
     data, name = facts.data(), JavaScriptLayout(unit).name
     start = f"system.{name}_init" if data["state"] else "null"
-    own = f"evaluate: system.{name}, start: {start}"
+    call = f"evaluate: system.{name}, start: {start}"
     modules = (("system", javascript_source.module(unit)), ("parts", javascript_parts.module(unit, facts.shown)))
-    return Section(data, _expression(modules, f"{own}, ...parts"))
+    return Section(data, _expression(modules, f"{call}, ...parts"))
 
 
 def controller_section(data: dict[str, Any], unit: Unit) -> Section:
@@ -105,12 +105,12 @@ def controller_section(data: dict[str, Any], unit: Unit) -> Section:
     """
     layout = JavaScriptLayout(unit)
     start = f"system.{layout.name}_init" if layout.has_state else "null"
-    own = f"step: system.{layout.function}, start: {start}"
-    return Section(data, _expression([("system", javascript_source.module(unit))], own))
+    call = f"step: system.{layout.function}, start: {start}"
+    return Section(data, _expression([("system", javascript_source.module(unit))], call))
 
 
 def _expression(modules: Sequence[tuple[str, str]], result: str) -> str:
-    """Return modules as functions that are called at once, and what is taken from them."""
+    """Return modules as functions that are called at once, with the names that they export."""
     lines = ["(() => {"]
     for name, text in modules:
         exported = re.findall(r"^export (?:function|const|class) (\w+)", text, re.MULTILINE)
@@ -120,7 +120,7 @@ def _expression(modules: Sequence[tuple[str, str]], result: str) -> str:
 
 
 def page_title(blocks: Sequence[str], file: str) -> str:
-    """Return what a page is called: as its only block, of several as the file.
+    """Return the title of a page: that of its only block, else the name of the file.
 
     Args:
         blocks: Titles of the blocks that it shows, or names of those without one.
@@ -144,14 +144,14 @@ def live_document(nonce: str) -> str:
     """Return a page without a text; messages to its window bring `page_facts` and `page_script`, see `live.js`.
 
     Args:
-        nonce: What scripts that come later show to be executed: letters, digits and "-" that cannot be guessed.
+        nonce: The nonce of scripts that come later: letters, digits and "-" that cannot be guessed.
     """
     assert re.fullmatch(r"[A-Za-z0-9-]+", nonce), "the nonce ends early"
     return _html("", page_facts("", [], []), "", LIVE, f" 'nonce-{nonce}'")
 
 
 def page_facts(title: str, sections: Sequence[Section], diagnostics: Sequence[Diagnostic]) -> dict[str, Any]:
-    """Return what a page shows, as plain data; control characters are visible."""
+    """Return the facts of a page as plain data; control characters are visible."""
     facts = {
         "title": title,
         "version": __version__,
@@ -169,12 +169,12 @@ def page_facts(title: str, sections: Sequence[Section], diagnostics: Sequence[Di
             for d in diagnostics
         ],
     }
-    shown: dict[str, Any] = _visible(facts)
-    return shown
+    data: dict[str, Any] = _visible(facts)
+    return data
 
 
 def page_script(sections: Sequence[Section]) -> str:
-    """Return what computes the numbers of a page."""
+    """Return the script that computes the numbers of a page."""
     kernels = ",\n".join(s.script for s in sections)
     return f'"use strict";\nvar kernels = [\n{kernels}\n];\n'
 
@@ -196,17 +196,17 @@ def html_document(title: str, body: str, facts: object, scripts: Sequence[str], 
     Args:
         title: Of the window.
         body: Its markup.
-        facts: What the scripts read, as plain data.
-        scripts: What is executed, in order.
+        facts: The data of the scripts.
+        scripts: The scripts, in order.
         style: The style sheet.
-        nonce: What scripts that come later show, as a source of the policy; empty for none.
+        nonce: The nonce of scripts that come later, as a source of the policy; may be empty.
     """
-    for own in (*scripts, style):
-        assert _ENDS.search(own) is None, "a script ends before its end"
+    for part in (*scripts, style):
+        assert _ENDS.search(part) is None, "a script ends before its end"
     allowed = " ".join(map(_hash, scripts)) + nonce
     policy = f"default-src 'none'; script-src {allowed}; style-src {_hash(style)}; img-src data:; base-uri 'none'"
     policy += "; form-action 'none'"
-    executed = "\n".join(f"<script>{own}</script>" for own in scripts)
+    executed = "\n".join(f"<script>{part}</script>" for part in scripts)
     return f"""<!doctype html>
 <html lang="en">
 <head>
@@ -245,5 +245,5 @@ def _visible(value: Any) -> Any:
     if isinstance(value, str):
         return printable(value)
     if isinstance(value, dict):
-        return {key: _visible(own) for key, own in value.items()}
-    return [_visible(own) for own in value] if isinstance(value, list | tuple) else value
+        return {key: _visible(item) for key, item in value.items()}
+    return [_visible(item) for item in value] if isinstance(value, list | tuple) else value

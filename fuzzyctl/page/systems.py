@@ -1,13 +1,17 @@
-"""What a page shows of a system: facts as plain data, and the sets whose degrees its JavaScript computes."""
+"""Systems as the plain data of a page, and the sets whose degrees its JavaScript computes."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any, Generic, TypeVar
+from typing import Any, Final, Generic, TypeVar
 
-from fuzzyctl.analysis.verdicts import Verdict
+from fuzzyctl.analysis import clock
+from fuzzyctl.analysis.bounds import OutputBound
+from fuzzyctl.analysis.prove import Prover
+from fuzzyctl.analysis.verdicts import Proved, Refuted, Undecided, Verdict
 from fuzzyctl.codegen.javascript_parts import Shown
 from fuzzyctl.codegen.unit import Unit
 from fuzzyctl.explain.implied_sets import antecedent_set
@@ -18,8 +22,8 @@ from fuzzyctl.kernels.inference.defuzzify.defuzzify import consequent_hull
 from fuzzyctl.kernels.plan.build import ImpliedPlan, OutputPlan, SetPlan, planned_set
 from fuzzyctl.model.method import TSUKAMOTO
 from fuzzyctl.model.rule import Consequent, Rule, RuleTable, literals
+from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Input, LinguisticVariable
-from fuzzyctl.page.proofs import bound_row, verdict_row
 
 _T = TypeVar("_T")
 
@@ -40,7 +44,7 @@ class _Once(list[_T], Generic[_T]):
 
 @dataclass
 class SystemFacts:
-    """What is shown of a system, found once.
+    """The data of a system, computed once.
 
     Args:
         unit: The system.
@@ -60,17 +64,17 @@ class SystemFacts:
 
     @cached_property
     def _entries(self) -> list[dict[int, list[tuple[int, ImpliedPlan]]]]:
-        """What each rule does to each output, with its place among the effects on the output."""
-        found: list[dict[int, list[tuple[int, ImpliedPlan]]]] = []
+        """The effects of each rule on each output, by their places."""
+        entries: list[dict[int, list[tuple[int, ImpliedPlan]]]] = []
         for output in self.unit.plan.outputs:
-            found.append({})
+            entries.append({})
             for k, entry in enumerate(output.implied):
-                found[-1].setdefault(entry.rule, []).append((k, entry))
-        return found
+                entries[-1].setdefault(entry.rule, []).append((k, entry))
+        return entries
 
     @property
     def shown(self) -> Shown:
-        """What the JavaScript beside that of the system computes; complete once the data are."""
+        """Values that the JavaScript of the page computes besides those of the system; complete with the data."""
         return Shown(self.sets, self.implications, self.values)
 
     def data(self) -> dict[str, Any]:
@@ -107,9 +111,9 @@ class SystemFacts:
             place = None if planned is None or at is not None else self.sets[k].place(planned)
             corners |= set(planned.pieces if planned is not None and at is None else ())
             terms.append({"name": term.name, "text": membership_text(term.membership), "set": place, "at": at})
-        found: dict[str, Any] = {"name": v.name, "label": v.label, "unit": v.unit, "lower": low, "upper": high}
-        found |= {"variable": k, "terms": terms, "corners": sorted(c for c in corners if low < c < high)}
-        return found | ({"extrapolate": v.extrapolate} if isinstance(v, Input) else {})
+        data: dict[str, Any] = {"name": v.name, "label": v.label, "unit": v.unit, "lower": low, "upper": high}
+        data |= {"variable": k, "terms": terms, "corners": sorted(c for c in corners if low < c < high)}
+        return data | ({"extrapolate": v.extrapolate} if isinstance(v, Input) else {})
 
     def _output(self, k: int) -> dict[str, Any]:
         output = self.unit.plan.outputs[k]
@@ -120,44 +124,44 @@ class SystemFacts:
         parts = []
         for part in dict.fromkeys(literals(rule.antecedent)):
             v = self.variables[self.names.index(part.variable)]
-            own = antecedent_set(self.unit.system, v, part)
-            if own is not None:
-                place = self.sets[self.names.index(v.name)].place(own)
+            curve = antecedent_set(self.unit.system, v, part)
+            if curve is not None:
+                place = self.sets[self.names.index(v.name)].place(curve)
                 parts.append({"variable": v.name, "set": place, "name": " ".join((*part.hedges, part.term))})
         return {"text": rule_text(rule), "parts": parts, "consequents": list(self._consequents(k, rule))}
 
     def _consequents(self, rule: int, written: Rule) -> Iterator[dict[str, Any]]:
-        """Yield what a rule does to outputs; `effect` is its place behind the activations."""
+        """Yield the effects of a rule on outputs; `effect` is its place behind the activations."""
         before = 0
         for o, output in enumerate(self.unit.plan.outputs):
             named: list[Consequent] = [c for c in written.consequents if c.output == output.name]
             for (k, entry), consequent in zip(self._entries[o].get(rule, []), named, strict=True):
                 text = consequent.term if isinstance(consequent.term, str) else membership_text(consequent.term)
-                found = {"output": o, "name": " ".join((*consequent.hedges, text)), "effect": before + k}
-                yield found | self._acting(o, output, entry.term, k)
+                data = {"output": o, "name": " ".join((*consequent.hedges, text)), "effect": before + k}
+                yield data | self._acting(o, output, entry.term, k)
             before += len(output.implied)
 
     def _acting(self, o: int, output: OutputPlan, term: int, k: int) -> dict[str, Any]:
-        """Return what a consequent is: a number, a function of the inputs, a state, or a set with its implication."""
-        own = output.terms[term]
+        """Return a consequent as data: a number, a function of the inputs, a state, or a set with its implication."""
+        plan = output.terms[term]
         if output.rate is not None:
             return {"state": self.unit.plan.states.index((o, k))}
-        if own.reads_inputs:
-            assert own.expression is not None
-            return {"function": self.values.place(own.expression)} if self._reads_inputs_only(own.expression) else {}
+        if plan.reads_inputs:
+            assert plan.expression is not None
+            return {"function": self.values.place(plan.expression)} if self._reads_inputs_only(plan.expression) else {}
         if output.over_rules and output.kind not in TSUKAMOTO:
             return {"value": consequent_hull(output, [term])[0]}
-        place = self.sets[self.names.index(output.name)].place(own)
-        implied = self.implications.place((output.implication_of(own), output.equal))
+        place = self.sets[self.names.index(output.name)].place(plan)
+        implied = self.implications.place((output.implication_of(plan), output.equal))
         return {"set": place, "implication": implied}
 
     def _reads_inputs_only(self, expression: Expr) -> bool:
         flat = self.unit.plan
-        known = {i.name for i in flat.inputs}
+        inputs = {i.name for i in flat.inputs}
         for let in flat.lets:
-            if not let.calls and {n.name for n in names_in(let.value)} <= known:
-                known.add(let.name)
-        return {n.name for n in names_in(expression)} <= known
+            if not let.calls and {n.name for n in names_in(let.value)} <= inputs:
+                inputs.add(let.name)
+        return {n.name for n in names_in(expression)} <= inputs
 
     def _tables(self) -> Iterator[dict[str, Any]]:
         """Yield the rule tables; each cell that is a rule has its place."""
@@ -191,3 +195,85 @@ def _counted(row: Sequence[Any]) -> Iterator[tuple[Any, int]]:
 
 def _is_spike(planned: SetPlan) -> bool:
     return is_number(planned.kind) and planned.expression is None
+
+
+#: Seconds that all bounds of a controller may take; 'fuzzyctl prove --bounds' takes longer.
+BOUND_SECONDS: Final = 0.5
+#: Seconds that reading, all claims and all bounds of a page may take together; the least for claims and bounds.
+PAGE_SECONDS: Final = 2.5
+LEAST_SECONDS: Final = 1.0
+
+
+def bound_row(bound: OutputBound, unit: str) -> list[str]:
+    """Return a name and the bounds of its value."""
+    low, high = (f"{end + 0.0:.9g}" for end in (bound.lo, bound.hi))
+    tail = f" {unit}" if unit else ""
+    if bound.lo == bound.hi:
+        return [bound.name, f"always {low}{tail}"]
+    if math.isinf(bound.lo) and math.isinf(bound.hi):
+        return [bound.name, "no bound is known"]
+    if math.isinf(bound.lo):
+        return [bound.name, f"at most {high}{tail}"]
+    return [bound.name, f"at least {low}{tail}" if math.isinf(bound.hi) else f"from {low} to {high}{tail}"]
+
+
+def verdict_row(verdict: Verdict) -> list[Any]:
+    """Return the verdict, the claim, a note, and of a refuted claim the values by name that show it."""
+    match verdict:
+        case Proved(note=found):
+            text = found
+        case Refuted(witness=witness, note=found):
+            text = "; ".join(filter(None, (str(witness), found)))
+        case Undecided(reason=reason):
+            text = reason
+    point = [verdict.witness.point] if isinstance(verdict, Refuted) else []
+    return [type(verdict).__name__.lower(), verdict.claim, text, *point]
+
+
+def decided(
+    system: FuzzySystem, verdicts: Sequence[Verdict], seconds: float, until: float = math.inf
+) -> tuple[Verdict, ...]:
+    """Return verdicts on the claims of a system; those that are open take subdivision, with a time limit each.
+
+    Args:
+        system: The system.
+        verdicts: What quick methods say.
+        seconds: How long one claim may take.
+        until: When no other claim is begun, on the clock of proofs [s].
+    """
+    prover = Prover(system, timeout=seconds)
+    pairs = zip(system.guarantees, verdicts, strict=True)
+    return tuple(prover.verdict(g) if isinstance(v, Undecided) and clock.now() <= until else v for g, v in pairs)
+
+
+def proofs(
+    block: Any,
+    quick: Sequence[Verdict],
+    seconds: float,
+    *,
+    bound_seconds: float = BOUND_SECONDS,
+    block_seconds: float = math.inf,
+    until: float = math.inf,
+) -> tuple[list[Verdict], dict[str, list[list[Any]]]]:
+    """Return the verdicts on a block, and their rows; of a controller also those of bounds over every step.
+
+    Args:
+        block: A system or controller.
+        quick: What quick methods say of the claims of a system.
+        seconds: How long one claim may take.
+        bound_seconds: How long all bounds may take; 0 for no subdivision.
+        block_seconds: How long all claims may take together.
+        until: When no other claim is begun, on the clock of proofs [s].
+    """
+    if not block.is_sampled:
+        verdicts = list(decided(block, quick, min(seconds, block_seconds / max(len(quick), 1)), until))
+        return verdicts, {"verdicts": list(map(verdict_row, verdicts))}
+    from fuzzyctl.analysis.induction.bounds import bounds_by  # numpy, which the start of the studio does without
+    from fuzzyctl.analysis.induction.prover import ControllerProver
+
+    prover = ControllerProver(block, seconds, until=until)
+    prover.timeout = min(seconds, block_seconds / max(len(prover.own), 1))
+    verdicts = [prover.verdict(c) for c in prover.own]
+    units = {s.name: s.unit for s in (*block.results, *block.states)}
+    bounds = [bound_row(b, units[name]) for name, b in bounds_by(prover, bound_seconds).items()]
+    return verdicts, {"bounds": bounds, "verdicts": list(map(verdict_row, verdicts))}

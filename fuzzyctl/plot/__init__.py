@@ -1,7 +1,7 @@
 """Pictures of fuzzy systems: data and axes in, axes out.
 
 `surface`, `terms`, `rules` and `runs` draw into `ax` where it is given, else into a figure of their own; no window
-opens, and pyplot is not involved. A notebook shows what they return. matplotlib is loaded by the first of them.
+opens, and pyplot is not involved. A notebook shows their result. matplotlib is loaded by the first of them.
 """
 
 from __future__ import annotations

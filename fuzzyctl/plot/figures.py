@@ -1,4 +1,4 @@
-"""Figures of the caller's or of their own, without pyplot, and what a notebook shows of their axes."""
+"""Figures of the caller or new ones, without pyplot, and the pictures of their axes in a notebook."""
 
 from __future__ import annotations
 
@@ -34,9 +34,9 @@ class Panels(tuple[Axes, ...], Displayed):
     @property
     def figure(self) -> Figure:
         """The figure that the axes are part of."""
-        found = self[0].get_figure(root=True)
-        assert found is not None, "axes that are drawn are part of a figure"
-        return found
+        owner = self[0].get_figure(root=True)
+        assert owner is not None, "axes that are drawn are part of a figure"
+        return owner
 
     def _repr_svg_(self) -> str:
         return svg(self.figure)
@@ -64,7 +64,7 @@ def styled(ax: Any) -> Iterator[None]:
     """Draw in the style of all pictures, in the caller's where the axes are the caller's.
 
     Raises:
-        ArgumentError: For what is neither axes nor None.
+        ArgumentError: For anything but axes or None.
     """
     if ax is not None and not isinstance(ax, Axes):
         raise ArgumentError(f"'ax' must be axes of matplotlib, or None, got {type(ax).__name__}")
@@ -103,7 +103,7 @@ def place(ax: Axes | None) -> Any:
 
 
 def sized(figure: Any, width: float, height: float) -> None:
-    """Give a figure its size [inches]; what is part of another figure has one."""
+    """Give a figure its size [inches]; a part of another figure has one."""
     if isinstance(figure, Figure):
         figure.set_size_inches(width, height)
 
@@ -124,9 +124,9 @@ def finish(drawn: Any) -> None:
     for text in drawn.findobj(Text):
         text.set_parse_math(text in numbers)
         # The font of pictures has no pictures of control characters.
-        shown = "\n".join(_PICTURES.sub("\ufffd", printable(line)) for line in text.get_text().split("\n"))
-        if shown != text.get_text():
-            text.set_text(shown)
+        label = "\n".join(_PICTURES.sub("\ufffd", printable(line)) for line in text.get_text().split("\n"))
+        if label != text.get_text():
+            text.set_text(label)
 
 
 def png(figure: Any) -> bytes:

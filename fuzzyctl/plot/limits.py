@@ -1,4 +1,4 @@
-"""Limits of an axis that a few peaks do not crush: what is cut off is said."""
+"""Limits of an axis that a few peaks do not crush; the cut peaks are listed."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ CRUSHED = 2.5
 WILD = 10.0
 #: The largest number in single precision.
 LARGEST = (2.0 - 2.0**-23) * 2.0**127
-#: Lines whose peaks are said one by one.
+#: Lines whose peaks are listed one by one.
 MOST_SAID = 3
 
 
@@ -33,7 +33,7 @@ class Line(NamedTuple):
 
 
 class Limits(NamedTuple):
-    """The limits that are shown, those that hold every value, and what the first cut off."""
+    """The limits of the axis, those that hold every value, and a note on the cut peaks."""
 
     shown: tuple[float, float]
     whole: tuple[float, float]
@@ -41,7 +41,7 @@ class Limits(NamedTuple):
 
 
 def whole(values: FloatArray) -> tuple[float, float]:
-    """Return limits around all values that can be drawn, with some room; -1 and 1 where there are none."""
+    """Return limits around all values that can be drawn, with some room; -1 and 1 without any."""
     seen = _drawn(values)
     return _with_room(float(seen.min()), float(seen.max()), 0.04) if seen.size else (-1.0, 1.0)
 
@@ -50,7 +50,7 @@ def of(lines: Sequence[Line], *, is_log: bool = False) -> Limits:
     """Return the limits of a panel.
 
     Args:
-        lines: What it shows.
+        lines: The lines of the axis.
         is_log: Whether its axis is logarithmic: then it holds every value, all of them positive.
     """
     every = np.concatenate([line.values for line in lines])
@@ -76,8 +76,8 @@ def of(lines: Sequence[Line], *, is_log: bool = False) -> Limits:
 
 def _drawn(values: FloatArray) -> FloatArray:
     """Return the values that a line on a page shows: finite ones, in single precision."""
-    found: FloatArray = values[np.abs(values) <= LARGEST]
-    return found
+    finite: FloatArray = values[np.abs(values) <= LARGEST]
+    return finite
 
 
 def _with_room(low: float, high: float, share: float) -> tuple[float, float]:

@@ -59,39 +59,39 @@ def rules(
     return viewer(why(system, values, **named), most, ax)
 
 
-def viewer(found: Trace, most: int = 12, ax: Axes | None = None) -> Panels:
-    """Draw what was traced, see `rules`."""
+def viewer(trace: Trace, most: int = 12, ax: Axes | None = None) -> Panels:
+    """Draw a trace, see `rules`."""
     arguments.integer("'most'", most, 1, MOST)
     with styled(ax):
         figure = place(ax)
-        draw_rules(figure, found.system, found, most)
+        draw_rules(figure, trace.system, trace, most)
         return panels(figure)
 
 
-def draw_rules(figure: Any, system: FuzzySystem, found: Trace, most: int) -> None:
+def draw_rules(figure: Any, system: FuzzySystem, trace: Trace, most: int) -> None:
     """Draw one row for each rule that acts, one column for each variable, and the outputs below.
 
     Args:
         figure: An empty matplotlib figure, or a part of one.
         system: The system.
-        found: What was traced.
-        most: Most rules to draw, those of the highest activation; all count in what they give together.
+        trace: The trace.
+        most: Most rules to draw, those of the highest activation; all count in their common result.
     """
-    rules = found.rules[:most]
-    columns = _columns(system, found)
+    rules = trace.rules[:most]
+    columns = _columns(system, trace)
     rows = len(rules) + 1
     sized(figure, 2.3 * len(columns) + 0.6, 0.85 * rows + 0.9)
     axes = figure.subplots(rows, len(columns), squeeze=False)
     for row, rule in zip(axes, rules, strict=False):
         for ax, column in zip(row, columns, strict=True):
-            _cell(ax, system, found, rule, column)
+            _cell(ax, system, trace, rule, column)
         row[0].set_ylabel(f"rule {rule.number}\n{rule.activation:.3g}", rotation=0, ha="right", va="center")
     axes[-1][0].set_ylabel("together", rotation=0, ha="right", va="center")
     for ax, column in zip(axes[-1], columns, strict=True):
-        _last_row(ax, found, column)
+        _last_row(ax, trace, column)
     for ax, column in zip(axes[0], columns, strict=True):
         ax.set_title(column.variable.axis_label)
-    point = ", ".join(f"{n} = {x:.6g}" for n, x in found.inputs.items())
+    point = ", ".join(f"{n} = {x:.6g}" for n, x in trace.inputs.items())
     figure.suptitle(f"{system.title or system.name}\nat {point}")
 
 
@@ -105,18 +105,18 @@ class _Column:
     sets: ImpliedSets | None
 
 
-def _columns(system: FuzzySystem, found: Trace) -> list[_Column]:
+def _columns(system: FuzzySystem, trace: Trace) -> list[_Column]:
     plans = {o.name: o for o in plan(system).outputs}
     columns = []
     for variable in (*system.inputs, *system.outputs):
         low, high = system.number(variable.lower), system.number(variable.upper)
         if isinstance(variable, Input):
-            ends = _with_room(low, high, [found.inputs[variable.name]])
+            ends = _with_room(low, high, [trace.inputs[variable.name]])
             columns.append(_Column(variable, _even(*(ends if variable.extrapolate else (low, high))), ends, None))
             continue
         x = _even(low, high)
         sets = ImpliedSets(plans[variable.name], x)
-        columns.append(_Column(variable, x, _ends(variable, low, high, found, sets), sets))
+        columns.append(_Column(variable, x, _ends(variable, low, high, trace, sets), sets))
     return columns
 
 
@@ -125,12 +125,12 @@ def _even(low: float, high: float) -> tuple[float, ...]:
 
 
 def _ends(
-    variable: LinguisticVariable, low: float, high: float, found: Trace, sets: ImpliedSets
+    variable: LinguisticVariable, low: float, high: float, trace: Trace, sets: ImpliedSets
 ) -> tuple[float, float]:
     """Return the ends of an output's axis: its range, and numbers beyond it, as sums and functions have them."""
-    values = [value for value, _ in sets.crisp_values(_own(found, variable))] if sets.has_crisp_values else []
-    numbers = [c.value for rule in found.rules for c in rule.contributions if c.output == variable.name]
-    return _with_room(low, high, [*numbers, *values, found.outputs[variable.name]])
+    values = [value for value, _ in sets.crisp_values(_own(trace, variable))] if sets.has_crisp_values else []
+    numbers = [c.value for rule in trace.rules for c in rule.contributions if c.output == variable.name]
+    return _with_room(low, high, [*numbers, *values, trace.outputs[variable.name]])
 
 
 def _with_room(low: float, high: float, numbers: Sequence[float | None]) -> tuple[float, float]:
@@ -140,11 +140,11 @@ def _with_room(low: float, high: float, numbers: Sequence[float | None]) -> tupl
     return min(low, *(v - room for v in beyond), low), max(high, *(v + room for v in beyond), high)
 
 
-def _own(found: Trace, output: LinguisticVariable) -> list[tuple[int, float, int]]:
+def _own(trace: Trace, output: LinguisticVariable) -> list[tuple[int, float, int]]:
     """Return the rules that leave something in an output: position, its effective activation, and which consequent."""
     return [
         (rule.number - 1, c.effective_activation, nth)
-        for rule in found.rules
+        for rule in trace.rules
         for nth, c in enumerate(c for c in rule.contributions if c.output == output.name)
         if c.value is None
     ]
@@ -157,12 +157,12 @@ def _frame(ax: Any, column: _Column, *, ticks: bool) -> None:
         ax.tick_params(labelbottom=False)
 
 
-def _cell(ax: Any, system: FuzzySystem, found: Trace, rule: FiredRule, column: _Column) -> None:
+def _cell(ax: Any, system: FuzzySystem, trace: Trace, rule: FiredRule, column: _Column) -> None:
     _frame(ax, column, ticks=False)
     variable = column.variable
     named = [i for i in literals(system.rules[rule.number - 1].antecedent) if i.variable == variable.name]
-    value = _read_value(system, found, variable)
-    own = [c for c in rule.contributions if c.output == variable.name]
+    value = _read_value(system, trace, variable)
+    parts = [c for c in rule.contributions if c.output == variable.name]
     for part in dict.fromkeys(named):
         asked = antecedent_set(system, variable, part)
         if asked is None:
@@ -173,25 +173,25 @@ def _cell(ax: Any, system: FuzzySystem, found: Trace, rule: FiredRule, column: _
             (degree,) = sampled_degrees(asked, [value])
             ax.fill_between(column.x, np.minimum(curve, degree), color=INPUT, alpha=0.25, lw=0)
     if named and isinstance(variable, Input):
-        ax.axvline(found.inputs[variable.name], color=LINE, lw=0.8)
-    for nth, c in enumerate(own):
+        ax.axvline(trace.inputs[variable.name], color=LINE, lw=0.8)
+    for nth, c in enumerate(parts):
         _consequent(ax, column, rule.number - 1, nth, c)
     names = [(" ".join((*p.hedges, p.term)), INPUT) for p in dict.fromkeys(named)]
-    _names(ax, [*names, *((c.term, OUTPUT) for c in own)])
-    if not named and not own:
+    _names(ax, [*names, *((c.term, OUTPUT) for c in parts)])
+    if not named and not parts:
         ax.set_facecolor("#f4f4f4")
 
 
-def _read_value(system: FuzzySystem, found: Trace, variable: LinguisticVariable) -> float | None:
+def _read_value(system: FuzzySystem, trace: Trace, variable: LinguisticVariable) -> float | None:
     """Return the value whose degrees antecedents take; None where they take how far an output's terms are activated."""
     if isinstance(variable, Input):
-        value, held = found.inputs[variable.name], not variable.extrapolate
+        value, is_clamped = trace.inputs[variable.name], not variable.extrapolate
     elif system.method.semantics.chained == "degree":
         return None
     else:
-        value, held = found.outputs[variable.name], True
+        value, is_clamped = trace.outputs[variable.name], True
     low, high = system.number(variable.lower), system.number(variable.upper)
-    return min(max(value, low), high) if held else value
+    return min(max(value, low), high) if is_clamped else value
 
 
 def _consequent(ax: Any, column: _Column, rule: int, nth: int, contribution: Contribution) -> None:
@@ -246,21 +246,21 @@ def _crowded(ax: Any, letters: int, height: float) -> tuple[int, int]:
     return sum(x <= low + room for x in places), sum(x >= high - room for x in places)
 
 
-def _last_row(ax: Any, found: Trace, column: _Column) -> None:
-    """Draw an input's value, or all consequents of an output together with what comes out."""
+def _last_row(ax: Any, trace: Trace, column: _Column) -> None:
+    """Draw an input's value, or all consequents of an output together with the result."""
     _frame(ax, column, ticks=True)
     name = column.variable.name
     if column.sets is None:
-        ax.axvline(found.inputs[name], color=LINE, lw=0.8)
+        ax.axvline(trace.inputs[name], color=LINE, lw=0.8)
         return
-    contributions = [c for rule in found.rules for c in rule.contributions if c.output == name]
+    contributions = [c for rule in trace.rules for c in rule.contributions if c.output == name]
     _spikes(ax, [(c.value, c.effective_activation) for c in contributions if c.value is not None])
-    own = _own(found, column.variable)
+    cuts = _own(trace, column.variable)
     if column.sets.has_crisp_values:
-        _spikes(ax, column.sets.crisp_values(own))
-    elif together := column.sets.together(own):
+        _spikes(ax, column.sets.crisp_values(cuts))
+    elif together := column.sets.together(cuts):
         _union(ax, column.x, together)
-    value = found.outputs[name]
+    value = trace.outputs[name]
     if np.isnan(value):
         ax.annotate("no value", (0.5, 0.45), xycoords="axes fraction", ha="center", fontsize="small", color=LINE)
     if np.isfinite(value):

@@ -54,7 +54,7 @@ def saved(target: Path, dpi: float | None = None, *, svg_text: bool = False) -> 
     from fuzzyctl.support.writing import written_whole
 
     with mpl.rc_context(STYLE | ({"svg.fonttype": "none"} if svg_text else {})):
-        # A Figure of its own, not pyplot's: no window system, no process-wide state.
+        # A new Figure, not pyplot's: no window system, no process-wide state.
         figure = Figure()
         yield figure
         metadata = (

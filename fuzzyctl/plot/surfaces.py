@@ -16,9 +16,11 @@ from matplotlib.ticker import MaxNLocator
 from fuzzyctl.diagnostics.diagnostic import ArgumentError, UnknownNameError, ValueOutOfBoundsError
 from fuzzyctl.kernels.backends.arguments import input_number
 from fuzzyctl.kernels.compile import compile as compile_block
+from fuzzyctl.kernels.compile import compile as compile_system
 from fuzzyctl.kernels.kernel import Kernel
 from fuzzyctl.model.block import Block
-from fuzzyctl.plot.axis_choice import chosen_axes
+from fuzzyctl.model.system import FuzzySystem
+from fuzzyctl.plot.choices import chosen_axes
 from fuzzyctl.plot.figures import finish, one, place, styled
 from fuzzyctl.plot.style import COLORS
 from fuzzyctl.support import arguments
@@ -39,12 +41,12 @@ LINE: Final = 100
 
 @dataclass(frozen=True)
 class Sampled:
-    """What is drawn: a kernel, with the labels of its variables.
+    """A kernel to draw, with the labels of its variables.
 
     Args:
         kernel: Of numpy.
         title: Of the picture.
-        labels: What each variable is called, by name.
+        labels: The label of each variable, by name.
         axis_labels: The same with the unit.
         ends: Of the range of each input.
         state: By name, at which it is drawn; None for that of the start.
@@ -59,7 +61,7 @@ class Sampled:
 
     @classmethod
     def of(cls, drawn: Block | Kernel, state: Mapping[str, float] | None = None) -> Sampled:
-        """Return a block or a kernel as what is drawn; the kernel of a system knows the names of its variables only."""
+        """Return the samples of a block or a kernel; the kernel of a system knows the names of its variables only."""
         if isinstance(drawn, Kernel):
             names = {n: n for n in (*drawn.input_names, *drawn.output_names)}
             ends = {i.name: (i.lower, i.upper) for i in drawn.plan.inputs}
@@ -132,11 +134,11 @@ def surface(
     arguments.integer("'resolution'", resolution, *RESOLUTIONS)
     grids, values = _sample(drawn, axes, fixed, output, resolution)
     with styled(ax):
-        found = one(ax, (6.4, 4.0) if len(axes) == 1 else (6.4, 5.0), solid=len(axes) == 2)
-        _draw(found, drawn, axes, grids, values, output)
-        found.set_title(_title(drawn, axes, fixed, 60))
-        finish(found)
-    return found
+        target = one(ax, (6.4, 4.0) if len(axes) == 1 else (6.4, 5.0), solid=len(axes) == 2)
+        _draw(target, drawn, axes, grids, values, output)
+        target.set_title(_title(drawn, axes, fixed, 60))
+        finish(target)
+    return target
 
 
 def overview(kernel: Kernel) -> Figure:
@@ -157,13 +159,13 @@ def _known(kind: str, names: Sequence[str], name: object) -> str:
 
 
 def _fixed(drawn: Sampled, at: Mapping[str, float] | Column | None) -> dict[str, float]:
-    found = {}
+    numbers = {}
     for name, value in arguments.mapping("'at'", "numbers by name of the input", {} if at is None else at).items():
         _known("input", drawn.kernel.input_names, name)
-        found[name] = number = input_number(name, value)
+        numbers[name] = number = input_number(name, value)
         if math.isnan(number):
             raise ValueOutOfBoundsError(f"input {name!r}", number, "a number that is not NaN")
-    return found
+    return numbers
 
 
 def _checked_axes(drawn: Sampled, x: str | None, y: str | None, fixed: Mapping[str, float]) -> list[str]:
@@ -265,8 +267,8 @@ def _sample(
 ) -> tuple[list[Any], Any]:
     kernel = drawn.kernel
     grids, points = grid_points(drawn, axes, fixed, resolution)
-    found = kernel.batch(points, drawn.state)
-    values = found[0] if kernel.form.moves else found
+    numbers = kernel.batch(points, drawn.state)
+    values = numbers[0] if kernel.form.moves else numbers
     if len(kernel.output_names) > 1:
         values = values[..., kernel.output_names.index(output)]
     # An infinite value has no place in a picture.
@@ -286,7 +288,7 @@ def draw_surface(
 
     Args:
         figure: An empty matplotlib figure.
-        system: The system or controller, a kernel, or what is sampled of one.
+        system: The system or controller, a kernel, or a `Sampled`.
         axes: Names of one or two inputs.
         fixed: Values of other inputs.
         output: Name of the output.
@@ -309,12 +311,60 @@ def draw_surface(
 
 
 def _title(drawn: Sampled, axes: Sequence[str], fixed: Mapping[str, float], line: int) -> str:
-    held = []
+    constants = []
     for name in drawn.kernel.input_names:
         if name not in axes:
-            held.append(f"{drawn.labels[name]} = {fixed.get(name, drawn.middle(name)):.4g}")
+            constants.append(f"{drawn.labels[name]} = {fixed.get(name, drawn.middle(name)):.4g}")
     if drawn.state is not None:
         start = zip(drawn.kernel.state_names, drawn.kernel.start().tolist(), strict=True)
-        held += [f"{n} = {drawn.state[n]:.4g}" for n, x in start if drawn.state[n] != x]
-    title = f"{drawn.title}  ({', '.join(held)})".strip() if held else drawn.title
+        constants += [f"{n} = {drawn.state[n]:.4g}" for n, x in start if drawn.state[n] != x]
+    title = f"{drawn.title}  ({', '.join(constants)})".strip() if constants else drawn.title
     return title if len(title) <= line else textwrap.fill(title, line)
+
+
+def grid(
+    system: FuzzySystem, axes: Sequence[str], fixed: Mapping[str, float], resolution: int
+) -> tuple[list[Any], Any]:
+    """Return the grid of each axis, and its points with all inputs, shape (resolution, ..., inputs)."""
+    return grid_points(Sampled.of(system), axes, fixed, resolution)
+
+
+def lead(system: FuzzySystem, output: str, rule: int, points: Any) -> Any:
+    """Compute how far a rule is more active than any other rule of an output.
+
+    Args:
+        system: The system.
+        output: Name of the output.
+        rule: Position of the rule in `FuzzySystem.rules`; it concludes on the output.
+        points: Shape (..., inputs).
+
+    Returns:
+        Shape (...,), above 0 where it is the strongest one.
+    """
+    strengths = rule_strengths(system, points)
+    others = [r for r, _ in system.conclusions[output] if r != rule]
+    return strengths[..., rule] - (np.max(strengths[..., others], axis=-1) if others else 0.0)
+
+
+def rule_strengths(system: FuzzySystem, points: Any) -> Any:
+    """Compute how far each rule is active, shape (..., rules), at points of shape (..., inputs)."""
+    return compile_system(system, backend="numpy").strengths(points)
+
+
+def mark_rule(ax: Any, grids: Sequence[Any], leads: Any) -> None:
+    """Draw the border of where a rule is the strongest one into the map of a surface, or its range under a curve.
+
+    Args:
+        ax: Axes of the map or of the curve.
+        grids: The grid of each axis.
+        leads: From `lead`, over the grid.
+    """
+    if not (leads > 0).any():
+        return
+    if len(grids) == 1:
+        ax.fill_between(grids[0], 0, 1, where=leads > 0, transform=ax.get_xaxis_transform(), color=COLORS[1], alpha=0.2)
+    else:
+        # A border on the edge of the map, where the region ends, too.
+        leads = np.pad(leads, 1, constant_values=-1e-9)
+        x, y = (np.pad(g, 1, mode="edge") for g in grids)
+        ax.contour(x, y, leads, levels=[0.0], colors=COLORS[1], linewidths=2.5)

@@ -13,7 +13,7 @@ from fuzzyctl.diagnostics.diagnostic import ArgumentError
 from fuzzyctl.plot import limits
 from fuzzyctl.plot.figures import Panels, place, sized, styled
 from fuzzyctl.plot.figures import panels as panels_of
-from fuzzyctl.plot.labels import shortened
+from fuzzyctl.plot.memberships import shortened
 from fuzzyctl.plot.style import COLORS
 from fuzzyctl.simulation.panels import Panel, panels
 from fuzzyctl.simulation.run import Run
@@ -24,7 +24,7 @@ MOST: Final = 8
 POINTS: Final = 20_000
 #: Colour of references and disturbances.
 GIVEN: Final = "#444444"
-#: Width of the picture, height of a panel, and what the rest takes [inches].
+#: Width of the picture, height of a panel, and the rest [inches].
 WIDTH: Final = 8.0
 PANEL: Final = 1.6
 REST: Final = 1.1
@@ -37,7 +37,7 @@ def runs(*runs: Run, labels: Sequence[str] | None = None, ax: Axes | None = None
 
     Args:
         runs: One or more.
-        labels: What they are called in the legend, one for each; None for the names of their loops.
+        labels: Their labels in the legend, one for each; None for the names of their loops.
         ax: Axes whose place the panels take; None for a new figure.
 
     Returns:
@@ -65,17 +65,17 @@ def draw_runs(figure: Any, runs: Sequence[Run], labels: Sequence[str]) -> None:
 
     Args:
         figure: An empty matplotlib figure, or a part of one.
-        runs: What is drawn, in the panels that any of them has.
-        labels: What they are called in the legend, one for each.
+        runs: The runs, in the panels that any of them has.
+        labels: Their labels in the legend, one for each.
     """
-    own = [{p.signal: p for p in panels(run.loop, run.positions)} for run in runs]
-    first = {name: p for found in reversed(own) for name, p in found.items()}  # of a signal of several runs
-    names = dict.fromkeys(name for found in own for name in found)
-    shown = sorted((first[name] for name in names), key=lambda p: (p.given, p.held))[:MOST]
-    sized(figure, WIDTH, REST + PANEL * max(len(shown), 1))
-    axes = np.atleast_1d(figure.subplots(max(len(shown), 1), 1, sharex=True))
-    for ax, panel in zip(axes, shown, strict=False):
-        having = {k: found[panel.signal] for k, found in enumerate(own) if panel.signal in found}
+    by_run = [{p.signal: p for p in panels(run.loop, run.positions)} for run in runs]
+    first = {name: p for group in reversed(by_run) for name, p in group.items()}  # of a signal of several runs
+    names = dict.fromkeys(name for group in by_run for name in group)
+    rows = sorted((first[name] for name in names), key=lambda p: (p.given, p.held))[:MOST]
+    sized(figure, WIDTH, REST + PANEL * max(len(rows), 1))
+    axes = np.atleast_1d(figure.subplots(max(len(rows), 1), 1, sharex=True))
+    for ax, panel in zip(axes, rows, strict=False):
+        having = {k: group[panel.signal] for k, group in enumerate(by_run) if panel.signal in group}
         if panel.given:
             _draw_given(ax, runs, {k: runs[k][panel.signal] for k in having}, {"lw": 1.4})
         else:
@@ -105,7 +105,7 @@ def _draw_signal(ax: Any, run: Run, panel: Panel, color: str, label: str) -> Non
 
 
 def _draw_given(ax: Any, runs: Sequence[Run], values: Mapping[int, Any], style: Mapping[str, Any]) -> None:
-    """Draw what runs are given, by their positions: one line in grey where all have the same, else in their colours."""
+    """Draw the inputs of runs, by their positions: one line in grey where all have the same, else in their colours."""
     longest = max(values, key=lambda k: len(values[k]), default=0)
     alike = all(np.array_equal(v, values[longest][: len(v)]) for v in values.values())
     for k in [longest] if alike and values else values:
@@ -114,10 +114,10 @@ def _draw_given(ax: Any, runs: Sequence[Run], values: Mapping[int, Any], style: 
 
 def _cut_peaks(ax: Any, lines: Sequence[limits.Line]) -> None:
     """Limit the axis of a panel as a page does; a remark below it names the peaks that are cut off."""
-    found = limits.of(lines)
-    if found.note:
-        ax.set_ylim(found.shown)
-        ax.set_xlabel(textwrap.fill(found.note, LETTERS), fontsize="x-small")
+    bounds = limits.of(lines)
+    if bounds.note:
+        ax.set_ylim(bounds.shown)
+        ax.set_xlabel(textwrap.fill(bounds.note, LETTERS), fontsize="x-small")
 
 
 def _legend(figure: Any, axes: Any) -> None:

@@ -40,7 +40,7 @@ class Connection(NamedTuple):
         topic: Where the messages are.
         type: Class of the messages.
         field: Path to a number in a message; the number of an entry, from 0 on, leads into a list.
-        rest: What an output is while the controller does not run.
+        rest: The value of an output while the controller does not run.
     """
 
     signal: str
@@ -59,21 +59,21 @@ def connections(lines: Iterable[str], parameter: str, signals: Sequence[str], wr
         signals: Names that the controller has.
         wrong: Takes a message for each mistake.
     """
-    found: list[Connection] = []
+    result: list[Connection] = []
     for line in filter(str.strip, lines):
         one, mistake = _connection(line, parameter, signals)
         if one is None:
             wrong.append(f"{parameter}: '{line}': {mistake}")
-        elif any(other.signal == one.signal for other in found):
+        elif any(other.signal == one.signal for other in result):
             wrong.append(f"{parameter}: '{one.signal}' stands there twice")
-        elif clash := next((o for o in found if o.topic == one.topic and o.type is not one.type), None):
+        elif clash := next((o for o in result if o.topic == one.topic and o.type is not one.type), None):
             wrong.append(f"{parameter}: '{one.signal}' and '{clash.signal}' give the topic {one.topic} two types")
         else:
-            found.append(one)
-    missing = [name for name in signals if all(name != one.signal for one in found)]
-    if not wrong and (missing if parameter == "inputs" else not found):
+            result.append(one)
+    missing = [name for name in signals if all(name != one.signal for one in result)]
+    if not wrong and (missing if parameter == "inputs" else not result):
         wrong.append(f"{parameter}: a line is missing for {', '.join(missing)}; expected {_FORMS[parameter]}")
-    return sorted(found, key=lambda one: signals.index(one.signal))
+    return sorted(result, key=lambda one: signals.index(one.signal))
 
 
 def _connection(line: str, parameter: str, signals: Sequence[str]) -> tuple[Connection | None, str]:
@@ -90,17 +90,17 @@ def _connection(line: str, parameter: str, signals: Sequence[str]) -> tuple[Conn
         return None, f"expected a number as REST, got '{words[4]}'"
     matched = _TYPE.fullmatch(kind)
     try:
-        made = getattr(import_module(f"{matched[1]}.msg"), matched[2]) if matched else None
+        message = getattr(import_module(f"{matched[1]}.msg"), matched[2]) if matched else None
     except (ImportError, AttributeError):
-        made = None
-    if made is None:
+        message = None
+    if message is None:
         return None, f"there is no message type '{kind}'; expected one such as std_msgs/msg/Float64"
     if parameter == "inputs" and any(part.isdigit() for part in field.split(".")):
-        return Connection(signal, topic, made, field), ""  # entries of lists are there when a message has come
-    value = value_of(made(), field)
+        return Connection(signal, topic, message, field), ""  # entries of lists are there when a message has come
+    value = value_of(message(), field)
     if value is None or (parameter == "outputs" and not isinstance(value, float)):
         return None, f"'{field}' is no {'number' if parameter == 'inputs' else 'floating-point number'} of {kind}"
-    return Connection(signal, topic, made, field, rest), ""
+    return Connection(signal, topic, message, field, rest), ""
 
 
 def _finite(word: str) -> float | None:
@@ -112,7 +112,7 @@ def _finite(word: str) -> float | None:
 
 
 def value_of(message: Any, field: str) -> Real | None:
-    """Return the number in a field of a message, None where there is none."""
+    """Return the number in a field of a message, or None."""
     for part in field.split("."):
         try:
             message = message[int(part)] if part.isdigit() else getattr(message, part)
@@ -250,11 +250,11 @@ class ControllerNode:
             return
         try:
             numbers = [one for one in values if not isinstance(one, str)]
-            found, self._state = self._step(*numbers, self._state, dt=self._dt)
+            commands, self._state = self._step(*numbers, self._state, dt=self._dt)
         except FuzzyctlError as error:
             self._fail(str(error))
             return
-        outputs = dict(zip(self._step.output_names, np.atleast_1d(found).tolist(), strict=True))
+        outputs = dict(zip(self._step.output_names, np.atleast_1d(commands).tolist(), strict=True))
         if wrong := [one.signal for one in self._outputs if not math.isfinite(outputs[one.signal])]:
             self._fail(f"output {', '.join(wrong)} is not finite")
             return
@@ -275,7 +275,7 @@ class ControllerNode:
             publisher.publish(message)
 
     def _keep(self, topic: str, message: Any) -> None:
-        """Keep a message and when it came; nothing is computed here."""
+        """Keep a message and its time; the tick computes."""
         self._latest[topic] = message, self._node.get_clock().now().nanoseconds
 
     def _fail(self, reason: str) -> None:
@@ -284,7 +284,7 @@ class ControllerNode:
         self._log.error(f"at rest: {reason}")
 
     def _value(self, one: Connection, now: int) -> float | str:
-        """Return the value of an input, or why there is none."""
+        """Return the value of an input, or the reason why it is missing."""
         if one.topic not in self._latest:
             return f"no message on {one.topic}"
         message, came = self._latest[one.topic]

@@ -8,7 +8,7 @@ from importlib import import_module
 from typing import Any
 
 from fuzzyctl.cli.common import show
-from fuzzyctl.cli.interruptions import terminated_as_interrupted
+from fuzzyctl.cli.streams import terminated_as_interrupted
 from fuzzyctl.diagnostics.diagnostic import DiagnosticError
 from fuzzyctl.diagnostics.suggestions import closest
 
@@ -32,7 +32,7 @@ def main(name: str, run: Callable[[Any], int]) -> None:
 
     Args:
         name: Of the node.
-        run: Runs a node of rclpy and returns the exit code; it stops what it drives, whatever ends it.
+        run: Runs a node of rclpy and returns the exit code; it stops the robot at every end.
     """
     try:
         rclpy: Any = import_module("rclpy")
@@ -43,7 +43,7 @@ def main(name: str, run: Callable[[Any], int]) -> None:
         print("       --ros-args --params-file FILE", file=sys.stderr)
         sys.exit(2)
     try:
-        # The handlers of rclpy end the communication at once, and what is driven would keep its last command.
+        # The handlers of rclpy end the communication at once, and the robot would keep its last command.
         rclpy.init(signal_handler_options=import_module("rclpy.signals").SignalHandlerOptions.NO)
     except RuntimeError as error:  # arguments of ROS, or a file of parameters, that cannot be read
         print(f"error: {error}", file=sys.stderr)
@@ -67,7 +67,7 @@ def main(name: str, run: Callable[[Any], int]) -> None:
 
 
 def parameters(node: Any, defaults: Mapping[str, str | float | Sequence[str]]) -> dict[str, Any]:
-    """Return the values of a node's parameters, which stay what they are while it runs.
+    """Return the values of a node's parameters, which stay constant while it runs.
 
     Args:
         node: Node of rclpy that has declared what it was given.

@@ -1,1 +1,1 @@
-"""What the studio in the browser asks of a text, as plain data, and the server of its folder; no numpy."""
+"""Answers to the studio in the browser as plain data, and the server of its folder; no numpy."""

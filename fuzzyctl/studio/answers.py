@@ -8,12 +8,13 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Iterable, Iterator
+from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, Final
 
-from fuzzyctl.analysis.prove import refutation
-from fuzzyctl.analysis.verdicts import Refuted
+from fuzzyctl.analysis.prove import UNDIVIDED, quickly, refutation
+from fuzzyctl.analysis.verdicts import Refuted, Undecided, Verdict
 from fuzzyctl.codegen.errors import CodegenError
 from fuzzyctl.codegen.files import sources
 from fuzzyctl.codegen.prepare import prepare
@@ -25,19 +26,13 @@ from fuzzyctl.editor import actions, completion, hover
 from fuzzyctl.editor.document import Document
 from fuzzyctl.lang.formatter import format_source
 from fuzzyctl.loading.load import look_through
+from fuzzyctl.model.block import Block
 from fuzzyctl.model.controller import Controller
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.page.blocks import plain_loop_data, refused_loop_data
-from fuzzyctl.page.document import (
-    Section,
-    live_document,
-    page_facts,
-    page_script,
-    page_title,
-    unit_section,
-)
+from fuzzyctl.page.document import Section, live_document, page_facts, page_script, page_title, unit_section
 from fuzzyctl.page.document import document as page_of
-from fuzzyctl.studio import proofs
+from fuzzyctl.page.systems import proofs, verdict_row
 from fuzzyctl.support.reading import MAX_BYTES
 
 
@@ -77,29 +72,29 @@ def answer(request: str) -> str:
     """Answer a request.
 
     Args:
-        request: JSON with `method`, a key of `METHODS`, `file`, the path of the text, `text`, and what the method
-            takes, such as `offset`, in units of UTF-16.
+        request: JSON with `method`, a key of `METHODS`, `file`, the path of the text, `text`, and the arguments of the
+            method, such as `offset`, in units of UTF-16.
 
     Returns:
-        JSON: what the method returns, or `refused`, a line that says why there is no answer.
+        JSON: the result of the method, or `refused`, a line with the reason.
     """
     asked = json.loads(request)
     try:
-        found = METHODS[asked["method"]](document(asked["file"], asked["text"]), asked)
+        result = METHODS[asked["method"]](document(asked["file"], asked["text"]), asked)
     except ModuleNotFoundError as error:
-        found = {"refused": f"this takes {error.name}, which the studio does not have; the program fuzzyctl does it"}
+        result = {"refused": f"this takes {error.name}, which the studio does not have; the program fuzzyctl does it"}
     except DiagnosticError as error:
         first, *others = error.diagnostics
         more = f", and {counted(len(others), 'more mistake')}" if others else ""
-        found = {"refused": f"{first.severity}[{first.code}]: {first.message}{more}"}
+        result = {"refused": f"{first.severity}[{first.code}]: {first.message}{more}"}
     except FuzzyctlError as error:
-        found = {"refused": str(error)}
-    return json.dumps(found)
+        result = {"refused": str(error)}
+    return json.dumps(result)
 
 
 @lru_cache(maxsize=4)
 def document(file: str, text: str) -> Document:
-    """Return a text as a document; what it uses is read from its folder.
+    """Return a text as a document; files that it uses are read from its folder.
 
     Raises:
         DiagnosticError: For a text that is too large.
@@ -113,11 +108,11 @@ def document(file: str, text: str) -> Document:
 def _check(document: Document, _: _Data) -> _Data:
     """Return all diagnostics, and the blocks that can be shown and exported."""
     try:
-        found, blocks = document.proved, _blocks(document)
+        proved, blocks = document.proved, _blocks(document)
     except DiagnosticError as error:
-        found, blocks = list(error.diagnostics), []
+        proved, blocks = list(error.diagnostics), []
     return {
-        "diagnostics": [_diagnostic(d, document) for d in found],
+        "diagnostics": [_diagnostic(d, document) for d in proved],
         "blocks": [{"name": b.name, "kind": b.kind} for b in blocks],
     }
 
@@ -129,17 +124,17 @@ def _blocks(document: Document) -> list[FuzzySystem | Controller]:
 def _diagnostic(d: Diagnostic, document: Document) -> _Data:
     """Return a diagnostic with its repair; one about a used file names it, and stands at the beginning."""
     source = document.source
-    own = d.span is not None and d.span.source.name == source.name
-    at = ends(d.span) if d.span is not None and own else {"from": 0, "to": 0}
-    place = "" if own or d.span is None else str(d.span)
-    line = d.span.line if d.span is not None and own else 0
+    is_here = d.span is not None and d.span.source.name == source.name
+    at = ends(d.span) if d.span is not None and is_here else {"from": 0, "to": 0}
+    place = "" if is_here or d.span is None else str(d.span)
+    line = d.span.line if d.span is not None and is_here else 0
     fix = [] if d.fix is None else edits(d.fix.replacements, source.name)
     title = actions.repair_title(d) if fix else ""
-    said = {"code": d.code, "severity": d.severity, "message": d.message, "facts": d.explanations, "help": d.help}
+    data = {"code": d.code, "severity": d.severity, "message": d.message, "facts": d.explanations, "help": d.help}
     claim: _Data = {}
-    if d.witness is not None and d.span is not None and own:
+    if d.witness is not None and d.span is not None and is_here:
         claim = {"block": _block_of(d.span, document), "point": d.witness}
-    return {**at, **said, "stops": d.stops, **claim, "place": place, "line": line, "fix": fix, "title": title}
+    return {**at, **data, "stops": d.stops, **claim, "place": place, "line": line, "fix": fix, "title": title}
 
 
 def _block_of(claim: Span, document: Document) -> str:
@@ -157,17 +152,17 @@ def _complete(document: Document, asked: _Data) -> _Data:
 
 
 def _hover(document: Document, asked: _Data) -> _Data:
-    found = hover.hover(document, characters(document.text, asked["offset"]))
-    return {"markdown": ""} if found is None else {**ends(found.span), "markdown": found.markdown}
+    text = hover.hover(document, characters(document.text, asked["offset"]))
+    return {"markdown": ""} if text is None else {**ends(text.span), "markdown": text.markdown}
 
 
 def _actions(document: Document, asked: _Data) -> _Data:
-    """Return what can be changed at a place: repairs of its line, and what is missing, such as rows of a table."""
+    """Return the actions at a place: repairs of its line, and completions, such as rows of a table."""
     offset, source = characters(document.text, asked["offset"]), document.source
     broken = actions.repairs(document.proved, *_line(document.text, offset))
-    found = [(actions.repair_title(d), d.fix.replacements) for d in broken if d.fix is not None]
-    found += [(a.title, a.replacements) for a in actions.actions(document, offset)]
-    return {"actions": [{"title": title, "edits": edits(own, source.name)} for title, own in found]}
+    repairs = [(actions.repair_title(d), d.fix.replacements) for d in broken if d.fix is not None]
+    repairs += [(a.title, a.replacements) for a in actions.actions(document, offset)]
+    return {"actions": [{"title": title, "edits": edits(replacements, source.name)} for title, replacements in repairs]}
 
 
 def _line(text: str, offset: int) -> tuple[int, int]:
@@ -202,7 +197,7 @@ def _frame(_: Document, asked: _Data) -> _Data:
 
 
 def _picture(document: Document, _: _Data) -> _Data:
-    """Return what the frame shows of the text, without runs of loops."""
+    """Return the data of the frame, without runs of loops."""
     _require_sound(document)
     sections = [_section(block, document) for block in _blocks(document)]
     facts = page_facts(_title(document), sections, document.proved)
@@ -210,7 +205,7 @@ def _picture(document: Document, _: _Data) -> _Data:
 
 
 def _runs(document: Document, _: _Data) -> _Data:
-    """Return what the frame shows of loops; why not, for one that is not run here."""
+    """Return the data of loops in the frame; the reason for one that is not run here."""
     _require_sound(document)
     return {"sections": list(_run_sections(document))}
 
@@ -238,7 +233,7 @@ def _page(document: Document, _: _Data) -> _Data:
 
 
 def _title(document: Document) -> str:
-    """Return what the page of a text is called.
+    """Return the title of the page of a text.
 
     Raises:
         NothingShownError: For a text without systems, controllers and loops.
@@ -251,14 +246,14 @@ def _title(document: Document) -> str:
 
 def _section(block: FuzzySystem | Controller, document: Document, *, decided: bool = False) -> Section:
     """Return the section of a block; with `decided`, claims that quick methods leave open are decided."""
-    verdicts, rows = proofs.proofs(block) if decided else (proofs.at_once(block), {})
+    verdicts, rows = block_proofs(block) if decided else (at_once(block), {})
     return unit_section(prepare(block, document.text, verdicts=verdicts), verdicts, rows)
 
 
 def _proofs(document: Document, asked: _Data) -> _Data:
     """Return the verdicts that the page shows of a block, by its position, and the diagnostics that they add."""
     _require_sound(document)
-    verdicts, rows = proofs.proofs(_blocks(document)[asked["block"]])
+    verdicts, rows = block_proofs(_blocks(document)[asked["block"]])
     reported = {d.span for d in document.proved if d.witness is not None}
     added = [refutation(v) for v in verdicts if isinstance(v, Refuted) and v.span not in reported]
     return {**rows, "diagnostics": [_diagnostic(d, document) for d in document.examined.reported(added)]}
@@ -272,7 +267,7 @@ def _export(document: Document, asked: _Data) -> _Data:
     for block in _blocks(document):
         try:
             # Without the self-tests, whose numbers take numpy.
-            files |= sources(prepare(block, document.text, verdicts=proofs.quick(block)), asked["target"])
+            files |= sources(prepare(block, document.text, verdicts=quick(block)), asked["target"])
         except CodegenError as error:
             refused.append(f"'{block.name}': {error}")
     if not files:
@@ -281,7 +276,7 @@ def _export(document: Document, asked: _Data) -> _Data:
 
 
 def _require_sound(document: Document) -> None:
-    """Refuse a text with errors; claims that fail are none.
+    """Refuse a text with errors other than failed claims.
 
     Raises:
         DiagnosticError: For one.
@@ -291,7 +286,7 @@ def _require_sound(document: Document) -> None:
         raise DiagnosticError(errors)
 
 
-#: What can be asked.
+#: The methods of requests.
 METHODS: Final[dict[str, Callable[[Document, _Data], _Data]]] = {
     "check": _check,
     "complete": _complete,
@@ -306,3 +301,36 @@ METHODS: Final[dict[str, Callable[[Document, _Data], _Data]]] = {
     "page": _page,
     "export": _export,
 }
+
+
+#: Seconds that all claims of a block may take together, and most that one of them may.
+BLOCK_SECONDS: Final = 16.0
+CLAIM_SECONDS: Final = 4.0
+
+#: Why a claim is open until `block_proofs` has decided it.
+FOLLOWS: Final = "it takes subdivision, which is under way"
+
+
+def block_proofs(block: Block) -> tuple[list[Verdict], dict[str, list[list[Any]]]]:
+    """Return the verdicts on the claims of a block, and rows that a page shows: of a controller bounds as well."""
+    verdicts, rows = proofs(block, quick(block), CLAIM_SECONDS, bound_seconds=0.0, block_seconds=BLOCK_SECONDS)
+    advised = list(map(_with_advice, verdicts))
+    return advised, {**rows, "verdicts": list(map(verdict_row, advised))}
+
+
+def quick(block: Any) -> list[Verdict]:
+    """Return quick verdicts; none for a controller, as proofs of steps take numpy."""
+    return [] if block.is_sampled else quickly(block)[0]
+
+
+def at_once(block: Block) -> list[Verdict]:
+    """Return quick verdicts; open ones say that subdivision follows."""
+    return [
+        replace(v, reason=FOLLOWS) if isinstance(v, Undecided) and v.reason == UNDIVIDED else v for v in quick(block)
+    ]
+
+
+def _with_advice(verdict: Verdict) -> Verdict:
+    if isinstance(verdict, Undecided) and verdict.remaining:
+        return replace(verdict, reason=f"{verdict.reason}; 'fuzzyctl prove' takes more time")
+    return verdict

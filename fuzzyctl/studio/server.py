@@ -23,7 +23,7 @@ from fuzzyctl.support.reading import is_below, is_special, read_source
 ADDRESS: Final = "127.0.0.1"
 #: The port unless another one is named: browsers keep drafts for each address and port.
 PORT: Final = 8617
-#: What files are, by the end of their names.
+#: Types of files, by the end of their names.
 _TYPES: Final = {
     ".html": "text/html; charset=utf-8",
     ".css": "text/css; charset=utf-8",
@@ -41,7 +41,7 @@ _HOSTS: Final = re.compile(r"(127\.0\.0\.1|localhost)(:\d+)?", re.IGNORECASE)
 
 
 class _Handler(SimpleHTTPRequestHandler):
-    """Serves files without a word; browsers ask whether what they have is the newest, but for Pyodide.
+    """Serves files without a word; browsers ask whether their copy is the newest, but for Pyodide.
 
     Its folder is named after its version, so they keep it, and the machine code that they make of it.
     """
@@ -68,9 +68,9 @@ class _Handler(SimpleHTTPRequestHandler):
         return _TYPES.get(os.path.splitext(path)[1], "application/octet-stream")
 
     def end_headers(self) -> None:
-        """Send what each answer has."""
-        kept = getattr(self, "path", "").startswith("/pyodide-")  # a request without sense has none
-        self.send_header("Cache-Control", "max-age=31536000, immutable" if kept else "no-cache")
+        """Send the common headers."""
+        is_kept = getattr(self, "path", "").startswith("/pyodide-")  # a request without sense has none
+        self.send_header("Cache-Control", "max-age=31536000, immutable" if is_kept else "no-cache")
         self.send_header("X-Content-Type-Options", "nosniff")
         self.send_header("Content-Security-Policy", "frame-ancestors 'none'")
         super().end_headers()
@@ -94,7 +94,7 @@ def server(folder: Path, port: int = 0) -> ThreadingHTTPServer:
     """Return a server of a folder, which `serve_forever` starts.
 
     Args:
-        folder: What is served.
+        folder: The folder to serve.
         port: 0 for one that is free.
 
     Raises:
@@ -109,7 +109,7 @@ def address(port: int, name: str = "", text: str | None = None, files: Mapping[s
     Args:
         port: Of the server.
         name: Of the text.
-        text: What is edited.
+        text: The text.
         files: The texts that it uses, by name, see `used_files`.
     """
     page = f"http://{ADDRESS}:{port}/"
@@ -131,16 +131,16 @@ def used_files(text: str, folder: Path) -> dict[str, str]:
 
     One that cannot be read is left out; the studio reports it where it is used.
     """
-    found: dict[str, str] = {}
+    files: dict[str, str] = {}
     waiting = [text]
     while waiting:
         for name in re.findall(r'"([^"\n\0]+)"', waiting.pop()):
             path = folder / name
-            if name in found or not is_below(path, folder):
+            if name in files or not is_below(path, folder):
                 continue
             try:
-                found[name] = read_source(path, only_regular=True).text
+                files[name] = read_source(path, only_regular=True).text
             except DiagnosticError:
                 continue
-            waiting.append(found[name])
-    return found
+            waiting.append(files[name])
+    return files

@@ -25,7 +25,7 @@ from fuzzyctl.analysis.extremes import extents
 from fuzzyctl.analysis.induction.prover import ControllerProver
 from fuzzyctl.analysis.verdicts import Refuted, Witness
 from fuzzyctl.analysis.work import COVERAGE, SpentError, Work
-from fuzzyctl.cli.checked import claim_reports
+from fuzzyctl.cli.loading import claim_reports
 from fuzzyctl.cli.main import main
 from fuzzyctl.cli.page import _add
 from fuzzyctl.codegen import javascript_parts

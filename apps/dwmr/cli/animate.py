@@ -13,9 +13,8 @@ import click
 
 from dwmr.cli import run_options
 from dwmr.cli.common import mistakes_as_diagnostics
-from fuzzyctl.cli.bars import progress
-from fuzzyctl.cli.interruptions import terminated_as_interrupted
-from fuzzyctl.cli.streams import say
+from fuzzyctl.cli.progress import progress
+from fuzzyctl.cli.streams import say, terminated_as_interrupted
 from fuzzyctl.experiments.result_files import one_file
 
 if TYPE_CHECKING:

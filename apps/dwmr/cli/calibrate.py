@@ -14,9 +14,8 @@ from rich.table import Table
 from dwmr.calibration.parameters import PARAMETERS, USUAL, present, scenario_text
 from dwmr.cli import run_options
 from dwmr.cli.common import mistakes_as_diagnostics, refuse_present
-from fuzzyctl.cli.bars import progress
-from fuzzyctl.cli.interruptions import interrupts_wait, terminated_as_interrupted
-from fuzzyctl.cli.streams import INTERRUPTED, say, write_json
+from fuzzyctl.cli.progress import progress
+from fuzzyctl.cli.streams import INTERRUPTED, interrupts_wait, say, terminated_as_interrupted, write_json
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 from fuzzyctl.diagnostics.suggestions import did_you_mean
 from fuzzyctl.experiments.result_files import finite

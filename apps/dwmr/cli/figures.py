@@ -11,9 +11,8 @@ import click
 
 from dwmr.cli import run_options
 from dwmr.cli.common import mistakes_as_diagnostics, write_text
-from fuzzyctl.cli.bars import progress
-from fuzzyctl.cli.interruptions import interrupts_wait, terminated_as_interrupted
-from fuzzyctl.cli.streams import say
+from fuzzyctl.cli.progress import progress
+from fuzzyctl.cli.streams import interrupts_wait, say, terminated_as_interrupted
 from fuzzyctl.experiments.result_files import results
 
 if TYPE_CHECKING:

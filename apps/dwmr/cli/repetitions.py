@@ -14,10 +14,20 @@ from dwmr.cli import run_options
 from dwmr.cli.common import mistakes_as_diagnostics
 from dwmr.control import laws as controllers
 from dwmr.scenario.file import UnknownScenarioError, find
-from fuzzyctl.cli import data_formats, worker_options
-from fuzzyctl.cli.interruptions import terminated_as_interrupted
-from fuzzyctl.cli.streams import say, write_json
-from fuzzyctl.cli.sweeps import failures, planned, sentence, swept
+from fuzzyctl.cli.streams import say, terminated_as_interrupted, write_json
+from fuzzyctl.cli.sweeps import (
+    checking,
+    computing,
+    dask_option,
+    data_option,
+    failures,
+    jobs_option,
+    planned,
+    require_formats,
+    require_one,
+    sentence,
+    swept,
+)
 from fuzzyctl.experiments.result_files import finite, one_file, versions, write_csv
 from fuzzyctl.experiments.scenario_keys import OverrideError
 
@@ -49,8 +59,8 @@ if TYPE_CHECKING:
 )
 @run_options.rules_option
 @run_options.set_option
-@worker_options.jobs_option
-@worker_options.dask_option
+@jobs_option
+@dask_option
 @click.option(
     "-o", "--output", "path", type=click.Path(path_type=Path), metavar="FILE", help="CSV or Parquet to write."
 )
@@ -72,7 +82,7 @@ def compare(
 
     With --runs above 1 every law meets the same variations of each scenario, and means have confidence intervals.
     """
-    worker_options.require_one(jobs, cluster)
+    require_one(jobs, cluster)
     _require_format(path)
     with mistakes_as_diagnostics(style), terminated_as_interrupted():
         from dwmr.sweep import comparison
@@ -99,7 +109,7 @@ def _require_format(path: Path | None) -> None:
     suffix = path.suffix.removeprefix(".").lower()
     if suffix not in ("csv", "parquet"):
         raise click.BadParameter(f"{str(path)!r} ends neither in .csv nor in .parquet.", param_hint="'-o'")
-    data_formats.require([suffix])
+    require_formats([suffix])
 
 
 def _require_names(plans: Sequence[Plan[ScenarioFile]]) -> None:
@@ -131,7 +141,7 @@ def _plan(
         path = find(scenario)
         for name in laws:
             run_options.require_law(name, path.parent, scenario)
-        with worker_options.checking(runs) as report:
+        with checking(runs) as report:
             return comparison.make(varied, path, laws, runs, seed, rules_folder, overrides, report)
     except (UnknownScenarioError, OverrideError) as error:
         raise click.UsageError(str(error)) from error
@@ -146,9 +156,7 @@ def _compute(plans: Sequence[Plan[ScenarioFile]], workers: Workers) -> list[Entr
     runs, done = joined(plans), dict[int, Outcome]()
     outcomes = workers.compute(setup_of(*plans, measures=comparison.GROUPS), runs)
     with failures():
-        collect(
-            outcomes, len(runs), 0, lambda outcome: done.update({outcome.number: outcome}), worker_options.computing
-        )
+        collect(outcomes, len(runs), 0, lambda outcome: done.update({outcome.number: outcome}), computing)
     return list(comparison.entries(runs, done))
 
 
@@ -183,9 +191,9 @@ def _print(found: Sequence[Entry], style: str, runs: int, plans: Sequence[Plan[S
 @run_options.rules_option
 @run_options.set_option
 @run_options.output_option("folder", "dwmr-sweep", "DIR", "Folder for the results.")
-@data_formats.data_option(("csv", "parquet"), "csv", "results")
-@worker_options.jobs_option
-@worker_options.dask_option
+@data_option(("csv", "parquet"), "csv", "results")
+@jobs_option
+@dask_option
 @click.option("--resume", is_flag=True, help="Go on with a sweep that was interrupted.")
 @run_options.format_option
 def sweep(
@@ -214,8 +222,8 @@ def sweep(
     The folder receives results.csv or results.parquet with one row a run, sweep.json, which says where they come from,
     and times.csv. A sweep that was interrupted or killed goes on with --resume.
     """
-    worker_options.require_one(jobs, cluster)
-    data_formats.require(formats)
+    require_one(jobs, cluster)
+    require_formats(formats)
     with mistakes_as_diagnostics(style):
         from dwmr.sweep.robots import Robots, read_spec
 

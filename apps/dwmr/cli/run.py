@@ -12,10 +12,9 @@ import click
 
 from dwmr.cli import run_options
 from dwmr.cli.common import mistakes_as_diagnostics, write_text
-from fuzzyctl.cli import data_formats
-from fuzzyctl.cli.bars import Begin, stages
-from fuzzyctl.cli.interruptions import interrupts_wait, outlive, terminated_as_interrupted
-from fuzzyctl.cli.streams import say, write_json
+from fuzzyctl.cli.progress import Begin, stages
+from fuzzyctl.cli.streams import interrupts_wait, outlive, say, terminated_as_interrupted, write_json
+from fuzzyctl.cli.sweeps import data_option, require_formats
 from fuzzyctl.experiments.result_files import finite, one_file, results, write_summary
 
 if TYPE_CHECKING:
@@ -29,7 +28,7 @@ if TYPE_CHECKING:
 @run_options.rules_option
 @run_options.set_option
 @run_options.output_option("folder", "dwmr-out", "DIR", "Folder for the results.")
-@data_formats.data_option(("npz", "csv", "mat", "parquet"), "npz", "signals")
+@data_option(("npz", "csv", "mat", "parquet"), "npz", "signals")
 @click.option(
     "--bag",
     type=click.Path(path_type=Path),
@@ -52,7 +51,7 @@ def run(
 
     The folder receives summary.json, path.png, errors.png, and the signals as trajectory.npz or as --data says.
     """
-    data_formats.require(formats)
+    require_formats(formats)
     with mistakes_as_diagnostics(style), terminated_as_interrupted():
         with stages() as begin:
             begin("reading", 0)

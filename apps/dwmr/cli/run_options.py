@@ -12,7 +12,7 @@ import click
 
 from dwmr.cli.common import read_scenario, warn
 from dwmr.control import laws
-from fuzzyctl.cli.bars import Begin, stages
+from fuzzyctl.cli.progress import Begin, stages
 from fuzzyctl.cli.streams import say
 from fuzzyctl.experiments.result_files import versions
 

@@ -18,19 +18,19 @@ from fuzzyctl.studio.arrays.array import lacking
 
 def module() -> ModuleType:
     """Return what `numpy` is where it is missing."""
-    found, typing = ModuleType("numpy"), ModuleType("numpy.typing")
+    numpy, typing = ModuleType("numpy"), ModuleType("numpy.typing")
     typing.__dict__.update(NDArray=list, ArrayLike=object)
-    found.__dict__.update(
+    numpy.__dict__.update(
         vars(array) | vars(functions) | functions.LIKE_PYTHON | {"typing": typing, "__name__": "numpy"}
     )
-    found.__dict__["__getattr__"] = _missing
-    return found
+    numpy.__dict__["__getattr__"] = _missing
+    return numpy
 
 
 def install() -> None:
     """Make `import numpy` find `module()`."""
-    found = module()
-    sys.modules.update({"numpy": found, "numpy.typing": found.typing})
+    numpy = module()
+    sys.modules.update({"numpy": numpy, "numpy.typing": numpy.typing})
 
 
 def _missing(name: str) -> Any:

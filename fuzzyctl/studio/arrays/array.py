@@ -69,16 +69,16 @@ class ndarray:  # noqa: N801 - numpy's name
 
     def item(self) -> Any:
         """Return the only element."""
-        (found,) = self.items
-        return found
+        (element,) = self.items
+        return element
 
     def tolist(self) -> Any:
         """Return nested lists, or a number for no axis."""
-        found = self.items
+        items = self.items
         for axis in range(len(self.shape) - 1, 0, -1):
             count = self.shape[axis]
-            found = [found[k * count : (k + 1) * count] for k in range(math.prod(self.shape[:axis]))]
-        return found if self.shape else found[0]
+            items = [items[k * count : (k + 1) * count] for k in range(math.prod(self.shape[:axis]))]
+        return items if self.shape else items[0]
 
     def copy(self) -> ndarray:
         """Return the same elements in an array of their own."""
@@ -87,8 +87,8 @@ class ndarray:  # noqa: N801 - numpy's name
     def reshape(self, *shape: Any) -> ndarray:
         """Return the elements in another shape; one length may be -1."""
         wanted = tuple(shape[0]) if len(shape) == 1 and not isinstance(shape[0], int) else shape
-        known = math.prod(n for n in wanted if n != -1)
-        return ndarray(self.items, tuple(len(self.items) // max(known, 1) if n == -1 else n for n in wanted))
+        size = math.prod(n for n in wanted if n != -1)
+        return ndarray(self.items, tuple(len(self.items) // max(size, 1) if n == -1 else n for n in wanted))
 
     def __getitem__(self, key: Any) -> Any:
         places, shape = _places(self.shape, key)
@@ -108,8 +108,8 @@ class ndarray:  # noqa: N801 - numpy's name
         axis %= len(self.shape)
         count, inner = self.shape[axis], math.prod(self.shape[axis + 1 :])
         starts = (k * count * inner + j for k in range(math.prod(self.shape[:axis])) for j in range(inner))
-        found = [function(self.items[k : k + count * inner : inner][:count]) for k in starts]
-        return ndarray(found, self.shape[:axis] + self.shape[axis + 1 :])
+        results = [function(self.items[k : k + count * inner : inner][:count]) for k in starts]
+        return ndarray(results, self.shape[:axis] + self.shape[axis + 1 :])
 
     def sum(self, axis: int | None = None) -> Any:
         """Return the sum."""
@@ -154,11 +154,11 @@ def folded(function: Callable[[Any, Any], Any], initial: float | None = None) ->
     """Return a function of two numbers as one of a list."""
 
     def fold(row: list[Any]) -> Any:
-        given = chain(row, () if initial is None else (initial,))
-        found = next(given)
-        for x in given:
-            found = function(found, x)
-        return found
+        elements = chain(row, () if initial is None else (initial,))
+        result = next(elements)
+        for x in elements:
+            result = function(result, x)
+        return result
 
     return fold
 
@@ -173,32 +173,32 @@ def _places(shape: Shape, key: Any) -> tuple[list[int], Shape | None]:
     strides = [math.prod(shape[k + 1 :]) for k in range(len(shape))]
     lists = [asarray(k) for k in keys if isinstance(k, ndarray | list) and len(asarray(k).shape)]
     pairs = len(lists) > 1
-    if any(len(own.shape) > 1 or (pairs and (_is_mask(own.items) or len(lists) < len(keys))) for own in lists):
+    if any(len(along.shape) > 1 or (pairs and (_is_mask(along.items) or len(lists) < len(keys))) for along in lists):
         raise lacking()
     if pairs:  # one element for each of them
-        rows = [_within(own.items, count) for own, count in zip(lists, shape, strict=True)]
+        rows = [_within(along.items, count) for along, count in zip(lists, shape, strict=True)]
         return [sum(map(operator.mul, row, strides)) for row in zip(*rows, strict=True)], (len(rows[0]),)
-    taken: list[Sequence[int]] = []
-    found: list[int] = []
+    indices: list[Sequence[int]] = []
+    counts: list[int] = []
     axis = 0
     for k in keys:
         if k is None:
-            found.append(1)
+            counts.append(1)
             continue
         count, stride = shape[axis], strides[axis]
         axis += 1
         if isinstance(k, slice):
-            own: Iterable[int] = range(*k.indices(count))
+            along: Iterable[int] = range(*k.indices(count))
         elif isinstance(k, ndarray | list) and len(asarray(k).shape):
             items = asarray(k).items
-            own = (n for n, is_in in enumerate(items) if is_in) if _is_mask(items) else items
+            along = (n for n, is_in in enumerate(items) if is_in) if _is_mask(items) else items
         else:
-            taken.append([range(count)[operator.index(k)] * stride])
+            indices.append([range(count)[operator.index(k)] * stride])
             continue
-        taken.append([n * stride for n in _within(own, count)])
-        found.append(len(taken[-1]))
-    places = [sum(row) for row in product(*taken)] if len(taken) != 1 else list(taken[0])
-    return places, tuple(found) if found or not shape else None
+        indices.append([n * stride for n in _within(along, count)])
+        counts.append(len(indices[-1]))
+    places = [sum(row) for row in product(*indices)] if len(indices) != 1 else list(indices[0])
+    return places, tuple(counts) if counts or not shape else None
 
 
 def _within(places: Iterable[int], count: int) -> list[int]:
@@ -213,8 +213,8 @@ def _is_mask(items: list[Any]) -> bool:
 
 def array(value: Any, dtype: Any = None) -> ndarray:
     """Return nested sequences, arrays or a number as an array of its own."""
-    found = _array(value)
-    return ndarray(found.items[:] if dtype is None else [dtype(x) for x in found.items], found.shape)
+    result = _array(value)
+    return ndarray(result.items[:] if dtype is None else [dtype(x) for x in result.items], result.shape)
 
 
 def _array(value: Any) -> ndarray:
@@ -238,24 +238,24 @@ def broadcast_shapes(*shapes: Shape) -> Shape:
     """Return the shape that arrays of some shapes have together."""
     count = max(map(len, shapes), default=0)
     lengths = [{n for s in shapes for n in s[-k : len(s) - k + 1] if n != 1} for k in range(count, 0, -1)]
-    if any(len(own) > 1 for own in lengths):
+    if any(len(sizes) > 1 for sizes in lengths):
         raise ValueError(f"shapes do not fit: {shapes}")
-    return tuple(own.pop() if own else 1 for own in lengths)
+    return tuple(sizes.pop() if sizes else 1 for sizes in lengths)
 
 
 def broadcast_to(a: Any, shape: int | Shape) -> ndarray:
     """Return an array in a larger shape, its elements repeated."""
-    found, wanted = asarray(a), (shape,) if isinstance(shape, int) else tuple(shape)
-    if found.shape == wanted:
-        return found
-    if len(found.items) == 1 or 0 in wanted:
-        return ndarray(found.items * math.prod(wanted), wanted)
-    own = (1,) * (len(wanted) - len(found.shape)) + found.shape
-    items, inner = found.items, 1
-    for have, want in zip(reversed(own), reversed(wanted), strict=True):
+    source, wanted = asarray(a), (shape,) if isinstance(shape, int) else tuple(shape)
+    if source.shape == wanted:
+        return source
+    if len(source.items) == 1 or 0 in wanted:
+        return ndarray(source.items * math.prod(wanted), wanted)
+    padded = (1,) * (len(wanted) - len(source.shape)) + source.shape
+    items, inner = source.items, 1
+    for have, want in zip(reversed(padded), reversed(wanted), strict=True):
         if have != want:
             if have != 1:
-                raise ValueError(f"{found.shape} does not fit {wanted}")
+                raise ValueError(f"{source.shape} does not fit {wanted}")
             items = [x for k in range(0, len(items), inner) for x in items[k : k + inner] * want]
         inner *= want
     return ndarray(items, wanted)
@@ -263,6 +263,6 @@ def broadcast_to(a: Any, shape: int | Shape) -> ndarray:
 
 def broadcast_arrays(*arrays: Any) -> tuple[ndarray, ...]:
     """Return arrays in the shape that they have together."""
-    found = [asarray(a) for a in arrays]
-    shape = broadcast_shapes(*(a.shape for a in found))
-    return tuple(broadcast_to(a, shape) for a in found)
+    items = [asarray(a) for a in arrays]
+    shape = broadcast_shapes(*(a.shape for a in items))
+    return tuple(broadcast_to(a, shape) for a in items)

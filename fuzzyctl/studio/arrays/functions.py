@@ -26,8 +26,8 @@ ascontiguousarray = asarray
 
 def full(shape: Any, value: Any) -> ndarray:
     """Return an array of one number."""
-    own = (shape,) if isinstance(shape, int) else tuple(shape)
-    return ndarray([value] * math.prod(own), own)
+    sizes = (shape,) if isinstance(shape, int) else tuple(shape)
+    return ndarray([value] * math.prod(sizes), sizes)
 
 
 def zeros(shape: Any) -> ndarray:
@@ -37,8 +37,8 @@ def zeros(shape: Any) -> ndarray:
 
 def zeros_like(a: Any) -> ndarray:
     """Return an array of 0 of the same shape and kind."""
-    found = asarray(a)
-    return full(found.shape, False if isinstance(next(iter(found.items), None), bool) else 0.0)
+    like = asarray(a)
+    return full(like.shape, False if isinstance(next(iter(like.items), None), bool) else 0.0)
 
 
 def arange(count: int) -> ndarray:
@@ -48,21 +48,21 @@ def arange(count: int) -> ndarray:
 
 def squeeze(a: Any, axis: int) -> ndarray:
     """Return an array without an axis of length 1."""
-    found = asarray(a)
-    axis %= len(found.shape)
-    return ndarray(found.items, found.shape[:axis] + found.shape[axis + 1 :])
+    source = asarray(a)
+    axis %= len(source.shape)
+    return ndarray(source.items, source.shape[:axis] + source.shape[axis + 1 :])
 
 
 def concatenate(arrays: Sequence[Any]) -> ndarray:
     """Return arrays one after the other along their first axis."""
-    found = [asarray(a) for a in arrays]
-    return ndarray([x for a in found for x in a.items], (sum(a.shape[0] for a in found), *found[0].shape[1:]))
+    parts = [asarray(a) for a in arrays]
+    return ndarray([x for a in parts for x in a.items], (sum(a.shape[0] for a in parts), *parts[0].shape[1:]))
 
 
 def hstack(arrays: Sequence[Any]) -> ndarray:
     """Return arrays side by side: along their second axis, or the only one."""
-    found = [asarray(a) for a in arrays]
-    return concatenate(found) if len(found[0].shape) == 1 else concatenate([a.T for a in found]).T
+    parts = [asarray(a) for a in arrays]
+    return concatenate(parts) if len(parts[0].shape) == 1 else concatenate([a.T for a in parts]).T
 
 
 # -- element by element
@@ -72,12 +72,12 @@ def _each(function: Callable[..., Any]) -> Callable[..., ndarray]:
     """Return a function of numbers as one of arrays."""
 
     def applied(*arrays: Any) -> ndarray:
-        found = [a if isinstance(a, ndarray) else asarray(a) for a in arrays]
-        shape = max((a.shape for a in found), key=len)
-        if not all(a.shape == shape or not a.shape for a in found):
-            found = list(broadcast_arrays(*found))
-            shape = found[0].shape
-        columns = [a.items if a.shape == shape else repeat(a.items[0]) for a in found]
+        operands = [a if isinstance(a, ndarray) else asarray(a) for a in arrays]
+        shape = max((a.shape for a in operands), key=len)
+        if not all(a.shape == shape or not a.shape for a in operands):
+            operands = list(broadcast_arrays(*operands))
+            shape = operands[0].shape
+        columns = [a.items if a.shape == shape else repeat(a.items[0]) for a in operands]
         return ndarray(list(map(function, *columns)), shape)
 
     return applied

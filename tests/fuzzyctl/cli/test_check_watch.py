@@ -2,7 +2,7 @@ import shutil
 
 import pytest
 
-from fuzzyctl.cli import check_watch as module
+from fuzzyctl.cli import check as module
 from fuzzyctl.support.shipped import rules_folder
 from tests.commands import runner
 

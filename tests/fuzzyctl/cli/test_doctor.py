@@ -158,7 +158,7 @@ class TestPlan:
     def test_says_where_numba_would_take_long(self, monkeypatch):
         file = str(rules_folder() / "tipper.fz")
         assert "numba" not in run("show", "--plan", file).output
-        monkeypatch.setattr("fuzzyctl.cli.planned.MOST_OPERATIONS", 20)
+        monkeypatch.setattr("fuzzyctl.display.plan_summary.MOST_OPERATIONS", 20)
         assert "operations would take numba long: backend 'auto' takes numpy\n" in run("show", "--plan", file).output
 
     def test_of_another_algorithm_is_what_that_would_do(self):

@@ -2,7 +2,8 @@ import json
 
 import pytest
 
-from fuzzyctl.cli import pages
+from fuzzyctl.cli import reports
+from fuzzyctl.cli.reports import Page
 from fuzzyctl.diagnostics.diagnostic import CODES
 from tests.commands import runner
 
@@ -54,7 +55,7 @@ class TestExplain:
 
     @pytest.mark.parametrize("form", ["text", "json"])
     def test_an_installation_without_pages_still_has_titles(self, form, monkeypatch):
-        monkeypatch.setattr(pages, "explanations_folder", lambda: None)
+        monkeypatch.setattr(reports, "explanations_folder", lambda: None)
         result = run("FZ203", "--format", form)
         assert result.exit_code == 0
         assert CODES["FZ203"] in result.output
@@ -62,14 +63,14 @@ class TestExplain:
 
 class TestPage:
     def test_headings_are_bold_in_colour_only(self):
-        page = pages.Page("FZ000", "# FZ000: title\n\nWhat it\nmeans.\n\n## The mistake\n\n```fz\n# no heading\n```\n")
+        page = Page("FZ000", "# FZ000: title\n\nWhat it\nmeans.\n\n## The mistake\n\n```fz\n# no heading\n```\n")
         assert page.laid_out(color=True).startswith("\x1b[1mFZ000: title\x1b[0m\n\nWhat it\n")
         assert "\n    # no heading\n" in page.laid_out(color=True)
         assert "\x1b" not in page.laid_out()
 
     def test_the_meaning_is_the_first_paragraph_on_one_line(self):
-        assert pages.Page("FZ000", "# FZ000: title\n\nWhat it\nmeans.\n\n## More\n").meaning == "What it means."
+        assert Page("FZ000", "# FZ000: title\n\nWhat it\nmeans.\n\n## More\n").meaning == "What it means."
 
     def test_a_link_is_its_words(self):
-        page = pages.Page("FZ000", "# FZ000: title\n\nSee [the\npage](../a.md#b).\n")
+        page = Page("FZ000", "# FZ000: title\n\nSee [the\npage](../a.md#b).\n")
         assert page.laid_out().endswith("See the\npage.\n")

@@ -17,7 +17,7 @@ from fuzzyctl import Controller, Undecided, compile, load, loads
 from fuzzyctl.diagnostics.diagnostic import NoRuleFiresError
 from fuzzyctl.explain.trace import trace
 from fuzzyctl.loading.load import look_through
-from fuzzyctl.page.proofs import decided
+from fuzzyctl.page.systems import decided
 from fuzzyctl.support.reading import read_source
 from fuzzyctl.support.shipped import rules_folder
 from tests.commands import runner

@@ -1,6 +1,6 @@
 import pytest
 
-from fuzzyctl.plot.axis_choice import chosen_axes
+from fuzzyctl.plot.choices import chosen_axes
 from fuzzyctl.support.shipped import rules_folder
 from tests import shipped
 from tests.commands import runner

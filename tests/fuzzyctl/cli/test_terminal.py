@@ -12,7 +12,7 @@ import pytest
 from click.testing import CliRunner
 
 import fuzzyctl
-from fuzzyctl.cli.run_tables import text_of
+from fuzzyctl.cli.simulate import text_of
 from fuzzyctl.cli.streams import Program
 
 pty = pytest.importorskip("pty", reason="there are no pseudo-terminals on this system")
@@ -98,7 +98,7 @@ def test_data_does_not_control_a_terminal(base, arguments):
 REPORTS = [
     (["why", "tipper", "service=7", "food=8"], "\x1b[1mtip\x1b[0m = "),
     (["prove", "tipper"], "\x1b[1;32mproved\x1b[0m: bounded"),
-    (["prove", "--bounds", "tipper"], "\x1b[1mtip\x1b[0m: from "),
+    (["prove", "--bounds", "tipper", "--timeout", "0.1"], "\x1b[1mtip\x1b[0m: from "),
     (["simulate", "water_tank"], ": \x1b[1;32mmet\x1b[0m"),
     (["doctor"], "\x1b[1mbackend\x1b[0m: "),
 ]
@@ -138,11 +138,9 @@ def test_a_warning_is_a_single_line_without_the_place_in_the_program():
 
 
 def test_a_table_of_runs_that_is_wider_than_the_terminal_is_printed_in_parts():
-    runs, labels = (
-        [fuzzyctl.simulate(fuzzyctl.load("water_tank", block=fuzzyctl.Loop))] * 4,
-        ["first", "second", "third", "fourth"],
-    )
-    whole, parts = text_of(runs, labels).split("\n"), text_of(runs, labels, 60).split("\n")
+    labels = ["first", "second", "third", "fourth"]
+    runs = dict.fromkeys(labels, fuzzyctl.simulate(fuzzyctl.load("water_tank", block=fuzzyctl.Loop)))
+    whole, parts = text_of(runs).split("\n"), text_of(runs, 60).split("\n")
     assert [line.split() for line in whole if line.startswith("measure")] == [["measure", *labels]]
     heads = [line.split() for line in parts if line.startswith("measure")]
     assert heads == [["measure", "first", "second"], ["measure", "third", "fourth"]]

@@ -5,8 +5,7 @@ import math
 import pytest
 
 import fuzzyctl
-from fuzzyctl.comparison.differences import differences
-from fuzzyctl.comparison.points import common_points
+from fuzzyctl.comparison.differences import common_points, differences
 from fuzzyctl.kernels.kernel import Kernel
 
 LINE = """\

@@ -3,8 +3,7 @@
 import pytest
 
 import fuzzyctl
-from fuzzyctl.convert.markdown import page
-from fuzzyctl.convert.pictures import page_files, picture_files
+from fuzzyctl.convert.markdown import page, page_files, picture_files
 from fuzzyctl.support.shipped import rules_folder
 
 

@@ -10,7 +10,7 @@ from click.testing import CliRunner
 
 import fuzzyctl
 from fuzzyctl.cli.main import main
-from fuzzyctl.display.display import _MODULES
+from fuzzyctl.display.display import _PRESENTERS
 from fuzzyctl.display.markup import ROWS, Markup, page, plain, table
 from fuzzyctl.support.shipped import rules_folder
 
@@ -74,13 +74,13 @@ def shown(tipper, loop, run):
 
 
 def test_every_type_is_here(shown):
-    assert set(shown) == set(_MODULES)
+    assert set(shown) == set(_PRESENTERS)
 
 
-@pytest.mark.parametrize("name", sorted(_MODULES))
+@pytest.mark.parametrize("name", sorted(_PRESENTERS))
 class TestEachType:
     def test_it_is_one_line(self, shown, name):
-        if _MODULES[name] == "pictures":  # which are matplotlib's axes
+        if _PRESENTERS[name] == "notebook.plot":  # which are matplotlib's axes
             return
         text = repr(next(iter(shown[name])) if name == "Verdicts" else shown[name])
         assert text.startswith(("Refuted" if name == "Verdicts" else name) + "(")

@@ -5,7 +5,7 @@ import dataclasses
 import pytest
 
 import fuzzyctl
-from fuzzyctl.display.parts import line
+from fuzzyctl.display.display import line
 from fuzzyctl.model.node import Node
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.support.shipped import rules_folder

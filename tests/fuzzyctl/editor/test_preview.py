@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fuzzyctl.editor.preview import chosen, inputs_at, preview, strongest
-from fuzzyctl.plot.rule_regions import lead
+from fuzzyctl.plot.surfaces import lead
 from tests.fuzzyctl.editor.marked import LOOP, SYSTEM, marked
 
 POINT = {"service": 7.0, "food": 8.0}

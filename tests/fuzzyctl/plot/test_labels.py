@@ -7,8 +7,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 import fuzzyctl
-from fuzzyctl.plot.labels import MOST, Label, draw_labels, lanes
-from fuzzyctl.plot.memberships import draw_variable
+from fuzzyctl.plot.memberships import MOST, Label, draw_labels, draw_variable, lanes
 
 CONSTANTS = """\
 system s

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from fuzzyctl.studio import proofs
+from fuzzyctl.studio import answers
 from fuzzyctl.studio.answers import METHODS, answer
 from fuzzyctl.support.reading import MAX_BYTES
 from fuzzyctl.support.shipped import rules_folder
@@ -115,7 +115,7 @@ def test_proofs_by_subdivision_follow_the_picture():
 
 
 def test_a_claim_that_takes_longer_is_said_to_be_the_program_s(monkeypatch):
-    monkeypatch.setattr(proofs, "CLAIM", 0.0001)
+    monkeypatch.setattr(answers, "CLAIM_SECONDS", 0.0001)
     text = (RULES / "tipper.fz").read_text() + "require increasing(tip, service)\n"
     (*_, [verdict, _, reason]) = ask("proofs", text, block=0)["verdicts"]
     assert verdict == "undecided"

@@ -1,8 +1,28 @@
-"""Choice of the inputs that a picture of an output runs over."""
+"""File names and axes of pictures, chosen without matplotlib."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Final
+
+from fuzzyctl.formats.common.identifiers import identifier
+
+#: Most bytes of one name in the name of a file; file systems take 255 for the whole.
+LONGEST: Final = 100
+
+
+def file_part(name: str, others: Iterable[str] = ()) -> str:
+    """Return a name as a part of a file's name: without separators, short, and none of those taken."""
+    used = set(others)
+    part = _short(identifier(name))
+    while part in used:
+        part = identifier(part, used)
+    return part
+
+
+def _short(name: str) -> str:
+    """Return as many whole characters of a name as the bytes have room for."""
+    return name.encode()[:LONGEST].decode(errors="ignore")
 
 
 def chosen_axes(inputs: Sequence[str], x: str | None, y: str | None, fixed: Mapping[str, float]) -> list[str]:

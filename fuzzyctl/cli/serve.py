@@ -1,4 +1,4 @@
-"""`fuzzyctl studio`: rule files in the browser, served from this machine to this machine."""
+"""`fuzzyctl studio` and `fuzzyctl lsp`: rule files in the browser, and in editors."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from typing import Final
 import click
 
 import fuzzyctl
-from fuzzyctl.cli.common import DONE, answers_with_diagnostics
+from fuzzyctl.cli.common import DONE, FAILED, answers_with_diagnostics
 from fuzzyctl.cli.loading import folder_of, source_of
 from fuzzyctl.cli.streams import say
 from fuzzyctl.support.shipped import place_of, studio_folder
 
-#: What installs the studio, or the one of this version.
+#: The command that installs the studio, or the one of this version.
 REPAIR: Final = "pip install 'fuzzyctl[studio]', or in a clone: pip install ./apps/studio"
 
 
@@ -88,3 +88,25 @@ def _open(place: str) -> None:
         is_open = False
     if not is_open:
         say("no browser opens the address above: open it there yourself", err=True)
+
+
+@click.command()
+@answers_with_diagnostics
+def lsp() -> int:
+    """Serve an editor over standard input and output.
+
+    Editors start this command themselves and speak the Language Server Protocol with it: mistakes while one types,
+    with their repairs, completion, hover, definition, references, renaming, outline, formatting. It needs the extra
+    'lsp': pip install "fuzzyctl[lsp]"
+    """
+    if sys.stdin.isatty():
+        say("fuzzyctl lsp is started by an editor, which speaks with it; Ctrl-C ends it.", err=True)
+    try:
+        from fuzzyctl.editor.server import server
+    except ImportError as error:
+        say(f'error: the language server needs {error.name}: pip install "fuzzyctl[lsp]"', err=True)
+        return FAILED
+    server.start_io()
+    # The server closes the streams at its end, and the command flushes them.
+    sys.stdout = sys.stderr
+    return DONE

@@ -12,7 +12,7 @@ from fuzzyctl.kernels.program.program import Accumulate, Assign, Between, Fold, 
 from fuzzyctl.model.method import DEFUZZIFIERS, MAXIMA, TSUKAMOTO
 from fuzzyctl.model.system import FuzzySystem
 
-#: What an algorithm does, before the reason for it.
+#: The work of an algorithm, before the reason for it.
 _BECAUSE: Final = {
     "interpolation": "looks up",
     "active": "averages over the rules that act:",
@@ -20,7 +20,7 @@ _BECAUSE: Final = {
 
 
 def planned(system: FuzzySystem, algorithm: str = "auto") -> dict[str, Any]:
-    """Return the algorithm of a system, its reason, and what its programs consist of.
+    """Return the algorithm of a system, its reason, and the parts of its programs.
 
     Args:
         system: The system.
